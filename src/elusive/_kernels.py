@@ -1,0 +1,26 @@
+"""Compiled kernels that several rooms share: one step of a linear motion."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.random import Generator
+
+from elusive.contracts import Array
+
+
+@njit(cache=True, nogil=True)
+def propagate_linear(states: Array, F: Array, root: Array, rng: Generator) -> Array:
+    """Return ``F s + root n`` for each row s, n standard normal drawn row by row."""
+    n, d = states.shape
+    moved = np.empty_like(states)
+    noise = np.empty(d)
+    for i in range(n):
+        for k in range(d):
+            noise[k] = rng.standard_normal()
+        for r in range(d):
+            total = 0.0
+            for c in range(d):
+                total += F[r, c] * states[i, c] + root[r, c] * noise[c]
+            moved[i, r] = total
+    return moved

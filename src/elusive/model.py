@@ -1,0 +1,122 @@
+"""The base of every model: a frozen pydantic object that is argument, configuration file and form at once."""
+
+from __future__ import annotations
+
+import difflib
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Self
+
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from elusive.errors import DataError, ParameterError
+
+Probability = Annotated[float, Field(ge=0.0, le=1.0)]
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+
+
+class Model(BaseModel):
+    """A set of parameters, checked once and never changed.
+
+    Raises
+    ------
+    ParameterError
+        If a field is missing, unknown or out of its bounds; the message names the model and the field.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, allow_inf_nan=False)
+
+    if not TYPE_CHECKING:
+
+        def __init__(self, **data: Any) -> None:
+            try:
+                super().__init__(**data)
+            except ValidationError as error:
+                raise ParameterError(explain(error, type(self))) from None
+
+    def replace(self, **changes: Any) -> Self:
+        """Return a copy with some fields changed, checked again."""
+        return type(self)(**{name: getattr(self, name) for name in type(self).model_fields} | changes)
+
+    @classmethod
+    def from_yaml(cls, path: str | Path) -> Self:
+        """Read the model from a YAML file.
+
+        Raises
+        ------
+        DataError
+            If the file cannot be read or is no mapping.
+        ParameterError
+            If a key is misspelt or a value out of bounds.
+        """
+        return cls(**read_yaml(path))
+
+    def to_yaml(self) -> str:
+        """Write every field, defaults too, so that the file alone repeats the run."""
+        text: str = yaml.safe_dump(self.model_dump(mode="json"), sort_keys=False)
+        return text
+
+
+def read_yaml(path: str | Path) -> dict[str, Any]:
+    """Read a YAML file that holds one mapping of parameters (an empty file is an empty mapping)."""
+    path = Path(path)
+    try:
+        data = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise DataError(f"{path}: cannot be read ({error.strerror}); check the path.") from None
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        place = getattr(error, "problem_mark", None)
+        where = f", line {place.line + 1}" if place is not None else ""
+        raise DataError(f"{path}{where}: is not valid YAML; write one 'name: value' a line.") from None
+    if data is None:
+        return {}
+    if not isinstance(data, dict) or not all(isinstance(key, str) for key in data):
+        raise DataError(f"{path}: must hold 'name: value' pairs, not {type(data).__name__}.")
+    return data
+
+
+def explain(error: ValidationError, model: type[BaseModel]) -> str:
+    """Turn pydantic's report into one sentence a fault, with the nearest spelling of an unknown field."""
+    sentences = []
+    for fault in error.errors(include_url=False):
+        where = ".".join(str(part) for part in (model.__name__, *fault["loc"]))
+        cause = fault.get("ctx", {}).get("error")
+        if isinstance(cause, ParameterError):
+            sentences.append(str(cause))
+        elif fault["type"] == "extra_forbidden":
+            known = _fields_at(model, fault["loc"][:-1])
+            near = difflib.get_close_matches(str(fault["loc"][-1]), known, n=1)
+            hint = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known)}."
+            sentences.append(f"{where}: there is no such field; {hint}")
+        else:
+            message = fault["msg"].removeprefix("Value error, ").removeprefix("Input should be ").rstrip(".")
+            must = "must be " if fault["msg"].startswith("Input should be ") else ""
+            got = "" if fault["type"] in ("missing", "value_error") else f" (got {fault['input']!r:.80})"
+            sentences.append(f"{where}: {must}{message}{got}.")
+    return " ".join(sentences)
+
+
+def _fields_at(model: type[BaseModel], location: tuple[int | str, ...]) -> list[str]:
+    """Names of the fields of the model found by following a location from another model."""
+    here: list[type[BaseModel]] = [model]
+    for part in location:
+        inner = [field for owner in here for name, field in owner.model_fields.items() if name == part]
+        if inner:
+            here = [found for field in inner for found in models_in(field.annotation)]
+        else:
+            tagged = [owner for owner in here if owner.__name__ == part or _kind_of(owner) == part]
+            here = tagged or here
+    return [name for owner in here for name in owner.model_fields]
+
+
+def _kind_of(model: type[BaseModel]) -> object:
+    field = model.model_fields.get("kind")
+    return field.default if field is not None else None
+
+
+def models_in(annotation: Any) -> list[type[BaseModel]]:
+    """Every model class named in a type annotation (a union of models gives each)."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [found for inner in getattr(annotation, "__args__", ()) for found in models_in(inner)]
