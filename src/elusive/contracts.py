@@ -58,8 +58,8 @@ class Births(NamedTuple):
 class Birth(Protocol):
     """Where a target appears."""
 
-    def draw(self, n: int, measurement: Any, rng: Generator) -> Births:
-        """Draw ``n`` newborn states; ``measurement`` is None where a frame is missing."""
+    def draw(self, n: int, measurement: Any, sensor: Any, state_names: tuple[str, ...], rng: Generator) -> Births:
+        """Draw ``n`` newborn states with these components; ``measurement`` is None where a frame is missing."""
 
 
 class Filter(Protocol[State, Measurement]):

@@ -40,15 +40,14 @@ class LinearMotion(Model):
         raise AttributeError(f"{type(self).__name__} defines no process noise Q.")
 
     @cached_property
-    def _step(self) -> tuple[Array, Array]:
-        return np.ascontiguousarray(self.F), np.ascontiguousarray(square_root(self.Q))
+    def _step(self) -> tuple[Array, Array, tuple[int, ...]]:
+        return np.ascontiguousarray(self.F), np.ascontiguousarray(square_root(self.Q)), (0,) * len(self.F)
 
     def propagate(self, states: Array, rng: Generator) -> Array:
         """Draw the states one interval later, ``(N, d) -> (N, d)``."""
         from elusive._kernels import propagate_linear
 
-        F, root = self._step
-        return propagate_linear(states, F, root, rng)
+        return propagate_linear(np.ascontiguousarray(states), *self._step, rng)
 
 
 class ConstantVelocity(LinearMotion):
@@ -189,10 +188,10 @@ class WithIntensity(Model):
         return (*self.motion.state_names, "intensity")
 
     @cached_property
-    def _linear(self) -> tuple[Array, Array] | None:
+    def _step(self) -> tuple[Array, Array, tuple[int, ...]] | None:
         if not isinstance(self.motion, LinearMotion):
             return None
-        return (np.ascontiguousarray(self.F), np.ascontiguousarray(square_root(self.Q)))
+        return np.ascontiguousarray(self.F), np.ascontiguousarray(square_root(self.Q)), (0,) * len(self.F)
 
     @property
     def F(self) -> Array:
@@ -212,10 +211,10 @@ class WithIntensity(Model):
 
     def propagate(self, states: Array, rng: Generator) -> Array:
         """Draw the states one interval later, ``(N, d) -> (N, d)``."""
-        if self._linear is not None:
+        if self._step is not None:
             from elusive._kernels import propagate_linear
 
-            return propagate_linear(states, *self._linear, rng)
+            return propagate_linear(np.ascontiguousarray(states), *self._step, rng)
         kinematic = self.motion.propagate(states[:, :-1], rng)
         step = np.sqrt(self.q_intensity * self.motion.interval_s)
         return np.column_stack([kinematic, states[:, -1] + step * rng.standard_normal(len(states))])

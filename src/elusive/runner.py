@@ -72,7 +72,9 @@ def collect(
             if hasattr(state, name):
                 kept.setdefault(name, []).append(getattr(state, name))
     if not kept:
-        raise DataError("there is nothing to collect: no state came, or the states report none of " + ", ".join(REPORTED))
+        raise DataError(
+            "there is nothing to collect: no state came, or the states report none of " + ", ".join(REPORTED)
+        )
     arrays = {name: np.asarray(values, dtype=np.float64) for name, values in kept.items()}
     steps = len(next(iter(arrays.values())))
     times = np.arange(steps, dtype=np.float64) if times_s is None else np.asarray(times_s, dtype=np.float64)
@@ -84,6 +86,8 @@ def collect(
         d = arrays["mean"].shape[1]
         names = [f"s{i}" for i in range(d)] if state_names is None else list(state_names)
         if len(names) != d:
-            raise DataError(f"state_names: {len(names)} names were given for {d} components; give one name a component.")
+            raise DataError(
+                f"state_names: {len(names)} names were given for {d} components; give one name a component."
+            )
         coords |= {"state": names, "state_": names}
     return xr.Dataset({name: (dims[name], array) for name, array in arrays.items()}, coords=coords)

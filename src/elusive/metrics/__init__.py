@@ -1,0 +1,37 @@
+"""Scores of estimates against truth, from arrays and datasets alone: no filter is imported here."""
+
+from __future__ import annotations
+
+from elusive.metrics._trials import Estimate
+from elusive.metrics.calibration import Calibration, brier_score, calibration_curve, log_score
+from elusive.metrics.consistency import Nees, nees
+from elusive.metrics.cramer_rao import Bound, bound_covariance, posterior_bound, uniform_prior_information
+from elusive.metrics.errors import bias, position_errors, rmse_by_frame, rmse_over_window
+from elusive.metrics.existence import DetectionDelay, false_alarm_rate, missed_detection_rate, time_to_detection
+from elusive.metrics.pixels import pixel_information
+from elusive.metrics.roc import Roc, roc_curve
+
+__all__ = [
+    "Bound",
+    "Calibration",
+    "DetectionDelay",
+    "Estimate",
+    "Nees",
+    "Roc",
+    "bias",
+    "bound_covariance",
+    "brier_score",
+    "calibration_curve",
+    "false_alarm_rate",
+    "log_score",
+    "missed_detection_rate",
+    "nees",
+    "pixel_information",
+    "position_errors",
+    "posterior_bound",
+    "rmse_by_frame",
+    "rmse_over_window",
+    "roc_curve",
+    "time_to_detection",
+    "uniform_prior_information",
+]

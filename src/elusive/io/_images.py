@@ -1,0 +1,100 @@
+"""Frames from a folder or a list of image files, one file a frame."""
+
+from __future__ import annotations
+
+import io
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from elusive.errors import DataError
+from elusive.io._order import natural_key
+from elusive.io._stack import Stack, check_same, check_size, decoding
+from elusive.io._tiff import read_single_tiff, tiff_shape
+
+if TYPE_CHECKING:
+    from PIL import Image
+
+TIFF = (".tif", ".tiff")
+IMAGES = (".png", *TIFF, ".jpg", ".jpeg", ".bmp", ".pgm")
+# Named, because Pillow left to guess would hand a hostile file to decoders such as EPS, which runs Ghostscript.
+FORMATS = ("PNG", "JPEG", "BMP", "PPM")
+EXPORT_AGAIN = "copy or export it again, or leave it out with start and stop."
+
+
+def find_images(folder: Path, pattern: str | None) -> list[Path]:
+    """Return the images of a folder in natural order; ``pattern`` (``"*.png"``) chooses among them."""
+    with decoding(str(folder), "check its permissions."):
+        files = [file for file in folder.glob(pattern or "*") if file.is_file() and not file.name.startswith(".")]
+    images = sorted((file for file in files if file.suffix.lower() in IMAGES), key=lambda file: natural_key(str(file)))
+    if not images:
+        sought = f"no image that matches {pattern!r}" if pattern else "no image"
+        raise DataError(f"{folder}: holds {sought} (of {', '.join(IMAGES)}); check the folder.")
+    kinds = sorted({file.suffix.lower() for file in images})
+    if pattern is None and len(kinds) > 1:
+        raise DataError(f"{folder}: mixes {' and '.join(kinds)} images; choose with pattern='*{kinds[0]}'.")
+    return images
+
+
+def open_images(files: list[Path], name: str) -> Stack:
+    """Read image files in the order given; each is opened when its frame is due."""
+    others = [file for file in files if file.suffix.lower() not in IMAGES]
+    if others:
+        raise DataError(f"{others[0]}: is no image (of {', '.join(IMAGES)}); match images only.")
+    shape = _shape(files[0])
+    check_size(shape, str(files[0]))
+
+    def read(start: int, stop: int | None) -> Iterator[tuple[str, Any]]:
+        for k in range(start, len(files) if stop is None else stop):
+            where = f"{files[k]} (frame {k})"
+            with decoding(where, EXPORT_AGAIN):
+                raw = _read(files[k], shape, where)
+            yield where, raw
+
+    return Stack(name, shape, len(files), None, read)
+
+
+def _shape(path: Path) -> tuple[int, int]:
+    if path.suffix.lower() in TIFF:
+        return tiff_shape(path)
+    with decoding(str(path), EXPORT_AGAIN), path.open("rb") as file, open_pillow(file, FORMATS) as image:
+        return image.height, image.width
+
+
+def _read(path: Path, shape: tuple[int, int], where: str) -> np.ndarray[Any, Any]:
+    if path.suffix.lower() in TIFF:
+        return read_single_tiff(path, shape, where)
+    data = path.read_bytes()
+    with open_pillow(io.BytesIO(data), FORMATS) as image:
+        check_same((image.height, image.width), shape, where)
+        if image.format == "PNG":
+            if data[24] == 16 and data[25] != 0:  # bit depth and colour type of the IHDR chunk
+                raise DataError(
+                    f"{where}: is a 16-bit colour PNG, of which only 8 bits can be read; export 16-bit grey."
+                )
+            image.verify()  # decoding alone passes over a wrong checksum of the pixels
+    with open_pillow(io.BytesIO(data), FORMATS) as image:
+        return pixels(image)
+
+
+def open_pillow(file: Any, formats: tuple[str, ...]) -> Image.Image:
+    """Open an image of one of the formats; a decompression bomb raises, small or large."""
+    from PIL import Image
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", Image.DecompressionBombWarning)
+        return Image.open(file, formats=formats)
+
+
+def pixels(image: Image.Image) -> np.ndarray[Any, Any]:
+    """Return the pixels, ``(rows, cols)`` or ``(rows, cols, 3 or 4)``, at the depth they are stored in."""
+    if image.mode in ("LA", "La"):
+        image = image.getchannel(0)
+    elif image.mode in ("P", "PA"):
+        image = image.convert("RGBA")
+    elif image.mode not in ("1", "L", "I", "F", "RGB", "RGBA") and not image.mode.startswith("I;16"):
+        image = image.convert("RGB")
+    return np.array(image)

@@ -1,0 +1,248 @@
+"""Errors of estimated positions over trials: root mean square (Amrouche et al. 2018, figs. 4 and 8) and bias.
+
+Intervals: Bar-Shalom, Li and Kirubarajan (2001), section 1.4 (chi-square, Student); Efron and Tibshirani (1993).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Literal
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+
+from elusive.contracts import Array
+from elusive.errors import DataError, ParameterError
+from elusive.metrics._trials import Estimate, as_array, check_confidence, chi2_quantile, estimate, scalar
+
+Interval = Literal["t", "chi2", "bootstrap"]
+Frames = slice | Sequence[int] | NDArray[np.integer[Any]] | None
+DIMS = ("trials", "frames", "axes")
+
+
+def position_errors(estimates: Any, truth: Any) -> Array:
+    """Subtract the truth from the estimates.
+
+    Parameters
+    ----------
+    estimates
+        ``(trials, frames, axes)``, in the unit of the truth; NaN where an estimate is missing.
+    truth
+        ``(trials, frames, axes)``, or ``(frames, axes)`` where every trial has the same; NaN where no target is.
+
+    Returns
+    -------
+    ndarray
+        Errors ``(trials, frames, axes)``; every axis is NaN where one is.
+
+    Raises
+    ------
+    DataError
+        If the shapes do not fit or a value is infinite.
+    """
+    guess = as_array(estimates, "estimates", DIMS)
+    true = as_array(truth, "truth", DIMS[1:] if np.ndim(truth) == 2 else DIMS)
+    if true.shape[-2:] != guess.shape[1:] or (true.ndim == 3 and true.shape != guess.shape):
+        raise DataError(f"truth: has shape {true.shape} but the estimates {guess.shape}; give one truth an estimate.")
+    errors = guess - true
+    errors[np.isnan(errors).any(axis=2)] = np.nan
+    return errors
+
+
+def rmse_by_frame(
+    errors: Any,
+    *,
+    confidence: float = 0.95,
+    interval: Interval = "t",
+    rng: Generator | None = None,
+    n_resamples: int = 2000,
+) -> Estimate[Array]:
+    """Root of the mean squared length of the error over trials, at each frame.
+
+    Parameters
+    ----------
+    errors
+        ``(trials, frames, axes)``; NaN where an estimate is missing, which leaves that trial out of that frame.
+    confidence
+        Level of the interval.
+    interval
+        ``t``: Student's on the logarithm, right for many trials whatever the errors' distribution; ``chi2``: exact
+        for independent Gaussian errors without bias and of one variance on every axis; ``bootstrap``: percentile.
+    rng
+        Source of randomness, for the bootstrap alone.
+    n_resamples
+        Bootstrap samples.
+
+    Returns
+    -------
+    Estimate
+        Arrays ``(frames,)`` in the errors' unit; NaN at a frame without estimates.
+
+    Raises
+    ------
+    DataError
+        If the errors have another shape.
+    ParameterError
+        If the confidence or interval is unknown, or the bootstrap is without ``rng``.
+    """
+    array = as_array(errors, "errors", DIMS)
+    squares, present = _squares(array)
+    trials = present.sum(axis=0)
+    if interval == "chi2":
+        return _rmse_chi2(squares.sum(axis=0), trials, array.shape[2], check_confidence(confidence))
+    frames = squares.shape[1]
+    sums = np.hstack([squares, present])
+
+    def combine(total: Array) -> Array:
+        return _root(total[:, :frames] / total[:, frames:])
+
+    return estimate(sums, combine, trials, confidence, interval, rng, n_resamples, positive=True)
+
+
+def rmse_over_window(
+    errors: Any,
+    frames: Frames = None,
+    *,
+    pooling: Literal["mean", "pooled"] = "mean",
+    confidence: float = 0.95,
+    interval: Literal["t", "bootstrap"] = "t",
+    rng: Generator | None = None,
+    n_resamples: int = 2000,
+) -> Estimate[float]:
+    """One root-mean-square error for a window of frames.
+
+    Parameters
+    ----------
+    errors
+        ``(trials, frames, axes)``; NaN where an estimate is missing.
+    frames
+        Slice or indices of the window; all frames by default.
+    pooling
+        ``mean``: mean over frames of each frame's RMSE over trials (what papers' tables mostly give);
+        ``pooled``: root of the mean square over all estimates. The second is never less where none is missing.
+    confidence, interval, rng, n_resamples
+        As in :func:`rmse_by_frame`; no ``chi2``, for the frames of a trial are correlated. Trials are the unit.
+
+    Returns
+    -------
+    Estimate
+        Floats in the errors' unit; the standard error is NaN where one trial alone reaches a frame (``mean``).
+
+    Raises
+    ------
+    DataError
+        If the errors have another shape, the window is empty, or a frame of it has no estimate in any trial
+        (``mean`` alone).
+    ParameterError
+        As in :func:`rmse_by_frame`.
+    """
+    squares, present = _squares(_window(errors, frames))
+    width = squares.shape[1]
+    if pooling == "mean":
+        empty = np.flatnonzero(present.sum(axis=0) == 0)
+        if empty.size:
+            raise DataError(
+                f"errors: frame {int(empty[0])} of the window has no estimate in any trial; "
+                "leave it out of `frames`, or use pooling='pooled'."
+            )
+        sums = np.hstack([squares, present])
+    elif pooling == "pooled":
+        sums = np.column_stack([squares.sum(axis=1), present.sum(axis=1)])
+        width = 1
+    else:
+        raise ParameterError(f"pooling: {pooling!r} is unknown; choose 'mean' or 'pooled'.")
+
+    def combine(total: Array) -> Array:
+        by_frame: Array = _root(total[:, :width] / total[:, width:])
+        mean: Array = by_frame.mean(axis=1)
+        return mean
+
+    trials = np.asarray(present.any(axis=1).sum())
+    return scalar(estimate(sums, combine, trials, confidence, interval, rng, n_resamples, positive=True))
+
+
+def bias(
+    errors: Any,
+    frames: Frames = None,
+    *,
+    by_frame: bool = False,
+    confidence: float = 0.95,
+    interval: Literal["t", "bootstrap"] = "t",
+    rng: Generator | None = None,
+    n_resamples: int = 2000,
+) -> Estimate[Array]:
+    """Mean error vector over trials, of a window of frames or at each of them.
+
+    Parameters
+    ----------
+    errors
+        ``(trials, frames, axes)``; NaN where an estimate is missing.
+    frames
+        Slice or indices of the window; all frames by default.
+    by_frame
+        Give the bias at each frame instead of one for the window.
+    confidence, interval, rng, n_resamples
+        As in :func:`rmse_by_frame`, without ``chi2``. ``t`` is exact for Gaussian errors where none is missing.
+
+    Returns
+    -------
+    Estimate
+        Arrays ``(axes,)``, or ``(frames, axes)`` by frame, in the errors' unit. Intervals hold axis by axis.
+
+    Raises
+    ------
+    DataError
+        If the errors have another shape or the window is empty.
+    ParameterError
+        As in :func:`rmse_by_frame`.
+    """
+    array = _window(errors, frames)
+    missing = np.isnan(array).any(axis=2, keepdims=True)
+    filled, present = np.where(missing, 0.0, array), (~missing).astype(np.float64)
+    if not by_frame:
+        filled, present = filled.sum(axis=1, keepdims=True), present.sum(axis=1, keepdims=True)
+    n, width, axes = filled.shape
+    sums = np.concatenate([filled, present], axis=2).reshape(n, -1)
+
+    def combine(total: Array) -> Array:
+        split = total.reshape(-1, width, axes + 1)
+        mean = split[..., :axes] / split[..., axes:]
+        return mean if by_frame else mean[:, 0]
+
+    counts = (present > 0).sum(axis=0)
+    trials = np.broadcast_to(counts, (width, axes)) if by_frame else np.broadcast_to(counts[0], (axes,))
+    return estimate(sums, combine, trials, confidence, interval, rng, n_resamples)
+
+
+def _squares(errors: Array) -> tuple[Array, Array]:
+    """Squared length of each error (zero where missing) and whether it is there, both ``(trials, frames)``."""
+    lengths = np.sum(errors**2, axis=2)
+    present = ~np.isnan(lengths)
+    return np.where(present, lengths, 0.0), present.astype(np.float64)
+
+
+def _window(errors: Any, frames: Frames) -> Array:
+    array = as_array(errors, "errors", DIMS)
+    if frames is None:
+        return array
+    try:
+        chosen = array[:, frames]
+    except IndexError:
+        raise DataError(f"frames: {frames!r} does not fit {array.shape[1]} frames.") from None
+    if chosen.shape[1] == 0:
+        raise DataError(f"frames: {frames!r} chooses none of {array.shape[1]} frames.")
+    return chosen
+
+
+def _root(mean_square: Array) -> Array:
+    # leaving out the trial that carries nearly all of a sum can leave a tiny negative rest
+    return np.sqrt(np.maximum(mean_square, 0.0))
+
+
+def _rmse_chi2(total: Array, trials: Array, axes: int, confidence: float) -> Estimate[Array]:
+    counted = np.where(trials > 0, trials, np.nan)
+    dof, tail = counted * axes, (1.0 - confidence) / 2
+    value = np.sqrt(total / counted)
+    low, high = (np.sqrt(total * axes / chi2_quantile(p, dof)) for p in (1.0 - tail, tail))
+    return Estimate(value, value / np.sqrt(2 * dof), low, high, trials)

@@ -1,0 +1,173 @@
+"""Compiled kernels of the image sensor: log likelihood ratios over a patch, and the template map."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from elusive.contracts import Array
+
+
+@njit(cache=True, nogil=True, fastmath={"contract", "reassoc", "arcp", "nsz"})
+def log_ratio_gaussian(
+    states: Array, frame: Array, dx: float, dy: float, psf: float, gain: float, sigma: float, taps: Array, window: Any
+) -> Array:
+    """Eqs. 18-19 for each state. The Gaussian separates: g(d + k) = g(d) r^k c_k, three exponentials a state.
+
+    ``window`` is a tuple whose length, the patch's width, the compiler knows: the loops over the patch unroll.
+    """
+    rows, columns = frame.shape
+    n, d = states.shape
+    width = len(window)
+    p = width // 2
+    ratio = np.empty(n)
+    inverse = 1.0 / (sigma * sigma)
+    half = 0.5 / (psf * psf)
+    gx = np.empty(width)
+    gy = np.empty(width)
+    cells = frame.reshape(-1)
+    for i in range(n):
+        x, y = states[i, 0], states[i, 2]
+        column, row = int(np.floor(x / dx + 0.5)), int(np.floor(y / dy + 0.5))
+        if column + p < 0 or column - p >= columns or row + p < 0 or row - p >= rows:
+            ratio[i] = 0.0
+            continue
+        off_x, off_y = column * dx - x, row * dy - y
+        up_x, up_y = np.exp(-2.0 * half * off_x * dx), np.exp(-2.0 * half * off_y * dy)
+        down_x, down_y = 1.0 / up_x, 1.0 / up_y
+        gx[p] = gy[p] = 1.0
+        rise_x = fall_x = rise_y = fall_y = 1.0
+        for k in range(1, p + 1):
+            rise_x *= up_x
+            fall_x *= down_x
+            rise_y *= up_y
+            fall_y *= down_y
+            gx[p + k], gx[p - k] = rise_x * taps[0, k], fall_x * taps[0, k]
+            gy[p + k], gy[p - k] = rise_y * taps[1, k], fall_y * taps[1, k]
+        amplitude = gain * states[i, d - 1] * np.exp(-half * (off_x * off_x + off_y * off_y))
+        if column >= p and column + p < columns and row >= p and row + p < rows:
+            # unsigned indices spare the compiled code a test for negative ones
+            corner = np.uintp((row - p) * columns + column - p)
+            cross = square_x = square_y = 0.0
+            for k in range(width):
+                line = 0.0
+                for m in range(width):
+                    line += gx[m] * cells[corner + np.uintp(m)]
+                corner += np.uintp(columns)
+                cross += gy[k] * line
+                square_x += gx[k] * gx[k]
+                square_y += gy[k] * gy[k]
+            if np.isfinite(cross):
+                ratio[i] = amplitude * inverse * (cross - 0.5 * amplitude * square_x * square_y)
+                continue
+        total = 0.0
+        for k in range(max(0, p - row), min(width, rows - row + p)):
+            for m in range(max(0, p - column), min(width, columns - column + p)):
+                z = frame[row - p + k, column - p + m]
+                if np.isfinite(z):
+                    h = amplitude * gy[k] * gx[m]
+                    total += h * (z - 0.5 * h)
+        ratio[i] = total * inverse
+    return ratio
+
+
+@njit(cache=True, nogil=True)
+def template_map_gaussian(frame: Array, taps_x: Array, taps_y: Array, amplitude: float, sigma: float) -> Array:
+    """Log likelihood ratio of a target of that peak amplitude centred on each cell, by two 1-D passes."""
+    rows, columns = frame.shape
+    p = len(taps_x) // 2
+    cross_x = np.zeros((rows, columns))
+    square_x = np.zeros((rows, columns))
+    for r in range(rows):
+        for m in range(-p, p + 1):
+            tap = taps_x[m + p]
+            for c in range(max(0, -m), min(columns, columns - m)):
+                z = frame[r, c + m]
+                if z == z:
+                    cross_x[r, c] += tap * z
+                    square_x[r, c] += tap * tap
+    ratio = np.zeros((rows, columns))
+    first = amplitude / (sigma * sigma)
+    second = -0.5 * amplitude * amplitude / (sigma * sigma)
+    for r in range(rows):
+        for k in range(max(-p, -r), min(p, rows - 1 - r) + 1):
+            one = first * taps_y[k + p]
+            two = second * taps_y[k + p] * taps_y[k + p]
+            for c in range(columns):
+                ratio[r, c] += one * cross_x[r + k, c] + two * square_x[r + k, c]
+    return ratio
+
+
+@njit(cache=True, nogil=True)
+def log_bessel_i0(x: float) -> float:
+    """Logarithm of the modified Bessel function I0 for x >= 0; Abramowitz and Stegun 9.8.1-2, error below 2e-7."""
+    if x < 3.75:
+        t = (x / 3.75) ** 2
+        value = 1.0 + t * (
+            3.5156229 + t * (3.0899424 + t * (1.2067492 + t * (0.2659732 + t * (0.0360768 + t * 0.0045813))))
+        )
+        return np.log(value)
+    t = 3.75 / x
+    value = 0.39894228 + t * (
+        0.01328592
+        + t
+        * (
+            0.00225319
+            + t
+            * (
+                -0.00157565
+                + t * (0.00916281 + t * (-0.02057706 + t * (0.02635537 + t * (-0.01647633 + t * 0.00392377))))
+            )
+        )
+    )
+    return x - 0.5 * np.log(x) + np.log(value)
+
+
+@njit(cache=True, nogil=True)
+def log_ratio_rayleigh(
+    states: Array,
+    frame: Array,
+    dx: float,
+    dy: float,
+    psf: float,
+    gain: float,
+    sigma: float,
+    p: int,
+    powers: Array,
+    log_shares: Array,
+) -> Array:
+    """Rice against Rayleigh in each cell, averaged over the target's power (one amplitude for all its cells)."""
+    rows, columns = frame.shape
+    n, d = states.shape
+    ratio = np.empty(n)
+    inverse = 1.0 / (sigma * sigma)
+    half = 0.5 / (psf * psf)
+    given = np.empty(len(powers))
+    for i in range(n):
+        x, y = states[i, 0], states[i, 2]
+        column, row = int(np.floor(x / dx + 0.5)), int(np.floor(y / dy + 0.5))
+        given[:] = log_shares
+        for r in range(max(0, row - p), min(rows - 1, row + p) + 1):
+            for c in range(max(0, column - p), min(columns - 1, column + p) + 1):
+                z = frame[r, c]
+                if z == z:
+                    h = gain * states[i, d - 1] * np.exp(-half * ((c * dx - x) ** 2 + (r * dy - y) ** 2))
+                    for m in range(len(powers)):
+                        h_m = abs(h) * np.sqrt(powers[m])
+                        given[m] += log_bessel_i0(z * h_m * inverse) - 0.5 * h_m * h_m * inverse
+        best = given.max()
+        ratio[i] = best + np.log(np.sum(np.exp(given - best)))
+    return ratio
+
+
+@njit(cache=True, nogil=True)
+def in_view(states: Array, dx: float, dy: float, columns: int, rows: int, p: int) -> Array:
+    """0 for a state whose patch meets the frame, minus infinity for the others."""
+    view = np.empty(len(states))
+    for i in range(len(states)):
+        x, y = states[i, 0] / dx, states[i, 2] / dy
+        inside = -p <= x <= columns - 1 + p and -p <= y <= rows - 1 + p
+        view[i] = 0.0 if inside else -np.inf
+    return view

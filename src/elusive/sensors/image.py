@@ -1,0 +1,159 @@
+"""Unthresholded image frames of a point target: Amrouche, Khenchaf and Berkani (2018), eqs. 8-9 and 14-19.
+
+A target of intensity I at (x, y) adds ``I dx dy / (2 pi S^2) exp(-d^2 / (2 S^2))`` to the cell whose centre is
+at distance d; S is the point spread. Cells are counted from zero: cell (row r, column c) is centred at
+``(x, y) = (c dx, r dy)``. Noise is Gaussian (the paper's), or the Rayleigh amplitude of a radar or sonar envelope
+with a steady target (Swerling 0) or one whose amplitude is drawn anew each frame (Swerling 1); Richards (2014), ch. 2.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.random import Generator
+from pydantic import Field
+
+from elusive.contracts import INTENSITY, Array, X, Y
+from elusive.errors import DataError
+from elusive.model import Model, Positive
+
+QUADRATURE_NODES = 24  # Gauss-Laguerre nodes for the Swerling 1 power: .01 in log ratio up to 20 dB
+
+
+class ImageSensor(Model):
+    """Frames of ``rows x columns`` cells that see a point target blurred by a Gaussian."""
+
+    rows: int = Field(20, gt=0, description="Number of rows, m")
+    columns: int = Field(20, gt=0, description="Number of columns, n")
+    psf_sigma: Positive = Field(0.7, description="Width of the Gaussian point spread, Sigma [units of dx]")
+    noise_sigma: Positive = Field(
+        3.0, description="Noise deviation of a cell (of each quadrature for an envelope), sigma"
+    )
+    noise: Literal["gaussian", "rayleigh"] = Field("gaussian", description="Distribution of a cell without target")
+    swerling: Literal[0, 1] = Field(0, description="Envelope only: steady target (0), or redrawn each frame (1)")
+    dx: Positive = Field(1.0, description="Width of a cell, Delta_x")
+    dy: Positive = Field(1.0, description="Height of a cell, Delta_y")
+    truncation: int = Field(2, ge=0, le=15, description="Half-width of the patch of cells a target affects, p")
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of a frame."""
+        return self.rows, self.columns
+
+    @property
+    def gain(self) -> float:
+        """Peak amplitude of a target of unit intensity, ``dx dy / (2 pi S^2)``."""
+        return self.dx * self.dy / (2 * np.pi * self.psf_sigma**2)
+
+    def intensity_of(self, snr_db: float) -> float:
+        """Return the intensity whose peak is ``snr_db`` decibels above the noise deviation."""
+        return float(10 ** (snr_db / 20) * self.noise_sigma / self.gain)
+
+    def snr_db_of(self, intensity: float) -> float:
+        """Return ``20 log10`` of peak over noise deviation, for an intensity above zero."""
+        if not intensity > 0:
+            raise DataError(f"intensity: must be above zero to have an SNR in decibels (got {intensity}).")
+        return float(20 * np.log10(intensity * self.gain / self.noise_sigma))
+
+    def template(self, states: Array) -> Array:
+        """Noise-free frame of several targets together, ``(N, d) -> (rows, columns)``, not truncated."""
+        along_x = np.exp(-0.5 * ((np.arange(self.columns) * self.dx - states[:, X, None]) / self.psf_sigma) ** 2)
+        along_y = np.exp(-0.5 * ((np.arange(self.rows) * self.dy - states[:, Y, None]) / self.psf_sigma) ** 2)
+        frame: Array = np.einsum("n,nr,nc->rc", self.gain * states[:, INTENSITY], along_y, along_x)
+        return frame
+
+    def simulate(self, states: Array, rng: Generator) -> Array:
+        """Draw one frame with a target for each row of ``states`` (``(0, d)``: noise alone).
+
+        Returns
+        -------
+        ndarray
+            ``(rows, columns)`` float64.
+        """
+        if self.noise == "gaussian":
+            return self.template(states) + self.noise_sigma * rng.standard_normal(self.shape)
+        quadratures = self.noise_sigma * rng.standard_normal((2, *self.shape))
+        for state in states:
+            # the carrier's phase is unknown in each cell; a Swerling 1 amplitude is common to a target's cells
+            power = rng.exponential() if self.swerling == 1 else 1.0
+            amplitude = np.sqrt(power) * self.template(state[None])
+            phase = rng.uniform(0, 2 * np.pi, self.shape)
+            quadratures += amplitude * np.stack([np.cos(phase), np.sin(phase)])
+        return np.asarray(np.hypot(quadratures[0], quadratures[1]))
+
+    def log_likelihood(self, states: Array, measurement: Array) -> Array:
+        """Log likelihood ratio of target against none, eqs. 18-19, over the patch of cells around each state.
+
+        Cells that are NaN are masked: they say nothing. A state whose patch lies outside the frame has ratio 0.
+
+        Parameters
+        ----------
+        states
+            ``(N, d)``; x, y in columns 0 and 2, the intensity last.
+        measurement
+            Frame, ``(rows, columns)``.
+
+        Returns
+        -------
+        ndarray
+            ``(N,)``.
+
+        Raises
+        ------
+        DataError
+            If the frame has another shape.
+        """
+        from elusive.sensors import _kernels
+
+        frame = self._checked(measurement)
+        optics = (self.dx, self.dy, self.psf_sigma, self.gain, self.noise_sigma)
+        if self.noise == "gaussian":
+            return _kernels.log_ratio_gaussian(states, frame, *optics, self._taps, self._window)
+        return _kernels.log_ratio_rayleigh(states, frame, *optics, self.truncation, *self._powers)
+
+    def birth_map(self, measurement: Array, intensity: float) -> Array:
+        """Log likelihood ratio of a target of that intensity centred on each cell, ``(rows, columns)``."""
+        from elusive.sensors import _kernels
+
+        frame = self._checked(measurement)
+        if self.noise == "gaussian":
+            taps_x, taps_y = np.hstack([self._taps[:, :0:-1], self._taps])
+            return _kernels.template_map_gaussian(frame, taps_x, taps_y, self.gain * intensity, self.noise_sigma)
+        r, c = np.indices(self.shape)
+        centred = np.zeros((r.size, 5))
+        centred[:, X], centred[:, Y], centred[:, INTENSITY] = c.ravel() * self.dx, r.ravel() * self.dy, intensity
+        return self.log_likelihood(centred, frame).reshape(self.shape)
+
+    def log_probability(self, states: Array) -> Array:
+        """Knowledge of the field of view: 0 where a target affects a cell of the frame, else minus infinity."""
+        from elusive.sensors import _kernels
+
+        return _kernels.in_view(states, self.dx, self.dy, self.columns, self.rows, self.truncation)
+
+    def _checked(self, measurement: Array) -> Array:
+        frame = np.ascontiguousarray(measurement, dtype=np.float64)
+        if frame.shape != self.shape:
+            raise DataError(
+                f"frame: has shape {frame.shape}, the sensor expects {self.shape} (rows, columns); "
+                "use frames of one size, or a sensor with this size."
+            )
+        return frame
+
+    @cached_property
+    def _taps(self) -> Array:
+        """``exp(-(k d)^2 / 2 S^2)`` for both axes and k from 0 to the truncation, ``(2, p + 1)``."""
+        return np.exp(-0.5 * (np.outer([self.dx, self.dy], np.arange(self.truncation + 1)) / self.psf_sigma) ** 2)
+
+    @cached_property
+    def _window(self) -> tuple[int, ...]:
+        return (0,) * (2 * self.truncation + 1)
+
+    @cached_property
+    def _powers(self) -> tuple[Array, Array]:
+        """Target powers and their log shares: one for Swerling 0, Gauss-Laguerre nodes for Swerling 1."""
+        if self.swerling == 0:
+            return np.ones(1), np.zeros(1)
+        nodes, shares = np.polynomial.laguerre.laggauss(QUADRATURE_NODES)
+        return nodes, np.log(shares)
