@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidatorFunctionWrapHandler, WrapValidator
 
 from elusive.errors import DataError, ParameterError
 
@@ -56,6 +56,23 @@ class Model(BaseModel):
         """Write every field, defaults too, so that the file alone repeats the run."""
         text: str = yaml.safe_dump(self.model_dump(mode="json"), sort_keys=False)
         return text
+
+
+def or_own(protocol: type) -> WrapValidator:
+    """Let a field that takes built-in models take any other object with a protocol's methods, as it is."""
+
+    def validate(value: Any, built_in: ValidatorFunctionWrapHandler) -> Any:
+        fits = isinstance(value, protocol)
+        if fits and not isinstance(value, Model):
+            return value
+        try:
+            return built_in(value)
+        except ValidationError:
+            if fits:
+                return value
+            raise
+
+    return WrapValidator(validate)
 
 
 def read_yaml(path: str | Path) -> dict[str, Any]:

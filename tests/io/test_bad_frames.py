@@ -3,6 +3,7 @@
 import os
 import pickle
 import struct
+import zipfile
 import zlib
 
 import h5py
@@ -16,7 +17,7 @@ from PIL import Image
 from elusive.errors import DataError
 from elusive.io import open_frames
 
-GOOD = np.random.default_rng(4).integers(0, 65536, (4, 8, 10), dtype=np.uint16)
+GOOD = np.random.default_rng(4).integers(0, 65536, (5, 8, 10), dtype=np.uint16)
 
 
 def refused(match, source, **arguments):
@@ -48,7 +49,7 @@ def test_folder_of_mixed_kinds(tmp_path):
     save_folder(tmp_path, GOOD)
     save_folder(tmp_path, GOOD, ".tif")
     refused(r"mixes \.png and \.tif images; choose with pattern='\*\.png'", tmp_path)
-    assert open_frames(tmp_path, pattern="*.tif").length == 4
+    assert open_frames(tmp_path, pattern="*.tif").length == 5
 
 
 def test_unsupported_kinds(tmp_path):
@@ -66,12 +67,12 @@ def test_arguments_that_do_not_fit(tmp_path):
     path = tmp_path / "m.npy"
     refused(r"start=-1, stop=None: choose", path, start=-1)
     refused(r"start=2, stop=2: choose", path, start=2, stop=2)
-    refused(r"has 4 frames, numbered from 0; start=4 is past", path, start=4)
+    refused(r"has 5 frames, numbered from 0; start=5 is past", path, start=5)
     refused(r"rate_hz=0: must be a positive", path, rate_hz=0)
     refused(r"rate_hz=nan", path, rate_hz=float("nan"))
     refused(r"dataset='a' names an array in", path, dataset="a")
     refused(r"pattern='\*' chooses files of a folder", path, pattern="*")
-    assert open_frames(path, stop=99).length == 4
+    assert open_frames(path, stop=99).length == 5
 
 
 def test_truncated_png(tmp_path):
@@ -112,7 +113,7 @@ def test_decompression_bomb(tmp_path, side):
 
 def test_frames_too_large_to_read(tmp_path):
     with h5py.File(tmp_path / "m.h5", "w") as file:
-        file.create_dataset("m", (3, 100_000, 100_000), chunks=(1, 100, 100))
+        file.create_dataset("m", (3, 100_000, 100_000), "u1", chunks=(1, 100, 100))
     refused(r"100000 x 100000 pixels .* more than the 67108864", tmp_path / "m.h5")
     tifffile.imwrite(tmp_path / "m.tif", shape=(9000, 9000), dtype=np.uint8, tile=(256, 256), compression="zlib",
                      data=(b"" for _ in range(36 * 36)))  # fmt: skip
@@ -150,11 +151,11 @@ def test_mostly_bad_pixels(tmp_path):
 
 def test_constant_frames_and_how_to_skip_them(tmp_path):
     movie = GOOD.copy()
-    movie[0], movie[3] = 0, 7
+    movie[0], movie[4] = 0, 7
     np.save(tmp_path / "m.npy", movie)
     refused(r"frame 0: all its pixels are 0, .*; pass start=1 to skip it", tmp_path / "m.npy")
-    refused(r"frame 3: all its pixels are 7, .*; pass stop=3 to end before it", tmp_path / "m.npy", start=1)
-    np.testing.assert_array_equal(list(open_frames(tmp_path / "m.npy", start=1, stop=3)), movie[1:3])
+    refused(r"frame 4: all its pixels are 7, .*; pass stop=4 to end before it", tmp_path / "m.npy", start=1)
+    np.testing.assert_array_equal(list(open_frames(tmp_path / "m.npy", start=1, stop=4)), movie[1:4])
     masked = np.full((1, 4, 5), 2.0)
     masked[0, 0, 0] = np.nan
     np.save(tmp_path / "n.npy", masked)
@@ -248,7 +249,7 @@ def test_tiffs_that_are_no_grey_sequence(tmp_path):
     folder = tmp_path / "folder"
     folder.mkdir()
     tifffile.imwrite(folder / "a.tif", GOOD)
-    refused(r"a\.tif \(frame 0\): holds 4 pages; open this file alone", folder)
+    refused(r"a\.tif \(frame 0\): holds 5 pages; open this file alone", folder)
 
 
 def test_hdf5_names(tmp_path):
@@ -273,6 +274,28 @@ def test_npz_names(tmp_path):
     refused(r"holds no array 'c'; it holds a, b", tmp_path / "m.npz", dataset="c")
     np.savez(tmp_path / "n.npz", a=np.arange(3))
     refused(r"holds no array \(T, rows, cols\)", tmp_path / "n.npz")
+
+
+def test_an_archive_of_something_else(tmp_path):
+    np.savez(tmp_path / "m.npz", GOOD)
+    with zipfile.ZipFile(tmp_path / "m.npz", "a") as archive:
+        archive.writestr("notes.txt", "hello")
+    refused(r"holds 'notes\.txt', which is no array", tmp_path / "m.npz")
+
+
+def test_an_lzw_tiff_that_pillow_would_cut_to_8_bits(tmp_path):
+    colour = np.random.default_rng(8).integers(0, 256, (8, 10, 3), dtype=np.uint8)
+    Image.fromarray(colour).save(tmp_path / "m.tif", compression="tiff_lzw")
+    assert next(iter(open_frames(tmp_path / "m.tif"))).shape == (8, 10)
+    with tifffile.TiffFile(tmp_path / "m.tif", mode="r+") as tif:
+        tif.pages[0].tags["BitsPerSample"].overwrite((16, 16, 16))
+    refused(r"page 0: its LZW compression needs the package imagecodecs", tmp_path / "m.tif")
+
+
+def test_an_animated_png_in_a_folder(tmp_path):
+    first, *others = (Image.fromarray((frame >> 8).astype(np.uint8)) for frame in GOOD)
+    first.save(tmp_path / "0.png", save_all=True, append_images=others)
+    refused(r"0\.png \(frame 0\): holds 5 pictures", tmp_path)
 
 
 def test_gif_without_a_frame(tmp_path):

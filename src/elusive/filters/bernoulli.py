@@ -8,15 +8,16 @@ describe the target given that it is there, and the probability that it is there
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.random import Generator
-from pydantic import ConfigDict, Field, SerializeAsAny
+from pydantic import Field
 
-from elusive.contracts import Array, Birth, Knowledge, Motion, Sensor
+from elusive.contracts import Array, Knowledge
 from elusive.filters import _kernels
 from elusive.filters.births import MeasurementBirth
+from elusive.filters.parts import AnyBirth, AnyMotion, AnySensor
 from elusive.filters.resampling import Scheme, resample
 from elusive.model import Model, Probability
 from elusive.motion import WithIntensity
@@ -40,11 +41,10 @@ class BernoulliFilter(Model):
     comes back is found anew.
     """
 
-    model_config = ConfigDict(arbitrary_types_allowed=True)
-
-    motion: SerializeAsAny[Motion] = Field(WithIntensity(), description="How the target moves")
-    sensor: SerializeAsAny[Sensor] = Field(ImageSensor(), description="What a frame says of a state")
-    birth: SerializeAsAny[Birth] = Field(MeasurementBirth(), description="Where a target appears, p_b and q_b")
+    kind: Literal["bernoulli"] = "bernoulli"
+    motion: AnyMotion = Field(WithIntensity(), description="How the target moves")
+    sensor: AnySensor = Field(ImageSensor(), description="What a frame says of a state")
+    birth: AnyBirth = Field(MeasurementBirth(), description="Where a target appears, p_b and q_b")
     birth_probability: Probability = Field(0.05, description="Probability that a target appears in a step, P_b, eq. 3")
     death_probability: Probability = Field(0.05, description="Probability that it disappears in a step, P_d, eq. 4")
     initial_existence: Probability = Field(0.05, description="Probability of existence before the first frame, mu_1")

@@ -7,16 +7,17 @@ Amrouche, Khenchaf and Berkani (2018), table 1 and eqs. 17-21. Kept as the refer
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
-from pydantic import ConfigDict, Field, SerializeAsAny
+from pydantic import Field
 
-from elusive.contracts import Array, Birth, Knowledge, Motion, Sensor
+from elusive.contracts import Array, Knowledge
 from elusive.filters import _kernels
 from elusive.filters.births import UniformBirth
+from elusive.filters.parts import AnyBirth, AnyMotion, AnySensor
 from elusive.filters.resampling import Scheme, resample
 from elusive.model import Model, Probability
 from elusive.motion import WithIntensity
@@ -37,11 +38,10 @@ class ExistenceState(NamedTuple):
 class ExistenceParticleFilter(Model):
     """Detects and tracks one target with existence as a part of each particle's state."""
 
-    model_config = ConfigDict(arbitrary_types_allowed=True)
-
-    motion: SerializeAsAny[Motion] = Field(WithIntensity(), description="How the target moves")
-    sensor: SerializeAsAny[Sensor] = Field(ImageSensor(), description="What a frame says of a state")
-    birth: SerializeAsAny[Birth] = Field(UniformBirth(), description="Where a target appears, p_b and q_b")
+    kind: Literal["existence"] = "existence"
+    motion: AnyMotion = Field(WithIntensity(), description="How the target moves")
+    sensor: AnySensor = Field(ImageSensor(), description="What a frame says of a state")
+    birth: AnyBirth = Field(UniformBirth(), description="Where a target appears, p_b and q_b")
     birth_probability: Probability = Field(0.05, description="Probability that a target appears in a step, P_b, eq. 3")
     death_probability: Probability = Field(0.05, description="Probability that it disappears in a step, P_d, eq. 4")
     initial_existence: Probability = Field(0.05, description="Probability of existence before the first frame, mu_1")

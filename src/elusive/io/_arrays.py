@@ -61,9 +61,10 @@ def open_npz(path: Path, dataset: str | None) -> Stack:
     with decoding(str(path), ZIP_AGAIN), zipfile.ZipFile(path) as archive:
         headers: dict[str, _Header] = {}
         for entry in archive.namelist():
-            if entry.endswith(".npy"):
-                with archive.open(entry) as file:
-                    headers[entry.removesuffix(".npy")] = _header(file)
+            if not entry.endswith(".npy"):
+                raise DataError(f"{path}: holds {entry!r:.80}, which is no array; {ZIP_AGAIN}")
+            with archive.open(entry) as file:
+                headers[entry.removesuffix(".npy")] = _header(file)
     if dataset is not None and dataset not in headers:
         raise DataError(f"{path}: holds no array {dataset!r}; it holds {', '.join(headers) or 'none'}.")
     stacks = [name for name, header in headers.items() if len(header.shape) in (3, 4)]
@@ -125,10 +126,11 @@ def open_hdf5(path: Path, dataset: str | None) -> Stack:
 
     with decoding(str(path), CHECK_HDF5), h5py.File(path, "r") as file:
         name = dataset if dataset is not None else only(_stacks_in(file), str(path))
-        if name not in file or not isinstance(file[name], h5py.Dataset):
+        found = file.get(name)
+        if not isinstance(found, h5py.Dataset):
             held = ", ".join(_stacks_in(file)) or "none"
             raise DataError(f"{path}: holds no dataset {name!r}; its 3-D datasets are: {held}.")
-        length, shape = layout(file[name].shape or (), file[name].dtype, f"{path}::{name}")
+        length, shape = layout(found.shape or (), found.dtype, f"{path}::{name}")
 
     def read(start: int, stop: int | None) -> Iterator[tuple[str, Any]]:
         with ExitStack() as stack:

@@ -70,6 +70,8 @@ def _read(path: Path, shape: tuple[int, int], where: str) -> np.ndarray[Any, Any
     data = path.read_bytes()
     with open_pillow(io.BytesIO(data), FORMATS) as image:
         check_same((image.height, image.width), shape, where)
+        if getattr(image, "n_frames", 1) > 1:
+            raise DataError(f"{where}: holds {image.n_frames} pictures; keep one picture a file.")  # type: ignore[attr-defined]
         if image.format == "PNG":
             if data[24] == 16 and data[25] != 0:  # bit depth and colour type of the IHDR chunk
                 raise DataError(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -14,13 +15,13 @@ from elusive.io._stack import Stack, check_same, check_size, decoding
 
 EXPORT_AGAIN = "copy or export it again, or leave it out with start and stop."
 SAVE_GREY = "save it as grey pages, uncompressed or deflated."
+UNHEARD = logging.NullHandler()
 MINISWHITE, MINISBLACK, RGB, YCBCR = 0, 1, 2, 6
 
 
 def open_tiff(path: Path) -> Stack:
     """Read the pages of a TIFF; an ImageJ stack with one header for all its frames is mapped."""
-    import tifffile
-
+    tifffile = _tifffile()
     with decoding(str(path), EXPORT_AGAIN), tifffile.TiffFile(path) as tif:
         shape = _shape(tif.pages[0])
         check_size(shape, str(path))
@@ -67,20 +68,26 @@ def open_tiff(path: Path) -> Stack:
 
 def tiff_shape(path: Path) -> tuple[int, int]:
     """Return the (rows, cols) of the first page."""
-    import tifffile
-
+    tifffile = _tifffile()
     with decoding(str(path), EXPORT_AGAIN), tifffile.TiffFile(path) as tif:
         return _shape(tif.pages[0])
 
 
 def read_single_tiff(path: Path, shape: tuple[int, int], where: str) -> np.ndarray[Any, Any]:
     """Read a TIFF that is one frame of a folder; refuse one of several pages."""
-    import tifffile
-
+    tifffile = _tifffile()
     with tifffile.TiffFile(path) as tif, ExitStack() as stack:
         if len(tif.pages) > 1:
             raise DataError(f"{where}: holds {len(tif.pages)} pages; open this file alone, or keep one page a file.")
         return _page(tif.pages[0], shape, where, path, 0, stack)
+
+
+def _tifffile() -> Any:
+    import tifffile
+
+    # Without a handler, what tifffile logs of a damaged file would reach the terminal beside our sentence.
+    logging.getLogger("tifffile").addHandler(UNHEARD)
+    return tifffile
 
 
 def _shape(page: Any) -> tuple[int, int]:

@@ -112,6 +112,8 @@ def fault_of(row: TrackRow) -> str | None:
         return f"has the time {row.time_s}; give a finite one"
     if not 0.0 <= row.existence <= 1.0:
         return f"has the existence {row.existence}; a probability is from 0 to 1"
+    if not row.status or not row.status.isprintable():
+        return f"has the status {row.status!r}; give it a plain name"
     if (row.track is None) != (row.status == NO_TRACK):
         return (
             f"has the track {row.track} and the status {row.status!r}; status none, and it alone, goes without a track"

@@ -1,0 +1,1 @@
+"""From a recording to tracks: one module for each kind of recording."""

@@ -1,0 +1,106 @@
+"""Matplotlib figures of tracks and of Monte Carlo results; each takes arrays and draws into given axes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from elusive.contracts import Array
+from elusive.io.atomic import atomic_path
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+ESTIMATE, TRUTH, MUTED = "#c2410c", "#0f766e", "#64748b"
+SERIES = ("#c2410c", "#1d4ed8", "#0f766e", "#7c3aed", "#b45309", "#475569")
+STYLE: dict[str, Any] = {
+    "font.size": 9.0,
+    "axes.titlesize": 10.0,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#e2e8f0",
+    "grid.linewidth": 0.8,
+    "axes.edgecolor": "#94a3b8",
+    "axes.axisbelow": True,
+    "lines.linewidth": 1.8,
+    "legend.frameon": False,
+    "legend.fontsize": 8.0,
+    "figure.dpi": 110.0,
+    "savefig.dpi": 150.0,
+    "svg.hashsalt": "elusive",
+}
+
+
+@contextmanager
+def figure(path: Path, width_in: float, height_in: float, rows: int = 1, columns: int = 1) -> Iterator[tuple[Figure, Any]]:
+    """Give a figure and its axes ``(rows, columns)``; save it under ``path`` when the block ends well."""
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    with mpl.rc_context(STYLE):
+        drawn = Figure(figsize=(width_in, height_in), layout="constrained")
+        yield drawn, drawn.subplots(rows, columns, squeeze=False)
+        with atomic_path(path) as temporary:
+            drawn.savefig(temporary, metadata={"Software": None} if path.suffix == ".png" else None)
+
+
+def frame(axes: Axes, pixels: Array, title: str = "") -> None:
+    """Draw one frame in grey, between its first and last half per cent of values."""
+    low, high = np.nanpercentile(pixels, [0.5, 99.5])
+    axes.imshow(pixels, cmap="gray", vmin=low, vmax=high, interpolation="nearest")
+    axes.set(title=title, xlabel="x [px]", ylabel="y [px]")
+    axes.grid(visible=False)
+
+
+def paths(axes: Axes, estimate: Array, truth: Array | None = None, *, invert: bool = True) -> None:
+    """Draw the estimated path ``(T, 2)`` and the true one; NaN breaks a line. ``invert``: rows count downwards."""
+    if truth is not None:
+        axes.plot(truth[:, 0], truth[:, 1], color=TRUTH, label="truth", marker="o", markersize=3)
+    axes.plot(estimate[:, 0], estimate[:, 1], color=ESTIMATE, label="estimate", marker=".", markersize=4)
+    axes.set(xlabel="x [px]", ylabel="y [px]", aspect="equal")
+    if invert:
+        axes.set_ylim(*sorted(axes.get_ylim(), reverse=True))
+    axes.legend(loc="best")
+
+
+def existence(axes: Axes, times: Array, probability: Array, present: Array | None = None, unit: str = "frame") -> None:
+    """Draw the probability of existence over time, and shade when the target truly was there."""
+    if present is not None:
+        shade(axes, times, present)
+    axes.plot(times, probability, color=ESTIMATE, label="P(target is there)")
+    axes.axhline(0.5, color=MUTED, linewidth=0.8, linestyle=(0, (4, 3)))
+    axes.set(ylim=(-0.02, 1.02), xlabel=f"time [{unit}]", ylabel="probability")
+    axes.legend(loc="best")
+
+
+def shade(axes: Axes, times: Array, present: Array) -> None:
+    """Shade the times at which the target is there."""
+    half = 0.5 * float(np.median(np.diff(times))) if len(times) > 1 else 0.5
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], np.asarray(present, dtype=int), [0]])))
+    for number, (first, after) in enumerate(zip(edges[::2], edges[1::2], strict=True)):
+        label = "target truly there" if number == 0 else None
+        axes.axvspan(times[first] - half, times[after - 1] + half, color=TRUTH, alpha=0.12, linewidth=0, label=label)
+
+
+def error(axes: Axes, times: Array, distance: Array, spread: Array | None = None, unit: str = "frame") -> None:
+    """Draw the distance from estimate to truth over time, with the filter's own standard deviation."""
+    axes.plot(times, distance, color=ESTIMATE, label="error")
+    if spread is not None:
+        axes.plot(times, spread, color=MUTED, linestyle=(0, (4, 3)), label="the filter's own deviation")
+    axes.set(xlabel=f"time [{unit}]", ylabel="position error [px]", ylim=(0, None))
+    axes.legend(loc="best")
+
+
+def band(axes: Axes, times: Array, trials: Array, colour: str, label: str, quantiles: Sequence[float] = (0.1, 0.9)) -> None:
+    """Draw the mean over trials ``(K, T)`` and the band between two quantiles."""
+    low, high = np.nanquantile(trials, quantiles, axis=0)
+    axes.fill_between(times, low, high, color=colour, alpha=0.15, linewidth=0)
+    axes.plot(times, np.nanmean(trials, axis=0), color=colour, label=label)
