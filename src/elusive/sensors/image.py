@@ -25,6 +25,7 @@ QUADRATURE_NODES = 24  # Gauss-Laguerre nodes for the Swerling 1 power: .01 in l
 class ImageSensor(Model):
     """Frames of ``rows x columns`` cells that see a point target blurred by a Gaussian."""
 
+    kind: Literal["white"] = "white"
     rows: int = Field(20, gt=0, description="Number of rows, m")
     columns: int = Field(20, gt=0, description="Number of columns, n")
     psf_sigma: Positive = Field(0.7, description="Width of the Gaussian point spread, Sigma [units of dx]")

@@ -7,6 +7,7 @@ two frames. The paper's captions of figure 6 repeat figure 7's; its text tells w
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,9 +16,10 @@ import xarray as xr
 
 from elusive import plots
 from elusive.contracts import Array
-from elusive.experiments.amrouche2018.scenario import FRAMES, LEAVES, WeakTarget
+from elusive.experiments.amrouche2018.scenario import APPEARS, FRAMES, LEAVES, START, WeakTarget
 from elusive.experiments.amrouche2018.trial import FILTERS
-from elusive.metrics import rmse_by_frame
+from elusive.filters import UniformBirth
+from elusive.metrics import pixel_information, posterior_bound, rmse_by_frame, uniform_prior_information
 
 SNRS_DB = (3.18, 6.71, 12.0)
 SHOWN = ("paper", "bernoulli-measurement")
@@ -35,7 +37,7 @@ class Figure(NamedTuple):
 
 def draw_existence(path: Path, results: xr.Dataset, motion: str) -> None:
     """Existence at 6.71 dB: mean and band of the paper's filter and of the Bernoulli filter (figures 2 and 6)."""
-    with plots.figure(path, 7.5, 4.2) as (figure, grid):
+    with plots.figure(path, 8.0, 4.6) as (figure, grid):
         axes = grid[0, 0]
         present = results["truth"].sel(motion=motion).notnull().values
         plots.shade(axes, TIMES, present.reshape(-1, FRAMES, 2)[0, :, 0])
@@ -47,7 +49,7 @@ def draw_existence(path: Path, results: xr.Dataset, motion: str) -> None:
             axes.hlines(STEADY, 10, 25, color=plots.MUTED, linestyle=(0, (4, 3)), label="the paper's single run: above .97 to frame 25")
         axes.set(xlabel="frame", ylabel="probability of existence", ylim=(-0.02, 1.02), xlim=(1, FRAMES))
         axes.set_title(f"Existence at 6.71 dB, {_words(motion)}: mean and 10-90 % of {_trials(results)} trials")
-        axes.legend(loc="upper left", fontsize=7.5)
+        figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2)
 
 
 def draw_path(path: Path, results: xr.Dataset, motion: str) -> None:
@@ -77,8 +79,10 @@ def draw_rmse(path: Path, results: xr.Dataset, motion: str) -> None:
                 score = rmse_by_frame((at["estimate"] - at["truth"]).values)
                 axes.fill_between(TIMES, score.low, score.high, color=colour, alpha=0.2, linewidth=0)
                 axes.plot(TIMES, score.value, color=colour, label=f"{snr_db:g} dB")
+                axes.plot(TIMES[APPEARS - 1 : LEAVES], _bound(motion, snr_db), color=colour, linestyle=(0, (1, 1.5)), linewidth=1.2)
             axes.set(xlabel="frame", ylabel="position RMSE [cells]", ylim=(0, 8), xlim=(6, LEAVES))
             axes.set_title(FILTERS[name].label, fontsize=9)
+            axes.plot([], [], color=plots.MUTED, linestyle=(0, (1, 1.5)), linewidth=1.2, label="bound, given presence")
             axes.legend(loc="upper right")
         title = f"Position RMSE of {_trials(results)} trials with 95 % interval, {_words(motion)}"
         figure.suptitle(title, x=0.01, ha="left", weight="bold", size=10)
@@ -104,6 +108,22 @@ FIGURES = {
     "fig7": Figure("ct", "path, coordinated turn", draw_path),
     "fig8": Figure("ct", "RMSE, coordinated turn", draw_rmse),
 }
+
+
+def _bound(motion: str, snr_db: float) -> Array:
+    """Posterior Cramer-Rao bound of the position, given that the target is there, for each frame with it."""
+    scenario = WeakTarget(motion="ct" if motion == "ct" else "cv", snr_db=snr_db)
+    sensor, birth = scenario.sensor, UniformBirth(snr_db=snr_db)
+    intensities = birth.intensity_range(sensor)
+    low = [-0.5, -birth.max_speed, -0.5, -birth.max_speed, intensities[0]]
+    high = [sensor.columns - 0.5, birth.max_speed, sensor.rows - 0.5, birth.max_speed, intensities[1]]
+    information = partial(pixel_information, shape=sensor.shape, sigma=sensor.noise_sigma, psf_sigma=sensor.psf_sigma)
+    starts = np.tile([*START, sensor.intensity_of(snr_db)], (500, 1))
+    prior = uniform_prior_information(np.array(low), np.array(high))
+    frames = LEAVES - APPEARS + 1
+    return posterior_bound(
+        scenario.target_motion, starts, prior, information, frames, np.random.default_rng(0)
+    ).position_rmse
 
 
 def _words(motion: str) -> str:
