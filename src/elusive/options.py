@@ -14,9 +14,10 @@ from typing import Annotated, Any, Literal, NamedTuple, get_args, get_origin
 
 import typer
 from pydantic.fields import FieldInfo
+from rich.markup import escape
 
 from elusive.errors import ParameterError
-from elusive.model import Model, models_in
+from elusive.model import FROM_RECORDING, Model, models_in
 
 PANEL = "Parameters (also keys of --config)"
 
@@ -54,7 +55,7 @@ def options_of(model: type[Model]) -> list[Option]:
     return named
 
 
-def nested(options: list[Option], values: Mapping[str, Any], base: Mapping[str, Any]) -> dict[str, Any]:
+def nested(model: type[Model], given: Mapping[str, Any], base: Mapping[str, Any]) -> dict[str, Any]:
     """Lay option values over a configuration's nested mapping; None means the option was not given.
 
     An option that only some kinds of a model have chooses such a kind where none is chosen.
@@ -64,18 +65,21 @@ def nested(options: list[Option], values: Mapping[str, Any], base: Mapping[str, 
     ParameterError
         If an option is given that the chosen kind does not have.
     """
-    result: dict[str, Any] = _copy(base)
-    given = [option for option in options if values.get(option.name) is not None]
-    for option in sorted(given, key=lambda one: one.path[-1] != "kind"):
+    result = _copy(base)
+    options = [option for option in options_of(model) if given.get(option.name) is not None]
+    for option in sorted(options, key=lambda one: (one.path[-1] != "kind", len(one.path))):
         for union, kinds in option.kinds.items():
             node = _node(result, union)
-            chosen = node.setdefault("kind", kinds[0]) if len(kinds) < _kinds_of(options, union) else None
-            if chosen is not None and chosen not in kinds:
+            usual = _default_at(model, union)
+            chosen = node.get("kind", usual if usual in kinds else kinds[0])
+            if chosen not in kinds:
                 raise ParameterError(
                     f"--{option.name.replace('_', '-')}: has no meaning for {union[-1]} {chosen!r}, only for "
                     f"{', '.join(kinds)}; leave it out or choose --{union[-1].replace('_', '-')} {kinds[0]}."
                 )
-        _node(result, option.path[:-1])[option.path[-1]] = values[option.name]
+            if chosen != usual:
+                node["kind"] = chosen
+        _node(result, option.path[:-1])[option.path[-1]] = given[option.name]
     return result
 
 
@@ -92,7 +96,7 @@ def accepts(model: type[Model]) -> Callable[[Callable[..., Any]], Callable[..., 
                 default=None,
                 annotation=Annotated[
                     option.annotation | None,
-                    typer.Option(f"--{option.name.replace('_', '-')}", help=option.help, rich_help_panel=PANEL),
+                    typer.Option(f"--{option.name.replace('_', '-')}", help=escape(option.help), rich_help_panel=PANEL),
                 ],
             )
             for option in options
@@ -116,6 +120,8 @@ def _leaves(
 ) -> Iterator[Option]:
     for name, field in model.model_fields.items():
         here = (*path, name)
+        if field.json_schema_extra == FROM_RECORDING:
+            continue
         inner = [found for found in models_in(field.annotation) if issubclass(found, Model)]
         tags = [str(found.model_fields["kind"].default) for found in inner if "kind" in found.model_fields]
         if len(inner) > 1 and len(tags) == len(inner):
@@ -143,13 +149,16 @@ def _default(field: FieldInfo) -> str:
         return "required"
     default = field.get_default(call_default_factory=True)
     if isinstance(default, Model):
-        return f"default: {default.kind}" if "kind" in type(default).model_fields else "default"
+        return f"default: {getattr(default, 'kind', 'as below')}"
     return "default: from the frames" if default is None else f"default: {default}"
 
 
-def _kinds_of(options: list[Option], union: tuple[str, ...]) -> int:
-    chooser = next(option for option in options if option.path == (*union, "kind"))
-    return len(get_args(chooser.annotation))
+def _default_at(model: type[Model], union: tuple[str, ...]) -> str:
+    """Kind of the model that stands at a path by default."""
+    found: Any = model.model_fields[union[0]].get_default(call_default_factory=True)
+    for part in union[1:]:
+        found = getattr(found, part)
+    return str(found.kind)
 
 
 def _node(tree: dict[str, Any], path: tuple[str, ...]) -> dict[str, Any]:

@@ -40,7 +40,9 @@ STYLE: dict[str, Any] = {
 
 
 @contextmanager
-def figure(path: Path, width_in: float, height_in: float, rows: int = 1, columns: int = 1) -> Iterator[tuple[Figure, Any]]:
+def figure(
+    path: Path, width_in: float, height_in: float, rows: int = 1, columns: int = 1
+) -> Iterator[tuple[Figure, Any]]:
     """Give a figure and its axes ``(rows, columns)``; save it under ``path`` when the block ends well."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
@@ -99,7 +101,9 @@ def error(axes: Axes, times: Array, distance: Array, spread: Array | None = None
     axes.legend(loc="best")
 
 
-def band(axes: Axes, times: Array, trials: Array, colour: str, label: str, quantiles: Sequence[float] = (0.1, 0.9)) -> None:
+def band(
+    axes: Axes, times: Array, trials: Array, colour: str, label: str, quantiles: Sequence[float] = (0.1, 0.9)
+) -> None:
     """Draw the mean over trials ``(K, T)`` and the band between two quantiles."""
     low, high = np.nanquantile(trials, quantiles, axis=0)
     axes.fill_between(times, low, high, color=colour, alpha=0.15, linewidth=0)

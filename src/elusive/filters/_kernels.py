@@ -1,10 +1,9 @@
-"""Compiled kernels of the particle filters: resampling by one walk along the weights, weighted moments."""
+"""Compiled kernels of the particle filters: one walk along the weights for resampling and births, weighted moments."""
 
 from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from numpy.random import Generator
 
 from elusive.contracts import Array
 
@@ -78,10 +77,10 @@ def moments(states: Array, weights: Array) -> tuple[Array, Array]:
 
 
 @njit(cache=True, nogil=True)
-def draw_cells(log_preference: Array, n: int, uniform_share: float, rng: Generator) -> tuple[np.ndarray, Array]:
+def draw_cells(log_preference: Array, n: int, uniform_share: float, u0: float) -> tuple[np.ndarray, Array]:
     """Draw cells in proportion to ``exp(log_preference)`` mixed with uniform; also log of uniform over mixture.
 
-    One systematic comb over the mixture: unbiased, and with less spread than independent draws.
+    One systematic comb ``(u0 + j) / n`` over the mixture: unbiased, and with less spread than independent draws.
     """
     cells = len(log_preference)
     best = log_preference.max()
@@ -94,7 +93,6 @@ def draw_cells(log_preference: Array, n: int, uniform_share: float, rng: Generat
     floor = uniform_share / cells
     chosen = np.empty(n, dtype=np.int64)
     log_ratio = np.empty(n)
-    u0 = rng.random()
     i = 0
     reached = share[0] * scale + floor
     here = -np.log(reached * cells)
@@ -108,51 +106,3 @@ def draw_cells(log_preference: Array, n: int, uniform_share: float, rng: Generat
         chosen[j] = i
         log_ratio[j] = here
     return chosen, log_ratio
-
-
-@njit(cache=True, nogil=True)
-def draw_newborns(
-    centre_x: Array,
-    centre_y: Array,
-    columns: tuple[int, int],
-    low: Array,
-    high: Array,
-    deviation: Array,
-    rng: Generator,
-) -> Array:
-    """Fill states component by component: uniform in [low, high) where they differ, plus Gaussian, plus a centre."""
-    n, d = len(centre_x), len(low)
-    states = np.empty((n, d))
-    for i in range(n):
-        for k in range(d):
-            value = low[k]
-            if high[k] > low[k]:
-                value += (high[k] - low[k]) * rng.random()
-            if deviation[k] > 0.0:
-                value += deviation[k] * rng.standard_normal()
-            states[i, k] = value
-        states[i, columns[0]] += centre_x[i]
-        states[i, columns[1]] += centre_y[i]
-    return states
-
-
-@njit(cache=True, nogil=True)
-def bernoulli_weights(log_likelihood: Array, log_prior: Array, absent: float) -> tuple[Array, float]:
-    """Posterior weights (summing to one) and existence, from prior mass a particle and the mass of absence."""
-    n = len(log_likelihood)
-    weights = np.empty(n)
-    best = -np.inf
-    for i in range(n):
-        weights[i] = log_likelihood[i] + log_prior[i]
-        best = max(best, weights[i])
-    if best == -np.inf:
-        weights[:] = 1.0 / n
-        return weights, 0.0
-    total = 0.0
-    for i in range(n):
-        weights[i] = np.exp(weights[i] - best)
-        total += weights[i]
-    weights /= total
-    if absent <= 0.0:
-        return weights, 1.0
-    return weights, 1.0 / (1.0 + np.exp(np.log(absent) - best) / total)

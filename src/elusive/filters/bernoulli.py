@@ -71,7 +71,7 @@ class BernoulliFilter(Model):
             If the sensor refuses the frame.
         """
         survivors = resample(state.weights, self.particles, rng, self.resampling)
-        moved = self.motion.propagate(state.particles[survivors], rng)
+        moved = self.motion.propagate(state.particles.take(survivors, axis=0), rng)
         births = self.birth.draw(self.newborns, measurement, self.sensor, self.state_names, rng)
 
         alive = (1 - self.death_probability) * state.existence
@@ -93,9 +93,20 @@ class BernoulliFilter(Model):
         log_likelihood = (
             np.zeros(len(states)) if measurement is None else self.sensor.log_likelihood(states, measurement)
         )
-        weights, posterior = _kernels.bernoulli_weights(log_likelihood, log_prior, absent)
+        weights, posterior = _weigh(log_likelihood + log_prior, absent)
         mean, covariance = _kernels.moments(states, weights)
         return BernoulliState(posterior if existence is None else existence, states, weights, mean, covariance)
+
+
+def _weigh(log_mass: Array, absent: float) -> tuple[Array, float]:
+    """Weights (summing to one) and existence, from the log mass of each particle and the mass of absence."""
+    best = float(log_mass.max())
+    if best == -math.inf:
+        return np.full(len(log_mass), 1 / len(log_mass)), 0.0
+    weights = np.exp(log_mass - best)
+    total = float(weights.sum())
+    weights /= total
+    return weights, float(np.exp(-np.logaddexp(0.0, _log(absent) - best - math.log(total))))
 
 
 def _log(mass: float) -> float:

@@ -54,8 +54,13 @@ class UniformBirth(Model):
     ) -> Array:
         """Draw one newborn somewhere in each cell (flat index)."""
         low, high, deviation = self._ranges(sensor, state_names)
-        x, y = (cells % sensor.columns) * sensor.dx, (cells // sensor.columns) * sensor.dy
-        return _kernels.draw_newborns(x, y, (X, Y), low, high, deviation, rng)
+        states = low + (high - low) * rng.random((len(cells), len(low)))
+        if deviation.any():
+            states += deviation * rng.standard_normal(states.shape)
+        row, column = np.divmod(cells, sensor.columns)
+        states[:, X] += column * sensor.dx
+        states[:, Y] += row * sensor.dy
+        return states
 
     def _ranges(self, sensor: ImageSensor, state_names: tuple[str, ...]) -> tuple[Array, Array, Array]:
         """Lowest and highest value and Gaussian deviation of each component about the cell's centre."""
@@ -93,7 +98,7 @@ class _ProposedBirth(UniformBirth):
         if measurement is None:
             return super().draw(n, measurement, sensor, state_names, rng)
         preference = self.log_preference(measurement, sensor)
-        cells, log_ratio = _kernels.draw_cells(preference.ravel(), n, self.uniform_share, rng)
+        cells, log_ratio = _kernels.draw_cells(preference.ravel(), n, self.uniform_share, rng.random())
         return Births(self._in_cells(cells, sensor, state_names, rng), log_ratio)
 
 

@@ -19,7 +19,8 @@ def sample_at(frame: NDArray, x: float, y: float) -> float:  # type: ignore[type
     u, v = x - column, y - row
     upper = (1.0 - u) * frame[row, column] + u * frame[row, column + 1]
     lower = (1.0 - u) * frame[row + 1, column] + u * frame[row + 1, column + 1]
-    return (1.0 - v) * upper + v * lower
+    value: float = (1.0 - v) * upper + v * lower
+    return value
 
 
 @njit(cache=True, nogil=True)
@@ -30,16 +31,6 @@ def sample_shifted(frame: NDArray, dx: float, dy: float) -> Array:  # type: igno
     for row in range(rows):
         for column in range(columns):
             out[row, column] = sample_at(frame, column + dx, row + dy)
-    return out
-
-
-@njit(cache=True, nogil=True)
-def sample_states(image: Array, states: Array, outside: float) -> Array:
-    """Image read at each state's x (column 0) and y (column 2); ``outside`` off the frame."""
-    out = np.empty(len(states))
-    for i in range(len(states)):
-        value = sample_at(image, states[i, 0], states[i, 2])
-        out[i] = outside if np.isnan(value) else value
     return out
 
 
@@ -79,4 +70,5 @@ def _ordered(values: Array, n: int, level: float) -> float:
     place = (n - 1) * level
     k = int(place)
     above = min(k + 1, n - 1)
-    return values[k] + (place - k) * (values[above] - values[k])
+    value: float = values[k] + (place - k) * (values[above] - values[k])
+    return value

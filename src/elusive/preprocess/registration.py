@@ -67,7 +67,7 @@ class Registration(Model):
         if not size.max() > 0:
             return np.zeros(2)
         across = fft.fftfreq(rows)[:, None] ** 2 + fft.rfftfreq(columns)[None] ** 2
-        surface = fft.irfft2(
+        surface: Array = fft.irfft2(
             cross / (size + 1e-3 * size.mean()) * np.exp(-across / (2 * self.bandwidth**2)), frame.shape
         )
         row, column = np.unravel_index(int(surface.argmax()), surface.shape)

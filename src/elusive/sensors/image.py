@@ -17,7 +17,7 @@ from pydantic import Field
 
 from elusive.contracts import INTENSITY, Array, X, Y
 from elusive.errors import DataError
-from elusive.model import Model, Positive
+from elusive.model import FROM_RECORDING, Model, Positive
 
 QUADRATURE_NODES = 24  # Gauss-Laguerre nodes for the Swerling 1 power: .01 in log ratio up to 20 dB
 
@@ -26,8 +26,8 @@ class ImageSensor(Model):
     """Frames of ``rows x columns`` cells that see a point target blurred by a Gaussian."""
 
     kind: Literal["white"] = "white"
-    rows: int = Field(20, gt=0, description="Number of rows, m")
-    columns: int = Field(20, gt=0, description="Number of columns, n")
+    rows: int = Field(20, gt=0, description="Number of rows, m", json_schema_extra=FROM_RECORDING)
+    columns: int = Field(20, gt=0, description="Number of columns, n", json_schema_extra=FROM_RECORDING)
     psf_sigma: Positive = Field(0.7, description="Width of the Gaussian point spread, Sigma [units of dx]")
     noise_sigma: Positive = Field(
         3.0, description="Noise deviation of a cell (of each quadrature for an envelope), sigma"
@@ -87,7 +87,7 @@ class ImageSensor(Model):
     def log_likelihood(self, states: Array, measurement: Array) -> Array:
         """Log likelihood ratio of target against none, eqs. 18-19, over the patch of cells around each state.
 
-        Cells that are NaN are masked: they say nothing. A state whose patch lies outside the frame has ratio 0.
+        Cells that are NaN or infinite are masked: they say nothing. A state whose patch lies outside the frame has ratio 0.
 
         Parameters
         ----------
@@ -104,14 +104,15 @@ class ImageSensor(Model):
         Raises
         ------
         DataError
-            If the frame has another shape.
+            If the frame has another shape, or an envelope is negative somewhere.
         """
         from elusive.sensors import _kernels
 
         frame = self._checked(measurement)
         optics = (self.dx, self.dy, self.psf_sigma, self.gain, self.noise_sigma)
         if self.noise == "gaussian":
-            return _kernels.log_ratio_gaussian(states, frame, *optics, self._taps, self._window)
+            factors = np.exp(_kernels.patch_exponents(states, *self.shape, *optics[:3], self.truncation))
+            return _kernels.log_ratio_gaussian(states, factors, frame, *optics, self._taps, self._window)
         return _kernels.log_ratio_rayleigh(states, frame, *optics, self.truncation, *self._powers)
 
     def birth_map(self, measurement: Array, intensity: float) -> Array:
@@ -139,6 +140,11 @@ class ImageSensor(Model):
             raise DataError(
                 f"frame: has shape {frame.shape}, the sensor expects {self.shape} (rows, columns); "
                 "use frames of one size, or a sensor with this size."
+            )
+        if self.noise == "rayleigh" and (frame < 0).any():
+            raise DataError(
+                f"frame: an envelope cannot be negative (lowest {np.nanmin(frame):g}); "
+                "give amplitudes, or a sensor with gaussian noise."
             )
         return frame
 

@@ -46,7 +46,14 @@ def draw_existence(path: Path, results: xr.Dataset, motion: str) -> None:
             steady = 100 * np.mean((trials[:, 9:LEAVES] > STEADY).all(axis=1))
             plots.band(axes, TIMES, trials, colour, f"{FILTERS[name].label} (steady in {steady:.0f} % of runs)")
         if motion == "cv":
-            axes.hlines(STEADY, 10, 25, color=plots.MUTED, linestyle=(0, (4, 3)), label="the paper's single run: above .97 to frame 25")
+            axes.hlines(
+                STEADY,
+                10,
+                25,
+                color=plots.MUTED,
+                linestyle=(0, (4, 3)),
+                label="the paper's single run: above .97 to frame 25",
+            )
         axes.set(xlabel="frame", ylabel="probability of existence", ylim=(-0.02, 1.02), xlim=(1, FRAMES))
         axes.set_title(f"Existence at 6.71 dB, {_words(motion)}: mean and 10-90 % of {_trials(results)} trials")
         figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2)
@@ -63,11 +70,19 @@ def draw_path(path: Path, results: xr.Dataset, motion: str) -> None:
                 axes.plot(*run[here].T, color=plots.ESTIMATE, alpha=0.15, linewidth=0.8)
             middle = np.median(estimate[:, here], axis=0)
             axes.plot(*middle.T, color=plots.ESTIMATE, label="estimate, median over trials", marker=".")
-            axes.plot(*truth[:, here].mean(axis=0).T, color=plots.TRUTH, label="truth, mean over trials", marker="o", markersize=3)
+            axes.plot(
+                *truth[:, here].mean(axis=0).T,
+                color=plots.TRUTH,
+                label="truth, mean over trials",
+                marker="o",
+                markersize=3,
+            )
             axes.set(xlabel="x [cells]", ylabel="y [cells]", xlim=(-0.5, 19.5), ylim=(-0.5, 19.5), aspect="equal")
             axes.set_title(FILTERS[name].label, fontsize=9)
             axes.legend(loc="upper right" if motion == "ct" else "lower right")
-        figure.suptitle(f"Paths at 6.71 dB, {_words(motion)}; thin: 40 trials", x=0.01, ha="left", weight="bold", size=10)
+        figure.suptitle(
+            f"Paths at 6.71 dB, {_words(motion)}; thin: 40 trials", x=0.01, ha="left", weight="bold", size=10
+        )
 
 
 def draw_rmse(path: Path, results: xr.Dataset, motion: str) -> None:
@@ -79,7 +94,13 @@ def draw_rmse(path: Path, results: xr.Dataset, motion: str) -> None:
                 score = rmse_by_frame((at["estimate"] - at["truth"]).values)
                 axes.fill_between(TIMES, score.low, score.high, color=colour, alpha=0.2, linewidth=0)
                 axes.plot(TIMES, score.value, color=colour, label=f"{snr_db:g} dB")
-                axes.plot(TIMES[APPEARS - 1 : LEAVES], _bound(motion, snr_db), color=colour, linestyle=(0, (1, 1.5)), linewidth=1.2)
+                axes.plot(
+                    TIMES[APPEARS - 1 : LEAVES],
+                    _bound(motion, snr_db),
+                    color=colour,
+                    linestyle=(0, (1, 1.5)),
+                    linewidth=1.2,
+                )
             axes.set(xlabel="frame", ylabel="position RMSE [cells]", ylim=(0, 8), xlim=(6, LEAVES))
             axes.set_title(FILTERS[name].label, fontsize=9)
             axes.plot([], [], color=plots.MUTED, linestyle=(0, (1, 1.5)), linewidth=1.2, label="bound, given presence")
@@ -96,7 +117,9 @@ def draw_frames(path: Path, results: xr.Dataset, motion: str) -> None:
             recording = WeakTarget(motion="ct" if motion == "ct" else "cv", snr_db=snr_db).simulate(rng)
             plots.frame(axes, recording.frames[19], f"frame 20 at {snr_db:g} dB")
             x, y = recording.truth[19, [0, 2]]
-            axes.plot(x, y, "o", markerfacecolor="none", markeredgecolor=plots.TRUTH, markersize=16, markeredgewidth=1.5)
+            axes.plot(
+                x, y, "o", markerfacecolor="none", markeredgecolor=plots.TRUTH, markersize=16, markeredgewidth=1.5
+            )
 
 
 FIGURES = {

@@ -45,7 +45,16 @@ def summarise(results: xr.Dataset) -> list[Cell]:
                 error = rmse_over_window((at["estimate"] - at["truth"]).values, WITH_TARGET)
                 during, after = _mean(existence[:, WITH_TARGET]), _mean(existence[:, AFTER])
                 cells.append(
-                    Cell(str(motion), float(snr_db), str(name), len(existence), *during, *after, error.value, error.standard_error)
+                    Cell(
+                        str(motion),
+                        float(snr_db),
+                        str(name),
+                        len(existence),
+                        *during,
+                        *after,
+                        error.value,
+                        error.standard_error,
+                    )
                 )
     return cells
 

@@ -1,0 +1,154 @@
+"""The report of a tracked recording: one HTML file that asks nothing of the network, and one figure."""
+
+from __future__ import annotations
+
+import base64
+import html
+import io
+import json
+from collections.abc import Mapping, Sequence
+from importlib.resources import files
+from pathlib import Path
+from string import Template
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elusive import plots
+from elusive.contracts import Array
+from elusive.io.atomic import atomic_path
+
+SHOWN_AT_MOST = 240  # frames kept for the report, whatever the recording's length
+SIDE_AT_MOST = 320  # pixels a side
+
+
+class FrameKeeper:
+    """Keeps frames for the report evenly from a recording of unknown length, in bounded memory."""
+
+    def __init__(self) -> None:
+        self.kept: list[NDArray[np.uint8]] = []
+        self.numbers: list[int] = []
+        self.stride = 1
+        self.shrink = 1
+
+    def offer(self, number: int, pixels: Array) -> None:
+        """Keep every ``stride``-th frame; when there are too many, drop every second and double the stride."""
+        if number % self.stride:
+            return
+        self.shrink = max(1, -(-max(pixels.shape) // SIDE_AT_MOST))
+        low, high = np.nanpercentile(pixels, [0.5, 99.8])
+        grey = np.nan_to_num(255 * (pixels[:: self.shrink, :: self.shrink] - low) / max(high - low, 1e-12))
+        self.kept.append(np.clip(grey, 0, 255).astype(np.uint8))
+        self.numbers.append(number)
+        if len(self.kept) > SHOWN_AT_MOST:
+            self.kept, self.numbers, self.stride = self.kept[::2], self.numbers[::2], self.stride * 2
+
+
+class Tracked(NamedTuple):
+    """A tracked recording, as arrays over time."""
+
+    title: str
+    times: Array  # (T,)
+    time_unit: str  # "s" or "frame"
+    existence: Array  # (T,)
+    estimate: Array  # (T, 2) pixels, NaN where there is no track
+    deviation: Array  # (T, 2) pixels
+    truth: Array | None  # (T, 2) pixels, NaN where absent; None where it is not known
+    shape: tuple[int, int]  # rows, columns
+    rows: Sequence[tuple[str, str]]  # what the table says
+    extra: Mapping[str, Array] = {}  # other curves of probability over time, by name
+
+    @property
+    def error(self) -> Array | None:
+        """Distance from estimate to truth, ``(T,)``."""
+        if self.truth is None:
+            return None
+        return np.asarray(np.hypot(*(self.estimate - self.truth).T))
+
+
+def write_png(path: Path, tracked: Tracked, frames: FrameKeeper) -> None:
+    """Draw the frame of highest existence, the path, existence over time and error over time."""
+    panels = 4 if tracked.truth is not None else 3
+    with plots.figure(
+        path, 10.0, 7.4 if panels == 4 else 4.0, panels // 3 + (panels == 4), 2 if panels == 4 else 3
+    ) as (
+        figure,
+        grid,
+    ):
+        axes = grid.ravel()
+        best = max(range(len(frames.numbers)), key=lambda i: tracked.existence[frames.numbers[i]])
+        number = frames.numbers[best]
+        plots.frame(axes[0], frames.kept[best].astype(float), f"Frame {number}: P = {tracked.existence[number]:.2f}")
+        x, y = tracked.estimate[number] / frames.shrink
+        axes[0].plot(
+            x, y, "s", markersize=16, markerfacecolor="none", markeredgecolor=plots.ESTIMATE, markeredgewidth=1.5
+        )
+        plots.paths(axes[1], tracked.estimate, tracked.truth)
+        rows, columns = tracked.shape
+        axes[1].set(xlim=(-0.5, columns - 0.5), ylim=(rows - 0.5, -0.5), title="Path")
+        present = None if tracked.truth is None else np.isfinite(tracked.truth[:, 0])
+        for colour, (name, curve) in zip(plots.SERIES[1:], tracked.extra.items(), strict=False):
+            axes[2].plot(tracked.times, curve, color=colour, label=name, linewidth=1.2)
+        plots.existence(axes[2], tracked.times, tracked.existence, present, tracked.time_unit)
+        axes[2].set_title("Is it there?")
+        if tracked.error is not None:
+            spread = np.hypot(*tracked.deviation.T)
+            plots.error(axes[3], tracked.times, tracked.error, spread, tracked.time_unit)
+            axes[3].set_title("How far off?")
+        figure.suptitle(tracked.title, x=0.01, ha="left", size=12, weight="bold")
+
+
+def write_html(path: Path, tracked: Tracked, frames: FrameKeeper) -> None:
+    """Write a page that plays the frames with truth and estimate, beside existence and error over time."""
+    truth = None if tracked.truth is None else _numbers(tracked.truth)
+    data = {
+        "times": _numbers(tracked.times),
+        "unit": tracked.time_unit,
+        "existence": _numbers(tracked.existence, 4),
+        "estimate": _numbers(tracked.estimate),
+        "deviation": _numbers(tracked.deviation),
+        "truth": truth,
+        "error": None if tracked.error is None else _numbers(tracked.error),
+        "extra": {name: _numbers(curve, 4) for name, curve in tracked.extra.items()},
+        "shown": frames.numbers,
+        "shrink": frames.shrink,
+        "frame": list(frames.kept[0].shape),
+        "strip": _strip(frames.kept),
+    }
+    table = "".join(
+        f"<tr><th>{html.escape(name)}</th><td>{html.escape(value)}</td></tr>" for name, value in tracked.rows
+    )
+    template = Template(files("elusive").joinpath("templates", "report.html").read_text(encoding="utf-8"))
+    page = template.substitute(
+        title=html.escape(tracked.title),
+        table=table,
+        # no "</script>" can end the script early
+        data=json.dumps(data, separators=(",", ":")).replace("<", "\\u003c"),
+    )
+    with atomic_path(path) as temporary:
+        temporary.write_text(page, encoding="utf-8")
+
+
+def _numbers(values: Array, digits: int = 2) -> list[object]:
+    """Round for JSON, NaN as null."""
+    rounded = np.round(np.asarray(values, dtype=np.float64), digits)
+    listed: list[object] = np.where(np.isfinite(rounded), rounded, None).tolist()
+    return listed
+
+
+def _strip(frames: Sequence[NDArray[np.uint8]]) -> str:
+    """Stack the frames, one under the other, into one grey PNG as a data URL."""
+    from PIL import Image
+
+    buffer = io.BytesIO()
+    # several columns, since a browser refuses images taller than some 32 000 pixels
+    rows, columns = frames[0].shape
+    per_column = max(1, 16_000 // rows)
+    count = -(-len(frames) // per_column)
+    sheet = np.zeros((min(len(frames), per_column) * rows, count * columns), dtype=np.uint8)
+    for number, one in enumerate(frames):
+        r, c = number % per_column, number // per_column
+        sheet[r * rows : (r + 1) * rows, c * columns : (c + 1) * columns] = one
+    Image.fromarray(sheet).save(buffer, "PNG", optimize=True)
+    return "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")

@@ -1,0 +1,156 @@
+"""Recorded infrared with its target scaled or painted out, and the runs that are scored on it.
+
+The labels place the patch that is changed and score the result; nothing is tuned on them.
+"""
+
+from __future__ import annotations
+
+import os
+from itertools import pairwise
+from pathlib import Path
+from typing import NamedTuple
+
+import imageio.v3 as iio
+import numpy as np
+from scipy import ndimage
+
+from elusive.filters.bernoulli import BernoulliFilter
+from elusive.filters.births import MeasurementBirth
+from elusive.filters.mode import densest
+from elusive.motion import ConstantVelocity
+from elusive.preprocess.background import Whitened, Whitener
+from elusive.preprocess.registration import Registration, follow_scene
+from elusive.sensors.clutter import ClutterSensor
+
+DATA = Path(os.environ.get("ELUSIVE_DATA", Path(__file__).parents[2] / "shared" / "data")) / "infrared"
+HALF = 4  # the patch is 9 x 9
+WARM_UP = 8  # frames before the filter begins
+CAP = 0.95  # a track is lost with probability .05 before each frame, however sure it was
+
+
+class Sequence(NamedTuple):
+    """A recording and its labels."""
+
+    frames: np.ndarray  # (n, rows, columns) grey levels
+    labels: np.ndarray  # (n, 2) x, y, 0-based pixel centres
+
+
+def read(name: str) -> Sequence:
+    """Read a recording; its labels are 1-based."""
+    frames = np.stack([iio.imread(path) for path in sorted((DATA / name).glob("*.png"))]).astype(float)
+    return Sequence(frames, np.loadtxt(DATA / f"{name}.txt") - 1)
+
+
+def target_free(sequence: Sequence, labels: np.ndarray, neighbours: int = 7, clear_px: float = 8) -> list[np.ndarray]:
+    """Each frame's patch about its label as it is without the target.
+
+    It is the median of the nearest frames, earlier or later, laid over this one, in which the target is at least
+    ``clear_px`` away, lifted to agree with this frame in the median over the three pixels round the patch.
+    """
+    frames = sequence.frames
+    registration = Registration()
+    steps = [registration.offset(a, b) for a, b in pairwise(frames)]
+    offsets = np.vstack([np.zeros(2), np.cumsum(steps, axis=0)])
+    scene = labels - offsets
+    patches = []
+    for k, frame in enumerate(frames):
+        column, row = np.round(labels[k]).astype(int)
+        reach = HALF + 3
+        y, x = np.mgrid[row - reach : row + reach + 1, column - reach : column + reach + 1].astype(float)
+        views: list[np.ndarray] = []
+        for j in np.argsort(np.abs(np.arange(len(frames)) - k), kind="stable"):
+            if np.abs(scene[j] - scene[k]).max() < clear_px:
+                continue
+            dx, dy = registration.refine(frame, frames[j], offsets[j] - offsets[k])
+            view = ndimage.map_coordinates(frames[j], [y + dy, x + dx], order=3, cval=np.nan)
+            if np.isfinite(view).all():
+                views.append(view)
+            if len(views) == neighbours:
+                break
+        patch = np.median(views, axis=0)
+        ring = np.ones(patch.shape, dtype=bool)
+        ring[3:-3, 3:-3] = False
+        patch += np.median((frame[row - reach : row + reach + 1, column - reach : column + reach + 1] - patch)[ring])
+        patches.append(patch[3:-3, 3:-3])
+    return patches
+
+
+def scale(sequence: Sequence, factor: float, labels: np.ndarray | None = None) -> Sequence:
+    """The recording with its target's contrast times a factor; 0 paints it out. ``labels``: another target's."""
+    labels = sequence.labels if labels is None else labels
+    frames = sequence.frames.copy()
+    for frame, patch, (x, y) in zip(frames, target_free(sequence, labels), np.round(labels).astype(int), strict=True):
+        place = (slice(y - HALF, y + HALF + 1), slice(x - HALF, x + HALF + 1))
+        frame[place] = patch + factor * (frame[place] - patch)
+    return sequence._replace(frames=np.clip(np.round(frames), 0, 255))
+
+
+def whiten(sequence: Sequence, whitener: Whitener | None = None) -> list[Whitened]:
+    """Every frame whitened, but for the first."""
+    return list((whitener or Whitener()).whiten(sequence.frames))
+
+
+class Run(NamedTuple):
+    """What the filter reported of each frame."""
+
+    existence: np.ndarray  # (n,)
+    place: np.ndarray  # (n, 2) x, y in pixels; NaN before the filter began
+
+
+def track(whitened: list[Whitened], seed: int, sensor: ClutterSensor | None = None) -> Run:
+    """Track through the whitened frames with the one setting for recorded frames."""
+    rows, columns = whitened[0].response.shape
+    sensor = sensor or ClutterSensor(rows=rows, columns=columns)
+    model = BernoulliFilter(
+        motion=ConstantVelocity(q=0.0025),
+        sensor=sensor,
+        birth=MeasurementBirth(max_speed=4.0),
+        birth_probability=0.05,
+        death_probability=0.05,
+        particles=3000,
+        newborns=1500,
+    )
+    rng = np.random.default_rng(seed)
+    state = model.init(rng)
+    existence, place = [0.0] * WARM_UP, [np.full(2, np.nan)] * WARM_UP
+    for frame in whitened[WARM_UP - 1 :]:
+        carried = follow_scene(state.particles, frame.step_px, 0.3, rng)
+        state = state._replace(particles=carried, existence=min(state.existence, CAP))
+        state = model.step(state, sensor.evidence(frame.response, frame.tail, frame.earlier), rng)
+        existence.append(state.existence)
+        place.append(densest(state.particles, state.weights)[[0, 2]])
+    return Run(np.array(existence), np.array(place))
+
+
+def share_found(run: Run, labels: np.ndarray, first: int = 10) -> float:
+    """Share of the frames after the tenth within 4 px of the label with existence above one half."""
+    near = np.hypot(*(run.place - labels)[first:].T) <= 4
+    return float((near & (run.existence[first:] > 0.5)).mean())
+
+
+def nearest_neighbour(whitened: list[Whitened], threshold: float = 5.0, gate_px: float = 8.0) -> np.ndarray:
+    """Threshold and nearest neighbour on the same responses: ``(n, 2)`` x, y, NaN where it has no track.
+
+    A track starts on the strongest response above the threshold, coasts with the scene at its last velocity
+    through three frames without a detection in the gate, then starts anew.
+    """
+    places = [np.full(2, np.nan)] * WARM_UP
+    place: np.ndarray | None = None
+    velocity, missed = np.zeros(2), 0
+    for frame in whitened[WARM_UP - 1 :]:
+        response = np.nan_to_num(frame.response, nan=-9.0)
+        peaks = np.argwhere((response == ndimage.maximum_filter(response, 5)) & (response > threshold))
+        if place is not None:
+            place = place + frame.step_px + velocity
+            away = np.hypot(*(peaks[:, ::-1] - place).T)
+            if len(peaks) and away.min() <= gate_px:
+                found = peaks[away.argmin()][::-1].astype(float)
+                velocity, place, missed = velocity + 0.3 * (found - place), found, 0
+            else:
+                missed += 1
+                place = place if missed <= 3 else None
+        if place is None and len(peaks):
+            place = peaks[response[tuple(peaks.T)].argmax()][::-1].astype(float)
+            velocity, missed = np.zeros(2), 0
+        places.append(np.full(2, np.nan) if place is None or missed else place)
+    return np.array(places)

@@ -1,0 +1,68 @@
+"""Plain NumPy twins of the image sensor's kernels: every cell of the frame, no patch, no recursion."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.special import i0e, logsumexp
+
+
+def spread(states, sensor):
+    """Amplitude of each state in each cell of its patch, zero outside it, ``(N, rows, columns)``."""
+    x, y = states[:, 0, None, None], states[:, 2, None, None]
+    r, c = np.indices(sensor.shape)
+    distance2 = (c * sensor.dx - x) ** 2 + (r * sensor.dy - y) ** 2
+    peak = states[:, -1, None, None] * sensor.dx * sensor.dy / (2 * np.pi * sensor.psf_sigma**2)
+    column, row = np.floor(x / sensor.dx + 0.5), np.floor(y / sensor.dy + 0.5)
+    near = (abs(c - column) <= sensor.truncation) & (abs(r - row) <= sensor.truncation)
+    return np.where(near, peak * np.exp(-distance2 / (2 * sensor.psf_sigma**2)), 0.0)
+
+
+def log_ratio_gaussian(states, frame, sensor):
+    """Log of N(z; h, s^2) / N(z; 0, s^2), summed over the finite cells."""
+    h, z = spread(states, sensor), np.where(np.isfinite(frame), frame, 0.0)
+    terms = (z**2 - (z - h) ** 2) / (2 * sensor.noise_sigma**2)
+    return np.where(np.isfinite(frame), terms, 0.0).sum(axis=(1, 2))
+
+
+def log_ratio_rayleigh(states, frame, sensor, nodes=20_001):
+    """Log of Rice over Rayleigh; Swerling 1 by the trapezoid rule over the amplitude ``a``, density ``2 a exp(-a^2)``."""
+    h, variance = spread(states, sensor), sensor.noise_sigma**2
+    seen = np.isfinite(frame) & (h != 0)
+    z = np.where(np.isfinite(frame), frame, 0.0)
+
+    def given(a):
+        u = z * abs(a * h) / variance
+        terms = np.log(i0e(u)) + u - (a * h) ** 2 / (2 * variance)
+        return np.where(seen, terms, 0.0).sum(axis=(1, 2))
+
+    if sensor.swerling == 0:
+        return given(1.0)
+    amplitude = np.linspace(0.0, 7.0, nodes)[1:]
+    log_density = np.log(2 * amplitude) - amplitude**2
+    return logsumexp([given(a) + p for a, p in zip(amplitude, log_density, strict=True)], axis=0) + np.log(amplitude[0])
+
+
+def birth_map(frame, sensor, intensity):
+    """Log likelihood ratio of a target centred on each cell, one cell after another."""
+    r, c = np.indices(sensor.shape)
+    zero = np.zeros(r.size)
+    states = np.column_stack([c.ravel() * sensor.dx, zero, r.ravel() * sensor.dy, zero, zero + intensity])
+    return log_ratio_gaussian(states, frame, sensor).reshape(sensor.shape)
+
+
+def log_ratio_by_patch(states, frame, sensor):
+    """:func:`log_ratio_gaussian` as one would write it for speed in NumPy: separable, on gathered patches."""
+    p, s2 = sensor.truncation, 2 * sensor.psf_sigma**2
+    offsets = np.arange(-p, p + 1)
+    padded = np.pad(np.where(np.isfinite(frame), frame, np.nan), p, constant_values=np.nan)
+    x, y = states[:, 0], states[:, 2]
+    columns = np.floor(x / sensor.dx + 0.5).astype(int)[:, None] + offsets
+    rows = np.floor(y / sensor.dy + 0.5).astype(int)[:, None] + offsets
+    along_x = np.exp(-((columns * sensor.dx - x[:, None]) ** 2) / s2)
+    along_y = np.exp(-((rows * sensor.dy - y[:, None]) ** 2) / s2)
+    h = (sensor.gain * states[:, -1])[:, None, None] * along_y[:, :, None] * along_x[:, None, :]
+    inside_x = np.clip(columns + p, 0, padded.shape[1] - 1)
+    inside_y = np.clip(rows + p, 0, padded.shape[0] - 1)
+    z = padded[inside_y[:, :, None], inside_x[:, None, :]]
+    terms = h * (z - 0.5 * h)
+    return np.nansum(terms, axis=(1, 2)) / sensor.noise_sigma**2
