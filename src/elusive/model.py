@@ -3,11 +3,20 @@
 from __future__ import annotations
 
 import difflib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError, ValidatorFunctionWrapHandler, WrapValidator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    JsonValue,
+    ValidationError,
+    ValidatorFunctionWrapHandler,
+    WrapValidator,
+)
 
 from elusive.errors import DataError, ParameterError
 
@@ -59,6 +68,22 @@ class Model(BaseModel):
         """Write every field, defaults too, so that the file alone repeats the run."""
         text: str = yaml.safe_dump(self.model_dump(mode="json"), sort_keys=False)
         return text
+
+
+def over_default(default: Model, given: Any) -> Any:
+    """Lay a mapping of fields over a model: what is not given stays as in this model, not as in its class.
+
+    A mapping that chooses another ``kind`` stands alone.
+    """
+    if not isinstance(given, Mapping):
+        return given
+    if given.get("kind", getattr(default, "kind", None)) != getattr(default, "kind", None):
+        return dict(given)
+    filled = {name: getattr(default, name) for name in type(default).model_fields}
+    for name, value in given.items():
+        here = filled.get(name)
+        filled[name] = over_default(here, value) if isinstance(here, Model) else value
+    return filled
 
 
 def or_own(protocol: type) -> WrapValidator:

@@ -16,7 +16,7 @@ from scipy.linalg import block_diag, cholesky
 from elusive.contracts import VX, VY, Array, X, Y
 from elusive.model import Model, NonNegative, Positive
 
-SERIES_BELOW = 1e-3  # |w T| under which the closed forms of a turn lose digits to cancellation
+SERIES_BELOW = 0.2  # angle under which (a - sin a) / a^3 loses digits to cancellation
 
 
 class LinearMotion(Model):
@@ -59,13 +59,15 @@ class ConstantVelocity(LinearMotion):
     @property
     def F(self) -> Array:
         """Transition matrix, ``(4, 4)``."""
-        return block_diag(*[np.array([[1.0, self.interval_s], [0.0, 1.0]])] * 2)
+        axis = np.array([[1.0, self.interval_s], [0.0, 1.0]])
+        return np.asarray(block_diag(axis, axis))
 
     @property
     def Q(self) -> Array:
         """Covariance of the process noise, ``(4, 4)``."""
         T = self.interval_s
-        return block_diag(*[self.q * np.array([[T**3 / 3, T**2 / 2], [T**2 / 2, T]])] * 2)
+        axis = self.q * np.array([[T**3 / 3, T**2 / 2], [T**2 / 2, T]])
+        return np.asarray(block_diag(axis, axis))
 
 
 class CoordinatedTurn(LinearMotion):
@@ -88,11 +90,8 @@ class CoordinatedTurn(LinearMotion):
         """Covariance of the process noise, ``(4, 4)``."""
         T = self.interval_s
         turn = float(np.deg2rad(self.turn_rate_deg)) * T
-        _, _, along, across = _turn(turn)
-        lost = (turn - np.sin(turn)) / turn**2 if abs(turn) > SERIES_BELOW else turn / 6 - turn**3 / 120
-        q1 = T**3 * (2 * (1 - along) / turn**2 if abs(turn) > SERIES_BELOW else 1 / 3 - turn**2 / 60)
-        q2 = T**2 * (across / turn if abs(turn) > SERIES_BELOW else 1 / 2 - turn**2 / 24)
-        q3 = T**2 * lost
+        lost = _arc_excess(turn)
+        q1, q2, q3 = 2 * T**3 * lost, T**2 / 2 * np.sinc(turn / (2 * np.pi)) ** 2, T**2 * turn * lost
         return self.q * np.array([[q1, q2, 0, q3], [q2, T, -q3, 0], [0, -q3, q1, q2], [q3, 0, q2, T]])
 
 
@@ -196,18 +195,18 @@ class WithIntensity(Model):
     @property
     def F(self) -> Array:
         """Transition matrix of motion and intensity, ``(d, d)``; only where the motion is linear."""
-        return block_diag(self._kinematic.F, np.eye(1))
+        return np.asarray(block_diag(self._kinematic.F, np.eye(1)))
 
     @property
     def Q(self) -> Array:
         """Covariance of the process noise, ``(d, d)``; only where the motion is linear."""
-        return block_diag(self._kinematic.Q, self.q_intensity * self.motion.interval_s * np.eye(1))
+        return np.asarray(block_diag(self._kinematic.Q, self.q_intensity * self.motion.interval_s * np.eye(1)))
 
     @property
     def _kinematic(self) -> LinearMotion:
-        if not isinstance(self.motion, LinearMotion):
-            raise AttributeError(f"{type(self.motion).__name__} is not linear: it has no F and Q.")
-        return self.motion
+        if isinstance(self.motion, LinearMotion):
+            return self.motion
+        raise AttributeError(f"{type(self.motion).__name__} is not linear: it has no F and Q.")
 
     def propagate(self, states: Array, rng: Generator) -> Array:
         """Draw the states one interval later, ``(N, d) -> (N, d)``."""
@@ -234,8 +233,13 @@ def square_root(covariance: Array) -> Array:
 def _turn(angle: Array | float) -> tuple[Array, Array, Array, Array]:
     """Sine, cosine, and the chord along (sin a / a) and across ((1 - cos a) / a) of a unit arc, finite at zero."""
     a = np.asarray(angle, dtype=np.float64)
-    small = np.abs(a) < SERIES_BELOW
-    safe = np.where(small, 1.0, a)
-    along = np.where(small, 1 - a**2 / 6, np.sin(safe) / safe)
-    across = np.where(small, a / 2 - a**3 / 24, (1 - np.cos(safe)) / safe)
-    return np.sin(a), np.cos(a), along, across
+    # 1 - cos a = 2 sin^2(a / 2) loses no digits near zero
+    return np.sin(a), np.cos(a), np.sinc(a / np.pi), np.sin(a / 2) * np.sinc(a / (2 * np.pi))
+
+
+def _arc_excess(angle: float) -> float:
+    """Return ``(a - sin a) / a^3``, by its series where the difference would lose digits."""
+    if abs(angle) > SERIES_BELOW:
+        return float((angle - np.sin(angle)) / angle**3)
+    a2 = angle**2
+    return 1 / 6 - a2 / 120 * (1 - a2 / 42 * (1 - a2 / 72 * (1 - a2 / 110)))

@@ -13,7 +13,8 @@ from types import NoneType
 from typing import Annotated, Any, Literal, NamedTuple, get_args, get_origin
 
 import typer
-from pydantic.fields import FieldInfo
+from pydantic import BaseModel
+from pydantic_core import PydanticUndefined
 from rich.markup import escape
 
 from elusive.errors import ParameterError
@@ -35,12 +36,15 @@ class Option(NamedTuple):
 def options_of(model: type[Model]) -> list[Option]:
     """List the options of a model, outermost fields first."""
     merged: dict[tuple[str, ...], Option] = {}
-    for option in sorted(_leaves(model, (), {}), key=lambda leaf: len(leaf.path)):
+    for option in sorted(_leaves(model, None, (), {}), key=lambda leaf: len(leaf.path)):
         before = merged.get(option.path)
         if before is None:
             merged[option.path] = option
         else:
-            kinds = {union: (*names, *option.kinds.get(union, ())) for union, names in before.kinds.items()}
+            kinds = {
+                union: tuple(dict.fromkeys([*names, *option.kinds.get(union, ())]))
+                for union, names in before.kinds.items()
+            }
             merged[option.path] = before._replace(kinds=kinds)
     taken: set[str] = set()
     named = []
@@ -58,7 +62,8 @@ def options_of(model: type[Model]) -> list[Option]:
 def nested(model: type[Model], given: Mapping[str, Any], base: Mapping[str, Any]) -> dict[str, Any]:
     """Lay option values over a configuration's nested mapping; None means the option was not given.
 
-    An option that only some kinds of a model have chooses such a kind where none is chosen.
+    Wherever one of several models is meant, its ``kind`` is written: the one chosen, else the usual one, else the
+    first that has all the options given.
 
     Raises
     ------
@@ -66,21 +71,33 @@ def nested(model: type[Model], given: Mapping[str, Any], base: Mapping[str, Any]
         If an option is given that the chosen kind does not have.
     """
     result = _copy(base)
-    options = [option for option in options_of(model) if given.get(option.name) is not None]
-    for option in sorted(options, key=lambda one: (one.path[-1] != "kind", len(one.path))):
-        for union, kinds in option.kinds.items():
-            node = _node(result, union)
-            usual = _default_at(model, union)
-            chosen = node.get("kind", usual if usual in kinds else kinds[0])
-            if chosen not in kinds:
-                raise ParameterError(
-                    f"--{option.name.replace('_', '-')}: has no meaning for {union[-1]} {chosen!r}, only for "
-                    f"{', '.join(kinds)}; leave it out or choose --{union[-1].replace('_', '-')} {kinds[0]}."
-                )
-            if chosen != usual:
-                node["kind"] = chosen
+    options = options_of(model)
+    used = [option for option in options if given.get(option.name) not in (None, [], ())]
+    for option in used:
         _node(result, option.path[:-1])[option.path[-1]] = given[option.name]
+    for chooser in (option for option in options if option.path[-1] == "kind"):
+        union = chooser.path[:-1]
+        node = _found(result, union)
+        if node is None:
+            continue
+        limits = [(option, option.kinds[union]) for option in used if union in option.kinds]
+        usual = _usual_kind(model, union, result)
+        if "kind" not in node and usual is not None:
+            fitting = (
+                kind for kind in (usual, *get_args(chooser.annotation)) if all(kind in kinds for _, kinds in limits)
+            )
+            node["kind"] = next(fitting, limits[0][1][0] if limits else usual)
+        for option, kinds in limits:
+            if node.get("kind") not in kinds:
+                raise ParameterError(
+                    f"--{_flag(option)}: has no meaning for {union[-1]} {node.get('kind')!r}, only for "
+                    f"{', '.join(kinds)}; leave it out or choose --{_flag(chooser)} {kinds[0]}."
+                )
     return result
+
+
+def _flag(option: Option) -> str:
+    return option.name.replace("_", "-")
 
 
 def accepts(model: type[Model]) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
@@ -96,7 +113,7 @@ def accepts(model: type[Model]) -> Callable[[Callable[..., Any]], Callable[..., 
                 default=None,
                 annotation=Annotated[
                     option.annotation | None,
-                    typer.Option(f"--{option.name.replace('_', '-')}", help=escape(option.help), rich_help_panel=PANEL),
+                    typer.Option(f"--{_flag(option)}", help=escape(option.help), rich_help_panel=PANEL),
                 ],
             )
             for option in options
@@ -116,49 +133,79 @@ def accepts(model: type[Model]) -> Callable[[Callable[..., Any]], Callable[..., 
 
 
 def _leaves(
-    model: type[Model], path: tuple[str, ...], kinds: dict[tuple[str, ...], tuple[str, ...]]
+    model: type[Model], usual: Model | None, path: tuple[str, ...], kinds: dict[tuple[str, ...], tuple[str, ...]]
 ) -> Iterator[Option]:
+    """Leaves of a model; ``usual`` is what stands there by default, if a model of this class does."""
     for name, field in model.model_fields.items():
         here = (*path, name)
         if field.json_schema_extra == FROM_RECORDING:
             continue
+        default = field.get_default(call_default_factory=True) if usual is None else getattr(usual, name)
         inner = [found for found in models_in(field.annotation) if issubclass(found, Model)]
-        tags = [str(found.model_fields["kind"].default) for found in inner if "kind" in found.model_fields]
+        tags = [kind for found in inner if (kind := _kind(found)) is not None]
+        text = f"{field.description or name} [{_words(default)}]"
         if len(inner) > 1 and len(tags) == len(inner):
-            text = f"{field.description or name}: {', '.join(tags)} [{_default(field)}]"
             yield Option(name, (*here, "kind"), {**kinds}, Literal[tuple(tags)], text)
         for found in inner:
-            tag = (str(found.model_fields["kind"].default),) if len(inner) > 1 else ()
-            yield from _leaves(found, here, {**kinds, **({here: tag} if tag else {})})
+            tag = {here: (tags[inner.index(found)],)} if len(inner) == len(tags) > 1 else {}
+            yield from _leaves(found, default if type(default) is found else None, here, {**kinds, **tag})
         if not inner and name != "kind":
-            text = f"{field.description or name} [{_default(field)}]"
-            yield Option(name, here, {**kinds}, _scalar(field.annotation), text)
+            yield Option(name, here, {**kinds}, _plain(field.annotation), text)
 
 
-def _scalar(annotation: Any) -> Any:
-    """Type of an option from a field's annotation, without None."""
+def _kind(model: type[BaseModel]) -> str | None:
+    field = model.model_fields.get("kind")
+    return None if field is None else str(field.default)
+
+
+def _plain(annotation: Any) -> Any:
+    """Type of an option from a field's annotation, without None and bounds."""
     if get_origin(annotation) is Literal:
         choices = get_args(annotation)
         return Literal[choices] if all(isinstance(choice, str) for choice in choices) else type(choices[0])
+    if get_origin(annotation) is tuple:
+        parts = [_plain(part) for part in get_args(annotation) if part is not Ellipsis]
+        return list[parts[0]] if Ellipsis in get_args(annotation) else tuple[*parts]  # type: ignore[valid-type]
     parts = [part for part in get_args(annotation) if part is not NoneType]
-    return _scalar(parts[0]) if parts else annotation
+    return _plain(parts[0]) if parts else annotation
 
 
-def _default(field: FieldInfo) -> str:
-    if field.is_required():
+def _words(default: Any) -> str:
+    if default is PydanticUndefined:
         return "required"
-    default = field.get_default(call_default_factory=True)
     if isinstance(default, Model):
         return f"default: {getattr(default, 'kind', 'as below')}"
+    if isinstance(default, tuple):
+        default = " ".join(map(str, default))
     return "default: from the frames" if default is None else f"default: {default}"
 
 
-def _default_at(model: type[Model], union: tuple[str, ...]) -> str:
-    """Kind of the model that stands at a path by default."""
-    found: Any = model.model_fields[union[0]].get_default(call_default_factory=True)
-    for part in union[1:]:
-        found = getattr(found, part)
-    return str(found.kind)
+def _usual_kind(model: type[Model], union: tuple[str, ...], tree: Mapping[str, Any]) -> str | None:
+    """Kind of the model that stands at a path by default, given the kinds chosen on the way to it."""
+    standing: Any = None
+    for depth, part in enumerate(union, 1):
+        if part not in model.model_fields:
+            return None
+        field = model.model_fields[part]
+        standing = field.get_default(call_default_factory=True) if standing is None else getattr(standing, part)
+        chosen = (_found(tree, union[:depth]) or {}).get("kind")
+        if chosen is not None and chosen != getattr(standing, "kind", None):
+            standing = None
+            fitting = [found for found in models_in(field.annotation) if _kind(found) == chosen]
+            if not fitting or not issubclass(fitting[0], Model):
+                return None
+            model = fitting[0]
+        else:
+            model = type(standing)
+    return getattr(standing, "kind", None)
+
+
+def _found(tree: Mapping[str, Any], path: tuple[str, ...]) -> dict[str, Any] | None:
+    """Find the mapping at a path; None if there is none."""
+    here: Any = tree
+    for part in path:
+        here = here.get(part) if isinstance(here, dict) else None
+    return here if isinstance(here, dict) else None
 
 
 def _node(tree: dict[str, Any], path: tuple[str, ...]) -> dict[str, Any]:

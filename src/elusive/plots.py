@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 ESTIMATE, TRUTH, MUTED = "#c2410c", "#0f766e", "#64748b"
 SERIES = ("#c2410c", "#1d4ed8", "#0f766e", "#7c3aed", "#b45309", "#475569")
-STYLE: dict[str, Any] = {
+STYLE: Any = {
     "font.size": 9.0,
     "axes.titlesize": 10.0,
     "axes.titleweight": "bold",

@@ -132,8 +132,9 @@ def write_html(path: Path, tracked: Tracked, frames: FrameKeeper) -> None:
 
 def _numbers(values: Array, digits: int = 2) -> list[object]:
     """Round for JSON, NaN as null."""
-    rounded = np.round(np.asarray(values, dtype=np.float64), digits)
-    listed: list[object] = np.where(np.isfinite(rounded), rounded, None).tolist()
+    rounded = np.round(np.asarray(values, dtype=np.float64), digits).astype(object)
+    rounded[~np.isfinite(values)] = None
+    listed: list[object] = rounded.tolist()
     return listed
 
 

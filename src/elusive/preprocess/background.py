@@ -93,19 +93,19 @@ class Whitener(Model):
         Parameters
         ----------
         frame
-            ``(rows, columns)`` of 16 or more, grey levels, finite.
+            ``(rows, columns)`` of 16 or more, grey levels; NaN where a pixel is masked.
 
         Raises
         ------
         DataError
-            If the frame's shape changed, is too small, or a value is not finite.
+            If the frame's shape changed or is too small, a value is infinite, or too little was seen before.
         """
         frame = np.ascontiguousarray(frame, dtype=float)
         if frame.ndim != 2 or min(frame.shape) < 16 or (state.ring and frame.shape != state.ring[-1].shape):
             expected = state.ring[-1].shape if state.ring else "(rows, columns) of 16 or more"
             raise DataError(f"frame {state.frames_seen}: shape {frame.shape}, must be {expected}.")
-        if not np.isfinite(frame).all():
-            raise DataError(f"frame {state.frames_seen}: holds NaN or infinity; fill or drop those pixels first.")
+        if np.isinf(frame).any() or np.isnan(frame).all():
+            raise DataError(f"frame {state.frames_seen}: holds infinity or nothing but NaN; drop it.")
         if not state.ring:
             return state._replace(
                 frames_seen=1,
@@ -129,13 +129,13 @@ class Whitener(Model):
         assert state.reference is not None
         assert state.stuck is not None
         assert state.pattern is not None
-        last = state.ring[-1].astype(float)
-        reference = np.where(np.isfinite(state.reference), state.reference, last)
-        step = self.registration.offset(reference, frame, last)
+        last = _filled(state.ring[-1].astype(float), state.reference)
+        reference = _filled(state.reference, last)
+        step = self.registration.offset(reference, _filled(frame, reference), last)
         offset = state.offset_px + step
         shifts = np.stack(state.ring_offsets_px) - offset
         lower, background, seen = _kernels.ring_quantiles(np.stack(state.ring), shifts, self.lower_level, self.level)
-        visible = (seen >= min(self.least_seen, state.frames_seen)) & self._inside(frame.shape)
+        visible = (seen >= min(self.least_seen, state.frames_seen)) & self._inside(frame.shape) & np.isfinite(frame)
         if visible.sum() < 1000:
             raise DataError(
                 f"frame {state.frames_seen}: less than 1000 pixels overlap earlier frames; start anew after a cut."
@@ -158,19 +158,9 @@ class Whitener(Model):
             earlier = shift(state.responses[0].astype(float), state.response_offsets_px[0] - offset)
         # a masked pixel is dim, not unknown, to the comparison with a later frame
         kept = np.nan_to_num(response, nan=0.0).astype(np.float32)
-        quantiles = np.quantile(response[np.isfinite(response)], LEVELS)
-        output = Whitened(
-            state.frames_seen,
-            response,
-            earlier,
-            np.isnan(response),
-            offset,
-            step,
-            np.sqrt(variance),
-            residual,
-            tail,
-            quantiles,
-        )
+        noise, mask = np.sqrt(variance), np.isnan(response)
+        report = np.stack([np.quantile(values[~mask], LEVELS) for values in (residual / noise, response)])
+        output = Whitened(state.frames_seen, response, earlier, mask, offset, step, noise, residual, tail, report)
         lag = self.rest_lag
         return WhitenerState(
             state.frames_seen + 1,
@@ -190,8 +180,8 @@ class Whitener(Model):
         """Residual less its local mean, 0 where not visible, and the deviation of its noise."""
         middle = np.median(residual[visible])
         deviation = float(MAD * np.median(np.abs(residual[visible] - middle)))
-        # grey levels are whole numbers in most recordings: never below their rounding
-        deviation = max(deviation, 1e-6 * float(np.abs(residual[visible]).max()) + 1e-12)
+        # where most residuals are equal (clean frames of whole grey levels) the median says nothing
+        deviation = max(deviation, 0.1 * float(np.std(residual[visible])), 1e-12)
         level = np.where(visible, residual - middle, 0.0)
         clipped = np.clip(level, -3 * deviation, 3 * deviation)
         flat = level - local_mean(clipped, visible.astype(float), self.level_window_px)
@@ -223,3 +213,10 @@ class Whitener(Model):
         b = self.border_px
         inside[b : shape[0] - b, b : shape[1] - b] = True
         return inside
+
+
+def _filled(image: Array, other: Array) -> Array:
+    """Fill an image's NaN from another, and what is NaN there too with its own median."""
+    gaps = np.isnan(image)
+    filled: Array = np.where(gaps, np.where(np.isnan(other), np.nanmedian(image), other), image)
+    return filled

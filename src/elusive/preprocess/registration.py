@@ -83,8 +83,7 @@ class Registration(Model):
             for image in (reference, frame)
         )
         inner = (slice(m, -m), slice(m, -m))
-        gradient_y, gradient_x = (g[inner] for g in np.gradient(fixed))
-        gradient = np.stack([gradient_x, gradient_y])
+        gradient = np.stack([np.gradient(fixed, axis=axis)[inner] for axis in (1, 0)])
         offset = np.array(start, dtype=float)
         for _ in range(self.iterations):
             error = (_kernels.sample_shifted(moving, *offset) - fixed)[inner]
@@ -106,6 +105,10 @@ class Registration(Model):
 
     def _spectrum(self, image: Array) -> Array:
         detail = image - ndimage.gaussian_filter(image, self.highpass_px)
+        # or one bright mover would own the phase of every frequency
+        bound = 3 * 1.4826 * float(np.median(np.abs(detail)))
+        if bound > 0:
+            detail = np.clip(detail, -bound, bound)
         window = np.outer(*(np.hanning(n + 2)[1:-1] for n in image.shape))
         spectrum: Array = fft.rfft2(detail * window)
         return spectrum

@@ -9,6 +9,8 @@ from numba import njit
 
 from elusive.contracts import Array
 
+MOST_ROOT_AMPLITUDE = 3.0  # nine times the mean amplitude: a chance of exp(-81)
+
 
 @njit(cache=True, nogil=True)
 def patch_exponents(states: Array, rows: int, columns: int, dx: float, dy: float, psf: float, p: int) -> Array:
@@ -33,7 +35,8 @@ def patch_exponents(states: Array, rows: int, columns: int, dx: float, dy: float
     return exponents
 
 
-@njit(cache=True, nogil=True, fastmath={"contract", "reassoc", "arcp", "nsz"})
+# no "arcp": x / dx must round to the same cell as in patch_exponents
+@njit(cache=True, nogil=True, fastmath={"contract", "reassoc", "nsz"})
 def log_ratio_gaussian(
     states: Array,
     factors: Array,
@@ -91,7 +94,8 @@ def log_ratio_gaussian(
                 cross += gy[k] * line
                 square_x += gx[k] * gx[k]
                 square_y += gy[k] * gy[k]
-            if np.isfinite(cross):
+            # np.isfinite is x - x == x - x, which the compiler may fold under these flags
+            if abs(cross) < np.inf:
                 amplitude = gain * states[i, d - 1] * factors[2, i]
                 ratio[i] = amplitude * inverse * (cross - 0.5 * amplitude * square_x * square_y)
                 continue
@@ -103,7 +107,7 @@ def log_ratio_gaussian(
         for k in range(max(0, p - row), min(width, rows - row + p)):
             for m in range(max(0, p - column), min(width, columns - column + p)):
                 z = frame[row - p + k, column - p + m]
-                if np.isfinite(z):
+                if abs(z) < np.inf:
                     h = gy[k] * gx[m]
                     total += h * (z - 0.5 * h)
         ratio[i] = total * inverse
@@ -145,7 +149,7 @@ def log_bessel_i0(x: float) -> float:
         value = 1.0 + t * (
             3.5156229 + t * (3.0899424 + t * (1.2067492 + t * (0.2659732 + t * (0.0360768 + t * 0.0045813))))
         )
-        return np.log(value)
+        return float(np.log(value))
     t = 3.75 / x
     value = 0.39894228 + t * (
         0.01328592
@@ -159,7 +163,7 @@ def log_bessel_i0(x: float) -> float:
             )
         )
     )
-    return x - 0.5 * np.log(x) + np.log(value)
+    return float(x - 0.5 * np.log(x) + np.log(value))
 
 
 @njit(cache=True, nogil=True)
@@ -172,31 +176,60 @@ def log_ratio_rayleigh(
     gain: float,
     sigma: float,
     p: int,
-    powers: Array,
-    log_shares: Array,
+    swerling: int,
 ) -> Array:
-    """Rice against Rayleigh in each cell, averaged over the target's power (one amplitude for all its cells)."""
+    """Rice against Rayleigh in each cell; Swerling 1 averaged over the amplitude common to a target's cells.
+
+    With the amplitude ``a = t^2`` the average over its density ``2 a exp(-a^2)`` is an integral of
+    ``4 t^3 exp(-t^4)``, done by midpoints close enough for the likelihood's width: .01 in log ratio up to 20 dB.
+    """
     rows, columns = frame.shape
     n, d = states.shape
     ratio = np.empty(n)
-    inverse = 1.0 / (sigma * sigma)
     half = 0.5 / (psf * psf)
-    given = np.empty(len(powers))
+    width = 2 * p + 1
+    drawn = np.empty(width * width)
     for i in range(n):
         x, y = states[i, 0], states[i, 2]
-        column, row = int(np.floor(x / dx + 0.5)), int(np.floor(y / dy + 0.5))
-        given[:] = log_shares
+        centre_x, centre_y = np.floor(x / dx + 0.5), np.floor(y / dy + 0.5)
+        ratio[i] = 0.0
+        if not (-p <= centre_x < columns + p and -p <= centre_y < rows + p):
+            continue
+        column, row = int(centre_x), int(centre_y)
+        cells = 0
+        energy = 0.0
         for r in range(max(0, row - p), min(rows - 1, row + p) + 1):
             for c in range(max(0, column - p), min(columns - 1, column + p) + 1):
                 z = frame[r, c]
                 if np.isfinite(z):
-                    h = gain * states[i, d - 1] * np.exp(-half * ((c * dx - x) ** 2 + (r * dy - y) ** 2))
-                    for m in range(len(powers)):
-                        h_m = abs(h) * np.sqrt(powers[m])
-                        given[m] += log_bessel_i0(z * h_m * inverse) - 0.5 * h_m * h_m * inverse
-        best = given.max()
-        ratio[i] = best + np.log(np.sum(np.exp(given - best)))
+                    h = abs(gain * states[i, d - 1]) * np.exp(-half * ((c * dx - x) ** 2 + (r * dy - y) ** 2)) / sigma
+                    drawn[cells] = h * z / sigma
+                    energy += h * h
+                    cells += 1
+        if swerling == 0:
+            ratio[i] = log_rice_over_rayleigh(drawn[:cells], energy, 1.0)
+            continue
+        nodes = 25 + int(5.0 * min(np.sqrt(energy), 100.0))
+        step = MOST_ROOT_AMPLITUDE / nodes
+        total, best = 0.0, -np.inf
+        for m in range(nodes):
+            t = (m + 0.5) * step
+            given = log_rice_over_rayleigh(drawn[:cells], energy, t * t) + np.log(4.0 * step * t**3) - t**4
+            if given > best:
+                total *= np.exp(best - given)
+                best = given
+            total += np.exp(given - best)
+        ratio[i] = best + np.log(total)
     return ratio
+
+
+@njit(cache=True, nogil=True)
+def log_rice_over_rayleigh(drawn: Array, energy: float, amplitude: float) -> float:
+    """Log ratio over cells from their ``h z / sigma^2``, the sum of ``(h / sigma)^2`` and a factor on h."""
+    total = -0.5 * amplitude * amplitude * energy
+    for k in range(len(drawn)):
+        total += log_bessel_i0(amplitude * drawn[k])
+    return total
 
 
 @njit(cache=True, nogil=True)

@@ -19,8 +19,6 @@ from elusive.contracts import INTENSITY, Array, X, Y
 from elusive.errors import DataError
 from elusive.model import FROM_RECORDING, Model, Positive
 
-QUADRATURE_NODES = 24  # Gauss-Laguerre nodes for the Swerling 1 power: .01 in log ratio up to 20 dB
-
 
 class ImageSensor(Model):
     """Frames of ``rows x columns`` cells that see a point target blurred by a Gaussian."""
@@ -87,7 +85,8 @@ class ImageSensor(Model):
     def log_likelihood(self, states: Array, measurement: Array) -> Array:
         """Log likelihood ratio of target against none, eqs. 18-19, over the patch of cells around each state.
 
-        Cells that are NaN or infinite are masked: they say nothing. A state whose patch lies outside the frame has ratio 0.
+        Cells that are NaN or infinite are masked: they say nothing. A state whose patch lies outside the frame
+        has ratio 0.
 
         Parameters
         ----------
@@ -113,7 +112,7 @@ class ImageSensor(Model):
         if self.noise == "gaussian":
             factors = np.exp(_kernels.patch_exponents(states, *self.shape, *optics[:3], self.truncation))
             return _kernels.log_ratio_gaussian(states, factors, frame, *optics, self._taps, self._window)
-        return _kernels.log_ratio_rayleigh(states, frame, *optics, self.truncation, *self._powers)
+        return _kernels.log_ratio_rayleigh(states, frame, *optics, self.truncation, self.swerling)
 
     def birth_map(self, measurement: Array, intensity: float) -> Array:
         """Log likelihood ratio of a target of that intensity centred on each cell, ``(rows, columns)``."""
@@ -156,11 +155,3 @@ class ImageSensor(Model):
     @cached_property
     def _window(self) -> tuple[int, ...]:
         return (0,) * (2 * self.truncation + 1)
-
-    @cached_property
-    def _powers(self) -> tuple[Array, Array]:
-        """Target powers and their log shares: one for Swerling 0, Gauss-Laguerre nodes for Swerling 1."""
-        if self.swerling == 0:
-            return np.ones(1), np.zeros(1)
-        nodes, shares = np.polynomial.laguerre.laggauss(QUADRATURE_NODES)
-        return nodes, np.log(shares)

@@ -1,1 +1,1 @@
-"""Amrouche, Khenchaf and Berkani (2018), Tracking and Detecting moving weak Targets: its scenario, figures and table."""
+"""Amrouche, Khenchaf and Berkani (2018), Tracking and Detecting moving weak Targets: scenario, figures, table."""

@@ -17,12 +17,12 @@ import xarray as xr
 from elusive import plots
 from elusive.contracts import Array
 from elusive.experiments.amrouche2018.scenario import APPEARS, FRAMES, LEAVES, START, WeakTarget
-from elusive.experiments.amrouche2018.trial import FILTERS
+from elusive.experiments.amrouche2018.trial import FILTERS, FilterName
 from elusive.filters import UniformBirth
 from elusive.metrics import pixel_information, posterior_bound, rmse_by_frame, uniform_prior_information
 
 SNRS_DB = (3.18, 6.71, 12.0)
-SHOWN = ("paper", "bernoulli-measurement")
+SHOWN: tuple[FilterName, ...] = ("paper", "bernoulli-measurement")
 TIMES = np.arange(1.0, FRAMES + 1)
 STEADY = 0.97  # the paper: existence stays above this until frame 25 at 6.71 dB
 
@@ -111,7 +111,7 @@ def draw_rmse(path: Path, results: xr.Dataset, motion: str) -> None:
 
 def draw_frames(path: Path, results: xr.Dataset, motion: str) -> None:
     """Frame 20 at 6.71 and 12 dB (figure 5; the same as figure 1 with the other motion)."""
-    with plots.figure(path, 8.0, 4.0, 1, 2) as (figure, grid):
+    with plots.figure(path, 8.0, 4.0, 1, 2) as (_, grid):
         for axes, snr_db in zip(grid[0], (6.71, 12.0), strict=True):
             rng = np.random.default_rng(np.random.SeedSequence(20, spawn_key=(0,)))
             recording = WeakTarget(motion="ct" if motion == "ct" else "cv", snr_db=snr_db).simulate(rng)

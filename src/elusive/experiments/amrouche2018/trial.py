@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.random import Generator
 from pydantic import Field
 
 from elusive.campaign import Scenario
-from elusive.contracts import Array, X, Y
+from elusive.contracts import Array, Filter, X, Y
 from elusive.experiments.amrouche2018.scenario import WeakTarget
 from elusive.filters import (
     BernoulliFilter,
@@ -68,7 +68,8 @@ def trial(parameters: WeakTargetTrial, rng: Generator) -> dict[str, Array]:
         ``existence (30,)``, ``estimate (30, 2)`` and ``truth (30, 2)`` in cells; the truth is NaN while absent.
     """
     recording = parameters.simulate(rng)
-    states = list(run(parameters.build(), recording.frames, rng))
+    chosen: Filter[Any, Array] = parameters.build()
+    states = list(run(chosen, recording.frames, rng))
     return {
         "existence": np.array([state.existence for state in states]),
         "estimate": np.array([state.mean[[X, Y]] for state in states]),

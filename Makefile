@@ -1,0 +1,72 @@
+# make demo   sets everything up and finds a target too weak to see
+# make test   sets everything up and runs the whole suite
+# The other targets: validate, bench, lint, docs, figures, clean.
+
+PYTHON ?= python3
+VENV ?= .venv
+JOBS ?= 2
+
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
+INSTALL := $(PIP) install --only-binary=:all: --constraint constraints.txt
+PINS := pyproject.toml constraints.txt
+
+export PIP_NO_INPUT = 1
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test validate bench lint docs figures clean
+.DELETE_ON_ERROR:
+
+help:
+	@sed -n 's/^# //p' Makefile
+
+demo: $(VENV)/.core
+	$(BIN)/elusive demo --out demo
+
+test: $(VENV)/.dev
+	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal
+
+validate: $(VENV)/.dev
+	$(BIN)/python -m pytest -m validate -n $(JOBS) --dist worksteal
+
+bench: $(VENV)/.dev
+	$(BIN)/python -m pytest benchmarks
+
+lint: $(VENV)/.dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+docs: $(VENV)/.dev
+	$(BIN)/sphinx-build -W -q --keep-going -b html docs docs/_build/html
+	@echo "Open docs/_build/html/index.html"
+
+# the picture of the README and the table of docs/amrouche2018.md (about an hour on two cores)
+figures: $(VENV)/.dev
+	$(BIN)/python docs/make_figures.py
+
+clean:
+	rm -rf $(VENV) demo docs/_build
+
+# Installed once, and again only when a pin or the project's own list of dependencies changes.
+$(VENV)/.core: $(VENV)/.python $(PINS)
+	@echo "Installing what elusive needs (the first time only) ..."
+	@$(INSTALL) hatchling editables
+	@$(INSTALL) --no-build-isolation --editable .
+	@touch $@
+
+$(VENV)/.dev: $(VENV)/.python $(PINS)
+	@echo "Installing what elusive, its tests and its documentation need (the first time only) ..."
+	@$(INSTALL) hatchling editables
+	@$(INSTALL) --no-build-isolation --editable ".[video,cluster,test,bench,lint,docs]"
+	@touch $(VENV)/.core $@
+
+$(VENV)/.python:
+	@$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null || { \
+	    echo "elusive needs Python 3.11, 3.12 or 3.13, and '$(PYTHON)' is" \
+	         "$$($(PYTHON) --version 2>&1 | head -n 1). Name another: make $(or $(MAKECMDGOALS),demo) PYTHON=python3.12" >&2; \
+	    exit 1; }
+	@$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); \
+	    echo "No virtual environment could be made: see above (on Debian and Ubuntu: apt install python3-venv)." >&2; exit 1; }
+	@touch $@

@@ -1,0 +1,70 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from tests.preprocess.scenes import recording
+from tests.reference import preprocess as reference
+
+from elusive.errors import DataError
+from elusive.preprocess import Registration, follow_scene, shift
+from elusive.preprocess._kernels import ring_quantiles, sample_shifted
+
+
+@given(st.floats(-4, 4), st.floats(-4, 4), st.integers(0, 99))
+@settings(max_examples=15, deadline=None)
+def test_finds_a_known_shift(dx, dy, seed):
+    scene = recording(n=2, camera=(dx, dy), noise=1.0, seed=seed)
+    found = Registration().offset(*scene.frames)
+    assert np.abs(found - scene.offsets[1]).max() < 0.05
+
+
+def test_far_shift_and_frames_that_are_not_square():
+    scene = recording(n=2, camera=(14.3, -9.6), noise=1.0)
+    assert np.abs(Registration().offset(*scene.frames) - [14.3, -9.6]).max() < 0.1
+
+
+def test_shift_lays_the_frame_over_the_reference():
+    first, second = recording(n=2, camera=(2.4, 1.3), noise=0.0).frames
+    laid = shift(second, np.array([2.4, 1.3]))
+    inside = np.isfinite(laid)
+    assert inside.mean() > 0.9
+    assert np.abs(laid - first)[inside].mean() < 0.1 * np.abs(second - first)[inside].mean()
+
+
+def test_a_bright_mover_does_not_pull_the_offset():
+    scene = recording(n=2, camera=(1.2, 0.4), speed=(6.0, -3.0), height=500.0)
+    assert np.abs(Registration().offset(*scene.frames) - scene.offsets[1]).max() < 0.1
+
+
+def test_without_texture_the_offset_is_zero():
+    flat = np.full((40, 50), 7.0)
+    assert np.array_equal(Registration().offset(flat, flat), [0.0, 0.0])
+
+
+@pytest.mark.parametrize("bad", [np.zeros((40, 51)), np.full((40, 50), np.nan), np.zeros((8, 8)), np.zeros(40)])
+def test_refuses_what_cannot_be_registered(bad):
+    with pytest.raises(DataError, match="reference"):
+        Registration().offset(bad, np.zeros((40, 50)))
+
+
+def test_sampling_and_quantiles_equal_their_twins():
+    rng = np.random.default_rng(1)
+    ring = rng.standard_normal((7, 17, 23)).astype(np.float32)
+    ring[2, 5, 6] = np.nan
+    shifts = rng.uniform(-5, 5, (7, 2))
+    shifts[0] = 0.0
+    np.testing.assert_allclose(sample_shifted(ring[0], *shifts[1]), reference.shifted(ring[0], *shifts[1]), atol=1e-6)
+    found, expected = ring_quantiles(ring, shifts, 0.15, 0.4), reference.ring_quantiles(ring, shifts, 0.15, 0.4)
+    # a NaN at weight zero counts as seen in the twin, as not seen in the kernel
+    fair = found[2] == expected[2]
+    assert fair.mean() > 0.95
+    for one, two in zip(found, expected, strict=True):
+        np.testing.assert_allclose(one[fair], two[fair], atol=1e-6)
+
+
+def test_states_follow_the_scene():
+    states = np.tile([10.0, 1.0, 20.0, -1.0, 5.0], (20000, 1))
+    moved = follow_scene(states, np.array([2.0, -3.0]), 0.3, np.random.default_rng(0))
+    assert np.array_equal(moved[:, [1, 3, 4]], states[:, [1, 3, 4]])
+    np.testing.assert_allclose(moved[:, [0, 2]].mean(axis=0), [12.0, 17.0], atol=0.01)
+    np.testing.assert_allclose(moved[:, [0, 2]].std(axis=0), 0.3, rtol=0.03)
