@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+import atexit
 import os
 import sys
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 sys.path.insert(0, str(Path(__file__).parent / "_ext"))
-os.environ["PYDEVD_DISABLE_FILE_VALIDATION"] = "1"  # else the kernel warns of frozen modules
+# Kernels with a profile of their own: no start-up file of the user's, and no chatter.
+_profiles = TemporaryDirectory()
+atexit.register(_profiles.cleanup)
+os.environ["IPYTHONDIR"] = _profiles.name
+os.environ["PYDEVD_DISABLE_FILE_VALIDATION"] = "1"
+(Path(_profiles.name) / "profile_default").mkdir()
+(Path(_profiles.name) / "profile_default" / "ipython_kernel_config.py").write_text(
+    'c.IPKernelApp.log_level = "ERROR"\n'
+)
 
 import elusive
 
@@ -31,10 +41,12 @@ nb_merge_streams = True
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_class_signature = "separated"
+autodoc_type_aliases = {"Array": "Array"}
 autodoc_preserve_defaults = True
 napoleon_google_docstring = False
 napoleon_use_rtype = False
 napoleon_use_ivar = True
+napoleon_attr_annotations = False
 
 html_theme = "furo"
 html_title = "elusive"

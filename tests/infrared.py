@@ -171,7 +171,8 @@ def nearest_neighbour(whitened: list[Whitened], threshold: float = 5.0, gate_px:
     """Threshold and nearest neighbour on the same responses: ``(n, 2)`` x, y, NaN where it has no track.
 
     A track starts on the strongest response above the threshold, coasts with the scene at its last velocity
-    through three frames without a detection in the gate, then starts anew.
+    through three frames without a detection in the gate, then starts anew. The threshold was fixed beforehand and
+    matters: on easy2 at .33 it finds .90 at 3.5 to 5 and 1.00 at 5.5 to 7, where the filter finds .995 over ten seeds.
     """
     places = [np.full(2, np.nan)] * WARM_UP
     place: np.ndarray | None = None

@@ -10,6 +10,7 @@ from annotated_types import Ge, Gt, Le, Lt
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 from sphinx.application import Sphinx
+from sphinx.util.typing import stringify_annotation
 
 from elusive.model import Model
 
@@ -30,18 +31,22 @@ def add_fields(app: Sphinx, what: str, name: str, obj: Any, options: Any, lines:
     if what != "class":
         return
     if issubclass(obj, Model):
-        rows = [(key, described(field)) for key, field in obj.model_fields.items() if key != "kind"]
+        rows = [
+            (key, stringify_annotation(field.annotation, "smart"), described(field))
+            for key, field in obj.model_fields.items()
+            if key != "kind"
+        ]
         heading = "Parameters"
     elif issubclass(obj, tuple) and hasattr(obj, "_fields"):
         matches = map(FIELD.match, inspect.getsource(obj).splitlines())
-        rows = [(m[1], m[3] or "") for m in matches if m and m[1] in obj._fields]
+        rows = [(m[1], f"``{m[2]}``", m[3] or "") for m in matches if m and m[1] in obj._fields]
         heading = "Attributes"
     else:
         return
     if rows:
         lines += ["", heading, "-" * len(heading)]
-        for key, text in rows:
-            lines += [key, "    " + text.replace("|", "\\|").replace("*", "\\*")]
+        for key, kind, text in rows:
+            lines += [f"{key} : {kind}", "    " + text.replace("|", "\\|").replace("*", "\\*")]
 
 
 def described(field: FieldInfo) -> str:
@@ -77,6 +82,6 @@ def drop_signature(
 def skip(app: Sphinx, what: str, name: str, obj: Any, skipped: bool, options: Any) -> bool | None:
     """Leave out a named tuple's fields, which stand in the list, and pydantic's own members."""
     doc = inspect.getdoc(obj) or ""
-    if doc.startswith("Alias for field number") or name.startswith("model_") or name in ("settings",):
+    if doc.startswith("Alias for field number") or name == "__new__" or name.startswith("model_"):
         return True
     return None

@@ -119,22 +119,22 @@ def test_out_that_is_a_file_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 def test_killed_and_started_again_it_goes_on_to_the_same_files(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "elusive.cli", "reproduce", "amrouche2018", "fig2", "fig5"]
-    command += ["--trials", "48", "--seed", "3", "--out", str(tmp_path / "killed")]
+    program = [sys.executable, "-c", "from elusive.cli import main; main()"]
+    command = [*program, "reproduce", "amrouche2018", "fig5", "--trials", "20", "--out", str(tmp_path / "killed")]
     with subprocess.Popen(command, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL) as process:
         until = time.monotonic() + 60
-        while len([p for p in tmp_path.glob("killed/*.zarr/done/c/**/*") if p.is_file()]) < 2:
+        while not [path for path in tmp_path.glob("killed/*.zarr/done/c/**/*") if path.is_file()]:
             assert process.poll() is None
             assert time.monotonic() < until
             time.sleep(0.01)
         os.kill(process.pid, signal.SIGKILL)
     assert not (tmp_path / "killed" / "summary.csv").exists()
     reports: list[Progress] = []
-    reproduce(tmp_path / "killed", ["fig2", "fig5"], trials=48, seed=3, on_progress=reports.append)
+    reproduce(tmp_path / "killed", ["fig5"], trials=20, on_progress=reports.append)
     assert 0 < reports[0].done < reports[0].total  # what was done is not done again
-    reproduce(tmp_path / "whole", ["fig2", "fig5"], trials=48, seed=3)
+    reproduce(tmp_path / "whole", ["fig5"], trials=20)
     assert visible(tmp_path / "killed") == visible(tmp_path / "whole")
-    for name in ("summary.csv", "fig2.png", "fig5.png"):
+    for name in ("summary.csv", "fig5.png"):
         assert (tmp_path / "killed" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
 
 

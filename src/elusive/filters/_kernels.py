@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from elusive.contracts import Array
+from elusive.contracts import Array, X, Y
 
 
 @njit(cache=True, nogil=True)
@@ -106,3 +106,18 @@ def draw_cells(log_preference: Array, n: int, uniform_share: float, u0: float) -
         chosen[j] = i
         log_ratio[j] = here
     return chosen, log_ratio
+
+
+@njit(cache=True, nogil=True)
+def fill_newborns(
+    uniform: Array, cells: np.ndarray, columns: int, pitch: tuple[float, float], low: Array, high: Array
+) -> Array:
+    """Turn uniform numbers in place into states: each component in its [low, high), x and y about their cell."""
+    n, d = uniform.shape
+    for i in range(n):
+        for k in range(d):
+            uniform[i, k] = low[k] + (high[k] - low[k]) * uniform[i, k]
+        row = cells[i] // columns
+        uniform[i, X] += (cells[i] - row * columns) * pitch[0]
+        uniform[i, Y] += row * pitch[1]
+    return uniform

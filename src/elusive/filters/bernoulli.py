@@ -83,7 +83,7 @@ class BernoulliFilter(Model):
         if isinstance(self.sensor, Knowledge):
             stay = self.sensor.log_probability(moved)
             log_prior[: self.particles] += stay
-            left = alive * (1 - float(np.exp(stay).mean()))
+            left = alive * (1 - float(np.exp(stay).mean())) if stay.any() else 0.0
         absent = self.death_probability * state.existence + (1 - self.birth_probability) * (1 - state.existence) + left
         return self._posterior(np.concatenate([moved, births.states]), log_prior, measurement, None, absent)
 

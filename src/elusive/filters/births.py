@@ -13,7 +13,7 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 from pydantic import Field
 
-from elusive.contracts import Array, Births, X, Y
+from elusive.contracts import Array, Births
 from elusive.errors import ParameterError
 from elusive.filters import _kernels
 from elusive.model import Model, NonNegative
@@ -54,12 +54,10 @@ class UniformBirth(Model):
     ) -> Array:
         """Draw one newborn somewhere in each cell (flat index)."""
         low, high, deviation = self._ranges(sensor, state_names)
-        states = low + (high - low) * rng.random((len(cells), len(low)))
+        pitch = (sensor.dx, sensor.dy)
+        states = _kernels.fill_newborns(rng.random((len(cells), len(low))), cells, sensor.columns, pitch, low, high)
         if deviation.any():
             states += deviation * rng.standard_normal(states.shape)
-        row, column = np.divmod(cells, sensor.columns)
-        states[:, X] += column * sensor.dx
-        states[:, Y] += row * sensor.dy
         return states
 
     def _ranges(self, sensor: ImageSensor, state_names: tuple[str, ...]) -> tuple[Array, Array, Array]:

@@ -54,15 +54,17 @@ def resample(weights: Array, n: int, rng: Generator, scheme: Scheme = "systemati
         raise DataError(
             "weights: must be one row of finite numbers, none negative and not all zero; check the likelihood."
         )
+    if scheme not in get_args(Scheme):
+        raise ParameterError(f"scheme: {scheme!r} is unknown; choose one of {', '.join(get_args(Scheme))}.")
+    if n == 0:
+        return np.empty(0, dtype=np.int64)
     if scheme == "systematic":
         return _kernels.systematic(weights, total, n, rng.random())
     if scheme == "stratified":
         return _kernels.walk(weights, total, (np.arange(n) + rng.random(n)) / n)
     if scheme == "multinomial":
         return _kernels.walk(weights, total, np.sort(rng.random(n)))
-    if scheme == "residual":
-        return _residual(weights, total, n, rng)
-    raise ParameterError(f"scheme: {scheme!r} is unknown; choose one of {', '.join(get_args(Scheme))}.")
+    return _residual(weights, total, n, rng)
 
 
 def effective_sample_size(weights: Array) -> float:

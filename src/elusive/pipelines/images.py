@@ -5,36 +5,90 @@ The frames are whitened where the sensor model asks for it, then filtered; exist
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from elusive.contracts import VX, VY, Array, X, Y
+from elusive.contracts import VX, VY, Array, Filter, X, Y
 from elusive.errors import DataError
-from elusive.filters import BernoulliFilter, ExistenceParticleFilter
+from elusive.filters import BernoulliFilter, ExistenceParticleFilter, MeasurementBirth, UniformBirth
+from elusive.filters.recorded import RecordedFilter, RecordedFrames
 from elusive.io import FrameSource, TrackRow, atomic_folder, write_mot_csv, write_netcdf, write_tracks_csv
-from elusive.model import Model
+from elusive.model import Model, over_default
+from elusive.motion import ConstantVelocity, WithIntensity
 from elusive.report import FrameKeeper, Tracked, write_html, write_png
 from elusive.runner import collect, run
+from elusive.sensors import ClutterSensor, ImageSensor
 from elusive.tracking import Lifecycle
 
+LEAST_PIXELS = 48 * 48  # of a frame whose noise is estimated from itself
 
-class ImageTracking(Model):
-    """Everything `elusive track images` can be told."""
+
+class ImageTracking(RecordedFrames):
+    """Everything `elusive track images` can be told; the defaults are for recorded frames.
+
+    The filter's sensor decides how frames are taken: ``clutter``, as recorded, to be whitened against earlier ones
+    (velocities are then relative to the scene); ``white``, as they are, with white noise of a known deviation about
+    zero. What is given in part keeps these defaults for the rest.
+    """
 
     filter: Annotated[BernoulliFilter | ExistenceParticleFilter, Field(discriminator="kind")] = Field(
-        BernoulliFilter(), description="Filter"
+        BernoulliFilter(
+            motion=WithIntensity(motion=ConstantVelocity(q=0.0025)),
+            sensor=ClutterSensor(),
+            birth=MeasurementBirth(snr_db=11.1, max_speed=4.0),
+            death_probability=0.1,
+            particles=3000,
+            newborns=1500,
+        ),
+        description="Filter",
     )
-    tracks: Lifecycle = Field(Lifecycle(), description="When a track begins and ends")
+    tracks: Lifecycle = Field(Lifecycle(confirm_frames=8), description="When a track begins and ends")
     seed: int = Field(0, ge=0, description="Root of all random numbers")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _keep_defaults(cls, given: Any) -> Any:
+        """Fill what is given in part from this pipeline's defaults, not from those of the part's class."""
+        if not isinstance(given, Mapping):
+            return given
+        defaults = {name: field.default for name, field in cls.model_fields.items()}
+        return {
+            name: over_default(defaults[name], value) if isinstance(defaults.get(name), Model) else value
+            for name, value in given.items()
+        }
 
     def fitted_to(self, shape: tuple[int, int]) -> ImageTracking:
         """Return the same with a sensor of the frames' size."""
-        sensor = self.filter.sensor.replace(rows=shape[0], columns=shape[1])
+        sensor = self.filter.sensor
+        if not isinstance(sensor, ImageSensor | ClutterSensor):
+            return self
+        sensor = sensor.replace(rows=shape[0], columns=shape[1])
+        if isinstance(sensor, ClutterSensor):
+            if shape[0] * shape[1] < LEAST_PIXELS:
+                raise DataError(
+                    f"frames of {shape[1]} x {shape[0]} pixels are too few to learn the noise from; give its deviation "
+                    "(--noise-sigma), and the frames are taken as they are, with white noise about zero."
+                )
+            if sensor.lowest_snr is None and isinstance(self.filter.birth, UniformBirth):
+                sensor = sensor.replace(lowest_snr=sensor.intensity_of(self.filter.birth.snr_db))
         return self.replace(filter=self.filter.replace(sensor=sensor))
+
+    @property
+    def spread_px(self) -> float:
+        """Width of the point spread [px]; one where the sensor is a user's own."""
+        sensor = self.filter.sensor
+        return sensor.spread_px if isinstance(sensor, ImageSensor | ClutterSensor) else 1.0
+
+    def build(self) -> Filter[Any, Array]:
+        """Put the filter together that takes the frames."""
+        if not isinstance(self.filter.sensor, ClutterSensor):
+            return self.filter
+        prepared = {name: getattr(self, name) for name in RecordedFrames.model_fields}
+        return RecordedFilter(detector=self.filter, **prepared)
 
 
 class FrameTrack(NamedTuple):
@@ -69,7 +123,7 @@ def track_images(frames: Iterable[Array | None], parameters: ImageTracking) -> I
     """
     life = parameters.tracks.init()
     rng = np.random.default_rng(parameters.seed)
-    for state in run(parameters.filter, frames, rng):
+    for state in run(parameters.build(), frames, rng):
         life = parameters.tracks.step(life, state.existence)
         yield FrameTrack(state.existence, state.mean, state.covariance, life.track, life.status)
 
@@ -113,7 +167,7 @@ def track_recording(
     out
         Folder for the results.
     truth
-        ``(T, 2)`` x, y in pixels of each frame, NaN where the target is absent; scores only.
+        ``(T, 2)`` x, y in pixels of each frame of the file, NaN where the target is absent; scores only.
     on_frame
         Called with the number of frames done.
 
@@ -138,21 +192,22 @@ def track_recording(
             results.append(result)
             if on_frame is not None:
                 on_frame(len(rows))
-        if truth is not None and len(truth) < len(rows):
+        after = source.start + len(rows)
+        if truth is not None and len(truth) < after:
             raise DataError(
-                f"truth: has {len(truth)} rows for {len(rows)} frames; give one row a frame, nan nan if absent."
+                f"truth: has {len(truth)} rows for {after} frames; give one row a frame of the file, nan nan if absent."
             )
         times = np.array([row.time_s for row in rows])
-        dataset = collect(results, state_names=fitted.filter.state_names, times_s=times)
+        dataset = collect(results, state_names=fitted.filter.state_names, times_s=times.tolist())
         dataset["track"] = ("time", [0 if row.track is None else row.track for row in rows])
         dataset["status"] = ("time", [row.status for row in rows])
         dataset.attrs = {"title": source.name, "units": "px, px/frame", "config": fitted.to_yaml()}
         write_tracks_csv(folder / "tracks.csv", rows)
-        write_mot_csv(folder / "tracks_mot.csv", rows, sigma_px=fitted.filter.sensor.psf_sigma, rate_hz=source.rate_hz)
+        write_mot_csv(folder / "tracks_mot.csv", rows, sigma_px=fitted.spread_px, rate_hz=source.rate_hz)
         write_netcdf(folder / "result.nc", dataset)
         (folder / "config.yaml").write_text(fitted.to_yaml(), encoding="utf-8")
         tracked = tracked_of(
-            source.name, rows, source.shape, source.rate_hz, None if truth is None else truth[: len(rows)]
+            source.name, rows, source.shape, source.rate_hz, None if truth is None else truth[source.start : after]
         )
         write_png(folder / "report.png", tracked, keeper)
         write_html(folder / "report.html", tracked, keeper)

@@ -19,12 +19,12 @@ from scipy.special import ndtri
 
 from elusive.contracts import Array
 from elusive.errors import DataError
-from elusive.model import Model, Positive
+from elusive.model import FROM_RECORDING, Model, Positive
 from elusive.preprocess import _kernels
 from elusive.preprocess.registration import Registration, shift
 from elusive.preprocess.response import local_mean, matched_response
 from elusive.preprocess.stuck import StuckPixels, StuckState
-from elusive.sensors.clutter import NoiseTail, fit_tail
+from elusive.sensors.clutter import SOUGHT_PX, NoiseTail, fit_tail
 
 LEVELS = (0.001, 0.01, 0.159, 0.5, 0.841, 0.99, 0.999)  # of the quantile report
 MAD = 1.4826  # deviation of a Gaussian over its median absolute deviation
@@ -75,7 +75,7 @@ class Whitener(Model):
     level: float = Field(0.4, gt=0.2, lt=0.8, description="Quantile of the registered frames taken as background")
     lower_level: float = Field(0.15, gt=0, lt=0.5, description="Quantile whose distance to it measures the spread")
     sigmas_px: tuple[Positive, ...] = Field(
-        (0.7, 1.1, 1.7), min_length=1, description="Point spreads sought, Sigma [px]"
+        SOUGHT_PX, min_length=1, description="Point spreads sought, Sigma [px]", json_schema_extra=FROM_RECORDING
     )
     level_window_px: int = Field(21, ge=3, description="Window of the residual's local mean [px]")
     noise_window_px: int = Field(31, ge=3, description="Window of the response's local deviation [px]")

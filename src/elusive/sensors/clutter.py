@@ -22,11 +22,13 @@ from scipy import ndimage
 
 from elusive.contracts import Array
 from elusive.errors import DataError
-from elusive.model import Model, NonNegative, Positive, Probability
+from elusive.model import FROM_RECORDING, Model, NonNegative, Positive, Probability
 from elusive.sensors import _clutter_kernels
 
 GRID = np.linspace(-6.0, 60.0, 1321)  # responses at which the ratio is tabulated
 AMPLITUDES = 200
+LOWEST_SNR = 7.0
+SOUGHT_PX = (0.7, 1.1, 1.7)  # widths of a point spread that is not known
 RESPONSE_SD = 1.2  # of the best of three scales, a little wider than each scale's own deviation of one
 
 
@@ -70,9 +72,16 @@ class ClutterSensor(Model):
     """
 
     kind: Literal["clutter"] = "clutter"
-    rows: int = Field(gt=1, description="Number of rows of a frame")
-    columns: int = Field(gt=1, description="Number of columns of a frame")
-    lowest_snr: Positive = Field(7.0, description="Least matched-filter response of a target [noise deviations]")
+    rows: int = Field(256, gt=1, description="Number of rows of a frame", json_schema_extra=FROM_RECORDING)
+    columns: int = Field(256, gt=1, description="Number of columns of a frame", json_schema_extra=FROM_RECORDING)
+    psf_sigma: Positive | None = Field(
+        None, description="Width of the Gaussian point spread, Sigma [px]; not given: three are sought at once"
+    )
+    lowest_snr: Positive | None = Field(
+        None,
+        description=f"Least matched-filter response of a target [noise deviations]; not given: that of the births' SNR, "
+        f"else {LOWEST_SNR:g}",
+    )
     highest_snr: Positive = Field(40.0, description="Largest response; the ratio is level beyond it [deviations]")
     lookalike: float = Field(0.001, gt=0, lt=1, description="Probability of a look-alike at a place, e")
     decay: NonNegative = Field(2.0, description="How much faster look-alikes' amplitudes fall than targets' (power)")
@@ -87,7 +96,7 @@ class ClutterSensor(Model):
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:
-        if not self.lowest_snr < self.highest_snr:
+        if not (self.lowest_snr or LOWEST_SNR) < self.highest_snr:
             raise ValueError("lowest_snr must lie below highest_snr")
         if not self.rest_ratio[0] < self.rest_ratio[1]:
             raise ValueError("rest_ratio must rise")
@@ -119,8 +128,18 @@ class ClutterSensor(Model):
         return 1.0
 
     def intensity_of(self, snr_db: float) -> float:
-        """Return the response that lies ``snr_db`` decibels above the noise deviation."""
-        return float(10 ** (snr_db / 20))
+        """Return the response to a target whose peak is ``snr_db`` decibels above the noise: Sigma sqrt(pi) times it."""
+        return float(10 ** (snr_db / 20) * np.sqrt(np.pi) * self.spread_px)
+
+    @property
+    def spread_px(self) -> float:
+        """Width of the point spread, the middle one of those sought where none is given [px]."""
+        return self.psf_sigma or SOUGHT_PX[len(SOUGHT_PX) // 2]
+
+    @property
+    def widths_px(self) -> tuple[float, ...]:
+        """Widths of the point spread that the matched filter has to seek [px]."""
+        return SOUGHT_PX if self.psf_sigma is None else (self.psf_sigma,)
 
     def log_ratio(self, response: Array, tail: NoiseTail) -> Array:
         """Log likelihood ratio of target against none for responses of any shape; never falling with them."""
@@ -209,7 +228,7 @@ class ClutterSensor(Model):
     @cached_property
     def _densities(self) -> tuple[Array, Array]:
         """Densities on the grid of the response to a target and to a look-alike."""
-        amplitude = np.geomspace(self.lowest_snr, self.highest_snr, AMPLITUDES)
+        amplitude = np.geomspace(self.lowest_snr or LOWEST_SNR, self.highest_snr, AMPLITUDES)
         bells = np.exp(-0.5 * ((GRID[:, None] - amplitude) / RESPONSE_SD) ** 2) / (RESPONSE_SD * np.sqrt(2 * np.pi))
         weight = amplitude**-self.decay
         return bells.mean(1), bells @ (weight / weight.sum())

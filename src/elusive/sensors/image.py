@@ -42,6 +42,11 @@ class ImageSensor(Model):
         return self.rows, self.columns
 
     @property
+    def spread_px(self) -> float:
+        """Width of the point spread [cells]."""
+        return self.psf_sigma / self.dx
+
+    @property
     def gain(self) -> float:
         """Peak amplitude of a target of unit intensity, ``dx dy / (2 pi S^2)``."""
         return self.dx * self.dy / (2 * np.pi * self.psf_sigma**2)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import get_args
 
 from elusive.campaign import CampaignConfig, Progress, run_campaign
-from elusive.errors import ParameterError
+from elusive.errors import DataError, ParameterError
 from elusive.experiments.amrouche2018.figures import FIGURES, SNRS_DB
 from elusive.experiments.amrouche2018.table import Cell, summarise, write_summary
 from elusive.experiments.amrouche2018.trial import SCENARIO, FilterName
@@ -43,6 +43,8 @@ def reproduce(
     ------
     ParameterError
         If a target is unknown.
+    DataError
+        If ``out`` is a file or cannot be made.
     """
     unknown = [target for target in targets if target not in FIGURES]
     if unknown:
@@ -57,7 +59,12 @@ def reproduce(
         seed=seed,
     )
     store = out / f"campaign-{'-'.join(motions)}-{len(filters)}x{trials}-seed{seed}.zarr"
-    store.parent.mkdir(parents=True, exist_ok=True)
+    if out.exists() and not out.is_dir():
+        raise DataError(f"{out}: is a file; give the name of a folder.")
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise DataError(f"{out}: cannot be written ({error.strerror}); check its parent and permissions.") from None
     results = run_campaign(SCENARIO, configuration, store, executor=executor, on_progress=on_progress).load()
     cells = summarise(results)
     with atomic_folder(out) as folder:

@@ -1,0 +1,121 @@
+"""What is written runs: README, CONTRIBUTING, the commands on each page, and the site with every code cell."""
+
+from __future__ import annotations
+
+import inspect
+import pkgutil
+import re
+import shlex
+import subprocess
+import sys
+import zlib
+from importlib import import_module
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+import elusive
+
+ROOT = Path(__file__).parents[1]
+BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+FEWER = {"reproduce": ["fig2", "--trials", "2"]}  # the whole thing takes minutes
+
+
+class Block(NamedTuple):
+    page: str
+    number: int
+    language: str
+    text: str
+
+    @property
+    def label(self) -> str:
+        return f"{self.page}-{self.number}"
+
+
+def blocks(*pages: str) -> list[Block]:
+    found = []
+    for page in pages:
+        for number, (language, text) in enumerate(BLOCK.findall((ROOT / page).read_text(encoding="utf-8"))):
+            found.append(Block(page, number, language, text))
+    return found
+
+
+PAGES = sorted(str(path.relative_to(ROOT)) for path in (ROOT / "docs").glob("*.md"))
+EXAMPLES = [block for block in blocks("README.md", "CONTRIBUTING.md") if block.language == "python"]
+COMMANDS = {
+    line: block
+    for block in blocks("README.md", *PAGES)
+    if block.language == "sh"
+    for line in block.text.splitlines()
+    if line.startswith("elusive ")
+}
+
+
+@pytest.mark.parametrize("block", EXAMPLES, ids=lambda block: block.label)
+def test_example_runs(block: Block) -> None:
+    exec(compile(block.text, block.label, "exec", dont_inherit=True), {"__name__": "example"})
+
+
+@pytest.mark.parametrize("line", COMMANDS)
+def test_command_runs(line: str, tmp_path: Path) -> None:
+    from PIL import Image
+
+    folder = tmp_path / "frames"
+    folder.mkdir()
+    rng = np.random.default_rng(1)
+    for number in range(30):
+        Image.fromarray(rng.integers(90, 110, (40, 50), dtype=np.uint8)).save(folder / f"frame{number}.png")
+    for other in blocks(COMMANDS[line].page):
+        name = re.match(r"# (\S+\.yaml)\n", other.text)
+        if other.language == "yaml" and name:
+            (tmp_path / name[1]).write_text(other.text.replace("trials: 20", "trials: 2"), encoding="utf-8")
+    words = shlex.split(line)
+    words[0] = str(Path(sys.executable).parent / "elusive")
+    found = subprocess.run(
+        [*words, *FEWER.get(words[1], [])], cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False
+    )
+    assert found.returncode == 0, found.stdout + found.stderr
+    out = tmp_path / words[words.index("--out") + 1]
+    assert any(out.iterdir())
+
+
+def test_site_builds_runs_every_cell_and_documents_every_public_name(tmp_path: Path) -> None:
+    """One test, so that the site is built once however the tests are shared out; a warning is an error."""
+    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html", "-d", str(tmp_path / "trees")]
+    site = tmp_path / "html"
+    found = subprocess.run(
+        [*command, str(ROOT / "docs"), str(site)], capture_output=True, text=True, timeout=400, check=False
+    )
+    assert found.returncode == 0, found.stdout + found.stderr
+
+    fetched = re.compile(r"""<(?:script|link|img|iframe)[^>]*?(?:src|href)=["'](https?:)?//""")
+    assert [page.name for page in site.glob("*.html") if fetched.search(page.read_text(encoding="utf-8"))] == []
+
+    inventory = (site / "objects.inv").read_bytes().split(b"\n", 4)[4]
+    documented = {line.split(" ", 1)[0] for line in zlib.decompress(inventory).decode().splitlines()}
+    missing = sorted(name for name, other in public_names() if name not in documented and other not in documented)
+    assert missing == []
+
+
+def public_names() -> list[tuple[str, str]]:
+    """Each public class and function under the module that shows it, and under the one that defines it."""
+    names = []
+    for found in pkgutil.walk_packages(elusive.__path__, "elusive."):
+        if any(part.startswith("_") for part in found.name.split(".")):
+            continue
+        module = import_module(found.name)
+        for name in getattr(module, "__all__", vars(module)):
+            thing = getattr(module, name)
+            if name.startswith("_") or not (inspect.isclass(thing) or inspect.isfunction(thing)):
+                continue
+            if hasattr(module, "__all__") or thing.__module__ == found.name:
+                exported = next((p for p in parents(found.name) if getattr(import_module(p), name, None) is thing), "")
+                names.append((f"{found.name}.{name}", f"{exported}.{name}"))
+    return names
+
+
+def parents(module: str) -> list[str]:
+    parts = module.split(".")
+    return [".".join(parts[:end]) for end in range(len(parts) - 1, 0, -1)]
