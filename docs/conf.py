@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import logging
 import os
 import sys
 from pathlib import Path
@@ -18,6 +19,7 @@ os.environ["PYDEVD_DISABLE_FILE_VALIDATION"] = "1"
 (Path(_profiles.name) / "profile_default" / "ipython_kernel_config.py").write_text(
     'c.IPKernelApp.log_level = "ERROR"\n'
 )
+logging.getLogger("traitlets").setLevel(logging.WARNING)
 
 import elusive
 

@@ -64,9 +64,9 @@ def table(cells: list[dict[str, str]], motion: str) -> str:
 
 
 def shown(number: str) -> str:
-    """Write a number with three decimals below one, two above."""
+    """Write a number with three decimals below one, two above, four where three would show nothing."""
     value = float(number)
-    return f"{value:.2f}" if value >= 1 else f"{value:.3f}"
+    return f"{value:.{2 if value >= 1 else 3 if value >= 0.0005 else 4}f}"
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """Recorded infrared with its target scaled or painted out, and the runs that are scored on it.
 
-The labels place the patch that is changed and score the result; nothing is tuned on them.
+The labels place the patch that is changed, and score the result.
 """
 
 from __future__ import annotations
@@ -10,17 +10,14 @@ from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
-import imageio.v3 as iio
 import numpy as np
 from scipy import ndimage
 
-from elusive.filters.bernoulli import BernoulliFilter
-from elusive.filters.births import MeasurementBirth
-from elusive.filters.mode import densest
-from elusive.motion import ConstantVelocity
+from elusive.contracts import X, Y
+from elusive.io import open_frames
+from elusive.pipelines.images import ImageTracking, track_images
 from elusive.preprocess.background import Whitened, Whitener
-from elusive.preprocess.registration import Registration, follow_scene
-from elusive.sensors.clutter import ClutterSensor
+from elusive.preprocess.registration import Registration
 
 DATA = Path(os.environ.get("ELUSIVE_DATA", Path(__file__).parents[2] / "shared" / "data")) / "infrared"
 HALF = 4  # the patch is 9 x 9
@@ -47,7 +44,6 @@ MOVERS = {
         29: (73, 147),
     },
 }
-CAP = 0.95  # a track is lost with probability .05 before each frame, however sure it was
 
 
 class Sequence(NamedTuple):
@@ -59,7 +55,7 @@ class Sequence(NamedTuple):
 
 def read(name: str) -> Sequence:
     """Read a recording; its labels are 1-based."""
-    frames = np.stack([iio.imread(path) for path in sorted((DATA / name).glob("*.png"))]).astype(float)
+    frames = np.stack(list(open_frames(DATA / name)))
     return Sequence(frames, np.loadtxt(DATA / f"{name}.txt") - 1)
 
 
@@ -130,35 +126,22 @@ def whiten(sequence: Sequence, whitener: Whitener | None = None) -> list[Whitene
 
 
 class Run(NamedTuple):
-    """What the filter reported of each frame."""
+    """What `elusive track images` reports of each frame with its default parameters."""
 
     existence: np.ndarray  # (n,)
-    place: np.ndarray  # (n, 2) x, y in pixels; NaN before the filter began
+    place: np.ndarray  # (n, 2) x, y in pixels
+    confirmed: bool  # whether any track was
 
 
-def track(whitened: list[Whitened], seed: int, sensor: ClutterSensor | None = None) -> Run:
-    """Track through the whitened frames with the one setting for recorded frames."""
-    rows, columns = whitened[0].response.shape
-    sensor = sensor or ClutterSensor(rows=rows, columns=columns)
-    model = BernoulliFilter(
-        motion=ConstantVelocity(q=0.0025),
-        sensor=sensor,
-        birth=MeasurementBirth(max_speed=4.0),
-        birth_probability=0.05,
-        death_probability=0.05,
-        particles=3000,
-        newborns=1500,
+def track(sequence: Sequence, seed: int) -> Run:
+    """Track through the raw frames with the one setting for recorded frames."""
+    parameters = ImageTracking(seed=seed).fitted_to(sequence.frames.shape[1:])
+    results = list(track_images(sequence.frames, parameters))
+    return Run(
+        np.array([result.existence for result in results]),
+        np.array([result.mean[[X, Y]] for result in results]),
+        any(result.status == "confirmed" for result in results),
     )
-    rng = np.random.default_rng(seed)
-    state = model.init(rng)
-    existence, place = [0.0] * WARM_UP, [np.full(2, np.nan)] * WARM_UP
-    for frame in whitened[WARM_UP - 1 :]:
-        carried = follow_scene(state.particles, frame.step_px, 0.3, rng)
-        state = state._replace(particles=carried, existence=min(state.existence, CAP))
-        state = model.step(state, sensor.evidence(frame.response, frame.tail, frame.earlier), rng)
-        existence.append(state.existence)
-        place.append(densest(state.particles, state.weights)[[0, 2]])
-    return Run(np.array(existence), np.array(place))
 
 
 def share_found(run: Run, labels: np.ndarray, first: int = 10) -> float:

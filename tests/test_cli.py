@@ -439,18 +439,18 @@ def test_bad_input_is_one_sentence_and_leaves_nothing(
     [
         (["track", "images"], "Missing argument 'SOURCE'"),
         (["track", "images", "frames.npy"], "Missing option '--out'"),
-        (["track", "images", "frames.npy", "--out", "out", "--particles", "many"], "'many' is not a valid int"),
+        (["track", "images", "frames.npy", "--out", "out", "--particles", "many"], "Invalid value for '--particles'"),
         (["track", "images", "frames.npy", "--out", "out", "--birth", "odd"], "'odd' is not one of"),
         (["track", "images", "frames.npy", "--out", "out", "--partcles", "3"], "No such option: --partcles"),
-        (["reproduce", "amrouche2018", "fig2", "--out", "out", "--workers", "0"], "Invalid value for '--workers': 0"),
-        (["reproduce", "amrouche2018", "fig2", "--out", "out", "--trials", "1"], "Invalid value for '--trials': 1"),
+        (["reproduce", "amrouche2018", "fig2", "--out", "out", "--workers", "0"], "Invalid value for '--workers'"),
+        (["reproduce", "amrouche2018", "fig2", "--out", "out", "--trials", "1"], "Invalid value for '--trials'"),
         (
             ["reproduce", "amrouche2018", "fig1", "--out", "out"],
             "'fig1': amrouche2018 has no such figure; known are fig2",
         ),
-        (["campaign", "c.yaml", "--out", "out", "--workers", "0"], "Invalid value for '--workers': 0"),
+        (["campaign", "c.yaml", "--out", "out", "--workers", "0"], "Invalid value for '--workers'"),
         (["campaign", "gone.yaml", "--out", "out"], "gone.yaml: cannot be read"),
-        (["demo", "--seed=-1"], "Invalid value for '--seed': -1"),
+        (["demo", "--seed=-1"], "Invalid value for '--seed'"),
     ],
 )
 def test_what_no_command_takes_is_said(

@@ -1,9 +1,13 @@
-"""Documentation of fields, from where they are declared: models' descriptions and bounds, named tuples' comments."""
+"""Reference pages from the code: every public module of a room, and fields from where they are declared."""
 
 from __future__ import annotations
 
 import inspect
+import pkgutil
 import re
+from collections.abc import Iterator
+from importlib import import_module
+from types import ModuleType
 from typing import Any
 
 from annotated_types import Ge, Gt, Le, Lt
@@ -15,15 +19,49 @@ from sphinx.util.typing import stringify_annotation
 from elusive.model import Model
 
 FIELD = re.compile(r"^    (\w+): ([^#]+?)(?:\s+#\s*(.+))?$")
+ROOM = re.compile(r"^% room: (\S+)$", re.MULTILINE)
 SIGNS = {Ge: (">=", "ge"), Gt: (">", "gt"), Le: ("<=", "le"), Lt: ("<", "lt")}
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Hook into autodoc."""
+    """Hook into the reading of pages and into autodoc."""
+    app.connect("source-read", lambda app, page, source: source.__setitem__(0, ROOM.sub(open_room, source[0])))
     app.connect("autodoc-process-docstring", add_fields, priority=400)  # before napoleon reads the sections
     app.connect("autodoc-process-signature", drop_signature)
     app.connect("autodoc-skip-member", skip)
     return {"parallel_read_safe": True}
+
+
+def open_room(match: re.Match[str]) -> str:
+    """Replace ``% room: package`` by a section for the package and for each public module with names of its own."""
+    package = import_module(match[1])
+    shown = set(getattr(package, "__all__", ()))
+    sections = [section(package, ())] if public(package) else []
+    for found in pkgutil.walk_packages(getattr(package, "__path__", ()), f"{match[1]}."):
+        if not any(part.startswith("_") for part in found.name.split(".")):
+            module = import_module(found.name)
+            if set(public(module)) - shown:
+                sections.append(section(module, sorted(shown & set(public(module)))))
+    return "\n".join(sections)
+
+
+def section(module: ModuleType, elsewhere: list[str] | tuple[()]) -> str:
+    """Write the section of one module, without what another section shows."""
+    left_out = f"\n   :exclude-members: {', '.join(elsewhere)}" if elsewhere else ""
+    directive = f".. automodule:: {module.__name__}\n   :members:{left_out}"
+    return f"## {module.__name__}\n\n```{{eval-rst}}\n{directive}\n```\n"
+
+
+def public(module: ModuleType) -> list[str]:
+    """Names of the classes and functions that a module shows."""
+    return list(getattr(module, "__all__", None) or _defined(module))
+
+
+def _defined(module: ModuleType) -> Iterator[str]:
+    for name, thing in vars(module).items():
+        shown = inspect.isclass(thing) or inspect.isfunction(thing)
+        if shown and not name.startswith("_") and thing.__module__ == module.__name__:
+            yield name
 
 
 def add_fields(app: Sphinx, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:

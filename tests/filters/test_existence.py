@@ -8,6 +8,7 @@ import pytest
 from elusive import run
 from elusive.filters import existence as module
 from elusive.filters.bernoulli import BernoulliFilter
+from elusive.filters.births import MeasurementBirth
 from elusive.filters.existence import ExistenceParticleFilter
 from elusive.sensors.image import ImageSensor
 from tests.reference.filters import existence_update, transition
@@ -40,7 +41,7 @@ def test_it_agrees_with_the_bernoulli_filter():
     target = np.array([[3.5, 0.0, 4.2, 0.0, sensor.intensity_of(9.0)]])
     frames = [sensor.simulate(target if k >= 2 else target[:0], rng) for k in range(5)]
     runs, common = 10, {"sensor": sensor, "initial_existence": 0.2}
-    ours = ExistenceParticleFilter(particles=8000, **common)
+    ours = ExistenceParticleFilter(particles=8000, birth=MeasurementBirth(), **common)
     other = BernoulliFilter(particles=4000, newborns=1000, **common)
     curves = [
         np.array([[s.existence for s in run(model, frames, np.random.default_rng(seed))] for seed in range(runs)])
