@@ -329,34 +329,34 @@ def empty_folder(folder: Path) -> list[object]:
 
 def truncated_png(folder: Path) -> list[object]:
     rng = np.random.default_rng(5)
-    save_images(folder / "images", rng.integers(0, 255, (5, 20, 20), dtype=np.uint8))
+    save_images(folder / "images", rng.integers(0, 255, (5, 60, 50), dtype=np.uint8))
     broken = folder / "images" / "frame3.png"
     broken.write_bytes(broken.read_bytes()[:200])
     return ["images"]
 
 
 def sizes_differ(folder: Path) -> list[object]:
-    save_images(folder / "images", np.random.default_rng(5).integers(0, 255, (5, 20, 20), dtype=np.uint8))
-    Image.fromarray(np.eye(21, dtype=np.uint8)).save(folder / "images" / "frame3.png")
+    save_images(folder / "images", np.random.default_rng(5).integers(0, 255, (5, 60, 50), dtype=np.uint8))
+    Image.fromarray(np.eye(61, dtype=np.uint8)).save(folder / "images" / "frame3.png")
     return ["images"]
 
 
 def all_nan(folder: Path) -> list[object]:
-    frames = np.random.default_rng(5).standard_normal((6, 20, 20))
+    frames = np.random.default_rng(5).standard_normal((6, 60, 50))
     frames[4] = np.nan
     np.save(folder / "frames.npy", frames)
     return ["frames.npy"]
 
 
 def constant(folder: Path) -> list[object]:
-    frames = np.random.default_rng(5).standard_normal((6, 20, 20))
+    frames = np.random.default_rng(5).standard_normal((6, 60, 50))
     frames[2] = 7.0
     np.save(folder / "frames.npy", frames)
     return ["frames.npy"]
 
 
 def good(folder: Path, *arguments: object) -> list[object]:
-    np.save(folder / "frames.npy", np.random.default_rng(5).standard_normal((6, 20, 20)))
+    np.save(folder / "frames.npy", np.random.default_rng(5).standard_normal((6, 60, 50)))
     return ["frames.npy", *arguments]
 
 
@@ -386,8 +386,8 @@ def option(*arguments: object) -> Callable[[Path], list[object]]:
         (empty_folder, "images: holds no image"),
         (truncated_png, "frame3.png"),
         (sizes_differ, "frame3.png"),
-        (all_nan, "frame 4): 400 of 400 pixels are NaN or infinite"),
-        (constant, "frame 2): all its pixels are 7"),
+        (all_nan, "frame 4: 3000 of 3000 pixels are NaN or infinite"),
+        (constant, "frame 2: all its pixels are 7"),
         (lambda folder: ["absent"], "absent: there is no such file or folder; check the path."),
         (option("--psf-sigma=-1"), "psf_sigma: must be greater than 0 (got -1.0)."),
         (option("--noise-sigma", 0), "noise_sigma: must be greater than 0 (got 0.0)."),

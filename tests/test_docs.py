@@ -15,8 +15,11 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from PIL import Image
+from scipy import ndimage
 
 import elusive
+from elusive.experiments.demo import run_demo
 
 ROOT = Path(__file__).parents[1]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -60,13 +63,13 @@ def test_example_runs(block: Block) -> None:
 
 @pytest.mark.parametrize("line", COMMANDS)
 def test_command_runs(line: str, tmp_path: Path) -> None:
-    from PIL import Image
-
     folder = tmp_path / "frames"
     folder.mkdir()
     rng = np.random.default_rng(1)
-    for number in range(30):
-        Image.fromarray(rng.integers(90, 110, (40, 50), dtype=np.uint8)).save(folder / f"frame{number}.png")
+    scene = ndimage.gaussian_filter(rng.normal(0, 200, (64, 80)), 4)
+    for number in range(20):
+        frame = np.clip(100 + scene + rng.normal(0, 3, scene.shape), 0, 255).astype(np.uint8)
+        Image.fromarray(frame).save(folder / f"frame{number}.png")
     for other in blocks(COMMANDS[line].page):
         name = re.match(r"# (\S+\.yaml)\n", other.text)
         if other.language == "yaml" and name:
@@ -79,6 +82,12 @@ def test_command_runs(line: str, tmp_path: Path) -> None:
     assert found.returncode == 0, found.stdout + found.stderr
     out = tmp_path / words[words.index("--out") + 1]
     assert any(out.iterdir())
+
+
+def test_readme_tells_what_the_demonstration_finds(tmp_path: Path) -> None:
+    told = [int(share) for share in re.findall(r"(\d+) %", (ROOT / "README.md").read_text(encoding="utf-8"))]
+    measured = [int(share.removesuffix(" %")) for share in run_demo(tmp_path).rows[-1][1:]]
+    assert told == pytest.approx(measured, abs=2)  # a processor may round one sum otherwise
 
 
 def test_site_builds_runs_every_cell_and_documents_every_public_name(tmp_path: Path) -> None:

@@ -20,6 +20,7 @@ from elusive.model import Model
 
 FIELD = re.compile(r"^    (\w+): ([^#]+?)(?:\s+#\s*(.+))?$")
 ROOM = re.compile(r"^% room: (\S+)$", re.MULTILINE)
+ALIAS = re.compile(r"TypeAliasForwardRef\('(\w+)'\)")
 SIGNS = {Ge: (">=", "ge"), Gt: (">", "gt"), Le: ("<=", "le"), Lt: ("<", "lt")}
 
 
@@ -110,10 +111,12 @@ def described(field: FieldInfo) -> str:
 
 def drop_signature(
     app: Sphinx, what: str, name: str, obj: Any, options: Any, signature: str | None, returns: str | None
-) -> tuple[str, None] | None:
-    """Leave out the signature of what is described field by field."""
+) -> tuple[str | None, ...] | None:
+    """Leave out the signature of what is described field by field; elsewhere, call an array an array."""
     if what == "class" and (issubclass(obj, Model) or (issubclass(obj, tuple) and hasattr(obj, "_fields"))):
         return "", None
+    if "TypeAliasForwardRef" in f"{signature}{returns}":
+        return tuple(text and ALIAS.sub(r"\1", text) for text in (signature, returns))
     return None
 
 

@@ -54,19 +54,22 @@ def figure(
             drawn.savefig(temporary, metadata={"Software": None} if path.suffix == ".png" else None)
 
 
-def frame(axes: Axes, pixels: Array, title: str = "") -> None:
-    """Draw one frame in grey, between its first and last half per cent of values."""
+def frame(axes: Axes, pixels: Array, title: str = "", shrink: int = 1) -> None:
+    """Draw one frame in grey, between its first and last half per cent; each ``shrink``-th pixel is given."""
     low, high = np.nanpercentile(pixels, [0.5, 99.5])
-    axes.imshow(pixels, cmap="gray", vmin=low, vmax=high, interpolation="nearest")
+    rows, columns = pixels.shape
+    edges = (-0.5 * shrink, (columns - 0.5) * shrink, (rows - 0.5) * shrink, -0.5 * shrink)
+    axes.imshow(pixels, cmap="gray", vmin=low, vmax=high, interpolation="nearest", extent=edges)
     axes.set(title=title, xlabel="x [px]", ylabel="y [px]")
     axes.grid(visible=False)
 
 
 def paths(axes: Axes, estimate: Array, truth: Array | None = None, *, invert: bool = True) -> None:
     """Draw the estimated path ``(T, 2)`` and the true one; NaN breaks a line. ``invert``: rows count downwards."""
+    size = 3.0 if len(estimate) <= 100 else 1.5
     if truth is not None:
-        axes.plot(truth[:, 0], truth[:, 1], color=TRUTH, label="truth", marker="o", markersize=3)
-    axes.plot(estimate[:, 0], estimate[:, 1], color=ESTIMATE, label="estimate", marker=".", markersize=4)
+        axes.plot(truth[:, 0], truth[:, 1], color=TRUTH, label="truth", marker="o", markersize=size)
+    axes.plot(estimate[:, 0], estimate[:, 1], color=ESTIMATE, label="estimate", marker="o", markersize=0.6 * size)
     axes.set(xlabel="x [px]", ylabel="y [px]", aspect="equal")
     if invert:
         axes.set_ylim(*sorted(axes.get_ylim(), reverse=True))

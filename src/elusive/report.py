@@ -71,7 +71,7 @@ def write_png(path: Path, tracked: Tracked, frames: FrameKeeper) -> None:
     """Draw the frame of highest existence, the path, existence over time and error over time."""
     panels = 4 if tracked.truth is not None else 3
     with plots.figure(
-        path, 10.0, 7.4 if panels == 4 else 4.0, panels // 3 + (panels == 4), 2 if panels == 4 else 3
+        path, 10.0, 7.4 if panels == 4 else 3.5, panels // 3 + (panels == 4), 2 if panels == 4 else 3
     ) as (
         figure,
         grid,
@@ -79,8 +79,10 @@ def write_png(path: Path, tracked: Tracked, frames: FrameKeeper) -> None:
         axes = grid.ravel()
         best = max(range(len(frames.numbers)), key=lambda i: tracked.existence[frames.numbers[i]])
         number = frames.numbers[best]
-        plots.frame(axes[0], frames.kept[best].astype(float), f"Frame {number}: P = {tracked.existence[number]:.2f}")
-        x, y = tracked.estimate[number] / frames.shrink
+        when = f"Frame {tracked.times[number]:g}" if tracked.time_unit == "frame" else f"{tracked.times[number]:.2f} s"
+        title = f"{when}: P = {tracked.existence[number]:.2f}"
+        plots.frame(axes[0], frames.kept[best].astype(float), title, frames.shrink)
+        x, y = tracked.estimate[number]
         axes[0].plot(
             x, y, "s", markersize=16, markerfacecolor="none", markeredgecolor=plots.ESTIMATE, markeredgewidth=1.5
         )
@@ -92,10 +94,12 @@ def write_png(path: Path, tracked: Tracked, frames: FrameKeeper) -> None:
             axes[2].plot(tracked.times, curve, color=colour, label=name, linewidth=1.2)
         plots.existence(axes[2], tracked.times, tracked.existence, present, tracked.time_unit)
         axes[2].set_title("Is it there?")
+        if panels == 3:
+            axes[2].set_box_aspect(min(max(rows / columns, 0.6), 1.0))
         if tracked.error is not None:
             spread = np.hypot(*tracked.deviation.T)
             plots.error(axes[3], tracked.times, tracked.error, spread, tracked.time_unit)
-            axes[3].set_title("How far off?")
+            axes[3].set(title="How far off?", xlim=axes[2].get_xlim())
         figure.suptitle(tracked.title, x=0.01, ha="left", size=12, weight="bold")
 
 

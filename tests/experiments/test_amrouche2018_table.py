@@ -14,6 +14,7 @@ import pytest
 import xarray as xr
 
 from elusive.campaign import CampaignConfig, make_executor, run_campaign
+from elusive.experiments.amrouche2018.scenario import APPEARS, LEAVES
 from elusive.experiments.amrouche2018.table import Cell, summarise
 from elusive.experiments.amrouche2018.trial import SCENARIO
 
@@ -76,10 +77,11 @@ def campaign(folder: object, motion: str, filters: list[str], snrs_db: tuple[flo
 
 
 class Measured(NamedTuple):
-    """A campaign's cells, and the existence of the bold row at 6.71 dB, trial by trial."""
+    """A campaign's cells, and the existence of the bold row at 6.71 dB and at all, trial by trial."""
 
     cells: dict[tuple[str, str, float], Cell]
     bold: np.ndarray  # (trials, 30)
+    mixed: np.ndarray  # (3, trials, 30) the same at each SNR
 
 
 def measure(factory: pytest.TempPathFactory, filters: list[str], trials: int) -> Measured:
@@ -87,7 +89,8 @@ def measure(factory: pytest.TempPathFactory, filters: list[str], trials: int) ->
     cv = campaign(folder, "cv", filters, SNRS_DB, trials)
     ct = campaign(folder, "ct", list(CT), SNRS_DB[:2], trials)
     cells = {(cell.motion, cell.filter, cell.snr_db): cell for cell in [*summarise(cv), *summarise(ct)]}
-    return Measured(cells, cv["existence"].sel(motion="cv", snr_db=6.71, filter=BOLD).values)
+    mixed = cv["existence"].sel(motion="cv", filter=BOLD).values
+    return Measured(cells, mixed[SNRS_DB.index(6.71)], mixed)
 
 
 @pytest.fixture(scope="module")
@@ -145,8 +148,36 @@ def test_what_the_table_is_for_shows_on_the_same_recordings(quick: Measured) -> 
         assert [c.rmse_10_24 for c in rising] == sorted((c.rmse_10_24 for c in rising), reverse=True)
 
 
+# The prototype's row with 20 000 particles and more: .39 and .54 are printed. Here the same recordings give the same
+# with four times the particles, so that these two are taken to carry more Monte Carlo error than a thousand runs do.
+OFF = {("near-optimal", 3.18, "existence_26_27"), ("near-optimal", 6.71, "rmse_10_24")}
+FULL = [
+    pytest.param(
+        expected,
+        id=label(expected),
+        marks=[pytest.mark.xfail(strict=True, reason="off by 6 and 5 standard errors, towards the better for the RMSE")]
+        if (expected.filter, expected.snr_db, expected.column) in OFF
+        else [],
+    )
+    for expected in EXPECTED
+]
+
+
 @pytest.mark.validate
-@pytest.mark.parametrize("expected", EXPECTED, ids=label)
+def test_existence_of_70_to_80_percent_holds_on_the_papers_scenario(full: Measured) -> None:
+    """The three SNRs together, as the filter knows them; the trial is the unit, since it has the same frames thrice."""
+    present = np.zeros(30, dtype=bool)
+    present[APPEARS - 1 : LEAVES] = True
+    inside = (full.mixed >= 0.7) & (full.mixed < 0.8)
+    hits, counts = (inside & present).sum(axis=(0, 2)), inside.sum(axis=(0, 2))
+    share = hits.sum() / counts.sum()
+    error = np.sqrt(np.sum((hits - share * counts) ** 2)) / counts.sum()
+    assert error < 0.02
+    assert 0.7 - 3.5 * error <= share <= 0.8 + 3.5 * error
+
+
+@pytest.mark.validate
+@pytest.mark.parametrize("expected", FULL)
 def test_a_cell_agrees_over_a_thousand_trials(full: Measured, expected: Expected) -> None:
     check_cell(full, expected)
 

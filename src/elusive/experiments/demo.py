@@ -19,6 +19,7 @@ from elusive.io import TrackRow, atomic_folder, write_netcdf, write_tracks_csv
 from elusive.pipelines.images import FrameTrack, ImageTracking, row_of, track_images, tracked_of
 from elusive.report import FrameKeeper, write_html, write_png
 from elusive.runner import collect
+from elusive.tracking import Lifecycle
 
 TRIALS = 60  # recordings with a target, and as many without, behind the table
 NEAR = 2.0  # cells between estimate and truth that count as found
@@ -49,6 +50,7 @@ def run_demo(out: Path, *, seed: int = 1, on_frame: Callable[[int], None] | None
         filter=BernoulliFilter(
             motion=scenario.target_motion, sensor=scenario.sensor, birth=MeasurementBirth(snr_db=scenario.snr_db)
         ),
+        tracks=Lifecycle(),
         seed=seed,
     )
     recording = scenario.simulate(np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(0,))))

@@ -2,8 +2,17 @@
 
 from elusive.filters.bernoulli import BernoulliFilter, BernoulliState
 from elusive.filters.births import BrightBirth, MeasurementBirth, UniformBirth
+from elusive.filters.estimates import (
+    credible_ellipse,
+    credible_region,
+    joint_map,
+    marginal_map,
+    mean_and_covariance,
+)
 from elusive.filters.existence import ExistenceParticleFilter, ExistenceState
+from elusive.filters.mode import densest
 from elusive.filters.particle import GaussianPrior, ParticleFilter, ParticleState
+from elusive.filters.recorded import RecordedFilter, RecordedState
 from elusive.filters.resampling import effective_sample_size, resample
 
 __all__ = [
@@ -16,7 +25,15 @@ __all__ = [
     "MeasurementBirth",
     "ParticleFilter",
     "ParticleState",
+    "RecordedFilter",
+    "RecordedState",
     "UniformBirth",
+    "credible_ellipse",
+    "credible_region",
+    "densest",
     "effective_sample_size",
+    "joint_map",
+    "marginal_map",
+    "mean_and_covariance",
     "resample",
 ]

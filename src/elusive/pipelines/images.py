@@ -46,7 +46,7 @@ class ImageTracking(RecordedFrames):
         ),
         description="Filter",
     )
-    tracks: Lifecycle = Field(Lifecycle(confirm_frames=8), description="When a track begins and ends")
+    tracks: Lifecycle = Field(Lifecycle(), description="When a track begins and ends")
     seed: int = Field(0, ge=0, description="Root of all random numbers")
 
     @model_validator(mode="before")
@@ -82,6 +82,14 @@ class ImageTracking(RecordedFrames):
         """Width of the point spread [px]; one where the sensor is a user's own."""
         sensor = self.filter.sensor
         return sensor.spread_px if isinstance(sensor, ImageSensor | ClutterSensor) else 1.0
+
+    @property
+    def lifecycle(self) -> Lifecycle:
+        """When a track begins and ends; in recorded frames it must outlive what is not yet known to rest."""
+        if not isinstance(self.filter.sensor, ClutterSensor):
+            return self.tracks
+        least = self.background.rest_lag + 2
+        return self.tracks.replace(confirm_frames=max(self.tracks.confirm_frames, least))
 
     def build(self) -> Filter[Any, Array]:
         """Put the filter together that takes the frames."""
@@ -121,10 +129,11 @@ def track_images(frames: Iterable[Array | None], parameters: ImageTracking) -> I
     DataError
         If a frame has another size than the sensor.
     """
-    life = parameters.tracks.init()
+    lifecycle = parameters.lifecycle
+    life = lifecycle.init()
     rng = np.random.default_rng(parameters.seed)
     for state in run(parameters.build(), frames, rng):
-        life = parameters.tracks.step(life, state.existence)
+        life = lifecycle.step(life, state.existence)
         yield FrameTrack(state.existence, state.mean, state.covariance, life.track, life.status)
 
 

@@ -79,7 +79,7 @@ class ClutterSensor(Model):
     )
     lowest_snr: Positive | None = Field(
         None,
-        description=f"Least matched-filter response of a target [noise deviations]; not given: that of the births' SNR, "
+        description=f"Least matched-filter response of a target [deviations]; not given: that of the births' SNR, "
         f"else {LOWEST_SNR:g}",
     )
     highest_snr: Positive = Field(40.0, description="Largest response; the ratio is level beyond it [deviations]")
@@ -128,7 +128,7 @@ class ClutterSensor(Model):
         return 1.0
 
     def intensity_of(self, snr_db: float) -> float:
-        """Return the response to a target whose peak is ``snr_db`` decibels above the noise: Sigma sqrt(pi) times it."""
+        """Return the response to a target whose peak is ``snr_db`` above the noise: Sigma sqrt(pi) times the peak."""
         return float(10 ** (snr_db / 20) * np.sqrt(np.pi) * self.spread_px)
 
     @property

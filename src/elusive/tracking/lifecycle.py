@@ -28,7 +28,11 @@ class Lifecycle(Model):
 
     candidate_from: Probability = Field(0.5, description="Existence at which a track begins, as a candidate")
     confirm_from: Probability = Field(0.9, description="Existence that counts towards confirmation")
-    confirm_frames: int = Field(3, ge=1, description="Frames in a row with that existence that confirm a track")
+    confirm_frames: int = Field(
+        3,
+        ge=1,
+        description="Frames in a row with that existence that confirm a track; in recorded frames at least rest_lag + 2",
+    )
     delete_below: Probability = Field(0.2, description="Existence under which a track is deleted")
 
     @model_validator(mode="after")
