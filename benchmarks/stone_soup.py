@@ -20,6 +20,7 @@ from stonesoup.types.detection import Detection
 from stonesoup.types.hypothesis import SingleHypothesis
 from stonesoup.types.state import ParticleState
 from stonesoup.updater.particle import ParticleUpdater
+
 from tests.reference.image import log_ratio_by_patch, spread
 
 START = datetime.datetime(2018, 1, 1, tzinfo=datetime.UTC)

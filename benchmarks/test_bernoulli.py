@@ -11,13 +11,13 @@ from time import perf_counter
 import numpy as np
 import pytest
 from scipy.ndimage import correlate1d
-from tests.reference.filters import bernoulli_step
 
 from benchmarks.stone_soup import Opponent, frame_model, patch_model
 from elusive import run
 from elusive.experiments.amrouche2018.scenario import WeakTarget
 from elusive.filters.bernoulli import BernoulliFilter
 from elusive.motion import square_root
+from tests.reference.filters import bernoulli_step
 
 MODEL = BernoulliFilter()
 ROOT = square_root(MODEL.motion.Q)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.reference.resampling import systematic_by_repeat
 
 from elusive.filters.resampling import resample
+from tests.reference.resampling import systematic_by_repeat
 
 
 @pytest.mark.parametrize("spread", [0.5, 3.0], ids=["even", "uneven"])

@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests import campaign_trials as trials
 
 from elusive.campaign import (
     CampaignConfig,
@@ -30,6 +29,7 @@ from elusive.campaign import (
     run_campaign,
 )
 from elusive.errors import ParameterError, StoreError
+from tests import campaign_trials as trials
 
 ROOT = Path(__file__).parents[1]
 SLOW = "tests.campaign_trials:slow"

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
-from tests import infrared
 
 from elusive import plots
+from tests import infrared
 
 SEEDS = range(3)
 CUT, ENTER = 72, 23  # frames: the recording jumps in sequence1; two unlabelled objects enter in easy2

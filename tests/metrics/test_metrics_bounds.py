@@ -2,11 +2,11 @@ from functools import partial
 
 import numpy as np
 import pytest
-from tests.reference import metrics_bounds as slow
 
 from elusive.errors import DataError, ParameterError
 from elusive.metrics import bound_covariance, pixel_information, posterior_bound, uniform_prior_information
 from elusive.motion import ConstantTurnRateVelocity, ConstantVelocity, CoordinatedTurn, WithIntensity
+from tests.reference import metrics_bounds as slow
 
 START = np.array([4.2, 0.45, 7.2, 0.25, 20.0])
 CAMERA = {"shape": (20, 20), "sigma": 3.0, "psf_sigma": 0.7}

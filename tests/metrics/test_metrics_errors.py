@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 import xarray as xr
-from tests.reference.metrics_scores import rmse_at
 
 from elusive.errors import DataError, ParameterError
 from elusive.metrics import bias, nees, position_errors, rmse_by_frame, rmse_over_window
+from tests.reference.metrics_scores import rmse_at
 
 
 def four_sigma(level, draws):

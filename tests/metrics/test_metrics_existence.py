@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 from scipy.stats import binomtest
-from tests.reference.metrics_scores import auc, delay, rates
 
 from elusive.errors import DataError, ParameterError
 from elusive.metrics import (
@@ -13,6 +12,7 @@ from elusive.metrics import (
     roc_curve,
     time_to_detection,
 )
+from tests.reference.metrics_scores import auc, delay, rates
 
 
 def four_sigma(level, draws):

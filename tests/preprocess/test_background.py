@@ -1,13 +1,13 @@
 import numpy as np
 import pytest
 from scipy.special import ndtri
-from tests.preprocess.scenes import recording
-from tests.reference import preprocess as reference
 
 from elusive.errors import DataError, ParameterError
 from elusive.preprocess import Whitener, estimate_psf
 from elusive.preprocess.background import LEVELS
 from elusive.preprocess.response import matched_response
+from tests.preprocess.scenes import recording
+from tests.reference import preprocess as reference
 
 
 def whitened(scene, **options):

@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.preprocess.scenes import recording
-from tests.reference import preprocess as reference
 
 from elusive.errors import DataError
 from elusive.preprocess import Registration, follow_scene, shift
 from elusive.preprocess._kernels import ring_quantiles, sample_shifted
+from tests.preprocess.scenes import recording
+from tests.reference import preprocess as reference
 
 
 @given(st.floats(-4, 4), st.floats(-4, 4), st.integers(0, 99))

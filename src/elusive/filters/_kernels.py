@@ -18,6 +18,19 @@ def _last_positive(weights: Array) -> int:
 
 
 @njit(cache=True, nogil=True)
+def total_of(weights: Array) -> float:
+    """Sum of weights, in eight strands; NaN where one is negative or NaN."""
+    n = len(weights)
+    strands = np.zeros(8)
+    lowest = np.inf
+    for i in range(n):
+        strands[i & 7] += weights[i]
+        lowest = min(lowest, weights[i])
+    total = strands.sum()
+    return total if lowest >= 0.0 else np.nan
+
+
+@njit(cache=True, nogil=True)
 def systematic(weights: Array, total: float, n: int, u0: float) -> np.ndarray:
     """Index of the particle under each comb tooth ``(u0 + j) / n`` of the cumulative weights."""
     chosen = np.empty(n, dtype=np.int64)

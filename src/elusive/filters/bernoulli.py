@@ -8,7 +8,8 @@ describe the target given that it is there, and the probability that it is there
 from __future__ import annotations
 
 import math
-from typing import Any, Literal, NamedTuple
+from functools import cached_property
+from typing import Any, Literal, NamedTuple, cast
 
 import numpy as np
 from numpy.random import Generator
@@ -57,6 +58,10 @@ class BernoulliFilter(Model):
         """Names of the state's components."""
         return self.motion.state_names
 
+    @cached_property
+    def _has_edges(self) -> bool:
+        return isinstance(self.sensor, Knowledge)
+
     def init(self, rng: Generator) -> BernoulliState:
         """Return the belief before the first frame: the birth density, and the initial existence."""
         births = self.birth.draw(self.particles, None, self.sensor, self.state_names, rng)
@@ -80,8 +85,8 @@ class BernoulliFilter(Model):
         log_prior[: self.particles] = _log(alive / self.particles)
         log_prior[self.particles :] = births.log_ratio + _log(born / self.newborns)
         left = 0.0
-        if isinstance(self.sensor, Knowledge):
-            stay = self.sensor.log_probability(moved)
+        if self._has_edges:
+            stay = cast(Knowledge, self.sensor).log_probability(moved)
             log_prior[: self.particles] += stay
             left = alive * (1 - float(np.exp(stay).mean())) if stay.any() else 0.0
         absent = self.death_probability * state.existence + (1 - self.birth_probability) * (1 - state.existence) + left

@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import Field, PrivateAttr
 
 from elusive.contracts import Array, Births
 from elusive.errors import ParameterError
@@ -35,6 +35,9 @@ class UniformBirth(Model):
     turn_rate_sd_deg: NonNegative = Field(
         6.0, description="Deviation of a newborn's turn rate, if it has one [deg / s]"
     )
+
+    # the ranges of the last sensor and components asked for: a filter asks the same at each step
+    _known: tuple[ImageSensor, tuple[str, ...], tuple[Array, Array, Array]] | None = PrivateAttr(None)
 
     def intensity_range(self, sensor: ImageSensor) -> tuple[float, float]:
         """Lowest and highest intensity of a newborn, in the sensor's units; never below zero."""
@@ -62,6 +65,8 @@ class UniformBirth(Model):
 
     def _ranges(self, sensor: ImageSensor, state_names: tuple[str, ...]) -> tuple[Array, Array, Array]:
         """Lowest and highest value and Gaussian deviation of each component about the cell's centre."""
+        if self._known is not None and self._known[0] is sensor and self._known[1] == state_names:
+            return self._known[2]
         low, high, deviation = np.zeros((3, len(state_names)))
         known = {
             "x": (-sensor.dx / 2, sensor.dx / 2, 0.0),
@@ -77,6 +82,7 @@ class UniformBirth(Model):
             if name not in known:
                 raise ParameterError(f"birth: does not know how to draw {name!r}; give the filter a birth that does.")
             low[k], high[k], deviation[k] = known[name]
+        self._known = (sensor, state_names, (low, high, deviation))
         return low, high, deviation
 
 

@@ -16,6 +16,7 @@ from elusive.errors import DataError, ParameterError
 from elusive.filters import _kernels
 
 Scheme = Literal["systematic", "stratified", "residual", "multinomial"]
+SCHEMES = get_args(Scheme)
 Indices = NDArray[np.int64]
 
 
@@ -49,13 +50,13 @@ def resample(weights: Array, n: int, rng: Generator, scheme: Scheme = "systemati
     weights = np.ascontiguousarray(weights, dtype=np.float64)
     if n < 0:
         raise ParameterError(f"n: the number of offspring must not be negative (got {n}).")
-    total = float(weights.sum()) if weights.ndim == 1 else np.nan
-    if not (np.isfinite(total) and total > 0.0 and weights.min() >= 0.0):
+    total = _kernels.total_of(weights) if weights.ndim == 1 else np.nan
+    if not 0.0 < total < np.inf:
         raise DataError(
             "weights: must be one row of finite numbers, none negative and not all zero; check the likelihood."
         )
-    if scheme not in get_args(Scheme):
-        raise ParameterError(f"scheme: {scheme!r} is unknown; choose one of {', '.join(get_args(Scheme))}.")
+    if scheme not in SCHEMES:
+        raise ParameterError(f"scheme: {scheme!r} is unknown; choose one of {', '.join(SCHEMES)}.")
     if n == 0:
         return np.empty(0, dtype=np.int64)
     if scheme == "systematic":

@@ -17,7 +17,7 @@ def patch_exponents(states: Array, rows: int, columns: int, dx: float, dy: float
     """Logarithms of the three factors :func:`log_ratio_gaussian` needs of each state, ``(3, N)``.
 
     They stand apart because NumPy's exponential of a whole array takes a quarter of the time of one in a loop.
-    NaN where there is no use for them: the patch leaves the frame, or the spread is too sharp for them to be finite.
+    NaN where there is no use for them: the patch misses the frame, or the spread is too sharp for them to be finite.
     """
     n = len(states)
     exponents = np.full((3, n), np.nan)
@@ -25,7 +25,7 @@ def patch_exponents(states: Array, rows: int, columns: int, dx: float, dy: float
     for i in range(n):
         x, y = states[i, 0], states[i, 2]
         column, row = np.floor(x / dx + 0.5), np.floor(y / dy + 0.5)
-        if p <= column < columns - p and p <= row < rows - p:
+        if -p <= column < columns + p and -p <= row < rows + p:
             off_x, off_y = column * dx - x, row * dy - y
             along_x, along_y = -2.0 * half * off_x * dx, -2.0 * half * off_y * dy
             if abs(along_x) < 600.0 and abs(along_y) < 600.0:
@@ -83,23 +83,34 @@ def log_ratio_gaussian(
                 fall_y *= down_y
                 gx[p + k], gx[p - k] = rise_x * taps[0, k], fall_x * taps[0, k]
                 gy[p + k], gy[p - k] = rise_y * taps[1, k], fall_y * taps[1, k]
-            # unsigned indices spare the compiled code a test for negative ones
-            corner = np.uintp((row - p) * columns + column - p)
             cross = square_x = square_y = 0.0
-            for k in range(width):
-                line = 0.0
-                for m in range(width):
-                    line += gx[m] * cells[corner + np.uintp(m)]
-                corner += np.uintp(columns)
-                cross += gy[k] * line
-                square_x += gx[k] * gx[k]
-                square_y += gy[k] * gy[k]
+            if p <= column < columns - p and p <= row < rows - p:
+                # unsigned indices spare the compiled code a test for negative ones
+                corner = np.uintp((row - p) * columns + column - p)
+                for k in range(width):
+                    line = 0.0
+                    for m in range(width):
+                        line += gx[m] * cells[corner + np.uintp(m)]
+                    corner += np.uintp(columns)
+                    cross += gy[k] * line
+                    square_x += gx[k] * gx[k]
+                    square_y += gy[k] * gy[k]
+            else:
+                first, last = max(0, p - column), min(width, columns - column + p)
+                for m in range(first, last):
+                    square_x += gx[m] * gx[m]
+                for k in range(max(0, p - row), min(width, rows - row + p)):
+                    line = 0.0
+                    for m in range(first, last):
+                        line += gx[m] * frame[row - p + k, column - p + m]
+                    cross += gy[k] * line
+                    square_y += gy[k] * gy[k]
             # np.isfinite is x - x == x - x, which the compiler may fold under these flags
             if abs(cross) < np.inf:
                 amplitude = gain * states[i, d - 1] * factors[2, i]
                 ratio[i] = amplitude * inverse * (cross - 0.5 * amplitude * square_x * square_y)
                 continue
-        # at the border, beside a masked cell or under a very sharp spread: cell by cell
+        # beside a masked cell or under a very sharp spread: cell by cell
         for k in range(width):
             gx[k] = np.exp(-half * ((column - p + k) * dx - x) ** 2)
             gy[k] = gain * states[i, d - 1] * np.exp(-half * ((row - p + k) * dy - y) ** 2)

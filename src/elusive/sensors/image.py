@@ -125,8 +125,7 @@ class ImageSensor(Model):
 
         frame = self._checked(measurement)
         if self.noise == "gaussian":
-            taps_x, taps_y = np.hstack([self._taps[:, :0:-1], self._taps])
-            return _kernels.template_map_gaussian(frame, taps_x, taps_y, self.gain * intensity, self.noise_sigma)
+            return _kernels.template_map_gaussian(frame, *self._both_sides, self.gain * intensity, self.noise_sigma)
         r, c = np.indices(self.shape)
         centred = np.zeros((r.size, 5))
         centred[:, X], centred[:, Y], centred[:, INTENSITY] = c.ravel() * self.dx, r.ravel() * self.dy, intensity
@@ -156,6 +155,11 @@ class ImageSensor(Model):
     def _taps(self) -> Array:
         """``exp(-(k d)^2 / 2 S^2)`` for both axes and k from 0 to the truncation, ``(2, p + 1)``."""
         return np.exp(-0.5 * (np.outer([self.dx, self.dy], np.arange(self.truncation + 1)) / self.psf_sigma) ** 2)
+
+    @cached_property
+    def _both_sides(self) -> Array:
+        """The same for k from minus the truncation, ``(2, 2 p + 1)``."""
+        return np.hstack([self._taps[:, :0:-1], self._taps])
 
     @cached_property
     def _window(self) -> tuple[int, ...]:
