@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
@@ -26,7 +27,7 @@ from elusive.model import read_yaml
 from elusive.options import accepts, nested
 from elusive.pipelines.images import ImageTracking, track_recording
 
-BAD_INPUT, INTERRUPTED = 2, 130
+BAD_INPUT = 2
 SCENARIOS = {"amrouche2018": AMROUCHE2018}
 
 console = Console(stderr=True)
@@ -42,21 +43,12 @@ Scheduler = Annotated[str | None, typer.Option("--scheduler", help="Address of a
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run a command; a fault of the input is one sentence and exit code 2, Ctrl-C is 130."""
+    """Run a command; a fault of the input is one sentence and exit code 2; Ctrl-C, as typer has it, is 130."""
     try:
         app(args=arguments, standalone_mode=True)
     except ElusiveError as error:
-        console.print(f"[bold red]Error:[/] {_plain(error)}", highlight=False, soft_wrap=True)
+        console.print(f"[bold red]Error:[/] {escape(str(error))}", highlight=False, soft_wrap=True)
         sys.exit(BAD_INPUT)
-    except (KeyboardInterrupt, EOFError):
-        console.print("Interrupted.")
-        sys.exit(INTERRUPTED)
-
-
-def _plain(error: BaseException) -> str:
-    from rich.markup import escape
-
-    return escape(str(error))
 
 
 def _version(wanted: bool) -> None:

@@ -71,11 +71,12 @@ def test_existence_is_calibrated_in_every_bin() -> None:
 
 @pytest.mark.validate
 @pytest.mark.parametrize(
-    ("kind", "trials", "particles", "widest"), [("bernoulli", 1500, 4000, 0.03), ("existence", 500, 8000, 0.05)]
+    ("kind", "trials", "particles", "widest"), [("bernoulli", 1500, 4000, 0.03), ("existence", 500, 32_000, 0.05)]
 )
 def test_existence_is_calibrated_in_every_bin_over_many_trials(
     kind: str, trials: int, particles: int, widest: float
 ) -> None:
+    """The paper's filter needs many particles for it: with 8000 it says 34 % where 41 +- 2 % hold a target."""
     curve = calibration(kind, trials, particles)
     check(curve, widest)
     here = int(np.searchsorted(curve.edges, 0.75)) - 1

@@ -125,7 +125,8 @@ class ImageSensor(Model):
 
         frame = self._checked(measurement)
         if self.noise == "gaussian":
-            return _kernels.template_map_gaussian(frame, *self._both_sides, self.gain * intensity, self.noise_sigma)
+            taps_x, taps_y = self._both_sides
+            return _kernels.template_map_gaussian(frame, taps_x, taps_y, self.gain * intensity, self.noise_sigma)
         r, c = np.indices(self.shape)
         centred = np.zeros((r.size, 5))
         centred[:, X], centred[:, Y], centred[:, INTENSITY] = c.ravel() * self.dx, r.ravel() * self.dy, intensity

@@ -31,7 +31,7 @@ class Lifecycle(Model):
     confirm_frames: int = Field(
         3,
         ge=1,
-        description="Frames in a row with that existence that confirm a track; in recorded frames at least rest_lag + 2",
+        description="Frames in a row with that existence that confirm a track; recorded frames: at least rest_lag + 2",
     )
     delete_below: Probability = Field(0.2, description="Existence under which a track is deleted")
 
