@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import signal
 import sys
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from types import FrameType
 from typing import Annotated, Any
 
 import typer
@@ -31,6 +34,7 @@ BAD_INPUT = 2
 SCENARIOS = {"amrouche2018": AMROUCHE2018}
 
 console = Console(stderr=True)
+_interrupted = threading.Event()
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, help=elusive.__doc__)
 track_app = typer.Typer(no_args_is_help=True, help="Find and track what is in a recording.")
 reproduce_app = typer.Typer(no_args_is_help=True, help="Reproduce a paper's figures and tables.")
@@ -43,12 +47,29 @@ Scheduler = Annotated[str | None, typer.Option("--scheduler", help="Address of a
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run a command; a fault of the input is one sentence and exit code 2; Ctrl-C, as typer has it, is 130."""
+    """Run a command; a fault of the input is one sentence and exit code 2, Ctrl-C is 130."""
+    _interrupted.clear()
+    previous = signal.signal(signal.SIGINT, _interrupt)
     try:
         app(args=arguments, standalone_mode=True)
     except ElusiveError as error:
         console.print(f"[bold red]Error:[/] {escape(str(error))}", highlight=False, soft_wrap=True)
         sys.exit(BAD_INPUT)
+    finally:
+        signal.signal(signal.SIGINT, previous)
+
+
+def _interrupt(signum: int, frame: FrameType | None) -> None:
+    """Note a first Ctrl-C for the next frame or trial to heed: amid a compilation it would end as a traceback."""
+    if _interrupted.is_set():
+        raise KeyboardInterrupt
+    _interrupted.set()
+
+
+def _heed_interrupt() -> None:
+    if _interrupted.is_set():
+        console.print("Interrupted.")
+        raise KeyboardInterrupt
 
 
 def _version(wanted: bool) -> None:
@@ -154,7 +175,12 @@ def _bar(what: str, total: int | None) -> Iterator[Callable[[int], None]]:
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
         task = progress.add_task(what, total=total)
-        yield lambda done: progress.update(task, completed=done)
+
+        def advance(done: int) -> None:
+            _heed_interrupt()
+            progress.update(task, completed=done)
+
+        yield advance
 
 
 @contextmanager
@@ -164,6 +190,7 @@ def _campaign_bar() -> Iterator[Callable[[CampaignProgress], None]]:
         task = progress.add_task("", total=None)
 
         def report(state: CampaignProgress) -> None:
+            _heed_interrupt()
             left = "" if state.remaining_s is None else f"{state.remaining_s:.0f} s left"
             progress.update(task, completed=state.done, total=state.total, description=left)
 

@@ -14,7 +14,8 @@ from elusive.contracts import X, Y
 from elusive.errors import DataError
 from elusive.filters import BernoulliFilter, MeasurementBirth
 from elusive.io import open_frames, read_tracks_csv
-from elusive.pipelines.images import FrameTrack, ImageTracking, row_of, track_images, track_recording
+from elusive.pipelines.image_results import FrameTrack, row_of
+from elusive.pipelines.images import ImageTracking, track_images, track_recording
 from elusive.sensors.image import ImageSensor
 from elusive.tracking import Lifecycle
 

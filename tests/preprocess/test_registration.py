@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import ndimage
 
 from elusive.errors import DataError
 from elusive.preprocess import Registration, follow_scene, shift
@@ -68,3 +69,23 @@ def test_states_follow_the_scene():
     assert np.array_equal(moved[:, [1, 3, 4]], states[:, [1, 3, 4]])
     np.testing.assert_allclose(moved[:, [0, 2]].mean(axis=0), [12.0, 17.0], atol=0.01)
     np.testing.assert_allclose(moved[:, [0, 2]].std(axis=0), 0.3, rtol=0.03)
+
+
+def test_noise_without_a_scene_does_not_move():
+    rng = np.random.default_rng(0)
+    model = Registration()
+    for _ in range(20):
+        reference, frame = rng.standard_normal((2, 60, 72))
+        np.testing.assert_array_equal(model.offset(reference, frame), [0.0, 0.0])
+
+
+def test_a_scene_as_faint_as_the_noise_is_still_followed():
+    # 4000 pixels of it: the smoothing leaves noise of .28 under a scene of deviation .8
+    rng = np.random.default_rng(1)
+    wide = ndimage.gaussian_filter(rng.standard_normal((100, 110)), 1.5)
+    wide *= 1.0 / wide.std()
+    model = Registration()
+    for shift_y, shift_x in ((0, 3), (-2, 1), (4, -5)):
+        reference = wide[20:80, 20:90] + rng.standard_normal((60, 70))
+        frame = wide[20 - shift_y : 80 - shift_y, 20 - shift_x : 90 - shift_x] + rng.standard_normal((60, 70))
+        np.testing.assert_allclose(model.offset(reference, frame), [shift_x, shift_y], atol=0.4)

@@ -16,7 +16,8 @@ from elusive.contracts import Array, X, Y
 from elusive.experiments.amrouche2018.scenario import Recording, WeakTarget
 from elusive.filters import BernoulliFilter, MeasurementBirth
 from elusive.io import TrackRow, atomic_folder, write_netcdf, write_tracks_csv
-from elusive.pipelines.images import FrameTrack, ImageTracking, row_of, track_images, tracked_of
+from elusive.pipelines.image_results import FrameTrack, row_of, tracked_of
+from elusive.pipelines.images import ImageTracking, track_images
 from elusive.report import FrameKeeper, write_html, write_png
 from elusive.runner import collect
 from elusive.tracking import Lifecycle
@@ -148,7 +149,7 @@ def _write(
         keeper.offer(number, frame)
     shape = recording.frames.shape[1:]
     tracked = tracked_of(
-        "A target of 6.7 dB, below what the eye can see", rows, shape, None, recording.truth[:, [X, Y]]
+        "A target of 6.7 dB, below what the eye can see", results, rows, shape, None, recording.truth[:, [X, Y]]
     )
     said = [(name, f"{ours}; threshold {theirs}") for name, ours, theirs in table]
     tracked = tracked._replace(rows=[*tracked.rows, *said])

@@ -12,13 +12,15 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from pydantic import Field, model_validator
 
-from elusive.contracts import VX, VY, Array, Filter, X, Y
+from elusive.contracts import Array, Filter
 from elusive.errors import DataError
 from elusive.filters import BernoulliFilter, ExistenceParticleFilter, MeasurementBirth, UniformBirth
-from elusive.filters.recorded import RecordedFilter, RecordedFrames
+from elusive.filters.recorded import RecordedFilter, RecordedFrames, RecordedState
 from elusive.io import FrameSource, TrackRow, atomic_folder, write_mot_csv, write_netcdf, write_tracks_csv
 from elusive.model import Model, over_default
 from elusive.motion import ConstantVelocity, WithIntensity
+from elusive.pipelines.image_results import FrameTrack, row_of, tracked_of
+from elusive.preprocess.background import LEVELS
 from elusive.report import FrameKeeper, Tracked, write_html, write_png
 from elusive.runner import collect, run
 from elusive.sensors import ClutterSensor, ImageSensor
@@ -40,7 +42,6 @@ class ImageTracking(RecordedFrames):
             motion=WithIntensity(motion=ConstantVelocity(q=0.0025)),
             sensor=ClutterSensor(),
             birth=MeasurementBirth(snr_db=11.1, max_speed=4.0),
-            death_probability=0.1,
             particles=3000,
             newborns=1500,
         ),
@@ -99,16 +100,6 @@ class ImageTracking(RecordedFrames):
         return RecordedFilter(detector=self.filter, **prepared)
 
 
-class FrameTrack(NamedTuple):
-    """What is known after a frame, in pixels and pixels a frame."""
-
-    existence: float
-    mean: Array  # (d,) given presence
-    covariance: Array  # (d, d) given presence
-    track: int | None
-    status: str
-
-
 def track_images(frames: Iterable[Array | None], parameters: ImageTracking) -> Iterator[FrameTrack]:
     """Track one target through frames, lazily; a live stream and a file are the same.
 
@@ -134,18 +125,9 @@ def track_images(frames: Iterable[Array | None], parameters: ImageTracking) -> I
     rng = np.random.default_rng(parameters.seed)
     for state in run(parameters.build(), frames, rng):
         life = lifecycle.step(life, state.existence)
-        yield FrameTrack(state.existence, state.mean, state.covariance, life.track, life.status)
-
-
-def row_of(result: FrameTrack, time_s: float, rate_hz: float | None) -> TrackRow:
-    """Lay a result out as a row of the table; speeds are a second where the rate is known, else a frame."""
-    if result.track is None:
-        return TrackRow(time_s, None, "none", result.existence)
-    rate = 1.0 if rate_hz is None else rate_hz
-    x, y = result.mean[[X, Y]]
-    vx, vy = rate * result.mean[[VX, VY]]
-    sd_x, sd_y = np.sqrt(np.maximum(np.diag(result.covariance)[[X, Y]], 0.0))
-    return TrackRow(time_s, result.track, result.status, result.existence, *map(float, (x, y, vx, vy, sd_x, sd_y)))
+        seen = state.whitener.output if isinstance(state, RecordedState) else None
+        quantiles = None if seen is None else seen.quantiles[0]
+        yield FrameTrack(state.existence, state.mean, state.covariance, life.track, life.status, quantiles)
 
 
 class Outcome(NamedTuple):
@@ -210,61 +192,18 @@ def track_recording(
         dataset = collect(results, state_names=fitted.filter.state_names, times_s=times.tolist())
         dataset["track"] = ("time", [0 if row.track is None else row.track for row in rows])
         dataset["status"] = ("time", [row.status for row in rows])
+        if any(result.quantiles is not None for result in results):
+            unknown = np.full(len(LEVELS), np.nan)
+            table = [unknown if result.quantiles is None else result.quantiles for result in results]
+            dataset["whitened_quantiles"] = (("time", "level"), np.array(table), {"units": "noise deviations"})
+            dataset = dataset.assign_coords(level=list(LEVELS))
         dataset.attrs = {"title": source.name, "units": "px, px/frame", "config": fitted.to_yaml()}
         write_tracks_csv(folder / "tracks.csv", rows)
         write_mot_csv(folder / "tracks_mot.csv", rows, sigma_px=fitted.spread_px, rate_hz=source.rate_hz)
         write_netcdf(folder / "result.nc", dataset)
         (folder / "config.yaml").write_text(fitted.to_yaml(), encoding="utf-8")
-        tracked = tracked_of(
-            source.name, rows, source.shape, source.rate_hz, None if truth is None else truth[source.start : after]
-        )
+        known = None if truth is None else truth[source.start : after]
+        tracked = tracked_of(source.name, results, rows, source.shape, source.rate_hz, known)
         write_png(folder / "report.png", tracked, keeper)
         write_html(folder / "report.html", tracked, keeper)
     return Outcome(rows, tracked)
-
-
-def tracked_of(
-    title: str, rows: list[TrackRow], shape: tuple[int, int], rate_hz: float | None, truth: Array | None
-) -> Tracked:
-    """Gather a table of tracks for the report."""
-    existence = np.array([row.existence for row in rows])
-    living = np.array([row.status in ("candidate", "confirmed") for row in rows])
-    estimate = np.where(living[:, None], [(row.x, row.y) for row in rows], np.nan)
-    tracked = Tracked(
-        Path(title).name or title,
-        np.array([row.time_s for row in rows]),
-        "frame" if rate_hz is None else "s",
-        existence,
-        estimate,
-        np.where(living[:, None], [(row.sd_x, row.sd_y) for row in rows], np.nan),
-        truth,
-        shape,
-        (),
-    )
-    return tracked._replace(rows=_table(rows, tracked))
-
-
-def _table(rows: list[TrackRow], tracked: Tracked) -> list[tuple[str, str]]:
-    confirmed = sorted({row.track for row in rows if row.status == "confirmed" and row.track is not None})
-    table = [
-        ("Frames", f"{len(rows)}, {tracked.shape[1]} x {tracked.shape[0]} pixels"),
-        ("Is something there?", f"P above .5 in {int((tracked.existence > 0.5).sum())} of {len(rows)} frames"),
-        ("Confirmed tracks", ", ".join(map(str, confirmed)) or "none"),
-    ]
-    first = next((row for row in rows if row.status == "confirmed"), None)
-    if first is not None:
-        when = f"frame {first.time_s:g}" if tracked.time_unit == "frame" else f"{first.time_s:.2f} s"
-        table.append(("First confirmed", f"{when}, at x {first.x:.1f}, y {first.y:.1f}"))
-    if tracked.truth is not None and tracked.error is not None:
-        present = np.isfinite(tracked.truth[:, 0])
-        near = (tracked.existence > 0.5) & (tracked.error < 4.0)
-        if present.any():
-            table.append(
-                ("Found: P above .5, within 4 px", f"{100 * near[present].mean():.0f} % of the frames with it")
-            )
-        if (~present).any():
-            false = (tracked.existence > 0.5)[~present].mean()
-            table.append(("False: P above .5 without it", f"{100 * false:.0f} % of the frames without it"))
-        if np.isfinite(tracked.error).any():
-            table.append(("Error where tracked, RMS", f"{np.sqrt(np.nanmean(tracked.error**2)):.2f} px"))
-    return table

@@ -29,9 +29,12 @@ class Registration(Model):
     margin_px: int = Field(8, ge=0, description="Border left out of the refinement [px]")
     iterations: int = Field(8, ge=0, description="Most Gauss-Newton steps")
     reach_px: Positive = Field(3.0, description="A refinement further than this from the start is refused [px]")
+    sureness: NonNegative = Field(
+        6.0, description="A shift is believed if its mirror image fits worse by so many deviations; else none is taken"
+    )
 
     def offset(self, reference: Array, frame: Array, previous: Array | None = None) -> Array:
-        """Return the offset of ``frame`` against ``reference``.
+        """Return the offset of ``frame`` against ``reference``; zero where the scene has too little to tell it by.
 
         Parameters
         ----------
@@ -56,8 +59,30 @@ class Registration(Model):
                 raise DataError(f"{name}: shape {image.shape}, must be (rows, columns) of 16 or more, like the other.")
             if not np.isfinite(image).all():
                 raise DataError(f"{name}: holds NaN or infinity; fill those pixels before registering.")
-        start = self.phase(reference if previous is None else previous, frame)
-        return self.refine(reference, frame, start)
+        for start in (self.phase(reference if previous is None else previous, frame), np.zeros(2)):
+            found = self.refine(reference, frame, start)
+            if self.support(reference, frame, found) > self.sureness:
+                return found
+        return np.zeros(2)
+
+    def support(self, reference: Array, frame: Array, offset_px: Array) -> float:
+        """How much better an offset aligns the frames than its mirror image does, in deviations of chance.
+
+        In noise without a scene every offset fits as well as its mirror image; interpolation smooths both alike.
+        """
+        fixed, moving = (self._smooth(image) for image in (reference, frame))
+        right, wrong = (
+            _kernels.sample_shifted(moving, sign * offset_px[0], sign * offset_px[1]) - fixed for sign in (1.0, -1.0)
+        )
+        seen = np.isfinite(right) & np.isfinite(wrong)
+        if seen.sum() < seen.size / 10:
+            return 0.0
+        right, wrong = (np.abs(error[seen] - np.median(error[seen])) for error in (right, wrong))
+        bound = CAUCHY * (np.median(right) + np.median(wrong))
+        gain = np.minimum(wrong, bound) - np.minimum(right, bound)
+        # neighbours share their noise after smoothing: so many pixels speak as one
+        alike = max(1.0, 4 * np.pi * self.smoothing_px**2)
+        return float(gain.mean() / (gain.std() * np.sqrt(alike / gain.size) + 1e-12))
 
     def phase(self, reference: Array, frame: Array) -> Array:
         """Offset by phase correlation alone, to a fraction of a pixel where the scene has texture; ``(2,)``."""
@@ -78,10 +103,7 @@ class Registration(Model):
     def refine(self, reference: Array, frame: Array, start: Array) -> Array:
         """Offset that aligns the grey levels, found from ``start``; the start itself where nothing can be found."""
         m = self.margin_px if min(frame.shape) > 4 * self.margin_px else 1
-        fixed, moving = (
-            ndimage.gaussian_filter(image, self.smoothing_px) if self.smoothing_px else image
-            for image in (reference, frame)
-        )
+        fixed, moving = (self._smooth(image) for image in (reference, frame))
         inner = (slice(m, -m), slice(m, -m))
         gradient = np.stack([np.gradient(fixed, axis=axis)[inner] for axis in (1, 0)])
         offset = np.array(start, dtype=float)
@@ -102,6 +124,10 @@ class Registration(Model):
             if np.abs(step).max() < 0.005:
                 break
         return offset if np.abs(offset - start).max() <= self.reach_px else np.array(start, dtype=float)
+
+    def _smooth(self, image: Array) -> Array:
+        smooth: Array = ndimage.gaussian_filter(image, self.smoothing_px) if self.smoothing_px else image
+        return smooth
 
     def _spectrum(self, image: Array) -> Array:
         detail = image - ndimage.gaussian_filter(image, self.highpass_px)
