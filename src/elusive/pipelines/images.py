@@ -42,8 +42,8 @@ class ImageTracking(RecordedFrames):
             motion=WithIntensity(motion=ConstantVelocity(q=0.0025)),
             sensor=ClutterSensor(),
             birth=MeasurementBirth(snr_db=11.1, max_speed=4.0),
-            particles=3000,
-            newborns=1500,
+            particles=6000,
+            newborns=3000,
         ),
         description="Filter",
     )
