@@ -17,17 +17,15 @@ def _last_positive(weights: Array) -> int:
     return last
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, fastmath={"reassoc"})
 def total_of(weights: Array) -> float:
-    """Sum of weights, in eight strands; NaN where one is negative or NaN."""
-    n = len(weights)
-    strands = np.zeros(8)
-    lowest = np.inf
-    for i in range(n):
-        strands[i & 7] += weights[i]
-        lowest = min(lowest, weights[i])
-    total = strands.sum()
-    return total if lowest >= 0.0 else np.nan
+    """Sum of weights; NaN where one is negative or NaN."""
+    total = 0.0
+    below = 0
+    for i in range(len(weights)):
+        total += weights[i]
+        below += 1 if weights[i] < 0.0 else 0
+    return total if below == 0 else np.nan
 
 
 @njit(cache=True, nogil=True)

@@ -87,8 +87,9 @@ class BernoulliFilter(Model):
         left = 0.0
         if self._has_edges:
             stay = cast(Knowledge, self.sensor).log_probability(moved)
-            log_prior[: self.particles] += stay
-            left = alive * (1 - float(np.exp(stay).mean())) if stay.any() else 0.0
+            if stay.any():
+                log_prior[: self.particles] += stay
+                left = alive * (1 - float(np.exp(stay).mean()))
         absent = self.death_probability * state.existence + (1 - self.birth_probability) * (1 - state.existence) + left
         return self._posterior(np.concatenate([moved, births.states]), log_prior, measurement, None, absent)
 
