@@ -248,3 +248,8 @@ def test_a_truth_is_counted_from_the_files_first_frame(
     np.testing.assert_array_equal(outcome.tracked.truth, path[10:])
     with pytest.raises(DataError, match=r"^truth: "):
         track_recording(open_frames(source, start=10), tracking((20, 24)), tmp_path / "other", truth=path[:-1])
+
+
+def test_another_filter_still_takes_frames_as_recorded() -> None:
+    assert ImageTracking(filter={"kind": "existence"}).filter.sensor.kind == "clutter"
+    assert ImageTracking(filter={"kind": "existence", "sensor": {"kind": "white"}}).filter.sensor.kind == "white"

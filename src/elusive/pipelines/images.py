@@ -57,6 +57,10 @@ class ImageTracking(RecordedFrames):
         if not isinstance(given, Mapping):
             return given
         defaults = {name: field.default for name, field in cls.model_fields.items()}
+        other = given.get("filter")
+        if isinstance(other, Mapping) and "sensor" not in other:
+            # another filter looks at the same frames: without this it would take a recording for white noise
+            given = {**given, "filter": {"sensor": defaults["filter"].sensor, **other}}
         return {
             name: over_default(defaults[name], value) if isinstance(defaults.get(name), Model) else value
             for name, value in given.items()
