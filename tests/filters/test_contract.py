@@ -13,6 +13,7 @@ from scipy.ndimage import gaussian_filter
 
 import elusive.filters
 from elusive import run
+from elusive.filters._accumulated import Accumulated
 from elusive.filters.bernoulli import BernoulliFilter
 from elusive.filters.particle import GaussianPrior, ParticleFilter
 from elusive.model import Model
@@ -30,6 +31,9 @@ BUILT = {
         prior=GaussianPrior(mean=(0.0,) * 4, covariance=tuple(map(tuple, np.eye(4).tolist()))),
     ),
 }
+
+# filters that draw nothing, and report no distribution
+DETERMINISTIC = {"RecurrentFilter"}
 
 
 class Fix:
@@ -65,7 +69,7 @@ def test_the_signatures_are_the_contract(name, kind):
     assert returned == [state, state]
     assert issubclass(state, tuple)
     assert state._fields
-    assert {"mean", "covariance"} <= set(state._fields)
+    assert set(state._fields) >= ({"mean"} if name in DETERMINISTIC else {"mean", "covariance"})
 
 
 def measurements(model):
@@ -84,7 +88,8 @@ def leaves(state):
     """Every array and number of a state, those of states within it too."""
     if isinstance(state, tuple | list):
         return [leaf for part in state for leaf in leaves(part)]
-    return [state]
+    # what is handed on in place belongs to the latest state alone
+    return [] if isinstance(state, Accumulated) else [state]
 
 
 @pytest.mark.parametrize(("name", "kind"), public_filters())
@@ -94,7 +99,7 @@ def test_the_same_seed_gives_the_same_numbers_and_another_does_not(name, kind):
     for one, two in zip(first, again, strict=True):
         for a, b in zip(leaves(one), leaves(two), strict=True):
             np.testing.assert_array_equal(a, b)
-    assert not np.array_equal(first[-1].mean, other[-1].mean)
+    assert np.array_equal(first[-1].mean, other[-1].mean) == (name in DETERMINISTIC)
 
 
 @pytest.mark.parametrize(("name", "kind"), public_filters())

@@ -13,6 +13,7 @@ from elusive.filters.existence import ExistenceParticleFilter, ExistenceState
 from elusive.filters.mode import densest
 from elusive.filters.particle import GaussianPrior, ParticleFilter, ParticleState
 from elusive.filters.recorded import RecordedFilter, RecordedState
+from elusive.filters.recurrent import RecurrentFilter, RecurrentState
 from elusive.filters.resampling import effective_sample_size, resample
 
 __all__ = [
@@ -27,6 +28,8 @@ __all__ = [
     "ParticleState",
     "RecordedFilter",
     "RecordedState",
+    "RecurrentFilter",
+    "RecurrentState",
     "UniformBirth",
     "credible_ellipse",
     "credible_region",
