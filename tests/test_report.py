@@ -196,6 +196,49 @@ def test_nothing_found_is_a_report_too(tmp_path: Path) -> None:
     assert data_in((tmp_path / "r.html").read_text(encoding="utf-8"))["estimate"] == [[None, None]] * 10
 
 
+def several(frames: int, truth: bool = True) -> Tracked:
+    """Two tracks: the first from frame 3 to 11, the second from frame 5 on, nearer to the truth."""
+    one = tracked(frames, truth=truth)
+    number = np.arange(frames, dtype=float)
+    first, second = (np.column_stack([number + shift, 0.5 * number]) for shift in (4.0, 1.0))
+    first[:3] = first[12:] = second[:5] = np.nan
+    path = np.column_stack([number, 0.5 * number]) if truth else None
+    return one._replace(tracks={1: first, 7: second}, truth=path, existence=np.where(number < 3, np.nan, 0.999))
+
+
+def test_several_tracks_are_told_apart(tmp_path: Path) -> None:
+    given = several(30)
+    write_html(tmp_path / "r.html", given, kept(30)[0])
+    data = data_in((tmp_path / "r.html").read_text(encoding="utf-8"))
+    assert [(track["name"], track["first"], len(track["places"])) for track in data["tracks"]] == [
+        (1, 3, 9),
+        (7, 5, 25),
+    ]
+    assert data["tracks"][0]["colour"] != data["tracks"][1]["colour"]
+    assert data["tracks"][1]["places"][2] == [8.0, 3.5]
+    assert data["existence"][:4] == [None, None, None, 0.999]
+    assert data["error"][:6] == [None, None, None, 4.0, 4.0, 1.0]  # of the nearest track
+    write_png(tmp_path / "r.png", given, kept(30)[0])
+    with Image.open(tmp_path / "r.png") as image:
+        assert np.asarray(image.convert("L")).std() > 10
+
+
+def test_no_track_of_several_is_a_report_too(tmp_path: Path) -> None:
+    nothing = several(10)._replace(tracks={}, existence=np.full(10, np.nan), estimate=np.full((10, 2), np.nan))
+    write_png(tmp_path / "r.png", nothing, kept(10)[0])
+    write_html(tmp_path / "r.html", nothing, kept(10)[0])
+    assert data_in((tmp_path / "r.html").read_text(encoding="utf-8"))["tracks"] == []
+
+
+@pytest.mark.parametrize("truth", [True, False])
+def test_a_browser_draws_several_tracks_without_complaint(tmp_path: Path, truth: bool) -> None:
+    write_html(tmp_path / "r.html", several(30, truth), kept(30)[0])
+    document, console = browse(tmp_path / "r.html", tmp_path / "profile")
+    assert console == ""
+    assert 'id="onekey" hidden' in document
+    assert 'id="severalkey" hidden' not in document
+
+
 def browse(page: Path, profile: Path, width: int = 1200) -> tuple[str, str]:
     """Open a page in a headless browser: its document when all is drawn, and what it logged."""
     browser = next((found for name in BROWSERS if (found := shutil.which(name))), None)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,7 +17,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 ESTIMATE, TRUTH, MUTED = "#c2410c", "#0f766e", "#64748b"
+TRACKS = ("#c2410c", "#1d4ed8", "#7c3aed", "#be185d", "#475569")  # one colour a track, in turn; none is the truth's
 SERIES = ("#c2410c", "#1d4ed8", "#0f766e", "#7c3aed", "#b45309", "#475569")
+NAMED_AT_MOST = 6  # tracks in a legend
 STYLE: Any = {
     "font.size": 9.0,
     "axes.titlesize": 10.0,
@@ -76,11 +78,36 @@ def paths(axes: Axes, estimate: Array, truth: Array | None = None, *, invert: bo
     axes.legend(loc="best")
 
 
-def existence(axes: Axes, times: Array, probability: Array, present: Array | None = None, unit: str = "frame") -> None:
+def several_paths(axes: Axes, tracks: Mapping[int, Array], truth: Array | None = None) -> None:
+    """Draw the path ``(T, 2)`` of each track, named by its number while there are few; rows count downwards."""
+    if truth is not None:
+        axes.plot(truth[:, 0], truth[:, 1], color=TRUTH, label="truth", linewidth=4.0, alpha=0.5)
+    for number, path in tracks.items():
+        size = 3.0 if len(path) <= 100 else 1.5
+        colour = track_colour(number)
+        axes.plot(path[:, 0], path[:, 1], color=colour, label=f"track {number}", marker="o", markersize=0.6 * size)
+    axes.set(xlabel="x [px]", ylabel="y [px]", aspect="equal")
+    if truth is not None or 0 < len(tracks) <= NAMED_AT_MOST:
+        axes.legend(*(part[: NAMED_AT_MOST + 1] for part in axes.get_legend_handles_labels()), loc="best")
+
+
+def track_colour(number: int) -> str:
+    """Return the colour of a track, numbered from 1."""
+    return TRACKS[(number - 1) % len(TRACKS)]
+
+
+def existence(
+    axes: Axes,
+    times: Array,
+    probability: Array,
+    present: Array | None = None,
+    unit: str = "frame",
+    label: str = "P(target is there)",
+) -> None:
     """Draw the probability of existence over time, and shade when the target truly was there."""
     if present is not None:
         shade(axes, times, present)
-    axes.plot(times, probability, color=ESTIMATE, label="P(target is there)")
+    axes.plot(times, probability, color=ESTIMATE, label=label)
     axes.axhline(0.5, color=MUTED, linewidth=0.8, linestyle=(0, (4, 3)))
     axes.set(ylim=(-0.02, 1.02), xlabel=f"time [{unit}]", ylabel="probability")
     axes.legend(loc="best")

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
 from string import Template
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,12 +58,16 @@ class Tracked(NamedTuple):
     shape: tuple[int, int]  # rows, columns
     rows: Sequence[tuple[str, str]]  # what the table says
     extra: Mapping[str, Array] = {}  # other curves of probability over time, by name
+    tracks: Mapping[int, Array] | None = None  # each track's (T, 2) pixels, NaN where it does not live, if several can
 
     @property
     def error(self) -> Array | None:
-        """Distance from estimate to truth, ``(T,)``."""
+        """Distance from estimate to truth, ``(T,)``; of several tracks, that of the nearest."""
         if self.truth is None:
             return None
+        if self.tracks:
+            apart = np.stack([np.hypot(*(path - self.truth).T) for path in self.tracks.values()])
+            return np.asarray(np.fmin.reduce(apart, axis=0))
         return np.asarray(np.hypot(*(self.estimate - self.truth).T))
 
 
@@ -77,27 +81,33 @@ def write_png(path: Path, tracked: Tracked, frames: FrameKeeper) -> None:
         grid,
     ):
         axes = grid.ravel()
-        best = max(range(len(frames.numbers)), key=lambda i: tracked.existence[frames.numbers[i]])
+        best = _best_shown(tracked, frames.numbers)
         number = frames.numbers[best]
         when = f"Frame {tracked.times[number]:g}" if tracked.time_unit == "frame" else f"{tracked.times[number]:.2f} s"
-        title = f"{when}: P = {tracked.existence[number]:.2f}"
+        title = f"{when}: P = {tracked.existence[number]:.2f}" if tracked.tracks is None else when
         plots.frame(axes[0], frames.kept[best].astype(float), title, frames.shrink)
-        x, y = tracked.estimate[number]
-        axes[0].plot(
-            x, y, "s", markersize=16, markerfacecolor="none", markeredgecolor=plots.ESTIMATE, markeredgewidth=1.5
-        )
-        plots.paths(axes[1], tracked.estimate, tracked.truth)
+        box: Any = {"marker": "s", "markersize": 16, "markerfacecolor": "none", "markeredgewidth": 1.5}
+        if tracked.tracks is None:
+            axes[0].plot(*tracked.estimate[number], **box, markeredgecolor=plots.ESTIMATE)
+            plots.paths(axes[1], tracked.estimate, tracked.truth)
+        else:
+            for track, places in tracked.tracks.items():
+                axes[0].plot(*places[number], **box, markeredgecolor=plots.track_colour(track))
+            plots.several_paths(axes[1], tracked.tracks, tracked.truth)
         rows, columns = tracked.shape
-        axes[1].set(xlim=(-0.5, columns - 0.5), ylim=(rows - 0.5, -0.5), title="Path")
+        axes[1].set(
+            xlim=(-0.5, columns - 0.5), ylim=(rows - 0.5, -0.5), title="Path" if tracked.tracks is None else "Paths"
+        )
         present = None if tracked.truth is None else np.isfinite(tracked.truth[:, 0])
         for colour, (name, curve) in zip(plots.SERIES[1:], tracked.extra.items(), strict=False):
             axes[2].plot(tracked.times, curve, color=colour, label=name, linewidth=1.2)
-        plots.existence(axes[2], tracked.times, tracked.existence, present, tracked.time_unit)
+        label = "P(target is there)" if tracked.tracks is None else "1 - P(so strong a track by chance)"
+        plots.existence(axes[2], tracked.times, tracked.existence, present, tracked.time_unit, label)
         axes[2].set_title("Is it there?")
         if panels == 3:
             axes[2].set_box_aspect(min(max(rows / columns, 0.6), 1.0))
         if tracked.error is not None:
-            spread = np.hypot(*tracked.deviation.T)
+            spread = np.hypot(*tracked.deviation.T) if np.isfinite(tracked.deviation).any() else None
             plots.error(axes[3], tracked.times, tracked.error, spread, tracked.time_unit)
             axes[3].set(title="How far off?", xlim=axes[2].get_xlim())
         figure.suptitle(tracked.title, x=0.01, ha="left", size=12, weight="bold")
@@ -114,6 +124,7 @@ def write_html(path: Path, tracked: Tracked, frames: FrameKeeper) -> None:
         "deviation": _numbers(tracked.deviation),
         "truth": truth,
         "error": None if tracked.error is None else _numbers(tracked.error),
+        "tracks": None if tracked.tracks is None else [_track(*track) for track in tracked.tracks.items()],
         "extra": {name: _numbers(curve, 4) for name, curve in tracked.extra.items()},
         "shown": frames.numbers,
         "shrink": frames.shrink,
@@ -132,6 +143,22 @@ def write_html(path: Path, tracked: Tracked, frames: FrameKeeper) -> None:
     )
     with atomic_path(path) as temporary:
         temporary.write_text(page, encoding="utf-8")
+
+
+def _best_shown(tracked: Tracked, numbers: Sequence[int]) -> int:
+    """Choose among the frames kept that of highest existence; where several tracks can live, of most tracks."""
+    worth = tracked.existence
+    if tracked.tracks:
+        worth = np.sum([np.isfinite(path[:, 0]) for path in tracked.tracks.values()], axis=0)
+    return int(np.argmax(np.nan_to_num(np.asarray(worth, dtype=np.float64)[list(numbers)])))
+
+
+def _track(number: int, path: Array) -> dict[str, object]:
+    """Write a track for the page, without the frames before and after its life."""
+    alive = np.flatnonzero(np.isfinite(path[:, 0]))
+    first, after = (int(alive[0]), int(alive[-1]) + 1) if alive.size else (0, 0)
+    places = _numbers(path[first:after])
+    return {"name": number, "colour": plots.track_colour(number), "first": first, "places": places}
 
 
 def _numbers(values: Array, digits: int = 2) -> list[object]:

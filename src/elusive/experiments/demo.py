@@ -148,9 +148,8 @@ def _write(
     for number, frame in enumerate(recording.frames):
         keeper.offer(number, frame)
     shape = recording.frames.shape[1:]
-    tracked = tracked_of(
-        "A target of 6.7 dB, below what the eye can see", results, rows, shape, None, recording.truth[:, [X, Y]]
-    )
+    title = "A target of 6.7 dB, below what the eye can see"
+    tracked = tracked_of(title, results, [[row] for row in rows], shape, None, recording.truth[:, [X, Y]])
     said = [(name, f"{ours}; threshold {theirs}") for name, ours, theirs in table]
     tracked = tracked._replace(rows=[*tracked.rows, *said])
     dataset = collect(results, state_names=parameters.filter.state_names)

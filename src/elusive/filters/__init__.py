@@ -15,10 +15,16 @@ from elusive.filters.particle import GaussianPrior, ParticleFilter, ParticleStat
 from elusive.filters.recorded import RecordedFilter, RecordedState
 from elusive.filters.recurrent import RecurrentFilter, RecurrentState
 from elusive.filters.resampling import effective_sample_size, resample
+from elusive.filters.trajectories import BatchMaximum, BestTrajectories, Trajectory
+from elusive.filters.velocity_bank import VelocityBank
+from elusive.filters.viterbi import BestPaths, Viterbi
 
 __all__ = [
+    "BatchMaximum",
     "BernoulliFilter",
     "BernoulliState",
+    "BestPaths",
+    "BestTrajectories",
     "BrightBirth",
     "ExistenceParticleFilter",
     "ExistenceState",
@@ -30,7 +36,10 @@ __all__ = [
     "RecordedState",
     "RecurrentFilter",
     "RecurrentState",
+    "Trajectory",
     "UniformBirth",
+    "VelocityBank",
+    "Viterbi",
     "credible_ellipse",
     "credible_region",
     "densest",

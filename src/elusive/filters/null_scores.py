@@ -45,8 +45,8 @@ def simulate_null(
 
     The rate that comes true, to the one wanted, was .5 to 1.4 at 5 % and .5 to 1.7 at 1 % for the log likelihood ratio
     and the deviation on rings, .5 to 1.8 for chi-square and dot product, farthest off in the first two frames. It
-    scatters from one simulation to the next by a fifth at 5 %. Reflected windows of images count samples at the border several
-    times, and in the corners the scores are so much higher that it was 2 at 5 % and 3 at 1 %: cut them instead.
+    scatters from one simulation to the next by a fifth at 5 %. Reflected windows of images count samples at the border
+    several times, and in the corners the scores are so much higher that it was 2 at 5 % and 3 at 1 %: cut them instead.
 
     Parameters
     ----------

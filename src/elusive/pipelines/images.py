@@ -7,19 +7,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from elusive.contracts import Array, Filter
-from elusive.errors import DataError
+from elusive.errors import DataError, ParameterError
 from elusive.filters import BernoulliFilter, ExistenceParticleFilter, MeasurementBirth, UniformBirth
 from elusive.filters.recorded import RecordedFilter, RecordedFrames, RecordedState
 from elusive.io import FrameSource, TrackRow, atomic_folder, write_mot_csv, write_netcdf, write_tracks_csv
 from elusive.model import Model, over_default
 from elusive.motion import ConstantVelocity, WithIntensity
-from elusive.pipelines.image_results import FrameTrack, row_of, tracked_of
+from elusive.pipelines.image_results import FrameTrack, rows_of, several_tracks, tracked_of
+from elusive.pipelines.recurrent_images import RecurrentImages, SeveralState, SeveralTargets
 from elusive.preprocess.background import LEVELS
 from elusive.report import FrameKeeper, Tracked, write_html, write_png
 from elusive.runner import collect, run
@@ -37,7 +38,7 @@ class ImageTracking(RecordedFrames):
     zero. What is given in part keeps these defaults for the rest.
     """
 
-    filter: Annotated[BernoulliFilter | ExistenceParticleFilter, Field(discriminator="kind")] = Field(
+    filter: Annotated[BernoulliFilter | ExistenceParticleFilter | RecurrentImages, Field(discriminator="kind")] = Field(
         BernoulliFilter(
             motion=WithIntensity(motion=ConstantVelocity(q=0.0025)),
             sensor=ClutterSensor(),
@@ -66,6 +67,17 @@ class ImageTracking(RecordedFrames):
             for name, value in given.items()
         }
 
+    @model_validator(mode="after")
+    def _has_no_other_tracks(self) -> Self:
+        if isinstance(self.filter, RecurrentImages):
+            for name in ("tracks", "jitter_px", "clump_px"):
+                if getattr(self, name) != type(self).model_fields[name].default:
+                    raise ParameterError(
+                        f"ImageTracking.{name}: has no meaning for filter 'recurrent', whose tracks are those of its "
+                        "tracker; leave it out."
+                    )
+        return self
+
     def fitted_to(self, shape: tuple[int, int]) -> ImageTracking:
         """Return the same with a sensor of the frames' size."""
         sensor = self.filter.sensor
@@ -78,9 +90,16 @@ class ImageTracking(RecordedFrames):
                     f"frames of {shape[1]} x {shape[0]} pixels are too few to learn the noise from; give its deviation "
                     "(--noise-sigma), and the frames are taken as they are, with white noise about zero."
                 )
-            if sensor.lowest_snr is None and isinstance(self.filter.birth, UniformBirth):
-                sensor = sensor.replace(lowest_snr=sensor.intensity_of(self.filter.birth.snr_db))
+            if sensor.lowest_snr is None and self._sought_snr_db is not None:
+                sensor = sensor.replace(lowest_snr=sensor.intensity_of(self._sought_snr_db))
         return self.replace(filter=self.filter.replace(sensor=sensor))
+
+    @property
+    def _sought_snr_db(self) -> float | None:
+        """Peak SNR of the target sought, where the filter says [dB]."""
+        if isinstance(self.filter, RecurrentImages):
+            return self.filter.target_snr_db
+        return self.filter.birth.snr_db if isinstance(self.filter.birth, UniformBirth) else None
 
     @property
     def spread_px(self) -> float:
@@ -98,6 +117,8 @@ class ImageTracking(RecordedFrames):
 
     def build(self) -> Filter[Any, Array]:
         """Put the filter together that takes the frames."""
+        if isinstance(self.filter, RecurrentImages):
+            return SeveralTargets(self.filter, self.background)
         if not isinstance(self.filter.sensor, ClutterSensor):
             return self.filter
         prepared = {name: getattr(self, name) for name in RecordedFrames.model_fields}
@@ -105,7 +126,7 @@ class ImageTracking(RecordedFrames):
 
 
 def track_images(frames: Iterable[Array | None], parameters: ImageTracking) -> Iterator[FrameTrack]:
-    """Track one target through frames, lazily; a live stream and a file are the same.
+    """Track one target, or several, through frames, lazily; a live stream and a file are the same.
 
     Parameters
     ----------
@@ -128,6 +149,9 @@ def track_images(frames: Iterable[Array | None], parameters: ImageTracking) -> I
     life = lifecycle.init()
     rng = np.random.default_rng(parameters.seed)
     for state in run(parameters.build(), frames, rng):
+        if isinstance(state, SeveralState):
+            yield several_tracks(state)
+            continue
         life = lifecycle.step(life, state.existence)
         seen = state.whitener.output if isinstance(state, RecordedState) else None
         quantiles = None if seen is None else seen.quantiles[0]
@@ -173,7 +197,7 @@ def track_recording(
     """
     fitted = parameters.fitted_to(source.shape)
     keeper = FrameKeeper()
-    rows: list[TrackRow] = []
+    rows: list[list[TrackRow]] = []
     results: list[FrameTrack] = []
 
     def watched() -> Iterator[Array]:
@@ -183,7 +207,7 @@ def track_recording(
 
     with atomic_folder(out) as folder:
         for result in track_images(watched(), fitted):
-            rows.append(row_of(result, source.time_s(len(rows)), source.rate_hz))
+            rows.append(rows_of(result, source.time_s(len(rows)), source.rate_hz))
             results.append(result)
             if on_frame is not None:
                 on_frame(len(rows))
@@ -192,22 +216,23 @@ def track_recording(
             raise DataError(
                 f"truth: has {len(truth)} rows for {after} frames; give one row a frame of the file, nan nan if absent."
             )
-        times = np.array([row.time_s for row in rows])
+        table = [row for of_frame in rows for row in of_frame]
+        times = np.array([of_frame[0].time_s for of_frame in rows])
         dataset = collect(results, state_names=fitted.filter.state_names, times_s=times.tolist())
-        dataset["track"] = ("time", [0 if row.track is None else row.track for row in rows])
-        dataset["status"] = ("time", [row.status for row in rows])
+        dataset["track"] = ("time", [first.track or 0 for first, *_ in rows])
+        dataset["status"] = ("time", [first.status for first, *_ in rows])
         if any(result.quantiles is not None for result in results):
             unknown = np.full(len(LEVELS), np.nan)
-            table = [unknown if result.quantiles is None else result.quantiles for result in results]
-            dataset["whitened_quantiles"] = (("time", "level"), np.array(table), {"units": "noise deviations"})
+            measured = [unknown if result.quantiles is None else result.quantiles for result in results]
+            dataset["whitened_quantiles"] = (("time", "level"), np.array(measured), {"units": "noise deviations"})
             dataset = dataset.assign_coords(level=list(LEVELS))
         dataset.attrs = {"title": source.name, "units": "px, px/frame", "config": fitted.to_yaml()}
-        write_tracks_csv(folder / "tracks.csv", rows)
-        write_mot_csv(folder / "tracks_mot.csv", rows, sigma_px=fitted.spread_px, rate_hz=source.rate_hz)
+        write_tracks_csv(folder / "tracks.csv", table)
+        write_mot_csv(folder / "tracks_mot.csv", table, sigma_px=fitted.spread_px, rate_hz=source.rate_hz)
         write_netcdf(folder / "result.nc", dataset)
         (folder / "config.yaml").write_text(fitted.to_yaml(), encoding="utf-8")
         known = None if truth is None else truth[source.start : after]
         tracked = tracked_of(source.name, results, rows, source.shape, source.rate_hz, known)
         write_png(folder / "report.png", tracked, keeper)
         write_html(folder / "report.html", tracked, keeper)
-    return Outcome(rows, tracked)
+    return Outcome(table, tracked)
