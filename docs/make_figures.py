@@ -1,17 +1,24 @@
-"""Make what the pages show but is too long to make at each build: the README's picture and the paper's table."""
+"""Make what the pages show but is too long to make at each build: the README's picture, the papers' tables, figures."""
 
 from __future__ import annotations
 
 import csv
 import shutil
 import sys
+from concurrent.futures import Executor
 from pathlib import Path
 from tempfile import TemporaryDirectory
+
+from figures import choose
+from PIL import Image
 
 from elusive.campaign import make_executor
 from elusive.experiments.amrouche2018.reproduce import reproduce
 from elusive.experiments.amrouche2018.trial import FILTERS
 from elusive.experiments.demo import run_demo
+from elusive.experiments.mazurek2013.figures import FIGURES
+from elusive.experiments.mazurek2013.reproduce import reproduce as reproduce_mazurek2013
+from elusive.experiments.mazurek2013.table import Cell
 
 STATIC = Path(__file__).parent / "_static"
 TRIALS = 400
@@ -30,11 +37,14 @@ PROTOTYPE: dict[tuple[str, str], tuple[tuple[str, str, str], ...]] = {
 
 
 def main() -> None:
-    """Make both; with an argument, a folder that an unfinished table is kept in and goes on from."""
+    """Make all; with an argument, a folder that what is unfinished is kept in and goes on from."""
     with TemporaryDirectory() as scratch, make_executor(workers=2) as executor:
         run_demo(Path(scratch) / "demo")
         shutil.copy(Path(scratch) / "demo" / "report.png", STATIC / "demo.png")
-        results = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(scratch) / "amrouche2018"
+        kept = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(scratch)
+        choose.main(STATIC / "choose.png")
+        noise_objects(kept / "mazurek2013", executor)
+        results = kept / "amrouche2018"
         reproduce(results, trials=TRIALS, executor=executor)
         shutil.copy(results / "summary.csv", STATIC / "amrouche2018.csv")
         shutil.copy(results / "fig2.png", STATIC / "amrouche2018-fig2.png")
@@ -42,6 +52,32 @@ def main() -> None:
         cells = list(csv.DictReader(file))
     for motion in ("cv", "ct"):
         (STATIC / f"amrouche2018-{motion}.md").write_text(table(cells, motion), encoding="utf-8")
+
+
+def noise_objects(results: Path, executor: Executor | None) -> None:
+    """Make the figures and the table of docs/mazurek2013.md."""
+    done = reproduce_mazurek2013(results, executor=executor)
+    for name in FIGURES:
+        with Image.open(results / f"{name}.png") as picture:  # 256 colours do, in a third of the bytes
+            picture.convert("RGB").quantize(256).save(STATIC / f"mazurek2013-{name}.png", optimize=True)
+    (STATIC / "mazurek2013-table.md").write_text(check_table(done.cells), encoding="utf-8")
+
+
+def check_table(cells: list[Cell]) -> str:
+    """Write the cells as a Markdown table, a row for each search: mean error, and check value in brackets."""
+    sigmas = sorted({cell.background_sigma for cell in cells})
+    lines = [
+        f"| Object | Search | {' | '.join(f'{sigma:g}' for sigma in sigmas)} |",
+        f"| --: | :-- |{' --: |' * len(sigmas)}",
+    ]
+    for number in range(0, len(cells), len(sigmas)):
+        row = cells[number : number + len(sigmas)]
+        digits = [1 if 0.05 <= cell.mean_error < 9.95 else 0 for cell in row]
+        shown = [f"{cell.mean_error:.{n}f} ({cell.check})" for cell, n in zip(row, digits, strict=True)]
+        size, name, window, smoothing = row[0][:4]
+        search = f"{name}, {window}" + ("" if smoothing == 0.98 else f", α {smoothing:g}")
+        lines.append(f"| {size} | {search} | {' | '.join(shown)} |")
+    return "\n".join(lines) + "\n"
 
 
 def table(cells: list[dict[str, str]], motion: str) -> str:

@@ -2,5 +2,6 @@
 
 from elusive.sensors.clutter import ClutterSensor, NoiseTail, fit_tail
 from elusive.sensors.image import ImageSensor
+from elusive.sensors.waveform import NoiseObject, NoiseObjectPath, NoiseRecording
 
-__all__ = ["ClutterSensor", "ImageSensor", "NoiseTail", "fit_tail"]
+__all__ = ["ClutterSensor", "ImageSensor", "NoiseObject", "NoiseObjectPath", "NoiseRecording", "NoiseTail", "fit_tail"]

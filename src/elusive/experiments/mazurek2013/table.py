@@ -1,0 +1,82 @@
+"""The Monte Carlo table beside an independent prototype's: mean distance error at six background deviations."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from elusive.experiments.mazurek2013.figures import mean_and_error
+from elusive.experiments.mazurek2013.trial import Method
+from elusive.io import atomic_path
+
+SIGMAS = (0.5, 0.75, 1.0, 1.25, 1.5, 2.0)
+CHECK_RUNS = 200
+SIZES = (3, 5, 7)
+METHODS: tuple[Method, ...] = (
+    ("dot", 3), ("dot", 13), ("chi2", 3), ("std", 3), ("std", 7), ("llr", 3), ("llr", 5), ("llr", 7),
+)  # fmt: skip
+# (object size, method, smoothing): mean error at each of SIGMAS by an independent NumPy prototype, as printed
+CHECK: dict[tuple[int, Method, float], tuple[str, ...]] = {
+    (3, ("dot", 3), 0.98): ("0", "0", "79", "202", "266", "285"),
+    (3, ("std", 3), 0.98): ("0", "0", "22", "110", "238", "274"),
+    (3, ("llr", 3), 0.98): ("0", "0", "0", "37", "151", "250"),
+    (5, ("dot", 3), 0.98): (".7", ".7", "13", "143", "228", "282"),
+    (5, ("dot", 13), 0.98): ("2.6", "97", "243", "286", "288", "284"),
+    (5, ("chi2", 3), 0.98): (".7", ".7", "11", "116", "221", "285"),
+    (5, ("std", 7), 0.98): (".8", ".7", ".8", "8.9", "97", "253"),
+    (5, ("llr", 5), 0.98): ("0", "0", "0", ".1", "53", "222"),
+    (7, ("dot", 3), 0.98): ("1.4", "1.3", "11", "95", "208", "265"),
+    (7, ("llr", 7), 0.98): ("0", "0", "0", ".1", "3.5", "178"),
+    (5, ("dot", 3), 0.95): (".7", "4.3", "114", "230", "257", "287"),
+}
+
+
+class Cell(NamedTuple):
+    """One row of ``table.csv``."""
+
+    object_size: int
+    statistic: str
+    window: int
+    smoothing: float
+    background_sigma: float
+    trials: int
+    mean_error: float  # [samples]
+    standard_error: float
+    check: str  # the prototype's mean error over 200 runs, as printed
+
+
+def summarise(results: xr.Dataset) -> list[Cell]:
+    """Reduce a campaign over object_size and background_deviation to the rows that have a check value."""
+    cells = []
+    for (size, method, smoothing), printed in CHECK.items():
+        for sigma, check in zip(SIGMAS, printed, strict=True):
+            at = results["error"].sel(object_size=size, background_deviation=sigma, smoothing=smoothing)
+            errors = at.transpose("trial", "method").values[:, METHODS.index(method)]
+            cells.append(Cell(size, *method, smoothing, sigma, len(errors), *mean_and_error(errors), check))
+    return cells
+
+
+def combined_error(mean: float, trials: int, printed: str) -> float:
+    """Return the standard error of the difference between a mean over trials and a check value.
+
+    An error is nil (or a sample or two) where the object is found, and uniform from 0 to twice the chance level where
+    it is missed: with mean m and chance level c its variance is ``4/3 c m - m^2``. Both sides are taken to have the
+    same mean, the pooled one, since a few lost runs in a side that saw none would otherwise count as impossible.
+    """
+    chance = 300.0
+    check = float(printed)
+    pooled = min((mean * trials + check * CHECK_RUNS) / (trials + CHECK_RUNS), chance)
+    return float(np.sqrt((4 / 3 * chance * pooled - pooled**2) * (1 / trials + 1 / CHECK_RUNS)))
+
+
+def write_table(path: Path, cells: list[Cell]) -> None:
+    """Write the table as CSV, four significant digits."""
+    with atomic_path(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(Cell._fields)
+        for cell in cells:
+            writer.writerow([f"{value:.4g}" if isinstance(value, float) else value for value in cell])
