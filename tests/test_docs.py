@@ -23,7 +23,10 @@ from elusive.experiments.demo import run_demo
 
 ROOT = Path(__file__).parents[1]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-FEWER = {"reproduce": ["fig2", "--trials", "2"]}  # the whole thing takes minutes
+FEWER = {  # the whole thing takes minutes
+    "amrouche2018": ["fig2", "--trials", "2"],
+    "mazurek2013": ["fig3", "--trials", "2"],
+}
 
 
 class Block(NamedTuple):
@@ -70,6 +73,7 @@ def test_command_runs(line: str, tmp_path: Path) -> None:
     for number in range(20):
         frame = np.clip(100 + scene + rng.normal(0, 3, scene.shape), 0, 255).astype(np.uint8)
         Image.fromarray(frame).save(folder / f"frame{number}.png")
+    np.save(tmp_path / "signal.npy", rng.standard_normal((40, 300)))
     for other in blocks(COMMANDS[line].page):
         name = re.match(r"# (\S+\.yaml)\n", other.text)
         if other.language == "yaml" and name:
@@ -77,7 +81,7 @@ def test_command_runs(line: str, tmp_path: Path) -> None:
     words = shlex.split(line)
     words[0] = str(Path(sys.executable).parent / "elusive")
     found = subprocess.run(
-        [*words, *FEWER.get(words[1], [])], cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False
+        [*words, *FEWER.get(words[2], [])], cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False
     )
     assert found.returncode == 0, found.stdout + found.stderr
     out = tmp_path / words[words.index("--out") + 1]

@@ -17,6 +17,7 @@ from elusive.pipelines.images import ImageTracking
 FILTER = ("filter",)
 MOTION = ("filter", "motion", "motion")
 BIRTH = ("filter", "birth")
+SENSOR = ("filter", "sensor")
 
 
 class Disc(Model):
@@ -141,11 +142,13 @@ def flat(dump: Any, path: tuple[str, ...] = ()) -> dict[tuple[str, ...], Any]:
 
 @pytest.mark.parametrize("option", options_of(ImageTracking), ids=lambda option: option.name)
 def test_each_option_alone_changes_its_field_and_no_other(option: Option) -> None:
-    usual = flat(ImageTracking().model_dump())
+    # what tells of a target's intensity is refused where the sensor does not use it
+    beside = {"sensor": "white"} if option.name in ("q_intensity", "amplitude_spread") else {}
+    usual = flat(ImageTracking(**nested(ImageTracking, beside, {})).model_dump())
     changed = 0
     for value in candidates(option.annotation):
         try:
-            made = ImageTracking(**nested(ImageTracking, {option.name: value}, {}))
+            made = ImageTracking(**nested(ImageTracking, beside | {option.name: value}, {}))
         except ParameterError as error:
             assert option.path[-1] in str(error) or "levels must be in order" in str(error)  # noqa: PT017
             continue
@@ -173,6 +176,12 @@ def test_each_option_alone_changes_its_field_and_no_other(option: Option) -> Non
         ({"newborns": 10}, FILTER, "bernoulli"),
         ({"filter": "existence", "snr_db": 3.0}, BIRTH, "uniform"),  # that filter's own usual births
         ({"filter": "existence", "uniform_share": 0.2}, BIRTH, "bright"),
+        # another filter looks at the same frames, as the pipeline has it
+        ({"psf_sigma": 0.9}, SENSOR, "clutter"),
+        ({"filter": "existence", "psf_sigma": 0.9}, SENSOR, "clutter"),
+        ({"filter": "existence", "psf_sigma": 0.9, "noise_sigma": 2.0}, SENSOR, "white"),
+        ({"filter": "existence", "lookalike": 0.002}, SENSOR, "clutter"),
+        ({"sensor": "white", "q_intensity": 0.2, "amplitude_spread": 2.0}, SENSOR, "white"),
     ],
 )
 def test_options_choose_the_kind_that_has_them(given: dict[str, Any], path: tuple[str, ...], kind: str) -> None:
@@ -237,6 +246,7 @@ def test_options_go_before_the_file_and_leave_the_rest_of_it() -> None:
         {"filter": {"motion": {"motion": {"q": 0.5}}}},
         {"filter": {"kind": "existence", "birth": {"max_speed": 2.0}}},
         {"filter": {"birth": {"max_speed": 2.0}}},
+        {"filter": {"kind": "existence", "sensor": {"psf_sigma": 2.0}}},
     ],
 )
 def test_a_file_need_not_name_the_usual_kind(base: dict[str, Any]) -> None:
@@ -256,6 +266,16 @@ def test_a_file_need_not_name_the_usual_kind(base: dict[str, Any]) -> None:
         ({"filter": {"kind": "bernouli", "particles": 3}}, "filter: .*bernouli.*bernoulli"),
         ({"filter": {"kind": ["bernoulli"]}}, "filter"),
         ({"filter": {"motion": {"motion": {"turn_rate_deg": 1.0}}}}, "turn_rate_deg: there is no such field"),
+        (
+            {"filter": {"motion": {"q_intensity": 1.0}}},
+            "^q_intensity: has no meaning for sensor 'clutter', which integrates the amplitude out; leave it out or "
+            "choose sensor 'white'.$",
+        ),
+        ({"filter": {"birth": {"amplitude_spread": 1.0}}}, "^amplitude_spread: has no meaning for sensor 'clutter'"),
+        (
+            {"filter": {"kind": "existence", "birth": {"kind": "uniform", "amplitude_spread": 1.0}}},
+            "^amplitude_spread: has no meaning for sensor 'clutter'",
+        ),
         ({"filter": {"motion": {"q_intensity": -1.0}}}, "q_intensity: must be greater than or equal to 0"),
     ],
 )

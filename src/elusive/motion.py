@@ -40,14 +40,14 @@ class LinearMotion(Model):
         raise AttributeError(f"{type(self).__name__} defines no process noise Q.")
 
     @cached_property
-    def _step(self) -> tuple[Array, Array, tuple[int, ...]]:
-        return np.ascontiguousarray(self.F), np.ascontiguousarray(square_root(self.Q)), (0,) * len(self.F)
+    def _step(self) -> tuple[Array, Array]:
+        return np.ascontiguousarray(self.F), np.ascontiguousarray(square_root(self.Q))
 
     def propagate(self, states: Array, rng: Generator) -> Array:
         """Draw the states one interval later, ``(N, d) -> (N, d)``."""
         from elusive._kernels import propagate_linear
 
-        return propagate_linear(np.ascontiguousarray(states), *self._step, rng)
+        return propagate_linear(states, *self._step, rng)
 
 
 class ConstantVelocity(LinearMotion):
@@ -187,10 +187,10 @@ class WithIntensity(Model):
         return (*self.motion.state_names, "intensity")
 
     @cached_property
-    def _step(self) -> tuple[Array, Array, tuple[int, ...]] | None:
+    def _step(self) -> tuple[Array, Array] | None:
         if not isinstance(self.motion, LinearMotion):
             return None
-        return np.ascontiguousarray(self.F), np.ascontiguousarray(square_root(self.Q)), (0,) * len(self.F)
+        return np.ascontiguousarray(self.F), np.ascontiguousarray(square_root(self.Q))
 
     @property
     def F(self) -> Array:
@@ -213,7 +213,7 @@ class WithIntensity(Model):
         if self._step is not None:
             from elusive._kernels import propagate_linear
 
-            return propagate_linear(np.ascontiguousarray(states), *self._step, rng)
+            return propagate_linear(states, *self._step, rng)
         kinematic = self.motion.propagate(states[:, :-1], rng)
         step = np.sqrt(self.q_intensity * self.motion.interval_s)
         return np.column_stack([kinematic, states[:, -1] + step * rng.standard_normal(len(states))])

@@ -177,26 +177,25 @@ def _words(default: Any) -> str:
         return f"default: {getattr(default, 'kind', 'as below')}"
     if isinstance(default, tuple):
         default = " ".join(map(str, default))
-    return "default: from the frames" if default is None else f"default: {default}"
+    return "default: from the input" if default is None else f"default: {default}"
 
 
 def _usual_kind(model: type[Model], union: tuple[str, ...], tree: Mapping[str, Any]) -> str | None:
-    """Kind of the model that stands at a path by default, given the kinds chosen on the way to it."""
-    standing: Any = None
-    for depth, part in enumerate(union, 1):
-        if part not in model.model_fields:
-            return None
-        field = model.model_fields[part]
-        standing = field.get_default(call_default_factory=True) if standing is None else getattr(standing, part)
-        chosen = (_found(tree, union[:depth]) or {}).get("kind")
-        if chosen is not None and chosen != getattr(standing, "kind", None):
-            standing = None
-            fitting = [found for found in models_in(field.annotation) if _kind(found) == chosen]
-            if not fitting or not issubclass(fitting[0], Model):
-                return None
-            model = fitting[0]
-        else:
-            model = type(standing)
+    """Kind of the model that stands at a path by default, given the kinds chosen on the way to it.
+
+    The model itself is asked, made with those kinds alone: it may have rules of its own about what stands where.
+    """
+    chosen: dict[str, Any] = {}
+    for depth in range(1, len(union)):
+        node = _found(tree, union[:depth])
+        if node is not None and "kind" in node:
+            _node(chosen, union[:depth])["kind"] = node["kind"]
+    try:
+        standing: Any = model(**chosen)
+    except ParameterError:
+        return None
+    for part in union:
+        standing = getattr(standing, part, None)
     return getattr(standing, "kind", None)
 
 

@@ -214,6 +214,22 @@ def test_a_frame_of_another_size_is_refused():
         model.step(state, np.zeros((3, 3)), np.random.default_rng(0))
 
 
+@pytest.mark.parametrize(("part", "name"), [("propagate", "motion"), ("draw", "birth")])
+def test_a_part_that_gives_states_of_another_shape_is_refused(part, name):
+    class Shapeless(Grid):
+        def propagate(self, states, rng):
+            return states[:, 0] if part == "propagate" else states
+
+        def draw(self, n, measurement, sensor, state_names, rng):
+            births = super().draw(n, measurement, sensor, state_names, rng)
+            return births._replace(states=births.states[:1]) if part == "draw" and n == 20 else births
+
+    grid = Shapeless(5, np.eye(5))
+    model = BernoulliFilter(motion=grid, sensor=grid, birth=grid, particles=60, newborns=20)
+    with pytest.raises(DataError, match=rf"^{name}: gave states of shape \(.*\), the filter needs \(.0, 1\), one row"):
+        next(run(model, [None], np.random.default_rng(0)))
+
+
 def test_memory_stays_flat_over_a_long_stream():
     model = BernoulliFilter(particles=60, newborns=20)
     frame, rng = film(model.sensor, 1, seed=12)[0], np.random.default_rng(13)

@@ -91,6 +91,13 @@ def test_equal_weights_keep_everybody_where_the_scheme_says_so(scheme):
     assert resample(np.ones(3), 0, np.random.default_rng(2), scheme).size == 0
 
 
+@pytest.mark.parametrize("scheme", ["systematic", "stratified", "residual"])
+@pytest.mark.parametrize("scale", [5e-324, 1e-310, 1e300])
+def test_weights_near_the_ends_of_the_range_of_numbers_count_alike(scheme, scale):
+    chosen = resample(np.array([1.0, 0.0, 3.0, 0.0]) * scale, 8, np.random.default_rng(3), scheme)
+    np.testing.assert_array_equal(chosen, [0, 0, 2, 2, 2, 2, 2, 2])
+
+
 @pytest.mark.parametrize("weights", [[0.0, 0.0], [1.0, -0.1], [1.0, np.nan], [np.inf, 1.0], [], [[1.0]]])
 def test_weights_that_are_none_are_refused(weights):
     with pytest.raises(DataError, match="weights: must be one row of finite numbers, none negative and not all zero"):

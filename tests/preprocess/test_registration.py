@@ -48,19 +48,30 @@ def test_refuses_what_cannot_be_registered(bad):
         Registration().offset(bad, np.zeros((40, 50)))
 
 
-def test_sampling_and_quantiles_equal_their_twins():
-    rng = np.random.default_rng(1)
-    ring = rng.standard_normal((7, 17, 23)).astype(np.float32)
-    ring[2, 5, 6] = np.nan
-    shifts = rng.uniform(-5, 5, (7, 2))
-    shifts[0] = 0.0
-    np.testing.assert_allclose(sample_shifted(ring[0], *shifts[1]), reference.shifted(ring[0], *shifts[1]), atol=1e-6)
+@pytest.mark.parametrize(
+    ("frames", "rows", "columns"), [(1, 17, 23), (2, 16, 20), (7, 17, 23), (20, 9, 30), (3, 4, 600)]
+)
+def test_sampling_and_quantiles_equal_their_twins(frames, rows, columns):
+    rng = np.random.default_rng(frames)
+    ring = rng.standard_normal((frames, rows, columns)).astype(np.float32)
+    ring[-1, 2, 6], ring[0, :, -1] = np.nan, np.nan
+    shifts = rng.uniform(-5, 5, (frames, 2))
+    shifts[::3] = np.round(shifts[::3])  # at a whole shift the neighbours have no weight
+    shifts[1::3, 0] = columns - 1.5
+    for frame, by in zip(ring[:3], shifts, strict=False):
+        np.testing.assert_allclose(sample_shifted(frame, *by), reference.shifted(frame, *by), rtol=0, atol=1e-12)
     found, expected = ring_quantiles(ring, shifts, 0.15, 0.4), reference.ring_quantiles(ring, shifts, 0.15, 0.4)
-    # a NaN at weight zero counts as seen in the twin, as not seen in the kernel
-    fair = found[2] == expected[2]
-    assert fair.mean() > 0.95
-    for one, two in zip(found, expected, strict=True):
-        np.testing.assert_allclose(one[fair], two[fair], atol=1e-6)
+    np.testing.assert_array_equal(found[2], expected[2])
+    for one, two in zip(found[:2], expected[:2], strict=True):
+        np.testing.assert_allclose(one, two, rtol=0, atol=1e-12)
+    assert len(np.unique(found[2])) > 1
+
+
+def test_a_shift_that_is_whole_but_for_rounding_is_whole():
+    frame = np.arange(48.0).reshape(6, 8)
+    for by in (1 - 1e-15, 1 + 1e-15):
+        np.testing.assert_allclose(sample_shifted(frame, by, -by)[1:, :-1], frame[:-1, 1:], rtol=0, atol=1e-9)
+    assert np.isfinite(sample_shifted(frame, 1e-15, -1e-15)).all()
 
 
 def test_states_follow_the_scene():

@@ -22,7 +22,7 @@ def newborns(birth, n, frame, sensor, names, rng, log_map=birth_map):
     mixture = (1 - birth.uniform_share) * share / share.sum() + birth.uniform_share / share.size
     cells = systematic(mixture, n, rng.random())
     low, high, _ = birth._ranges(sensor, names)
-    states = low + (high - low) * rng.random((n, len(low)))
+    states = low + (high - low) * rng.random((len(low), n)).T
     states[:, 0] += cells % sensor.columns * sensor.dx
     states[:, 2] += cells // sensor.columns * sensor.dy
     return states, np.log(1 / (share.size * mixture[cells]))

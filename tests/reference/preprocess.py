@@ -6,7 +6,7 @@ import numpy as np
 
 
 def shifted(frame: np.ndarray, dx: float, dy: float) -> np.ndarray:
-    """The frame read at (x + dx, y + dy), bilinear, NaN outside."""
+    """The frame read at (x + dx, y + dy), bilinear, NaN outside; what has no weight is not read."""
     rows, columns = frame.shape
     out = np.full((rows, columns), np.nan)
     for row in range(rows):
@@ -17,6 +17,7 @@ def shifted(frame: np.ndarray, dx: float, dy: float) -> np.ndarray:
                     max(0.0, 1 - abs(x - j)) * max(0.0, 1 - abs(y - i)) * frame[i, j]
                     for i in range(max(int(y), 0), min(int(y) + 2, rows))
                     for j in range(max(int(x), 0), min(int(x) + 2, columns))
+                    if abs(x - j) < 1 and abs(y - i) < 1
                 )
     return out
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from elusive._kernels import BLOCK, exponentiate
 from elusive.contracts import Array, X, Y
 
 
@@ -28,21 +29,26 @@ def total_of(weights: Array) -> float:
     return total if below == 0 else np.nan
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def systematic(weights: Array, total: float, n: int, u0: float) -> np.ndarray:
-    """Index of the particle under each comb tooth ``(u0 + j) / n`` of the cumulative weights."""
-    chosen = np.empty(n, dtype=np.int64)
-    step = total / n
-    last = _last_positive(weights)
-    i = 0
-    reached = weights[0]
+    """Index of the particle under each comb tooth ``(u0 + j) / n`` of the cumulative weights.
+
+    Each particle is written under the first tooth that its predecessors leave, where a later one with no weight
+    between writes over it; the largest index so far then fills the gaps. No branch hangs on the weights.
+    """
+    chosen = np.zeros(n + 1, dtype=np.int64)
+    teeth = n / total
+    reached = 0.0
+    first = np.uintp(0)
+    for i in range(_last_positive(weights) + 1):
+        chosen[first] = i
+        reached += weights[i]
+        first = np.uintp(min(n, int(np.ceil(reached * teeth - u0))))
+    latest = 0
     for j in range(n):
-        tooth = (u0 + j) * step
-        while reached <= tooth and i < last:
-            i += 1
-            reached += weights[i]
-        chosen[j] = i
-    return chosen
+        latest = max(latest, chosen[j])
+        chosen[j] = latest
+    return chosen[:n]
 
 
 @njit(cache=True, nogil=True)
@@ -61,44 +67,83 @@ def walk(weights: Array, total: float, points: Array) -> np.ndarray:
     return chosen
 
 
+@njit(cache=True, nogil=True)
+def gather(states: Array, chosen: np.ndarray, total: int) -> Array:
+    """Array of ``total`` rows, column by column in memory, whose first are the chosen rows; the others are not set."""
+    n, d = len(chosen), states.shape[1]
+    columns = states.T
+    gathered = np.empty((d, total))
+    for k in range(d):
+        source, row = columns[k], gathered[k]
+        for i in range(n):
+            # unsigned indices spare the compiled code a test for negative ones
+            row[i] = source[np.uintp(chosen[i])]
+    return gathered.T
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc"})
+def weigh(log_mass: Array) -> tuple[Array, float]:
+    """Weights that sum to one, and the logarithm of the sum of masses; even weights where every mass is zero."""
+    n = len(log_mass)
+    best = -np.inf
+    for i in range(n):
+        best = max(best, log_mass[i])
+    if best == -np.inf:
+        return np.full(n, 1.0 / n), -np.inf
+    weights = log_mass - best
+    exponentiate(weights)
+    total = 0.0
+    for i in range(n):
+        total += weights[i]
+    for i in range(n):
+        weights[i] /= total
+    return weights, best + np.log(total)
+
+
 @njit(cache=True, nogil=True, fastmath={"contract", "reassoc"})
 def moments(states: Array, weights: Array) -> tuple[Array, Array]:
     """Mean ``(d,)`` and covariance ``(d, d)`` under weights that sum to one."""
     n, d = states.shape
-    columns = np.empty((d, n))
-    for i in range(n):
-        for k in range(d):
-            columns[k, i] = states[i, k]
+    columns = states.T
     mean = np.empty(d)
     for k in range(d):
         total = 0.0
         for i in range(n):
             total += weights[i] * columns[k, i]
         mean[k] = total
-        for i in range(n):
-            columns[k, i] -= total
-    covariance = np.empty((d, d))
+    covariance = np.zeros((d, d))
+    centred = np.empty((d, BLOCK))
+    weighted = np.empty(BLOCK)
+    for first in range(0, n, BLOCK):
+        share = weights[first : first + BLOCK]
+        size = len(share)
+        for r in range(d):
+            column = columns[r, first : first + size]
+            for i in range(size):
+                centred[r, i] = column[i] - mean[r]
+                weighted[i] = share[i] * centred[r, i]
+            for c in range(r + 1):
+                total = 0.0
+                for i in range(size):
+                    total += weighted[i] * centred[c, i]
+                covariance[r, c] += total
     for r in range(d):
-        for c in range(r + 1):
-            total = 0.0
-            for i in range(n):
-                total += weights[i] * columns[r, i] * columns[c, i]
-            covariance[r, c] = covariance[c, r] = total
+        for c in range(r):
+            covariance[c, r] = covariance[r, c]
     return mean, covariance
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def draw_cells(log_preference: Array, n: int, uniform_share: float, u0: float) -> tuple[np.ndarray, Array]:
     """Draw cells in proportion to ``exp(log_preference)`` mixed with uniform; also log of uniform over mixture.
 
     One systematic comb ``(u0 + j) / n`` over the mixture: unbiased, and with less spread than independent draws.
     """
     cells = len(log_preference)
-    best = log_preference.max()
-    share = np.empty(cells)
+    share = log_preference - log_preference.max()
+    exponentiate(share)
     total = 0.0
     for i in range(cells):
-        share[i] = np.exp(log_preference[i] - best)
         total += share[i]
     scale = (1.0 - uniform_share) / total
     floor = uniform_share / cells
@@ -119,16 +164,16 @@ def draw_cells(log_preference: Array, n: int, uniform_share: float, u0: float) -
     return chosen, log_ratio
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def fill_newborns(
     uniform: Array, cells: np.ndarray, columns: int, pitch: tuple[float, float], low: Array, high: Array
-) -> Array:
-    """Turn uniform numbers in place into states: each component in its [low, high), x and y about their cell."""
-    n, d = uniform.shape
-    for i in range(n):
-        for k in range(d):
-            uniform[i, k] = low[k] + (high[k] - low[k]) * uniform[i, k]
+) -> None:
+    """Turn uniform numbers ``(d, n)`` in place into components: each in its [low, high), x and y about their cell."""
+    for k in range(len(uniform)):
+        width = high[k] - low[k]
+        for i in range(len(cells)):
+            uniform[k, i] = low[k] + width * uniform[k, i]
+    for i in range(len(cells)):
         row = cells[i] // columns
-        uniform[i, X] += (cells[i] - row * columns) * pitch[0]
-        uniform[i, Y] += row * pitch[1]
-    return uniform
+        uniform[X, i] += (cells[i] - row * columns) * pitch[0]
+        uniform[Y, i] += row * pitch[1]

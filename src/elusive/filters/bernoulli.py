@@ -9,20 +9,23 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
-from typing import Any, Literal, NamedTuple, cast
+from typing import Any, Literal, NamedTuple, Self, cast
 
 import numpy as np
 from numpy.random import Generator
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from elusive.contracts import Array, Knowledge
+from elusive.errors import DataError
 from elusive.filters import _kernels
 from elusive.filters.births import MeasurementBirth
-from elusive.filters.parts import AnyBirth, AnyMotion, AnySensor
+from elusive.filters.parts import AnyBirth, AnyMotion, AnySensor, check_amplitude
 from elusive.filters.resampling import Scheme, resample
 from elusive.model import Model, Probability
 from elusive.motion import WithIntensity
 from elusive.sensors.image import ImageSensor
+
+LEAST_LOG_ODDS = -700.0  # of existence, below which it is zero
 
 
 class BernoulliState(NamedTuple):
@@ -53,6 +56,11 @@ class BernoulliFilter(Model):
     newborns: int = Field(500, gt=0, description="Particles born at each step, N_b")
     resampling: Scheme = Field("systematic", description="Resampling scheme")
 
+    @model_validator(mode="after")
+    def _uses_all(self) -> Self:
+        check_amplitude(self.motion, self.birth, self.sensor)
+        return self
+
     @property
     def state_names(self) -> tuple[str, ...]:
         """Names of the state's components."""
@@ -73,25 +81,28 @@ class BernoulliFilter(Model):
         Raises
         ------
         DataError
-            If the sensor refuses the frame.
+            If the sensor refuses the frame, or the motion or the birth gives states of another shape.
         """
-        survivors = resample(state.weights, self.particles, rng, self.resampling)
-        moved = self.motion.propagate(state.particles.take(survivors, axis=0), rng)
+        n = self.particles
+        survivors = resample(state.weights, n, rng, self.resampling)
+        states = _kernels.gather(state.particles, survivors, n + self.newborns)
+        _fill(states[:n], self.motion.propagate(states[:n], rng), "motion")
         births = self.birth.draw(self.newborns, measurement, self.sensor, self.state_names, rng)
+        _fill(states[n:], births.states, "birth")
 
         alive = (1 - self.death_probability) * state.existence
         born = self.birth_probability * (1 - state.existence)
-        log_prior = np.empty(self.particles + self.newborns)
-        log_prior[: self.particles] = _log(alive / self.particles)
-        log_prior[self.particles :] = births.log_ratio + _log(born / self.newborns)
+        log_prior = np.empty(n + self.newborns)
+        log_prior[:n] = _log(alive / n)
+        log_prior[n:] = births.log_ratio + _log(born / self.newborns)
         left = 0.0
         if self._has_edges:
-            stay = cast(Knowledge, self.sensor).log_probability(moved)
+            stay = cast(Knowledge, self.sensor).log_probability(states)[:n]
             if stay.any():
-                log_prior[: self.particles] += stay
-                left = alive * (1 - float(np.exp(stay).mean()))
+                log_prior[:n] += stay
+                left = alive * (1 - float(np.exp(stay).sum()) / n)
         absent = self.death_probability * state.existence + (1 - self.birth_probability) * (1 - state.existence) + left
-        return self._posterior(np.concatenate([moved, births.states]), log_prior, measurement, None, absent)
+        return self._posterior(states, log_prior, measurement, None, absent)
 
     def _posterior(
         self, states: Array, log_prior: Array, measurement: Any | None, existence: float | None, absent: float = 0.0
@@ -99,20 +110,20 @@ class BernoulliFilter(Model):
         log_likelihood = (
             np.zeros(len(states)) if measurement is None else self.sensor.log_likelihood(states, measurement)
         )
-        weights, posterior = _weigh(log_likelihood + log_prior, absent)
+        weights, log_present = _kernels.weigh(log_likelihood + log_prior)
         mean, covariance = _kernels.moments(states, weights)
-        return BernoulliState(posterior if existence is None else existence, states, weights, mean, covariance)
+        if existence is None:
+            log_odds = log_present - _log(absent) if log_present > -math.inf else -math.inf
+            existence = 1 / (1 + math.exp(-log_odds)) if log_odds > LEAST_LOG_ODDS else 0.0
+        return BernoulliState(existence, states, weights, mean, covariance)
 
 
-def _weigh(log_mass: Array, absent: float) -> tuple[Array, float]:
-    """Weights (summing to one) and existence, from the log mass of each particle and the mass of absence."""
-    best = float(log_mass.max())
-    if best == -math.inf:
-        return np.full(len(log_mass), 1 / len(log_mass)), 0.0
-    weights = np.exp(log_mass - best)
-    total = float(weights.sum())
-    weights /= total
-    return weights, float(np.exp(-np.logaddexp(0.0, _log(absent) - best - math.log(total))))
+def _fill(rows: Array, states: Array, part: str) -> None:
+    if states.shape != rows.shape:
+        raise DataError(
+            f"{part}: gave states of shape {states.shape}, the filter needs {rows.shape}, one row a particle."
+        )
+    rows[:] = states
 
 
 def _log(mass: float) -> float:

@@ -6,12 +6,13 @@ A proposal other than the birth density must be paid for: the weight carries ``p
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from functools import cached_property
+from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
-from pydantic import Field, PrivateAttr
+from pydantic import Field
 
 from elusive.contracts import Array, Births
 from elusive.errors import ParameterError
@@ -20,6 +21,12 @@ from elusive.model import Model, NonNegative
 from elusive.sensors.image import ImageSensor
 
 PAPER_SPREAD = 5.0 / (2 * np.pi * 0.7**2 * 3.0)  # I0 +- 5 at Sigma = .7, sigma = 3, in noise deviations
+
+
+class _Ranges(NamedTuple):
+    low: Array  # (d,)
+    high: Array  # (d,)
+    deviation: Array | None  # (d,); None where all are zero
 
 
 class UniformBirth(Model):
@@ -35,9 +42,6 @@ class UniformBirth(Model):
     turn_rate_sd_deg: NonNegative = Field(
         6.0, description="Deviation of a newborn's turn rate, if it has one [deg / s]"
     )
-
-    # the ranges of the last sensor and components asked for: a filter asks the same at each step
-    _known: tuple[ImageSensor, tuple[str, ...], tuple[Array, Array, Array]] | None = PrivateAttr(None)
 
     def intensity_range(self, sensor: ImageSensor) -> tuple[float, float]:
         """Lowest and highest intensity of a newborn, in the sensor's units; never below zero."""
@@ -58,15 +62,21 @@ class UniformBirth(Model):
         """Draw one newborn somewhere in each cell (flat index)."""
         low, high, deviation = self._ranges(sensor, state_names)
         pitch = (sensor.dx, sensor.dy)
-        states = _kernels.fill_newborns(rng.random((len(cells), len(low))), cells, sensor.columns, pitch, low, high)
-        if deviation.any():
-            states += deviation * rng.standard_normal(states.shape)
-        return states
+        columns = rng.random((len(low), len(cells)))
+        _kernels.fill_newborns(columns, cells, sensor.columns, pitch, low, high)
+        if deviation is not None:
+            columns += deviation[:, None] * rng.standard_normal(columns.shape)
+        return columns.T
 
-    def _ranges(self, sensor: ImageSensor, state_names: tuple[str, ...]) -> tuple[Array, Array, Array]:
+    @cached_property
+    def _known(self) -> dict[tuple[str, ...], tuple[ImageSensor, _Ranges]]:
+        """The ranges last asked for: a filter asks the same at each step."""
+        return {}
+
+    def _ranges(self, sensor: ImageSensor, state_names: tuple[str, ...]) -> _Ranges:
         """Lowest and highest value and Gaussian deviation of each component about the cell's centre."""
-        if self._known is not None and self._known[0] is sensor and self._known[1] == state_names:
-            return self._known[2]
+        if state_names in self._known and self._known[state_names][0] is sensor:
+            return self._known[state_names][1]
         low, high, deviation = np.zeros((3, len(state_names)))
         known = {
             "x": (-sensor.dx / 2, sensor.dx / 2, 0.0),
@@ -82,8 +92,9 @@ class UniformBirth(Model):
             if name not in known:
                 raise ParameterError(f"birth: does not know how to draw {name!r}; give the filter a birth that does.")
             low[k], high[k], deviation[k] = known[name]
-        self._known = (sensor, state_names, (low, high, deviation))
-        return low, high, deviation
+        ranges = _Ranges(low, high, deviation if deviation.any() else None)
+        self._known[state_names] = sensor, ranges
+        return ranges
 
 
 class _ProposedBirth(UniformBirth):

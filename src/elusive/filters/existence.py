@@ -6,18 +6,17 @@ Amrouche, Khenchaf and Berkani (2018), table 1 and eqs. 17-21. Kept as the refer
 
 from __future__ import annotations
 
-import math
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, Self
 
 import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from elusive.contracts import Array, Knowledge
 from elusive.filters import _kernels
 from elusive.filters.births import UniformBirth
-from elusive.filters.parts import AnyBirth, AnyMotion, AnySensor
+from elusive.filters.parts import AnyBirth, AnyMotion, AnySensor, check_amplitude
 from elusive.filters.resampling import Scheme, resample
 from elusive.model import Model, Probability
 from elusive.motion import WithIntensity
@@ -48,6 +47,11 @@ class ExistenceParticleFilter(Model):
     particles: int = Field(2000, gt=0, description="Number of particles, N")
     resampling: Scheme = Field("systematic", description="Resampling scheme")
 
+    @model_validator(mode="after")
+    def _uses_all(self) -> Self:
+        check_amplitude(self.motion, self.birth, self.sensor)
+        return self
+
     @property
     def state_names(self) -> tuple[str, ...]:
         """Names of the state's components."""
@@ -70,7 +74,7 @@ class ExistenceParticleFilter(Model):
         chosen = resample(state.weights, self.particles, rng, self.resampling)
         was = state.present[chosen]
         present = _regime_transition(was, self.birth_probability, self.death_probability, rng)
-        particles = state.particles[chosen]
+        particles = _kernels.gather(state.particles, chosen, self.particles)
         log_weight = np.zeros(self.particles)
 
         old = np.flatnonzero(was & present)
@@ -91,7 +95,8 @@ class ExistenceParticleFilter(Model):
     def _posterior(present: NDArray[np.bool_], particles: Array, log_weight: Array) -> ExistenceState:
         weights = np.exp(log_weight - log_weight.max())
         weights /= weights.sum()
-        existence = math.fsum(weights[present])
+        # over the sum once more: exactly one where all are present
+        existence = float(weights[present].sum() / weights.sum())
         given = np.where(present, weights, 0.0) / existence if existence > 0 else weights
         mean, covariance = _kernels.moments(particles, given)
         return ExistenceState(min(existence, 1.0), present, particles, weights, mean, covariance)

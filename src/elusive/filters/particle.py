@@ -103,7 +103,8 @@ class ParticleFilter(Model):
         """Return the belief after one more measurement; without one (``None``), the prediction under the map."""
         particles, weights = state.particles, state.weights
         if effective_sample_size(weights) < self.resample_below * self.particles or self.resample_below == 1.0:
-            particles = particles.take(resample(weights, self.particles, rng, self.resampling), axis=0)
+            survivors = resample(weights, self.particles, rng, self.resampling)
+            particles = _kernels.gather(particles, survivors, self.particles)
             weights = np.full(self.particles, 1 / self.particles)
         return self._posterior(self.motion.propagate(particles, rng), weights, measurement)
 

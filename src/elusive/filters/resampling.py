@@ -17,6 +17,7 @@ from elusive.filters import _kernels
 
 Scheme = Literal["systematic", "stratified", "residual", "multinomial"]
 SCHEMES = get_args(Scheme)
+LEAST_TOTAL = 1e-290  # of weights: n over a smaller one would leave the range of numbers
 Indices = NDArray[np.int64]
 
 
@@ -57,6 +58,9 @@ def resample(weights: Array, n: int, rng: Generator, scheme: Scheme = "systemati
         )
     if scheme not in SCHEMES:
         raise ParameterError(f"scheme: {scheme!r} is unknown; choose one of {', '.join(SCHEMES)}.")
+    if total < LEAST_TOTAL:
+        weights = weights / weights.max()
+        total = _kernels.total_of(weights)
     if n == 0:
         return np.empty(0, dtype=np.int64)
     if scheme == "systematic":

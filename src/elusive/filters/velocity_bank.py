@@ -49,18 +49,21 @@ class VelocityBank(Model):
     def _lowest(self) -> float:
         return -self.max_velocity if self.min_velocity is None else self.min_velocity
 
+    @property
+    def _steps(self) -> tuple[int, int]:
+        """Velocities of the box along one axis below the one it is counted from, and above."""
+        room = 1e-9  # of a step, for rounding
+        above = math.floor((self.max_velocity - (self.min_velocity or 0.0)) / self.velocity_step + room)
+        return (above if self.min_velocity is None else 0), above
+
     def _axis(self) -> Array:
         """Velocities of the box along one axis; it holds zero unless a smallest one was given."""
-        room = 1e-9  # of a step, for rounding
-        if self.min_velocity is None:
-            half = math.floor(self.max_velocity / self.velocity_step + room)
-            return self.velocity_step * np.arange(-half, half + 1, dtype=np.float64)
-        steps = math.floor((self.max_velocity - self.min_velocity) / self.velocity_step + room)
-        return self.min_velocity + self.velocity_step * np.arange(steps + 1, dtype=np.float64)
+        below, above = self._steps
+        return (self.min_velocity or 0.0) + self.velocity_step * np.arange(-below, above + 1, dtype=np.float64)
 
     def count(self, ndim: int) -> int:
         """Return the number of velocities for frames of ``ndim`` axes."""
-        return len(self._axis()) ** ndim if self.velocities is None else len(self.velocities)
+        return (sum(self._steps) + 1) ** ndim if self.velocities is None else len(self.velocities)
 
     def motion_vectors(self, ndim: int) -> Array:
         """Velocities of the bank for frames of ``ndim`` axes.

@@ -67,9 +67,7 @@ class Viterbi(Model):
 
         given = np.shape(evidence)
         if 2 <= len(given) <= 3:
-            refuse_beyond_memory(
-                self.memory_bytes(given), f"a search of {given[0]} frames of {given[1:]} cells"
-            )
+            refuse_beyond_memory(self.memory_bytes(given), f"a search of {given[0]} frames of {given[1:]} cells")
         stack = as_stack(evidence)
         planes = stack.reshape(len(stack), -1, stack.shape[-1])
         moves = np.empty((len(stack) - 1, *planes.shape[1:]), dtype=self._code(stack.ndim - 1))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import math
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Literal, NamedTuple
 
@@ -88,20 +88,12 @@ def read_tracks_csv(path: str | os.PathLike[str], unit: Unit = "px") -> list[Tra
         If the columns are not those of the unit, or a row cannot be read; the sentence gives the line and its text.
     """
     names = columns(unit)
-    records = _records(path)
-    _, header = next(records, (1, []))
-    if tuple(header) not in (names, (*names, *GEOGRAPHIC)):
-        held = ",".join(header) or "missing"
-        raise DataError(f"{path}, line 1: the columns are {held}; tracks in {unit} have {','.join(names)}.")
     rows: list[TrackRow] = []
-    for line, cells in records:
-        where, text = f"{path}, line {line}", ",".join(cells)
-        if len(cells) != len(header):
-            raise DataError(f"{where}: has {len(cells)} cells for {len(header)} columns: {text!r:.80}; repair it.")
-        row = _row(cells, header, where)
+    for record in records_of(path, (names, (*names, *GEOGRAPHIC)), f"tracks in {unit}"):
+        row = TrackRow(record.time_s, record.track, record.status, *record.numbers)
         fault = fault_of(row)
         if fault:
-            raise DataError(f"{where} {fault}: {text!r:.80}.")
+            raise DataError(f"{record.where} {fault}: {record.text!r:.80}.")
         rows.append(row)
     return rows
 
@@ -144,7 +136,40 @@ def read_lines(path: str | os.PathLike[str]) -> list[str]:
         raise DataError(f"{path}: is not text in UTF-8; save it as plain text.") from None
 
 
-def _records(path: str | os.PathLike[str]) -> Iterator[tuple[int, list[str]]]:
+class Record(NamedTuple):
+    """A line of a table of tracks."""
+
+    where: str
+    text: str
+    time_s: float
+    track: int | None
+    status: str
+    numbers: list[float]  # of the columns after these three
+
+
+def records_of(path: str | os.PathLike[str], headers: Sequence[tuple[str, ...]], what: str) -> Iterator[Record]:
+    """Yield the lines of a table of tracks whose columns are one of some headers.
+
+    Raises
+    ------
+    DataError
+        If the columns are others, or a line cannot be read; the sentence gives the line and its text.
+    """
+    records = _csv_lines(path)
+    _, header = next(records, (1, []))
+    if tuple(header) not in headers:
+        held = ",".join(header) or "missing"
+        raise DataError(f"{path}, line 1: the columns are {held}; {what} have {','.join(headers[0])}.")
+    for line, cells in records:
+        where, text = f"{path}, line {line}", ",".join(cells)
+        if len(cells) != len(header):
+            raise DataError(f"{where}: has {len(cells)} cells for {len(header)} columns: {text!r:.80}; repair it.")
+        numbers = _numbers(cells, header, where)
+        track = int(cells[1]) if cells[1] else None
+        yield Record(where, text, numbers[0], track, cells[2], numbers[2:])
+
+
+def _csv_lines(path: str | os.PathLike[str]) -> Iterator[tuple[int, list[str]]]:
     reader = csv.reader(read_lines(path), strict=True)
     try:
         for cells in reader:
@@ -155,15 +180,16 @@ def _records(path: str | os.PathLike[str]) -> Iterator[tuple[int, list[str]]]:
 
 def _cells(row: TrackRow) -> list[str]:
     track = "" if row.track is None else str(int(row.track))
-    return [_number(row.time_s), track, row.status, *map(_number, row[3:])]
+    return [number_text(row.time_s), track, row.status, *map(number_text, row[3:])]
 
 
-def _number(value: float) -> str:
+def number_text(value: float) -> str:
+    """Write a number so that it reads back exactly, NaN as nothing."""
     # The repr of a Python float is the shortest text that reads back exactly; a NumPy scalar's names its type.
     return "" if math.isnan(value) else repr(float(value))
 
 
-def _row(cells: list[str], header: list[str], where: str) -> TrackRow:
+def _numbers(cells: list[str], header: list[str], where: str) -> list[float]:
     numbers = []
     for name, cell in zip(header, cells, strict=True):
         if name == "status":
@@ -176,5 +202,4 @@ def _row(cells: list[str], header: list[str], where: str) -> TrackRow:
         if not whole:
             kind = "whole number" if name == "track" else "number"
             raise DataError(f"{where}, column {name}: {cell!r:.80} is no {kind}.")
-    track = int(cells[1]) if cells[1] else None
-    return TrackRow(numbers[0], track, cells[2], *numbers[2:])
+    return numbers

@@ -68,14 +68,16 @@ class ImageTracking(RecordedFrames):
         }
 
     @model_validator(mode="after")
-    def _has_no_other_tracks(self) -> Self:
+    def _takes_effect(self) -> Self:
+        idle = {}
+        if not isinstance(self.filter.sensor, ClutterSensor):
+            idle = dict.fromkeys(RecordedFrames.model_fields, "frames taken as they are, which are not whitened")
         if isinstance(self.filter, RecurrentImages):
-            for name in ("tracks", "jitter_px", "clump_px"):
-                if getattr(self, name) != type(self).model_fields[name].default:
-                    raise ParameterError(
-                        f"ImageTracking.{name}: has no meaning for filter 'recurrent', whose tracks are those of its "
-                        "tracker; leave it out."
-                    )
+            others = ("tracks", "jitter_px", "clump_px")
+            idle |= dict.fromkeys(others, "filter 'recurrent', whose tracks are those of its tracker")
+        for name, reason in idle.items():
+            if getattr(self, name) != type(self).model_fields[name].default:
+                raise ParameterError(f"ImageTracking.{name}: has no meaning for {reason}; leave it out.")
         return self
 
     def fitted_to(self, shape: tuple[int, int]) -> ImageTracking:

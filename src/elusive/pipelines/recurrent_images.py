@@ -126,6 +126,7 @@ class SeveralTargets:
         recorded = isinstance(model.sensor, ClutterSensor)
         tests = {n: v for n, v in UNTESTED.items() if recorded and getattr(model.tracker, n) == getattr(usual, n)}
         self._tracker = model.tracker.replace(smoothing=model.smoothing, border=model.border, **tests)
+        model.check_memory(model.sensor.shape)
         self._vectors = model.motion_vectors(2)
         sensor = model.sensor
         self._white = WhiteEvidence(sensor, model.target_snr_db) if isinstance(sensor, ImageSensor) else None

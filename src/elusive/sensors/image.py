@@ -110,14 +110,15 @@ class ImageSensor(Model):
         DataError
             If the frame has another shape, or an envelope is negative somewhere.
         """
-        from elusive.sensors import _kernels
+        from elusive.sensors import _envelope_kernels, _kernels
 
         frame = self._checked(measurement)
-        optics = (self.dx, self.dy, self.psf_sigma, self.gain, self.noise_sigma)
+        optics = (self.psf_sigma, self.gain, self.noise_sigma)
         if self.noise == "gaussian":
-            factors = np.exp(_kernels.patch_exponents(states, *self.shape, *optics[:3], self.truncation))
-            return _kernels.log_ratio_gaussian(states, factors, frame, *optics, self._taps, self._window)
-        return _kernels.log_ratio_rayleigh(states, frame, *optics, self.truncation, self.swerling)
+            return _kernels.log_ratio_gaussian(states, frame, (self.dx, self.dy), *optics, self._steps, self._window)
+        return _envelope_kernels.log_ratio_rayleigh(
+            states, frame, self.dx, self.dy, *optics, self.truncation, self.swerling
+        )
 
     def birth_map(self, measurement: Array, intensity: float) -> Array:
         """Log likelihood ratio of a target of that intensity centred on each cell, ``(rows, columns)``."""
@@ -125,7 +126,7 @@ class ImageSensor(Model):
 
         frame = self._checked(measurement)
         if self.noise == "gaussian":
-            taps_x, taps_y = self._both_sides
+            taps_x, taps_y = self._taps
             return _kernels.template_map_gaussian(frame, taps_x, taps_y, self.gain * intensity, self.noise_sigma)
         r, c = np.indices(self.shape)
         centred = np.zeros((r.size, 5))
@@ -154,13 +155,15 @@ class ImageSensor(Model):
 
     @cached_property
     def _taps(self) -> Array:
-        """``exp(-(k d)^2 / 2 S^2)`` for both axes and k from 0 to the truncation, ``(2, p + 1)``."""
-        return np.exp(-0.5 * (np.outer([self.dx, self.dy], np.arange(self.truncation + 1)) / self.psf_sigma) ** 2)
+        """``exp(-(k d)^2 / 2 S^2)`` for both axes and k from minus to plus the truncation, ``(2, 2 p + 1)``."""
+        k = np.arange(-self.truncation, self.truncation + 1)
+        return np.exp(-0.5 * (np.outer([self.dx, self.dy], k) / self.psf_sigma) ** 2)
 
     @cached_property
-    def _both_sides(self) -> Array:
-        """The same for k from minus the truncation, ``(2, 2 p + 1)``."""
-        return np.hstack([self._taps[:, :0:-1], self._taps])
+    def _steps(self) -> Array:
+        """Each tap over the one before it, for k from 0 (unused) to the truncation, ``(2, p + 1)``."""
+        pitch = np.array([self.dx, self.dy]) / self.psf_sigma
+        return np.exp(-0.5 * np.outer(pitch**2, np.maximum(2 * np.arange(self.truncation + 1) - 1, 0)))
 
     @cached_property
     def _window(self) -> tuple[int, ...]:

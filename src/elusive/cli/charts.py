@@ -1,0 +1,32 @@
+"""`elusive chart`: what is in electronic charts."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.markup import escape
+
+from elusive.cli.terminal import Config, console, show
+from elusive.model import read_yaml
+from elusive.options import accepts, nested
+from elusive.pipelines.charts import SceneParameters, describe_charts
+
+
+@accepts(SceneParameters)
+def chart_command(
+    charts: Annotated[list[Path], typer.Argument(help="S-57 base cells (.000), GeoJSON or shapefiles of land.")],
+    given: dict[str, Any],
+    config: Config = None,
+    figure: Annotated[Path | None, typer.Option("--figure", help="PNG, PDF or SVG to draw them in.")] = None,
+) -> None:
+    """Say what is in charts: layers, extent, edition, quality, and where they disagree."""
+    parameters = SceneParameters(**nested(SceneParameters, given, read_yaml(config) if config else {}))
+    described = describe_charts(charts, parameters, figure)
+    for summary in described.summaries:
+        show(summary.name, ("", ""), summary.rows)
+    for sentence in (*(one.sentence for one in described.disagreements), *described.remarks):
+        console.print(escape(sentence), highlight=False, soft_wrap=True)
+    if figure is not None:
+        console.print(f"Written to {figure}")

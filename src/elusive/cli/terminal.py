@@ -1,0 +1,78 @@
+"""What commands share: options, the console, progress that heeds Ctrl-C, tables."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from elusive.campaign import Progress as CampaignProgress
+
+Out = Annotated[Path, typer.Option("--out", help="Folder for the results; made if need be.")]
+Config = Annotated[Path | None, typer.Option("--config", help="YAML file with any of the parameters below.")]
+Workers = Annotated[int | None, typer.Option("--workers", min=1, help="Processes to share the trials among.")]
+Scheduler = Annotated[str | None, typer.Option("--scheduler", help="Address of a Dask scheduler, tcp://host:8786.")]
+
+console = Console(stderr=True)
+interrupted = threading.Event()
+
+
+def interrupt(signum: int, frame: FrameType | None) -> None:
+    """Note a first Ctrl-C for the next frame or trial to heed: amid a compilation it would end as a traceback."""
+    if interrupted.is_set():
+        raise KeyboardInterrupt
+    interrupted.set()
+
+
+def heed_interrupt() -> None:
+    """Stop here if Ctrl-C has been pressed."""
+    if interrupted.is_set():
+        console.print("Interrupted.")
+        raise KeyboardInterrupt
+
+
+@contextmanager
+def bar(what: str, total: int | None) -> Iterator[Callable[[int], None]]:
+    """Show how many are done; gives what is to be called with that number."""
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
+        task = progress.add_task(what, total=total)
+
+        def advance(done: int) -> None:
+            heed_interrupt()
+            progress.update(task, completed=done)
+
+        yield advance
+
+
+@contextmanager
+def campaign_bar() -> Iterator[Callable[[CampaignProgress], None]]:
+    """Show how far a campaign is, and the time left."""
+    columns = (TextColumn("trials"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.description}"))
+    with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
+        task = progress.add_task("", total=None)
+
+        def report(state: CampaignProgress) -> None:
+            heed_interrupt()
+            left = "" if state.remaining_s is None else f"{state.remaining_s:.0f} s left"
+            progress.update(task, completed=state.done, total=state.total, description=left)
+
+        yield report
+
+
+def show(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Print a table to standard output."""
+    table = Table(title=title, title_justify="left", show_header=any(header), title_style="bold")
+    for number, name in enumerate(header):
+        table.add_column(name, justify="left" if number == 0 else "right")
+    for row in rows:
+        table.add_row(*row)
+    Console().print(table)

@@ -1,0 +1,113 @@
+"""Frames of a signal as each kind of file holds them, before any check of their samples."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from itertools import islice
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from elusive.errors import DataError
+from elusive.io._signal_csv import open_table
+from elusive.io._stack import decoding
+from elusive.io._wav import ADVICE, open_wav
+
+SAVE_AGAIN = "save it again with numpy.save, as real numbers, without pickled objects."
+
+
+class Reading(NamedTuple):
+    """A recording as a file holds it: ``read(start, stop)`` yields where, time and raw samples of each frame."""
+
+    samples: int
+    length: int | None
+    rate_hz: float | None
+    timed: bool
+    read: Callable[[int, int | None], Iterator[tuple[str, float | None, Any]]]
+
+
+class Cut(NamedTuple):
+    """How a long recording is cut into frames."""
+
+    size: int
+    hop: int
+
+    def frames_in(self, length: int, where: str) -> int:
+        """Return how many whole frames there are."""
+        if length < self.size:
+            raise DataError(
+                f"{where}: holds {length} samples, fewer than one frame of {self.size}; choose shorter frames "
+                "(--frame-samples)."
+            )
+        return 1 + (length - self.size) // self.hop
+
+
+def open_array(path: Path, cut: Cut) -> tuple[Reading, bool]:
+    """Map a .npy file; say too whether it is one long recording, not an array (time, sample)."""
+    with decoding(str(path), SAVE_AGAIN):
+        array = np.lib.format.open_memmap(path, mode="r")
+    if array.dtype.kind not in "buif":
+        raise DataError(f"{path}: holds {array.dtype} values, not real numbers; {SAVE_AGAIN}")
+    if array.ndim not in (1, 2):
+        raise DataError(f"{path}: has shape {array.shape}; a signal is an array (time, sample), or one long row.")
+    is_long = array.ndim == 1
+    length = cut.frames_in(len(array), str(path)) if is_long else len(array)
+
+    def read(start: int, stop: int | None) -> Iterator[tuple[str, float | None, Any]]:
+        with decoding(str(path), SAVE_AGAIN):
+            array = np.lib.format.open_memmap(path, mode="r")
+        for k in range(start, length if stop is None else stop):
+            where = f"{path}, frame {k}"
+            with decoding(where, SAVE_AGAIN):
+                raw = array[k * cut.hop : k * cut.hop + cut.size] if is_long else array[k]
+            yield where, None, raw
+
+    return Reading(cut.size if is_long else array.shape[1], length, None, False, read), is_long
+
+
+def open_recording(path: Path, cut: Cut, channel: int | None) -> Reading:
+    """Read a WAVE file, a frame at a time."""
+    wav = open_wav(path)
+    if (channel is None and wav.channels > 1) or (channel is not None and not 0 <= channel < wav.channels):
+        raise DataError(f"{path}: has {wav.channels} channels; choose one with channel= (--channel), from 0.")
+    length = cut.frames_in(wav.length, str(path))
+
+    def read(start: int, stop: int | None) -> Iterator[tuple[str, float | None, Any]]:
+        with decoding(str(path), ADVICE), path.open("rb") as file:
+            for k in range(start, length if stop is None else stop):
+                where = f"{path}, frame {k}"
+                with decoding(where, ADVICE):
+                    raw = wav.read(file, k * cut.hop, cut.size, channel or 0)
+                yield where, None, raw
+
+    return Reading(cut.size, length, wav.rate_hz / cut.hop, False, read)
+
+
+def open_text(path: Path, cut: Cut) -> tuple[Reading, bool]:
+    """Read text line by line; say too whether it is one long recording, a sample a line."""
+    table = open_table(path)
+    is_long = table.columns == 1
+
+    def rows(start: int, stop: int | None) -> Iterator[tuple[str, float | None, Any]]:
+        with closing(table.lines()) as lines:
+            for number, time_s, values in islice(lines, start, stop):
+                yield f"{path}, line {number}", time_s, values
+
+    def pieces(start: int, stop: int | None) -> Iterator[tuple[str, float | None, Any]]:
+        with closing(table.lines()) as lines:
+            rest = islice(lines, start * cut.hop, None)
+            k = start
+            while stop is None or k < stop:
+                block = list(islice(rest, cut.size))
+                if len(block) < cut.size:
+                    if k == 0:
+                        cut.frames_in(len(block), str(path))
+                    return
+                yield f"{path}, frame {k} (from line {block[0][0]})", block[0][1], np.array([b[2][0] for b in block])
+                next(islice(rest, cut.hop - cut.size, cut.hop - cut.size), None)
+                k += 1
+
+    reading = Reading(cut.size if is_long else table.columns, None, None, table.timed, pieces if is_long else rows)
+    return reading, is_long

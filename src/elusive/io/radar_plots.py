@@ -1,0 +1,243 @@
+"""Radar plots from files, as scans: a table in CSV, read and written exactly, or ASTERIX category 048."""
+
+from __future__ import annotations
+
+import csv
+import math
+import os
+from collections import Counter
+from collections.abc import Callable, Generator, Iterable, Iterator
+from contextlib import closing
+from dataclasses import dataclass, field
+from decimal import Context, Decimal
+from itertools import groupby
+from operator import itemgetter
+from pathlib import Path
+
+import numpy as np
+
+from elusive.errors import DataError
+from elusive.io.asterix import asterix_plots
+from elusive.io.atomic import atomic_path
+from elusive.io.radar_scans import TURN_RAD, RadarPlot, RadarScan, scan_of, scans_by_rotation
+from elusive.io.tracks import number_text
+from elusive.io.truth import NUMBER
+
+COLUMNS = ("time_s", "range_m", "bearing_deg", "doppler_mps")
+TABLES = (".csv", ".tsv", ".txt")
+# A degree to more digits than a float has, so that bearings survive being written in degrees.
+DEGREE_RAD = Decimal("0.01745329251994329576923690768488612713442872")
+
+
+@dataclass(frozen=True)
+class RadarSource:
+    """A radar's scans, read afresh at each iteration and never held whole in memory."""
+
+    name: str
+    _read: Callable[[Counter[str]], Iterator[RadarScan]] = field(repr=False)
+    counts: Counter[str] = field(default_factory=Counter)
+    """What the latest iteration met in an ASTERIX file, so far: see :func:`~elusive.io.asterix.asterix_plots`."""
+
+    def __iter__(self) -> Iterator[RadarScan]:
+        """Yield the scans in the order of time.
+
+        Raises
+        ------
+        DataError
+            If a plot cannot be read, times go backwards, or there is no plot; the sentence says where.
+        """
+        plots = 0
+        self.counts.clear()
+        for scan in self._read(self.counts):
+            plots += len(scan.range_m)
+            yield scan
+        if plots == 0:
+            raise DataError(f"{self.name}: holds no plot; write {','.join(COLUMNS)}, one plot a line.")
+
+
+def open_radar_plots(
+    path: str | os.PathLike[str], *, rotation_s: float | None = None, radar: tuple[int, int] | None = None
+) -> RadarSource:
+    """Open a radar's plots without reading them all.
+
+    Parameters
+    ----------
+    path
+        ``.csv``, ``.tsv``, ``.txt``: a line of names, then a plot a line: ``time_s``, not going backwards;
+        ``range_m``; ``bearing_deg``, from 0 to 360 clockwise from north; and, where measured, ``doppler_mps``,
+        positive away from the radar. Commas, semicolons or tabs between. A time with nothing after it is a scan
+        without a plot. Any other file: ASTERIX, raw or as captured from a network (pcap, pcapng); see
+        :func:`~elusive.io.asterix.asterix_plots`.
+    rotation_s
+        Period of the antenna. Given, each of its turns is a scan
+        (:func:`~elusive.io.radar_scans.scans_by_rotation`); else plots of equal times are, which needs a table.
+    radar
+        The radar's two codes (SAC, SIC), for an ASTERIX file that holds several.
+
+    Returns
+    -------
+    RadarSource
+        The scans. ASTERIX times are seconds after the midnight (UTC) before the first report.
+
+    Raises
+    ------
+    DataError
+        If there is no such file, or an argument does not fit it.
+    """
+    file = Path(path)
+    if not file.is_file():
+        raise DataError(f"{path}: {'is a folder' if file.is_dir() else 'there is no such file'}; check the path.")
+    name = str(path)
+    if file.suffix.lower() in TABLES:
+        if radar is not None:
+            raise DataError(f"{path}: radar={radar} chooses in an ASTERIX file, and this is a table; leave it out.")
+        if rotation_s is None:
+            return RadarSource(name, lambda counts: _table_scans(file))
+        period = rotation_s
+        return RadarSource(name, lambda counts: scans_by_rotation(_table_plots(file), period, name))
+    if rotation_s is None:
+        raise DataError(f"{path}: ASTERIX plots have each their own time; give rotation_s, the antenna's period.")
+    period = rotation_s
+    return RadarSource(name, lambda counts: scans_by_rotation(asterix_plots(file, radar, counts), period, name))
+
+
+def write_radar_plots_csv(path: str | os.PathLike[str], scans: Iterable[RadarScan]) -> None:
+    """Write scans as CSV, whole or not at all; :func:`open_radar_plots` reads back the same numbers.
+
+    Parameters
+    ----------
+    path
+        File to write.
+    scans
+        In the order of time, taken one by one. Each plot is written with its own time.
+
+    Raises
+    ------
+    DataError
+        If a scan contradicts itself or comes before another, or the file cannot be written.
+    """
+    before = -math.inf
+    with atomic_path(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(COLUMNS)
+        for number, scan in enumerate(scans, 1):
+            fault, times_s = _fault_of(scan, before), scan.times_s if len(scan.times_s) else [scan.time_s]
+            if fault:
+                raise DataError(f"{path}: scan {number} {fault}.")
+            before = float(times_s[-1])
+            if not len(scan.times_s):
+                writer.writerow([number_text(scan.time_s), "", "", ""])
+            for time_s, range_m, bearing_rad, doppler_mps in zip(*scan[1:], strict=True):
+                numbers = number_text(time_s), number_text(range_m), _degrees_text(bearing_rad)
+                writer.writerow([*numbers, number_text(doppler_mps)])
+
+
+def _fault_of(scan: RadarScan, before: float) -> str | None:
+    times_s, range_m, bearing_rad, doppler_mps = (np.asarray(part) for part in scan[1:])
+    if not times_s.shape == range_m.shape == bearing_rad.shape == doppler_mps.shape == (times_s.size,):
+        return "has arrays of different lengths; give each plot a time, a range, a bearing and a Doppler or NaN"
+    every = times_s if times_s.size else np.array([scan.time_s])
+    if not np.isfinite(every).all() or every[0] <= before or (np.diff(every) < 0).any():
+        return f"has the time {every[0]:g} after {before:g}; times must be finite and go forwards"
+    if not (np.isfinite(range_m) & (range_m >= 0)).all():
+        return "has a range below 0 or not finite"
+    if not ((bearing_rad >= 0) & (bearing_rad < TURN_RAD)).all():
+        return "has a bearing outside 0 to 2 pi; give it in radians clockwise from north"
+    return "has an infinite Doppler; leave unknown ones NaN" if np.isinf(doppler_mps).any() else None
+
+
+def _table_scans(path: Path) -> Iterator[RadarScan]:
+    """Gather equal times; a time without a plot is a scan without one."""
+    with closing(_rows(path)) as rows:
+        for time_s, group in groupby(rows, key=itemgetter(0)):
+            yield scan_of(time_s, (plot for _, plot in group if plot is not None))
+
+
+def _table_plots(path: Path) -> Iterator[RadarPlot]:
+    with closing(_rows(path)) as rows:
+        yield from (plot for _, plot in rows if plot is not None)
+
+
+def _rows(path: Path) -> Generator[tuple[float, RadarPlot | None], None, None]:
+    """Yield each line's time and plot, None where the line says that there is none at that time."""
+    names: list[str] = []
+    delimiter, before, alone = ",", -math.inf, False
+    with closing(_lines(path)) as lines:
+        for where, text in lines:
+            if not names:
+                delimiter = next((mark for mark in ";\t" if mark in text), ",")
+                names = _names(text.split(delimiter), where)
+                continue
+            cells = [cell.strip() for cell in text.split(delimiter)]
+            if len(cells) != len(names):
+                raise DataError(f"{where}: has {len(cells)} cells for {len(names)} columns: {text!r:.80}; repair it.")
+            record = dict(zip(names, cells, strict=True))
+            time_s = _number(record, "time_s", where)
+            empty = not any(cell for name, cell in record.items() if name != "time_s")
+            if time_s < before or (time_s == before and (empty or alone)):
+                told = "must go forwards" if time_s < before else "without a plot stands alone"
+                raise DataError(f"{where}, column time_s: {time_s:g} comes after {before:g}; a time {told}.")
+            before, alone = time_s, empty
+            yield time_s, None if empty else _plot(record, time_s, where)
+    if not names:
+        raise DataError(f"{path}: is empty; write {','.join(COLUMNS)}, one plot a line.")
+
+
+def _lines(path: Path) -> Generator[tuple[str, str], None, None]:
+    try:
+        with path.open("rb") as file:
+            for number, octets in enumerate(file, 1):
+                where = f"{path}, line {number}"
+                try:
+                    line = octets.decode("utf-8-sig" if number == 1 else "utf-8")
+                except UnicodeDecodeError:
+                    raise DataError(f"{where}: is not text in UTF-8; save the file as plain text.") from None
+                if line.strip() and not line.startswith("#"):
+                    yield where, line.strip("\r\n")
+    except OSError as error:
+        raise DataError(f"{path}: cannot be read ({error.strerror}); check the path.") from None
+
+
+def _names(cells: list[str], where: str) -> list[str]:
+    names = [cell.strip().strip('"') for cell in cells]
+    if len(set(names)) < len(names) or not set(COLUMNS[:3]) <= set(names) <= set(COLUMNS):
+        raise DataError(
+            f"{where}: the columns are {','.join(names)!r:.80}; name them {','.join(COLUMNS[:3])} and, where it is "
+            f"measured, {COLUMNS[3]}."
+        )
+    return names
+
+
+def _plot(record: dict[str, str], time_s: float, where: str) -> RadarPlot:
+    range_m = _number(record, "range_m", where)
+    if range_m < 0:
+        raise DataError(f"{where}, column range_m: {record['range_m']} is below 0; give the distance in metres.")
+    degrees = _number(record, "bearing_deg", where)
+    if not 0 <= degrees <= 360:
+        told = record["bearing_deg"]
+        raise DataError(f"{where}, column bearing_deg: {told} is not from 0 to 360 degrees clockwise from north.")
+    known = record.get("doppler_mps", "").lower() not in ("", "nan")
+    doppler_mps = _number(record, "doppler_mps", where) if known else math.nan
+    return RadarPlot(time_s, range_m, _radians(record["bearing_deg"]), doppler_mps)
+
+
+def _number(record: dict[str, str], name: str, where: str) -> float:
+    cell = record[name]
+    value = float(cell) if NUMBER.fullmatch(cell) else math.nan
+    if not math.isfinite(value):
+        advice = "write a decimal point" if cell.count(",") == 1 else "write a finite one"
+        raise DataError(f"{where}, column {name}: {cell!r:.60} is no number; {advice}.")
+    return value
+
+
+def _radians(degrees: str) -> float:
+    angle = float(Decimal(degrees) * DEGREE_RAD) if float(degrees) else 0.0
+    return angle if angle < TURN_RAD else 0.0
+
+
+def _degrees_text(angle_rad: float) -> str:
+    """Write an angle in degrees, in the fewest digits that read back exactly."""
+    degrees = Decimal(float(angle_rad)) / DEGREE_RAD
+    # 15 digits are as many as survive in a float, 19 part any two floats that are neighbours
+    texts = (f"{Context(prec=digits).plus(degrees).normalize():f}" for digits in range(15, 21))
+    return next(text for text in texts if _radians(text) == float(angle_rad))

@@ -1,0 +1,103 @@
+"""Radar plots, and the scans that the turns of an antenna make of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from elusive.contracts import Array
+from elusive.errors import DataError, ParameterError
+
+TURN_RAD = 2.0 * math.pi
+MAX_EMPTY = 10_000  # scans without a plot in a row; a longer silence is a fault of the times
+PHASE_GAIN = 0.1  # share of a plot's misfit by which the antenna's phase is corrected
+MIN_JUDGED = 32  # plots before the misfit is judged
+MAX_MISFIT = 0.15  # mean misfit, in turns; plots at random times have .25
+
+
+class RadarPlot(NamedTuple):
+    """One detection of a radar."""
+
+    time_s: float
+    range_m: float
+    bearing_rad: float  # clockwise from north, from 0 to below 2 pi
+    doppler_mps: float = math.nan  # range rate, positive away from the radar; NaN where not measured
+
+
+class RadarScan(NamedTuple):
+    """What a radar detected in one look round: n plots, or none."""
+
+    time_s: float  # of the plots where all have the same, else their mean
+    times_s: Array  # (n,) of each plot
+    range_m: Array  # (n,)
+    bearing_rad: Array  # (n,) clockwise from north, from 0 to below 2 pi
+    doppler_mps: Array  # (n,) range rate, positive away from the radar; NaN where not measured
+
+
+def scan_of(time_s: float, plots: Iterable[RadarPlot] = ()) -> RadarScan:
+    """Make a scan of plots."""
+    table = np.array(list(plots), dtype=np.float64).reshape(-1, 4).T.copy()
+    return RadarScan(time_s, *table)
+
+
+def scans_by_rotation(plots: Iterable[RadarPlot], rotation_s: float, name: str) -> Iterator[RadarScan]:
+    """Gather the plots of each turn of an antenna that looks clockwise and turns at a constant rate.
+
+    A plot's turn is told by its time and its bearing together, so that a target is seen once a turn wherever it
+    stands. The antenna's phase is followed from plot to plot, so that the period may be inexact or drift. A turn
+    without a plot is a scan without one: what was missed is said too.
+
+    Parameters
+    ----------
+    plots
+        In the order of time.
+    rotation_s
+        Period of the antenna.
+    name
+        Of the file, for the sentences of failures.
+
+    Raises
+    ------
+    ParameterError
+        If the period is no positive number.
+    DataError
+        If times and bearings do not fit an antenna of that period, or times go backwards or leave a gap of more than
+        10 000 turns.
+    """
+    if not (math.isfinite(rotation_s) and rotation_s > 0):
+        raise ParameterError(f"rotation_s={rotation_s}: an antenna turns once in a positive number of seconds.")
+    phase, turn, before, misfits, judged = 0.0, 0, -math.inf, 0.0, 0
+    gathered: list[RadarPlot] = []
+    for plot in plots:
+        if plot.time_s < before:
+            raise DataError(f"{name}: time {plot.time_s:g} s comes after {before:g} s; sort the plots by time.")
+        before = plot.time_s
+        turns = plot.time_s / rotation_s - plot.bearing_rad / TURN_RAD
+        if not gathered:
+            phase, turn = math.remainder(turns, 1.0), round(turns)
+        misfit = math.remainder(turns - phase, 1.0)
+        now = max(turn, round(turns - phase))
+        if now - turn > MAX_EMPTY:
+            raise DataError(
+                f"{name}: nothing for {now - turn} turns of {rotation_s:g} s before time {plot.time_s:g} s; check the "
+                "times and the rotation, or cut the recording there."
+            )
+        if now > turn:
+            yield scan_of(math.fsum(p.time_s for p in gathered) / len(gathered), gathered)
+            gathered = []
+            for empty in range(turn + 1, now):
+                yield scan_of((empty + phase + 0.5) * rotation_s)
+        gathered.append(plot)
+        turn = now
+        phase += PHASE_GAIN * misfit
+        misfits, judged = misfits + abs(misfit), judged + 1
+        if judged >= MIN_JUDGED and misfits > MAX_MISFIT * judged:
+            raise DataError(
+                f"{name}: times and bearings do not fit an antenna that turns clockwise once in {rotation_s:g} s "
+                f"(until time {plot.time_s:g} s); give its own period."
+            )
+    if gathered:
+        yield scan_of(math.fsum(p.time_s for p in gathered) / len(gathered), gathered)

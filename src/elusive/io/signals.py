@@ -1,0 +1,181 @@
+"""One-dimensional signals, read lazily frame by frame: arrays (time, sample), and long recordings cut into frames."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from elusive.contracts import Array
+from elusive.errors import DataError
+from elusive.io._signal_readings import Cut, Reading, open_array, open_recording, open_text
+from elusive.io._stack import MAX_PIXELS
+
+TEXT = (".csv", ".tsv", ".txt")
+SUPPORTED = (".npy", ".wav", *TEXT)
+FRAME_SAMPLES = 1200  # of a long recording, where nothing else is asked for
+
+
+class SignalFrame(NamedTuple):
+    """One frame of a signal."""
+
+    time_s: float  # of its first sample; the frame's number where the recording has no clock
+    samples: Array  # (n,)
+
+
+@dataclass(frozen=True)
+class SignalSource:
+    """A signal's frames, opened afresh at each iteration and never held whole in memory.
+
+    Iterating yields :class:`SignalFrame`; each frame's samples are float64 and the caller's own.
+    """
+
+    name: str
+    samples: int
+    """Samples of every frame."""
+    length: int | None
+    """Frames that iterating yields; None for text, whose end alone tells."""
+    rate_hz: float | None
+    """Frames a second; None where neither the file nor the caller says."""
+    timed: bool
+    """Whether times are seconds: from the rate, or from a column of the file."""
+    start: int
+    """Number in the file, from 0, of the first frame yielded."""
+    _read: Callable[[int, int | None], Iterator[tuple[str, float | None, Any]]] = field(repr=False)
+    _stop: int | None = field(repr=False)
+
+    def __iter__(self) -> Iterator[SignalFrame]:
+        """Yield the frames.
+
+        Raises
+        ------
+        DataError
+            If a frame cannot be read, holds a sample that is NaN or infinite, or all its samples are equal, or there
+            are fewer than two frames.
+        """
+        number = self.start
+        with closing(self._read(self.start, self._stop)) as frames:  # type: ignore[type-var]
+            for where, time_s, raw in frames:
+                if time_s is None:
+                    time_s = float(number) if self.rate_hz is None else number / self.rate_hz
+                yield SignalFrame(time_s, _checked(raw, where))
+                number += 1
+        _enough(number - self.start, self.name)
+
+
+def open_signal(
+    source: str | os.PathLike[str],
+    *,
+    frame_samples: int | None = None,
+    hop_samples: int | None = None,
+    channel: int | None = None,
+    start: int = 0,
+    stop: int | None = None,
+    rate_hz: float | None = None,
+) -> SignalSource:
+    """Open a signal without reading its frames.
+
+    Parameters
+    ----------
+    source
+        ``.npy``: an array (time, sample), or a long recording of one dimension. ``.wav``: a long recording; integers
+        are scaled to -1 ... 1. ``.csv``, ``.tsv``, ``.txt``: a frame a line, or, with one column, a long recording;
+        comma, semicolon or white space between; with or without a line of names; a first column named ``time_s`` is
+        the time in seconds.
+    frame_samples
+        Samples of a frame, of a long recording only; 1200 by default. An incomplete last frame is left out.
+    hop_samples
+        Samples from the start of a frame to the start of the next; by default a frame follows the other. It is no less
+        than ``frame_samples``, because frames that share samples would accumulate the same noise twice.
+    channel
+        Channel of a WAVE file, from 0; a file of several needs it.
+    start, stop
+        First frame, and frame before which to stop, numbered from 0 as in a Python slice.
+    rate_hz
+        Frames a second, where the file does not say (or, a WAVE file, says wrong).
+
+    Returns
+    -------
+    SignalSource
+        The frames, each read when it is due.
+
+    Raises
+    ------
+    DataError
+        If there is no such signal, or its layout is not as above, or an argument does not fit it.
+    """
+    path = Path(source)
+    if start < 0 or (stop is not None and stop <= start):
+        raise DataError(f"start={start}, stop={stop}: choose 0 <= start < stop.")
+    if rate_hz is not None and not 0 < rate_hz < float("inf"):
+        raise DataError(f"rate_hz={rate_hz}: must be a positive number of frames a second.")
+    size = FRAME_SAMPLES if frame_samples is None else frame_samples
+    cut = Cut(size, size if hop_samples is None else hop_samples)
+    if not 2 <= cut.size <= cut.hop:
+        raise DataError(
+            f"frame_samples={cut.size}, hop_samples={cut.hop}: a frame has at least 2 samples, and the next begins "
+            "no earlier than it ends."
+        )
+    reading = _open(path, cut, channel, long_only=frame_samples is not None or hop_samples is not None)
+    if not 2 <= reading.samples <= MAX_PIXELS:
+        raise DataError(f"{path}: its frames have {reading.samples} samples; between 2 and {MAX_PIXELS} are read.")
+    if rate_hz is not None and reading.timed:
+        raise DataError(f"{path}: has times of its own (time_s); leave rate_hz={rate_hz:g} out.")
+    length = None
+    if reading.length is not None:
+        _enough(reading.length, str(path))
+        if start >= reading.length:
+            raise DataError(f"{path}: has {reading.length} frames, numbered from 0; start={start} is past the last.")
+        stop = reading.length if stop is None else min(stop, reading.length)
+        length = stop - start
+        _enough(length, str(path))
+    rate = reading.rate_hz if rate_hz is None else rate_hz
+    timed = reading.timed or rate is not None
+    return SignalSource(str(path), reading.samples, length, rate, timed, start, reading.read, stop)
+
+
+def _open(path: Path, cut: Cut, channel: int | None, *, long_only: bool) -> Reading:
+    suffix = path.suffix.lower()
+    if not path.is_file():
+        raise DataError(f"{path}: {'is a folder' if path.is_dir() else 'there is no such file'}; check the path.")
+    if suffix not in SUPPORTED:
+        raise DataError(f"{path}: files of type {suffix or '(none)'} are not read; give one of {', '.join(SUPPORTED)}.")
+    if channel is not None and suffix != ".wav":
+        raise DataError(f"{path}: channel={channel} chooses in a WAVE file, and this is none; leave it out.")
+    if suffix == ".wav":
+        return open_recording(path, cut, channel)
+    reading, is_long = open_array(path, cut) if suffix == ".npy" else open_text(path, cut)
+    if long_only and not is_long:
+        raise DataError(
+            f"{path}: holds frames already, of {reading.samples} samples; leave frame_samples and hop_samples out, "
+            "which cut a long recording."
+        )
+    return reading
+
+
+def _checked(raw: Any, where: str) -> Array:
+    """Return a frame's own float64 samples, all finite and not all equal."""
+    samples = np.array(raw, dtype=np.float64)
+    bad = np.flatnonzero(~np.isfinite(samples))
+    if bad.size:
+        raise DataError(
+            f"{where}: {bad.size} of {samples.size} samples are NaN or infinite, the first is sample {bad[0]}; replace "
+            "them, or choose other frames with start and stop."
+        )
+    if samples.min() == samples.max():
+        raise DataError(
+            f"{where}: all its samples are {samples[0]:g}; a constant signal has no noise to compare an object with."
+        )
+    return samples
+
+
+def _enough(frames: int, name: str) -> None:
+    if frames == 0:
+        raise DataError(f"{name}: holds no frame in the part asked for.")
+    if frames == 1:
+        raise DataError(f"{name}: gives one frame only; evidence is accumulated over frames, so give at least two.")

@@ -1,0 +1,245 @@
+"""`elusive track signal` as a new user meets it: in an empty folder, with files of every kind and every mistake."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import psutil
+import pytest
+import yaml
+from scipy.io import wavfile
+
+from elusive.cli import main
+from elusive.io import read_signal_tracks_csv
+from elusive.sensors.waveform import NoiseObject, NoiseObjectPath
+
+PROGRAM = [sys.executable, "-c", "from elusive.cli import main; main()"]
+WRITTEN = ["config.yaml", "report.html", "report.png", "result.nc", "tracks.csv"]
+QUICK = ["--smoothing", "0.9", "--max-velocity", "3"]  # a short memory: the law of noise is soon simulated
+SAMPLES, FRAMES = 300, 60
+Run = Callable[..., tuple[int, str]]
+
+
+@pytest.fixture
+def elusive_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Run:
+    """Run a command in an empty folder: its exit code, and all it said on one line without the frames round it."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "300")
+
+    def run(*arguments: object) -> tuple[int, str]:
+        code: Any = 0
+        try:
+            main([str(argument) for argument in arguments])
+        except SystemExit as end:
+            code = end.code or 0
+        said = "".join(capfd.readouterr())
+        return code, " ".join(said.translate(str.maketrans("│╭╮╰╯─", "      ")).split())
+
+    return run
+
+
+def noise_object() -> tuple[np.ndarray, np.ndarray]:
+    scene = NoiseObject(shape=(SAMPLES,), background_deviation=0.5)
+    path = NoiseObjectPath(start=(100.0,), velocity=(2.0,), appears=10)
+    drawn = scene.simulate_sequence(FRAMES, [path], np.random.default_rng(1))
+    return drawn.frames, drawn.truth[:, 0, 0]
+
+
+def save(folder: Path, form: str) -> list[object]:
+    """Save the signal in a form; the arguments that read it."""
+    frames, _ = noise_object()
+    path = folder / f"signal.{form.partition('-')[0]}"
+    if form == "npy":
+        np.save(path, frames)
+    elif form == "npy-long":
+        np.save(path, frames.ravel())
+        return ["signal.npy", "--frame-samples", SAMPLES]
+    elif form == "csv":
+        header = ",".join(["time_s", *(f"s{k}" for k in range(SAMPLES))])
+        table = np.column_stack([np.arange(FRAMES) / 10, frames])
+        np.savetxt(path, table, delimiter=",", header=header, comments="", fmt="%.17g")
+    elif form == "txt-long":
+        np.savetxt(path, frames.ravel(), fmt="%.17g")
+        return ["signal.txt", "--frame-samples", SAMPLES]
+    else:
+        both = np.column_stack([np.zeros(frames.size), frames.ravel() / 8])
+        wavfile.write(path, 10 * SAMPLES, (2**15 * both).astype(np.int16))
+        return ["signal.wav", "--frame-samples", SAMPLES, "--channel", "1"]
+    return [path.name]
+
+
+@pytest.mark.parametrize("form", ["npy", "npy-long", "csv", "txt-long", "wav"])
+def test_every_form_of_a_signal_gives_the_same_tracks(elusive_in: Run, tmp_path: Path, form: str) -> None:
+    timed = form in ("csv", "wav")
+    code, said = elusive_in(
+        "track", "signal", *save(tmp_path, form), "--out", "out", *QUICK, *([] if timed else ["--rate-hz", "10"])
+    )
+    assert code == 0, said
+    assert "One object was found" in said
+    assert "Written to out: tracks.csv, result.nc, report.html, report.png, config.yaml" in said
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == WRITTEN
+    rows = read_signal_tracks_csv(tmp_path / "out" / "tracks.csv")
+    truth = noise_object()[1]
+    confirmed = {round(10 * row.time_s): row for row in rows if row.status == "confirmed"}
+    assert len(confirmed) > 25
+    for frame, row in confirmed.items():
+        assert abs((row.x - truth[frame] + 150) % 300 - 150) <= 5
+    assert np.mean([row.vx for row in confirmed.values()]) == pytest.approx(20.0, abs=2.0)
+
+
+def test_options_go_before_the_configuration_and_that_before_the_defaults(elusive_in: Run, tmp_path: Path) -> None:
+    (tmp_path / "c.yaml").write_text("object_size: 7\nfilter: {smoothing: 0.8, max_velocity: 2}\nseed: 4\n")
+    code, said = elusive_in(
+        "track", "signal", *save(tmp_path, "npy"), "--out", "out", "--config", "c.yaml", "--smoothing", "0.9",
+        "--statistic", "std", "--border", "bounded", "--probability", "0.01",
+    )  # fmt: skip
+    assert code == 0, said
+    config = yaml.safe_load((tmp_path / "out" / "config.yaml").read_text())
+    assert config["filter"]["smoothing"] == 0.9
+    assert config["filter"]["max_velocity"] == 2
+    assert config["statistic"] == {"kind": "std", "window": 7, "border": "cut"}
+    assert (config["seed"], config["false_alarm"]["probability"]) == (4, 0.01)
+
+
+def good(folder: Path, *arguments: object) -> list[object]:
+    return [*save(folder, "npy"), *arguments]
+
+
+def option(*arguments: object) -> Callable[[Path], list[object]]:
+    return lambda folder: good(folder, *arguments)
+
+
+def array(values: Any, *arguments: object) -> Callable[[Path], list[object]]:
+    def make(folder: Path) -> list[object]:
+        np.save(folder / "signal.npy", values)
+        return ["signal.npy", *arguments]
+
+    return make
+
+
+def text(content: str, *arguments: object) -> Callable[[Path], list[object]]:
+    def make(folder: Path) -> list[object]:
+        (folder / "signal.csv").write_text(content)
+        return ["signal.csv", *arguments]
+
+    return make
+
+
+def truth(content: str) -> Callable[[Path], list[object]]:
+    def make(folder: Path) -> list[object]:
+        (folder / "truth.txt").write_text(content)
+        return good(folder, "--truth", "truth.txt", *QUICK)
+
+    return make
+
+
+def put(place: tuple[int, ...], value: float) -> np.ndarray:
+    frames = noise_object()[0].copy()
+    frames[place] = value
+    return frames
+
+
+@pytest.mark.parametrize(
+    ("make", "sentence"),
+    [
+        (
+            array(put((40, 7), np.nan), *QUICK),
+            "signal.npy, frame 40: 1 of 300 samples are NaN or infinite, the first is",
+        ),
+        (array(put((30,), 2.0), *QUICK), "signal.npy, frame 30: all its samples are 2; a constant signal"),
+        (array(np.ones((20, 50))), "signal.npy, frame 0: all its samples are 1"),
+        (array(noise_object()[0][:1]), "signal.npy: gives one frame only"),
+        (array(noise_object()[0][:, :4]), "signal.npy: frames of 4 samples are shorter than the window of 5"),
+        (array(noise_object()[0][:, :, None]), "has shape (60, 300, 1); a signal is an array (time, sample)"),
+        (array(noise_object()[0] + 0j), "holds complex128 values"),
+        (array(noise_object()[0] + 50), "signal.npy, frame 0: its mean, 49.9"),
+        (array(np.zeros(0)), "signal.npy"),
+        (text("-3,2,-1,3,1,-2\n1,2\n"), "signal.csv, line 2: has 2 cells"),
+        (text("-3,2,-1,3,1,-2\n1,two,3,4,5,6\n"), "signal.csv, line 2, field 2: 'two' is no number"),
+        (text(""), "signal.csv: holds no line of numbers"),
+        (lambda folder: ["none.npy"], "none.npy: there is no such file"),
+        (lambda folder: ["."], "is a folder"),
+        (option("--window", "4"), "must be odd"),
+        (option("--window", "301"), "shorter than the window of 301"),
+        (option("--smoothing", "1"), "smoothing: must be less than 1"),
+        (option("--smoothing", "-0.5"), "smoothing: must be greater than or equal to 0"),
+        (option("--statistic", "mean"), "'mean' is not one of"),
+        (
+            option("--statistic", "dot", "--mode", "replacing"),
+            "--mode: has no meaning for statistic 'dot', only for llr",
+        ),
+        (option("--frame-samples", "50"), "holds frames already, of 300 samples"),
+        (option("--channel", "0"), "chooses in a WAVE file, and this is none"),
+        (option("--rate-hz", "0"), "must be a positive number of frames a second"),
+        (option("--start", "60"), "start=60 is past the last"),
+        (option("--max-velocity", "1e6"), "more than half of the machine's"),
+        (option("--source", "frame"), "frames of 300 samples are too short to tell, each by itself, what noise does"),
+        (option("--calibration-frames", "60"), "all of them taken for calibration"),
+        (option("--object-sise", "5"), "No such option"),
+        (truth("1\n2\n"), "truth: has 2 rows for 60 frames"),
+        (truth("1\nhere\n"), "truth.txt, line 2: 'here' is no place"),
+    ],
+)
+def test_bad_input_is_one_sentence_and_leaves_nothing(
+    elusive_in: Run,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    make: Callable[[Path], list[object]],
+    sentence: str,
+) -> None:
+    monkeypatch.setattr(psutil, "virtual_memory", lambda: type("Memory", (), {"total": 10**9}))
+    arguments = make(tmp_path)
+    before = sorted(tmp_path.rglob("*"))
+    code, said = elusive_in("track", "signal", *arguments, "--out", "deep/out")
+    assert code == 2
+    assert sentence in said
+    assert "Traceback" not in said
+    assert said.count("Error") == 1
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_out_that_is_a_file_is_left_alone(elusive_in: Run, tmp_path: Path) -> None:
+    (tmp_path / "out").write_text("precious")
+    code, said = elusive_in("track", "signal", *save(tmp_path, "npy"), "--out", "out")
+    assert code == 2
+    assert "out: is a file" in said
+    assert (tmp_path / "out").read_text() == "precious"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
+def test_ctrl_c_leaves_nothing(tmp_path: Path) -> None:
+    np.save(tmp_path / "long.npy", np.random.default_rng(4).standard_normal((15_000, 1000)).astype(np.float32))
+    command = [*PROGRAM, "track", "signal", "long.npy", "--out", "deep/out"]
+    with subprocess.Popen(
+        command, cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, start_new_session=True
+    ) as process:
+        until = time.monotonic() + 60
+        while not any((tmp_path / "deep").glob(".*.part")):
+            assert process.poll() is None, process.communicate()
+            assert time.monotonic() < until
+            time.sleep(0.005)
+        time.sleep(1.0)
+        assert process.poll() is None  # in the middle of it
+        os.kill(process.pid, signal.SIGINT)
+        out, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "Traceback" not in err
+    assert "Written" not in out + err
+    assert [path.name for path in tmp_path.iterdir()] == ["long.npy"]
+
+
+def test_help_names_what_the_documentation_names(elusive_in: Run) -> None:
+    code, said = elusive_in("track", "signal", "--help")
+    assert code == 0
+    page = (Path(__file__).parents[1] / "docs" / "signals.md").read_text(encoding="utf-8")
+    for flag in {*re.findall(r"--[a-z][a-z-]+", page)} - {"--out"}:
+        assert re.search(rf"{flag}\b", said), flag
