@@ -74,7 +74,7 @@ def test_follows_a_turn_that_no_straight_trajectory_does() -> None:
         (np.zeros((1, 8)), "one frame only"),
         (np.zeros((2, 2, 2, 2)), "has shape"),
         (np.where(np.arange(24).reshape(3, 8) == 17, np.inf, 0.0), "frame 2 is not finite"),
-        (np.broadcast_to(0.0, (10**5, 10**4, 10**4)), "90002 GB"),
+        (np.broadcast_to(0.0, (10**5, 10**4, 10**4)), "need 90,00[0-9.]+ GB"),
     ],
     ids=["one frame", "4-D", "infinite", "memory"],
 )

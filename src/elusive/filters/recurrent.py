@@ -10,7 +10,6 @@ from functools import cached_property
 from typing import Any, Literal, NamedTuple, Self
 
 import numpy as np
-import psutil
 from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_validator
@@ -19,6 +18,7 @@ from elusive.contracts import Array
 from elusive.errors import DataError, ParameterError
 from elusive.filters._accumulated import Accumulated, work_cells
 from elusive.filters._accumulated import Map as Map
+from elusive.filters._memory import refuse_beyond_half
 from elusive.filters._recurrent_mixture import Mixture, adjacent, any_other, by_matrix
 from elusive.filters.velocity_bank import VelocityBank
 from elusive.model import FROM_RECORDING, Probability
@@ -98,13 +98,9 @@ class RecurrentFilter(VelocityBank):
             If it is more than half.
         """
         needed = self.memory_bytes(shape)
-        total = psutil.virtual_memory().total if machine_bytes is None else machine_bytes
-        if needed > total / 2:
-            raise DataError(
-                f"evidence: {self.count(len(shape))} velocities over {' x '.join(map(str, shape))} samples need "
-                f"{needed / 1e9:.3g} GB, more than half of the machine's {total / 1e9:.3g} GB; take fewer velocities, "
-                "single precision or smaller frames."
-            )
+        what = f"evidence: {self.count(len(shape))} velocities over {' x '.join(map(str, shape))} samples"
+        remedy = "take fewer velocities, single precision or smaller frames"
+        refuse_beyond_half(needed, what, remedy, machine_bytes)
         return needed
 
     def init(self, rng: Generator) -> RecurrentState:

@@ -6,14 +6,15 @@ filter in three dimensions of Reed, Gagliardi and Shao (1983), evaluated for eve
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Literal, NamedTuple
 
 import numpy as np
-import psutil
 from numpy.typing import NDArray
 
 from elusive.contracts import Array
 from elusive.errors import DataError
+from elusive.filters._memory import refuse_beyond_half
 from elusive.filters.velocity_bank import VelocityBank
 
 
@@ -61,10 +62,7 @@ class BatchMaximum(VelocityBank):
         """
         from elusive.filters import _trajectory_kernels as kernels
 
-        given = np.shape(evidence)
-        if 2 <= len(given) <= 3:
-            refuse_beyond_memory(self.memory_bytes(given), f"a search of {given[0]} frames of {given[1:]} cells")
-        stack = as_stack(evidence)
+        stack = as_stack(evidence, self.memory_bytes)
         placed = self._placed(stack.ndim - 1, len(stack))
         # rows and columns, from each frame to the last
         back = np.zeros((len(placed), len(stack), 2), dtype=np.int64)
@@ -108,14 +106,20 @@ class BatchMaximum(VelocityBank):
         return np.rint(moved).astype(np.int64)
 
 
-def as_stack(evidence: Array) -> Array:
-    """Return evidence as a C-ordered float64 stack ``(T, *shape)``.
+def as_stack(evidence: Array, memory_bytes: Callable[[tuple[int, ...]], int]) -> Array:
+    """Return evidence as a C-ordered float64 stack ``(T, *shape)`` for a search that needs so much memory.
 
     Raises
     ------
     DataError
-        If it is no stack of two or more 1-D or 2-D frames, or not finite.
+        If it is no stack of two or more 1-D or 2-D frames, or not finite; if a search of it needs more than half of
+        the machine's memory.
     """
+    given = np.shape(evidence)
+    if len(given) in (2, 3):
+        what = f"evidence: a search of {given[0]} frames of {' x '.join(map(str, given[1:]))} samples would"
+        remedy = "take fewer frames or smaller ones, or the recurrent filter, which takes one frame at a time"
+        refuse_beyond_half(memory_bytes(given), what, remedy)
     stack = np.ascontiguousarray(evidence, dtype=np.float64)
     if stack.ndim not in (2, 3) or stack.size == 0:
         raise DataError(f"evidence: has shape {stack.shape}; give (T, samples) or (T, rows, columns).")
@@ -131,13 +135,3 @@ def check_cell(cell: tuple[int, ...], shape: tuple[int, ...]) -> None:
     """Refuse a cell that is not in a frame (DataError)."""
     if len(cell) != len(shape) or not all(0 <= place < side for place, side in zip(cell, shape, strict=True)):
         raise DataError(f"cell {tuple(cell)}: is none of a frame of {shape} cells; give an index of its array.")
-
-
-def refuse_beyond_memory(needed: int, what: str) -> None:
-    """Refuse what needs more than half of the machine's memory (DataError)."""
-    total = psutil.virtual_memory().total
-    if needed > total / 2:
-        raise DataError(
-            f"{what} needs {needed / 1e9:.0f} GB, more than half of the machine's {total / 1e9:.0f} GB; "
-            "take fewer frames or smaller ones, or the recurrent filter, which needs one frame at a time."
-        )

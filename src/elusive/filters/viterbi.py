@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from elusive.contracts import Array
-from elusive.filters.trajectories import Trajectory, as_stack, check_cell, refuse_beyond_memory
+from elusive.filters.trajectories import Trajectory, as_stack, check_cell
 from elusive.model import Model
 
 
@@ -65,10 +65,7 @@ class Viterbi(Model):
         """
         from elusive.filters import _trajectory_kernels as kernels
 
-        given = np.shape(evidence)
-        if 2 <= len(given) <= 3:
-            refuse_beyond_memory(self.memory_bytes(given), f"a search of {given[0]} frames of {given[1:]} cells")
-        stack = as_stack(evidence)
+        stack = as_stack(evidence, self.memory_bytes)
         planes = stack.reshape(len(stack), -1, stack.shape[-1])
         moves = np.empty((len(stack) - 1, *planes.shape[1:]), dtype=self._code(stack.ndim - 1))
         reach = (self.max_velocity if stack.ndim == 3 else 0, self.max_velocity)

@@ -3,7 +3,7 @@
 from elusive.io._asterix_items import TargetReport
 from elusive.io.ais import AisPosition, read_ais
 from elusive.io.asterix import AsterixSummary, asterix_plots, read_asterix, summarize_asterix
-from elusive.io.atomic import atomic_folder, atomic_path
+from elusive.io.atomic import atomic_folder, atomic_path, existing_folder
 from elusive.io.exports import write_geojson, write_mot_csv, write_netcdf
 from elusive.io.frames import FrameSource, open_frames
 from elusive.io.radar_plots import RadarSource, open_radar_plots, write_radar_plots_csv
@@ -28,6 +28,7 @@ __all__ = [
     "asterix_plots",
     "atomic_folder",
     "atomic_path",
+    "existing_folder",
     "open_frames",
     "open_radar_plots",
     "open_signal",

@@ -78,6 +78,22 @@ def atomic_folder(out: str | os.PathLike[str]) -> Iterator[Path]:
                 parent.rmdir()
 
 
+def existing_folder(out: str | os.PathLike[str]) -> Path:
+    """Return a folder, made if need be, for results that are added to it one by one.
+
+    Raises
+    ------
+    DataError
+        If it is a file or cannot be made.
+    """
+    folder = Path(out)
+    if folder.exists() and not folder.is_dir():
+        raise DataError(f"{out}: is a file; give the name of a folder.")
+    with _refused(out):
+        folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
 @contextmanager
 def _refused(out: str | os.PathLike[str]) -> Iterator[None]:
     """Turn a refusal of the system into a sentence."""

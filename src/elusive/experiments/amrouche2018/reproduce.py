@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import get_args
 
 from elusive.campaign import CampaignConfig, Progress, run_campaign
-from elusive.errors import DataError, ParameterError
+from elusive.errors import ParameterError
 from elusive.experiments.amrouche2018.figures import FIGURES, SNRS_DB
 from elusive.experiments.amrouche2018.table import Cell, summarise, write_summary
 from elusive.experiments.amrouche2018.trial import SCENARIO, FilterName
-from elusive.io import atomic_folder
+from elusive.io import atomic_folder, existing_folder
 
 DEFAULT_TRIALS = 200
 
@@ -59,12 +59,7 @@ def reproduce(
         seed=seed,
     )
     store = out / f"campaign-{'-'.join(motions)}-{len(filters)}x{trials}-seed{seed}.zarr"
-    if out.exists() and not out.is_dir():
-        raise DataError(f"{out}: is a file; give the name of a folder.")
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise DataError(f"{out}: cannot be written ({error.strerror}); check its parent and permissions.") from None
+    existing_folder(out)
     results = run_campaign(SCENARIO, configuration, store, executor=executor, on_progress=on_progress).load()
     cells = summarise(results)
     with atomic_folder(out) as folder:

@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from elusive.campaign import CampaignConfig, Progress, run_campaign
-from elusive.errors import DataError, ParameterError
+from elusive.errors import ParameterError
 from elusive.experiments.mazurek2013.figures import FIGURES, Point, curves, draw, write_curves
 from elusive.experiments.mazurek2013.table import METHODS, SIGMAS, SIZES, Cell, summarise, write_table
 from elusive.experiments.mazurek2013.trial import METHODS as EVERY_METHOD
 from elusive.experiments.mazurek2013.trial import SCENARIO, SMOOTHINGS
-from elusive.io import atomic_folder
+from elusive.io import atomic_folder, existing_folder
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -63,12 +63,7 @@ def reproduce(
     if unknown:
         raise ParameterError(f"{unknown[0]!r}: mazurek2013 has no such figure; known are {', '.join(TARGETS)}.")
     chosen = {name: figure for name, figure in FIGURES.items() if name in (targets or TARGETS)}
-    if out.exists() and not out.is_dir():
-        raise DataError(f"{out}: is a file; give the name of a folder.")
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise DataError(f"{out}: cannot be written ({error.strerror}); check its parent and permissions.") from None
+    existing_folder(out)
 
     def results(name: str, cases: int, grid: dict[str, Any], parameters: dict[str, Any]) -> xr.Dataset:
         configuration = CampaignConfig(
