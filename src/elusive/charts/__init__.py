@@ -1,0 +1,32 @@
+"""What a chart knows of where a target can be: land with its imprecision, and the probability of water."""
+
+from typing import Annotated
+
+from pydantic import Field
+
+from elusive.charts.coast import ChartedArea, Coast
+from elusive.charts.exact import ExactWater
+from elusive.charts.field import FieldWater
+from elusive.charts.grid import GridWater
+from elusive.charts.hard import HardWater
+from elusive.charts.interval import IntervalWater
+from elusive.charts.nearest import NearestWater
+from elusive.charts.water import Water, WaterModel
+
+AnyWater = Annotated[
+    HardWater | NearestWater | GridWater | ExactWater | FieldWater, Field(discriminator="kind", description="P(water)")
+]
+
+__all__ = [
+    "AnyWater",
+    "ChartedArea",
+    "Coast",
+    "ExactWater",
+    "FieldWater",
+    "GridWater",
+    "HardWater",
+    "IntervalWater",
+    "NearestWater",
+    "Water",
+    "WaterModel",
+]

@@ -1,0 +1,81 @@
+"""Imprecision from CATZOC and QUAPOS, and the areas where it holds."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import shapely
+
+from elusive.charts.projection import LocalFrame
+from elusive.charts.quality import Imprecision, coast_sigma, quality_areas
+from elusive.errors import ParameterError
+
+from .scenes import FRAME, drawn, real_cell
+
+SEA = shapely.box(-5000, -5000, 5000, 5000)
+
+
+def test_limits_of_95_percent_in_two_dimensions():
+    stated = np.array([5.0, 20.0, 50.0, 500.0])  # S-57, CATZOC A1 to C
+    one_axis = stated / np.sqrt(-2 * np.log(0.05))
+    sigma = Imprecision().of(np.arange(1, 5), np.zeros(4, np.int64))
+    np.testing.assert_allclose(sigma, one_axis, rtol=5e-3)
+
+
+def test_what_has_no_limit_takes_that_of_c():
+    sigma = Imprecision().of(np.array([4, 5, 6, 0, 99]), np.zeros(5, np.int64))
+    assert sigma.tolist() == [204.0] * 5
+
+
+def test_low_accuracy_of_the_coast_itself():
+    sigma = Imprecision(low_accuracy_factor=3).of(np.full(5, 1), np.array([0, 1, 4, 10, 11]))
+    np.testing.assert_allclose(sigma, [2.04, 2.04, 6.12, 2.04, 2.04])
+
+
+def test_what_the_caller_knows_goes_before():
+    assert Imprecision(sigma_m=7).of(np.array([1, 4, 6]), np.array([0, 4, 0])).tolist() == [7, 7, 7]
+    with pytest.raises(ParameterError, match="sigma_m"):
+        Imprecision(sigma_m=0)
+    with pytest.raises(ParameterError, match="low_accuracy_factor"):
+        Imprecision(low_accuracy_factor=0.5)
+
+
+def test_a_position_has_the_imprecision_of_the_nearest_coast():
+    rng = np.random.default_rng(3)
+    islands = [shapely.Point(x, y).buffer(400) for x in range(-4000, 4001, 2000) for y in range(-4000, 4001, 2000)]
+    grade = rng.integers(1, 7, len(islands))
+    quapos = rng.choice([0, 4], len(islands))
+    zones = [island.buffer(100) for island in islands]
+    chart = drawn("sea", islands, SEA, zones=zones, catzoc=grade, edge_quality=quapos)
+    areas = quality_areas(chart, FRAME, Imprecision())
+    expected = Imprecision().of(grade, quapos)
+    assert [area.sigma_m for area in areas] == np.unique(expected).tolist()
+
+    places = rng.uniform(-4900, 4900, (2000, 2))
+    distance = shapely.distance(shapely.points(places)[:, None], np.array([s.boundary for s in islands])[None])
+    first, second = np.sort(distance, axis=1)[:, :2].T
+    clear = second - first > 300  # the split is drawn by places 200 m apart
+    inside = np.column_stack([shapely.contains_xy(area.area, *places.T) for area in areas])
+    np.testing.assert_array_equal(inside.sum(axis=1), 1)
+    assert clear.mean() > 0.6
+    found = np.array([area.sigma_m for area in areas])[inside.argmax(axis=1)]
+    np.testing.assert_array_equal(found[clear], expected[distance.argmin(axis=1)][clear])
+
+
+def test_areas_fill_the_coverage():
+    chart = real_cell("US5MD1MC")
+    frame = LocalFrame.about([chart])
+    areas = quality_areas(chart, frame, Imprecision())
+    covered = shapely.union_all(frame.project(chart.coverage)).area
+    assert sum(area.area.area for area in areas) == pytest.approx(covered, rel=1e-9)
+    assert shapely.union_all([area.area for area in areas]).area == pytest.approx(covered, rel=1e-9)
+    assert [area.sigma_m for area in areas] == [2.04, 20.4, 40.8, 204.0, 408.0]
+
+
+def test_a_coast_without_zones_is_unassessed_and_a_sea_without_coast_too():
+    chart = drawn("sea", [shapely.box(0, 0, 100, 100)], SEA)
+    assert coast_sigma(chart, FRAME, Imprecision())[1].tolist() == [204.0]
+    open_sea = drawn("sea", [], SEA)
+    (area,) = quality_areas(open_sea, FRAME, Imprecision(sigma_u_m=50))
+    assert area.sigma_m == 50
+    assert area.area.area == pytest.approx(1e8, rel=1e-5)
