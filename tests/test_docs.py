@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import json
 import pkgutil
 import re
 import shlex
@@ -74,6 +75,8 @@ def test_command_runs(line: str, tmp_path: Path) -> None:
         frame = np.clip(100 + scene + rng.normal(0, 3, scene.shape), 0, 255).astype(np.uint8)
         Image.fromarray(frame).save(folder / f"frame{number}.png")
     np.save(tmp_path / "signal.npy", rng.standard_normal((40, 300)))
+    land = {"type": "Polygon", "coordinates": [[[0, 0], [0.02, 0], [0.02, 0.01], [0, 0.01], [0, 0]]]}
+    (tmp_path / "coast.geojson").write_text(json.dumps(land), encoding="utf-8")
     for other in blocks(COMMANDS[line].page):
         name = re.match(r"# (\S+\.yaml)\n", other.text)
         if other.language == "yaml" and name:
@@ -84,8 +87,11 @@ def test_command_runs(line: str, tmp_path: Path) -> None:
         [*words, *FEWER.get(words[2], [])], cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False
     )
     assert found.returncode == 0, found.stdout + found.stderr
-    out = tmp_path / words[words.index("--out") + 1]
-    assert any(out.iterdir())
+    written = {"--out", "--figure"} & set(words)
+    for option in written:
+        out = tmp_path / words[words.index(option) + 1]
+        assert out.is_file() or any(out.iterdir())
+    assert written
 
 
 def test_readme_tells_what_the_demonstration_finds(tmp_path: Path) -> None:
