@@ -2,6 +2,19 @@
 
 from elusive.sensors.clutter import ClutterSensor, NoiseTail, fit_tail
 from elusive.sensors.image import ImageSensor
+from elusive.sensors.radar import RadarSensor
+from elusive.sensors.radar_births import RadarBirth, ScanPrior
 from elusive.sensors.waveform import NoiseObject, NoiseObjectPath, NoiseRecording
 
-__all__ = ["ClutterSensor", "ImageSensor", "NoiseObject", "NoiseObjectPath", "NoiseRecording", "NoiseTail", "fit_tail"]
+__all__ = [
+    "ClutterSensor",
+    "ImageSensor",
+    "NoiseObject",
+    "NoiseObjectPath",
+    "NoiseRecording",
+    "NoiseTail",
+    "RadarBirth",
+    "RadarSensor",
+    "ScanPrior",
+    "fit_tail",
+]

@@ -1,0 +1,179 @@
+"""What a radar sees: its place, its errors, its field of view, and states drawn from a plot.
+
+Measurements of Bootsveld (2012), section 5.1.1, whose Doppler has the other sign. Range and Doppler are Gaussian about
+their exact values and the bearing is wrapped, so that the banana-shaped error of a place is right at any range; what
+falls outside the field of view, a negative range for one, is cut off.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import ArrayLike, NDArray
+from pydantic import Field, model_validator
+
+from elusive.contracts import VX, VY, Array, X, Y
+from elusive.errors import DataError, ParameterError
+from elusive.io.radar_scans import TURN_RAD, RadarPlot, RadarScan, scan_of
+from elusive.model import FROM_RECORDING, Model, NonNegative, Positive
+
+
+class RadarView(Model):
+    """Range, bearing (clockwise from north; x east, y north) and range rate, with their errors and limits."""
+
+    x_m: float = Field(0.0, description="East of the origin, the radar's place [m]", json_schema_extra=FROM_RECORDING)
+    y_m: float = Field(0.0, description="North of the origin, the radar's place [m]", json_schema_extra=FROM_RECORDING)
+    range_sd_m: Positive = Field(10.0, description="Deviation of a range, sigma_r [m]")
+    bearing_sd_mrad: Positive = Field(1.0, le=500, description="Deviation of a bearing, sigma_b [mrad]")
+    doppler_sd_mps: Positive = Field(3.0, description="Deviation of a range rate, sigma_d [m/s]")
+    min_range_m: NonNegative = Field(0.0, description="Least range in view [m]")
+    max_range_m: Positive | None = Field(
+        None, description="Greatest range in view; none: no limit. Needed with false alarms [m]"
+    )
+    from_bearing_deg: float = Field(0.0, ge=0, lt=360, description="Sector in view, clockwise from this bearing [deg]")
+    to_bearing_deg: float = Field(360.0, gt=0, le=360, description="Sector in view, clockwise to this bearing [deg]")
+
+    @model_validator(mode="after")
+    def _wide_enough(self) -> Self:
+        low, high, half = self.limits
+        if not high - low >= self.range_sd_m:
+            raise ParameterError(
+                f"max_range_m: the view from {low:g} to {high:g} m is narrower than range_sd_m={self.range_sd_m:g}; "
+                "give a greater range."
+            )
+        if not 2 * half >= self.bearing_sd_rad:
+            raise ParameterError(
+                f"to_bearing_deg: the sector from {self.from_bearing_deg:g} to {self.to_bearing_deg:g} degrees is "
+                "narrower than the bearing's deviation; give a wider one (0 to 360 is all round)."
+            )
+        return self
+
+    def measured(self, states: Array) -> tuple[Array, Array, Array]:
+        """Range [m], bearing [rad] and range rate [m/s] of each state without noise, each ``(N,)``."""
+        east, north = states[:, X] - self.x_m, states[:, Y] - self.y_m
+        distance, bearing = np.hypot(east, north), np.arctan2(east, north)
+        return distance, bearing, np.sin(bearing) * states[:, VX] + np.cos(bearing) * states[:, VY]
+
+    def scattered(self, range_m: Array, bearing_rad: Array, rng: Generator) -> tuple[Array, Array]:
+        """Draw ranges [m] and bearings [rad] about places in view, with the radar's errors but within its view."""
+
+        def drawn(centre: Array, sd: float, seen: Callable[[Array], NDArray[np.bool_]]) -> Array:
+            values = rng.normal(centre, sd)
+            while (out := ~seen(values)).any():
+                values[out] = rng.normal(centre[out], sd)
+            return values
+
+        distance = drawn(range_m, self.range_sd_m, lambda v: self.sees(v, self.middle_rad))
+        return distance, drawn(bearing_rad, self.bearing_sd_rad, lambda v: self.sees(distance, v))
+
+    def in_view(self, measurement: RadarScan | RadarPlot) -> RadarScan:
+        """Check a scan, or a plot alone, and leave out the plots that lie out of the field of view.
+
+        Raises
+        ------
+        DataError
+            If the arrays differ in length, a number is not finite (a Doppler may be NaN), a range is below zero or a
+            bearing not from 0 to below 2 pi.
+        """
+        scan = scan_of(measurement.time_s, [measurement]) if isinstance(measurement, RadarPlot) else measurement
+        if not isinstance(scan, RadarScan):
+            raise DataError(f"radar: measurement is {type(scan).__name__}; give a RadarScan or a RadarPlot.")
+        table = [np.asarray(part, dtype=np.float64) for part in scan[1:]]
+        if not (math.isfinite(scan.time_s) and all(part.shape == (table[0].size,) for part in table)):
+            raise DataError(
+                f"scan at {scan.time_s:g} s: needs a finite time, and arrays that hold a number for each plot."
+            )
+        times_s, range_m, bearing_rad, doppler_mps = table
+        sound = np.isfinite(times_s - scan.time_s) & (range_m >= 0) & np.isfinite(range_m) & ~np.isinf(doppler_mps)
+        sound &= (bearing_rad >= 0) & (bearing_rad < TURN_RAD)
+        if not sound.all():
+            bad = int(np.argmin(sound))
+            raise DataError(
+                f"scan at {scan.time_s:g} s, plot {bad}: time {times_s[bad]:g} s, range {range_m[bad]:g} m, bearing "
+                f"{bearing_rad[bad]:g} rad, Doppler {doppler_mps[bad]:g} m/s; give a finite time, a range from 0, a "
+                "bearing from 0 to below 2 pi, and a Doppler or NaN."
+            )
+        inside = self.sees(range_m, bearing_rad)
+        return RadarScan(float(scan.time_s), *(part[inside] for part in table))
+
+    def draw_births(self, scan: RadarScan | RadarPlot, n: int, rng: Generator, speed_sd_mps: float = 5.0) -> Array:
+        """Draw states that explain a scan: each of a plot taken at random, within the radar's errors and its view.
+
+        The velocity along the line of sight is the Doppler's; across, and where there is none, Gaussian about zero.
+
+        Parameters
+        ----------
+        scan
+            A scan, or a plot alone.
+        n
+            Number of states.
+        rng
+            Source of randomness.
+        speed_sd_mps
+            Deviation of a velocity that is not measured, on each axis [m/s].
+
+        Returns
+        -------
+        ndarray
+            ``(n, 4)`` x, vx, y, vy at the scan's time.
+
+        Raises
+        ------
+        DataError
+            If a plot is no measurement, or none lies in the field of view.
+        """
+        scan = self.in_view(scan)
+        if not len(scan.range_m):
+            raise DataError(f"scan at {scan.time_s:g} s: has no plot in the field of view; draw from one that has.")
+        of = rng.integers(len(scan.range_m), size=n)
+        distance, bearing = self.scattered(scan.range_m[of], scan.bearing_rad[of], rng)
+        told = np.isfinite(scan.doppler_mps)[of]
+        along = rng.normal(np.where(told, scan.doppler_mps[of], 0.0), np.where(told, self.doppler_sd_mps, speed_sd_mps))
+        across = rng.normal(0.0, speed_sd_mps, n)
+        sin, cos = np.sin(bearing), np.cos(bearing)
+        vx, vy = along * sin + across * cos, along * cos - across * sin
+        before = scan.time_s - scan.times_s[of]
+        x, y = self.x_m + distance * sin + before * vx, self.y_m + distance * cos + before * vy
+        return np.column_stack([x, vx, y, vy])
+
+    @cached_property
+    def bearing_sd_rad(self) -> float:
+        """Deviation of a bearing [rad]."""
+        return self.bearing_sd_mrad / 1000
+
+    @cached_property
+    def middle_rad(self) -> float:
+        """Bearing of the middle of the sector in view [rad]."""
+        return math.radians(self.from_bearing_deg) + self.limits[2]
+
+    @cached_property
+    def limits(self) -> tuple[float, float, float]:
+        """Least and greatest range, and half the width of the sector [rad]; pi is all round."""
+        width = self.to_bearing_deg - self.from_bearing_deg
+        half = math.pi if width == 360 else math.radians(width % 360 / 2)
+        return float(self.min_range_m), math.inf if self.max_range_m is None else self.max_range_m, half
+
+    def sees(self, range_m: ArrayLike, bearing_rad: ArrayLike) -> NDArray[np.bool_]:
+        """Whether places lie in the field of view, ``(N,)``."""
+        low, high, half = self.limits
+        distance = np.asarray(range_m)
+        off = np.abs(wrapped(np.asarray(bearing_rad) - self.middle_rad, TURN_RAD))
+        return (distance >= low) & (distance <= high) & ((off <= half) | (half == math.pi))
+
+
+def wrapped(values: Array, period: float) -> Array:
+    """Bring values to within half a period of zero."""
+    return values - period * np.floor(values / period + 0.5)
+
+
+def check_finite(states: Array) -> None:
+    """Refuse states that lack a component or have one that is no finite number."""
+    if states.ndim != 2 or states.shape[1] < 4:
+        raise DataError(f"states: have shape {states.shape}; give one row a state, beginning x, vx, y, vy.")
+    if not math.isfinite(float(states[:, :4].sum())):
+        raise DataError("states: a component is not finite; leave out the rows of targets that are absent.")

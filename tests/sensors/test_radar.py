@@ -1,0 +1,403 @@
+"""The radar sensor against SciPy's densities, brute-force integrals, expectations that must be one, and Kalman."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.linalg import solve_discrete_are
+from scipy.stats import kstest, norm
+
+from elusive import run
+from elusive.contracts import Birth, Sensor
+from elusive.errors import DataError, ParameterError
+from elusive.filters.bernoulli import BernoulliFilter
+from elusive.filters.particle import ParticleFilter, Prior
+from elusive.io import RadarPlot, RadarScan
+from elusive.motion import ConstantAcceleration, ConstantVelocity
+from elusive.sensors import RadarBirth, RadarSensor, ScanPrior
+from tests.reference import radar as reference
+
+CLUTTERED = {"detection_probability": 0.8, "false_alarms": 6.0, "max_range_m": 400.0, "max_doppler_mps": 20.0}
+SECTOR = {"from_bearing_deg": 300.0, "to_bearing_deg": 45.0, "min_range_m": 30.0}
+WIDE = {"range_sd_m": 20.0, "bearing_sd_mrad": 300.0, "doppler_sd_mps": 2.0}
+SENSORS = {
+    "the thesis's": RadarSensor(),
+    "elsewhere": RadarSensor(x_m=-120.0, y_m=75.0, range_sd_m=25.0, bearing_sd_mrad=40.0, detection_probability=0.9),
+    "clutter": RadarSensor(**CLUTTERED),
+    "certain": RadarSensor(**CLUTTERED | {"detection_probability": 1.0}),
+    "wide errors": RadarSensor(**CLUTTERED, **WIDE),
+    "sector": RadarSensor(**CLUTTERED, **WIDE, **SECTOR),
+    "sector elsewhere": RadarSensor(**CLUTTERED, **WIDE, **SECTOR, x_m=30.0, y_m=-60.0),
+    "nearly all round": RadarSensor(**CLUTTERED, **WIDE, from_bearing_deg=5.0),
+    "worst angle": RadarSensor(**CLUTTERED, bearing_sd_mrad=500.0, to_bearing_deg=350.0),
+}
+
+
+def scan(*plots, time_s=0.0):
+    """A scan of plots (time, range, bearing, Doppler)."""
+    return RadarScan(time_s, *np.array(plots, dtype=np.float64).reshape(-1, 4).T)
+
+
+def states_near(sensor, n=700, seed=1):
+    """States all over and out of the field, some within metres of the radar."""
+    rng = np.random.default_rng(seed)
+    distance, angle = rng.uniform(0, 450, n) * rng.choice([1.0, 0.05], n), rng.uniform(-np.pi, np.pi, n)
+    x, y = sensor.x_m + distance * np.sin(angle), sensor.y_m + distance * np.cos(angle)
+    return np.column_stack([x, rng.normal(0, 8, n), y, rng.normal(0, 8, n)])
+
+
+@pytest.mark.parametrize("name", SENSORS)
+def test_it_equals_the_twin(name):
+    sensor, rng = SENSORS[name], np.random.default_rng(2)
+    states = states_near(sensor)
+    scans = [scan(time_s=4.0), scan((7.5, 180.0, 0.02, np.nan), time_s=7.0), scan((7.0, 20.0, 6.27, -9.0), time_s=7.0)]
+    if sensor.false_alarms:
+        many = rng.uniform([6.0, 0.0, 0.0, -20.0], [8.0, 420.0, 2 * np.pi, 20.0], (40, 4))
+        many[::5, 3] = np.nan
+        scans.append(scan(*many, time_s=7.0))
+    for looked in scans:
+        kept = sensor.in_view(looked)
+        with np.errstate(invalid="ignore"):
+            expected = reference.log_ratio(sensor, states, kept)
+        np.testing.assert_allclose(sensor.log_likelihood(states, looked), expected, rtol=1e-9, atol=2e-9)
+        columns = np.asfortranarray(np.column_stack([states, states[:, :2]]))
+        np.testing.assert_array_equal(sensor.log_likelihood(columns, looked), sensor.log_likelihood(states, looked))
+    inside = reference.in_view(sensor, *reference.measured(sensor, states)[:2])
+    if name not in ("the thesis's", "elsewhere"):
+        assert 0.05 < inside.mean() < 0.95
+
+
+def test_a_plot_alone_is_three_gaussians_with_the_thesis_deviations():
+    states = np.array([[-37.0, 1.0, 10_000.0, 7.0], [3_000.0, -4.0, -4_000.0, 9.0], [0.0, 0.0, -5_000.0, 3.0]])
+    distance, bearing = [10_000.06845, 5_000.0, 5_000.0], [-0.0037, 2.4980915, np.pi]
+    rate = [(-37.0 + 70_000.0) / 10_000.06845, -9.6, -3.0]
+    plot = RadarPlot(3.0, 9_991.0, 6.2805, 5.5)
+    expected = norm.logpdf(plot.range_m, distance, 10) + norm.logpdf(plot.doppler_mps, rate, 3)
+    off = (plot.bearing_rad - np.array(bearing) + np.pi) % (2 * np.pi) - np.pi
+    expected += norm.logpdf(off, 0, 1e-3)
+    np.testing.assert_allclose(RadarSensor().log_likelihood(states, plot), expected, rtol=1e-6, atol=1e-4)
+    silent = RadarSensor().log_likelihood(states, plot._replace(doppler_mps=np.nan))
+    np.testing.assert_allclose(silent, expected - norm.logpdf(5.5, rate, 3), rtol=1e-6, atol=1e-4)
+
+
+def test_the_error_of_a_bearing_is_an_arc_at_any_range():
+    sensor, off = RadarSensor(bearing_sd_mrad=400.0, x_m=5.0), np.linspace(-np.pi + 1e-9, np.pi, 300)
+    for distance in (130.0, 5_000.0):
+        bearing = (0.3 + off) % (2 * np.pi)
+        zero = np.zeros(300)
+        states = np.column_stack([5 + distance * np.sin(bearing), zero, distance * np.cos(bearing), zero])
+        log = sensor.log_likelihood(states, RadarPlot(0.0, distance, 0.3))
+        expected = norm.logpdf(off, 0, 0.4) - np.log(10 * np.sqrt(2 * np.pi))
+        np.testing.assert_allclose(log, expected, rtol=0, atol=1e-8)
+
+
+def test_what_goes_the_longer_way_round_is_nothing():
+    state, off = np.array([[0.0, 0.0, 100.0, 0.0]]), np.linspace(0, 2 * np.pi, 200, endpoint=False)
+    log = [RadarSensor(bearing_sd_mrad=500.0).log_likelihood(state, RadarPlot(0.0, 100.0, b))[0] for b in off]
+    every_way = norm.pdf(off[:, None] + reference.TURNS, 0, 0.5).sum(axis=1) * norm.pdf(0, 0, 10)
+    np.testing.assert_allclose(np.exp(log), every_way, rtol=0, atol=4e-9 * every_way[0])
+
+
+@pytest.mark.parametrize("zero", [0.0, -0.0])
+@pytest.mark.parametrize("sector", [{}, {"from_bearing_deg": 350.0, "to_bearing_deg": 20.0}])
+def test_a_target_at_the_radar_itself_has_a_likelihood(zero, sector):
+    state = np.array([[zero, 3.0, zero, 4.0]])
+    value = RadarSensor(**sector).log_likelihood(state, RadarPlot(0.0, 6.0, 0.0, 4.0))
+    # the line of sight runs north, and half of the range's density lies below zero
+    expected = norm.logpdf(6, 0, 10) + np.log(2) + norm.logpdf(0, 0, 1e-3) + norm.logpdf(0, 0, 3)
+    assert value[0] == pytest.approx(expected, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", ["wide errors", "sector", "nearly all round"])
+def test_the_density_of_a_plot_integrates_to_one_over_the_field(name):
+    sensor = SENSORS[name].replace(detection_probability=1.0)
+    first, width = reference.sector(sensor)
+    low, (m, n, k) = sensor.min_range_m, (48, 32, 16)
+    grid = np.stack(np.meshgrid(np.arange(m), np.arange(n), np.arange(k)), axis=-1).reshape(-1, 3) + 0.5
+    ranges, bearings, dopplers = (grid / [m, n, k] * [400 - low, width, 40] + [low, first, -20]).T
+    looked = RadarScan(0.0, 0 * ranges, ranges, bearings % (2 * np.pi), dopplers)
+    # of one plot a cell, with one false alarm a cell, the ratio is the midpoint sum of the density
+    sensor = sensor.replace(false_alarms=float(m * n * k))
+    places = np.array([[150, 0.2], [35, 5.3], [398, 0.78], [60, 0.1], [250, 0.05], [250, 6.2], [250, 0.12]])
+    x, y = places[:, 0] * np.sin(places[:, 1]), places[:, 0] * np.cos(places[:, 1])
+    states = np.column_stack([x, 0 * x + 3, y, 0 * y - 8])
+    seen = reference.in_view(sensor, *reference.measured(sensor, states)[:2])
+    ratio = np.exp(sensor.log_likelihood(states, looked))
+    assert seen.sum() > 4
+    np.testing.assert_allclose(ratio[seen], 1, atol=5e-3)
+    assert np.all(ratio[~seen] == 1)
+
+
+def test_a_target_that_is_never_detected_is_told_by_nothing():
+    blind = SENSORS["clutter"].replace(detection_probability=0.0)
+    looked = blind.simulate(np.zeros((0, 4)), np.random.default_rng(3))
+    assert len(looked.range_m) > 0
+    assert np.all(blind.log_likelihood(states_near(blind), looked) == 0)
+
+
+@pytest.mark.parametrize("name", ["wide errors", "sector", "nearly all round"])
+def test_ratios_have_expectation_one(name):
+    sensor, rng, runs = SENSORS[name].replace(doppler_probability=0.7), np.random.default_rng(4), 4000
+    place = np.array([[14.0, 3.0, 34.0, -8.0], [-12.0, 0.0, 395.0, 3.0]])
+    assert reference.in_view(sensor, *reference.measured(sensor, place)[:2]).all()
+    nothing = np.exp([sensor.log_likelihood(place, sensor.simulate(place[:0], rng)) for _ in range(runs)])
+    assert np.all(abs(nothing.mean(axis=0) - 1) < 4.5 * nothing.std(axis=0) / np.sqrt(runs))
+    assert np.all(nothing.std(axis=0) / np.sqrt(runs) < 0.1)
+    # with the target the inverse has: it is bounded by 1 / (1 - P_D)
+    for k in range(len(place)):
+        target = place[k : k + 1]
+        inverse = np.exp([-sensor.log_likelihood(target, sensor.simulate(target, rng))[0] for _ in range(runs)])
+        assert abs(inverse.mean() - 1) < 4.5 * inverse.std() / np.sqrt(runs)
+        assert inverse.std() > 0.5
+
+
+def test_an_empty_scan_says_that_a_target_in_view_was_missed():
+    sensor = RadarSensor(detection_probability=0.9, max_range_m=100.0)
+    states = np.array([[0.0, 0, 50.0, 0], [0.0, 0, 150.0, 0]])
+    np.testing.assert_allclose(sensor.log_likelihood(states, scan()), [np.log(0.1), 0])
+    np.testing.assert_array_equal(
+        sensor.replace(detection_probability=1.0).log_likelihood(states, scan()), [-np.inf, 0]
+    )
+    np.testing.assert_array_equal(sensor.log_likelihood(states, RadarPlot(0, 101.0, 0.0)), [np.log(1 - 0.9), 0])
+    seen = sensor.log_likelihood(states, RadarPlot(0, 60.0, 0.0))
+    assert np.isfinite(seen[0])
+    assert seen[1] == -np.inf
+
+
+def test_improbable_plots_neither_overflow_nor_vanish():
+    sensor = RadarSensor(**CLUTTERED | {"max_range_m": 1e6, "detection_probability": 1.0})
+    states = np.array([[0.0, 0, 5e5, 0], [0.0, 0, 50.0, 0]])
+    looked = scan((0, 1e5, 2.0, 3.0), (0, 1.001e5, 2.0, 3.0))
+    value = sensor.log_likelihood(states, looked)
+    assert np.all(value < -1e6)
+    np.testing.assert_allclose(value, reference.log_ratio(sensor, states, looked), rtol=1e-9)
+
+
+def test_a_plot_at_another_time_belongs_to_where_the_target_is_then():
+    sensor = RadarSensor()
+    state, then = np.array([[100.0, 20.0, 3_000.0, -10.0]]), np.array([[140.0, 20.0, 2_980.0, -10.0]])
+    plot = (52.0, 2_985.0, 0.047, -9.0)
+    moved = sensor.log_likelihood(state, scan(plot, time_s=50.0))
+    np.testing.assert_allclose(moved, sensor.log_likelihood(then, RadarPlot(*plot)), rtol=1e-9)
+    assert abs(moved - sensor.log_likelihood(state, RadarPlot(*plot))) > 10
+
+
+def test_simulated_plots_have_the_stated_errors_and_shares():
+    sensor = RadarSensor(detection_probability=0.7, doppler_probability=0.4, x_m=1_000.0)
+    target, rng, n = np.array([[1_000.0, 3.0, 9_000.0, -5.0]]), np.random.default_rng(5), 4000
+    looks = [sensor.simulate(target, rng, time_s=8.0) for _ in range(n)]
+    counts = np.array([len(looked.range_m) for looked in looks])
+    assert counts.max() == 1
+    assert abs(counts.mean() - 0.7) < 5 * np.sqrt(0.21 / n)
+    ranges, bearings, dopplers = (np.concatenate(part) for part in list(zip(*looks, strict=True))[2:])
+    assert all(looked.time_s == 8 and np.all(looked.times_s == 8) for looked in looks)
+    told = np.isfinite(dopplers)
+    assert abs(told.mean() - 0.4) < 5 * np.sqrt(0.24 / len(told))
+    assert bearings.min() >= 0
+    assert bearings.max() < 2 * np.pi
+    off = (bearings + np.pi) % (2 * np.pi) - np.pi
+    for values, mean, sd in ((ranges, 9_000, 10), (off, 0, 1e-3), (dopplers[told], -5, 3)):
+        assert kstest(values, norm(mean, sd).cdf).pvalue > 1e-4
+
+
+def test_simulated_false_alarms_are_poisson_and_uniform_over_the_field():
+    sensor, rng, n = SENSORS["sector"], np.random.default_rng(6), 1500
+    unseen = np.array([[0.0, 0, 500.0, 0], [0.0, 0, -100.0, 0], [0.0, 0, 20.0, 0]])
+    looks = [sensor.simulate(unseen, rng) for _ in range(n)]
+    counts = np.array([len(looked.range_m) for looked in looks])
+    assert abs(counts.mean() - 6) < 5 * np.sqrt(6 / n)
+    assert abs(counts.var() - 6) < 5 * np.sqrt(78 / n)
+    ranges, bearings, dopplers = (np.concatenate(part) for part in list(zip(*looks, strict=True))[2:])
+    off = (bearings - np.deg2rad(300)) % (2 * np.pi) / np.deg2rad(105)
+    for values in ((ranges - 30) / 370, off, (dopplers + 20) / 40):
+        assert kstest(values, "uniform").pvalue > 1e-4
+    assert all(np.all(np.diff(looked.bearing_rad) >= 0) for looked in looks)
+    again = [sensor.simulate(unseen, g) for g in map(np.random.default_rng, (7, 7))]
+    np.testing.assert_equal(again[0], again[1])
+
+
+def test_states_drawn_from_a_plot_have_its_errors():
+    sensor, n = RadarSensor(x_m=500.0, bearing_sd_mrad=200.0), 20_000
+    looked = scan((3.0, 2_000.0, 6.2, -6.0), time_s=5.0)
+    states = sensor.draw_births(looked, n, np.random.default_rng(8), speed_sd_mps=4.0)
+    distance, bearing, rate = reference.measured(sensor, states, later=-2.0)
+    x, y = states[:, 0] - 2 * states[:, 1] - 500, states[:, 2] - 2 * states[:, 3]
+    across = (states[:, 1] * y - states[:, 3] * x) / distance
+    off = (bearing - 6.2 + np.pi) % (2 * np.pi) - np.pi
+    for values, mean, sd in ((distance, 2_000, 10), (off, 0, 0.2), (rate, -6, 3), (across, 0, 4)):
+        assert kstest(values, norm(mean, sd).cdf).pvalue > 1e-4
+    silent = sensor.draw_births(looked._replace(doppler_mps=np.array([np.nan])), n, np.random.default_rng(9), 4.0)
+    assert kstest(reference.measured(sensor, silent, later=-2.0)[2], norm(0, 4).cdf).pvalue > 1e-4
+    two = scan((0, 100.0, 0.1, 0.0), (0, 900.0, 0.1, 0.0))
+    near = RadarSensor().draw_births(two, n, np.random.default_rng(10))[:, 2] < 500
+    assert abs(near.mean() - 0.5) < 5 * 0.5 / np.sqrt(n)
+    assert isinstance(ScanPrior(sensor, looked), Prior)
+    np.testing.assert_array_equal(
+        ScanPrior(sensor, looked, 4.0).sample(50, np.random.default_rng(8)),
+        sensor.draw_births(looked, 50, np.random.default_rng(8), 4.0),
+    )
+
+
+@pytest.mark.parametrize("name", ["wide errors", "sector elsewhere"])
+def test_weighted_births_are_those_of_the_birth_density(name):
+    sensor, names, n = SENSORS[name], ("x", "vx", "y", "vy"), 60_000
+    birth, rng = RadarBirth(uniform_share=0.3, speed_sd_mps=4.0), np.random.default_rng(11)
+    looked = scan((7.5, 60.0, 0.3, 2.0), (7.0, 350.0, 6.1, np.nan), (6.5, 140.0, 5.5, -3.0), time_s=7.0)
+    uniform = birth.draw(n, None, sensor, names, rng)
+    drawn = birth.draw(n, looked, sensor, names, rng)
+    assert np.all(uniform.log_ratio == 0)
+    weights = np.exp(drawn.log_ratio)
+    assert weights.max() <= 1 / 0.3 + 1e-9
+    assert abs(weights.mean() - 1) < 5 * weights.std() / np.sqrt(n)
+    assert weights.std() > 0.5
+    near = reference.measured(sensor, drawn.states)[0] < 100
+    assert near.mean() > 1.5 * (reference.measured(sensor, uniform.states)[0] < 100).mean()
+    distance, bearing, _ = reference.measured(sensor, uniform.states)
+    low, high = sensor.min_range_m, 400.0
+    assert kstest((distance**2 - low**2) / (high**2 - low**2), "uniform").pvalue > 1e-4
+    assert reference.in_view(sensor, distance, bearing).all()
+    for part in (lambda s: s, lambda s: s**2):
+        expected, found = part(uniform.states), part(drawn.states) * weights[:, None]
+        error = np.hypot(expected.std(axis=0), found.std(axis=0)) / np.sqrt(n)
+        assert np.all(abs(expected.mean(axis=0) - found.mean(axis=0)) < 5 * error)
+
+
+def test_births_fill_other_components():
+    drawn = RadarBirth().draw(
+        3000,
+        scan((0, 50.0, 1.0, 0.0)),
+        SENSORS["clutter"],
+        ConstantAcceleration().state_names,
+        np.random.default_rng(12),
+    )
+    assert isinstance(RadarBirth(), Birth)
+    np.testing.assert_allclose(drawn.states[:, 4:].std(axis=0), 0.01, rtol=0.1)
+    turning = RadarBirth().draw(
+        3000, None, SENSORS["clutter"], ("x", "vx", "y", "vy", "turn_rate"), np.random.default_rng(13)
+    )
+    np.testing.assert_allclose(turning.states[:, 4].std(), np.deg2rad(6), rtol=0.1)
+
+
+@pytest.mark.parametrize(("km", "published"), [(1, 0.92), (2, 1.70), (5, 3.73), (10, 6.62), (20, 11.6)])
+def test_a_particle_filter_reaches_the_kalman_deviation(km, published):
+    """Across the line of sight the filter is linear: T = 1 s, q = (5/3)^2, sigma_b R; x and its filtered deviation."""
+    motion, sensor = ConstantVelocity(q=(5 / 3) ** 2), RadarSensor()
+    F, Q, H = motion.F[:2, :2], motion.Q[:2, :2], np.array([[1.0, 0.0]])
+    P = solve_discrete_are(F.T, H.T, Q, np.array([[km**2]]))
+    exact = np.sqrt(P[0, 0] * km**2 / (P[0, 0] + km**2))
+    assert exact == pytest.approx(published, rel=0.006)
+    rng, truth = np.random.default_rng(km), np.array([[0.0, 0.0, 1_000.0 * km, 0.0]])
+    deviations = []
+    for _ in range(3):
+        looks = [sensor.simulate(truth, rng, time_s=k) for k in range(40)]
+        model = ParticleFilter(motion=motion, sensor=sensor, prior=ScanPrior(sensor, looks[0]), particles=6000)
+        deviations += [np.sqrt(state.covariance[0, 0]) for state in list(run(model, looks[1:], rng))[19:]]
+    assert np.mean(deviations) == pytest.approx(exact, rel=0.02)
+
+
+def test_a_particle_filter_follows_the_converted_measurement_kalman_filter():
+    motion, sensor, rng = ConstantVelocity(q=(5 / 3) ** 2), RadarSensor(), np.random.default_rng(14)
+    truth = np.array([[-37.0, 0.0, 5_000.0 + 7.0 * k, 7.0] for k in range(60)])[:, None]
+    looks = [sensor.simulate(state, rng, time_s=k) for k, state in enumerate(truth)]
+    model = ParticleFilter(motion=motion, sensor=sensor, prior=ScanPrior(sensor, looks[0]), particles=6000)
+    states = list(run(model, looks[1:], rng))
+    m, P = None, None
+    differences = []
+    for k, looked in enumerate(looks):
+        (r,), (b,), (d,) = looked.range_m, looked.bearing_rad, looked.doppler_mps
+        u, w = np.array([np.sin(b), np.cos(b)]), np.array([np.cos(b), -np.sin(b)])
+        turn = np.array([[u[0], 0, u[1], 0], [w[0], 0, w[1], 0], [0, u[0], 0, u[1]]])
+        if m is None:
+            m = np.array([r * u[0], d * u[0], r * u[1], d * u[1]])
+            P = np.zeros((4, 4))
+            P[np.ix_([0, 2], [0, 2])] = 100 * np.outer(u, u) + (r * 1e-3) ** 2 * np.outer(w, w)
+            P[np.ix_([1, 3], [1, 3])] = 9 * np.outer(u, u) + 25 * np.outer(w, w)
+            continue
+        m, P = motion.F @ m, motion.F @ P @ motion.F.T + motion.Q
+        S = turn @ P @ turn.T + np.diag([100, (r * 1e-3) ** 2, 9])
+        K = P @ turn.T @ np.linalg.inv(S)
+        m, P = m + K @ (np.array([r, 0, d]) - turn @ m), P - K @ S @ K.T
+        differences.append((states[k - 1].mean - m) / np.sqrt(np.diag(P)))
+        np.testing.assert_allclose(np.sqrt(np.diag(states[k - 1].covariance)), np.sqrt(np.diag(P)), rtol=0.15)
+    assert np.sqrt(np.mean(np.square(differences))) < 0.06
+    assert abs(np.mean(differences)) < 0.02
+
+
+def test_a_bernoulli_filter_finds_a_ship_in_clutter_and_none_without():
+    sensor = RadarSensor(
+        detection_probability=0.9, false_alarms=10.0, max_range_m=10_000.0, max_doppler_mps=25.0, bearing_sd_mrad=5.0
+    )
+    model = BernoulliFilter(
+        motion=ConstantVelocity(q=0.1),
+        sensor=sensor,
+        birth=RadarBirth(),
+        particles=4000,
+        birth_probability=0.01,
+        death_probability=0.01,
+    )
+    rng = np.random.default_rng(15)
+    ship = [np.array([[2_000.0 + 5.0 * k, 5.0, 4_000.0 - 6.0 * k, -6.0]]) for k in range(30)]
+    states = list(run(model, [sensor.simulate(state, rng) for state in ship], rng))
+    errors = [np.hypot(*(s.mean - truth[0])[[0, 2]]) for s, truth in zip(states, ship, strict=True)]
+    assert min(state.existence for state in states[-15:]) > 0.9
+    assert max(errors[-15:]) < 60
+    empty = list(run(model, [sensor.simulate(np.zeros((0, 4)), rng) for _ in range(30)], rng))
+    assert np.mean([state.existence for state in empty]) < 0.3
+
+
+@pytest.mark.parametrize(
+    ("fields", "said"),
+    [
+        ({"false_alarms": 3.0}, "max_range_m: is not given"),
+        ({"min_range_m": 100.0, "max_range_m": 105.0}, "narrower than range_sd_m=10"),
+        ({"from_bearing_deg": 90.0, "to_bearing_deg": 90.0}, "wider one"),
+        ({"max_doppler_mps": 15.0}, "too narrow"),
+        ({"bearing_sd_mrad": 600.0}, "bearing_sd_mrad"),
+        ({"detection_probability": 1.2}, "detection_probability"),
+        ({"range_sd": 3.0}, "did you mean 'range_sd_m'"),
+    ],
+)
+def test_bad_parameters_are_refused(fields, said):
+    with pytest.raises(ParameterError, match=said):
+        RadarSensor(**fields)
+
+
+@pytest.mark.parametrize(
+    ("measurement", "said"),
+    [
+        (scan((0, 50.0, 7.0, 0.0)), "plot 0: .* bearing 7 rad"),
+        (scan((0, 50.0, 1.0, 0.0), (0, -1.0, 1.0, 0.0)), "plot 1: .* range -1 m"),
+        (scan((0, 50.0, 1.0, np.inf)), "Doppler inf m/s"),
+        (scan((np.nan, 50.0, 1.0, 0.0)), "time nan s"),
+        (scan(time_s=np.nan), "finite time"),
+        (scan((0, 50.0, 1.0, 0.0))._replace(range_m=np.zeros(2)), "a number for each plot"),
+        (scan((0, 50.0, 1.0, 0.0), (0, 60.0, 1.0, 0.0)), "give false_alarms"),
+        (np.zeros(3), "give a RadarScan or a RadarPlot"),
+    ],
+)
+def test_bad_measurements_are_refused(measurement, said):
+    assert isinstance(RadarSensor(), Sensor)
+    with pytest.raises(DataError, match=said):
+        RadarSensor().log_likelihood(np.zeros((1, 4)), measurement)
+
+
+def test_bad_states_and_missing_numbers_are_refused():
+    rng, state = np.random.default_rng(16), np.array([[0.0, 0.0, 50.0, 0.0]])
+    plot = RadarPlot(0.0, 50.0, 1.0, 2.0)
+    with pytest.raises(DataError, match="not finite"):
+        RadarSensor().log_likelihood(np.array([[0.0, 0.0, np.nan, 0.0]]), plot)
+    with pytest.raises(DataError, match="beginning x, vx, y, vy"):
+        RadarSensor().simulate(np.zeros((2, 2)), rng)
+    untold = RadarSensor(**CLUTTERED | {"max_doppler_mps": None})
+    with pytest.raises(ParameterError, match=r"simulation: .* max_doppler_mps"):
+        untold.simulate(state, rng)
+    with pytest.raises(ParameterError, match=r"scan at 0 s: .* max_doppler_mps"):
+        untold.log_likelihood(state, plot)
+    assert np.isfinite(untold.log_likelihood(state, plot._replace(doppler_mps=np.nan))).all()
+    assert np.isnan(untold.replace(doppler_probability=0.0).simulate(state, rng).doppler_mps).all()
+    with pytest.raises(DataError, match="no plot in the field"):
+        untold.draw_births(scan((0, 500.0, 1.0, 0.0)), 5, rng)
+    with pytest.raises(ParameterError, match="drawn over the area in view"):
+        RadarBirth().draw(5, None, RadarSensor(), ("x", "vx", "y", "vy"), rng)
+    with pytest.raises(ParameterError, match="how to draw 'intensity'"):
+        RadarBirth().draw(5, None, untold, ("x", "vx", "y", "vy", "intensity"), rng)
