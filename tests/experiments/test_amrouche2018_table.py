@@ -148,9 +148,9 @@ def test_what_the_table_is_for_shows_on_the_same_recordings(quick: Measured) -> 
         assert [c.rmse_10_24 for c in rising] == sorted((c.rmse_10_24 for c in rising), reverse=True)
 
 
-# The prototype's row with 20 000 particles and more: .39 is printed, .439 +- .008 found, and the same with four times the
-# particles, so that the row is taken to carry more Monte Carlo error than a thousand runs do. Of the same row, .479 +- .012
-# for the .54 printed at 6.71 dB (RMSE) is at the very edge of what agrees.
+# The prototype's row with 20 000 particles and more: .39 is printed, .439 +- .008 found, and the same with four times
+# the particles, so that the row is taken to carry more Monte Carlo error than a thousand runs do. Of the same row,
+# .479 +- .012 for the .54 printed at 6.71 dB (RMSE) is at the very edge of what agrees.
 OFF = {("near-optimal", 3.18, "existence_26_27")}
 FULL = [
     pytest.param(
