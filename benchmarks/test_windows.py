@@ -7,7 +7,7 @@ import pytest
 
 from elusive.preprocess import ChiSquare, DotProduct, LikelihoodRatio, LocalDeviation
 
-FLAT = 0.7  # short over long window: 1 where the cost is the same, and longer chains of sums overlap less
+FLAT = 0.8  # short over long window: 1 where the cost is the same, and longer chains of sums overlap less
 
 
 @pytest.mark.parametrize(("shape", "short", "long"), [((1200,), 3, 501), ((256, 256), 3, 51)], ids=["signal", "image"])

@@ -158,17 +158,29 @@ def test_another_size_of_frame_is_refused() -> None:
         list(track_images([np.zeros((9, 9))], tracking(threshold_from="likelihood")))
 
 
+WHITE = {"filter": {"sensor": {"kind": "white"}}}
+
+
 @pytest.mark.parametrize(
     ("given", "sentence"),
     [
         ({"filter": {"kind": "recurrent"}, "jitter_px": 1.0}, "jitter_px: has no meaning for filter 'recurrent'"),
         ({"filter": {"kind": "recurrent", "threshold_from": "simulation"}}, "recorded frames are not simulated"),
         ({"filter": {"kind": "recurrent", "particles": 10}}, "there is no such field"),
+        ({**WHITE, "background": {"rest_lag": 9}}, "background: has no meaning for frames taken as they are"),
+        ({**WHITE, "jitter_px": 1.0}, "jitter_px: has no meaning for frames taken as they are"),
+        ({**WHITE, "clump_px": 9.0}, "clump_px: has no meaning for frames taken as they are"),
     ],
 )
 def test_options_of_another_filter_are_refused(given: dict[str, Any], sentence: str) -> None:
     with pytest.raises(ParameterError, match=sentence):
         ImageTracking(**given)
+
+
+def test_more_velocities_than_memory_are_refused_before_they_are_listed() -> None:
+    sensor = ImageSensor(rows=64, columns=64)
+    with pytest.raises(DataError, match="more than half of the machine's"):
+        next(track_images([np.zeros((64, 64))], tracking(sensor, max_velocity=1e6)))
 
 
 def test_the_command_refuses_an_option_that_the_filter_does_not_have(
