@@ -1,0 +1,92 @@
+"""OSPA and GOSPA: one distance between the set of true places and the set of estimated ones, frame by frame.
+
+Schuhmacher, Vo and Vo (2008), IEEE Trans. Signal Process. 56(8), eq. 3; Rahmathullah, Garcia-Fernandez and Svensson
+(2017), Generalized optimal sub-pattern assignment metric, eq. 1 with alpha = 2, proposition 1 for its parts.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from elusive.contracts import Array
+from elusive.errors import ParameterError
+from elusive.metrics.sightings import Sightings, frames_of
+
+
+class Gospa(NamedTuple):
+    """GOSPA of each frame and its parts, which add up to the distance to the power p."""
+
+    distance: Array  # (T,) in the places' unit
+    localisation: Array  # (T,) sum of the pairs' distances to the power p
+    missed: Array  # (T,) c^p / 2 for each missed target
+    false: Array  # (T,) c^p / 2 for each false one
+
+
+def ospa(
+    truth: Sightings, tracks: Sightings, cutoff: float = 2.0, order: float = 2.0, frames: int | None = None
+) -> Array:
+    """OSPA of each frame, ``(T,)`` in the places' unit: 0 where both are empty, the cutoff where one is.
+
+    Parameters
+    ----------
+    truth, tracks
+        From :func:`~elusive.metrics.sightings.sightings`; their identities are not looked at.
+    cutoff
+        c: distance that counts as much as a target too few or too many.
+    order
+        p, from 1.
+    frames
+        Frames to score; all up to the last in which there is something, by default.
+
+    Raises
+    ------
+    ParameterError
+        If the cutoff is not positive or the order below 1.
+    DataError
+        If truth and tracks have places of different dimension, or a row lies beyond the frames given.
+    """
+    _check(cutoff, order)
+    count = frames_of(truth, tracks, frames)
+    found = np.zeros(count)
+    for frame, ((_, true), (_, placed)) in enumerate(zip(truth.in_frames(count), tracks.in_frames(count), strict=True)):
+        most = max(len(true), len(placed))
+        if most:
+            paired = np.minimum(_best(true, placed, cutoff, order), cutoff) ** order
+            total = paired.sum() + cutoff**order * (most - len(paired))
+            found[frame] = (total / most) ** (1 / order)
+    return found
+
+
+def gospa(
+    truth: Sightings, tracks: Sightings, cutoff: float = 2.0, order: float = 2.0, frames: int | None = None
+) -> Gospa:
+    """GOSPA of each frame with alpha = 2, and what it is made of; arguments and errors as of :func:`ospa`."""
+    _check(cutoff, order)
+    count = frames_of(truth, tracks, frames)
+    parts = np.zeros((3, count))
+    for frame, ((_, true), (_, placed)) in enumerate(zip(truth.in_frames(count), tracks.in_frames(count), strict=True)):
+        apart = _best(true, placed, cutoff, order)
+        apart = apart[apart < cutoff]
+        half = cutoff**order / 2
+        parts[:, frame] = (
+            (apart**order).sum(), half * (len(true) - len(apart)), half * (len(placed) - len(apart)),
+        )  # fmt: skip
+    return Gospa(parts.sum(axis=0) ** (1 / order), *parts)
+
+
+def _check(cutoff: float, order: float) -> None:
+    if not cutoff > 0:
+        raise ParameterError(f"cutoff: must be above zero (got {cutoff}).")
+    if not order >= 1:
+        raise ParameterError(f"order: must be 1 or more (got {order}).")
+
+
+def _best(true: Array, placed: Array, cutoff: float, order: float) -> Array:
+    """Return the distances of the best pairs, as many as there can be."""
+    if not (len(true) and len(placed)):
+        return np.zeros(0)
+    apart = np.linalg.norm(true[:, None] - placed[None], axis=2)
+    return np.asarray(apart[linear_sum_assignment(np.minimum(apart, cutoff) ** order)])
