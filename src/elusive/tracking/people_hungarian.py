@@ -42,11 +42,14 @@ class HungarianTracker(Model):
     coasting: float = Field(
         0.8, ge=0, le=1, description="Share of its velocity that a track without a head keeps, a frame"
     )
+    exit_m: NonNegative = Field(
+        1.0, description="Depth in the area below which a track without a head has left, if it was going outwards [m]"
+    )
     near_m: Positive = Field(4.0, description="Distance at which two tracks are said to be near [m]")
     confirm_frames: int = Field(3, ge=1, description="Heads that confirm a track, N")
     confirm_window: int = Field(5, ge=1, description="Latest frames that they are counted in")
     delete_frames: int = Field(5, ge=1, description="Frames in a row without a head that delete a confirmed track, M")
-    drop_frames: int = Field(2, ge=1, description="Frames in a row without a head that delete a candidate")
+    drop_frames: int = Field(1, ge=1, description="Frames in a row without a head that delete a candidate")
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:
@@ -111,8 +114,9 @@ class HungarianTracker(Model):
             missed = old.missed + 1
             limit = self.delete_frames if old.status == "confirmed" else self.drop_frames
             (x, y), (vx, vy), keep = old.position, old.velocity, self.coasting
+            gone = missed >= limit or self._has_left((x, y), (x + vx, y + vy))
             return old._replace(
-                status="deleted" if missed >= limit else old.status, position=(x + vx, y + vy),
+                status="deleted" if gone else old.status, position=(x + vx, y + vy),
                 velocity=(keep * vx, keep * vy), hits=hits, missed=missed,
             )  # fmt: skip
         x, y = map(float, places[row])
@@ -124,3 +128,10 @@ class HungarianTracker(Model):
         )
         status: Status = "confirmed" if old.status == "confirmed" or sum(hits) >= self.confirm_frames else "candidate"
         return PersonTrack(old.track, status, (x, y), (vx, vy), hits, 0, float(heights[row]))
+
+    def _has_left(self, before: tuple[float, float], now: tuple[float, float]) -> bool:
+        """Whether someone who is not seen any more has gone out of the area."""
+        if self.entrance.area is None:
+            return False
+        was, depth = self.entrance.area.depth_m(np.array([before, now]))
+        return bool(depth < self.exit_m and depth < was)
