@@ -15,25 +15,33 @@ import elusive.filters
 from elusive import run
 from elusive.filters._accumulated import Accumulated
 from elusive.filters.bernoulli import BernoulliFilter
+from elusive.filters.kalman import KalmanFilter
 from elusive.filters.particle import GaussianPrior, ParticleFilter
 from elusive.model import Model
 from elusive.motion import ConstantVelocity
 from elusive.sensors.clutter import ClutterSensor
 
 # a filter whose fields have no defaults is built here
+PRIOR = GaussianPrior(mean=(0.0,) * 4, covariance=tuple(map(tuple, np.eye(4).tolist())))
 BUILT = {
+    "KalmanFilter": lambda kind: kind(
+        motion=ConstantVelocity(),
+        observed=((1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0)),
+        noise=((1.0, 0.0), (0.0, 1.0)),
+        prior=PRIOR,
+    ),
     "RecordedFilter": lambda kind: kind(
         detector=BernoulliFilter(sensor=ClutterSensor(rows=64, columns=64), particles=300, newborns=100)
     ),
     "ParticleFilter": lambda kind: kind(
         motion=ConstantVelocity(),
         sensor=Fix(),
-        prior=GaussianPrior(mean=(0.0,) * 4, covariance=tuple(map(tuple, np.eye(4).tolist()))),
+        prior=PRIOR,
     ),
 }
 
-# filters that draw nothing, and report no distribution
-DETERMINISTIC = {"RecurrentFilter"}
+DRAW_NOTHING = {"KalmanFilter", "RecurrentFilter"}
+NO_COVARIANCE = {"RecurrentFilter"}
 
 
 class Fix:
@@ -69,12 +77,12 @@ def test_the_signatures_are_the_contract(name, kind):
     assert returned == [state, state]
     assert issubclass(state, tuple)
     assert state._fields
-    assert set(state._fields) >= ({"mean"} if name in DETERMINISTIC else {"mean", "covariance"})
+    assert set(state._fields) >= ({"mean"} if name in NO_COVARIANCE else {"mean", "covariance"})
 
 
 def measurements(model):
     rng = np.random.default_rng(0)
-    if isinstance(model, ParticleFilter):
+    if isinstance(model, ParticleFilter | KalmanFilter):
         return [np.array([0.1, 0.2]), None, np.array([0.3, 0.1])]
     if hasattr(model, "sensor"):
         frame = model.sensor.simulate(np.array([[9.0, 0, 9.0, 0, 30.0]]), rng)
@@ -99,7 +107,7 @@ def test_the_same_seed_gives_the_same_numbers_and_another_does_not(name, kind):
     for one, two in zip(first, again, strict=True):
         for a, b in zip(leaves(one), leaves(two), strict=True):
             np.testing.assert_array_equal(a, b)
-    assert np.array_equal(first[-1].mean, other[-1].mean) == (name in DETERMINISTIC)
+    assert np.array_equal(first[-1].mean, other[-1].mean) == (name in DRAW_NOTHING)
 
 
 @pytest.mark.parametrize(("name", "kind"), public_filters())

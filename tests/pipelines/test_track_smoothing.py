@@ -8,7 +8,7 @@ import pytest
 from elusive import run
 from elusive.filters.kalman import KalmanFilter
 from elusive.filters.particle import GaussianPrior
-from elusive.filters.track_smoothing import KalmanSmoothing, ParticleSmoothing
+from elusive.pipelines.track_smoothing import KalmanSmoothing, ParticleSmoothing
 from elusive.motion import ConstantVelocity
 
 FRAMES = 40
