@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,9 +15,12 @@ from elusive.io.atomic import atomic_path
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.image import AxesImage
 
 ESTIMATE, TRUTH, MUTED = "#c2410c", "#0f766e", "#64748b"
 TRACKS = ("#c2410c", "#1d4ed8", "#7c3aed", "#be185d", "#475569")  # one colour a track, in turn; none is the truth's
+LAND, SHORE, WATER, UNCHARTED = "#d8c28a", "#3f3a2d", "#d3e5f1", "#c4cad3"
+BALANCE = "#f5f1e6"  # where water is as likely as land
 SERIES = ("#c2410c", "#1d4ed8", "#0f766e", "#7c3aed", "#b45309", "#475569")
 NAMED_AT_MOST = 6  # tracks in a legend
 STYLE: Any = {
@@ -129,6 +132,35 @@ def error(axes: Axes, times: Array, distance: Array, spread: Array | None = None
         axes.plot(times, spread, color=MUTED, linestyle=(0, (4, 3)), label="the filter's own deviation")
     axes.set(xlabel=f"time [{unit}]", ylabel="position error [px]", ylim=(0, None))
     axes.legend(loc="best")
+
+
+def land(axes: Axes, rings: Iterable[Array], colour: str = LAND) -> None:
+    """Fill charted land, rings ``(V, 2)`` of which holes turn the other way, and draw its shore."""
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path as Outline
+
+    outlines = [Outline(np.concatenate([ring, ring[:1]]), closed=True) for ring in rings]
+    if outlines:
+        whole = Outline.make_compound_path(*outlines)
+        axes.add_patch(PathPatch(whole, facecolor=colour, edgecolor="none", zorder=0.1))
+        axes.add_patch(PathPatch(whole, facecolor="none", edgecolor=SHORE, linewidth=0.7, zorder=1.5))
+
+
+def water(axes: Axes, probability: Array, extent: tuple[float, float, float, float]) -> AxesImage:
+    """Shade P(water) ``(rows, columns)``, first row in the south; NaN where nothing is known."""
+    from matplotlib.colors import LinearSegmentedColormap
+
+    colours = LinearSegmentedColormap.from_list("water", [LAND, BALANCE, WATER]).with_extremes(bad=UNCHARTED)
+    scale: Any = {"vmin": 0.0, "vmax": 1.0, "cmap": colours, "zorder": 0.5}
+    return axes.imshow(probability, extent=extent, origin="lower", interpolation="bilinear", aspect="auto", **scale)
+
+
+def ellipse(axes: Axes, mean: Array, covariance: Array, deviations: float, colour: str) -> None:
+    """Draw the ellipse of a Gaussian, so many deviations wide."""
+    angle = np.linspace(0.0, 2 * np.pi, 73)
+    values, vectors = np.linalg.eigh(covariance)
+    half = deviations * np.sqrt(np.maximum(values, 0.0))
+    axes.plot(*(mean + (half * np.column_stack([np.cos(angle), np.sin(angle)])) @ vectors.T).T, color=colour, lw=1.2)
 
 
 def band(
