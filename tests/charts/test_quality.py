@@ -33,9 +33,9 @@ def test_low_accuracy_of_the_coast_itself():
 
 
 def test_what_the_caller_knows_goes_before():
-    assert Imprecision(sigma_m=7).of(np.array([1, 4, 6]), np.array([0, 4, 0])).tolist() == [7, 7, 7]
-    with pytest.raises(ParameterError, match="sigma_m"):
-        Imprecision(sigma_m=0)
+    assert Imprecision(coast_sigma_m=7).of(np.array([1, 4, 6]), np.array([0, 4, 0])).tolist() == [7, 7, 7]
+    with pytest.raises(ParameterError, match="coast_sigma_m"):
+        Imprecision(coast_sigma_m=0)
     with pytest.raises(ParameterError, match="low_accuracy_factor"):
         Imprecision(low_accuracy_factor=0.5)
 

@@ -21,7 +21,7 @@ INSET = shapely.box(0, 0, 2000, 2000)
 def test_the_finer_chart_wins_where_two_overlap():
     coarse = drawn("coarse", [shapely.box(-3000, -3000, 1000, 1000)], SEA, 80_000)
     fine = drawn("fine", [shapely.box(0, 0, 1500, 500)], INSET, 12_000)
-    scene = build_scene([coarse, fine], SceneParameters(imprecision={"sigma_m": 5}), FRAME)
+    scene = build_scene([coarse, fine], SceneParameters(imprecision={"coast_sigma_m": 5}), FRAME)
     assert [chart.name for chart in scene.charts] == ["fine", "coarse"]
     assert scene.coast.area_m2 == pytest.approx(16e6 - 1e6 + 0.75e6, rel=1e-5)
     water = HardWater().on(scene.coast)
@@ -39,8 +39,20 @@ def test_each_chart_has_its_own_imprecision():
     )
     scene = build_scene([coarse, fine], frame=FRAME)
     assert scene.coast.sigma_m.tolist() == [2.04, 20.4]
-    scene = build_scene([coarse, fine], SceneParameters(imprecision={"sigma_m": 9}), FRAME)
+    scene = build_scene([coarse, fine], SceneParameters(imprecision={"coast_sigma_m": 9}), FRAME)
     assert scene.coast.sigma_m.tolist() == [9, 9]
+
+
+def test_a_known_bias_is_taken_off_the_chart():
+    """A chart that stands 30 m east and 40 m south of the truth."""
+    chart = drawn("off", [shapely.box(30, -40, 530, 460)], shapely.box(-970, -1040, 1030, 960), 12_000)
+    parameters = SceneParameters(imprecision={"coast_sigma_m": 5}, bias_east_m=30, bias_north_m=-40)
+    coast = build_scene([chart], parameters, FRAME).coast
+    assert coast.land.vertices.min(axis=0) == pytest.approx([0, 0], abs=1e-3)
+    assert coast.land.vertices.max(axis=0) == pytest.approx([500, 500], abs=1e-3)
+    assert coast.bounds == pytest.approx((-1000, -1000, 1000, 1000), abs=0.2)  # a parallel is no straight line
+    with pytest.raises(ParameterError, match="bias_east_m: must be a finite number"):
+        SceneParameters(bias_east_m=np.inf)
 
 
 DEPTHS = {
@@ -86,7 +98,7 @@ def test_land_drawn_as_points_and_lines_has_a_width():
 
 def test_real_cells_together():
     fine, coarse = real_cell("US5MD1MC"), real_cell("US4MD81M")
-    parameters = SceneParameters(imprecision={"sigma_m": 8.2})
+    parameters = SceneParameters(imprecision={"coast_sigma_m": 8.2})
     scene = build_scene([coarse, fine], parameters)
     frame = scene.frame
     coverage = shapely.union_all(frame.project(fine.coverage))

@@ -20,6 +20,7 @@ from elusive.filters.particle import GaussianPrior, ParticleFilter
 from elusive.model import Model
 from elusive.motion import ConstantVelocity
 from elusive.sensors.clutter import ClutterSensor
+from tests.filters.link_scenes import linear_links
 
 # a filter whose fields have no defaults is built here
 PRIOR = GaussianPrior(mean=(0.0,) * 4, covariance=tuple(map(tuple, np.eye(4).tolist())))
@@ -33,6 +34,7 @@ BUILT = {
     "RecordedFilter": lambda kind: kind(
         detector=BernoulliFilter(sensor=ClutterSensor(rows=64, columns=64), particles=300, newborns=100)
     ),
+    "LinkPeople": lambda kind: kind(sensor=linear_links(half=10.0), particles=100),
     "ParticleFilter": lambda kind: kind(
         motion=ConstantVelocity(),
         sensor=Fix(),

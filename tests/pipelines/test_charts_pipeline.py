@@ -43,7 +43,7 @@ def test_a_real_cell_described(tmp_path):
 
 def test_charts_that_disagree(tmp_path):
     paths = [write(tmp_path / "a.geojson", LAND, LAKE, levels=[1, 2]), write(tmp_path / "b.geojson", LAND)]
-    described = describe_charts(paths, SceneParameters(imprecision={"sigma_m": 10}), tmp_path / "both.svg")
+    described = describe_charts(paths, SceneParameters(imprecision={"coast_sigma_m": 10}), tmp_path / "both.svg")
     (found,) = described.disagreements
     lake_m2 = LAKE.area / LAND.area * found.overlap_m2
     assert found.area_m2 == pytest.approx(lake_m2, rel=0.01)
@@ -79,8 +79,12 @@ def test_a_figure_of_another_kind_is_refused_before_anything_is_read(tmp_path):
 def test_the_command(tmp_path, capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "200")
     path = write(tmp_path / "a.geojson", LAND, LAKE, levels=[1, 2])
-    (tmp_path / "c.yaml").write_text("imprecision: {sigma_m: 12}\n")
-    for options, sigma in ((["--sigma-m", "9"], "9 m"), (["--config", tmp_path / "c.yaml"], "12 m"), ([], "204 m")):
+    (tmp_path / "c.yaml").write_text("imprecision: {coast_sigma_m: 12}\n")
+    for options, sigma in (
+        (["--coast-sigma-m", "9"], "9 m"),
+        (["--config", tmp_path / "c.yaml"], "12 m"),
+        ([], "204 m"),
+    ):
         with pytest.raises(SystemExit) as ended:
             main(["chart", str(path), "--figure", str(tmp_path / "a.png"), *map(str, options)])
         said = "".join(capsys.readouterr())
@@ -91,7 +95,7 @@ def test_the_command(tmp_path, capsys, monkeypatch):
     assert (tmp_path / "a.png").stat().st_size > 10_000
 
 
-@pytest.mark.parametrize("arguments", [["none.000"], ["a.geojson", "--sigma-m", "0"], ["a.geojson", "a.geojson"]])
+@pytest.mark.parametrize("arguments", [["none.000"], ["a.geojson", "--coast-sigma-m", "0"], ["a.geojson", "a.geojson"]])
 def test_bad_input_is_one_sentence(tmp_path, capsys, monkeypatch, arguments):
     monkeypatch.chdir(tmp_path)
     write(tmp_path / "a.geojson", LAND)

@@ -4,7 +4,9 @@ from typing import Annotated
 
 from pydantic import Field
 
+from elusive.charts.biased import BiasedWater, CoastBias
 from elusive.charts.coast import ChartedArea, Coast
+from elusive.charts.displaced import DisplacedWater
 from elusive.charts.exact import ExactWater
 from elusive.charts.field import FieldWater
 from elusive.charts.grid import GridWater
@@ -19,8 +21,11 @@ AnyWater = Annotated[
 
 __all__ = [
     "AnyWater",
+    "BiasedWater",
     "ChartedArea",
     "Coast",
+    "CoastBias",
+    "DisplacedWater",
     "ExactWater",
     "FieldWater",
     "GridWater",

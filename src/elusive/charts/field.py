@@ -137,7 +137,7 @@ class SplineField(Water):
         rng = np.random.default_rng(0)
         points = vertices[rng.integers(len(vertices), size=PROBES)] + rng.normal(scale=deviation, size=(PROBES, 2))
         x, y = points[:, 0], points[:, 1]
-        here = self._area(x, y) == number
+        here = self.locate(x, y) == number
         area = np.where(here, number, -1).astype(np.int8)
         found = np.ones(len(x))
         kernels.read(spline, x, y, area, number, found)

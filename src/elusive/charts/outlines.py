@@ -138,11 +138,14 @@ def _rectangle(path: Path, shapes: Any) -> tuple[Any, bool]:
     import shapely
 
     if path.suffix.lower() != ".shp":
-        stated = json.loads(path.read_text(encoding="utf-8-sig")).get("bbox")
+        try:
+            stated = json.loads(path.read_text(encoding="utf-8-sig")).get("bbox")
+        except (ValueError, RecursionError):  # the reader is not as strict
+            raise DataError(f"{path}: is not valid JSON in UTF-8; write it anew.") from None
         if stated is not None:
             try:
                 west, south, east, north = (float(value) for value in stated)
-            except (TypeError, ValueError):
+            except (TypeError, ValueError, OverflowError):
                 raise DataError(f"{path}: its 'bbox' must be west, south, east, north in degrees.") from None
             east += 360 * (east < west)
             if not (-360 <= west < east <= 540 and -90 <= south < north <= 90):

@@ -28,12 +28,12 @@ SPACING_M = 200.0  # between the places on the coast by which the plane is split
 class Imprecision(Model):
     """How a chart's statements of quality become a standard deviation of its coast.
 
-    CATZOC grades soundings, not coastlines, which are often better: give ``sigma_m`` where more is known. Its 95 %
-    limits in two dimensions, 5, 20, 50 and 500 m, are 2.45 deviations along an axis. For D and U, S-57 gives no limit:
-    C's stands in for them. Nor does it for QUAPOS: the factor is a choice.
+    CATZOC grades soundings, not coastlines, which are often better: give ``coast_sigma_m`` where more is known. Its
+    95 % limits in two dimensions, 5, 20, 50 and 500 m, are 2.45 deviations along an axis. For D and U, S-57 gives no
+    limit: C's stands in for them. Nor does it for QUAPOS: the factor is a choice.
     """
 
-    sigma_m: Positive | None = Field(
+    coast_sigma_m: Positive | None = Field(
         None, description="Deviation of the charted coast along an axis [m], everywhere; else from the charts' quality"
     )
     sigma_a1_m: Positive = Field(2.04, description="Deviation where CATZOC is A1 [m]")
@@ -53,8 +53,8 @@ class Imprecision(Model):
 
     def of(self, catzoc: NDArray[np.int64], quapos: NDArray[np.int64]) -> Array:
         """Return the deviation for each pair of CATZOC and QUAPOS [m]."""
-        if self.sigma_m is not None:
-            return np.full(len(catzoc), self.sigma_m)
+        if self.coast_sigma_m is not None:
+            return np.full(len(catzoc), self.coast_sigma_m)
         by_grade = np.array([getattr(self, f"sigma_{grade.lower()}_m") for grade in GRADES.values()])
         known = np.where((catzoc >= 1) & (catzoc <= UNASSESSED), catzoc, UNASSESSED)
         return np.asarray(by_grade[known - 1] * np.where(np.isin(quapos, LOW_ACCURACY), self.low_accuracy_factor, 1.0))

@@ -39,6 +39,12 @@ class SceneParameters(Model):
         description="What a draught rules out: areas too shallow throughout (for tracking), or any that may be in some "
         "place, dredged and unsurveyed ones of unknown depth too (for planning)",
     )
+    bias_east_m: float = Field(
+        0.0, allow_inf_nan=False, description="How far the charts are known to stand east of the truth [m]"
+    )
+    bias_north_m: float = Field(
+        0.0, allow_inf_nan=False, description="How far the charts are known to stand north of the truth [m]"
+    )
     islet_mm: NonNegative = Field(
         0.3, description="Width on paper, at the chart's scale, of land that it draws as a point or a line [mm]"
     )
@@ -97,11 +103,16 @@ def build_scene(
 
 
 def charted_areas(chart: Chart, frame: LocalFrame, parameters: SceneParameters) -> list[ChartedArea]:
-    """Return what one chart says, an entry for each imprecision."""
+    """Return what one chart says, an entry for each imprecision; a known bias is taken off it."""
     import shapely
 
-    land = barred(chart, frame, parameters)
-    areas = quality_areas(chart, frame, parameters.imprecision)
+    bias = np.array([parameters.bias_east_m, parameters.bias_north_m])
+
+    def moved_back(shapes: Any) -> Any:
+        return shapely.transform(shapes, lambda places: places - bias)
+
+    land = list(moved_back(as_geometries(barred(chart, frame, parameters))))
+    areas = [part._replace(area=moved_back(part.area)) for part in quality_areas(chart, frame, parameters.imprecision)]
     # The last is given the whole coverage: what the others leave of it, without slivers between them.
     covers = [*(area.area for area in areas[:-1]), shapely.union_all([area.area for area in areas])]
     return [ChartedArea(land, area.sigma_m, _polygons(cover)) for area, cover in zip(areas, covers, strict=True)]

@@ -68,7 +68,7 @@ class Water(abc.ABC):
     def area(self, points: ArrayLike) -> NDArray[np.int8]:
         """Return the number of the chart whose area each of ``(N, 2)`` points [m] lies in, finest first; -1: none's."""
         x, y = _columns(points)
-        return self._area(x, y)
+        return self.locate(x, y)
 
     def known(self, points: ArrayLike) -> NDArray[np.bool_]:
         """Whether any chart covers each of ``(N, 2)`` points [m]: elsewhere nothing is known, not even water."""
@@ -84,19 +84,20 @@ class Water(abc.ABC):
         """
         x, y = _columns(points)
         out = np.full(len(x), self.unknown)
-        self.fill(x, y, self._area(x, y), out)
+        self.fill(x, y, self.locate(x, y), out)
         return out
 
     def log_probability(self, states: Array) -> Array:
         """Log P(water) of ``(N, d)`` states x, vx, y, vy, ... [m], ``(N,)``, never below the logarithm of the floor."""
         x, y = states[:, X], states[:, Y]
         out = np.full(len(x), self.unknown)
-        self.fill(x, y, self._area(x, y), out)
+        self.fill(x, y, self.locate(x, y), out)
         out *= 1.0 - self.floor
         out += self.floor
         return np.asarray(np.log(out, out=out))
 
-    def _area(self, x: Array, y: Array) -> NDArray[np.int8]:
+    def locate(self, x: Array, y: Array) -> NDArray[np.int8]:
+        """Return the number of the area of each position [m] as :meth:`area` does, without a look at the input."""
         area = np.full(len(x), len(self._areas) if self.coast.everywhere else -1, np.int8)
         for number, index in reversed(list(enumerate(self._areas))):
             area[inside(index, cells_at(index, x, y), x, y)] = number

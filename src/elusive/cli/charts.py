@@ -11,22 +11,27 @@ from rich.markup import escape
 from elusive.cli.terminal import Config, console, show
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
-from elusive.pipelines.charts import SceneParameters, describe_charts
+from elusive.pipelines.charts import ChartParameters, describe_charts
 
 
-@accepts(SceneParameters)
+@accepts(ChartParameters)
 def chart_command(
     charts: Annotated[list[Path], typer.Argument(help="S-57 base cells (.000), GeoJSON or shapefiles of land.")],
     given: dict[str, Any],
     config: Config = None,
     figure: Annotated[Path | None, typer.Option("--figure", help="PNG, PDF or SVG to draw them in.")] = None,
+    water_probability: Annotated[
+        Path | None,
+        typer.Option("--water-probability", help="GeoTIFF (.tif) or netCDF (.nc) to write P(water) to, WGS 84."),
+    ] = None,
 ) -> None:
     """Say what is in charts: layers, extent, edition, quality, and where they disagree."""
-    parameters = SceneParameters(**nested(SceneParameters, given, read_yaml(config) if config else {}))
-    described = describe_charts(charts, parameters, figure)
+    parameters = ChartParameters(**nested(ChartParameters, given, read_yaml(config) if config else {}))
+    described = describe_charts(charts, parameters, figure, water_probability)
     for summary in described.summaries:
         show(summary.name, ("", ""), summary.rows)
     for sentence in (*(one.sentence for one in described.disagreements), *described.remarks):
         console.print(escape(sentence), highlight=False, soft_wrap=True)
-    if figure is not None:
-        console.print(f"Written to {figure}")
+    for written in (figure, water_probability):
+        if written is not None:
+            console.print(f"Written to {written}")

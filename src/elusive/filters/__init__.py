@@ -12,6 +12,7 @@ from elusive.filters.estimates import (
 from elusive.filters.existence import ExistenceParticleFilter, ExistenceState
 from elusive.filters.mode import densest
 from elusive.filters.particle import GaussianPrior, ParticleFilter, ParticleState
+from elusive.filters.particle_map import map_estimate, marginal_mode
 from elusive.filters.recorded import RecordedFilter, RecordedState
 from elusive.filters.recurrent import RecurrentFilter, RecurrentState
 from elusive.filters.resampling import effective_sample_size, resample
@@ -45,7 +46,9 @@ __all__ = [
     "densest",
     "effective_sample_size",
     "joint_map",
+    "map_estimate",
     "marginal_map",
+    "marginal_mode",
     "mean_and_covariance",
     "resample",
 ]

@@ -15,8 +15,9 @@ from elusive.charts.quality import GRADES, LOW_ACCURACY, coast_sigma
 from elusive.charts.scene import SceneParameters, barred, read_charts
 from elusive.errors import ParameterError
 from elusive.pipelines.chart_figure import draw_charts
+from elusive.pipelines.water_map import ChartParameters, check_map_name, write_water_map
 
-__all__ = ["ChartSummary", "ChartsDescribed", "SceneParameters", "describe_charts"]
+__all__ = ["ChartParameters", "ChartSummary", "ChartsDescribed", "describe_charts"]
 
 FIGURES = (".png", ".pdf", ".svg")
 
@@ -37,7 +38,10 @@ class ChartsDescribed(NamedTuple):
 
 
 def describe_charts(
-    paths: Sequence[str | Path], parameters: SceneParameters | None = None, figure: Path | None = None
+    paths: Sequence[str | Path],
+    parameters: SceneParameters | None = None,
+    figure: Path | None = None,
+    water_map: Path | None = None,
 ) -> ChartsDescribed:
     """Say what is in some charts.
 
@@ -46,19 +50,23 @@ def describe_charts(
     paths
         S-57 base cells (``.000``), GeoJSON or shapefiles.
     parameters
-        Imprecision and draught.
+        Imprecision and draught; of a map, its cells too.
     figure
         PNG, PDF or SVG to draw them in; none by default.
+    water_map
+        GeoTIFF or netCDF for the probability of water; none by default.
 
     Raises
     ------
     DataError
         If a chart cannot be read or they lie too far apart.
     ParameterError
-        If the figure's name has another ending.
+        If the name of figure or map has another ending, or the map would have too many cells.
     """
     if figure is not None and figure.suffix.lower() not in FIGURES:
         raise ParameterError(f"{figure}: a figure's name must end with {', '.join(FIGURES)}.")
+    if water_map is not None:
+        check_map_name(water_map)
     parameters = parameters or SceneParameters()
     charts = read_charts(*paths)
     frame = LocalFrame.about(charts)
@@ -66,6 +74,9 @@ def describe_charts(
     if figure is not None:
         regions = as_geometries(region for one in found for region in one.regions)
         draw_charts(figure, charts, frame, parameters, regions)
+    if water_map is not None:
+        told = {name: getattr(parameters, name) for name in type(parameters).model_fields}
+        write_water_map(water_map, charts, ChartParameters(**told))
     remarks = [f"{chart.path}: {remark}." for chart in charts for remark in chart.remarks]
     return ChartsDescribed([_summary(chart, frame, parameters) for chart in charts], found, remarks)
 

@@ -1,0 +1,110 @@
+"""The radar particle filter over a recording of single plots, against NumPy and Stone Soup; its particle MAP."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import shapely
+
+from benchmarks.stone_soup_radar import RadarOpponent
+from elusive import run
+from elusive.charts import FieldWater
+from elusive.filters.particle import ParticleFilter
+from elusive.filters.particle_map import map_estimate
+from elusive.io.radar_scans import RadarPlot
+from elusive.motion import ConstantVelocity, square_root
+from elusive.sensors.radar import RadarSensor
+from elusive.sensors.radar_births import ScanPrior
+from tests.charts.shapes import land
+from tests.reference import particle as reference
+
+STEPS = 20
+MOTION = ConstantVelocity(q=(5 / 3) ** 2)
+ROOT = square_root(MOTION.Q)
+SENSOR = RadarSensor()
+
+
+def recording():
+    """Plots of a ship five kilometres away, a second apart."""
+    rng, plots = np.random.default_rng(0), []
+    for k in range(STEPS + 1):
+        looked = SENSOR.simulate(np.array([[-20.0, 0.0, 5_000.0 + 7.0 * k, 7.0]]), rng, time_s=k)
+        plots.append(RadarPlot(k, *(float(part[0]) for part in looked[2:5])))
+    return plots
+
+
+PLOTS = recording()
+
+
+def model(particles, knowledge=None):
+    prior = ScanPrior(SENSOR, PLOTS[0])
+    return ParticleFilter(motion=MOTION, sensor=SENSOR, prior=prior, knowledge=knowledge, particles=particles)
+
+
+def follow(radar, begun, rng):
+    state = begun
+    for plot in PLOTS[1:]:
+        state = radar.step(state, plot, rng)
+    return state
+
+
+def follow_in_numpy(radar, begun, rng):
+    state = begun
+    for plot in PLOTS[1:]:
+        state = reference.step(radar, ROOT, state, plot, rng)
+    return state
+
+
+@pytest.mark.parametrize("particles", [2000, 6000])
+def test_steps_against_numpy(benchmark, best_of, report, particles):
+    radar, rng = model(particles), np.random.default_rng(1)
+    begun = radar.init(rng)
+    ours, twin = (way(radar, begun, np.random.default_rng(2)) for way in (follow, follow_in_numpy))
+    np.testing.assert_allclose(ours.weights, twin[1], rtol=1e-8)
+    np.testing.assert_allclose(ours.log_evidence, twin[4], rtol=1e-10)
+    mine, theirs = best_of(lambda: follow(radar, begun, rng), lambda: follow_in_numpy(radar, begun, rng))
+    report(f"radar particle filter, {particles} particles, against NumPy", theirs / mine, 3)
+    benchmark(follow, radar, begun, rng)
+
+
+@pytest.mark.parametrize("particles", [2000, 6000])
+def test_steps_against_stone_soup(benchmark, best_of, report, particles):
+    radar, rng = model(particles), np.random.default_rng(1)
+    begun = radar.init(rng)
+    opponent = RadarOpponent(radar, begun.particles, PLOTS[1:])
+    ours = np.array([[s.mean for s in list(run(radar, PLOTS[1:], np.random.default_rng(k)))[4:]] for k in range(4)])
+    theirs = np.array([opponent()[4:] for _ in range(4)])
+    deviations = np.sqrt(np.diag(follow(radar, begun, rng).covariance))
+    # two clouds about the same means, an effective size of some hundreds
+    assert np.abs((ours.mean(axis=0) - theirs.mean(axis=0)) / deviations).max() < 0.2
+    mine, other = best_of(lambda: follow(radar, begun, rng), opponent, rounds=3)
+    report(f"the same, {particles} particles, against Stone Soup's ParticleUpdater", other / mine, 10)
+    benchmark.pedantic(opponent, rounds=3)
+
+
+@pytest.mark.parametrize("particles", [2000, 6000])
+def test_a_map_in_the_step(benchmark, best_of, report, particles):
+    east = [(-15.0, 4_000.0), (400.0, 4_000.0), (400.0, 6_000.0), (-15.0, 6_000.0)]
+    field = FieldWater().on(land(shapely.Polygon(east), sigma=7.0))
+    free, charted, rng = model(particles), model(particles, field), np.random.default_rng(1)
+    begun = free.init(rng)
+    without, within = best_of(lambda: follow(free, begun, rng), lambda: follow(charted, begun, rng))
+    report(f"the same, {particles} particles: time without a map over with the field", without / within, 0.5)
+    benchmark(follow, charted, begun, rng)
+
+
+def test_particle_map(benchmark, best_of, report):
+    radar, rng = model(2000), np.random.default_rng(1)
+    before = follow(radar, radar.init(rng), rng)
+    after = radar.step(before, PLOTS[-1], rng)
+    score = SENSOR.log_likelihood(after.particles, PLOTS[-1])
+
+    def restricted():
+        return map_estimate(radar, before, after, PLOTS[-1], rng)
+
+    def whole():
+        return reference.map_index(after.particles, score, before.particles, before.weights, MOTION)
+
+    mine, theirs = best_of(restricted, whole, rounds=2)
+    report("particle MAP of 2000, 200 candidates and 600 parents, against all by SciPy", theirs / mine, 100)
+    benchmark(restricted)

@@ -1,0 +1,5 @@
+"""`python -m elusive` is the command line."""
+
+from elusive.cli import main
+
+main()

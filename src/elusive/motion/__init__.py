@@ -1,0 +1,30 @@
+"""How targets move, straight, turning, accelerating or at anchor, and what they carry beside their motion."""
+
+from elusive.motion.anchoring import MovingOrAnchored
+from elusive.motion.carried import complete, kinematic_names, with_interval
+from elusive.motion.coast_error import WithCoastError
+from elusive.motion.ctrv import ConstantTurnRateVelocity
+from elusive.motion.intensity import KinematicMotion, WithIntensity
+from elusive.motion.linear import (
+    ConstantAcceleration,
+    ConstantVelocity,
+    CoordinatedTurn,
+    LinearMotion,
+    square_root,
+)
+
+__all__ = [
+    "ConstantAcceleration",
+    "ConstantTurnRateVelocity",
+    "ConstantVelocity",
+    "CoordinatedTurn",
+    "KinematicMotion",
+    "LinearMotion",
+    "MovingOrAnchored",
+    "WithCoastError",
+    "WithIntensity",
+    "complete",
+    "kinematic_names",
+    "square_root",
+    "with_interval",
+]

@@ -1,0 +1,111 @@
+"""A target that moves or lies at anchor: a Markov switch a particle, the velocity at anchor an Ornstein-Uhlenbeck one.
+
+Blom and Bar-Shalom (1988) for the switch; Uhlenbeck and Ornstein (1930) for the swing. Bootsveld (2012), section 8.3,
+leaves targets at anchor open.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.random import Generator
+from pydantic import Field
+
+from elusive.contracts import VX, VY, Array, X, Y
+from elusive.model import Model, NonNegative, Positive
+from elusive.motion.linear import ConstantVelocity, square_root
+
+SERIES_BELOW = 0.5  # interval over swing time under which the variance of the way loses digits to cancellation
+TERMS = 18  # of its series: the next is below the rounding there
+
+
+class MovingOrAnchored(Model):
+    """Nearly constant velocity while it moves; at anchor it slows down and swings.
+
+    The state is ``x, vx, y, vy, anchored``, the last 1 at anchor and 0 otherwise: the weighted mean of that column is
+    the probability that the target lies at anchor.
+    """
+
+    kind: Literal["anchoring"] = "anchoring"
+    interval_s: Positive = Field(1.0, description="Time between two steps, T [s]")
+    q: NonNegative = Field(0.001, description="Power of the white acceleration while it moves, q1 [m^2 / s^3]")
+    mean_moving_s: Positive = Field(3600.0, description="Mean time until a moving target anchors [s]")
+    mean_anchored_s: Positive = Field(3600.0, description="Mean time that a target lies at anchor [s]")
+    swing_mps: NonNegative = Field(0.1, description="Deviation of the velocity at anchor on each axis [m/s]")
+    swing_s: Positive = Field(20.0, description="Time in which the velocity at anchor forgets what it was [s]")
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the state's components."""
+        return ("x", "vx", "y", "vy", "anchored")
+
+    @property
+    def anchored_share(self) -> float:
+        """Share of time at anchor in the long run: the probability before anything is measured."""
+        return self.mean_anchored_s / (self.mean_anchored_s + self.mean_moving_s)
+
+    @property
+    def switching(self) -> tuple[float, float]:
+        """Probabilities that a moving target lies at anchor one interval later, and one at anchor moves."""
+        settled = -math.expm1(-self.interval_s * (1 / self.mean_moving_s + 1 / self.mean_anchored_s))
+        return self.anchored_share * settled, (1.0 - self.anchored_share) * settled
+
+    @cached_property
+    def _axes(self) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+        """Transition and noise root of one axis while moving and at anchor, ``(2, 2)`` each."""
+        moving = ConstantVelocity(interval_s=self.interval_s, q=self.q)
+        at_anchor = swing(self.interval_s, self.swing_mps, self.swing_s)
+        return (moving.F[:2, :2], square_root(moving.Q[:2, :2])), (at_anchor[0], square_root(at_anchor[1]))
+
+    def propagate(self, states: Array, rng: Generator) -> Array:
+        """Draw the states one interval later, ``(N, 5) -> (N, 5)``: first whether it lies at anchor, then its way."""
+        stops, leaves = self.switching
+        drawn, noise = rng.random(len(states)), rng.standard_normal((4, len(states)))
+        anchored = np.where(states[:, 4] > 0.5, drawn >= leaves, drawn < stops)
+        (F, root), (F_anchor, root_anchor) = self._axes
+        moved = np.empty((5, len(states)))
+        moved[4] = anchored
+        for place, speed, (first, second) in ((X, VX, noise[:2]), (Y, VY, noise[2:])):
+            p, v = states[:, place], states[:, speed]
+            moved[place] = np.where(
+                anchored,
+                p + F_anchor[0, 1] * v + root_anchor[0, 0] * first,
+                p + F[0, 1] * v + root[0, 0] * first,
+            )
+            moved[speed] = np.where(
+                anchored,
+                F_anchor[1, 1] * v + root_anchor[1, 0] * first + root_anchor[1, 1] * second,
+                v + root[1, 0] * first + root[1, 1] * second,
+            )
+        return moved.T
+
+
+def swing(interval_s: float, deviation: float, time_s: float) -> tuple[Array, Array]:
+    """Transition and covariance of place and velocity, where the velocity is an Ornstein-Uhlenbeck process.
+
+    Parameters
+    ----------
+    interval_s
+        Time between two steps [s].
+    deviation
+        Of the velocity in the long run [m/s].
+    time_s
+        In which the velocity's correlation falls to 1/e [s].
+
+    Returns
+    -------
+    F, Q
+        ``(2, 2)`` each.
+    """
+    x = interval_s / time_s
+    lost = -math.expm1(-x)
+    if x < SERIES_BELOW:
+        way = sum((-x) ** n * (2.0 - 2.0 ** (n - 1)) / math.factorial(n) for n in range(3, TERMS))
+    else:
+        way = x - 2.0 * lost - 0.5 * math.expm1(-2.0 * x)
+    F = np.array([[1.0, time_s * lost], [0.0, 1.0 - lost]])
+    Q = deviation**2 * np.array([[2.0 * time_s**2 * way, time_s * lost**2], [time_s * lost**2, -math.expm1(-2.0 * x)]])
+    return F, Q

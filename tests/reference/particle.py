@@ -1,0 +1,72 @@
+"""Plain NumPy twins of the SIR particle filter: its weights, its whole step, its MAP."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.special import logsumexp
+from scipy.stats import multivariate_normal
+
+from tests.reference.filters import moments
+from tests.reference.motion import propagate_linear
+from tests.reference.resampling import systematic_by_repeat
+
+
+def reweigh(weights, seen, chart, least):
+    """Weights, log p(measurement | map), P(allowed) and whether the map was left out, in logarithms throughout."""
+    with np.errstate(divide="ignore"):
+        log_weights = np.log(weights)
+    prior_and_map = logsumexp(log_weights + chart) if len(chart) else 0.0
+    posterior = log_weights + seen if len(seen) else log_weights
+    free = logsumexp(posterior)
+    allowed = float(np.exp(prior_and_map))
+    if free == -np.inf:
+        return weights, free, allowed, allowed <= least
+    if not len(chart):
+        return np.exp(posterior - free), free, allowed, False
+    joint = logsumexp(posterior + chart)
+    if np.exp(joint - free) <= least:
+        return np.exp(posterior - free), free, allowed, True
+    return np.exp(posterior + chart - joint), joint - prior_and_map, allowed, False
+
+
+def map_index(after, score, before, weights, motion):
+    """Index of the particle of greatest posterior density: every candidate, every parent, densities by SciPy."""
+    prediction = [
+        logsumexp(multivariate_normal(np.zeros(len(state)), motion.Q).logpdf(state - before @ motion.F.T), b=weights)
+        for state in after
+    ]
+    return int(np.argmax(score + prediction))
+
+
+def plot_log_likelihood(sensor, states, plot):
+    """Log density of one plot, the field of view having no border: what one would write in NumPy."""
+    x, vx, y, vy = states.T[:4]
+    distance = np.hypot(x, y)
+    angle = plot.bearing_rad - np.arctan2(x, y)
+    angle -= 2 * np.pi * np.round(angle / (2 * np.pi))
+    rate = (x * vx + y * vy) / distance
+    errors = (plot.range_m - distance, sensor.range_sd_m), (angle, sensor.bearing_sd_mrad / 1000)
+    errors = (*errors, (plot.doppler_mps - rate, sensor.doppler_sd_mps))
+    return sum(-0.5 * (error / sd) ** 2 - np.log(np.sqrt(2 * np.pi) * sd) for error, sd in errors)
+
+
+def step(model, root, state, plot, rng):
+    """One step with a linear motion and one plot: (particles, weights, mean, covariance, log evidence, allowed).
+
+    ``root`` is the lower-triangular root of Q; the draws are those of the filter, in its order.
+    """
+    particles, weights = state[:2]
+    if 1 / (weights @ weights) < model.resample_below * len(weights):
+        particles = particles[systematic_by_repeat(weights, len(weights), rng.random())]
+        weights = np.full(len(weights), 1 / len(weights))
+    particles = propagate_linear(particles, model.motion.F, root, rng)
+    allowed, log_ratio = 1.0, plot_log_likelihood(model.sensor, particles, plot)
+    if model.knowledge is not None:
+        chart = model.knowledge.log_probability(particles)
+        allowed = weights @ np.exp(chart)
+        log_ratio = log_ratio + chart
+    best = log_ratio.max()
+    weights = weights * np.exp(log_ratio - best)
+    total = weights.sum()
+    weights = weights / total
+    return (particles, weights, *moments(particles, weights), best + np.log(total / allowed), allowed)
