@@ -189,7 +189,7 @@ def test_simulated_plots_have_the_stated_errors_and_shares():
     counts = np.array([len(looked.range_m) for looked in looks])
     assert counts.max() == 1
     assert abs(counts.mean() - 0.7) < 5 * np.sqrt(0.21 / n)
-    ranges, bearings, dopplers = (np.concatenate(part) for part in list(zip(*looks, strict=True))[2:])
+    ranges, bearings, dopplers = (np.concatenate(part) for part in list(zip(*looks, strict=True))[2:5])
     assert all(looked.time_s == 8 and np.all(looked.times_s == 8) for looked in looks)
     told = np.isfinite(dopplers)
     assert abs(told.mean() - 0.4) < 5 * np.sqrt(0.24 / len(told))
@@ -207,7 +207,7 @@ def test_simulated_false_alarms_are_poisson_and_uniform_over_the_field():
     counts = np.array([len(looked.range_m) for looked in looks])
     assert abs(counts.mean() - 6) < 5 * np.sqrt(6 / n)
     assert abs(counts.var() - 6) < 5 * np.sqrt(78 / n)
-    ranges, bearings, dopplers = (np.concatenate(part) for part in list(zip(*looks, strict=True))[2:])
+    ranges, bearings, dopplers = (np.concatenate(part) for part in list(zip(*looks, strict=True))[2:5])
     off = (bearings - np.deg2rad(300)) % (2 * np.pi) / np.deg2rad(105)
     for values in ((ranges - 30) / 370, off, (dopplers + 20) / 40):
         assert kstest(values, "uniform").pvalue > 1e-4
@@ -401,3 +401,13 @@ def test_bad_states_and_missing_numbers_are_refused():
         RadarBirth().draw(5, None, RadarSensor(), ("x", "vx", "y", "vy"), rng)
     with pytest.raises(ParameterError, match="how to draw 'intensity'"):
         RadarBirth().draw(5, None, untold, ("x", "vx", "y", "vy", "intensity"), rng)
+
+
+def test_each_plot_is_seen_at_its_own_time_whatever_the_others():
+    """A plot at the scan's own time that comes after one at another: the states are taken back to the scan's time."""
+    sensor = RadarSensor(**CLUTTERED)
+    states = np.random.default_rng(17).normal([30.0, 10.0, 50.0, -8.0], 3.0, (300, 4))
+    looked = scan((0, 60.0, 0.5, 0.0), (1, 60.0, 0.6, 1.0), (2, 55.0, 0.7, np.nan), (1, 50.0, 0.6, 1.0), time_s=1.0)
+    np.testing.assert_allclose(
+        sensor.log_likelihood(states, looked), reference.log_ratio(sensor, states, looked), atol=1e-9
+    )

@@ -1,4 +1,4 @@
-"""The command line: `elusive track`, `chart`, `demo`, `reproduce`, `campaign`. It only calls pipelines, experiments."""
+"""The command line: `elusive track`, `chart`, `simulate`, `demo`, `reproduce`, `campaign`. It only calls pipelines."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ from rich.markup import escape
 
 import elusive
 from elusive.campaign import CampaignConfig, make_executor, resolve, run_campaign
-from elusive.cli import reproduce, track
+from elusive.cli import reproduce, simulate, track
 from elusive.cli.charts import chart_command
+from elusive.cli.links import track_links_command
 from elusive.cli.terminal import Out, Scheduler, Workers, bar, campaign_bar, console, interrupt, interrupted, show
 from elusive.errors import ElusiveError
 from elusive.experiments.amrouche2018.trial import SCENARIO as AMROUCHE2018
@@ -25,8 +26,10 @@ BAD_INPUT = 2
 SCENARIOS = {"amrouche2018": AMROUCHE2018, "mazurek2013": MAZUREK2013}
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, help=elusive.__doc__)
+track.app.command("links")(track_links_command)
 app.add_typer(track.app, name="track")
 app.command("chart")(chart_command)
+app.add_typer(simulate.app, name="simulate")
 app.add_typer(reproduce.app, name="reproduce")
 
 

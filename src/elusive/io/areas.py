@@ -9,6 +9,7 @@ import csv
 import math
 import os
 from functools import cached_property
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -48,7 +49,7 @@ class Area(Model):
         """
         if not (x0 < x1 and y0 < y1):
             raise ParameterError(
-                f"area: from x {x0:g} to {x1:g} and y {y0:g} to {y1:g} there is none; give X0 X1 Y0 Y1, the lower first."
+                f"area: from x {x0:g} to {x1:g} and y {y0:g} to {y1:g} there is none; give the lower bound first."
             )
         return cls(corners_m=((x0, y0), (x1, y0), (x1, y1), (x0, y1)))
 
@@ -162,7 +163,7 @@ def _twice_area(corners: Array) -> float:
 def _crosses_itself(corners: Array, sides: Array) -> bool:
     """Tell whether two sides meet elsewhere than at their common corner."""
     n = len(corners)
-    for i, j in ((i, j) for i in range(n) for j in range(i + 1, n)):
+    for i, j in combinations(range(n), 2):
         between, across = corners[j] - corners[i], _cross(sides[i], sides[j])
         if across == 0.0:
             if _cross(between, sides[i]) != 0.0:

@@ -127,13 +127,13 @@ def write_radar_plots_csv(path: str | os.PathLike[str], scans: Iterable[RadarSca
             before = float(times_s[-1])
             if not len(scan.times_s):
                 writer.writerow([number_text(scan.time_s), "", "", ""])
-            for time_s, range_m, bearing_rad, doppler_mps in zip(*scan[1:], strict=True):
+            for time_s, range_m, bearing_rad, doppler_mps in zip(*scan[1:5], strict=True):
                 numbers = number_text(time_s), number_text(range_m), _degrees_text(bearing_rad)
                 writer.writerow([*numbers, number_text(doppler_mps)])
 
 
 def _fault_of(scan: RadarScan, before: float) -> str | None:
-    times_s, range_m, bearing_rad, doppler_mps = (np.asarray(part) for part in scan[1:])
+    times_s, range_m, bearing_rad, doppler_mps = (np.asarray(part) for part in scan[1:5])
     if not times_s.shape == range_m.shape == bearing_rad.shape == doppler_mps.shape == (times_s.size,):
         return "has arrays of different lengths; give each plot a time, a range, a bearing and a Doppler or NaN"
     every = times_s if times_s.size else np.array([scan.time_s])

@@ -35,6 +35,7 @@ class RadarScan(NamedTuple):
     range_m: Array  # (n,)
     bearing_rad: Array  # (n,) clockwise from north, from 0 to below 2 pi
     doppler_mps: Array  # (n,) range rate, positive away from the radar; NaN where not measured
+    claimed: Array | None = None  # (n,) density of plots that other targets are expected to make, to false alarms'
 
 
 def scan_of(time_s: float, plots: Iterable[RadarPlot] = ()) -> RadarScan:

@@ -76,7 +76,7 @@ def write_tracks_csv(path: str | os.PathLike[str], rows: Iterable[TrackRow], uni
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(names)
         for row in table:
-            writer.writerow(_cells(row)[: len(names)])
+            writer.writerow(cells_of(row)[: len(names)])
 
 
 def read_tracks_csv(path: str | os.PathLike[str], unit: Unit = "px") -> list[TrackRow]:
@@ -178,7 +178,7 @@ def _csv_lines(path: str | os.PathLike[str]) -> Iterator[tuple[int, list[str]]]:
         raise DataError(f"{path}, line {reader.line_num}: is not CSV ({error}); repair the line.") from None
 
 
-def _cells(row: TrackRow) -> list[str]:
+def cells_of(row: TrackRow) -> list[str]:
     track = "" if row.track is None else str(int(row.track))
     return [number_text(row.time_s), track, row.status, *map(number_text, row[3:])]
 

@@ -28,6 +28,7 @@ class ClearMot(NamedTuple):
     false_positives: NDArray[np.int64]  # (T,) fp, eq. 4.5
     mismatches: NDArray[np.int64]  # (T,) mme, eq. 4.6
     deviations: Array  # (M,) distance of each pair, eq. 4.1, in the places' unit
+    pairs: NDArray[np.int64]  # (M, 3) frame, target and track of each pair
 
     @property
     def mota(self) -> float:
@@ -76,6 +77,7 @@ def clear_mot(truth: Sightings, tracks: Sightings, gate: float = 2.0, frames: in
     count = frames_of(truth, tracks, frames)
     numbers = np.zeros((4, count), np.int64)
     deviations: list[float] = []
+    matched: list[tuple[int, int, int]] = []
     last: dict[int, int] = {}  # the track that stood last for each target
     for frame, ((targets, true), (names, placed)) in enumerate(
         zip(truth.in_frames(count), tracks.in_frames(count), strict=True)
@@ -93,9 +95,11 @@ def clear_mot(truth: Sightings, tracks: Sightings, gate: float = 2.0, frames: in
             switched += last.get(target, track) != track
             last[target] = track
             deviations.append(float(apart[row, column]))
+            matched.append((frame, target, track))
         numbers[:, frame] = len(true), len(true) - len(pairs), len(placed) - len(pairs), switched
     present, missed, false, mismatched = numbers
-    return ClearMot(present, missed, false, mismatched, np.array(deviations))
+    who = np.array(matched, np.int64).reshape(-1, 3)
+    return ClearMot(present, missed, false, mismatched, np.array(deviations), who)
 
 
 def _kept(

@@ -1,4 +1,4 @@
-"""Compiled kernel of the radar sensor: the log likelihood ratio of a scan at each state, a block at a time."""
+"""Compiled kernels of the radar sensor: a scan checked and tabulated, its log likelihood ratio at each state."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from elusive.contracts import VX, VY, Array, X, Y
 SIN, COS, RANGE, DOPPLER, DOPPLER_WEIGHT, LATER, LOG_SCALE = range(7)  # columns of a table of plots
 FAR = 9.0  # deviations from a border beyond which its tail, 1e-19, is nothing
 NEGLIGIBLE = 45.0  # a term that much below another one does not change their sum's last digit
-ROOT2 = np.sqrt(2.0)
+ROOT2, TURN = np.sqrt(2.0), 2.0 * np.pi
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
@@ -34,6 +34,46 @@ def angle_of(across: float, along: float) -> float:
     return -angle if across < 0.0 else angle
 
 
+@njit(cache=True, nogil=True, error_model="numpy")
+def judge(
+    scan: tuple[Array, ...], time_s: float, low: float, high: float, middle: float, half: float
+) -> tuple[int, int, np.ndarray]:
+    """Return the first plot that is no measurement, else -1; how many plots lie in the field of view, and which.
+
+    The field: least and greatest range, the sector's middle and half its width. The scan: as :func:`tabulate`.
+    """
+    times_s, range_m, bearing_rad, doppler_mps, claimed = scan
+    inside = np.zeros(len(range_m), np.bool_)
+    for j in range(len(range_m)):
+        sound = np.isfinite(times_s[j] - time_s) and 0.0 <= range_m[j] < np.inf and not np.isinf(doppler_mps[j])
+        if not (sound and 0.0 <= bearing_rad[j] < TURN and claimed[j] >= 0.0):
+            return j, 0, inside
+        off = bearing_rad[j] - middle
+        off = abs(off - TURN * np.floor(off / TURN + 0.5))
+        inside[j] = low <= range_m[j] <= high and (off <= half or half == np.pi)
+    return -1, inside.sum(), inside
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def tabulate(
+    scan: tuple[Array, ...], time_s: float, doppler_sd: float, log_scale: float, log_doppler_scale: float
+) -> Array:
+    """Rows of plots as :func:`scan_log_ratio` takes them; the second logarithm counts where there is a Doppler.
+
+    The scan: times, ranges, bearings, Dopplers (NaN where there is none) and claims of its plots.
+    """
+    times_s, range_m, bearing_rad, doppler_mps, claimed = scan
+    table = np.empty((len(range_m), 7))
+    for j in range(len(range_m)):
+        told = not np.isnan(doppler_mps[j])
+        table[j, SIN], table[j, COS], table[j, RANGE] = np.sin(bearing_rad[j]), np.cos(bearing_rad[j]), range_m[j]
+        table[j, DOPPLER] = doppler_mps[j] if told else 0.0
+        table[j, DOPPLER_WEIGHT] = 1.0 / doppler_sd if told else 0.0
+        table[j, LATER] = times_s[j] - time_s
+        table[j, LOG_SCALE] = log_scale + (log_doppler_scale if told else 0.0) - np.log1p(claimed[j])
+    return table
+
+
 @njit(cache=True, nogil=True)
 def _mass(centre: float, deviation: float, low: float, high: float) -> float:
     """Probability that a Gaussian falls between two borders that lie on both sides of its centre."""
@@ -51,19 +91,34 @@ def _mass_around(centre: float, deviation: float, half: float) -> float:
     return mass
 
 
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"nnan", "nsz", "reassoc"})
+def _bounds(distance: Array) -> tuple[float, float]:
+    """Least and greatest distance; none is NaN."""
+    low, high = distance[0], distance[0]
+    for i in range(len(distance)):
+        low, high = min(low, distance[i]), max(high, distance[i])
+    return low, high
+
+
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-def _correct(x: Array, y: Array, sd: tuple[float, float], field: tuple[float, ...], seen: Array) -> None:
+def _correct(
+    x: Array, y: Array, distance: Array, sd: tuple[float, float], field: tuple[float, ...], seen: Array
+) -> None:
     """Minus the log probability that a plot falls in the field of view; minus infinity for places outside of it."""
     low, high, sin, cos, half = field
+    nearest, farthest = _bounds(distance)
+    if half >= np.pi and nearest - low >= FAR * sd[0] and high - farthest >= FAR * sd[0]:
+        seen[: len(x)] = 0.0
+        return
     for i in range(len(x)):
-        distance = np.sqrt(x[i] * x[i] + y[i] * y[i])
+        far = distance[i]
         seen[i] = 0.0
-        if not low <= distance <= high:
+        if not low <= far <= high:
             seen[i] = -np.inf
-        elif min(distance - low, high - distance) < FAR * sd[0]:
-            seen[i] = -np.log(_mass(distance, sd[0], low, high))
+        elif min(far - low, high - far) < FAR * sd[0]:
+            seen[i] = -np.log(_mass(far, sd[0], low, high))
         if half < np.pi:
-            off = angle_of(cos * x[i] - sin * y[i], sin * x[i] + cos * y[i]) if distance > 0.0 else angle_of(-sin, cos)
+            off = angle_of(cos * x[i] - sin * y[i], sin * x[i] + cos * y[i]) if far > 0.0 else angle_of(-sin, cos)
             if abs(off) > half:
                 seen[i] = -np.inf
             elif half - abs(off) < FAR * sd[1]:
@@ -111,15 +166,6 @@ def _exponents(
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-def _nearest(distance: Array, measured: float) -> float:
-    """Least difference between a measured range and the distances."""
-    low, high = distance[0], distance[0]
-    for i in range(len(distance)):
-        low, high = min(low, distance[i]), max(high, distance[i])
-    return float(max(0.0, low - measured, measured - high))
-
-
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def scan_log_ratio(
     states: Array,
     origin: tuple[float, float],
@@ -148,18 +194,22 @@ def scan_log_ratio(
         py, vy = all_y[first : first + size], all_vy[first : first + size]
         _places(px, vx, 0.0, origin[0], x)
         _places(py, vy, 0.0, origin[1], y)
-        _correct(x[:size], y[:size], sd, field, seen)
+        _distances(x[:size], y[:size], distance)
+        _correct(x[:size], y[:size], distance[:size], sd, field, seen)
+        later = 0.0
         rows = 0
         if clutter or len(plots) == 0:
             for i in range(size):
                 terms[0, i] = log_missed if seen[i] > -np.inf else 0.0
             rows = 1
         for plot in plots:
-            if plot[LATER] != 0.0:
-                _places(px, vx, plot[LATER], origin[0], x)
-                _places(py, vy, plot[LATER], origin[1], y)
-            _distances(x[:size], y[:size], distance)
-            gap = _nearest(distance[:size], plot[RANGE]) / sd[0]
+            if plot[LATER] != later:
+                later = plot[LATER]
+                _places(px, vx, later, origin[0], x)
+                _places(py, vy, later, origin[1], y)
+                _distances(x[:size], y[:size], distance)
+            nearest, farthest = _bounds(distance[:size])
+            gap = max(0.0, nearest - plot[RANGE], plot[RANGE] - farthest) / sd[0]
             if clutter and plot[LOG_SCALE] - 0.5 * gap * gap < log_missed - NEGLIGIBLE:
                 continue
             term = terms[rows, :size]

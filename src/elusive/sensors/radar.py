@@ -7,6 +7,8 @@ at x, and lambda the density of false alarms, a scan Z has the ratio
     l(Z | x) = 1 - P_D(x) + P_D(x) sum over z in Z of g(z | x) / lambda(z)
 
 of target against none; P_D(x) is P_D in the field of view and zero outside of it. g integrates to one over the field.
+Of a plot that other targets claim, c times the density of false alarms, lambda becomes lambda (1 + c): Musicki and La
+Scala (2008), IEEE Trans. Aerosp. Electron. Syst. 44(3), 877-896.
 """
 
 from __future__ import annotations
@@ -134,24 +136,24 @@ class RadarSensor(RadarView):
 
     def _table(self, scan: RadarScan) -> Array:
         """Rows of plots as the kernel takes them, each with the logarithm of its constant factor."""
-        n, told = len(scan.range_m), np.isfinite(scan.doppler_mps)
+        from elusive.sensors._radar_kernels import tabulate
+
+        n = len(scan.range_m)
         if n > 1 and not self.false_alarms:
             raise DataError(
                 f"scan at {scan.time_s:g} s: holds {n} plots, and without false alarms one target makes one at most; "
                 "give false_alarms."
             )
-        scale = np.full(
-            n, _log(self.detection_probability) - math.log(TURN_RAD * self.range_sd_m * self.bearing_sd_rad)
-        )
-        scale -= told * (math.log(self.doppler_sd_mps) + 0.5 * math.log(TURN_RAD))
-        if n and self.false_alarms:
+        log_scale = _log(self.detection_probability) - math.log(TURN_RAD * self.range_sd_m * self.bearing_sd_rad)
+        log_doppler = -math.log(self.doppler_sd_mps) - 0.5 * math.log(TURN_RAD)
+        if self.false_alarms:
             low, high, half = self.limits
-            scale += math.log(2 * half * (high - low) / self.false_alarms)
-            if told.any():
-                scale += told * math.log(2 * self._told_folds(f"scan at {scan.time_s:g} s"))
-        doppler = np.where(told, scan.doppler_mps, 0.0), told / self.doppler_sd_mps
-        sin, cos, later = np.sin(scan.bearing_rad), np.cos(scan.bearing_rad), scan.times_s - scan.time_s
-        return np.column_stack([sin, cos, scan.range_m, *doppler, later, scale])
+            log_scale += math.log(2 * half * (high - low) / self.false_alarms)
+            if np.isfinite(scan.doppler_mps).any():
+                log_doppler += math.log(2 * self._told_folds(f"scan at {scan.time_s:g} s"))
+        claimed = np.zeros(n) if scan.claimed is None else scan.claimed
+        plots = scan.times_s, scan.range_m, scan.bearing_rad, scan.doppler_mps, claimed
+        return tabulate(plots, scan.time_s, self.doppler_sd_mps, log_scale, log_doppler)
 
     def _told_folds(self, where: str) -> float:
         if self.max_doppler_mps is None:

@@ -112,7 +112,7 @@ class RadarBirth(Model):
         low, high, half = sensor.limits
         range_sd, angle_sd, speed_sd = sensor.range_sd_m, sensor.bearing_sd_rad, self.speed_sd_mps
         total = np.full(len(states), -np.inf)
-        for time_s, range_m, bearing_rad, doppler_mps in zip(*scan[1:], strict=True):
+        for time_s, range_m, bearing_rad, doppler_mps in zip(*scan[1:5], strict=True):
             then = states.copy()
             then[:, X] += (time_s - scan.time_s) * states[:, VX]
             then[:, Y] += (time_s - scan.time_s) * states[:, VY]

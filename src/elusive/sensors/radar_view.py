@@ -19,7 +19,7 @@ from pydantic import Field, model_validator
 
 from elusive.contracts import VX, VY, Array, X, Y
 from elusive.errors import DataError, ParameterError
-from elusive.io.radar_scans import TURN_RAD, RadarPlot, RadarScan, scan_of
+from elusive.io.radar_scans import TURN_RAD, RadarPlot, RadarScan
 from elusive.model import FROM_RECORDING, Model, NonNegative, Positive
 
 
@@ -80,26 +80,31 @@ class RadarView(Model):
             If the arrays differ in length, a number is not finite (a Doppler may be NaN), a range is below zero or a
             bearing not from 0 to below 2 pi.
         """
-        scan = scan_of(measurement.time_s, [measurement]) if isinstance(measurement, RadarPlot) else measurement
+        from elusive.sensors._radar_kernels import judge
+
+        scan = measurement
+        if isinstance(measurement, RadarPlot):
+            scan = RadarScan(measurement.time_s, *np.array(measurement, dtype=np.float64)[:, None])
         if not isinstance(scan, RadarScan):
             raise DataError(f"radar: measurement is {type(scan).__name__}; give a RadarScan or a RadarPlot.")
-        table = [np.asarray(part, dtype=np.float64) for part in scan[1:]]
-        if not (math.isfinite(scan.time_s) and all(part.shape == (table[0].size,) for part in table)):
+        table = [np.ascontiguousarray(part, dtype=np.float64) for part in scan[1:5]]
+        claims = np.zeros(table[0].size) if scan.claimed is None else scan.claimed
+        claimed = np.ascontiguousarray(claims, dtype=np.float64)
+        if not (math.isfinite(scan.time_s) and all(part.shape == (table[0].size,) for part in (*table, claimed))):
             raise DataError(
                 f"scan at {scan.time_s:g} s: needs a finite time, and arrays that hold a number for each plot."
             )
-        times_s, range_m, bearing_rad, doppler_mps = table
-        sound = np.isfinite(times_s - scan.time_s) & (range_m >= 0) & np.isfinite(range_m) & ~np.isinf(doppler_mps)
-        sound &= (bearing_rad >= 0) & (bearing_rad < TURN_RAD)
-        if not sound.all():
-            bad = int(np.argmin(sound))
+        low, high, half = self.limits
+        bad, count, inside = judge((*table, claimed), scan.time_s, low, high, self.middle_rad, half)
+        if bad >= 0:
+            times_s, range_m, bearing_rad, doppler_mps = (part[bad] for part in table)
             raise DataError(
-                f"scan at {scan.time_s:g} s, plot {bad}: time {times_s[bad]:g} s, range {range_m[bad]:g} m, bearing "
-                f"{bearing_rad[bad]:g} rad, Doppler {doppler_mps[bad]:g} m/s; give a finite time, a range from 0, a "
-                "bearing from 0 to below 2 pi, and a Doppler or NaN."
+                f"scan at {scan.time_s:g} s, plot {bad}: time {times_s:g} s, range {range_m:g} m, bearing "
+                f"{bearing_rad:g} rad, Doppler {doppler_mps:g} m/s; give a finite time, a range from 0, a "
+                "bearing from 0 to below 2 pi, a Doppler or NaN, and claims from 0."
             )
-        inside = self.sees(range_m, bearing_rad)
-        return RadarScan(float(scan.time_s), *(part[inside] for part in table))
+        every = [*table, claimed]
+        return RadarScan(float(scan.time_s), *(every if count == inside.size else [part[inside] for part in every]))
 
     def draw_births(self, scan: RadarScan | RadarPlot, n: int, rng: Generator, speed_sd_mps: float = 5.0) -> Array:
         """Draw states that explain a scan: each of a plot taken at random, within the radar's errors and its view.

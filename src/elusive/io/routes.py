@@ -1,0 +1,128 @@
+"""A ship's route as waypoints in longitude and latitude: a table in CSV, or a line in GeoJSON (RFC 7946)."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from elusive.contracts import Array
+from elusive.errors import DataError
+from elusive.io.tracks import read_lines
+from elusive.io.truth import NUMBER
+
+COLUMNS = ("lon_deg", "lat_deg", "speed_mps")
+GEOJSON = (".geojson", ".json")
+Waypoint = tuple[float, float, float]
+
+
+class Route(NamedTuple):
+    """Waypoints in the order in which they are sailed."""
+
+    lonlat_deg: Array  # (W, 2), WGS 84
+    speed_mps: Array  # (W,) from each waypoint to the next; NaN where it is not told
+
+
+def read_route(path: str | os.PathLike[str]) -> Route:
+    """Read a route.
+
+    Parameters
+    ----------
+    path
+        A table whose first line names ``lon_deg,lat_deg`` and perhaps ``speed_mps``, the speed from that waypoint to
+        the next, a waypoint a line; or ``.geojson`` that holds one LineString, its speed as the property
+        ``speed_mps``.
+
+    Raises
+    ------
+    DataError
+        If the file cannot be read, a waypoint is no place or a speed not positive, or there are fewer than two; the
+        sentence says where.
+    """
+    file = Path(path)
+    table = _line(file) if file.suffix.lower() in GEOJSON else _table(file)
+    for number, (lon, lat, speed) in enumerate(table, 1):
+        if not (abs(lon) <= 360 and abs(lat) <= 90):
+            raise DataError(f"{path}, waypoint {number}: ({lon:g}, {lat:g}) is no longitude and latitude in degrees.")
+        if not (math.isnan(speed) or 0 < speed < math.inf):
+            raise DataError(
+                f"{path}, waypoint {number}: its speed, {speed:g} m/s, is not positive; give a positive one."
+            )
+    if len(table) < 2:
+        raise DataError(f"{path}: holds {len(table)} waypoints; a route needs two at least.")
+    values = np.array(table, dtype=np.float64)
+    return Route(values[:, :2], values[:, 2])
+
+
+def _table(path: Path) -> list[Waypoint]:
+    names: list[str] = []
+    mark = ","
+    rows: list[Waypoint] = []
+    for number, line in enumerate(read_lines(path), 1):
+        if not line.strip() or line.startswith("#"):
+            continue
+        where = f"{path}, line {number}"
+        if not names:
+            mark = next((mark for mark in ";\t" if mark in line), ",")
+            names = [cell.strip().strip('"') for cell in line.split(mark)]
+            if not set(COLUMNS[:2]) <= set(names) <= set(COLUMNS) or len(set(names)) < len(names):
+                raise DataError(
+                    f"{where}: the columns are {','.join(names)!r:.80}; name them {','.join(COLUMNS[:2])} and, where "
+                    f"it is told, {COLUMNS[2]}."
+                )
+            continue
+        cells = [cell.strip() for cell in line.split(mark)]
+        if len(cells) != len(names):
+            raise DataError(f"{where}: has {len(cells)} cells for {len(names)} columns; repair it.")
+        record = dict(zip(names, cells, strict=True))
+        lon, lat, speed = (_number(record.get(name, ""), name, where) for name in COLUMNS)
+        rows.append((lon, lat, speed))
+    return rows
+
+
+def _number(cell: str, name: str, where: str) -> float:
+    if name == COLUMNS[2] and cell.lower() in ("", "nan"):
+        return math.nan
+    value = float(cell) if NUMBER.fullmatch(cell) else math.nan
+    if not math.isfinite(value):
+        raise DataError(f"{where}, column {name}: {cell!r:.60} is no number; write a finite one.")
+    return value
+
+
+def _line(path: Path) -> list[Waypoint]:
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise DataError(f"{path}: cannot be read ({error.strerror}); check the path.") from None
+    except (ValueError, RecursionError):
+        raise DataError(f"{path}: is no GeoJSON; write a LineString, or a table of {','.join(COLUMNS[:2])}.") from None
+    lines = list(_lines(found))
+    if len(lines) != 1:
+        raise DataError(f"{path}: holds {len(lines)} LineStrings; a route is one.")
+    ((coordinates, properties),) = lines
+    told = properties.get(COLUMNS[2])
+    try:
+        speed = math.nan if told is None else float(told)
+        table = [(float(place[0]), float(place[1]), speed) for place in coordinates]
+    except (TypeError, ValueError, OverflowError, IndexError, KeyError):
+        raise DataError(f"{path}: its coordinates or its speed are no numbers; write [longitude, latitude].") from None
+    if not np.isfinite(np.array(table).reshape(-1, 3)[:, :2]).all():
+        raise DataError(f"{path}: has a coordinate that is not finite; leave it out.")
+    return table
+
+
+def _lines(found: Any, properties: Any = None) -> Any:
+    """Yield the coordinates and properties of each LineString, in features and collections too."""
+    if not isinstance(found, dict):
+        return
+    if found.get("type") == "LineString" and isinstance(found.get("coordinates"), list):
+        yield found["coordinates"], properties if isinstance(properties, dict) else {}
+    elif found.get("type") == "Feature":
+        yield from _lines(found.get("geometry"), found.get("properties"))
+    elif found.get("type") == "FeatureCollection" and isinstance(found.get("features"), list):
+        for feature in found["features"]:
+            yield from _lines(feature)
