@@ -15,6 +15,10 @@ from PIL import Image
 from elusive.campaign import make_executor
 from elusive.experiments.amrouche2018.reproduce import reproduce
 from elusive.experiments.amrouche2018.trial import FILTERS
+from elusive.experiments.bootsveld2012.phases import Phase
+from elusive.experiments.bootsveld2012.reproduce import Settings
+from elusive.experiments.bootsveld2012.reproduce import reproduce as reproduce_bootsveld2012
+from elusive.experiments.bootsveld2012.runtimes import RunTime
 from elusive.experiments.demo import run_demo
 from elusive.experiments.mazurek2013.figures import FIGURES
 from elusive.experiments.mazurek2013.reproduce import reproduce as reproduce_mazurek2013
@@ -37,13 +41,18 @@ PROTOTYPE: dict[tuple[str, str], tuple[tuple[str, str, str], ...]] = {
 
 
 def main() -> None:
-    """Make all; with an argument, a folder that what is unfinished is kept in and goes on from."""
+    """Make all.
+
+    The first argument, if any, is a folder that what is unfinished is kept in and goes on from; the second a shoreline
+    round Port Fourchon, for docs/bootsveld2012.md.
+    """
     with TemporaryDirectory() as scratch, make_executor(workers=2) as executor:
         run_demo(Path(scratch) / "demo")
         shutil.copy(Path(scratch) / "demo" / "report.png", STATIC / "demo.png")
         kept = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(scratch)
         choose.main(STATIC / "choose.png")
         noise_objects(kept / "mazurek2013", executor)
+        imprecise_charts(kept / "bootsveld2012", Path(sys.argv[2]) if len(sys.argv) > 2 else None, executor)
         results = kept / "amrouche2018"
         reproduce(results, trials=TRIALS, executor=executor)
         shutil.copy(results / "summary.csv", STATIC / "amrouche2018.csv")
@@ -61,6 +70,41 @@ def noise_objects(results: Path, executor: Executor | None) -> None:
         with Image.open(results / f"{name}.png") as picture:  # 256 colours do, in a third of the bytes
             picture.convert("RGB").quantize(256).save(STATIC / f"mazurek2013-{name}.png", optimize=True)
     (STATIC / "mazurek2013-table.md").write_text(check_table(done.cells), encoding="utf-8")
+
+
+def imprecise_charts(results: Path, shoreline: Path | None, executor: Executor | None) -> None:
+    """Make the figures and tables of docs/bootsveld2012.md; run times on the synthetic delta, which has more edges."""
+    names = ("coast", "a12", "a13", "b15", "b17", "fig5_4", "fig6_9")
+    done = reproduce_bootsveld2012(results, [*names, "phases"], Settings(shoreline=shoreline), executor=executor)
+    for name in names:
+        with Image.open(results / f"{name}.png") as picture:
+            picture.convert("RGB").quantize(256).save(STATIC / f"bootsveld2012-{name}.png", optimize=True)
+    (STATIC / "bootsveld2012-phases.md").write_text(phase_table(done.phases), encoding="utf-8")
+    timed = reproduce_bootsveld2012(results, ["runtimes"], Settings()).run_times
+    (STATIC / "bootsveld2012-runtimes.md").write_text(run_time_table(timed), encoding="utf-8")
+
+
+def phase_table(rows: list[Phase]) -> str:
+    """Write the phases as a Markdown table, the prototype's values in brackets."""
+    half = len(rows) // 2
+    lines = ["| t [s] | inland [m] | PF2: hard | PF3: eq. 4.8 |", "| --: | --: | --: | --: |"]
+    for pair in zip(rows[:half], rows[half:], strict=True):
+        found = [f"{row.bias_m:.2f} ± {row.standard_error_m:.2f} ({row.check_m:g})" for row in pair]
+        lines.append(f"| {pair[0].time_s} | {pair[0].inland_m:.1f} | {' | '.join(found)} |")
+    return "\n".join(lines) + "\n"
+
+
+def run_time_table(rows: list[RunTime]) -> str:
+    """Write the run times as a Markdown table."""
+    lines = [
+        "| Method | prepare [s] | a run [s] | of it the chart [s] | memory [MB] | the thesis |",
+        "| :-- | --: | --: | --: | --: | :-- |",
+    ]
+    for row in rows:
+        times = [f"{value:.2g}" if value else "" for value in (row.prepare_s, row.run_s, row.chart_s)]
+        size = f"{row.megabytes:.3g}" if row.megabytes else ""
+        lines.append(f"| {row.method} | {' | '.join(times)} | {size} | {row.thesis} |")
+    return "\n".join(lines) + "\n"
 
 
 def check_table(cells: list[Cell]) -> str:

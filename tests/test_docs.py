@@ -26,6 +26,7 @@ ROOT = Path(__file__).parents[1]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 FEWER = {  # the whole thing takes minutes
     "amrouche2018": ["fig2", "--trials", "2"],
+    "bootsveld2012": ["fig5_3", "--trials", "2"],
     "mazurek2013": ["fig3", "--trials", "2"],
 }
 
@@ -76,6 +77,10 @@ def test_command_runs(line: str, tmp_path: Path) -> None:
         Image.fromarray(frame).save(folder / f"frame{number}.png")
     np.save(tmp_path / "signal.npy", rng.standard_normal((40, 300)))
     land = {"type": "Polygon", "coordinates": [[[0, 0], [0.02, 0], [0.02, 0.01], [0, 0.01], [0, 0]]]}
+    land["bbox"] = [-0.02, -0.02, 0.04, 0.02]
+    (tmp_path / "route.csv").write_text("lon_deg,lat_deg\n0.002,-0.0002\n0.008,-0.0002\n", encoding="utf-8")
+    looks = (f"{k},{3340 + k},{k / 60},1" for k in range(30))
+    (tmp_path / "plots.csv").write_text("\n".join(["time_s,range_m,bearing_deg,doppler_mps", *looks]), encoding="utf-8")
     (tmp_path / "coast.geojson").write_text(json.dumps(land), encoding="utf-8")
     for other in blocks(COMMANDS[line].page):
         name = re.match(r"# (\S+\.yaml)\n", other.text)
@@ -87,7 +92,7 @@ def test_command_runs(line: str, tmp_path: Path) -> None:
         [*words, *FEWER.get(words[2], [])], cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False
     )
     assert found.returncode == 0, found.stdout + found.stderr
-    written = {"--out", "--figure"} & set(words)
+    written = {"--out", "--figure", "--water-probability"} & set(words)
     for option in written:
         out = tmp_path / words[words.index(option) + 1]
         assert out.is_file() or any(out.iterdir())

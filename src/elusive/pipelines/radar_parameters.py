@@ -17,7 +17,7 @@ from elusive.filters.coast_error import CoastError, with_coast
 from elusive.filters.particle import ParticleFilter
 from elusive.io.radar_scans import RadarScan, scan_of
 from elusive.model import Model, NonNegative, Positive, Probability
-from elusive.motion import ConstantVelocity
+from elusive.motion import ConstantVelocity, MovingOrAnchored
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_births import ScanPrior
 from elusive.sensors.radar_view import RadarView
@@ -99,15 +99,19 @@ class RadarTracking(Model):
         2.0,
         description="A ship's greatest acceleration, a_max: white noise of power (a_max / 3)^2 a second [m/s^2]",
     )
+    motion: Literal["cv", "anchoring"] = Field(
+        "cv", description="How ships move: under way all the time, or lying at anchor at times"
+    )
     particles: int = Field(2000, ge=100, description="Number of particles of each track, N")
     estimate: Literal["mean", "map"] = Field("mean", description="What is written as a track's place: mean or MAP")
     tracker: RadarTracker = Field(RadarTracker(), description="When a track begins and ends")
     seed: int = Field(0, ge=0, description="Root of all random numbers")
 
     @property
-    def motion(self) -> ConstantVelocity:
-        """How ships move; its interval is set at each scan."""
-        return ConstantVelocity(q=(self.max_acceleration_mps2 / 3) ** 2)
+    def ship(self) -> ConstantVelocity | MovingOrAnchored:
+        """How a ship moves; its interval is set at each scan."""
+        q = (self.max_acceleration_mps2 / 3) ** 2
+        return ConstantVelocity(q=q) if self.motion == "cv" else MovingOrAnchored(q=q)
 
     def filter(self, sensor: RadarSensor, coast: Coast | None) -> ParticleFilter:
         """Return what each track is followed with.
@@ -117,7 +121,7 @@ class RadarTracking(Model):
         ParameterError
             If a map is to be used and there is no coast.
         """
-        motion: Motion = self.motion
+        motion: Motion = self.ship
         knowledge: Knowledge | None = None
         if isinstance(self.knowledge, WaterModel):
             if coast is None:

@@ -14,7 +14,7 @@ from elusive.charts.biased import CoastBias
 from elusive.charts.projection import LocalFrame
 from elusive.charts.scene import Scene
 from elusive.contracts import VX, VY, Array, X, Y
-from elusive.filters.coast_error import coast_bias
+from elusive.filters.coast_error import anchored_probability, coast_bias
 from elusive.filters.particle_map import map_estimate
 from elusive.io import RadarSource, TrackRow, write_geojson, write_netcdf, write_tracks_csv
 from elusive.io.radar_scans import RadarScan
@@ -71,6 +71,7 @@ class RadarRun:
             point = RadarPoint(
                 len(self._times) - 1, track.life.status, track.existence, place, track.state.covariance,
                 track.state.log_evidence, track.state.allowed, track.state.forbidden, self._on_water(track),
+                self._anchored(track, tracks),
             )  # fmt: skip
             self._tracks.setdefault(track.life.track, []).append(point)
             state = track.state
@@ -102,6 +103,11 @@ class RadarRun:
         grid = np.stack(np.meshgrid(NODES, NODES, indexing="ij"), axis=-1).reshape(-1, 2)
         at = places[nearest] + grid @ root.T
         return float(np.outer(SHARES, SHARES).ravel() @ water.probability(at))
+
+    def _anchored(self, track: RadarTrack, tracks: RadarTracks) -> float:
+        names = () if tracks.filter is None else tracks.filter.state_names
+        share = anchored_probability(names, track.state.particles, track.state.weights)
+        return math.nan if share is None else share
 
     def outcome(self, source: RadarSource, truth: Array | None) -> RadarOutcome:
         """Return the table and what the report shows."""
@@ -187,6 +193,7 @@ class RadarRun:
                 "log_evidence": ("row", np.array([point.log_evidence for _, point in points], np.float64)),
                 "allowed": ("row", np.array([point.allowed for _, point in points], np.float64)),
                 "map_left_out": ("row", np.array([point.forbidden for _, point in points], np.int8)),
+                "at_anchor": ("row", np.array([point.anchored for _, point in points], np.float64)),
                 "plot_on_water": ("row", np.array([point.on_water for _, point in points], np.float64)),
             },
             coords={

@@ -26,6 +26,7 @@ from elusive.sensors.radar import RadarSensor
 
 JUDGED = 20  # plots in a row by which chart and radar are compared
 UNLIKELY = math.log(0.05)  # mean logarithm of P(water) at them under which they contradict each other
+EVEN = 0.5
 LEAST = 1e-12  # P(water) below which it does not count less
 
 
@@ -41,6 +42,7 @@ class RadarPoint(NamedTuple):
     allowed: float  # P(the map allows the target) before the scan
     forbidden: bool  # whether the map was left out
     on_water: float  # P(water) where its plot says it is, over the plot's error; NaN without a plot or a chart
+    anchored: float  # P(the ship lies at anchor); NaN where its motion knows no anchor
 
 
 def contradicts(points: Sequence[RadarPoint]) -> NDArray[np.bool_]:
@@ -94,7 +96,9 @@ def verdict(paths: Sequence[RadarPath]) -> str:
     if not paths:
         return "No ship was found: no plots followed each other as those of a ship do."
     if len(paths) > 1:
-        return f"{len(paths)} ships were found."
+        _, together = np.unique(np.concatenate([path.times_s[path.confirmed] for path in paths]), return_counts=True)
+        most = "one ship" if together.max() == 1 else f"{together.max()} ships"
+        return f"At most {most} at a time, in {len(paths)} tracks."
     (path,) = paths
     speed = np.hypot(*path.velocity.T).mean()
     return f"One ship was found, from {path.times_s[0]:.1f} to {path.times_s[-1]:.1f} s, at {speed:.1f} m/s."
@@ -104,6 +108,11 @@ def remarks(paths: Sequence[RadarPath], points: Mapping[int, Sequence[RadarPoint
     """Say where the map was left out, and where chart and radar contradict each other."""
     said = []
     for path in paths:
+        at_anchor = np.array([point.anchored > EVEN for point in points[path.track]])
+        if at_anchor.any():
+            said.append(
+                f"Track {path.track}: at anchor, more likely than not, in {100 * at_anchor.mean():.0f} % of its scans."
+            )
         left_out = int(path.forbidden.sum())
         if left_out:
             said.append(
