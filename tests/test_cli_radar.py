@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 import yaml
 
 from elusive.charts.projection import LocalFrame
@@ -88,6 +89,39 @@ def recording(run: Run, folder: Path, *options: object, x: float = 2985.0) -> No
         SAILED[x, *options] = {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
     for name, content in SAILED[x, *options].items():
         (folder / name).write_bytes(content)
+
+
+def test_charts_after_one_option_or_each_after_its_own(elusive_in: Run, tmp_path: Path) -> None:
+    recording(elusive_in, tmp_path)
+    coast(tmp_path, east=3005.0, name="other.geojson")
+    forms = {
+        "one": ["--chart", "coast.geojson", "other.geojson", "plots.csv"],
+        "each": ["plots.csv", "--chart", "coast.geojson", "--chart", "other.geojson"],
+    }
+    for out, form in forms.items():
+        code, said = elusive_in("track", "radar", *form, *RADAR, "--coast-sigma-m", "7", *THESIS, "--out", out)
+        assert code == 0, said
+        assert "coast, other" in said or "other, coast" in said
+    assert (tmp_path / "one/tracks.csv").read_bytes() == (tmp_path / "each/tracks.csv").read_bytes()
+
+
+def test_a_ship_at_anchor_is_told(elusive_in: Run, tmp_path: Path) -> None:
+    """Plots of a ship that stays where it is; under way its speed would have to stay within a tenth of a metre."""
+    rng = np.random.default_rng(3)
+    distance, bearing = rng.normal(3000.0, 10.0, 120), rng.normal(1.0, 1e-3, 120)
+    rows = (f"{k},{distance[k]},{np.degrees(bearing[k])},{rng.normal(0.0, 0.3)}" for k in range(120))
+    (tmp_path / "plots.csv").write_text("\n".join(["time_s,range_m,bearing_deg,doppler_mps", *rows]))
+    command = ["track", "radar", "plots.csv", *RADAR, "--knowledge", "none", "--doppler-sd-mps", "0.3", *THESIS]
+    code, said = elusive_in(*command, "--motion", "anchoring", "--out", "anchored")
+    assert code == 0, said
+    share = re.search(r"Track 1: at anchor, more likely than not, in (\d+) % of its scans", said)
+    assert share is not None
+    assert int(share[1]) > 80
+    with xr.open_dataset(tmp_path / "anchored/result.nc") as found:
+        assert float(found.at_anchor[-1]) > 0.95
+    code, said = elusive_in(*command, "--out", "moving")
+    assert code == 0, said
+    assert "at anchor" not in said
 
 
 def test_a_simulated_ship_is_found_where_it_was(elusive_in: Run, tmp_path: Path) -> None:

@@ -21,9 +21,11 @@ from elusive.errors import ElusiveError
 from elusive.experiments.amrouche2018.trial import SCENARIO as AMROUCHE2018
 from elusive.experiments.demo import run_demo
 from elusive.experiments.mazurek2013.trial import SCENARIO as MAZUREK2013
+from elusive.experiments.mendieta2017.trial import SCENARIO as MENDIETA2017
 
 BAD_INPUT = 2
-SCENARIOS = {"amrouche2018": AMROUCHE2018, "mazurek2013": MAZUREK2013}
+CHARTS = (".000", ".geojson", ".json", ".shp")
+SCENARIOS = {"amrouche2018": AMROUCHE2018, "mazurek2013": MAZUREK2013, "mendieta2017": MENDIETA2017}
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, help=elusive.__doc__)
 track.app.command("links")(track_links_command)
@@ -38,12 +40,25 @@ def main(arguments: Sequence[str] | None = None) -> None:
     interrupted.clear()
     previous = signal.signal(signal.SIGINT, interrupt)
     try:
-        app(args=arguments, standalone_mode=True)
+        app(args=_spread(sys.argv[1:] if arguments is None else arguments), standalone_mode=True)
     except ElusiveError as error:
         console.print(f"[bold red]Error:[/] {escape(str(error))}", highlight=False, soft_wrap=True)
         sys.exit(BAD_INPUT)
     finally:
         signal.signal(signal.SIGINT, previous)
+
+
+def _spread(arguments: Sequence[str]) -> list[str]:
+    """Write ``--chart A B`` as ``--chart A --chart B``, as an option takes one value; charts have known endings."""
+    spread: list[str] = []
+    among_charts = False
+    for argument in arguments:
+        is_chart = Path(argument).suffix.lower() in CHARTS
+        if among_charts and is_chart and spread[-1] != "--chart":
+            spread.append("--chart")
+        among_charts = argument == "--chart" or (among_charts and (is_chart or spread[-1] == "--chart"))
+        spread.append(argument)
+    return spread
 
 
 def _version(wanted: bool) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -19,6 +19,10 @@ from elusive.experiments.bootsveld2012.reproduce import reproduce as reproduce_b
 from elusive.experiments.bootsveld2012.trial import Estimate
 from elusive.experiments.mazurek2013.reproduce import TARGETS as MAZUREK2013_TARGETS
 from elusive.experiments.mazurek2013.reproduce import reproduce as reproduce_mazurek2013
+from elusive.experiments.mendieta2017.reproduce import DEFAULT_TRIALS as MENDIETA2017_TRIALS
+from elusive.experiments.mendieta2017.reproduce import TARGETS as MENDIETA2017_TARGETS
+from elusive.experiments.mendieta2017.reproduce import reproduce as reproduce_mendieta2017
+from elusive.experiments.mendieta2017.scenario import METHODS as MENDIETA2017_METHODS
 
 app = typer.Typer(no_args_is_help=True, help="Reproduce a paper's figures and tables.")
 
@@ -162,4 +166,36 @@ def reproduce_bootsveld2012_command(
             ("filter", "RMSE [m]", "lost"),
             at_charts,
         )
+    console.print(f"Written to {out}: {', '.join(done.written)}")
+
+
+@app.command("mendieta2017")
+def reproduce_mendieta2017_command(
+    out: Out,
+    targets: Annotated[
+        list[str] | None, typer.Argument(help=f"Some of {', '.join(MENDIETA2017_TARGETS)}; all by default.")
+    ] = None,
+    trials: Annotated[int, typer.Option(min=2, help="Runs of each point.")] = MENDIETA2017_TRIALS,
+    seed: Annotated[int, typer.Option(min=0, help="Root of all random numbers.")] = 2017,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+) -> None:
+    """Chapter 4: people without devices in a radio network, the thesis's tracker and others."""
+    with make_executor(workers, scheduler) as executor, campaign_bar() as report:
+        done = reproduce_mendieta2017(
+            out, targets or (), trials=trials, seed=seed, executor=executor, on_progress=report
+        )
+    points: dict[tuple[str, str, float, str], dict[str, Any]] = {}
+    for cell in done.cells:
+        point = cell.experiment, cell.value, cell.awgn_db, MENDIETA2017_METHODS[cell.method]
+        points.setdefault(point, {})[cell.score] = cell
+    shown = [
+        (
+            f"{experiment}, {value}, AWGN {awgn_db:g} dB, {method}",
+            f"{of['mota'].mean:.3f} ± {of['mota'].standard_error:.3f}",
+            *(f"{of[count].mean:.1f}" for count in ("misses", "false_positives", "mismatches", "targets")),
+        )
+        for (experiment, value, awgn_db, method), of in points.items()
+    ]
+    show(f"{trials} runs", ("experiment and tracker", "MOTA", "missed", "false", "mismatched", "of"), shown)
     console.print(f"Written to {out}: {', '.join(done.written)}")

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
 import typer
 
-from elusive.cli.terminal import Config, bar, console, show
+from elusive.cli.terminal import Config, Out, bar, console, show
+from elusive.errors import ParameterError
+from elusive.io.areas import Area, read_area
 from elusive.io.routes import read_route
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
+from elusive.pipelines.link_simulation import LinkSimulation, simulate_links
 from elusive.pipelines.radar_simulation import RadarSimulation, simulate_radar
 
 app = typer.Typer(no_args_is_help=True, help="Make a recording to try a tracker on, and its truth.")
@@ -46,3 +49,30 @@ def simulate_radar_command(
         )  # fmt: skip
     show(out.name, ("", ""), simulated.rows)
     console.print(f"Written to {out}, the truth to {simulated.truth}")
+
+
+@app.command("links")
+@accepts(LinkSimulation)
+def simulate_links_command(
+    out: Out,
+    given: dict[str, Any],
+    config: Config = None,
+    area: Annotated[
+        tuple[float, float, float, float] | None,
+        typer.Option("--area", help="X0 X1 Y0 Y1: the rectangle they walk in [m]. [default: -12 12 -12 12]"),
+    ] = None,
+    area_file: Annotated[
+        Path | None, typer.Option("--area-file", help="Polygon they walk in: a corner a line, x and y [m].")
+    ] = None,
+) -> None:
+    """Let people walk through a radio network and write what it reads, and where they were."""
+    parameters = LinkSimulation(**nested(LinkSimulation, given, read_yaml(config) if config else {}))
+    if area is not None and area_file is not None:
+        raise ParameterError("--area-file: --area is given too; give one of them.")
+    if area is not None or area_file is not None:
+        chosen = Area.rectangle(*area) if area is not None else read_area(cast(Path, area_file))
+        parameters = parameters.replace(walks=parameters.walks.replace(area=chosen))
+    with bar("frames", parameters.calibration_steps + parameters.walks.total_positions) as advance:
+        simulated = simulate_links(parameters, out, on_frame=advance)
+    show(out.name, ("", ""), simulated.rows)
+    console.print(f"Written to {out}: log.csv, nodes.csv, truth.csv, config.yaml")

@@ -42,7 +42,7 @@ class RadarPoint(NamedTuple):
     allowed: float  # P(the map allows the target) before the scan
     forbidden: bool  # whether the map was left out
     on_water: float  # P(water) where its plot says it is, over the plot's error; NaN without a plot or a chart
-    anchored: float  # P(the ship lies at anchor); NaN where its motion knows no anchor
+    anchored: float = math.nan  # P(the ship lies at anchor); NaN where its motion knows no anchor
 
 
 def contradicts(points: Sequence[RadarPoint]) -> NDArray[np.bool_]:
