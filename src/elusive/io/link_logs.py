@@ -1,0 +1,209 @@
+"""Logs of a radio network, read lazily frame by frame: a file, an array, a growing file or standard input."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing
+from dataclasses import dataclass, field
+from itertools import chain
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from elusive.contracts import Array
+from elusive.errors import DataError
+from elusive.io import _link_formats as formats
+from elusive.io._link_formats import LAYOUTS, LISTENX, LONG, Row
+from elusive.io._link_lines import STANDARD_INPUT, Lines, after, chained, lines_of
+from elusive.io.radio_network import RadioNodes
+
+MISSING_ABOVE_DBM = -10.0  # no receiver hears as much: radios write 127 where they heard nothing
+
+
+class RssFrame(NamedTuple):
+    """What a network measured in one round."""
+
+    time_s: float
+    rss_dbm: Array  # (D, C) level of each directed link on each channel, NaN where missing
+
+
+@dataclass(frozen=True)
+class LinkLog:
+    """A log's frames, read as they are asked for and never held whole in memory.
+
+    A file is read afresh at each iteration; standard input once.
+    """
+
+    name: str
+    channels: tuple[str, ...]
+    _read: Callable[[], Iterator[Row]] = field(repr=False)
+    _missing_above_dbm: float = field(repr=False)
+
+    def __iter__(self) -> Iterator[RssFrame]:
+        """Yield the frames.
+
+        Raises
+        ------
+        DataError
+            If a line cannot be read, times do not go forwards, or nothing was heard in the whole log.
+        """
+        before, heard = -math.inf, False
+        with closing(self._read()) as rows:  # type: ignore[type-var]
+            for where, time_s, levels in rows:
+                if not time_s > before:
+                    raise DataError(f"{where}: the time is {time_s:g} s after {before:g} s; times must go forwards.")
+                before = time_s
+                levels[levels > self._missing_above_dbm] = np.nan
+                heard = heard or bool(np.isfinite(levels).any())
+                yield RssFrame(time_s, levels)
+        if not heard:
+            told = "holds no frame" if before == -math.inf else "has no reading: every one is missing"
+            raise DataError(f"{self.name}: {told}; check that it is a log of levels in dBm.")
+
+
+def open_link_log(
+    source: str | os.PathLike[str],
+    nodes: RadioNodes,
+    *,
+    layout: str | None = None,
+    channels: Sequence[str] | None = None,
+    period_s: float | None = None,
+    follow: bool = False,
+    idle_s: float | None = None,
+    missing_above_dbm: float = MISSING_ABOVE_DBM,
+) -> LinkLog:
+    """Open a log without reading it all.
+
+    Parameters
+    ----------
+    source
+        Text, a NumPy array (``.npy``), or ``-`` for standard input. Text is, as its first line says:
+
+        - *long*, under a header of ``time_s,tx,rx,channel,rss_dbm``: a reading a line;
+        - *wide*, under a header of ``time_s`` and ``tx-rx-channel`` (node names): a frame a line;
+        - numbers only, a frame a line, and then ``layout`` says what they are; separated by white space they are
+          taken for ``listenx``.
+    nodes
+        The network.
+    layout
+        Of numbers without a header: ``channel-link`` (the time [s], then all links of the first channel, and so on),
+        ``link-channel`` (the time, then all channels of the first link, and so on), or ``listenx`` (all links of the
+        first channel, and so on, then the time in milliseconds). Links as in
+        :func:`~elusive.io.radio_network.directed_links_of`.
+    channels
+        Channels of a long log; by default those of its first frame.
+    period_s
+        Of a long log: readings of equal periods from the first on are a frame, whose level is their mean and whose
+        time is its last reading's. By default readings of equal times are a frame.
+    follow
+        Whether to wait for more at the end of a file that is being written.
+    idle_s
+        With ``follow``: end after this time without a new line.
+    missing_above_dbm
+        A level above this is a missing reading.
+
+    Returns
+    -------
+    LinkLog
+        The frames. In a long log one is known to be complete when the next begins.
+
+    Raises
+    ------
+    DataError
+        If there is no such log, its first line is none of the above, or an argument does not fit it.
+    """
+    name = os.fspath(source)
+    path = Path(name)
+    if layout is not None and layout not in LAYOUTS:
+        raise DataError(f"layout={layout!r}: is unknown; choose one of {', '.join(LAYOUTS)}.")
+    if period_s is not None and not 0 < period_s < math.inf:
+        raise DataError(f"period_s={period_s}: must be a positive time in seconds.")
+    if name != STANDARD_INPUT and not path.is_file():
+        raise DataError(f"{name}: {'is a folder' if path.is_dir() else 'there is no such file'}; check the path.")
+    if path.suffix.lower() == ".npy":
+        return _open_array(path, nodes, layout, missing_above_dbm)
+
+    live = lines_of(name, follow, idle_s)
+    first = next(((line, text) for line, text in live if not text.startswith("#")), None)
+    if first is None:
+        raise DataError(f"{name}: is empty; write a frame a line, or a reading a line under {','.join(LONG)}.")
+    where, delimiter = f"{name}, line {first[0]}", formats.delimiter_of(first[1])
+    cells = formats.cells_of(first[1], delimiter)
+    named = formats.TIME in cells or not any(map(formats.is_number, cells))
+
+    def lines() -> Lines:
+        """Give the lines after the header; standard input goes on where it is, once."""
+        if name == STANDARD_INPUT:
+            return live if named else chained([first], live)
+        again = lines_of(name, follow, idle_s)
+        return after(again, first[0] if named else first[0] - 1)
+
+    if named and layout is not None:
+        raise DataError(f"{where}: names the columns itself; leave layout={layout!r} out.")
+    links = len(nodes.names) * (len(nodes.names) - 1)
+    if named and set(LONG) <= set(cells):
+        return _open_long(name, lines, cells, delimiter, nodes, channels, period_s, missing_above_dbm)
+    if channels is not None or period_s is not None:
+        raise DataError(f"{where}: has a frame a line; channels and period_s are for a log with a reading a line.")
+    if named:
+        columns = formats.named_columns(cells, delimiter, nodes, where)
+    else:
+        if layout is None and delimiter is not None:
+            raise DataError(f"{where}: has no names; write a header, or say with layout what the columns are.")
+        columns = formats.plain_columns(len(cells), delimiter, layout or LISTENX, nodes, where)
+    if name != STANDARD_INPUT:
+        live.close()
+    return LinkLog(name, columns.channels, lambda: formats.wide_rows(lines(), columns, links, name), missing_above_dbm)
+
+
+def _open_array(path: Path, nodes: RadioNodes, layout: str | None, missing_above_dbm: float) -> LinkLog:
+    if layout is None:
+        raise DataError(f"{path}: an array does not name its columns; give layout, one of {', '.join(LAYOUTS)}.")
+    try:
+        table = np.load(path, mmap_mode="r", allow_pickle=False)
+    except (OSError, ValueError):
+        raise DataError(f"{path}: is no NumPy array; save it with numpy.save.") from None
+    if not isinstance(table, np.ndarray) or table.ndim != 2 or table.dtype.kind not in "iuf":
+        raise DataError(f"{path}: must be one array of numbers (frame, column), the time and the readings.")
+    columns = formats.plain_columns(table.shape[1], None, layout, nodes, str(path))
+    links = len(nodes.names) * (len(nodes.names) - 1)
+
+    def rows() -> Iterator[Row]:
+        for number, row in enumerate(table):
+            values = np.array(row, dtype=np.float64)
+            if np.isinf(values).any() or math.isnan(values[columns.time]):
+                raise DataError(f"{path}, row {number}: has an infinite number or no time; correct it.")
+            yield f"{path}, row {number}", *columns.readings(values, links)
+
+    return LinkLog(str(path), columns.channels, rows, missing_above_dbm)
+
+
+def _open_long(
+    name: str,
+    lines: Callable[[], Lines],
+    header: list[str],
+    delimiter: str | None,
+    nodes: RadioNodes,
+    channels: Sequence[str] | None,
+    period_s: float | None,
+    missing_above_dbm: float,
+) -> LinkLog:
+    if len(header) != len(set(header)):
+        raise DataError(f"{name}: two columns have one name; name them {','.join(LONG)}.")
+    groups = formats.gathered(formats.long_readings(lines(), header, delimiter, nodes, name), period_s)
+    first = next(groups, [])
+    known = tuple(dict.fromkeys(reading.channel for reading in first)) if channels is None else tuple(channels)
+    links = len(nodes.names) * (len(nodes.names) - 1)
+
+    def rows() -> Iterator[Row]:
+        if name == STANDARD_INPUT:
+            every: Iterator[list[formats.Reading]] = chain([first] if first else [], groups)
+        else:
+            every = formats.gathered(formats.long_readings(lines(), header, delimiter, nodes, name), period_s)
+        for group in every:
+            yield formats.long_row(group, links, known, merge=period_s is not None, above=missing_above_dbm)
+
+    return LinkLog(name, known, rows, missing_above_dbm)

@@ -1,0 +1,260 @@
+"""Logs of a radio network: every form gives the same frames, lazily; each fault is named."""
+
+from __future__ import annotations
+
+import io
+import os
+import sys
+import threading
+import time
+import tracemalloc
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from elusive.errors import DataError
+from elusive.io.link_logs import open_link_log
+from elusive.io.radio_network import directed_links_of, radio_nodes, read_nodes
+
+DATA = Path(os.environ.get("ELUSIVE_DATA", Path(__file__).parents[3] / "shared" / "data")) / "rti" / "basement"
+NODES = radio_nodes(np.array([[0.0, 0.0], [4.0, 0.0], [0.0, 3.0]]), ("a", "b", "c-1"))
+PAIRS = [(NODES.names[tx], NODES.names[rx]) for tx, rx in directed_links_of(3).tolist()]
+TIMES = np.array([0.5, 1.0, 2.25])
+LEVELS = np.random.default_rng(0).integers(-90, -40, (3, 6, 2)).astype(float)
+LEVELS[1, 2, 0] = LEVELS[2, 5, 1] = np.nan
+CHANNELS = ("11", "26")
+
+
+def cell(value, missing=""):
+    return missing if np.isnan(value) else f"{value:g}"
+
+
+def wide(missing="", order=slice(None)):
+    names = [f"{tx}-{rx}-{channel}" for tx, rx in PAIRS for channel in CHANNELS]
+    rows = [",".join(["time_s", *names[order]])]
+    for t, frame in zip(TIMES, LEVELS, strict=True):
+        rows.append(",".join([str(t), *[cell(value, missing) for value in frame.ravel()][order]]))
+    return "\n".join(rows) + "\n"
+
+
+def long(delimiter=",", missing="nan"):
+    rows = [delimiter.join(["time_s", "tx", "rx", "channel", "rss_dbm"])]
+    for t, frame in zip(TIMES, LEVELS, strict=True):
+        for (tx, rx), levels in zip(PAIRS, frame, strict=True):
+            for channel, level in zip(CHANNELS, levels, strict=True):
+                rows.append(delimiter.join([str(t), tx, rx, channel, cell(level, missing)]))
+    return "\n".join(rows) + "\n"
+
+
+def plain(order, delimiter=","):
+    """Numbers alone: all links of each channel or all channels of each link."""
+    rows = []
+    for t, frame in zip(TIMES, LEVELS, strict=True):
+        numbers = (frame.T if order == "channel-link" else frame).ravel()
+        rows.append(delimiter.join([str(t), *[cell(value, "nan") for value in numbers]]))
+    return "# no header\n" + "\n".join(rows) + "\n"
+
+
+def listenx():
+    return "".join(
+        " ".join([*[cell(value, "127") for value in frame.T.ravel()], f"{1000 * t:g}"]) + " \n"
+        for t, frame in zip(TIMES, LEVELS, strict=True)
+    )
+
+
+def saved(tmp_path: Path, text: str, name: str = "log.csv") -> Path:
+    path = tmp_path / name
+    path.write_text(text)
+    return path
+
+
+def check(log, channels=CHANNELS):
+    assert log.channels == channels
+    frames = list(log)
+    np.testing.assert_allclose([frame.time_s for frame in frames], TIMES, rtol=1e-12)
+    for frame, levels in zip(frames, LEVELS, strict=True):
+        np.testing.assert_array_equal(frame.rss_dbm, levels)
+
+
+@pytest.mark.parametrize(
+    ("text", "layout", "channels"),
+    [
+        (wide(), None, CHANNELS),
+        (wide("127", slice(None)), None, CHANNELS),
+        (long(), None, CHANNELS),
+        (long(";", ""), None, CHANNELS),
+        (plain("channel-link"), "channel-link", ("0", "1")),
+        (plain("link-channel", ";"), "link-channel", ("0", "1")),
+        (listenx(), None, ("0", "1")),
+        (listenx(), "listenx", ("0", "1")),
+    ],
+)
+def test_every_form_gives_the_same_frames_again_and_again(tmp_path, text, layout, channels, monkeypatch):
+    log = open_link_log(saved(tmp_path, text), NODES, layout=layout)
+    check(log, channels)
+    check(log, channels)
+    monkeypatch.setattr(sys, "stdin", SimpleNamespace(buffer=io.BytesIO(text.encode())))
+    check(open_link_log("-", NODES, layout=layout), channels)
+
+
+def test_columns_may_stand_in_any_order_and_links_be_left_out(tmp_path):
+    backwards = open_link_log(saved(tmp_path, wide(order=slice(None, None, -1))), NODES)
+    assert backwards.channels == CHANNELS[::-1]
+    np.testing.assert_array_equal([frame.rss_dbm for frame in backwards], LEVELS[:, :, ::-1])
+    one = list(open_link_log(saved(tmp_path, "c-1-a,time_s\n-50,1\n"), NODES))
+    assert one[0].rss_dbm.shape == (6, 1)
+    assert np.flatnonzero(np.isfinite(one[0].rss_dbm)).tolist() == [PAIRS.index(("c-1", "a"))]
+
+
+@pytest.mark.parametrize("layout", ["channel-link", "link-channel"])
+def test_an_array_is_read_by_its_layout(tmp_path, layout):
+    frames = LEVELS.transpose(0, 2, 1) if layout == "channel-link" else LEVELS
+    np.save(tmp_path / "log.npy", np.column_stack([TIMES, frames.reshape(3, -1)]))
+    check(open_link_log(tmp_path / "log.npy", NODES, layout=layout), ("0", "1"))
+
+
+def test_readings_of_a_period_are_a_frame_and_are_averaged(tmp_path):
+    text = "time_s,tx,rx,channel,rss_dbm\n0,a,b,1,-50\n.1,a,b,1,-60\n.3,b,a,2,-70\n1.2,a,b,1,127\n1.5,b,a,1,-40\n"
+    first, second = open_link_log(saved(tmp_path, text), NODES, channels=("1", "2"), period_s=1.0)
+    assert (first.time_s, second.time_s) == (0.3, 1.5)
+    np.testing.assert_array_equal(first.rss_dbm[[0, 2]], [[-55, np.nan], [np.nan, -70]])
+    np.testing.assert_array_equal(second.rss_dbm[[0, 2]], [[np.nan, np.nan], [-40, np.nan]])
+
+
+def test_a_growing_file_is_followed_line_by_line(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("")
+    text = long()
+    parts = [text[:30], text[30:211], text[211:]]
+
+    def write():
+        for part in parts:
+            time.sleep(0.05)
+            with path.open("a") as file:
+                file.write(part)
+
+    writer = threading.Thread(target=write)
+    writer.start()
+    try:
+        log = open_link_log(path, NODES, follow=True, idle_s=2.0)
+        started = time.monotonic()
+        frames = iter(log)
+        np.testing.assert_array_equal(next(frames).rss_dbm, LEVELS[0])
+        np.testing.assert_array_equal(next(frames).rss_dbm, LEVELS[1])
+        # the second is told as soon as the third begins, not when the file has been idle
+        assert time.monotonic() - started < 1.5
+        np.testing.assert_array_equal(next(frames).rss_dbm, LEVELS[2])
+        assert next(frames, None) is None
+    finally:
+        writer.join()
+
+
+def test_a_followed_file_that_gets_shorter_is_refused(tmp_path):
+    path = saved(tmp_path, wide())
+    frames = iter(open_link_log(path, NODES, follow=True, idle_s=5.0))
+    for _ in TIMES:
+        next(frames)
+    path.write_text("time_s\n")
+    with pytest.raises(DataError, match="got shorter"):
+        next(frames)
+
+
+HEADER = "time_s,tx,rx,channel,rss_dbm\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "is empty"),
+        ("\n# only a remark\n", "is empty"),
+        (HEADER, "holds no frame"),
+        ("time_s,a-b-1\n1,127\n2,\n", "has no reading: every one is missing"),
+        ("time_s,a-b-1\n1,-50\n1,-50\n", r"line 3: the time is 1 s after 1 s"),
+        ("time_s,a-b-1\n2,-50\n1,-50\n", "times must go forwards"),
+        ("time_s,a-b-1\n1,low\n", r"line 2, column 2: 'low' is no number"),
+        ("time_s,a-b-1\n1,inf\n", "is no finite number"),
+        ("time_s,a-b-1\nnan,-50\n", "is no finite number"),
+        ("time_s,a-b-1\n1,-50,-60\n", r"line 2: has 3 cells, not 2"),
+        ("time_s,a-d-1\n1,-50\n", "column 'a-d-1' is no link of the nodes a, b, c-1"),
+        ("time_s,a-a-1\n1,-50\n", "is no link"),
+        ("time_s,a-b-1,a-b-1\n1,-50,-50\n", "two with one name"),
+        ("time_s,time_s,a-b-1\n1,1,-50\n", "one column must be named time_s"),
+        ("time_s\n1\n", "with one name or none"),
+        ("1,2,3,4,5,6,7\n", "say with layout"),
+        ("-1 -2 -3 -4 -5 1000\n", "no multiple of the 6 directed links of 3 nodes"),
+        ("-1 -2 -3 -4 -5 -6 1000\n-1 -2 -3 -4 -5 2000\n", r"line 2: has 6 cells, not 7"),
+        (HEADER + "1,a,z,1,-50\n", "column rx: node 'z' is not in the list of nodes"),
+        (HEADER + "1,a,a,1,-50\n", "hears itself"),
+        (HEADER + "1,a,b,1\n", "has 4 cells"),
+        (HEADER + "now,a,b,1,-50\n", "column time_s: 'now' is no number"),
+        (HEADER + "1,a,b,1,-50\n1,a,b,1,-51\n", "has a reading at 1 s already"),
+        (HEADER + "1,a,b,1,-50\n2,a,b,2,-51\n", "channel '2' is not one of 1"),
+        (HEADER + "2,a,b,1,-50\n1,a,b,1,-51\n", "times must go forwards"),
+        (HEADER + '1,a,b,1,"-50,5"\n', "cells"),
+        ("time_s;a-b-1\n1;-50,5\n", "write a decimal point"),
+    ],
+)
+def test_faulty_logs_are_refused(tmp_path, text, said):
+    with pytest.raises(DataError, match=said):
+        list(open_link_log(saved(tmp_path, text), NODES))
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "said"),
+    [
+        (wide(), {"layout": "sideways"}, "is unknown; choose one of"),
+        (wide(), {"layout": "listenx"}, "names the columns itself"),
+        (wide(), {"period_s": 1.0}, "are for a log with a reading a line"),
+        (long(), {"period_s": -1.0}, "must be a positive time"),
+    ],
+)
+def test_arguments_that_do_not_fit_are_refused(tmp_path, text, options, said):
+    with pytest.raises(DataError, match=said):
+        open_link_log(saved(tmp_path, text), NODES, **options)
+
+
+def test_files_that_are_no_log_are_refused(tmp_path):
+    for path, said in [(tmp_path, "is a folder"), (tmp_path / "none.csv", "there is no such file")]:
+        with pytest.raises(DataError, match=said):
+            open_link_log(path, NODES)
+    (tmp_path / "bytes.csv").write_bytes(b"time_s,a-b\n1,\xff\n")
+    with pytest.raises(DataError, match="line 2: is not text"):
+        list(open_link_log(tmp_path / "bytes.csv", NODES))
+    np.save(tmp_path / "log.npy", np.zeros((2, 7)))
+    with pytest.raises(DataError, match="give layout"):
+        open_link_log(tmp_path / "log.npy", NODES)
+    np.save(tmp_path / "cube.npy", np.zeros((2, 7, 1)))
+    with pytest.raises(DataError, match="must be one array of numbers"):
+        open_link_log(tmp_path / "cube.npy", NODES, layout="listenx")
+    (tmp_path / "text.npy").write_text("no array")
+    with pytest.raises(DataError, match="is no NumPy array"):
+        open_link_log(tmp_path / "text.npy", NODES, layout="listenx")
+    np.save(tmp_path / "holes.npy", np.full((1, 7), np.nan))
+    with pytest.raises(DataError, match="no time"):
+        list(open_link_log(tmp_path / "holes.npy", NODES, layout="link-channel"))
+
+
+def test_a_long_log_takes_no_more_memory_than_a_short_one(tmp_path):
+    peaks = []
+    for frames in (500, 5000):
+        rows = "".join(f"{k},-50,-60\n" for k in range(frames))
+        path = saved(tmp_path, "time_s,a-b-1,b-a-1\n" + rows, f"{frames}.csv")
+        tracemalloc.start()
+        assert sum(1 for _ in open_link_log(path, NODES)) == frames
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert peaks[1] < 1.5 * peaks[0]
+
+
+@pytest.mark.skipif(not DATA.exists(), reason=f"needs the radio log under {DATA}")
+def test_the_recorded_log_is_read_as_its_notes_say():
+    nodes = read_nodes(DATA / "sensor_coords_basement_m.txt")
+    frames = list(open_link_log(DATA / "basement_listenx_out_1.txt", nodes))
+    levels = np.array([frame.rss_dbm for frame in frames])
+    assert levels.shape == (642, 90, 8)
+    assert 0.05 < np.isnan(levels).mean() < 0.07
+    assert np.median(np.diff([frame.time_s for frame in frames])) == pytest.approx(0.63, abs=0.01)
+    table = np.loadtxt(DATA / "basement_listenx_out_1.txt")
+    assert levels[7, 3 * 9 + 5, 6] == table[7, 6 * 90 + 3 * 9 + 5]
