@@ -8,8 +8,8 @@ import pytest
 from elusive import run
 from elusive.filters.kalman import KalmanFilter
 from elusive.filters.particle import GaussianPrior
-from elusive.pipelines.track_smoothing import KalmanSmoothing, ParticleSmoothing
 from elusive.motion import ConstantVelocity
+from elusive.pipelines.track_smoothing import KalmanSmoothing, ParticleSmoothing
 
 FRAMES = 40
 

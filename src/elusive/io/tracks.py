@@ -179,6 +179,7 @@ def _csv_lines(path: str | os.PathLike[str]) -> Iterator[tuple[int, list[str]]]:
 
 
 def cells_of(row: TrackRow) -> list[str]:
+    """Write a row as the cells of a line, longitude and latitude last."""
     track = "" if row.track is None else str(int(row.track))
     return [number_text(row.time_s), track, row.status, *map(number_text, row[3:])]
 
