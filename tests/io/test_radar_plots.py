@@ -33,7 +33,7 @@ def saved(tmp_path: Path, text: str | bytes, name: str = "p.csv") -> Path:
 
 def same(found: list[RadarScan], expected: list[RadarScan]) -> bool:
     return len(found) == len(expected) and all(
-        a.time_s == b.time_s and all(np.array_equal(x, y, equal_nan=True) for x, y in zip(a[1:], b[1:], strict=True))
+        a.time_s == b.time_s and all(np.array_equal(x, y, equal_nan=True) for x, y in zip(a[1:5], b[1:5], strict=True))
         for a, b in zip(found, expected, strict=True)
     )
 
@@ -53,7 +53,7 @@ def test_plots_of_equal_times_are_a_scan(tmp_path: Path) -> None:
     for _ in range(2):
         found = list(source)
         assert same(found, expected)
-        assert all(part.dtype == np.float64 for s in found for part in s[1:])
+        assert all(part.dtype == np.float64 for s in found for part in s[1:5])
 
 
 @pytest.mark.parametrize(

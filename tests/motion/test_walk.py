@@ -11,7 +11,8 @@ from elusive.motion.walk import Walk
 WALKS = [
     Walk(),
     Walk(step_m=0.6, straight_sd_m=0.1, turn_probability=0.2),
-    Walk(turn_probability=0.0, straight_sd_m=0.3),
+    Walk(turn_probability=0.0, straight_sd_m=0.3, long_probability=0.0),
+    Walk(long_probability=0.3),
 ]
 
 

@@ -80,7 +80,7 @@ def track_links_command(
     if outcome.tracks:
         show("Tracks", outcome.header, outcome.tracks)
     show(outcome.title, ("", ""), outcome.table)
-    console.print(f"Written to {out}: tracks.csv, events.csv, result.nc, config.yaml")
+    console.print(f"Written to {out}: report.html, report.png, tracks.csv, events.csv, result.nc, config.yaml")
 
 
 def _live(run: Any, out: Path) -> None:

@@ -29,7 +29,7 @@ class Walk(Model):
     straight_sd_m: Positive = Field(0.05, description="Deviation of a step from the last, straight on, each axis [m]")
     turn_probability: Probability = Field(1.0, description="Probability of a new step; 1: a random walk")
     long_step_m: Positive = Field(1.0, description="Deviation of a long step, each axis [m a frame]")
-    long_probability: Probability = Field(0.02, description="Probability of a long step")
+    long_probability: Probability = Field(0.005, description="Probability of a long step")
 
     @property
     def state_names(self) -> tuple[str, ...]:

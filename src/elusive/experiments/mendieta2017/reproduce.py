@@ -1,0 +1,90 @@
+"""Run the campaigns behind chapter 4 and write its tables and figures; a killed run goes on where it was."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from elusive.campaign import CampaignConfig, Progress, run_campaign
+from elusive.errors import ParameterError
+from elusive.experiments.mendieta2017.figures import draw
+from elusive.experiments.mendieta2017.scenario import MethodName
+from elusive.experiments.mendieta2017.table import EXPERIMENTS, Cell, summarise, write_table
+from elusive.experiments.mendieta2017.trial import SCENARIO
+from elusive.io import atomic_folder, existing_folder
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+DEFAULT_TRIALS = 100
+TARGETS = tuple(EXPERIMENTS)
+CHUNK = 4  # runs between two looks at the progress, and at an interrupt
+
+
+class Reproduced(NamedTuple):
+    """What was written."""
+
+    cells: list[Cell]
+    written: list[str]
+
+
+def reproduce(
+    out: Path,
+    targets: Sequence[str] = (),
+    *,
+    trials: int = DEFAULT_TRIALS,
+    seed: int = 2017,
+    executor: Executor | None = None,
+    on_progress: Callable[[Progress], None] | None = None,
+) -> Reproduced:
+    """Write a CSV and figures of each experiment named, into ``out``; all by default.
+
+    Run i has the same paths at every point where as many people walk, and every method sees the same run.
+
+    Parameters
+    ----------
+    out
+        Folder for the results; the runs themselves stay in ``campaign-*.zarr`` there.
+    targets
+        Some of ``targets`` (section 4.2.1), ``table4_4`` to ``table4_7``; none means all of them.
+    trials
+        Runs of each point, from 2.
+
+    Raises
+    ------
+    ParameterError
+        If a target is unknown.
+    DataError
+        If ``out`` is a file or cannot be made.
+    """
+    unknown = [target for target in targets if target not in TARGETS]
+    if unknown:
+        raise ParameterError(f"{unknown[0]!r}: mendieta2017 has no such table; known are {', '.join(TARGETS)}.")
+    existing_folder(out)
+    tables: dict[str, list[Cell]] = {}
+    for name, experiment in EXPERIMENTS.items():
+        if targets and name not in targets:
+            continue
+        results: dict[MethodName, xr.Dataset] = {}
+        for method in experiment.methods:
+            configuration = CampaignConfig(
+                scenario="mendieta2017", parameters={"method": method}, grid=experiment.grid, trials=trials, seed=seed,
+                chunk=CHUNK,
+            )  # fmt: skip
+            store = out / f"campaign-{name}-{method}-{trials}-seed{seed}.zarr"
+            results[method] = run_campaign(
+                SCENARIO, configuration, store, executor=executor, on_progress=on_progress
+            ).load()
+        tables[name] = summarise(name, results)
+    written = []
+    with atomic_folder(out) as folder:
+        for name, cells in tables.items():
+            write_table(folder / f"{name}.csv", cells)
+            written.append(f"{name}.csv")
+            for number, noise in enumerate(sorted({cell.awgn_db for cell in cells})):
+                figure = f"{name}.png" if number == 0 else f"{name}-awgn{noise:g}.png"
+                draw(folder / figure, name, cells, noise)
+                written.append(figure)
+    return Reproduced([cell for cells in tables.values() for cell in cells], written)

@@ -1,0 +1,123 @@
+"""A radio network's log tracked as a whole, or live: line by line as it is written, at constant memory."""
+
+from __future__ import annotations
+
+import csv
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from elusive.errors import DataError
+from elusive.io import atomic_folder, existing_folder
+from elusive.io.link_logs import LinkLog, RssFrame
+from elusive.io.people_truth import PeopleTruth
+from elusive.io.radio_network import RadioNodes
+from elusive.io.tracks import cells_of, columns
+from elusive.pipelines.link_results import EVENT_COLUMNS, LinkOutcome, LinkRun, event_row, rows_of
+from elusive.pipelines.links import LinkResult, LinkTracking, track_links
+
+__all__ = ["LiveFrame", "follow_links", "track_links_recording"]
+
+
+class LiveFrame(NamedTuple):
+    """A frame that has been tracked and written."""
+
+    result: LinkResult
+    latency_s: float  # from the frame's last line to its tracks in the file
+
+
+def track_links_recording(
+    log: LinkLog,
+    nodes: RadioNodes,
+    parameters: LinkTracking,
+    out: Path,
+    *,
+    truth: PeopleTruth | None = None,
+    on_frame: Callable[[int], None] | None = None,
+) -> LinkOutcome:
+    """Track people through a log and write ``tracks.csv``, ``events.csv``, ``result.nc`` and the report.
+
+    The report is ``report.html`` and ``report.png``; ``config.yaml`` beside them repeats the run. Nothing is left in
+    ``out`` if the log cannot be used.
+
+    Parameters
+    ----------
+    log
+        From :func:`~elusive.io.link_logs.open_link_log`.
+    nodes
+        The network.
+    parameters
+        What to do.
+    out
+        Folder for the results.
+    truth
+        Where people truly were; scores only.
+    on_frame
+        Called with the number of frames done.
+
+    Raises
+    ------
+    DataError
+        If a frame cannot be used, or the calibration takes all frames.
+    """
+    run = LinkRun(log.name, nodes, parameters.area_of(nodes))
+    with atomic_folder(out) as folder:
+        for number, result in enumerate(track_links(log, nodes, parameters), 1):
+            run.offer(result, number <= parameters.calibration_frames)
+            if on_frame is not None:
+                on_frame(number)
+        outcome = run.outcome(parameters.described(nodes), truth)
+        run.write(folder, outcome, parameters.to_yaml())
+    return outcome
+
+
+def follow_links(
+    log: LinkLog, nodes: RadioNodes, parameters: LinkTracking, out: Path, on_frame: Callable[[LiveFrame], None]
+) -> None:
+    """Track people while a log is being written: a frame's rows stand in the files before the next is read.
+
+    Parameters
+    ----------
+    log
+        Opened with ``follow``, or standard input.
+    nodes
+        The network.
+    parameters
+        What to do.
+    out
+        Folder for ``tracks.csv``, ``events.csv`` and ``config.yaml``.
+    on_frame
+        Called after each frame. What it raises ends the run; what is written by then stays.
+
+    Raises
+    ------
+    DataError
+        If the folder holds an earlier run's tracks, or a frame cannot be used.
+    """
+    folder = existing_folder(out)
+    names = ("tracks.csv", "events.csv")
+    for name in names:
+        if (folder / name).exists():
+            raise DataError(f"{folder / name}: is there already, of an earlier run; name another folder.")
+    (folder / "config.yaml").write_text(parameters.to_yaml(), encoding="utf-8")
+    began = [time.perf_counter()]
+
+    def noted() -> Iterator[RssFrame]:
+        for frame in log:
+            began[0] = time.perf_counter()
+            yield frame
+
+    with (
+        (folder / names[0]).open("w", encoding="utf-8", newline="") as tracks,
+        (folder / names[1]).open("w", encoding="utf-8", newline="") as events,
+    ):
+        table, happenings = (csv.writer(file, lineterminator="\n") for file in (tracks, events))
+        table.writerow(columns("m"))
+        happenings.writerow(EVENT_COLUMNS)
+        for result in track_links(noted(), nodes, parameters):
+            table.writerows(cells_of(row)[: len(columns("m"))] for row in rows_of(result))
+            happenings.writerows(event_row(result.time_s, event) for event in result.events)
+            tracks.flush()
+            events.flush()
+            on_frame(LiveFrame(result, time.perf_counter() - began[0]))

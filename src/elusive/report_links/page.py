@@ -1,0 +1,157 @@
+"""The page of a report: one HTML file that asks nothing of the network."""
+
+from __future__ import annotations
+
+import base64
+import html
+import io
+import json
+import math
+from collections.abc import Sequence
+from importlib.resources import files
+from pathlib import Path
+from string import Template
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elusive import plots
+from elusive.contracts import Array
+from elusive.io.atomic import atomic_path
+from elusive.report_links.contents import Happening, LinkPath, LinksTracked, Scene
+
+TIMES_SHOWN = 2000
+POINTS_SHOWN = 40_000  # of all tracks together
+EVENTS_SHOWN = 1000
+
+
+def write_links_html(path: Path, tracked: LinksTracked) -> None:
+    """Write a page with the floor over time, the number of people, their existence, the error, and the events."""
+    points = sum(len(one.frames) for one in tracked.paths)
+    stride = max(1, -(-len(tracked.times_s) // TIMES_SHOWN), -(-points // POINTS_SHOWN))
+    drawn = {one.track for one in tracked.paths}
+    events = [event for event in tracked.events if event.track in drawn]
+    true, error = tracked.true_places, tracked.error
+    data = {
+        "times": _numbers(tracked.times_s[::stride], 3),
+        "calibrated": float(tracked.times_s[tracked.calibrated - 1]) if tracked.calibrated else None,
+        "extent": tracked.extent,
+        "corners": _numbers(tracked.corners),
+        "nodes": _numbers(tracked.nodes),
+        "names": list(tracked.names),
+        "paths": [_path(one, tracked.times_s, stride) for one in tracked.paths],
+        "people": tracked.people[::stride].tolist(),
+        "truth": None if tracked.truth is None else [_numbers(one.points, 3) for one in tracked.truth],
+        "called": [] if tracked.truth is None else [one.name for one in tracked.truth],
+        "present": None if true is None else np.isfinite(true[::stride, :, 0]).sum(axis=1).tolist(),
+        "error": None if error is None else _numbers(error[::stride]),
+        "events": [_event(event) for event in events[-EVENTS_SHOWN:]],
+        "unlisted": max(0, len(events) - EVENTS_SHOWN),
+        "scenes": {"times": [round(one.time_s, 3) for one in tracked.scenes], **_images(tracked)},
+        "clouds": [_clouds(scene, drawn) for scene in tracked.scenes],
+    }
+    template = Template(_stored("report_links.html"))
+    page = template.substitute(
+        title=html.escape(tracked.title),
+        verdict=html.escape(tracked.verdict),
+        tracks=_table(tracked),
+        table="".join(f"<tr><th>{html.escape(a)}</th><td>{html.escape(b)}</td></tr>" for a, b in tracked.rows),
+        # no "</script>" can end the script early
+        data=json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"),
+        floor=_stored("report_links_floor.js"),
+        script=_stored("report_links.js"),
+    )
+    with atomic_path(path) as temporary:
+        temporary.write_text(page, encoding="utf-8")
+
+
+def _stored(name: str) -> str:
+    return files("elusive").joinpath("templates", name).read_text(encoding="utf-8")
+
+
+def _table(tracked: LinksTracked) -> str:
+    """Write the table of tracks; the number of one that is drawn is a button."""
+    if not tracked.tracks:
+        return ""
+    drawn = {str(path.track) for path in tracked.paths}
+    head = "".join(f"<th>{html.escape(name)}</th>" for name in tracked.header)
+    body = ""
+    for first, *others in tracked.tracks:
+        name = html.escape(first)
+        button = f'<button type="button" data-track="{name}" title="Highlight it">{name}</button>'
+        cells = "".join(f"<td>{html.escape(cell)}</td>" for cell in others)
+        body += f"<tr><td>{button if first in drawn else name}</td>{cells}</tr>"
+    return f"<table class='tracks'><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def _path(path: LinkPath, times_s: Array, stride: int) -> dict[str, object]:
+    """Lay a track out by column, at the times shown and at its last."""
+    shown = path.frames % stride == 0
+    shown[-1:] = True
+    return {
+        "track": path.track,
+        "colour": plots.track_colour(path.track),
+        "times": _numbers(times_s[path.frames[shown]], 3),
+        "x": _numbers(path.places[shown, 0]),
+        "y": _numbers(path.places[shown, 1]),
+        "sx": _numbers(path.deviation[shown, 0]),
+        "sy": _numbers(path.deviation[shown, 1]),
+        "existence": _numbers(path.existence[shown], 3),
+        "sure": path.confirmed[shown].astype(int).tolist(),
+    }
+
+
+def _event(event: Happening) -> list[object]:
+    return [round(event.time_s, 3), event.track, event.what, round(event.x_m, 2), round(event.y_m, 2)]
+
+
+def _clouds(scene: Scene, drawn: set[int]) -> dict[str, list[int]]:
+    """Lay the particles of the tracks that are drawn out, x and y in turn in whole centimetres."""
+    return {
+        str(track): np.round(100 * cloud).astype(int).ravel().tolist()
+        for track, cloud in scene.clouds.items()
+        if track in drawn
+    }
+
+
+def _images(tracked: LinksTracked) -> dict[str, object]:
+    """Write all images as tiles of one grey PNG in a data URL, north at the top; 255 is the brightest of them."""
+    kept = [scene.image for scene in tracked.scenes if scene.image is not None]
+    if tracked.grid is None or not kept:
+        return {"url": None}
+    from PIL import Image
+
+    (rows, columns), extent = tracked.grid
+    brightest = max(scene.peak for scene in tracked.scenes)
+    across = max(1, min(len(kept), round(math.sqrt(len(kept) * rows / columns))))
+    picture = np.zeros((-(-len(kept) // across) * rows, across * columns), dtype=np.uint8)
+    tile = 0
+    number: list[int | None] = []  # of each scene's tile
+    for scene in tracked.scenes:
+        number.append(None if scene.image is None else tile)
+        if scene.image is not None:
+            down, along = divmod(tile, across)
+            picture[down * rows : (down + 1) * rows, along * columns : (along + 1) * columns] = _grey(
+                scene.image.reshape(rows, columns)[::-1], scene.peak / brightest if brightest else 0.0
+            )
+            tile += 1
+    buffer = io.BytesIO()
+    Image.fromarray(picture).save(buffer, "PNG", optimize=True)
+    url = "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
+    return {
+        "url": url, "tile": number, "across": across, "rows": rows, "columns": columns, "extent": extent,
+        "brightest": round(brightest, 3),
+    }  # fmt: skip
+
+
+def _grey(image: NDArray[np.uint8], share: float) -> NDArray[np.uint8]:
+    return np.asarray(np.round(image * share), dtype=np.uint8)
+
+
+def _numbers(values: Array | Sequence[float], digits: int = 2) -> list[object]:
+    """Round for JSON, NaN as null."""
+    given = np.asarray(values, dtype=np.float64)
+    rounded = np.round(given, digits).astype(object)
+    rounded[~np.isfinite(given)] = None
+    listed: list[object] = rounded.tolist()
+    return listed

@@ -1,0 +1,134 @@
+"""Links whose change is a weighted sum of the attenuation in each voxel, with Gaussian noise: y = W x + n.
+
+Mendieta (2017), eqs. 3.10-3.11 and section 3.3.3: a person attenuates as a Gaussian bell. White noise in each voxel
+adds to the variance of a link's noise: sv^2 times the sum of the squares of its weights.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.random import Generator
+from pydantic import Field
+from scipy import sparse
+
+from elusive.contracts import Array, X, Y
+from elusive.errors import DataError
+from elusive.model import Model, NonNegative, Positive
+from elusive.sensors.link_effects import Effect
+
+
+class LinkRadiation(Model):
+    """What a person does to the voxels, and the noise of voxels and links."""
+
+    amplitude_db: Positive = Field(20.0, description="Attenuation at the person, radiation_amplitude (table 3.2) [dB]")
+    width_x_m: Positive = Field(0.5, description="Deviation of the bell along its first axis [m]")
+    width_y_m: Positive = Field(0.5, description="Deviation of the bell along its second axis [m]")
+    rotation_deg: float = Field(0.0, description="Angle of the first axis from x, counterclockwise [deg]")
+    noise_sd_db: Positive = Field(1.0, description="Deviation of a link's noise, sigma_N (table 3.4) [dB]")
+    voxel_sd_db: NonNegative = Field(0.25, description="Deviation of a voxel's noise (AWGN, table 3.2) [dB]")
+    spread: NonNegative = Field(
+        0.15, description="Deviation of a person's change of a link, as a share of it: bodies unlike the bell"
+    )
+    temper: float = Field(0.1, gt=0, le=1, description="Exponent of the likelihood; 1: the model is exact")
+
+    def links(self, weights: Any, bounds: tuple[float, float, float, float], voxel_m: float) -> LinearLinks:
+        """Set the model on a network's weights.
+
+        Parameters
+        ----------
+        weights
+            ``(L, V)``, an array or sparse; voxels row by row from the least y.
+        bounds
+            Least and greatest x, least and greatest y of the voxels [m].
+        voxel_m
+            Side of a voxel [m].
+
+        Returns
+        -------
+        LinearLinks
+            The sensor.
+
+        Raises
+        ------
+        DataError
+            If the weights do not fit the voxels or are not finite.
+        """
+        by_voxel = sparse.csc_array(weights, dtype=np.float64)
+        shape = tuple(math.ceil((b - a) / voxel_m * (1 - 1e-12)) for a, b in ((bounds[2], bounds[3]), bounds[:2]))
+        if by_voxel.shape[1] != math.prod(shape) or min(shape) < 1:
+            raise DataError(f"weights: have {by_voxel.shape[1]} voxels, not the {shape[0]} x {shape[1]} of the area.")
+        if not np.isfinite(by_voxel.data).all() or not by_voxel.nnz:
+            raise DataError("weights: are not finite, or all zero; see that nodes and area are in the same metres.")
+        return LinearLinks(self, by_voxel, bounds, voxel_m, (shape[0], shape[1]))
+
+
+class LinearLinks:
+    """Sensor: the change of every undirected link, ``(L,)`` [dB], NaN where missing."""
+
+    def __init__(
+        self,
+        model: LinkRadiation,
+        by_voxel: Any,
+        bounds: tuple[float, float, float, float],
+        voxel_m: float,
+        shape: tuple[int, int],
+    ) -> None:
+        self.model, self._weights, self._area = model, by_voxel, bounds
+        angle = math.radians(model.rotation_deg)
+        first, second = 1 / model.width_x_m**2, 1 / model.width_y_m**2
+        c, s = math.cos(angle), math.sin(angle)
+        bell = (
+            float(model.amplitude_db), first * c * c + second * s * s, first * s * s + second * c * c,
+            (first - second) * c * s,
+        )  # fmt: skip
+        grid = float(bounds[0]), float(bounds[2]), float(voxel_m), shape[0], shape[1]
+        lists = by_voxel.indptr.astype(np.int32), by_voxel.indices.astype(np.int32), by_voxel.data
+        self._tables = (bell, grid, *lists)
+        self._variance = model.noise_sd_db**2 + model.voxel_sd_db**2 * np.asarray(by_voxel.power(2).sum(axis=1)).ravel()
+
+    @property
+    def area(self) -> tuple[float, float, float, float]:
+        """Where people can be: least and greatest x, least and greatest y [m]."""
+        return self._area
+
+    def nobody(self) -> Effect:
+        """Effect of nobody: no change, and the variance of the noise."""
+        return Effect(np.zeros(len(self._variance)), self._variance)
+
+    def effect(self, places: Array, existence: float) -> Effect:
+        """Return the expected effect of a person that exists with a probability, at one of the places ``(N, 2)``."""
+        from elusive.sensors._linear_link_kernels import moments
+
+        mean, square = moments(np.ascontiguousarray(places), len(self._variance), *self._tables)
+        return Effect(
+            existence * mean, np.maximum(existence * (1 + self.model.spread**2) * square - (existence * mean) ** 2, 0.0)
+        )
+
+    def log_ratio(self, places: Array, measurement: Array, others: Effect) -> Array:
+        """Log likelihood of one more person at each place ``(N, 2)`` less that of the others alone, tempered."""
+        from elusive.sensors._linear_link_kernels import log_ratio
+
+        change = np.asarray(measurement, dtype=np.float64)
+        if change.shape != self._variance.shape or np.isinf(change).any():
+            raise DataError(
+                f"frame: has shape {change.shape}, not {self._variance.shape}, or an infinite change; missing is NaN."
+            )
+        return self.model.temper * log_ratio(
+            np.ascontiguousarray(places), change - others.mean, others.variance, float(self.model.spread), *self._tables
+        )
+
+    def log_likelihood(self, states: Array, measurement: Array) -> Array:
+        """Log likelihood ratio of one person at each state against nobody, ``(N, d) -> (N,)``, tempered."""
+        return self.log_ratio(states[:, [X, Y]], measurement, self.nobody())
+
+    def simulate(self, states: Array, rng: Generator) -> Array:
+        """Draw the changes ``(L,)`` with people at the states ``(P, d)``; ``(0, d)``: nobody."""
+        total = np.zeros(len(self._variance))
+        for state in states:
+            total += self.effect(state[None, [X, Y]], 1.0).mean
+        voxels = self._weights @ rng.normal(0.0, self.model.voxel_sd_db, self._weights.shape[1])
+        noisy: Array = total + voxels + rng.normal(0.0, self.model.noise_sd_db, len(total))
+        return noisy

@@ -1,0 +1,88 @@
+"""Linear links: against the full sum over voxels, and what is simulated against the moments."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+from elusive.errors import DataError, ParameterError
+from elusive.sensors.linear_links import LinkRadiation
+from elusive.sensors.link_effects import AdditiveSensor, Effect
+from tests.reference.links import bell, linear_log_ratio
+
+BOUNDS, VOXEL = (-3.0, 3.0, 0.0, 4.0), 0.5
+X, Y = np.meshgrid(np.arange(-2.75, 3, 0.5), np.arange(0.25, 4, 0.5))
+CENTRES = np.column_stack([X.ravel(), Y.ravel()])
+
+
+def weights_of(rng, links=15):
+    return np.where(rng.random((links, len(CENTRES))) < 0.2, rng.uniform(0.5, 2, (links, len(CENTRES))), 0.0)
+
+
+@pytest.mark.parametrize(
+    "model",
+    [
+        LinkRadiation(),
+        LinkRadiation(amplitude_db=3.0, width_x_m=0.3, width_y_m=0.6, rotation_deg=30.0, spread=0.0, temper=1.0),
+    ],
+)
+def test_the_ratio_is_that_of_the_densities(model):
+    rng = np.random.default_rng(0)
+    weights = weights_of(rng)
+    sensor = model.links(sparse.csr_array(weights), BOUNDS, VOXEL)
+    change = rng.normal(0, 30, 15)
+    change[3] = np.nan
+    places = rng.uniform((-3.2, -0.2), (3.2, 4.2), (40, 2))
+    others = Effect(rng.normal(0, 10, 15), rng.uniform(1, 40, 15))
+    expected = linear_log_ratio(model, weights, CENTRES, places, change, others)
+    # the bell is cut at 3.5 deviations, where it is .002 of its height
+    np.testing.assert_allclose(
+        sensor.log_ratio(places, change, others), expected, rtol=0.01, atol=0.05 * model.temper * 20
+    )
+    states = np.column_stack([places[:, 0], np.ones(40), places[:, 1], np.ones(40)])
+    np.testing.assert_array_equal(
+        sensor.log_likelihood(states, change), sensor.log_ratio(places, change, sensor.nobody())
+    )
+
+
+def test_the_effect_of_a_cloud_has_its_moments():
+    rng = np.random.default_rng(1)
+    model, weights, existence = LinkRadiation(), weights_of(rng), 0.3
+    places = rng.uniform((-2, 1), (2, 3), (25, 2))
+    effect = model.links(weights, BOUNDS, VOXEL).effect(places, existence)
+    response = bell(model, CENTRES, places) @ weights.T
+    assert isinstance(model.links(weights, BOUNDS, VOXEL), AdditiveSensor)
+    np.testing.assert_allclose(effect.mean, existence * response.mean(axis=0), rtol=2e-3, atol=0.1)
+    square = existence * (1 + model.spread**2) * (response**2).mean(axis=0)
+    np.testing.assert_allclose(effect.variance, square - (existence * response.mean(axis=0)) ** 2, rtol=5e-3, atol=2.0)
+
+
+def test_what_is_simulated_has_the_model_s_moments():
+    rng = np.random.default_rng(2)
+    weights = weights_of(rng)
+    sensor = LinkRadiation(noise_sd_db=2.0, voxel_sd_db=1.5).links(weights, BOUNDS, VOXEL)
+    people = np.array([[-1.0, 0, 1.0, 0], [1.5, 0, 3.0, 0]])
+    draws = np.array([sensor.simulate(people, rng) for _ in range(4000)])
+    response = (bell(sensor.model, CENTRES, people[:, [0, 2]]) @ weights.T).sum(axis=0)
+    deviation = np.sqrt(4 + 1.5**2 * (weights**2).sum(axis=1))
+    np.testing.assert_allclose(sensor.nobody().variance, deviation**2, rtol=1e-12)
+    # four standard errors of a mean and of a deviation over 4000 draws
+    assert np.abs((draws.mean(axis=0) - response) / deviation).max() < 4 / np.sqrt(4000) + 0.02
+    np.testing.assert_allclose(draws.std(axis=0) / deviation, 1, atol=4 / np.sqrt(8000))
+
+
+def test_what_does_not_fit_is_refused():
+    weights = weights_of(np.random.default_rng(3))
+    sensor = LinkRadiation().links(weights, BOUNDS, VOXEL)
+    for change in (np.zeros(14), np.full(15, np.inf)):
+        with pytest.raises(DataError, match="frame: has shape"):
+            sensor.log_ratio(np.zeros((1, 2)), change, sensor.nobody())
+    with pytest.raises(DataError, match="not the 8 x 12 of the area"):
+        LinkRadiation().links(weights[:, 1:], BOUNDS, VOXEL)
+    with pytest.raises(DataError, match="not finite, or all zero"):
+        LinkRadiation().links(weights * np.nan, BOUNDS, VOXEL)
+    with pytest.raises(DataError, match="not finite, or all zero"):
+        LinkRadiation().links(np.zeros_like(weights), BOUNDS, VOXEL)
+    with pytest.raises(ParameterError, match="width_x_m"):
+        LinkRadiation(width_x_m=0)

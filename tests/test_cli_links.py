@@ -1,0 +1,300 @@
+"""`elusive track links` as a user types it: a made-up network, live and from a file, and what cannot be used."""
+
+from __future__ import annotations
+
+import csv
+import io
+import itertools
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from elusive.cli import main
+from elusive.io.tracks import read_tracks_csv
+
+NODES = np.array([[0, 0], [3, 0], [6, 0], [6, 3], [6, 6], [3, 6], [0, 6], [0, 3.0]])
+PAIRS = list(itertools.permutations(range(8), 2))
+EMPTY, FRAMES = 30, 68
+
+
+def walker(frame):
+    """Across the room at 0.2 m a frame from frame 40 on."""
+    return np.array([0.4 + 0.2 * (frame - 40), 2.1 + 0.04 * (frame - 40)]) if frame >= 40 else None
+
+
+@pytest.fixture(scope="module")
+def network(tmp_path_factory):
+    """Nodes, a wide log and the truth of one person who crosses the room: levels drop where they are in the way."""
+    folder = tmp_path_factory.mktemp("network")
+    rng = np.random.default_rng(0)
+    (folder / "nodes.csv").write_text("node,x_m,y_m\n" + "".join(f"n{k},{x},{y}\n" for k, (x, y) in enumerate(NODES)))
+    names = [f"n{a}-n{b}-{c}" for c in (11, 26) for a, b in PAIRS]
+    ends = NODES[[pair[0] for pair in PAIRS] * 2], NODES[[pair[1] for pair in PAIRS] * 2]
+    apart = np.linalg.norm(ends[0] - ends[1], axis=1)
+    level = -45 - 20 * np.log10(apart) + rng.normal(0, 2, len(names))
+    rows, truth = [["time_s", *names]], ["time_s,x_m,y_m"]
+    for frame in range(FRAMES):
+        heard = level + rng.normal(0, 0.4, len(names))
+        place = walker(frame)
+        if place is not None:
+            excess = np.linalg.norm(ends[0] - place, axis=1) + np.linalg.norm(ends[1] - place, axis=1) - apart
+            heard -= 9 * np.exp(-excess / 0.03) + 2.5 * rng.normal(size=len(names)) * np.exp(-excess / 1.0)
+            truth.append(f"{0.5 * frame},{place[0]},{place[1]}")
+        rows.append([0.5 * frame, *(f"{value:.0f}" for value in heard)])
+    with (folder / "log.csv").open("w", newline="") as file:
+        csv.writer(file).writerows(rows)
+    (folder / "truth.csv").write_text("\n".join(truth) + "\n")
+    return folder
+
+
+def run(capsys, *arguments):
+    """Exit code and what was said."""
+    try:
+        main(["track", "links", *map(str, arguments)])
+        code = 0
+    except SystemExit as stop:
+        code = stop.code or 0
+    said = capsys.readouterr()
+    return code, " ".join((said.out + said.err).split())
+
+
+def usual(network, *more):
+    return (network / "log.csv", "--nodes", network / "nodes.csv", "--calibration-frames", EMPTY, *more)
+
+
+@pytest.mark.parametrize("method", ["links", "image"])
+def test_somebody_crosses_the_room(network, tmp_path, capsys, method):
+    out = tmp_path / "out"
+    code, said = run(capsys, *usual(network, "--method", method, "--truth", network / "truth.csv", "--out", out))
+    assert code == 0, said
+    assert ("At most one person at a time, in one track" in said) or method == "image"  # an image has ghosts
+    written = {"config.yaml", "events.csv", "report.html", "report.png", "result.nc", "tracks.csv"}
+    assert {path.name for path in out.iterdir()} == written
+    rows = read_tracks_csv(out / "tracks.csv", unit="m")
+    assert {row.status for row in rows if row.time_s < 20} == {"none"}
+    errors = {}
+    for row in rows:
+        if row.status == "confirmed" and row.time_s >= 23:
+            error = np.hypot(*(np.array([row.x, row.y]) - walker(round(2 * row.time_s))))
+            errors[row.time_s] = min(error, errors.get(row.time_s, np.inf))
+    assert len(errors) >= 0.9 * (FRAMES - 46)
+    assert np.mean(list(errors.values())) < 1.0  # a third of the distance between nodes
+    events = (out / "events.csv").read_text().splitlines()
+    assert events[0] == "time_s,track,event,x_m,y_m"
+    assert any(",confirmed," in line for line in events)
+    assert "MOTA" in said
+
+
+def test_the_same_numbers_again_from_the_config(network, tmp_path, capsys):
+    first, again = tmp_path / "first", tmp_path / "again"
+    assert run(capsys, *usual(network, "--seed", 7, "--out", first))[0] == 0
+    code, said = run(
+        capsys, network / "log.csv", "--nodes", network / "nodes.csv", "--config", first / "config.yaml", "--out", again
+    )
+    assert code == 0, said
+    assert (first / "tracks.csv").read_bytes() == (again / "tracks.csv").read_bytes()
+
+
+def test_live_from_standard_input_is_the_same(network, tmp_path, capsys, monkeypatch):
+    whole, live = tmp_path / "whole", tmp_path / "live"
+    assert run(capsys, *usual(network, "--out", whole))[0] == 0
+    octets = io.TextIOWrapper(io.BytesIO((network / "log.csv").read_bytes()))
+    monkeypatch.setattr(sys, "stdin", octets)
+    code, said = run(
+        capsys, "-", "--nodes", network / "nodes.csv", "--calibration-frames", EMPTY, "--follow", "--out", live
+    )
+    assert code == 0, said
+    assert f"{FRAMES} frames; from a frame to its tracks" in said
+    assert "track 1 confirmed at" in said
+    assert (live / "tracks.csv").read_bytes() == (whole / "tracks.csv").read_bytes()
+    assert (live / "events.csv").read_bytes() == (whole / "events.csv").read_bytes()
+
+
+def test_a_growing_file_is_followed_and_ctrl_c_ends_it(network, tmp_path):
+    lines = (network / "log.csv").read_text().splitlines(keepends=True)
+    log, out = tmp_path / "log.csv", tmp_path / "out"
+    log.write_text("".join(lines[: EMPTY + 10]))
+    process = subprocess.Popen(
+        [sys.executable, "-m", "elusive", "track", "links", str(log), "--nodes", str(network / "nodes.csv"),
+         "--calibration-frames", str(EMPTY), "--follow", "--out", str(out)],
+        stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+
+    def rows():
+        return (out / "tracks.csv").read_text().count("\n") - 1 if (out / "tracks.csv").exists() else 0
+
+    def wait_for(count):
+        end = time.monotonic() + 120
+        while rows() < count:
+            assert process.poll() is None
+            assert time.monotonic() < end
+            time.sleep(0.05)
+
+    try:
+        wait_for(EMPTY + 9)
+        with log.open("a") as file:
+            file.write("".join(lines[EMPTY + 10 : EMPTY + 20]))
+        wait_for(EMPTY + 19)
+        os.kill(process.pid, signal.SIGINT)
+        _, said = process.communicate(timeout=60)
+    finally:
+        process.kill()
+    assert process.returncode == 0
+    assert f"{EMPTY + 19} frames; from a frame to its tracks" in said
+    assert "Traceback" not in said
+
+
+def test_an_earlier_runs_tracks_are_not_overwritten_live(network, tmp_path, capsys):
+    (tmp_path / "tracks.csv").write_text("precious")
+    code, said = run(capsys, *usual(network, "--follow", "--idle-s", 0.1, "--out", tmp_path))
+    assert code == 2
+    assert "is there already, of an earlier run; name another folder" in said
+    assert (tmp_path / "tracks.csv").read_text() == "precious"
+
+
+def changed(network, tmp_path, change):
+    """The log with its lines changed."""
+    lines = (network / "log.csv").read_text().splitlines()
+    path = tmp_path / "changed.csv"
+    path.write_text("\n".join(change(lines)) + "\n")
+    return path
+
+
+def without_a_column(lines):
+    return [lines[0], lines[1].rsplit(",", 1)[0], *lines[2:]]
+
+
+def with_text(lines):
+    return [*lines[:5], "oops" + lines[5][lines[5].index(",") :], *lines[6:]]
+
+
+def backwards(lines):
+    return [*lines[:5], lines[9], lines[6], *lines[7:]]
+
+
+def all_missing(lines):
+    return [lines[0], *(line.split(",")[0] + "," * (lines[0].count(",")) for line in lines[1:])]
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        (without_a_column, "changed.csv, line 2"),
+        (with_text, "changed.csv, line 6"),
+        (backwards, "times must go forwards"),
+        (all_missing, "nothing was heard"),
+        (lambda lines: lines[:EMPTY], "all of them taken for calibration; take fewer"),
+        (lambda lines: [""], "is empty"),
+        (lambda lines: [lines[0].replace("n0-", "nobody-"), *lines[1:]], "nobody"),
+    ],
+    ids=["column", "text", "backwards", "missing", "calibration", "empty", "unknown-node"],
+)
+def test_a_log_that_cannot_be_used(network, tmp_path, capsys, change, sentence):
+    out = tmp_path / "out"
+    log = changed(network, tmp_path, change)
+    code, said = run(capsys, log, "--nodes", network / "nodes.csv", "--calibration-frames", EMPTY, "--out", out)
+    assert code == 2
+    assert sentence in said
+    assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("nodes", "more", "sentence"),
+    [
+        ("node,x_m,y_m\na,0,0\nb,0,0\n", (), "stand in one place"),
+        ("node,x_m,y_m\na,0,0\n", (), "holds 1 nodes"),
+        (None, ("--area", 1, 0, 0, 1), "give the lower bound first"),
+        (None, ("--area", 0, 1, 0, 1, "--area-file", "x"), "give one of them"),
+        (None, ("--area-file", "nowhere.csv"), "cannot be read"),
+        (None, ("--idle-s", 3), "without --follow"),
+        (None, ("--layout", "diagonal"), "diagonal"),
+        (None, ("--follow", "--truth", "t.csv"), "no meaning with --follow"),
+        (None, ("--truth", "nowhere.csv"), "cannot be read"),
+        (None, ("--method", "links", "--voxel-m", 1.0), "--method image"),
+    ],
+)
+def test_options_that_cannot_be_used(network, tmp_path, capsys, nodes, more, sentence):
+    path = network / "nodes.csv"
+    if nodes is not None:
+        path = tmp_path / "nodes.csv"
+        path.write_text(nodes)
+    out = tmp_path / "out"
+    code, said = run(capsys, network / "log.csv", "--nodes", path, "--calibration-frames", EMPTY, "--out", out, *more)
+    assert code == 2
+    assert sentence in said
+    assert not out.exists()
+
+
+def test_somebody_inside_while_calibrating_is_told(network, tmp_path, capsys):
+    """The log's second half, in which somebody walks, taken for an empty room."""
+    log = changed(network, tmp_path, lambda lines: [lines[0], *lines[42:]])
+    code, said = run(
+        capsys,
+        log,
+        "--nodes",
+        network / "nodes.csv",
+        "--calibration-frames",
+        20,
+        "--busy-sd-db",
+        1,
+        "--out",
+        tmp_path / "o",
+    )
+    assert code == 0, said
+    assert "as if somebody were inside" in said
+
+
+@pytest.mark.parametrize("method", ["links", "image"])
+def test_nodes_that_fail_one_after_another(network, tmp_path, capsys, method):
+    """Half of the nodes fall silent during the walk: worse, but no crash."""
+
+    def silent(lines):
+        names = lines[0].split(",")
+        changed_lines = [lines[0]]
+        for number, line in enumerate(lines[1:]):
+            dead = {f"n{k}" for k in range(4) if number > 45 + 6 * k}
+            cells = line.split(",")
+            changed_lines.append(
+                ",".join(
+                    "" if dead & set(name.split("-")[:2]) else cell for name, cell in zip(names, cells, strict=True)
+                )
+            )
+        return changed_lines
+
+    log = changed(network, tmp_path, silent)
+    code, said = run(
+        capsys,
+        log,
+        "--nodes",
+        network / "nodes.csv",
+        "--calibration-frames",
+        EMPTY,
+        "--method",
+        method,
+        "--out",
+        tmp_path / "o",
+    )
+    assert code == 0, said
+    rows = read_tracks_csv(tmp_path / "o" / "tracks.csv", unit="m")
+    assert rows[-1].time_s == 0.5 * (FRAMES - 1)
+
+
+def test_truth_that_cannot_be_read(network, tmp_path, capsys):
+    for text, sentence in (
+        ("a,b\n1,2\n", "line 1: the columns are"),
+        ("time_s,x_m,y_m\n1,2\n", "line 2: has 2 cells"),
+        ("time_s,x_m,y_m\n1,2,here\n", "line 2: '1,2,here' has no time and place"),
+        ("time_s,x_m,y_m\n1,2,3\n1,2,3\n", "line 3: the time is 1 s after 1 s"),
+        ("time_s,x_m,y_m\n", "holds no place"),
+    ):
+        path = tmp_path / "truth.csv"
+        path.write_text(text)
+        code, said = run(capsys, *usual(network, "--truth", path, "--out", tmp_path / "out"))
+        assert code == 2
+        assert sentence in said
+        assert not (tmp_path / "out").exists()
