@@ -282,6 +282,23 @@ CELL = ["--chart", "AA5TEST.000"]
             "plots.csv: scan at 0 s: holds 2 plots, and without false alarms",
         ),
         (nothing, ["--knowledge", "hard", "--tolerance", "0.01"], "--tolerance: has no meaning for knowledge 'hard'"),
+        (nothing, ["--truth-mmsi", "4"], "truth_mmsi: has no meaning without a truth"),
+        (nothing, ["--coast-correlation-m", "9"], "coast_correlation_m: has no meaning for coast_error 'fresh'"),
+        (
+            nothing,
+            ["--coast-error", "bias", "--coast-share", ".5"],
+            "coast_share: has no meaning for coast_error 'bias'",
+        ),
+        (
+            nothing,
+            ["--coast-error", "persistent", "--bias-sd-m", "9"],
+            "bias_sd_m: has no meaning for coast_error 'persistent'",
+        ),
+        (
+            nothing,
+            ["--knowledge", "none", "--coast-error", "bias"],
+            "coast_error: has no meaning for knowledge 'none'",
+        ),
         (nothing, ["--particles", "3"], "particles: must be greater than or equal to 100"),
         (nothing, ["--coast-sigma-m", "0"], "coast_sigma_m: must be greater than 0"),
         (nothing, ["--rotation-s", "0"], "an antenna turns once in a positive number of seconds"),

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from PIL import Image
 
 from elusive.errors import ParameterError
@@ -24,6 +26,7 @@ from elusive.report_radar import (
     write_radar_html,
     write_radar_png,
 )
+from elusive.report_radar.figure import _draw_deviation
 from elusive.report_radar.page import POINTS_SHOWN, SCANS_SHOWN
 from elusive.report_radar.shading import SIDE, TILE, TILES_AT_MOST, VERTICES_AT_MOST
 from tests.test_report import OUTSIDE, Loads, browse, data_in
@@ -151,6 +154,22 @@ def test_the_error_is_the_distance_to_the_truth_at_the_time() -> None:
     np.testing.assert_allclose(nearest, expected, atol=0.2)
     assert given._replace(truth=None).error(given.paths[0]) is None
     assert given._replace(truth=given.truth + np.array([1e6, 0, 0])).nearest_error is None
+
+
+def test_the_error_is_not_drawn_where_there_is_no_track(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    given = tracked(60, 1, chart=False, clouds=False)
+    (path,) = given.paths
+
+    def part(number: int, which: slice) -> RadarPath:
+        return RadarPath(number, *(None if column is None else column[which] for column in path[1:]))
+
+    broken = given._replace(paths=[part(1, slice(0, 20)), part(2, slice(40, 60))])
+    drawn = []
+    monkeypatch.setattr(Axes, "plot", lambda axes, *data, **style: drawn.append((data, style)) or [])
+    _draw_deviation(Figure().subplots(), broken)
+    ((times, error),) = [data for data, style in drawn if style.get("label") == "error of the nearest track"]
+    np.testing.assert_array_equal(times, given.times_s)
+    np.testing.assert_array_equal(np.flatnonzero(np.isnan(error)), np.arange(20, 40))
 
 
 def test_the_clouds_led_to_are_those_at_the_coast_apart_in_time() -> None:

@@ -95,7 +95,16 @@ def test_the_command(tmp_path, capsys, monkeypatch):
     assert (tmp_path / "a.png").stat().st_size > 10_000
 
 
-@pytest.mark.parametrize("arguments", [["none.000"], ["a.geojson", "--coast-sigma-m", "0"], ["a.geojson", "a.geojson"]])
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["none.000"],
+        ["a.geojson", "--coast-sigma-m", "0"],
+        ["a.geojson", "a.geojson"],
+        ["a.geojson", "--map-cell-m", "5"],
+        ["a.geojson", "--water-probability", "a.nc", "--map-extent-deg", "50", "50", "51", "51"],
+    ],
+)
 def test_bad_input_is_one_sentence(tmp_path, capsys, monkeypatch, arguments):
     monkeypatch.chdir(tmp_path)
     write(tmp_path / "a.geojson", LAND)

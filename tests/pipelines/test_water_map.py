@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 import shapely
@@ -133,6 +135,17 @@ def test_another_ending_is_refused(tmp_path, charts, name):
 def test_an_extent_the_wrong_way_round_is_refused(extent):
     with pytest.raises(ParameterError, match="map_extent_deg: must be west, south, east, north"):
         ChartParameters(map_extent_deg=extent)
+
+
+@pytest.mark.parametrize("turn", [0.0, -math.copysign(360.0, WEST)])
+def test_an_extent_off_every_chart_is_refused_before_anything_is_written(tmp_path, charts, turn):
+    inside = (WEST + 0.001 + turn, SOUTH + 0.001, WEST + 0.002 + turn, SOUTH + 0.002)
+    outside = (EAST + 0.01 + turn, SOUTH, EAST + 0.02 + turn, NORTH)
+    write_water_map(tmp_path / "a.tif", charts, PARAMETERS.replace(map_extent_deg=inside, map_cell_m=20.0))
+    assert np.isfinite(geotiff(tmp_path / "a.tif")[0]).any()
+    with pytest.raises(ParameterError, match="map_extent_deg: no chart reaches into"):
+        write_water_map(tmp_path / "b.tif", charts, PARAMETERS.replace(map_extent_deg=outside))
+    assert not (tmp_path / "b.tif").exists()
 
 
 def test_a_map_cut_short_leaves_nothing(tmp_path, charts, monkeypatch):

@@ -105,7 +105,7 @@ def track_radar_command(
     given: dict[str, Any],
     chart: Annotated[
         list[Path] | None,
-        typer.Option("--chart", help="S-57 base cell (.000), GeoJSON or shapefile of land; give it again for more."),
+        typer.Option("--chart", help="S-57 base cells (.000), GeoJSON or shapefiles of land, one or several."),
     ] = None,
     config: Config = None,
     truth: Annotated[

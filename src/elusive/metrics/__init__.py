@@ -10,10 +10,11 @@ from elusive.metrics.cramer_rao import Bound, bound_covariance, posterior_bound,
 from elusive.metrics.errors import bias, position_errors, rmse_by_frame, rmse_over_window
 from elusive.metrics.existence import DetectionDelay, false_alarm_rate, missed_detection_rate, time_to_detection
 from elusive.metrics.identity import Identity, identity
+from elusive.metrics.path_bound import PathBound, path_bound
 from elusive.metrics.pixels import pixel_information
 from elusive.metrics.roc import Roc, roc_curve
 from elusive.metrics.set_distances import Gospa, gospa, ospa
-from elusive.metrics.sightings import Sightings, sightings, sightings_of
+from elusive.metrics.target_table import Sightings, sightings, sightings_of
 
 __all__ = [
     "Bound",
@@ -24,6 +25,7 @@ __all__ = [
     "Gospa",
     "Identity",
     "Nees",
+    "PathBound",
     "Roc",
     "Sightings",
     "bias",
@@ -38,6 +40,7 @@ __all__ = [
     "missed_detection_rate",
     "nees",
     "ospa",
+    "path_bound",
     "pixel_information",
     "position_errors",
     "posterior_bound",

@@ -15,7 +15,7 @@ from scipy.optimize import linear_sum_assignment
 
 from elusive.contracts import Array
 from elusive.errors import ParameterError
-from elusive.metrics.sightings import Sightings, frames_of
+from elusive.metrics.target_table import Sightings, frames_of
 
 BEYOND = 1e6  # cost of a pair beyond the gate, in gates: more than any number of pairs within it
 
@@ -53,7 +53,7 @@ def clear_mot(truth: Sightings, tracks: Sightings, gate: float = 2.0, frames: in
     Parameters
     ----------
     truth, tracks
-        From :func:`~elusive.metrics.sightings.sightings`.
+        From :func:`~elusive.metrics.target_table.sightings`.
     gate
         Distance up to which a track can stand for a target, in the places' unit.
     frames

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from elusive.errors import ParameterError
-from elusive.metrics.sightings import Sightings, frames_of
+from elusive.metrics.target_table import Sightings, frames_of
 
 
 class Identity(NamedTuple):
@@ -47,7 +47,7 @@ def identity(truth: Sightings, tracks: Sightings, gate: float = 2.0) -> Identity
     Parameters
     ----------
     truth, tracks
-        From :func:`~elusive.metrics.sightings.sightings`.
+        From :func:`~elusive.metrics.target_table.sightings`.
     gate
         Distance up to which a track can stand for a target, in the places' unit.
 

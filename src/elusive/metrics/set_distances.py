@@ -13,7 +13,7 @@ from scipy.optimize import linear_sum_assignment
 
 from elusive.contracts import Array
 from elusive.errors import ParameterError
-from elusive.metrics.sightings import Sightings, frames_of
+from elusive.metrics.target_table import Sightings, frames_of
 
 
 class Gospa(NamedTuple):
@@ -33,7 +33,7 @@ def ospa(
     Parameters
     ----------
     truth, tracks
-        From :func:`~elusive.metrics.sightings.sightings`; their identities are not looked at.
+        From :func:`~elusive.metrics.target_table.sightings`; their identities are not looked at.
     cutoff
         c: distance that counts as much as a target too few or too many.
     order

@@ -61,22 +61,29 @@ def describe_charts(
     DataError
         If a chart cannot be read or they lie too far apart.
     ParameterError
-        If the name of figure or map has another ending, or the map would have too many cells.
+        If the name of figure or map has another ending, the map would have too many cells or hold nothing,
+        or its cells are told and it is not.
     """
     if figure is not None and figure.suffix.lower() not in FIGURES:
         raise ParameterError(f"{figure}: a figure's name must end with {', '.join(FIGURES)}.")
     if water_map is not None:
         check_map_name(water_map)
     parameters = parameters or SceneParameters()
+    if water_map is None:
+        for name in ("map_cell_m", "map_extent_deg"):
+            if getattr(parameters, name, None) is not None:
+                raise ParameterError(
+                    f"{name}: has no meaning without a map; give --water-probability, or leave it out."
+                )
     charts = read_charts(*paths)
     frame = LocalFrame.about(charts)
     found = disagreements(charts, frame, parameters)
-    if figure is not None:
-        regions = as_geometries(region for one in found for region in one.regions)
-        draw_charts(figure, charts, frame, parameters, regions)
     if water_map is not None:
         told = {name: getattr(parameters, name) for name in type(parameters).model_fields}
         write_water_map(water_map, charts, ChartParameters(**told))
+    if figure is not None:
+        regions = as_geometries(region for one in found for region in one.regions)
+        draw_charts(figure, charts, frame, parameters, regions)
     remarks = [f"{chart.path}: {remark}." for chart in charts for remark in chart.remarks]
     return ChartsDescribed([_summary(chart, frame, parameters) for chart in charts], found, remarks)
 

@@ -103,12 +103,14 @@ def track_radar_recording(
     DataError
         If a chart, a plot or the truth cannot be used, or no plot falls on a chart.
     ParameterError
-        If a chart is to be used and none is given.
+        If a chart is to be used and none is given, or a ship of the truth is chosen and there is no truth.
     """
     if not charts and not isinstance(parameters.knowledge, NoMap):
         raise ParameterError(
             f"knowledge: is {parameters.knowledge.kind!r}, and no chart is given; give --chart, or --knowledge none."
         )
+    if truth_mmsi is not None and truth is None:
+        raise ParameterError("truth_mmsi: has no meaning without a truth; give --truth, or leave it out.")
     frame = LocalFrame.at(radar_lon_deg, radar_lat_deg)
     read = read_charts(*charts) if charts else ()
     scene = build_scene(read, parameters.scene, frame) if read else None

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, Literal, NamedTuple, Self
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from elusive.charts import Coast, ExactWater, FieldWater, GridWater, HardWater, NearestWater, Water, WaterModel
 from elusive.charts.scene import SceneParameters
@@ -26,6 +26,11 @@ from elusive.tracking.radar_tracks import RadarTracker
 ROOM = 1.05  # greatest range in view, to the greatest of a plot
 HALF = 0.5  # P(water) below which a plot is on charted land
 DOPPLER_ROOM = 1.5  # greatest range rate, to the greatest of a plot
+HEEDED = {  # which parameter of the coast's error counts with which behaviour
+    "coast_correlation_m": ("persistent", "bias"),
+    "coast_share": ("persistent",),
+    "bias_sd_m": ("bias",),
+}
 
 
 class NoMap(Model):
@@ -106,6 +111,18 @@ class RadarTracking(Model):
     estimate: Literal["mean", "map"] = Field("mean", description="What is written as a track's place: mean or MAP")
     tracker: RadarTracker = Field(RadarTracker(), description="When a track begins and ends")
     seed: int = Field(0, ge=0, description="Root of all random numbers")
+
+    @model_validator(mode="after")
+    def _takes_effect(self) -> Self:
+        fields = type(self.coast).model_fields
+        behaviour = self.coast.coast_error
+        unused = {name: f"coast_error {behaviour!r}" for name, kinds in HEEDED.items() if behaviour not in kinds}
+        if isinstance(self.knowledge, NoMap):
+            unused = dict.fromkeys(fields, "knowledge 'none'")
+        for name, reason in unused.items():
+            if getattr(self.coast, name) != fields[name].default:
+                raise ParameterError(f"{name}: has no meaning for {reason}; leave it out.")
+        return self
 
     @property
     def ship(self) -> ConstantVelocity | MovingOrAnchored:

@@ -162,7 +162,8 @@ def rows_of(
         sigma = np.unique(scene.coast.sigma_m)
         spread = f"{sigma[0]:g} m" if len(sigma) == 1 else f"{sigma[0]:g} to {sigma[-1]:g} m"
         rows.append(("Charts", ", ".join(chart.name for chart in scene.charts)))
-        rows.append(("Imprecision of the coast", spread))
+        if _knowledge(parameters) != "hard, coast error fresh":  # which takes no notice of it
+            rows.append(("Imprecision of the coast", spread))
         rows.append(("Plots on a chart", f"{seen.covered} of {seen.plots}, of them {seen.on_land} on charted land"))
         if not seen.radar_covered:
             rows.append(("The radar itself", "stands off the charts"))

@@ -106,12 +106,13 @@ def write_water_map(
     Raises
     ------
     ParameterError
-        If the name has another ending, or the cells would be too many.
+        If the name has another ending, the cells would be too many, or no chart reaches into the extent.
     DataError
         If the charts lie too far apart, or the file cannot be written.
     """
     check_map_name(path)
     scene = build_scene(charts, parameters)
+    _check_extent(charts, parameters)
     cells = _cells(charts, scene.frame, parameters, float(scene.coast.sigma_m.min()))
     water = (model or FieldWater()).on(scene.coast)
 
@@ -126,6 +127,21 @@ def write_water_map(
     with atomic_path(path) as temporary:
         (_write_netcdf if path.suffix.lower() == ".nc" else _write_geotiff)(temporary, cells, tiles())
     return cells
+
+
+def _check_extent(charts: Sequence[Chart], parameters: ChartParameters) -> None:
+    """Refuse an extent that no chart reaches into: its map would hold nothing."""
+    import shapely
+
+    if parameters.map_extent_deg is None:
+        return
+    west, south, east, north = parameters.map_extent_deg
+    boxes = [shapely.box(west + turn, south, east + turn, north) for turn in (-360.0, 0.0, 360.0)]
+    if not any(shapely.intersects(chart.coverage, box).any() for chart in charts for box in boxes):
+        raise ParameterError(
+            f"map_extent_deg: no chart reaches into {west:g} {south:g} {east:g} {north:g}; give west, south, east, "
+            "north of a place on one."
+        )
 
 
 def _cells(charts: Sequence[Chart], frame: LocalFrame, parameters: ChartParameters, sigma_m: float) -> Cells:

@@ -170,7 +170,9 @@ def _draw_deviation(axes: Axes, tracked: RadarTracked) -> None:
     shown = [path.spread for path in tracked.paths]
     if nearest is not None:
         shown.append(nearest[1])
-        axes.plot(*nearest, color=plots.TRUTH, linewidth=1.5, label="error of the nearest track")
+        times, errors = nearest
+        error = np.where(np.isin(tracked.times_s, times), np.interp(tracked.times_s, times, errors), np.nan)
+        axes.plot(tracked.times_s, error, color=plots.TRUTH, linewidth=1.5, label="error of the nearest track")
     values = np.concatenate([np.ones(1), *shown])
     # a track's first deviation would flatten all that follows
     top = 1.1 * min(values.max(), 3.0 * float(np.quantile(values, 0.9)))

@@ -33,7 +33,7 @@ const spreads = D.paths.map(curve(p => p.sx.map((v, i) => Math.hypot(v, p.sy[i])
 const consents = D.paths.filter(p => p.allowed).map(curve(p => p.allowed));
 const nearest = new Map();  // time: distance of the nearest track to the truth
 for (const p of D.paths) p.error?.forEach((v, i) => { if (v !== null && !(nearest.get(p.times[i]) <= v)) nearest.set(p.times[i], v); });
-const errorTimes = [...nearest.keys()].sort((a, b) => a - b), errors = errorTimes.map(t => nearest.get(t));
+const errorTimes = [...new Set([...D.times, ...nearest.keys()])].sort((a, b) => a - b), errors = errorTimes.map(t => nearest.get(t) ?? null);
 // the bulk of the values decides: a track's first moments would flatten all that follows
 function reach(series) {
   const all = series.flatMap(one => one.values).filter(v => v !== null).sort((a, b) => a - b);
@@ -133,7 +133,7 @@ for (const b of document.querySelectorAll("[data-track]")) b.onclick = () => cen
 
 at("estimate").textContent = D.estimate;
 at("modekey").hidden = !D.clouds.some(c => c.mode);
-at("truthlabel").hidden = at("errorfigure").hidden = !D.truth || !errors.length;
+at("truthlabel").hidden = at("errorfigure").hidden = !D.truth || !nearest.size;
 at("truthlabel").hidden = !D.truth;
 at("most").textContent = errors.reduce((most, v) => Math.max(most, v), 0).toFixed(1);
 at("severalerrors").hidden = D.paths.length < 2;

@@ -91,7 +91,7 @@ NAMES: dict[Method, str] = {
 COLOURS: dict[Method, str] = {
     "none": "#dc2626",
     "hard": "#1d4ed8",
-    "interval": "#ca8a04",
+    "interval": "#65a30d",
     "nearest": "#0f766e",
     "grid": "#ca8a04",
     "exact": "#111827",
