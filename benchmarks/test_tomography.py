@@ -64,7 +64,7 @@ def numpy_heads(image, centres, threshold, width=2.0):
 def test_frames_of_the_thesiss_network(benchmark, report, people):
     W = EllipseWeights().matrix(network(41), GRID)
     projector, clusters = RegularisedImage().projection(W, GRID), Clusters()
-    written = RegularisedImage(precision="double", equal_gain=False).projection(W, GRID).matrix
+    written = RegularisedImage(precision="double", equalised="none").projection(W, GRID).matrix
     frames = changes(W, GRID, people)
 
     def ours(change):
@@ -97,7 +97,7 @@ def test_setting_up(benchmark, best_of, report):
         return reference.projection(W, np.linalg.inv(reference.covariance(GRID.centres, 0.25, 3.0)))
 
     def ours(system):
-        model = RegularisedImage(system=system, equal_gain=False, precision="double")
+        model = RegularisedImage(system=system, equalised="none", precision="double")
         return lambda: model.projection(W, GRID)
 
     woodbury, primal, twin = best_of(ours("links"), ours("voxels"), written, rounds=3)

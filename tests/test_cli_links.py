@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import csv
 import io
-import itertools
 import os
 import signal
 import subprocess
@@ -16,40 +14,12 @@ import pytest
 
 from elusive.cli import main
 from elusive.io.tracks import read_tracks_csv
-
-NODES = np.array([[0, 0], [3, 0], [6, 0], [6, 3], [6, 6], [3, 6], [0, 6], [0, 3.0]])
-PAIRS = list(itertools.permutations(range(8), 2))
-EMPTY, FRAMES = 30, 68
-
-
-def walker(frame):
-    """Across the room at 0.2 m a frame from frame 40 on."""
-    return np.array([0.4 + 0.2 * (frame - 40), 2.1 + 0.04 * (frame - 40)]) if frame >= 40 else None
+from tests.walked_room import EMPTY, FRAMES, all_missing, changed, walker, write_room
 
 
 @pytest.fixture(scope="module")
 def network(tmp_path_factory):
-    """Nodes, a wide log and the truth of one person who crosses the room: levels drop where they are in the way."""
-    folder = tmp_path_factory.mktemp("network")
-    rng = np.random.default_rng(0)
-    (folder / "nodes.csv").write_text("node,x_m,y_m\n" + "".join(f"n{k},{x},{y}\n" for k, (x, y) in enumerate(NODES)))
-    names = [f"n{a}-n{b}-{c}" for c in (11, 26) for a, b in PAIRS]
-    ends = NODES[[pair[0] for pair in PAIRS] * 2], NODES[[pair[1] for pair in PAIRS] * 2]
-    apart = np.linalg.norm(ends[0] - ends[1], axis=1)
-    level = -45 - 20 * np.log10(apart) + rng.normal(0, 2, len(names))
-    rows, truth = [["time_s", *names]], ["time_s,x_m,y_m"]
-    for frame in range(FRAMES):
-        heard = level + rng.normal(0, 0.4, len(names))
-        place = walker(frame)
-        if place is not None:
-            excess = np.linalg.norm(ends[0] - place, axis=1) + np.linalg.norm(ends[1] - place, axis=1) - apart
-            heard -= 9 * np.exp(-excess / 0.03) + 2.5 * rng.normal(size=len(names)) * np.exp(-excess / 1.0)
-            truth.append(f"{0.5 * frame},{place[0]},{place[1]}")
-        rows.append([0.5 * frame, *(f"{value:.0f}" for value in heard)])
-    with (folder / "log.csv").open("w", newline="") as file:
-        csv.writer(file).writerows(rows)
-    (folder / "truth.csv").write_text("\n".join(truth) + "\n")
-    return folder
+    return write_room(tmp_path_factory.mktemp("network"))
 
 
 def run(capsys, *arguments):
@@ -109,6 +79,8 @@ def test_live_from_standard_input_is_the_same(network, tmp_path, capsys, monkeyp
         capsys, "-", "--nodes", network / "nodes.csv", "--calibration-frames", EMPTY, "--follow", "--out", live
     )
     assert code == 0, said
+    assert "Calibrating on the first 30 frames, with nobody inside" in said
+    assert "15.0 s: calibrated, tracking" in said
     assert f"{FRAMES} frames; from a frame to its tracks" in said
     assert "track 1 confirmed at" in said
     assert (live / "tracks.csv").read_bytes() == (whole / "tracks.csv").read_bytes()
@@ -157,14 +129,6 @@ def test_an_earlier_runs_tracks_are_not_overwritten_live(network, tmp_path, caps
     assert (tmp_path / "tracks.csv").read_text() == "precious"
 
 
-def changed(network, tmp_path, change):
-    """The log with its lines changed."""
-    lines = (network / "log.csv").read_text().splitlines()
-    path = tmp_path / "changed.csv"
-    path.write_text("\n".join(change(lines)) + "\n")
-    return path
-
-
 def without_a_column(lines):
     return [lines[0], lines[1].rsplit(",", 1)[0], *lines[2:]]
 
@@ -175,10 +139,6 @@ def with_text(lines):
 
 def backwards(lines):
     return [*lines[:5], lines[9], lines[6], *lines[7:]]
-
-
-def all_missing(lines):
-    return [lines[0], *(line.split(",")[0] + "," * (lines[0].count(",")) for line in lines[1:])]
 
 
 @pytest.mark.parametrize(

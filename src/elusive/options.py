@@ -143,7 +143,8 @@ def _leaves(
         default = field.get_default(call_default_factory=True) if usual is None else getattr(usual, name)
         inner = [found for found in models_in(field.annotation) if issubclass(found, Model)]
         tags = [kind for found in inner if (kind := _kind(found)) is not None]
-        text = f"{field.description or name} [{_words(default)}]"
+        described = field.description or name
+        text = f"{described} [{'default: none' if default is None and 'none:' in described else _words(default)}]"
         if len(inner) > 1 and len(tags) == len(inner):
             yield Option(name, (*here, "kind"), {**kinds}, Literal[tuple(tags)], text)
         for found in inner:

@@ -109,6 +109,14 @@ def test_tables_and_figures_of_the_experiments(tmp_path: Path) -> None:
     assert 0.005 < (grey < 250).mean() < 0.9
 
 
+def test_a_method_alone_is_the_same(tmp_path: Path) -> None:
+    both = reproduce(tmp_path / "both", ["table4_5"], trials=2).cells
+    alone = reproduce(tmp_path / "alone", ["table4_5"], methods=["image", "links"], trials=2).cells
+    assert alone == [cell for cell in both if cell.method == "image"]
+    assert {cell.method for cell in both} == {"thesis", "image"}
+    assert reproduce(tmp_path / "none", ["table4_5"], methods=["links"], trials=2).written == []
+
+
 def test_the_thesiss_numbers_are_as_printed() -> None:
     printed = {name: [(value, *run) for value, run in experiment.thesis] for name, experiment in EXPERIMENTS.items()}
     assert printed["table4_4"] == [("5", 62, 0, 9, 0.283), ("10", 1, 1, 1, 1.573), ("20", 0, 0, 0, 1.0)]
@@ -141,6 +149,8 @@ def test_the_command_shows_each_point_and_refuses_unknown_tables(
 def test_refusals(tmp_path: Path) -> None:
     with pytest.raises(ParameterError, match="mendieta2017 has no such table"):
         reproduce(tmp_path / "out", ["fig4"], trials=2)
+    with pytest.raises(ParameterError, match="'magic': is no method of mendieta2017; known are thesis, image, links"):
+        reproduce(tmp_path / "out", methods=["magic"], trials=2)
     (tmp_path / "file").write_text("mine")
     with pytest.raises(DataError, match="file: is a file"):
         reproduce(tmp_path / "file", ["table4_5"], trials=2)

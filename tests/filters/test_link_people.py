@@ -1,4 +1,4 @@
-"""People found and followed straight on the links: against an exact filter on a grid, simulated crowds, a real log."""
+"""People found and followed straight on the links: against an exact filter on a grid, simulated crowds."""
 
 from __future__ import annotations
 
@@ -11,12 +11,10 @@ from elusive.errors import DataError, ParameterError
 from elusive.filters.link_belief import LinkPeopleState, state_of, summary_of
 from elusive.filters.link_people import LinkPeople
 from elusive.io.areas import Area
-from elusive.io.link_logs import open_link_log
-from elusive.io.radio_network import read_nodes
 from elusive.motion.walk import Walk
 from elusive.runner import run
 from elusive.sensors.link_shadowing import LinkShadowing
-from tests.filters.link_scenes import DATA, linear_links, shadowed_links, simulated, states_of
+from tests.filters.link_scenes import linear_links, shadowed_links, simulated, states_of
 
 
 def crossing(frames=30, reach=4.5):
@@ -160,37 +158,3 @@ def test_what_does_not_fit_is_refused():
         LinkPeople(sensor=sensor, particles=1)
     with pytest.raises(ParameterError, match=r"Walk\.step_m"):
         Walk(step_m=0)
-
-
-# ------------------------------------------------------------------------------------------------------- the real log
-
-
-def followed(calibration, seed=0):
-    """Frames' times, states, and truth of the recorded log; truth is read for the score alone."""
-    nodes = read_nodes(DATA / "sensor_coords_basement_m.txt")
-    log = list(open_link_log(DATA / "basement_listenx_out_1.txt", nodes))
-    levels = np.array([frame.rss_dbm for frame in log])
-    empty = levels[:calibration]
-    mean = np.nanmean(empty, axis=0)
-    sensor = LinkShadowing().links(nodes, mean, np.nanvar(empty, axis=0))
-    states = list(run(LinkPeople(sensor=sensor, particles=300), levels - mean, np.random.default_rng(seed)))
-    times = np.array([frame.time_s for frame in log])
-    pivots = np.loadtxt(DATA / "pivot_coords_basement_m.txt")[np.loadtxt(DATA / "path_basement_1_f.txt", dtype=int)]
-    known = 56 + 8 * np.arange(len(pivots))
-    truth = np.column_stack([np.interp(times, known, axis, np.nan, np.nan) for axis in pivots.T])
-    return states, truth
-
-
-@pytest.mark.skipif(not DATA.exists(), reason=f"needs the radio log under {DATA}")
-@pytest.mark.parametrize("calibration", [50, pytest.param(35, marks=pytest.mark.validate)])
-def test_the_person_of_the_recorded_log_is_followed(calibration):
-    states, truth = followed(calibration)
-    assert not any(state.people for state in states[:50])
-    walked = np.flatnonzero(np.isfinite(truth[:, 0]))
-    assert len(walked) == 508
-    confirmed = [[p for p in states[k].people if p.status == "confirmed"] for k in walked]
-    assert np.mean([len(people) == 1 for people in confirmed]) >= 0.95
-    errors = [
-        np.linalg.norm(people[0].position - truth[k]) for k, people in zip(walked, confirmed, strict=True) if people
-    ]
-    assert np.mean(errors) <= 0.75

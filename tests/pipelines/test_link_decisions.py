@@ -12,6 +12,7 @@ from elusive.metrics import clear_mot, sightings, sightings_of
 from elusive.pipelines.link_decisions import DecisionChain
 from elusive.pipelines.link_images import ImageMethod
 from elusive.pipelines.link_simulation import LinkSimulation
+from elusive.pipelines.links import LinkTracking, track_links
 from elusive.preprocess.binary_links import BinaryLinks
 
 BINARY = BinaryLinks(bit_error_rate=0.001)
@@ -60,6 +61,28 @@ def test_an_empty_area_and_silent_links_show_nobody() -> None:
     state = chain.step(state, np.full(820, np.nan), rng)
     assert state.tracks == []
     assert not state.image.any()
+
+
+def test_a_log_is_tracked_by_one_decision_a_link() -> None:
+    """Two people in a log of levels: each link tests its own change, and the rest is as for decisions themselves."""
+    simulation = SIMULATION.replace(
+        calibration_steps=20, radiation=SIMULATION.radiation.replace(amplitude_db=3.0, voxel_noise_db=0.05)
+    )
+    rng = np.random.default_rng(0)
+    truth = crossing()
+    parameters = LinkTracking(
+        method={"kind": "binary", "decisions": {"signal_db": 3.0}}, area=simulation.walks.area, change={"empty_s": None}
+    )
+    nodes = simulation.on().nodes
+    results = list(track_links(simulation.frames(truth, rng), nodes, parameters))
+    assert len(results) == 50
+    places = [(k, one.track, one.x_m, one.y_m) for k, r in enumerate(results[20:]) for one in r.tracks
+              if one.status == "confirmed"]  # fmt: skip
+    table = np.array(places)
+    found = clear_mot(sightings_of(truth), sightings(table[:, 0], table[:, 1], table[:, 2:]), 2.0, 30)
+    assert found.mota > 0.8
+    assert found.motp < 1.0
+    assert ("Method", "one decision a link, ratios of 0.5 m voxels, tracker 'hungarian'") in parameters.described(nodes)
 
 
 def test_what_does_not_fit_is_refused() -> None:

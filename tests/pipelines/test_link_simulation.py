@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from PIL import Image
 
 from elusive.cli import main
 from elusive.errors import DataError, ParameterError
@@ -15,10 +16,12 @@ from elusive.io.areas import Area
 from elusive.io.link_logs import open_link_log
 from elusive.io.people_truth import read_people_truth
 from elusive.io.radio_network import directed_links_of, links_of, read_nodes
+from elusive.pipelines.link_coverage import write_coverage
 from elusive.pipelines.link_simulation import LinkSimulation, simulate_links
 from elusive.preprocess.link_calibration import Calibrate
 from elusive.simulation import BorderNodes, GridNodes, ListedNodes
 
+FILES = ["config.yaml", "coverage.csv", "coverage.png", "log.csv", "nodes.csv", "truth.csv"]
 SMALL = {
     "walks": {"users": 2, "total_positions": 40, "area": Area.rectangle(0, 6, 0, 4), "step_distance_m": 0.4},
     "network": {"kind": "border", "nodes": 8},
@@ -106,7 +109,7 @@ def test_a_log_is_the_link_budget_less_the_change(tmp_path: Path) -> None:
     told: list[int] = []
     simulate_links(simulation, tmp_path / "new" / "out", on_frame=told.append)
     out = tmp_path / "new" / "out"
-    assert sorted(path.name for path in out.iterdir()) == ["config.yaml", "log.csv", "nodes.csv", "truth.csv"]
+    assert sorted(path.name for path in out.iterdir()) == FILES
     assert told == list(range(1, 51))
     nodes = read_nodes(out / "nodes.csv")
     np.testing.assert_allclose(nodes.positions_m, simulation.on().nodes.positions_m)
@@ -163,10 +166,40 @@ def test_the_command_repeats_from_its_own_configuration(tmp_path: Path, capfd: p
         with pytest.raises(SystemExit) as end:
             main(["simulate", "links", *given, "--out", str(out)])
         assert not end.value.code
-    for name in ("log.csv", "nodes.csv", "truth.csv", "config.yaml"):
+    for name in (name for name in FILES if name != "coverage.png"):
         assert (first / name).read_bytes() == (second / name).read_bytes()
     assert yaml.safe_load((first / "config.yaml").read_text())["network"] == {"kind": "border", "nodes": 7}
-    assert "7 nodes, 21 links, 1 channels" in capfd.readouterr().out
+    said = capfd.readouterr()
+    assert "7 nodes, 21 links, 1 channel " in said.out
+    command = said.err.split("To track: elusive ")[1].splitlines()[0].split()
+    assert command[-6:-2] == ["--calibration-frames", "10", "--method", "image"]
+    with pytest.raises(SystemExit) as end:
+        main([*command[:-1], str(tmp_path / "tracks")])
+    assert not end.value.code
+    assert (tmp_path / "tracks" / "report.html").is_file()
+
+
+def test_coverage_counts_the_links_through_each_voxel(tmp_path: Path) -> None:
+    area = Area(corners_m=((0, 0), (6, 0), (6, 4), (0, 2)))
+    simulation = LinkSimulation(walks={**SMALL["walks"], "area": area}, network=SMALL["network"])
+    network = simulation.on()
+    words = write_coverage(tmp_path, network.nodes, network.grid, network.weights)
+    table = np.loadtxt(tmp_path / "coverage.csv", delimiter=",", skiprows=1)
+    assert (tmp_path / "coverage.csv").read_text().startswith("x_m,y_m,links,weight\n")
+    ends = network.nodes.positions_m[links_of(8)]
+    expected = []
+    for x, y in table[:, :2]:
+        assert area.contains(np.array([[x, y]]))[0]
+        by_way = np.linalg.norm(ends - (x, y), axis=2).sum(axis=1)
+        expected.append((by_way < np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1) + 0.2).sum())
+    np.testing.assert_array_equal(table[:, 2], expected)
+    assert len(table) == network.grid.inside.sum()
+    np.testing.assert_allclose(table[:, 3].sum(), network.weights.sum(), rtol=1e-5)
+    blind = expected.count(0)
+    assert words.startswith(f"{min(expected)} to {max(expected)} links a voxel, {np.median(expected):g} at the median")
+    assert words.endswith(f"; {blind} of {len(table)} voxels see none") == (blind > 0)
+    with Image.open(tmp_path / "coverage.png") as picture:
+        assert 0.2 < (np.asarray(picture.convert("L")) < 250).mean() < 0.9
 
 
 def test_the_command_takes_a_polygon_and_refuses_two_areas(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

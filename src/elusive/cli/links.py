@@ -1,52 +1,62 @@
-"""`elusive track links`: people without devices, tracked through the log of a radio network."""
+"""`elusive track links` and `fit links`: people without devices, in the log of a radio network."""
 
 from __future__ import annotations
 
 import signal
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+from types import FrameType
 from typing import Annotated, Any
 
 import typer
 from rich.markup import escape
 
-from elusive.cli.terminal import Config, Out, bar, console, show
+from elusive.cli.terminal import Config, Out, bar, console, interrupted, show
 from elusive.errors import ParameterError
 from elusive.io._link_formats import LAYOUTS
 from elusive.io.areas import Area, read_area
-from elusive.io.link_logs import open_link_log
+from elusive.io.link_logs import RssFrame, open_link_log
 from elusive.io.people_truth import read_people_truth
-from elusive.io.radio_network import read_nodes
+from elusive.io.radio_network import RadioNodes, read_nodes
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
+from elusive.pipelines.link_fitting import HEADER, LinkFitting, fit_link_log
 from elusive.pipelines.link_runs import LiveFrame, follow_links, track_links_recording
 from elusive.pipelines.links import LinkTracking
+
+Log = Annotated[
+    str, typer.Argument(help="Log of levels in dBm: wide or long .csv, .npy, listenx text; - is standard input.")
+]
+Nodes = Annotated[Path, typer.Option("--nodes", help="Where the nodes stand: .csv of node, x_m, y_m.")]
+Rectangle = Annotated[
+    tuple[float, float, float, float] | None,
+    typer.Option("--area", help="X0 X1 Y0 Y1: the rectangle in which people can be [m]. [default: the nodes']"),
+]
+Polygon = Annotated[
+    Path | None, typer.Option("--area-file", help="Polygon in which people can be: a corner a line, x and y [m].")
+]
+Layout = Annotated[str | None, typer.Option("--layout", help=f"Of numbers without a header: {', '.join(LAYOUTS)}.")]
+Period = Annotated[
+    float | None, typer.Option("--period-s", help="Of a long log: readings of so many seconds are a frame.")
+]
+
+fit_app = typer.Typer(no_args_is_help=True, help="Fit a model's constants to a recording without labels.")
 
 
 @accepts(LinkTracking)
 def track_links_command(
-    log: Annotated[
-        str, typer.Argument(help="Log of levels in dBm: wide or long .csv, .npy, listenx text; - is standard input.")
-    ],
-    nodes: Annotated[Path, typer.Option("--nodes", help="Where the nodes stand: .csv of node, x_m, y_m.")],
+    log: Log,
+    nodes: Nodes,
     out: Out,
     given: dict[str, Any],
     config: Config = None,
-    area: Annotated[
-        tuple[float, float, float, float] | None,
-        typer.Option("--area", help="X0 X1 Y0 Y1: the rectangle in which people can be [m]. [default: the nodes']"),
-    ] = None,
-    area_file: Annotated[
-        Path | None, typer.Option("--area-file", help="Polygon in which people can be: a corner a line, x and y [m].")
-    ] = None,
+    area: Rectangle = None,
+    area_file: Polygon = None,
     truth: Annotated[
         Path | None, typer.Option("--truth", help="Where people truly were: .csv of time_s, person, x_m, y_m; scores.")
     ] = None,
-    layout: Annotated[
-        str | None, typer.Option("--layout", help=f"Of numbers without a header: {', '.join(LAYOUTS)}.")
-    ] = None,
-    period_s: Annotated[
-        float | None, typer.Option("--period-s", help="Of a long log: readings of so many seconds are a frame.")
-    ] = None,
+    layout: Layout = None,
+    period_s: Period = None,
     follow: Annotated[
         bool, typer.Option("--follow", help="Track live: read lines as they come, write tracks as they go.")
     ] = False,
@@ -56,12 +66,7 @@ def track_links_command(
 ) -> None:
     """Track people who carry no device through a network of radios."""
     parameters = LinkTracking(**nested(LinkTracking, given, read_yaml(config) if config else {}))
-    if area is not None and area_file is not None:
-        raise ParameterError("--area-file: --area is given too; give one of them.")
-    if area is not None:
-        parameters = parameters.replace(area=Area.rectangle(*area))
-    if area_file is not None:
-        parameters = parameters.replace(area=read_area(area_file))
+    parameters = _within(parameters, area, area_file)
     if idle_s is not None and not follow:
         raise ParameterError("--idle-s: has no meaning without --follow; leave it out.")
     network = read_nodes(nodes)
@@ -69,13 +74,12 @@ def track_links_command(
     if follow:
         if truth is not None:
             raise ParameterError("--truth: has no meaning with --follow; score a log once it is whole.")
-        _live(lambda told: follow_links(source, network, parameters, out, told), out)
+        _live(source, network, parameters, out)
         return
     known = None if truth is None else read_people_truth(truth)
     with bar("frames", None) as advance:
         outcome = track_links_recording(source, network, parameters, out, truth=known, on_frame=advance)
-    for remark in outcome.remarks:
-        console.print(f"[yellow]{escape(remark)}[/]", highlight=False, soft_wrap=True)
+    _tell(outcome.remarks)
     console.print(escape(outcome.verdict), highlight=False)
     if outcome.tracks:
         show("Tracks", outcome.header, outcome.tracks)
@@ -83,27 +87,135 @@ def track_links_command(
     console.print(f"Written to {out}: report.html, report.png, tracks.csv, events.csv, result.nc, config.yaml")
 
 
-def _live(run: Any, out: Path) -> None:
+@fit_app.callback()
+def _fit_root() -> None:
+    """Fit a model's constants to a recording without labels."""
+
+
+@fit_app.command("links")
+@accepts(LinkFitting)
+def fit_links_command(
+    log: Log,
+    nodes: Nodes,
+    out: Annotated[
+        Path, typer.Option("--out", help="Configuration to write, .yaml; or a folder, for the constants' tables too.")
+    ],
+    given: dict[str, Any],
+    start: Annotated[
+        Path | None,
+        typer.Option("--start", help="Configuration of `track links` to start from; all else in it is kept."),
+    ] = None,
+    calibration_frames: Annotated[
+        int | None, typer.Option(help="First frames, in which nobody is there. [default: as for track links]")
+    ] = None,
+    area: Rectangle = None,
+    area_file: Polygon = None,
+    config: Config = None,
+    layout: Layout = None,
+    period_s: Period = None,
+) -> None:
+    """Fit how people change the links to a log that one person walks through; then: track links --config."""
+    fitting = LinkFitting(**nested(LinkFitting, given, read_yaml(config) if config else {}))
+    tracking = LinkTracking(**nested(LinkTracking, {}, read_yaml(start) if start else {}))
+    if calibration_frames is not None:
+        tracking = tracking.replace(calibration_frames=calibration_frames)
+    tracking = _within(tracking, area, area_file)
+    network = read_nodes(nodes)
+    source = open_link_log(log, network, layout=layout, period_s=period_s)
+    with bar("iterations", fitting.iterations) as advance:
+        fitted = fit_link_log(source, network, tracking, fitting, out, on_iteration=advance)
+    _tell(fitted.remarks)
+    show("Constants", HEADER, [tuple(map(escape, row)) for row in fitted.constants])
+    show(source.name, ("", ""), fitted.rows)
+    console.print(f"Written to {out}; use it with: elusive track links ... --config", highlight=False)
+
+
+def _within(parameters: LinkTracking, area: tuple[float, ...] | None, file: Path | None) -> LinkTracking:
+    """Return the parameters with the area that was given, if one was."""
+    if area is not None and file is not None:
+        raise ParameterError("--area-file: --area is given too; give one of them.")
+    if area is not None:
+        return parameters.replace(area=Area.rectangle(*area))
+    return parameters if file is None else parameters.replace(area=read_area(file))
+
+
+def _tell(remarks: tuple[str, ...]) -> None:
+    for remark in remarks:
+        console.print(f"[yellow]{escape(remark)}[/]", highlight=False, soft_wrap=True)
+
+
+def _live(log: Iterable[RssFrame], nodes: RadioNodes, parameters: LinkTracking, out: Path) -> None:
     """Tell events as they come, and the latency at the end, which is Ctrl-C's or the log's."""
-    frames, total_s, worst_s = 0, 0.0, 0.0
+    waits, frames, latencies = False, 0, _Latencies()
+
+    def interrupt(signum: int, frame: FrameType | None) -> None:
+        """Stop while waiting for a frame at once, else when the frame's tracks are written."""
+        if waits or interrupted.is_set():
+            raise KeyboardInterrupt
+        interrupted.set()
+
+    def heed() -> None:
+        if interrupted.is_set():
+            raise KeyboardInterrupt
+
+    def waited_for() -> Iterator[RssFrame]:
+        nonlocal waits
+        stream = iter(log)
+        while True:
+            waits = True
+            heed()
+            frame = next(stream, None)
+            waits = False
+            if frame is None:
+                return
+            yield frame
 
     def told(frame: LiveFrame) -> None:
-        nonlocal frames, total_s, worst_s
-        remarks = frame.result.remarks if not frames else ()
-        for remark in remarks:
-            console.print(f"[yellow]{escape(remark)}[/]", highlight=False, soft_wrap=True)
-        frames, total_s, worst_s = frames + 1, total_s + frame.latency_s, max(worst_s, frame.latency_s)
+        nonlocal frames
+        _tell(frame.result.remarks if not frames else ())
+        frames += 1
+        if frame.latency_s is not None:
+            if not latencies.count:
+                console.print(f"{frame.result.time_s:.1f} s: calibrated, tracking", highlight=False)
+            latencies.add(frame.latency_s)
         for event in frame.result.events:
             x, y = event.position
             where = f"track {event.track} {event.what} at {x:.2f}, {y:.2f} m"
             console.print(f"{frame.result.time_s:.1f} s: {where}", highlight=False)
+        heed()
 
-    signal.signal(signal.SIGINT, signal.default_int_handler)
+    console.print(
+        f"Calibrating on the first {parameters.calibration_frames} frames, with nobody inside. Ctrl-C ends.",
+        highlight=False,
+    )
+    signal.signal(signal.SIGINT, interrupt)
     try:
-        run(told)
+        follow_links(waited_for(), nodes, parameters, out, told)
     except KeyboardInterrupt:
         console.print("Interrupted.")
-    if frames:
-        words = f"{1e3 * total_s / frames:.1f} ms on average, {1e3 * worst_s:.1f} ms at most"
-        console.print(f"{frames} frames; from a frame to its tracks {words}.", highlight=False)
+    console.print(f"{frames} frames{latencies.words}", highlight=False, soft_wrap=True)
     console.print(f"Written to {out}: tracks.csv, events.csv, config.yaml")
+
+
+class _Latencies:
+    """From frames to their tracks; the first, in which compiled code is loaded, apart."""
+
+    def __init__(self) -> None:
+        self.count, self._first_s, self._total_s, self._worst_s = 0, 0.0, 0.0, 0.0
+
+    def add(self, latency_s: float) -> None:
+        if self.count:
+            self._total_s, self._worst_s = self._total_s + latency_s, max(self._worst_s, latency_s)
+        else:
+            self._first_s = latency_s
+        self.count += 1
+
+    @property
+    def words(self) -> str:
+        if not self.count:
+            return ", none tracked yet."
+        first = f"; from a frame to its tracks {1e3 * self._first_s:.0f} ms for the first"
+        if self.count == 1:
+            return f"{first}."
+        mean_s = self._total_s / (self.count - 1)
+        return f"{first}, then {1e3 * mean_s:.1f} ms on average, {1e3 * self._worst_s:.1f} ms at most."

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import Annotated, Any, cast
 
 import typer
+from rich.markup import escape
 
 from elusive.cli.terminal import Config, Out, bar, console, show
 from elusive.errors import ParameterError
@@ -15,6 +17,8 @@ from elusive.model import read_yaml
 from elusive.options import accepts, nested
 from elusive.pipelines.link_simulation import LinkSimulation, simulate_links
 from elusive.pipelines.radar_simulation import RadarSimulation, simulate_radar
+
+TRACKED_WITH = (("", "log.csv"), ("--nodes", "nodes.csv"), ("--truth", "truth.csv"))  # of a simulated log
 
 app = typer.Typer(no_args_is_help=True, help="Make a recording to try a tracker on, and its truth.")
 
@@ -36,7 +40,7 @@ def simulate_radar_command(
     given: dict[str, Any],
     chart: Annotated[
         list[Path] | None,
-        typer.Option("--chart", help="Chart to compare the route with; give it again for more."),
+        typer.Option("--chart", help="Charts to compare the route with, one or several."),
     ] = None,
     config: Config = None,
 ) -> None:
@@ -59,10 +63,10 @@ def simulate_links_command(
     config: Config = None,
     area: Annotated[
         tuple[float, float, float, float] | None,
-        typer.Option("--area", help="X0 X1 Y0 Y1: the rectangle they walk in [m]. [default: -12 12 -12 12]"),
+        typer.Option("--area", help="X0 X1 Y0 Y1: the rectangle they walk in \\[m]. \\[default: -12 12 -12 12]"),
     ] = None,
     area_file: Annotated[
-        Path | None, typer.Option("--area-file", help="Polygon they walk in: a corner a line, x and y [m].")
+        Path | None, typer.Option("--area-file", help="Polygon they walk in: a corner a line, x and y \\[m].")
     ] = None,
 ) -> None:
     """Let people walk through a radio network and write what it reads, and where they were."""
@@ -75,4 +79,11 @@ def simulate_links_command(
     with bar("frames", parameters.calibration_steps + parameters.walks.total_positions) as advance:
         simulated = simulate_links(parameters, out, on_frame=advance)
     show(out.name, ("", ""), simulated.rows)
-    console.print(f"Written to {out}: log.csv, nodes.csv, truth.csv, config.yaml")
+    console.print(
+        f"Written to {out}: log.csv, nodes.csv, truth.csv, coverage.csv, coverage.png, config.yaml", soft_wrap=True
+    )
+    files = " ".join(f"{option} {shlex.quote(str(out / name))}" for option, name in TRACKED_WITH)
+    command = (
+        f"elusive track links {files} --calibration-frames {parameters.calibration_steps} --method image --out tracks"
+    )
+    console.print(f"To track: {escape(' '.join(command.split()))}", highlight=False, soft_wrap=True)

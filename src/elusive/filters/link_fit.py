@@ -9,6 +9,7 @@ Firth (2011), Statistica Sinica 21, 5-42).
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +19,7 @@ from scipy.optimize import minimize
 
 from elusive.contracts import Array
 from elusive.errors import DataError
+from elusive.io.areas import Area
 from elusive.model import Model, Positive, Probability
 from elusive.sensors.link_shadowing import LinkShadowing, ShadowedLinks
 
@@ -35,7 +37,7 @@ class LinkFit(NamedTuple):
     """Constants fitted to a log, and how well they explain it."""
 
     model: LinkShadowing
-    log_likelihood: Array  # (iterations + 1,) tempered, of the constants before each iteration and at the end
+    log_likelihood: Array  # (iterations done + 1,) tempered, of the constants before each iteration and at the end
     presence: Array  # (T,) probability that somebody was there, given the whole log
 
 
@@ -50,7 +52,14 @@ class LinkFitting(Model):
     tolerance: Positive = Field(1e-5, description="Relative gain of log likelihood below which it ends")
     frames: int = Field(2000, ge=LEAST_FRAMES, description="Most frames used, from the first on")
 
-    def fit(self, sensor: ShadowedLinks, changes: Array) -> LinkFit:
+    def fit(
+        self,
+        sensor: ShadowedLinks,
+        changes: Array,
+        *,
+        area: Area | None = None,
+        on_iteration: Callable[[int], None] | None = None,
+    ) -> LinkFit:
         """Fit the constants.
 
         Parameters
@@ -61,6 +70,10 @@ class LinkFitting(Model):
             ``(T, D, C)`` changes from the empty room, in the order of time, NaN where missing [dB]. One person at most
             is there at a time, for a part of them. The frames of the calibration are left out: they are no evidence of
             the spread that they were used to measure.
+        area
+            Where the walker can be; none: all of the sensor's area.
+        on_iteration
+            Called with the number of iterations done.
 
         Returns
         -------
@@ -70,25 +83,31 @@ class LinkFitting(Model):
         Raises
         ------
         DataError
-            If there are too few frames, or nobody seems to have been there.
+            If there are too few frames, none has a reading, no cell lies in the area, or nobody seems to have been
+            there.
         """
         changes = np.asarray(changes, dtype=np.float64)[: self.frames]
         if changes.ndim != 3 or len(changes) < LEAST_FRAMES:
             raise DataError(
                 f"log: has {len(changes)} frames; the fit needs at least {LEAST_FRAMES}, with people in some."
             )
-        cells = _Cells(sensor.area, self.pitch_m, self.step_m)
+        if not np.isfinite(changes).any():
+            raise DataError("log: has no reading after the calibration; fit to a log in which the links are heard.")
+        cells = _Cells(sensor.area, self.pitch_m, self.step_m, area)
         history: list[float] = []
-        for _ in range(self.iterations):
+        while True:
             where, presence, total = self._expect(sensor, changes, cells)
             history.append(total)
             if presence.sum() < 1:
                 raise DataError(
                     "log: nobody seems to have been there in any frame; fit to a log in which somebody walks."
                 )
-            if len(history) > 1 and total - history[-2] < self.tolerance * abs(history[-2]):
+            settled = len(history) > 1 and total - history[-2] < self.tolerance * abs(history[-2])
+            if settled or len(history) > self.iterations:
                 break
             sensor = sensor.with_model(_maximise(sensor, changes, cells.centres, where))
+            if on_iteration is not None:
+                on_iteration(len(history))
         return LinkFit(sensor.model, np.array(history), presence)
 
     def _expect(self, sensor: ShadowedLinks, changes: Array, cells: _Cells) -> tuple[list[_Where], Array, float]:
@@ -96,7 +115,9 @@ class LinkFitting(Model):
         nobody = sensor.nobody()
         absent = np.array([sensor.log_without(change, nobody) for change in changes])
         ratio = np.array([sensor.log_ratio(cells.centres, change, nobody) for change in changes])
+        ratio[:, ~cells.inside] = -math.inf
         born, died, size = self.birth_probability, self.death_probability, len(cells.centres)
+        newborn = born * cells.inside / cells.inside.sum()
         top = np.maximum(ratio.max(axis=1), 0.0)
         seen, unseen = np.exp(ratio - top[:, None]), np.exp(-top)
         forward = np.empty((len(changes), size + 1))
@@ -104,7 +125,7 @@ class LinkFitting(Model):
         total = float((absent + top).sum())
         for k in range(len(changes)):
             there, away = (1 - died) * cells.spread(belief[:-1]), died * belief[:-1].sum() + (1 - born) * belief[-1]
-            there = there + born * belief[-1] / size
+            there = there + newborn * belief[-1]
             belief = np.append(there * seen[k], away * unseen[k])
             mass = belief.sum()
             total += math.log(mass)
@@ -120,9 +141,7 @@ class LinkFitting(Model):
             kept = np.flatnonzero(smoothed[:-1] > LEAST_MASS).astype(np.int64)
             where.append(_Where(kept, smoothed[kept], float(smoothed[-1])))
             ahead, none = seen[k] * after[:-1], unseen[k] * after[-1]
-            after = np.append(
-                (1 - died) * cells.spread_back(ahead) + died * none, born * ahead.mean() + (1 - born) * none
-            )
+            after = np.append((1 - died) * cells.spread_back(ahead) + died * none, newborn @ ahead + (1 - born) * none)
             after /= after.max()
         return where[::-1], presence, total
 
@@ -138,9 +157,11 @@ class _Where(NamedTuple):
 class _Cells:
     """The grid and a random walk on it."""
 
-    def __init__(self, area: tuple[float, float, float, float], pitch_m: float, step_m: float) -> None:
+    def __init__(
+        self, box: tuple[float, float, float, float], pitch_m: float, step_m: float, area: Area | None
+    ) -> None:
         axes, self._moves = [], []
-        for low, high in (area[:2], area[2:]):
+        for low, high in (box[:2], box[2:]):
             count = max(2, math.ceil((high - low) / pitch_m))
             axis = low + (np.arange(count) + 0.5) * (high - low) / count
             move = np.exp(-0.5 * ((axis[:, None] - axis) / step_m) ** 2)
@@ -149,6 +170,9 @@ class _Cells:
         x, y = np.meshgrid(*axes)
         self._shape = x.shape
         self.centres = np.column_stack([x.ravel(), y.ravel()])
+        self.inside = np.ones(len(self.centres), dtype=bool) if area is None else area.contains(self.centres)
+        if not self.inside.any():
+            raise DataError(f"area: no cell of {pitch_m:g} m lies in it; choose smaller cells.")
 
     def spread(self, mass: Array) -> Array:
         moved: Array = self._moves[1].T @ mass.reshape(self._shape) @ self._moves[0]

@@ -20,7 +20,7 @@ LONG = ("time_s", "tx", "rx", "channel", "rss_dbm")
 TIME = "time_s"
 LISTENX = "listenx"
 LAYOUTS = ("channel-link", "link-channel", LISTENX)
-MILLISECONDS = 1e-3
+IN_MILLISECONDS = 1e3
 
 Row = tuple[str, float, Array]  # where it stands, time [s], readings (D, C) [dBm]
 
@@ -29,7 +29,7 @@ class Columns(NamedTuple):
     """Which reading stands in which column of a row."""
 
     time: int  # column of the time
-    time_unit_s: float
+    times_a_second: float  # units of the time in a second
     link: NDArray[np.int64]  # (K,) directed link of each other column, in their order
     channel: NDArray[np.int64]  # (K,)
     channels: tuple[str, ...]
@@ -39,7 +39,7 @@ class Columns(NamedTuple):
         """Return a row's time [s] and its readings ``(D, C)``, NaN where no column holds one."""
         levels = np.full((links, len(self.channels)), np.nan)
         levels[self.link, self.channel] = np.delete(values, self.time)
-        return float(values[self.time]) * self.time_unit_s, levels
+        return float(values[self.time]) / self.times_a_second, levels
 
 
 def delimiter_of(text: str) -> str | None:
@@ -91,7 +91,7 @@ def plain_columns(width: int, delimiter: str | None, layout: str, nodes: RadioNo
     link, channel = (first, second) if layout == "link-channel" else (second, first)
     last = layout == LISTENX
     names = tuple(str(k) for k in range(channels))
-    return Columns(width - 1 if last else 0, MILLISECONDS if last else 1.0, link, channel, names, delimiter)
+    return Columns(width - 1 if last else 0, IN_MILLISECONDS if last else 1.0, link, channel, names, delimiter)
 
 
 def wide_rows(lines: Lines, columns: Columns, links: int, name: str) -> Iterator[Row]:

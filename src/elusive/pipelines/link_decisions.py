@@ -10,19 +10,25 @@ links crossed that different people obstruct.
 from __future__ import annotations
 
 import math
-from typing import Any, cast
+from typing import Any, Literal, cast
 
 import numpy as np
+from pydantic import Field
 from scipy import sparse
 
 from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.io.areas import Area
 from elusive.io.radio_network import RadioNodes
-from elusive.pipelines.link_images import ImageChain, ImageChainState, ImageMethod
+from elusive.model import Model, Positive
+from elusive.pipelines.link_images import AnyTracker, ImageChain, ImageChainState, ImageMethod
+from elusive.pipelines.track_smoothing import KalmanSmoothing, TrackSmoothing
 from elusive.preprocess.binary_links import BinaryLinks, LinkTests
-from elusive.preprocess.blobs import Heads
+from elusive.preprocess.blobs import Clusters, Heads
+from elusive.preprocess.link_weights import EllipseWeights
 from elusive.preprocess.projectors import Projector
+from elusive.preprocess.threshold import Threshold
+from elusive.tracking.people_hungarian import HungarianTracker
 
 MOST_HEADS = 100
 
@@ -104,3 +110,41 @@ class DecisionChain(ImageChain):
             ratios[explained] = 0.0
             left -= held.T @ taken
         return Heads(np.array(places).reshape(-1, 2), np.array(heights))
+
+
+class DecisionMethod(Model):
+    """Tracks from one decision a link."""
+
+    kind: Literal["binary"] = "binary"
+    voxel_m: Positive = Field(0.5, description="Side of a voxel, 'precision' (table 3.2) [m]")
+    weights: EllipseWeights = Field(EllipseWeights(), description="How voxels weigh on links")
+    decisions: BinaryLinks = Field(BinaryLinks(), description="How a link decides that somebody is in its way")
+    threshold: Threshold = Field(Threshold(), description="Which ratios are high")
+    apart_m: Positive = Field(1.5, description="Links through a circle of this radius speak for one person [m]")
+    tracker: AnyTracker = Field(HungarianTracker(), description="How heads become tracks")
+    smoothing: TrackSmoothing = Field(KalmanSmoothing(), description="Filter behind each track")
+
+    def on(self, nodes: RadioNodes, area: Area, tests: LinkTests, interval_s: float = 1.0) -> DecisionChain:
+        """Prepare for a network whose links have been calibrated.
+
+        Parameters
+        ----------
+        nodes
+            The network.
+        area
+            Where people can be.
+        tests
+            Of each undirected link, from :meth:`BinaryLinks.calibrate` of ``decisions``.
+        interval_s
+            Time from frame to frame.
+
+        Raises
+        ------
+        DataError
+            If there are not as many tests as links, or no link passes the area.
+        """
+        method = ImageMethod(
+            voxel_m=self.voxel_m, weights=self.weights, threshold=self.threshold,
+            clusters=Clusters(apart_m=self.apart_m), tracker=self.tracker, smoothing=self.smoothing,
+        )  # fmt: skip
+        return DecisionChain(method, nodes, area, self.decisions, tests, interval_s)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -24,7 +24,7 @@ class LiveFrame(NamedTuple):
     """A frame that has been tracked and written."""
 
     result: LinkResult
-    latency_s: float  # from the frame's last line to its tracks in the file
+    latency_s: float | None  # from the frame's last line to its tracks in the file; None while calibrating
 
 
 def track_links_recording(
@@ -73,14 +73,18 @@ def track_links_recording(
 
 
 def follow_links(
-    log: LinkLog, nodes: RadioNodes, parameters: LinkTracking, out: Path, on_frame: Callable[[LiveFrame], None]
+    log: Iterable[RssFrame],
+    nodes: RadioNodes,
+    parameters: LinkTracking,
+    out: Path,
+    on_frame: Callable[[LiveFrame], None],
 ) -> None:
     """Track people while a log is being written: a frame's rows stand in the files before the next is read.
 
     Parameters
     ----------
     log
-        Opened with ``follow``, or standard input.
+        A log opened with ``follow``, standard input, or frames from elsewhere.
     nodes
         The network.
     parameters
@@ -115,9 +119,10 @@ def follow_links(
         table, happenings = (csv.writer(file, lineterminator="\n") for file in (tracks, events))
         table.writerow(columns("m"))
         happenings.writerow(EVENT_COLUMNS)
-        for result in track_links(noted(), nodes, parameters):
+        for number, result in enumerate(track_links(noted(), nodes, parameters)):
             table.writerows(cells_of(row)[: len(columns("m"))] for row in rows_of(result))
             happenings.writerows(event_row(result.time_s, event) for event in result.events)
             tracks.flush()
             events.flush()
-            on_frame(LiveFrame(result, time.perf_counter() - began[0]))
+            latency_s = time.perf_counter() - began[0] if number >= parameters.calibration_frames else None
+            on_frame(LiveFrame(result, latency_s))

@@ -25,6 +25,7 @@ from elusive.io.people_truth import COLUMNS as TRUTH_COLUMNS
 from elusive.io.radio_network import COLUMNS as NODE_COLUMNS
 from elusive.io.radio_network import RadioNodes, directed_links_of, radio_nodes, undirected_of
 from elusive.model import Model, NonNegative, Positive
+from elusive.pipelines.link_coverage import write_coverage
 from elusive.preprocess.link_weights import EllipseWeights
 from elusive.preprocess.quantiser import Quantiser
 from elusive.preprocess.voxels import VoxelGrid
@@ -171,7 +172,7 @@ class LinkSimulated(NamedTuple):
 def simulate_links(
     parameters: LinkSimulation, out: Path, *, on_frame: Callable[[int], None] | None = None
 ) -> LinkSimulated:
-    """Write ``log.csv``, ``nodes.csv``, ``truth.csv`` and ``config.yaml`` into a folder.
+    """Write ``log.csv``, ``nodes.csv``, ``truth.csv``, ``coverage.csv`` and ``.png``, and ``config.yaml``.
 
     The log has a frame a line, under the header ``time_s`` and ``tx-rx-channel``; channels are numbered from 0.
 
@@ -209,14 +210,25 @@ def simulate_links(
                     on_frame(number)
         _write(folder / "nodes.csv", NODE_COLUMNS, zip(nodes.names, *nodes.positions_m.T.tolist(), strict=True))
         _write(folder / "truth.csv", TRUTH_COLUMNS, _truth_rows(parameters, truth, present))
+        covered = write_coverage(folder, nodes, network.grid, network.weights)
         (folder / "config.yaml").write_text(parameters.to_yaml(), encoding="utf-8")
+    there = present.any(axis=1)
     return LinkSimulated(
         [
-            ("Network", f"{len(nodes.names)} nodes, {len(links) // 2} links, {channels} channels"),
-            ("Frames", f"{parameters.calibration_steps + len(truth)}, of them {parameters.calibration_steps} empty"),
-            ("People", f"{truth.shape[1]}, at most {present.sum(axis=1).max()} at a time"),
+            ("Network", f"{len(nodes.names)} nodes, {len(links) // 2} links, {_counted(channels, 'channel')}"),
+            ("Coverage", covered),
+            ("Frames", f"{parameters.calibration_steps + len(truth)}, the first {parameters.calibration_steps} empty"),
+            (
+                "People",
+                f"{truth.shape[1]}, at most {present.sum(axis=1).max()} at a time; somebody in "
+                f"{_counted(int(there.sum()), 'frame')}",
+            ),
         ]
     )
+
+
+def _counted(number: int, thing: str) -> str:
+    return f"{number} {thing}{'' if number == 1 else 's'}"
 
 
 def _truth_rows(parameters: LinkSimulation, truth: Array, present: NDArray[np.bool_]) -> Iterator[tuple[object, ...]]:

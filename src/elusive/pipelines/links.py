@@ -1,6 +1,7 @@
 """From the log of a radio network to the tracks of the people who walk through it; a live stream and a file alike.
 
-Mendieta (2017), chapter 3: calibrate on an empty room, then track by way of an image or straight on the links.
+Mendieta (2017), chapter 3: calibrate on an empty room, then track by way of an image, of one decision a link, or
+straight on the links.
 """
 
 from __future__ import annotations
@@ -19,18 +20,19 @@ from elusive.io.areas import Area
 from elusive.io.link_logs import RssFrame
 from elusive.io.radio_network import RadioNodes
 from elusive.model import FROM_RECORDING, Model, NonNegative
+from elusive.pipelines.link_decisions import DecisionMethod
 from elusive.pipelines.link_images import ImageMethod
 from elusive.pipelines.link_people import LinksMethod
 from elusive.pipelines.link_tracks import LinkTrack
-from elusive.preprocess.fade_level import RssChange
+from elusive.preprocess.fade_level import RssChange, RssState
 from elusive.preprocess.link_calibration import Calibrate, Calibration
 from elusive.preprocess.voxels import VoxelGrid
 from elusive.tracking.people import Event
 
-__all__ = ["ImageMethod", "LinkResult", "LinkTracking", "LinksMethod", "track_links"]
+__all__ = ["DecisionMethod", "ImageMethod", "LinkResult", "LinkTracking", "LinksMethod", "track_links"]
 
 EMPTY_BELOW = 0.1  # existence of everybody below which the room is taken for empty
-AnyMethod = Annotated[LinksMethod | ImageMethod, Field(discriminator="kind")]
+AnyMethod = Annotated[LinksMethod | ImageMethod | DecisionMethod, Field(discriminator="kind")]
 
 
 class LinkResult(NamedTuple):
@@ -48,7 +50,9 @@ class LinkResult(NamedTuple):
 class LinkTracking(Model):
     """How people are tracked through a radio network."""
 
-    method: AnyMethod = Field(LinksMethod(), description="Straight on the links, or by way of an image")
+    method: AnyMethod = Field(
+        LinksMethod(), description="Straight on the links, by way of an image, or of one decision a link"
+    )
     calibration_frames: int = Field(
         20, ge=2, description="First frames, in which nobody is there: the links are calibrated on them"
     )
@@ -77,10 +81,11 @@ class LinkTracking(Model):
         links = len(nodes.names) * (len(nodes.names) - 1) // 2
         rows = [("Network", f"{len(nodes.names)} nodes, {links} links")]
         method = self.method
-        if isinstance(method, ImageMethod):
+        if not isinstance(method, LinksMethod):
+            seen = "image" if isinstance(method, ImageMethod) else "one decision a link, ratios"
             return [
                 *rows,
-                ("Method", f"image of {method.voxel_m:g} m voxels, tracker {method.tracker.kind!r}"),
+                ("Method", f"{seen} of {method.voxel_m:g} m voxels, tracker {method.tracker.kind!r}"),
                 ("Smoothing", method.smoothing.kind),
             ]
         return [*rows, ("Method", f"particle filter on the links, {method.people.particles} particles a person")]
@@ -122,8 +127,13 @@ def track_links(frames: Iterable[RssFrame], nodes: RadioNodes, parameters: LinkT
         )
     network = _Network(nodes, parameters.area_of(nodes), calibration, empty, interval_s)
     method = parameters.method
-    follow = _by_image if isinstance(method, ImageMethod) else _by_links
-    results = follow(chain([first], stream), method, network, parameters.change, rng)  # type: ignore[arg-type]
+    after = chain([first], stream)
+    if isinstance(method, ImageMethod):
+        results = _by_image(after, method, network, parameters.change, rng)
+    elif isinstance(method, DecisionMethod):
+        results = _by_decisions(after, method, network, parameters.change, rng)
+    else:
+        results = _by_links(after, method, network, parameters.change, rng)
     started = next(results)  # what cannot be used is refused before anything is given out
     for frame in empty:
         yield LinkResult(frame.time_s, [], (), None, None, {}, calibration.remarks)
@@ -145,17 +155,37 @@ def _by_image(
     frames: Iterable[RssFrame], method: ImageMethod, network: _Network, changing: RssChange, rng: Generator
 ) -> Iterator[LinkResult]:
     """Yield what an image of each frame leads to."""
-    stages = method.on(network.nodes, network.area, network.interval_s)
+    stages = method.on(network.nodes, network.area, network.interval_s, network.calibration.mean_dbm)
+    rss, empty = _calibrated(network, changing)
+    state = stages.init(empty)
+    for frame in frames:
+        rss = changing.step(rss, frame, empty=not state.people.tracks)
+        state = stages.step(state, rss.change, rng)
+        yield LinkResult(frame.time_s, state.tracks, state.events, stages.grid, state.image, {}, ())
+
+
+def _by_decisions(
+    frames: Iterable[RssFrame], method: DecisionMethod, network: _Network, changing: RssChange, rng: Generator
+) -> Iterator[LinkResult]:
+    """Yield what the fused decisions of each frame lead to; the image is one of log likelihood ratios."""
+    rss, empty = _calibrated(network, changing)
+    tests = method.decisions.calibrate(empty)
+    stages = method.on(network.nodes, network.area, tests, network.interval_s)
+    state = stages.init(method.decisions.decide(empty, tests, rng))
+    for frame in frames:
+        rss = changing.step(rss, frame, empty=not state.people.tracks)
+        state = stages.step(state, method.decisions.decide(rss.change, tests, rng), rng)
+        yield LinkResult(frame.time_s, state.tracks, state.events, stages.grid, state.image, {}, ())
+
+
+def _calibrated(network: _Network, changing: RssChange) -> tuple[RssState, Array]:
+    """Return the state before the first frame, and the changes ``(T, L)`` of the calibration's own frames."""
     rss = changing.init(network.calibration)
     before, changes = rss, []
     for frame in network.empty:
         before = changing.step(before, frame, empty=True)
         changes.append(before.change)
-    state = stages.init(np.array(changes))
-    for frame in frames:
-        rss = changing.step(rss, frame, empty=not state.people.tracks)
-        state = stages.step(state, rss.change, rng)
-        yield LinkResult(frame.time_s, state.tracks, state.events, stages.grid, state.image, {}, ())
+    return rss, np.array(changes)
 
 
 def _by_links(

@@ -1,8 +1,8 @@
 """Images of a large network: a Cholesky factor in the place of the projection, which would not fit.
 
 The factor is in single precision, the gain estimated by probing (Tang and Saad, 2012, Numer. Linear Algebra Appl. 19,
-485-501): people far apart, all at once. Missing links are filled in by conjugate gradients (Hestenes and Stiefel,
-1952).
+485-501): people far apart, all at once; noise by random signs (Hutchinson, 1990, Commun. Stat. Simul. Comput. 19,
+433-450). Missing links are filled in by conjugate gradients (Hestenes and Stiefel, 1952).
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ Singles = NDArray[np.float32]
 ROWS = 512  # of weights that are spread at a time
 PROBES_M = 8.0  # between people who are imaged together
 PROBES = 64  # imaged at a time
+NOISES = 128  # frames of noise: its deviation to 6 % in a voxel, before it is smoothed
 EVERY = 2  # voxels along each axis is probed: the gain is smoothed anyway
 CONVERGED = 1e-5  # residual of the links filled in, to what they would read
 ITERATIONS = 200
@@ -37,7 +38,7 @@ class FactoredProjector(Projector):
         """Divide each voxel of all images by its gain, ``(V,)``."""
         self.gain = self.gain * gain
 
-    def person_response(self, person_sd_m: float) -> Array:
+    def person_response(self, person_sd_m: float, skip: int = 1) -> Array:
         """Return the image's value at each voxel when a person of unit attenuation stands there, ``(V,)``, or NaN.
 
         Notes
@@ -48,7 +49,7 @@ class FactoredProjector(Projector):
         step = max(1, math.ceil(PROBES_M / self.grid.voxel_m))
         signs = (-1.0) ** np.add.outer(np.arange(rows) // step, np.arange(columns) // step)
         response = np.full((rows, columns), np.nan)
-        corners = list(product(range(0, min(step, rows), EVERY), range(0, min(step, columns), EVERY)))
+        corners = list(product(range(0, min(step, rows), EVERY), range(0, min(step, columns), EVERY)))[::skip]
         for first in range(0, len(corners), PROBES):
             some = corners[first : first + PROBES]
             probes = np.zeros((len(some), rows, columns))
@@ -59,6 +60,16 @@ class FactoredProjector(Projector):
             for image, (row, column) in zip(images, some, strict=True):
                 response[row::step, column::step] = (image * signs)[row::step, column::step]
         return response.ravel()
+
+    def noise_response(self) -> Array:
+        """Return the deviation of the image at each voxel when every link has noise of unit deviation, ``(V,)``."""
+        signs = np.random.default_rng(0)  # the same ones for every network: an estimate, not a draw
+        energy = np.zeros(self.weights.shape[1])
+        for _ in range(0, NOISES, PROBES):
+            images = self._raw(signs.choice((-1.0, 1.0), (PROBES, self.weights.shape[0])))
+            energy += np.einsum("nv,nv->v", images, images)
+        response: Array = np.sqrt(energy / NOISES)
+        return response
 
     def _prepare(self, prior: Prior, by_links: bool) -> None:
         self._prior = prior if by_links else None

@@ -42,6 +42,10 @@ class ExponentialCovariance(Model):
         """Whether there is a Q^-1."""
         return True
 
+    def with_noise(self, further_sd_db: float) -> ExponentialCovariance:
+        """Return the term with further noise of the links, of this deviation [dB]."""
+        return self.replace(noise_sd_db=math.hypot(self.noise_sd_db, further_sd_db))
+
     def spread(self, images: Array, grid: VoxelGrid) -> Array:
         """Return ``images Q^-1``, ``(n, V)``."""
         shape = grid.shape
@@ -91,6 +95,10 @@ class Tikhonov(Model):
     def is_invertible(self) -> bool:
         """Whether there is a Q^-1: not of slopes, which a constant has none of."""
         return self.of == "amplitude"
+
+    def with_noise(self, further_sd_db: float) -> Tikhonov:
+        """Return the term with further noise of the links, of this deviation; its weight is for 1 dB of noise [dB]."""
+        return self.replace(weight=self.weight * (1 + further_sd_db**2))
 
     def spread(self, images: Array, grid: VoxelGrid) -> Array:
         """Return ``images Q^-1``, ``(n, V)``, of a term that is invertible."""

@@ -101,11 +101,16 @@ class Projector(abc.ABC):
         return self._project(y)
 
     @abc.abstractmethod
-    def person_response(self, person_sd_m: float) -> Array:
+    def person_response(self, person_sd_m: float, skip: int = 1) -> Array:
         """Return the image's value at each voxel when a person of unit attenuation stands there, ``(V,)``.
 
-        NaN where it is not known, but not at every voxel near to another.
+        NaN where it is not known, but not at every voxel near to another; where that is dear, at one in ``skip`` of
+        the others.
         """
+
+    @abc.abstractmethod
+    def noise_response(self) -> Array:
+        """Return the deviation of the image at each voxel when every link has noise of unit deviation, ``(V,)``."""
 
     @abc.abstractmethod
     def divide(self, gain: Array) -> None:
@@ -133,10 +138,15 @@ class StoredProjector(Projector):
         self._rows = self.matrix.astype(self.number, copy=False)
         self._solvers.clear()
 
-    def person_response(self, person_sd_m: float) -> Array:
+    def person_response(self, person_sd_m: float, skip: int = 1) -> Array:
         """Return the image's value at each voxel when a person of unit attenuation stands there, ``(V,)``."""
         seen = smeared(self.weights.toarray(), self.grid, person_sd_m)
         response: Array = np.einsum("vl,lv->v", self.matrix, seen)
+        return response
+
+    def noise_response(self) -> Array:
+        """Return the deviation of the image at each voxel when every link has noise of unit deviation, ``(V,)``."""
+        response: Array = np.sqrt(np.einsum("vl,vl->v", self.matrix, self.matrix))
         return response
 
     def _prepare(self, prior: Prior, by_links: bool) -> None:

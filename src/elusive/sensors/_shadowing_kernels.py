@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from elusive.contracts import Array
 
 FLUSH = 1e120  # a product of scales is turned into a logarithm before it leaves the range of numbers
+GONE = 50.0  # lengths after which a decay, 2e-22, is nothing
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -22,9 +23,16 @@ def excess_length(x: float, y: float, ends: Array, link: int) -> float:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def decay(excess: float, length: float) -> float:
+    """Exponential decay; most places are far from most links, and cost no exponential."""
+    value: float = 0.0 if excess > GONE * length else np.exp(-excess / length)
+    return value
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def profiles(excess: float, near: float, wide: float, far: float) -> tuple[float, float, float]:
     """Decay of the mean's, the near and the far spread's effect with the excess path length."""
-    return np.exp(-excess / near), np.exp(-excess / wide), np.exp(-excess / far)
+    return decay(excess, near), decay(excess, wide), decay(excess, far)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
@@ -51,11 +59,10 @@ def log_likelihood(
     channels = change.shape[1]
     half, more = 0.5 * degrees, 0.5 * (degrees + 1.0)
     for n in range(len(places)):
-        log_sum = 0.0
+        log_sum, scales, residuals = 0.0, 1.0, 1.0
         for link in range(len(ends)):
             excess = excess_length(places[n, 0], places[n, 1], ends, link)
             near, wide, far = profiles(excess, lengths[0], lengths[1], lengths[2])
-            scales, residuals = 1.0, 1.0
             for way in range(2):
                 row = ways[link, way]
                 for channel in range(channels):
@@ -68,11 +75,10 @@ def log_likelihood(
                     )
                     scales *= squared
                     residuals *= degrees * squared + off * off
-                    if residuals > FLUSH or scales < 1.0 / FLUSH:
+                    if max(residuals, scales) > FLUSH or min(residuals, scales) < 1.0 / FLUSH:
                         log_sum += half * np.log(scales) - more * np.log(residuals)
                         scales, residuals = 1.0, 1.0
-            log_sum += half * np.log(scales) - more * np.log(residuals)
-        total[n] = log_sum
+        total[n] = log_sum + half * np.log(scales) - more * np.log(residuals)
     return total
 
 

@@ -61,7 +61,7 @@ class ListedNodes(Model):
     """Nodes as a file lists them."""
 
     kind: Literal["file"] = "file"
-    path: str = Field(min_length=1, description="File of the nodes: node,x_m,y_m, or two plain columns")
+    path: str = Field(min_length=1, description="CSV of the nodes: node,x_m,y_m, or two plain columns")
 
     def on(self, area: Area) -> RadioNodes:
         """Return the nodes; some may stand outside of the area.

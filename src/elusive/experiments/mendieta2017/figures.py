@@ -26,17 +26,19 @@ def draw(path: Path, name: str, cells: list[Cell], awgn_db: float) -> None:
     """Draw a table: a panel a score, mean and 10 to 90 % band of each method, crosses for the thesis's runs."""
     experiment = EXPERIMENTS[name]
     here = [cell for cell in cells if cell.experiment == name and cell.awgn_db == awgn_db]
-    runs = here[0].runs
+    runs = {cell.method: cell.runs for cell in here}
+    told = "" if len({*runs.values()}) > 1 else f"{here[0].runs} runs, "
+    label_of = {method: METHODS[method] + ("" if told else f" ({runs[method]} runs)") for method in runs}
     values = [f"{value:g}" for value in experiment.values]
     with plots.figure(path, 9.0, 5.6, 2, 3) as (drawn, grid):
         for axes, (score, label) in zip(grid.ravel(), PANELS, strict=True):
-            for number, method in enumerate(experiment.methods):
+            for number, method in enumerate(runs):
                 of = {cell.value: cell for cell in here if cell.method == method and cell.score == score}
                 rows = np.array([(of[v].mean, of[v].p10, of[v].p90) for v in values])
-                at = np.arange(len(values)) + 0.16 * (number - (len(experiment.methods) - 1) / 2)
+                at = np.arange(len(values)) + 0.16 * (number - (len(runs) - 1) / 2)
                 colour = COLOURS[method]
                 axes.vlines(at, rows[:, 1], rows[:, 2], color=colour, linewidth=4.5, alpha=0.35)
-                axes.plot(at, rows[:, 0], "o", color=colour, markersize=4.5, label=METHODS[method])
+                axes.plot(at, rows[:, 0], "o", color=colour, markersize=4.5, label=label_of[method])
             thesis = [
                 (values.index(v), getattr(run, score.removesuffix("_least"), np.nan)) for v, run in experiment.thesis
             ]
@@ -46,11 +48,14 @@ def draw(path: Path, name: str, cells: list[Cell], awgn_db: float) -> None:
             axes.set_title(label[:1].upper() + label[1:], fontsize=9)
             if score in ("misses", "false_positives", "mismatches"):
                 axes.set_yscale("symlog", linthresh=LINEAR_BELOW)
-                axes.set_ylim(-0.05, None)
+                axes.set_ylim(-0.05, 1.6 * max(LINEAR_BELOW, axes.dataLim.y1))
         for axes in grid[-1]:
             axes.set_xlabel(experiment.label)
         drawn.suptitle(
-            f"{experiment.title}: {runs} runs, mean and 10 to 90 %, AWGN {awgn_db:g} dB a voxel", x=0.01, ha="left",
+            f"{experiment.title}: {told}mean and 10 to 90 %, AWGN {awgn_db:g} dB a voxel", x=0.01, ha="left",
             weight="bold", size=10,
         )  # fmt: skip
-        drawn.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
+        drawn.legend(
+            *grid[0, 0].get_legend_handles_labels(), loc="outside lower center",
+            ncols=len(runs) + 1 if len(runs) <= 3 else 3, columnspacing=1.0, handletextpad=0.2,
+        )  # fmt: skip

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from elusive.campaign import CampaignConfig, Progress, run_campaign
 from elusive.errors import ParameterError
 from elusive.experiments.mendieta2017.figures import draw
-from elusive.experiments.mendieta2017.scenario import MethodName
+from elusive.experiments.mendieta2017.scenario import METHODS, MethodName
 from elusive.experiments.mendieta2017.table import EXPERIMENTS, Cell, summarise, write_table
 from elusive.experiments.mendieta2017.trial import SCENARIO
 from elusive.io import atomic_folder, existing_folder
@@ -34,6 +34,7 @@ def reproduce(
     out: Path,
     targets: Sequence[str] = (),
     *,
+    methods: Sequence[MethodName] = (),
     trials: int = DEFAULT_TRIALS,
     seed: int = 2017,
     executor: Executor | None = None,
@@ -49,26 +50,33 @@ def reproduce(
         Folder for the results; the runs themselves stay in ``campaign-*.zarr`` there.
     targets
         Some of ``targets`` (section 4.2.1), ``table4_4`` to ``table4_7``; none means all of them.
+    methods
+        Some of ``thesis``, ``image``, ``links``, ``binary``; none means all. An experiment none of them is for is left
+        out.
     trials
         Runs of each point, from 2.
 
     Raises
     ------
     ParameterError
-        If a target is unknown.
+        If a target or method is unknown.
     DataError
         If ``out`` is a file or cannot be made.
     """
     unknown = [target for target in targets if target not in TARGETS]
     if unknown:
         raise ParameterError(f"{unknown[0]!r}: mendieta2017 has no such table; known are {', '.join(TARGETS)}.")
+    strange = [method for method in methods if method not in METHODS]
+    if strange:
+        raise ParameterError(f"{strange[0]!r}: is no method of mendieta2017; known are {', '.join(METHODS)}.")
     existing_folder(out)
     tables: dict[str, list[Cell]] = {}
     for name, experiment in EXPERIMENTS.items():
-        if targets and name not in targets:
+        chosen = [method for method in experiment.methods if not methods or method in methods]
+        if not chosen or (targets and name not in targets):
             continue
         results: dict[MethodName, xr.Dataset] = {}
-        for method in experiment.methods:
+        for method in chosen:
             configuration = CampaignConfig(
                 scenario="mendieta2017", parameters={"method": method}, grid=experiment.grid, trials=trials, seed=seed,
                 chunk=CHUNK,

@@ -27,7 +27,7 @@ from elusive.tracking.people_radius import RadiusTracker
 MethodName = Literal["thesis", "image", "links", "binary"]
 METHODS: dict[MethodName, str] = {
     "thesis": "the thesis's algorithm",
-    "image": "image tracker (default)",
+    "image": "image tracker",
     "links": "straight on the links",
     "binary": "image tracker, one bit a link",
 }
@@ -57,7 +57,7 @@ def image_method(name: MethodName, memory_frames: int | None, radius_m: float | 
     changes = {"memory_frames": memory_frames, "radius_m": radius_m}
     given = {key: value for key, value in changes.items() if value is not None}
     return ImageMethod(
-        image=RegularisedImage(equal_gain=False),
+        image=RegularisedImage(equalised="none"),
         threshold=Threshold(beta=0.8, least=0.0),
         clusters=Clusters(cluster_width_m=2.0, sidelobe=0.0, apart_m=0.0, subvoxel="none"),
         tracker=RadiusTracker(entrance=Entrance(area=AREA, width_m=2.0), **given),

@@ -98,7 +98,7 @@ def summarise(name: str, results: Mapping[MethodName, xr.Dataset]) -> list[Cell]
     noises = dict(experiment.more).get(AWGN, (0.25,))
     for value in experiment.values:
         for noise in noises:
-            for method in experiment.methods:
+            for method in results:
                 at = results[method].sel({experiment.axis: value})
                 at = at.sel({AWGN: noise}) if AWGN in at.dims else at
                 for score, runs in _scores(at).items():
