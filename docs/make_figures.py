@@ -20,12 +20,23 @@ from elusive.experiments.bootsveld2012.reproduce import Settings
 from elusive.experiments.bootsveld2012.reproduce import reproduce as reproduce_bootsveld2012
 from elusive.experiments.bootsveld2012.runtimes import RunTime
 from elusive.experiments.demo import run_demo
+from elusive.experiments.jiang2024.figures import FIGURES as FLIGHTS
+from elusive.experiments.jiang2024.reproduce import reproduce as reproduce_jiang2024
+from elusive.experiments.jiang2024.scenario import MOTIONS, SIGMAS_DEG
+from elusive.experiments.jiang2024.table import Cell as FlightCell
+from elusive.experiments.jiang2024.trial import ESTIMATORS
 from elusive.experiments.mazurek2013.figures import FIGURES
 from elusive.experiments.mazurek2013.reproduce import reproduce as reproduce_mazurek2013
 from elusive.experiments.mazurek2013.table import Cell
+from elusive.experiments.mendieta2017.figures import draw as draw_people
+from elusive.experiments.mendieta2017.reproduce import reproduce as reproduce_mendieta2017
+from elusive.experiments.mendieta2017.scenario import METHODS, MethodName
+from elusive.experiments.mendieta2017.table import EXPERIMENTS
+from elusive.experiments.mendieta2017.table import Cell as PeopleCell
 
 STATIC = Path(__file__).parent / "_static"
 TRIALS = 400
+PEOPLE_RUNS: tuple[tuple[int, tuple[MethodName, ...]], ...] = ((100, ("thesis", "binary")), (20, ("image", "links")))
 SNRS_DB = (3.18, 6.71, 12.0)
 # (motion, filter): existence in frames 10-24, in 26-27, RMSE in 10-24 at each SNR, by an independent NumPy prototype
 # (1000 runs, constant velocity; its coordinated turn was run for one filter at two SNRs)
@@ -53,6 +64,8 @@ def main() -> None:
         choose.main(STATIC / "choose.png")
         noise_objects(kept / "mazurek2013", executor)
         imprecise_charts(kept / "bootsveld2012", Path(sys.argv[2]) if len(sys.argv) > 2 else None, executor)
+        people(kept / "mendieta2017", executor)
+        fast_emitters(kept / "jiang2024", executor)
         results = kept / "amrouche2018"
         reproduce(results, trials=TRIALS, executor=executor)
         shutil.copy(results / "summary.csv", STATIC / "amrouche2018.csv")
@@ -82,6 +95,100 @@ def imprecise_charts(results: Path, shoreline: Path | None, executor: Executor |
     (STATIC / "bootsveld2012-phases.md").write_text(phase_table(done.phases), encoding="utf-8")
     timed = reproduce_bootsveld2012(results, ["runtimes"], Settings()).run_times
     (STATIC / "bootsveld2012-runtimes.md").write_text(run_time_table(timed), encoding="utf-8")
+
+
+def people(results: Path, executor: Executor | None) -> None:
+    """Make the figures and tables of docs/mendieta2017.md."""
+    cells: list[PeopleCell] = []
+    for trials, methods in PEOPLE_RUNS:
+        cells += reproduce_mendieta2017(results, methods=methods, trials=trials, executor=executor).cells
+    for name in dict.fromkeys(cell.experiment for cell in cells):
+        here = [cell for cell in cells if cell.experiment == name]
+        (STATIC / f"mendieta2017-{name}.md").write_text(people_table(here), encoding="utf-8")
+        for noise in sorted({cell.awgn_db for cell in here}):
+            path = results / f"docs-{name}-{noise:g}.png"
+            draw_people(path, name, here, noise)
+            shown = f"mendieta2017-{name}.png" if noise == 0.25 else f"mendieta2017-{name}-awgn{noise:g}.png"
+            with Image.open(path) as picture:
+                picture.convert("RGB").quantize(256).save(STATIC / shown, optimize=True)
+
+
+def people_table(cells: list[PeopleCell]) -> str:
+    """Write the cells of an experiment as a Markdown table, a row for each point and tracker."""
+    label = EXPERIMENTS[cells[0].experiment].label
+    head = (
+        label[:1].upper() + label[1:],
+        "tracker",
+        "runs",
+        "MOTA",
+        "misses",
+        "false",
+        "mismatches",
+        "mean dev. [m]",
+        "max dev. [m]",
+    )
+    lines = [f"| {' | '.join(head)} |", f"| :-- | :-- |{' --: |' * (len(head) - 2)}"]
+    points: dict[tuple[str, float], dict[str, dict[str, PeopleCell]]] = {}
+    for cell in cells:
+        points.setdefault((cell.value, cell.awgn_db), {}).setdefault(cell.method, {})[cell.score] = cell
+    for (value, noise), methods in points.items():
+        name = value if noise == 0.25 else f"{value}, AWGN {noise:g}"
+        counts = ("misses", "false_positives", "mismatches")
+        for number, (method, of) in enumerate((method, methods[method]) for method in METHODS if method in methods):
+            mota, deviation, worst = of["mota"], of["mean_deviation_m_head"], of["max_deviation_m_least"]
+            row = [
+                name if number == 0 else "", METHODS[method], f"{mota.runs}",
+                f"{mota.mean:.3f} ± {mota.standard_error:.3f}",
+                *(f"{of[count].mean:.1f} ({of[count].p10:.0f} to {of[count].p90:.0f})" for count in counts),
+                f"{deviation.mean:.2f}", f"{worst.mean:.2f} ({worst.p10:.2f} to {worst.p90:.2f})",
+            ]  # fmt: skip
+            lines.append(f"| {' | '.join(row)} |")
+        printed = [of[count].thesis for count in (*counts, "max_deviation_m_least")]
+        if any(printed):
+            lines.append(f"| | *the thesis, single runs* | | | {' | '.join(printed[:3])} | | {printed[3]} |")
+    return "\n".join(lines) + "\n"
+
+
+def fast_emitters(results: Path, executor: Executor | None) -> None:
+    """Make the figures and tables of docs/jiang2024.md and docs/bearings.md."""
+    cells = reproduce_jiang2024(results, executor=executor).cells
+    (STATIC / "jiang2024-table.md").write_text(flight_table(cells), encoding="utf-8")
+    (STATIC / "jiang2024-samples.md").write_text(sample_table(cells), encoding="utf-8")
+    for name in FLIGHTS:
+        with Image.open(results / f"{name}.png") as picture:
+            picture.convert("RGB").quantize(256).save(STATIC / f"jiang2024-{name}.png", optimize=True)
+
+
+def flight_table(cells: list[FlightCell]) -> str:
+    """Write RMSE, the paper's in brackets, the bound, and NEES; standard errors are 1 to 3 % and stand in the CSV."""
+    head = ("Flight", "estimator", *(f"{sigma:g}°" for sigma in SIGMAS_DEG), "NEES at 1°, 15°")
+    lines = [f"| {' | '.join(head)} |", f"| :-- | :-- |{' --: |' * (len(head) - 2)}"]
+    for motion in MOTIONS:
+        for number, name in enumerate(ESTIMATORS):
+            row = [cell for cell in cells if (cell.motion, cell.filter) == (motion, name)]
+            found = [f"{cell.rmse_m:.{2 if cell.rmse_m < 9.995 else 1}f}{printed(cell.paper_m)}" for cell in row]
+            first = f"{row[0].nees:.2f}, {row[2].nees:.{1 if row[2].nees < 99.5 else 0}f}"
+            lines.append(f"| {motion.upper() if number == 0 else ''} | {name} | {' | '.join(found)} | {first} |")
+        bounds = [f"{cell.bound_m:.2f}" for cell in row]
+        lines.append(f"| | *bound* | {' | '.join(bounds)} | 2 |")
+    return "\n".join(lines) + "\n"
+
+
+def sample_table(cells: list[FlightCell]) -> str:
+    """Write the number of samples at which the bound is the paper's value, two significant digits."""
+    head = ("Flight", "row", *(f"{sigma:g}°" for sigma in SIGMAS_DEG))
+    lines = [f"| {' | '.join(head)} |", f"| :-- | :-- |{' --: |' * len(SIGMAS_DEG)}"]
+    for motion in MOTIONS:
+        for name in ("fg-ekf", "fg-eks"):
+            row = [cell for cell in cells if (cell.motion, cell.filter) == (motion, name)]
+            needed = [f"{float(f'{cell.samples_for_paper:.2g}'):g}" for cell in row]
+            lines.append(f"| {motion.upper()} | {name[3:].upper()} | {' | '.join(needed)} |")
+    return "\n".join(lines) + "\n"
+
+
+def printed(value: float) -> str:
+    """Write a value of the paper in brackets, nothing where it has none."""
+    return "" if value != value else f" ({value:g})"
 
 
 def phase_table(rows: list[Phase]) -> str:

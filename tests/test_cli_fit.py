@@ -14,7 +14,7 @@ from tests.walked_room import EMPTY, FRAMES, all_missing, changed, walker, write
 FAR = """
 method:
   kind: links
-  shadowing: {far_sd_db: 0.6, far_length_m: 0.3, floor_sd_db: 1.2}
+  effect: {kind: shadowing, far_sd_db: 0.6, far_length_m: 0.3, floor_sd_db: 1.2}
   people: {particles: 300}
 seed: 5
 """
@@ -54,9 +54,9 @@ def test_fitted_constants_are_tracked_with(network, tmp_path, capsys):
 
     fitted = LinkTracking.from_yaml(out / "config.yaml")
     given = LinkTracking.from_yaml(start)
-    constants = fitted.method.shadowing
+    constants = fitted.method.effect
     assert fitted == given.replace(
-        calibration_frames=EMPTY, method=given.method.replace(shadowing=constants)
+        calibration_frames=EMPTY, method=given.method.replace(effect=constants)
     )  # all else is kept
     # the walker's effect on links nearby, 2.5 dB and a metre, is found again; the noise is .4 dB and whole dB's
     assert constants.far_sd_db == pytest.approx(2.5, rel=0.25)
@@ -136,7 +136,7 @@ def test_a_log_that_cannot_be_fitted(network, tmp_path, capsys, change, sentence
 @pytest.mark.parametrize(
     ("start", "more", "sentence"),
     [
-        ("method: {kind: image}", (), "'image' has no constants of this kind"),
+        ("method: {kind: image}", (), "'image' has no constants to fit"),
         ("metod: {kind: links}", (), "did you mean 'method'?"),
         (None, ("--iterations", 0), "LinkFitting.iterations"),
         (None, ("--start", "nowhere.yaml"), "cannot be read"),

@@ -21,13 +21,19 @@ from scipy import ndimage
 
 import elusive
 from elusive.experiments.demo import run_demo
+from elusive.io.areas import Area
+from elusive.pipelines.link_simulation import LinkSimulation, simulate_links
+from elusive.simulation import BorderNodes, Walks
+from tests.bearing_flight import write_flight
 
 ROOT = Path(__file__).parents[1]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 FEWER = {  # the whole thing takes minutes
     "amrouche2018": ["fig2", "--trials", "2"],
     "bootsveld2012": ["fig5_3", "--trials", "2"],
+    "jiang2024": ["fig2", "--trials", "2"],
     "mazurek2013": ["fig3", "--trials", "2"],
+    "mendieta2017": ["table4_5", "--trials", "2"],
 }
 
 
@@ -82,6 +88,14 @@ def test_command_runs(line: str, tmp_path: Path) -> None:
     looks = (f"{k},{3340 + k},{k / 60},1" for k in range(30))
     (tmp_path / "plots.csv").write_text("\n".join(["time_s,range_m,bearing_deg,doppler_mps", *looks]), encoding="utf-8")
     (tmp_path / "coast.geojson").write_text(json.dumps(land), encoding="utf-8")
+    if " links " in line:
+        walks = Walks(users=1, total_positions=30, area=Area.rectangle(0, 6, 0, 4), latest_entrance=3)
+        room = LinkSimulation(
+            walks=walks, network=BorderNodes(nodes=8), radiation={"amplitude_db": 1.0}, calibration_steps=30
+        )
+        simulate_links(room, tmp_path / "room")
+    if "bearings.csv" in line:
+        write_flight(tmp_path)
     for other in blocks(COMMANDS[line].page):
         name = re.match(r"# (\S+\.yaml)\n", other.text)
         if other.language == "yaml" and name:

@@ -19,9 +19,11 @@ from elusive.filters.kalman import KalmanFilter
 from elusive.filters.particle import GaussianPrior, ParticleFilter
 from elusive.model import Model
 from elusive.motion import ConstantVelocity
+from elusive.sensors.bearings import BearingSensors
 from elusive.sensors.clutter import ClutterSensor
 from tests.filters.link_scenes import linear_links
 
+BEARINGS = BearingSensors(positions_m=((0.0, 0.0, 0.0), (70.0, 12.0, 0.0), (-60.0, 81.0, 0.0)))
 # a filter whose fields have no defaults is built here
 PRIOR = GaussianPrior(mean=(0.0,) * 4, covariance=tuple(map(tuple, np.eye(4).tolist())))
 BUILT = {
@@ -40,9 +42,14 @@ BUILT = {
         sensor=Fix(),
         prior=PRIOR,
     ),
+    "ExtendedKalmanFilter": lambda kind: kind(sensor=BEARINGS),
+    "FixedLagSmoother": lambda kind: kind(sensor=BEARINGS),
+    "InteractingFilter": lambda kind: kind(sensor=BEARINGS),
+    "FactorGraphFilter": lambda kind: kind(sensor=BEARINGS),
 }
 
-DRAW_NOTHING = {"KalmanFilter", "RecurrentFilter"}
+DRAW_NOTHING = {"KalmanFilter", "RecurrentFilter", "ExtendedKalmanFilter", "FixedLagSmoother", "FactorGraphFilter"}
+DRAW_NOTHING |= {"InteractingFilter"}
 NO_COVARIANCE = {"RecurrentFilter"}
 
 
@@ -86,6 +93,9 @@ def measurements(model):
     rng = np.random.default_rng(0)
     if isinstance(model, ParticleFilter | KalmanFilter):
         return [np.array([0.1, 0.2]), None, np.array([0.3, 0.1])]
+    if isinstance(getattr(model, "sensor", None), BearingSensors):
+        one, two = BEARINGS.simulate(np.array([[9.0, 1, 9, 0], [11, 1, 9, 0]]), np.array([0.0, 2.0]), rng)
+        return [one, None, two]
     if hasattr(model, "sensor"):
         frame = model.sensor.simulate(np.array([[9.0, 0, 9.0, 0, 30.0]]), rng)
         return [frame, None, frame]

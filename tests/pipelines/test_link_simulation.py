@@ -17,7 +17,10 @@ from elusive.io.link_logs import open_link_log
 from elusive.io.people_truth import read_people_truth
 from elusive.io.radio_network import directed_links_of, links_of, read_nodes
 from elusive.pipelines.link_coverage import write_coverage
+from elusive.pipelines.link_people import VoxelRadiation
+from elusive.pipelines.link_runs import track_links_recording
 from elusive.pipelines.link_simulation import LinkSimulation, simulate_links
+from elusive.pipelines.links import LinksMethod, LinkTracking
 from elusive.preprocess.link_calibration import Calibrate
 from elusive.simulation import BorderNodes, GridNodes, ListedNodes
 
@@ -216,3 +219,19 @@ def test_the_command_takes_a_polygon_and_refuses_two_areas(tmp_path: Path, capsy
     assert end.value.code == 2
     assert "--area-file: --area is given too" in capsys.readouterr().err
     assert not (tmp_path / "other").exists()
+
+
+def test_straight_on_the_links_of_a_simulated_log_by_its_own_model(tmp_path: Path) -> None:
+    """Radiation added up is the model the log was made with: nobody is left out, and places are within a voxel."""
+    walks = {**SMALL["walks"], "area": Area.rectangle(0, 8, 0, 6), "users": 4, "total_positions": 60}
+    simulate_links(LinkSimulation(walks=walks, network=BorderNodes(nodes=14), calibration_steps=20), tmp_path / "room")
+    nodes = read_nodes(tmp_path / "room" / "nodes.csv")
+    parameters = LinkTracking(
+        calibration_frames=20, method=LinksMethod(effect=VoxelRadiation(), people={"particles": 200})
+    )
+    truth = read_people_truth(tmp_path / "room" / "truth.csv")
+    log = open_link_log(tmp_path / "room" / "log.csv", nodes)
+    outcome = track_links_recording(log, nodes, parameters, tmp_path / "tracks", truth=truth)
+    rows = dict(outcome.table)
+    assert float(rows["MOTA, candidates too"].split(":")[0]) >= 0.95
+    assert float(rows["Deviation, candidates too"].split(" m mean")[0]) <= 0.25  # half a voxel

@@ -84,7 +84,7 @@ def test_the_walker_is_followed_whatever_the_seed(calibration):
 def test_constants_fitted_from_afar_do_as_well(calibration):
     """From constants under which the log is much less likely, with no truth."""
     nodes, log, _ = recorded()
-    start = LinkTracking(calibration_frames=calibration, method=LinksMethod(shadowing=FAR))
+    start = LinkTracking(calibration_frames=calibration, method=LinksMethod(effect=FAR))
     fitted = fit_links(log, nodes, start, LinkFitting())
     assert fitted.fit.log_likelihood[-1] > fitted.fit.log_likelihood[0] + 1000
     run = followed(fitted.tracking)

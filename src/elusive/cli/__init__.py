@@ -1,4 +1,4 @@
-"""The command line: `elusive track`, `chart`, `simulate`, `demo`, `reproduce`, `campaign`. It only calls pipelines."""
+"""The command line: `elusive track`, `locate`, `fit`, `chart`, `simulate`, `reproduce` and others; pipelines do it."""
 
 from __future__ import annotations
 
@@ -14,23 +14,34 @@ from rich.markup import escape
 import elusive
 from elusive.campaign import CampaignConfig, make_executor, resolve, run_campaign
 from elusive.cli import reproduce, simulate, track
+from elusive.cli.bearings import track_bearings_command
 from elusive.cli.charts import chart_command
-from elusive.cli.links import track_links_command
+from elusive.cli.links import fit_app, track_links_command
+from elusive.cli.locate import locate_command
 from elusive.cli.terminal import Out, Scheduler, Workers, bar, campaign_bar, console, interrupt, interrupted, show
 from elusive.errors import ElusiveError
 from elusive.experiments.amrouche2018.trial import SCENARIO as AMROUCHE2018
 from elusive.experiments.demo import run_demo
+from elusive.experiments.jiang2024.trial import SCENARIO as JIANG2024
 from elusive.experiments.mazurek2013.trial import SCENARIO as MAZUREK2013
 from elusive.experiments.mendieta2017.trial import SCENARIO as MENDIETA2017
 
 BAD_INPUT = 2
 CHARTS = (".000", ".geojson", ".json", ".shp")
-SCENARIOS = {"amrouche2018": AMROUCHE2018, "mazurek2013": MAZUREK2013, "mendieta2017": MENDIETA2017}
+SCENARIOS = {
+    "amrouche2018": AMROUCHE2018,
+    "jiang2024": JIANG2024,
+    "mazurek2013": MAZUREK2013,
+    "mendieta2017": MENDIETA2017,
+}
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, help=elusive.__doc__)
 track.app.command("links")(track_links_command)
+track.app.command("bearings")(track_bearings_command)
 app.add_typer(track.app, name="track")
+app.add_typer(fit_app, name="fit")
 app.command("chart")(chart_command)
+app.command("locate")(locate_command)
 app.add_typer(simulate.app, name="simulate")
 app.add_typer(reproduce.app, name="reproduce")
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
 import typer
 
@@ -17,12 +18,16 @@ from elusive.experiments.bootsveld2012.reproduce import TARGETS as BOOTSVELD2012
 from elusive.experiments.bootsveld2012.reproduce import Settings as Bootsveld2012Settings
 from elusive.experiments.bootsveld2012.reproduce import reproduce as reproduce_bootsveld2012
 from elusive.experiments.bootsveld2012.trial import Estimate
+from elusive.experiments.jiang2024.reproduce import DEFAULT_TRIALS as JIANG2024_TRIALS
+from elusive.experiments.jiang2024.reproduce import TARGETS as JIANG2024_TARGETS
+from elusive.experiments.jiang2024.reproduce import reproduce as reproduce_jiang2024
 from elusive.experiments.mazurek2013.reproduce import TARGETS as MAZUREK2013_TARGETS
 from elusive.experiments.mazurek2013.reproduce import reproduce as reproduce_mazurek2013
 from elusive.experiments.mendieta2017.reproduce import DEFAULT_TRIALS as MENDIETA2017_TRIALS
 from elusive.experiments.mendieta2017.reproduce import TARGETS as MENDIETA2017_TARGETS
 from elusive.experiments.mendieta2017.reproduce import reproduce as reproduce_mendieta2017
 from elusive.experiments.mendieta2017.scenario import METHODS as MENDIETA2017_METHODS
+from elusive.experiments.mendieta2017.scenario import MethodName
 
 app = typer.Typer(no_args_is_help=True, help="Reproduce a paper's figures and tables.")
 
@@ -175,6 +180,10 @@ def reproduce_mendieta2017_command(
     targets: Annotated[
         list[str] | None, typer.Argument(help=f"Some of {', '.join(MENDIETA2017_TARGETS)}; all by default.")
     ] = None,
+    method: Annotated[
+        list[str] | None,
+        typer.Option(help=f"{', '.join(MENDIETA2017_METHODS)}; give it again for more. \\[default: all]"),
+    ] = None,
     trials: Annotated[int, typer.Option(min=2, help="Runs of each point.")] = MENDIETA2017_TRIALS,
     seed: Annotated[int, typer.Option(min=0, help="Root of all random numbers.")] = 2017,
     workers: Workers = None,
@@ -183,8 +192,9 @@ def reproduce_mendieta2017_command(
     """Chapter 4: people without devices in a radio network, the thesis's tracker and others."""
     with make_executor(workers, scheduler) as executor, campaign_bar() as report:
         done = reproduce_mendieta2017(
-            out, targets or (), trials=trials, seed=seed, executor=executor, on_progress=report
-        )
+            out, targets or (), methods=cast(list[MethodName], method or []), trials=trials, seed=seed,
+            executor=executor, on_progress=report,
+        )  # fmt: skip
     points: dict[tuple[str, str, float, str], dict[str, Any]] = {}
     for cell in done.cells:
         point = cell.experiment, cell.value, cell.awgn_db, MENDIETA2017_METHODS[cell.method]
@@ -198,4 +208,33 @@ def reproduce_mendieta2017_command(
         for (experiment, value, awgn_db, method), of in points.items()
     ]
     show(f"{trials} runs", ("experiment and tracker", "MOTA", "missed", "false", "mismatched", "of"), shown)
+    console.print(f"Written to {out}: {', '.join(done.written)}")
+
+
+@app.command("jiang2024")
+def reproduce_jiang2024_command(
+    out: Out,
+    targets: Annotated[
+        list[str] | None, typer.Argument(help=f"Some of {', '.join(JIANG2024_TARGETS)}; all by default.")
+    ] = None,
+    trials: Annotated[int, typer.Option(min=2, help="Runs of each motion and noise.")] = JIANG2024_TRIALS,
+    seed: Annotated[int, typer.Option(min=0, help="Root of all random numbers.")] = 2024,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+) -> None:
+    """Table I and figures 2 to 4: a fast emitter from bearings, by factor graphs and others."""
+    with make_executor(workers, scheduler) as executor, campaign_bar() as report:
+        done = reproduce_jiang2024(out, targets or (), trials=trials, seed=seed, executor=executor, on_progress=report)
+    rows = [
+        (
+            f"{c.motion} {c.sigma_deg:g} degrees, {c.filter}",
+            f"{c.rmse_m:.3g} ± {c.standard_error:.2g}",
+            "" if math.isnan(c.paper_m) else f"{c.paper_m:.2f}",
+            f"{c.bound_m:.3g}",
+            f"{c.nees:.2f}",
+        )
+        for c in done.cells
+    ]
+    if rows:
+        show(f"{trials} runs", ("flight and filter", "RMSE [m]", "paper", "bound", "NEES, right is 2"), rows)
     console.print(f"Written to {out}: {', '.join(done.written)}")

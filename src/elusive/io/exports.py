@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from elusive.errors import DataError
@@ -94,8 +94,17 @@ def write_geojson(path: str | os.PathLike[str], rows: Iterable[TrackRow]) -> Non
         temporary.write_text(json.dumps(collection, allow_nan=False) + "\n", encoding="utf-8", newline="\n")
 
 
-def write_netcdf(path: str | os.PathLike[str], dataset: xr.Dataset) -> None:
+def write_netcdf(path: str | os.PathLike[str], dataset: xr.Dataset, *, unlimited: Sequence[str] = ()) -> None:
     """Write a dataset as netCDF 4; the same dataset gives the same bytes.
+
+    Parameters
+    ----------
+    path
+        File to write.
+    dataset
+        What to write.
+    unlimited
+        Dimensions that can grow later.
 
     Raises
     ------
@@ -104,7 +113,7 @@ def write_netcdf(path: str | os.PathLike[str], dataset: xr.Dataset) -> None:
     """
     with atomic_path(path) as temporary:
         try:
-            dataset.to_netcdf(temporary, engine="h5netcdf")
+            dataset.to_netcdf(temporary, engine="h5netcdf", unlimited_dims=unlimited)
         except (TypeError, ValueError) as error:
             raise DataError(
                 f"{path}: the dataset does not fit netCDF ({error}); keep numbers, text and flat attributes."

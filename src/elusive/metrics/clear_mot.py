@@ -7,6 +7,7 @@ as many pairs as possible are made and their distances are least in sum.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -47,7 +48,13 @@ class ClearMot(NamedTuple):
         return float(self.deviations.max()) if self.deviations.size else float("nan")
 
 
-def clear_mot(truth: Sightings, tracks: Sightings, gate: float = 2.0, frames: int | None = None) -> ClearMot:
+def clear_mot(
+    truth: Sightings,
+    tracks: Sightings,
+    gate: float = 2.0,
+    frames: int | None = None,
+    before: Mapping[int, int] | None = None,
+) -> ClearMot:
     """Compare tracks with the truth, frame by frame.
 
     Parameters
@@ -58,6 +65,8 @@ def clear_mot(truth: Sightings, tracks: Sightings, gate: float = 2.0, frames: in
         Distance up to which a track can stand for a target, in the places' unit.
     frames
         Frames to score; all up to the last in which there is something, by default.
+    before
+        The track that stood last for each target in earlier frames, where a recording is scored piece by piece.
 
     Returns
     -------
@@ -78,7 +87,7 @@ def clear_mot(truth: Sightings, tracks: Sightings, gate: float = 2.0, frames: in
     numbers = np.zeros((4, count), np.int64)
     deviations: list[float] = []
     matched: list[tuple[int, int, int]] = []
-    last: dict[int, int] = {}  # the track that stood last for each target
+    last = dict(before or {})  # the track that stood last for each target
     for frame, ((targets, true), (names, placed)) in enumerate(
         zip(truth.in_frames(count), tracks.in_frames(count), strict=True)
     ):

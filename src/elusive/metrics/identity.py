@@ -6,6 +6,8 @@ tracking, section 3: targets and tracks are paired once, so that the frames in w
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -58,16 +60,31 @@ def identity(truth: Sightings, tracks: Sightings, gate: float = 2.0) -> Identity
     DataError
         If truth and tracks have places of different dimension.
     """
+    return paired(near_rows(truth, tracks, gate), len(truth.frame), len(tracks.frame))
+
+
+def near_rows(truth: Sightings, tracks: Sightings, gate: float = 2.0) -> Counter[tuple[int, int]]:
+    """Count the frames in which a target and a track are within the gate, by the numbers of both.
+
+    Counts of a recording's pieces add up to the recording's. Arguments and errors as of :func:`identity`.
+    """
     if not gate > 0:
         raise ParameterError(f"gate: must be above zero (got {gate}).")
     frames = frames_of(truth, tracks, None)
-    targets, target_of = np.unique(truth.identity, return_inverse=True)
-    names, name_of = np.unique(tracks.identity, return_inverse=True)
-    together = np.zeros((len(targets), len(names)))
-    numbered = truth._replace(identity=target_of), tracks._replace(identity=name_of)
-    for (rows, true), (columns, placed) in zip(*(table.in_frames(frames) for table in numbered), strict=True):
-        if len(rows) and len(columns):
-            near = np.linalg.norm(true[:, None] - placed[None], axis=2) <= gate
-            together[np.ix_(rows, columns)] += near
-    agreed = int(together[linear_sum_assignment(-together)].sum())
-    return Identity(agreed, len(tracks.frame) - agreed, len(truth.frame) - agreed)
+    together: Counter[tuple[int, int]] = Counter()
+    for (targets, true), (names, placed) in zip(truth.in_frames(frames), tracks.in_frames(frames), strict=True):
+        if len(targets) and len(names):
+            near = np.nonzero(np.linalg.norm(true[:, None] - placed[None], axis=2) <= gate)
+            together.update(zip(targets[near[0]].tolist(), names[near[1]].tolist(), strict=True))
+    return together
+
+
+def paired(together: Mapping[tuple[int, int], int], true_rows: int, track_rows: int) -> Identity:
+    """Pair targets and tracks once, from :func:`near_rows` and the number of rows of truth and of tracks."""
+    targets, names = (sorted({pair[part] for pair in together}) for part in (0, 1))
+    row, column = ({number: at for at, number in enumerate(numbers)} for numbers in (targets, names))
+    counts = np.zeros((len(targets), len(names)))
+    for (target, track), count in together.items():
+        counts[row[target], column[track]] = count
+    agreed = int(counts[linear_sum_assignment(-counts)].sum())
+    return Identity(agreed, track_rows - agreed, true_rows - agreed)

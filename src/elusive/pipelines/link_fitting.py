@@ -99,15 +99,16 @@ def fit_links(
         If a frame cannot be used, there are too few, or nobody seems to have walked.
     """
     method = tracking.method
-    if not isinstance(method, LinksMethod):
+    if not isinstance(method, LinksMethod) or not isinstance(method.effect, LinkShadowing):
+        kind = f"{method.kind!r} of radiation" if isinstance(method, LinksMethod) else repr(method.kind)
         raise ParameterError(
-            f"method: {method.kind!r} has no constants of this kind; give a configuration of method 'links'."
+            f"method: {kind} has no constants to fit; give a configuration of method 'links' with effect 'shadowing'."
         )
     stream = iter(frames)
     empty = list(islice(stream, tracking.calibration_frames))
     calibration = tracking.calibrate.over(empty)
     area = tracking.area_of(nodes)
-    sensor = method.shadowing.links(nodes, calibration.mean_dbm, calibration.variance_db2, area.bounds_m)
+    sensor = method.effect.links(nodes, calibration.mean_dbm, calibration.variance_db2, area.bounds_m)
     rss = tracking.change.init(calibration)
     times: list[float] = []
     changes: list[Array] = []
@@ -122,8 +123,8 @@ def fit_links(
             f"{LEAST_FRAMES}, with somebody walking in some."
         )
     fit = fitting.fit(sensor, np.array(changes), area=area, on_iteration=on_iteration)
-    fitted = tracking.replace(method=method.replace(shadowing=fit.model))
-    return FittedLinks(fitted, method.shadowing, fit, np.array(times), calibration.remarks)
+    fitted = tracking.replace(method=method.replace(effect=fit.model))
+    return FittedLinks(fitted, method.effect, fit, np.array(times), calibration.remarks)
 
 
 def fit_link_log(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
 from numpy.random import Generator
@@ -16,6 +16,10 @@ from elusive.io.radio_network import RadioNodes
 from elusive.model import Model, Positive
 from elusive.pipelines.link_tracks import LinkTrack
 from elusive.preprocess.link_calibration import Calibration
+from elusive.preprocess.link_weights import EllipseWeights
+from elusive.preprocess.voxels import VoxelGrid
+from elusive.sensors.linear_links import LinkRadiation
+from elusive.sensors.link_effects import AdditiveSensor
 from elusive.sensors.link_shadowing import LinkShadowing
 from elusive.tracking.people import Entrance, Event, PersonTrack, Status, happened
 
@@ -30,11 +34,23 @@ class LinksChainState(NamedTuple):
     events: tuple[Event, ...]
 
 
+class VoxelRadiation(LinkRadiation):
+    """What a person does to voxels that links add up: the model of the thesis, and of simulated logs."""
+
+    voxel_m: Positive = Field(0.5, description="Side of a voxel, 'precision' (table 3.2) [m]")
+    weights: EllipseWeights = Field(EllipseWeights(), description="How voxels weigh on links")
+
+
+Effects = Annotated[LinkShadowing | VoxelRadiation, Field(discriminator="kind")]
+
+
 class LinksMethod(Model):
     """Tracks straight on the links."""
 
     kind: Literal["links"] = "links"
-    shadowing: LinkShadowing = Field(LinkShadowing(), description="How a person changes the readings")
+    effect: Effects = Field(
+        LinkShadowing(), description="How a person changes the readings: shadowing of real links, or radiation added up"
+    )
     people: LinkPeople = Field(LinkPeople(), description="The filter")
     near_m: Positive = Field(1.0, description="Distance at which two people are said to be near [m]")
 
@@ -55,9 +71,14 @@ class LinksMethod(Model):
         Raises
         ------
         DataError
-            If the calibration is not this network's.
+            If the calibration is not this network's, or no link passes the area.
         """
-        sensor = self.shadowing.links(nodes, calibration.mean_dbm, calibration.variance_db2, area.bounds_m)
+        effect = self.effect
+        if isinstance(effect, VoxelRadiation):
+            weights = effect.weights.sparse(nodes, VoxelGrid.over(area, effect.voxel_m))
+            sensor: AdditiveSensor = effect.links(weights, area.bounds_m, effect.voxel_m)
+        else:
+            sensor = effect.links(nodes, calibration.mean_dbm, calibration.variance_db2, area.bounds_m)
         return LinksChain(self.people.replace(sensor=sensor, area=area), area, self.near_m, interval_s)
 
 
@@ -80,7 +101,8 @@ class LinksChain:
         state
             After the frame before.
         change
-            ``(D, C)`` change of each reading from the empty room [dB], NaN where missing; None: no frame came.
+            Change from the empty room [dB], NaN where missing: of each reading ``(D, C)``, or by radiation of each
+            undirected link ``(L,)``; None: no frame came.
         rng
             Source of randomness.
 

@@ -22,7 +22,7 @@ from elusive.io.radio_network import RadioNodes
 from elusive.model import FROM_RECORDING, Model, NonNegative
 from elusive.pipelines.link_decisions import DecisionMethod
 from elusive.pipelines.link_images import ImageMethod
-from elusive.pipelines.link_people import LinksMethod
+from elusive.pipelines.link_people import LinksMethod, VoxelRadiation
 from elusive.pipelines.link_tracks import LinkTrack
 from elusive.preprocess.fade_level import RssChange, RssState
 from elusive.preprocess.link_calibration import Calibrate, Calibration
@@ -195,8 +195,11 @@ def _by_links(
     stages = method.on(network.nodes, network.area, network.calibration, network.interval_s)
     rss = changing.init(network.calibration)
     state = stages.init(rng)
+    summed = isinstance(method.effect, VoxelRadiation)  # over undirected links, with a sign
+    loss = changing.replace(measure="loss")
     for frame in frames:
-        state = stages.step(state, frame.rss_dbm - rss.calibration.mean_dbm, rng)
+        change = loss.step(rss, frame).change if summed else frame.rss_dbm - rss.calibration.mean_dbm
+        state = stages.step(state, change, rng)
         clouds = {one.track: one.particles[:, [X, Y]] for one in state.belief.tracks}
         yield LinkResult(frame.time_s, state.tracks, state.events, None, None, clouds, ())
         nobody = all(one.existence < EMPTY_BELOW for one in state.belief.people)

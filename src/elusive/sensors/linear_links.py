@@ -7,7 +7,7 @@ adds to the variance of a link's noise: sv^2 times the sum of the squares of its
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.random import Generator
@@ -23,6 +23,7 @@ from elusive.sensors.link_effects import Effect
 class LinkRadiation(Model):
     """What a person does to the voxels, and the noise of voxels and links."""
 
+    kind: Literal["radiation"] = "radiation"
     amplitude_db: Positive = Field(20.0, description="Attenuation at the person, radiation_amplitude (table 3.2) [dB]")
     width_x_m: Positive = Field(0.5, description="Deviation of the bell along its first axis [m]")
     width_y_m: Positive = Field(0.5, description="Deviation of the bell along its second axis [m]")

@@ -11,7 +11,7 @@ of a link are not independent.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.random import Generator
@@ -32,6 +32,7 @@ GREATEST_FADE_DB = 30.0  # beyond it a fade level says no more
 class LinkShadowing(Model):
     """How a person changes the received signal strength; the defaults were fitted to a log without labels."""
 
+    kind: Literal["shadowing"] = "shadowing"
     loss_db: Positive = Field(5.0, description="Loss of a strong reading with a person on the line, phi [dB]")
     loss_length_m: Positive = Field(0.019, description="Excess path length in which the loss decays, l1 [m]")
     near_sd_db: NonNegative = Field(4.1, description="Spread with a person on the line, sp [dB]")

@@ -1,0 +1,52 @@
+"""`elusive locate`: the place of an emitter that stands still, from bearings."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.markup import escape
+
+from elusive.cli.terminal import Config, console, show
+from elusive.errors import ParameterError
+from elusive.filters.geolocation import Geolocation
+from elusive.io.bearings import open_bearings, read_sensors
+from elusive.model import read_yaml
+from elusive.options import accepts, nested
+from elusive.pipelines.geolocation import locate_recording
+
+
+@accepts(Geolocation)
+def locate_command(
+    bearings: Annotated[
+        str, typer.Argument(help="Bearings: .csv of time_s, sensor, azimuth_deg clockwise from north; - is stdin.")
+    ],
+    sensors: Annotated[Path, typer.Option("--sensors", help="Where the sensors stand: .csv of sensor, x_m, y_m.")],
+    given: dict[str, Any],
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Folder for emitter.csv, emitter.geojson, emitter.png.")
+    ] = None,
+    config: Config = None,
+    confidence: Annotated[
+        float, typer.Option(help="Probability that the ellipse holds the emitter.", min=0.01, max=0.9999)
+    ] = 0.95,
+    origin_lat: Annotated[
+        float | None, typer.Option("--origin-lat", help="Latitude of the sensors' (0, 0): the GeoJSON is geographic.")
+    ] = None,
+    origin_lon: Annotated[float | None, typer.Option("--origin-lon", help="Its longitude.")] = None,
+) -> None:
+    """Locate an emitter that stands still."""
+    parameters = Geolocation(**nested(Geolocation, given, read_yaml(config) if config else {}))
+    if (origin_lat is None) != (origin_lon is None):
+        raise ParameterError("--origin-lat, --origin-lon: one is missing; give both or none.")
+    origin = None if origin_lat is None or origin_lon is None else (origin_lon, origin_lat)
+    sites = read_sensors(sensors)
+    located = locate_recording(
+        open_bearings(bearings, sites), sites, parameters, out, confidence=confidence, origin_deg=origin
+    )
+    for remark in located.remarks:
+        console.print(f"[yellow]{escape(remark)}[/]", highlight=False, soft_wrap=True)
+    show("Emitter", ("", ""), located.table)
+    if out is not None:
+        console.print(f"Written to {out}: emitter.csv, emitter.geojson, emitter.png, config.yaml")

@@ -1,0 +1,162 @@
+"""Compiled kernels of a start: a first path that needs no guess, the most probable one from it, and whether it tells.
+
+Bearings as lines, each weighed by its range: Stansfield (1947); Nardone, Lindgren and Gong (1984), IEEE Trans. Automat.
+Contr. 29(9), the pseudolinear estimator, here with the motion between the times. With arrivals, alone or beside
+bearings: descents from places all around the sensors, and the filter from the best of them.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from elusive.contracts import VX, VY, Array, X, Y
+from elusive.filters._bearing_kernels import distance
+from elusive.filters._block_kernels import marginals
+from elusive.filters._extended_kernels import filtered, smoothed
+from elusive.filters._map_kernels import Anchor, Loss, inverse_noise, optimise
+from elusive.filters.transitions import Transitions
+from elusive.sensors.bearing_table import BearingTable
+
+REWEIGHTED = 4  # times that the lines are weighed by the ranges just found
+GUESSED = 0.01  # a guess is settled once a step is this share of the deviation
+START_ITERATIONS, START_TOLERANCE = 50, 1e-3
+TOLD = 0.3  # a place is told once its deviation is this share of its distance and the sensors' extent
+PATIENCE = 50  # times after which a filter starts all the same
+AROUND = 3  # places on each side of the sensors' centre, an extent apart, from which arrivals are tried
+TRIED, TRIED_ITERATIONS = 8, 15  # times, and steps from each place
+NO_RANGES = np.empty(0)
+
+
+class Start(NamedTuple):
+    """What a start is to know of the sensors and of the target."""
+
+    extent_m: float  # greatest distance between two sensors
+    centre: Array  # (3,) of the sensors [m]
+    fewest: int  # sensors that must have reported before a place can be told
+    turned: float  # change of velocity by the turn that is expected [m/s^2]
+    most_turn: float  # [rad/s]
+
+
+@njit(cache=True, nogil=True)
+def straightened(T: Transitions, turned: float) -> Transitions:
+    """Return the motion itself or, where it turns, a straight one with the noise of a turn."""
+    if T.turn < 0:
+        return T
+    Q = T.Q.copy()
+    for which in range(len(Q)):
+        step = T.F[which, X, VX]
+        for place, speed in ((X, VX), (Y, VY)):
+            Q[which, place, place] += turned**2 * step**4 / 4
+            Q[which, speed, speed] += turned**2 * step**2
+    return Transitions(T.interval_s, T.which, T.F, Q, -1, T.q_speed, T.q_turn, T.solid, T.bias, T.bias_scale)
+
+
+@njit(cache=True, nogil=True)
+def guessed(table: BearingTable, T: Transitions, anchor: Anchor, loss: Loss, start: Start) -> Array:
+    """First path ``(K, d)`` to descend from."""
+    K, d = len(table.times_s), len(anchor.at)
+    straight = straightened(T, start.turned)
+    if not np.isnan(table.range_m).all():
+        path = _from_arrivals(table, straight, anchor, start)
+    else:
+        path = np.empty((K, d))
+        path[0] = anchor.at
+        for k in range(1, K):
+            path[k] = straight.F[straight.which[k - 1]] @ path[k - 1]
+        ranges = np.full(len(table.sensor), start.extent_m)
+        W, L, Y = inverse_noise(straight), np.empty((K, d, d)), np.empty((K - 1, d, d))
+        for _ in range(REWEIGHTED):
+            optimise(path, table, ranges, straight, W, anchor, loss, 5, GUESSED, L, Y)
+            for k in range(K):
+                for row in range(table.first[k], table.first[k + 1]):
+                    # near a sensor a line is no better than its place is known
+                    ranges[row] = max(distance(path[k], table.places[row], T.solid), start.extent_m / 100)
+    if T.turn >= 0:
+        path[:, T.turn] = _turn_rate(path, T, start.most_turn)
+    return path
+
+
+@njit(cache=True, nogil=True)
+def _from_arrivals(table: BearingTable, T: Transitions, anchor: Anchor, start: Start) -> Array:
+    K, d = len(table.times_s), len(anchor.at)
+    tried = min(K, TRIED)
+    first = BearingTable(
+        table.times_s[:tried],
+        table.first[: tried + 1],
+        table.sensor,
+        table.places,
+        table.azimuth_rad,
+        table.elevation_rad,
+        table.variance,
+        table.range_m,
+        table.weights,
+        table.stations,
+    )
+    W, root, side = inverse_noise(T), np.empty((tried, d, d)), np.empty((tried - 1, d, d))
+    # far from the truth a robust loss has hardly a slope
+    squares = Loss(0, 2.0)
+    least, best = np.inf, np.empty((tried, d))
+    for column in range(-AROUND, AROUND + 1):
+        for row in range(-AROUND, AROUND + 1):
+            path = np.zeros((tried, d))
+            path[:, X] = start.centre[0] + column * start.extent_m
+            path[:, Y] = start.centre[1] + row * start.extent_m
+            if T.solid:
+                # sensors on the ground do not tell above from below
+                path[:, 4] = start.centre[2] + 0.3 * start.extent_m
+            cost, _, _ = optimise(path, first, NO_RANGES, T, W, anchor, squares, TRIED_ITERATIONS, GUESSED, root, side)
+            if cost < least:
+                least, best = cost, path
+    means, covariances = np.empty((K, d)), np.empty((K, d, d))
+    optimise(best, first, NO_RANGES, T, W, anchor, squares, TRIED_ITERATIONS, GUESSED, root, side)
+    means[:tried], covariances[:tried] = best, marginals(root, side)
+    filtered(table, T, squares, 3, tried - 1, means, covariances, np.zeros(K))
+    smoothed(T, tried - 1, means, covariances)
+    return means
+
+
+@njit(cache=True, nogil=True)
+def _turn_rate(path: Array, T: Transitions, most: float) -> float:
+    """Mean turn rate over the path, from its headings; a rate of each step is mostly noise."""
+    total = 0.0
+    for k in range(len(path) - 1):
+        change = math.atan2(path[k + 1, VY], path[k + 1, VX]) - math.atan2(path[k, VY], path[k, VX])
+        total += change - 2 * math.pi * math.floor((change + math.pi) / (2 * math.pi))
+    rate = total / T.interval_s[: len(path) - 1].sum() if len(path) > 1 else 0.0
+    return min(max(rate, -most), most)
+
+
+@njit(cache=True, nogil=True)
+def begun(
+    table: BearingTable, T: Transitions, anchor: Anchor, loss: Loss, start: Start
+) -> tuple[Array, Array, Array, float, int, bool, bool]:
+    """Most probable path of the first bearings, its Cholesky factor, and last whether they tell a place."""
+    K, d = len(table.times_s), len(anchor.at)
+    path = guessed(table, T, anchor, loss, start)
+    L, Y = np.empty((K, d, d)), np.empty((K - 1, d, d))
+    cost, taken, settled = optimise(
+        path, table, NO_RANGES, T, inverse_noise(T), anchor, loss, START_ITERATIONS, START_TOLERANCE, L, Y
+    )
+    return path, L, Y, cost, taken, settled, _told(path, L, Y, table, T.solid, start)
+
+
+@njit(cache=True, nogil=True)
+def _told(path: Array, L: Array, Y: Array, table: BearingTable, solid: bool, start: Start) -> bool:
+    if len(path) >= PATIENCE:
+        return True
+    reported = np.zeros(len(table.stations), np.bool_)
+    for row in range(len(table.sensor)):
+        if not (np.isnan(table.azimuth_rad[row]) and np.isnan(table.range_m[row])):
+            reported[table.sensor[row]] = True
+    if reported.sum() < start.fewest:
+        return False
+    last = marginals(L, Y)[-1]
+    spread, away = 0.0, 0.0
+    for axis in range(3 if solid else 2):
+        spread += last[2 * axis, 2 * axis]
+        away += (path[-1, 2 * axis] - start.centre[axis]) ** 2
+    return math.sqrt(spread) < TOLD * (math.sqrt(away) + start.extent_m)

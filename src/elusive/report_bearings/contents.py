@@ -1,0 +1,76 @@
+"""What a report of a track from bearings is made from: plain arrays in metres, x east and y north."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elusive.contracts import Array
+
+Extent = tuple[float, float, float, float]  # west, east, south, north [m]
+MARGIN = 0.07  # of the longer side, round what is shown
+STRAY = 0.01  # share of the path at either end that may lie outside of what is shown
+RADIUS_95 = float(np.sqrt(-2 * np.log(0.05)))  # of an ellipse that holds 95 % [deviations]
+
+
+class BearingsTracked(NamedTuple):
+    """A tracked recording of bearings."""
+
+    title: str
+    verdict: str
+    names: Sequence[str]  # of the sensors
+    sensors: Array  # (n, 2) [m]
+    times_s: Array  # (K,)
+    places: Array  # (K, 2) [m]; NaN before there is one
+    covariances: Array  # (K, 2, 2) [m^2]
+    heights: Array | None  # (K, 2) height and its deviation [m]; None in two dimensions
+    begun: int  # row from which on a place is told
+    first: NDArray[np.intp]  # (K + 1,) bearings of time k are rows first[k] to first[k + 1]
+    sensor: NDArray[np.intp]  # (M,)
+    azimuth_rad: Array  # (M,) clockwise from north
+    residual_deg: Array  # (M,) measured less that of the track; NaN before there is one
+    truth: Array | None  # (K, 3) true place at each time, NaN where it is not known; None without
+    rows: Sequence[tuple[str, str]]  # what the table says
+
+    @property
+    def error(self) -> Array | None:
+        """Distance over the ground from track to truth, ``(K,)`` [m]; None without a truth."""
+        return None if self.truth is None else np.asarray(np.hypot(*(self.places - self.truth[:, :2]).T))
+
+    @property
+    def deviation(self) -> Array:
+        """The estimator's own deviation over the ground, both axes together, ``(K,)`` [m]."""
+        return np.asarray(np.sqrt(np.trace(self.covariances, axis1=1, axis2=2)))
+
+    @property
+    def told(self) -> NDArray[np.bool_]:
+        """Whether a place is told at each time, ``(K,)``."""
+        known: NDArray[np.bool_] = np.zeros(len(self.times_s), np.bool_)
+        known[self.begun :] = np.isfinite(self.places[self.begun :, 0])
+        return known
+
+    @property
+    def extent(self) -> Extent:
+        """What of the ground is shown: the sensors that report, the truth and nearly all of the track."""
+        shown = [self.sensors[np.unique(self.sensor)]]
+        path = self.places[self.told]
+        if len(path):
+            shown.append(np.quantile(path, [STRAY, 1 - STRAY], axis=0))
+        if self.truth is not None and np.isfinite(self.truth[:, 0]).any():
+            shown += [np.nanmin(self.truth[:, :2], axis=0)[None], np.nanmax(self.truth[:, :2], axis=0)[None]]
+        points = np.concatenate(shown)
+        (west, south), (east, north) = points.min(axis=0), points.max(axis=0)
+        margin = MARGIN * max(east - west, north - south, 1e-3)
+        return float(west - margin), float(east + margin), float(south - margin), float(north + margin)
+
+
+def half_axes(covariances: Array) -> Array:
+    """Half axes and direction of 95 % ellipses, ``(K, 3)``: longer and shorter [m], angle from east [rad]."""
+    known: NDArray[np.bool_] = np.asarray(np.isfinite(covariances).all(axis=(1, 2)), np.bool_)
+    values, vectors = np.linalg.eigh(np.where(known[:, None, None], covariances, np.eye(2)))
+    half = RADIUS_95 * np.sqrt(np.maximum(values, 0.0))
+    angle = np.arctan2(vectors[:, 1, 1], vectors[:, 0, 1])
+    return np.where(known[:, None], np.column_stack([half[:, 1], half[:, 0], angle]), np.nan)

@@ -1,0 +1,245 @@
+"""Times of arrival and their differences at several places, alone or beside bearings.
+
+Chan and Ho (1994), IEEE Trans. Signal Process. 42(8), section II: without the time of emission only differences count,
+and their noises are correlated. Here that time is summed out: contrasts of the arrivals with independent noises are
+as good as all differences together, whichever sensor they are taken to (Shin and Sung, 2002, IEEE Trans. Signal
+Process. 50(12), on the equality of the bounds).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Literal, NamedTuple, Self
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from elusive.contracts import Array, X, Y
+from elusive.errors import DataError
+from elusive.io.bearings import BearingSet
+from elusive.model import FROM_RECORDING, Model, Positive, Probability
+from elusive.sensors.bearings import LEAST_RANGE_M, BearingSensors, Z
+
+LIGHT_MPS = 299_792_458.0
+
+
+class ArrivalSet(NamedTuple):
+    """When a signal came in at the sensors; a sensor that took several samples stands there several times."""
+
+    time_s: float
+    sensor: NDArray[np.intp]  # (m,) rows of the table of sensors
+    arrival_s: Array  # (m,) since the emission or, where that is unknown, since any common instant
+
+
+class HybridSet(NamedTuple):
+    """Bearings and arrivals of one emitter at one time."""
+
+    time_s: float
+    bearings: BearingSet
+    arrivals: ArrivalSet
+
+
+class ArrivalTimeSensors(Model):
+    """Times of arrival at several places; without the time of emission, their differences."""
+
+    kind: Literal["arrivals"] = "arrivals"
+    positions_m: tuple[tuple[float, float, float], ...] = Field(
+        min_length=1, description="Places of the sensors, east, north, up [m]", json_schema_extra=FROM_RECORDING
+    )
+    dimensions: Literal[2, 3] = Field(
+        2, description="2: in the plane of the ground; 3: with heights", json_schema_extra=FROM_RECORDING
+    )
+    sigma_s: Positive = Field(1e-8, description="Deviation of a sample's time of arrival [s]")
+    speed_mps: Positive = Field(LIGHT_MPS, description="Speed of the signal [m/s]")
+    emission_known: bool = Field(
+        True, description="Whether times count from the emission (TOA); if not, only their differences do (TDOA)"
+    )
+    detection_probability: Probability = Field(
+        1.0, description="Simulation: probability that a sensor reports at a time"
+    )
+    samples: int = Field(1, ge=1, description="Simulation: samples of a sensor at each time, N")
+
+    @property
+    def places(self) -> Array:
+        """Places of the sensors, ``(n, 3)`` [m]."""
+        return np.array(self.positions_m)
+
+    def measured(self, states: Array) -> Array:
+        """Time from the emission to each sensor without noise, ``(N, n)`` [s]."""
+        return self._ranges(states)[0] / self.speed_mps
+
+    def nothing(self, time_s: float) -> ArrivalSet:
+        """Return a time without an arrival."""
+        return ArrivalSet(time_s, np.empty(0, np.intp), np.empty(0))
+
+    def simulate(self, states: Array, times_s: Array, rng: Generator) -> list[ArrivalSet]:
+        """Draw what the sensors report of a path ``(T, d)`` at times ``(T,)`` [s].
+
+        Where the emission is unknown, times count from an instant of each time's own.
+
+        Raises
+        ------
+        DataError
+            If the arrays do not fit each other.
+        """
+        states, times = np.asarray(states, np.float64), np.asarray(times_s, np.float64)
+        if states.ndim != 2 or times.shape != (len(states),) or states.shape[1] < self.dimensions * 2:
+            raise DataError(
+                f"states, times_s: have shapes {states.shape} and {times.shape}; give (T, d), d at least "
+                f"{2 * self.dimensions}, and (T,)."
+            )
+        sets = []
+        for time_s, delay in zip(times, self.measured(states), strict=True):
+            sensor = np.repeat(np.flatnonzero(rng.random(len(delay)) < self.detection_probability), self.samples)
+            arrival = delay[sensor] + self.sigma_s * rng.standard_normal(len(sensor))
+            emitted = 0.0 if self.emission_known else delay.mean() * rng.uniform(-10, 10)
+            sets.append(ArrivalSet(float(time_s), sensor, arrival + emitted))
+        return sets
+
+    def contrasted(self, measurement: object) -> tuple[Array, Array, Array]:
+        """Distances, or contrasts of distances, of independent noise.
+
+        Parameters
+        ----------
+        measurement
+            Arrivals of one time, a sensor's samples averaged here.
+
+        Returns
+        -------
+        tuple
+            Weights of the sensors ``(r, n)``, the weighted sum of distances ``(r,)`` [m], and its variance
+            ``(r,)`` [m^2]: a row for each sensor or, where the emission is unknown, one fewer.
+
+        Raises
+        ------
+        DataError
+            If an arrival is not finite or its sensor unknown.
+        """
+        sensor, arrival = _checked(measurement, len(self.positions_m))
+        each, place, count = np.unique(sensor, return_inverse=True, return_counts=True)
+        reach = self.speed_mps * np.bincount(place, arrival, len(each)) / count
+        variance = (self.speed_mps * self.sigma_s) ** 2 / count
+        basis = np.eye(len(each))
+        if not self.emission_known and len(each):
+            size = float(variance.mean())
+            basis = _contrasts(np.sqrt(size / variance))
+            # what is common to all is dropped before it drowns the digits of what is not
+            reach, variance = basis @ (reach - reach[0]), np.full(len(basis), size)
+        weights = np.zeros((len(basis), len(self.positions_m)))
+        weights[:, each] = basis
+        return weights, reach, variance
+
+    def log_likelihood(self, states: Array, measurement: ArrivalSet) -> Array:
+        """Log density of one time's arrivals at each state ``(N, d)``: ``(N,)``, of distances or their contrasts.
+
+        Raises
+        ------
+        DataError
+            If an arrival is not finite or its sensor unknown.
+        """
+        weights, reach, variance = self.contrasted(measurement)
+        error = reach - self._ranges(states)[0] @ weights.T
+        return np.asarray(-0.5 * (error**2 / variance + np.log(2 * np.pi * variance)).sum(axis=1))
+
+    def information(self, states: Array) -> Array:
+        """Fisher information of one time's arrivals, all sensors reporting ``samples`` each: ``(N, d, d)``."""
+        units = self._ranges(states)[1]
+        n, d = len(self.positions_m), states.shape[1]
+        slope = np.zeros((len(states), n, d))
+        for axis, column in enumerate((X, Y, Z)[: self.dimensions]):
+            slope[:, :, column] = units[axis]
+        if not self.emission_known:
+            slope -= slope.mean(axis=1, keepdims=True)
+        weight = self.samples / (self.speed_mps * self.sigma_s) ** 2
+        return np.asarray(weight * np.einsum("kni,knj->kij", slope, slope))
+
+    def _ranges(self, states: Array) -> tuple[Array, list[Array]]:
+        """Distance from each sensor to each state ``(N, n)``, and its gradient's components."""
+        offsets = [states[:, c, None] - self.places[:, axis] for axis, c in enumerate((X, Y, Z)[: self.dimensions])]
+        ranges = np.maximum(np.sqrt(np.sum(np.square(offsets), axis=0)), LEAST_RANGE_M)
+        return ranges, [offset / ranges for offset in offsets]
+
+
+class HybridSensors(Model):
+    """Bearings and times of arrival together, at the same places or at others."""
+
+    kind: Literal["hybrid"] = "hybrid"
+    bearings: BearingSensors = Field(description="Where and how well directions are measured")
+    arrivals: ArrivalTimeSensors = Field(description="Where and how well times of arrival are measured")
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        if self.bearings.dimensions != self.arrivals.dimensions:
+            raise ValueError("bearings, arrivals: give both 2 or both 3 dimensions")
+        return self
+
+    @property
+    def dimensions(self) -> Literal[2, 3]:
+        """2 in the plane, 3 with heights."""
+        return self.bearings.dimensions
+
+    @property
+    def positions_m(self) -> tuple[tuple[float, float, float], ...]:
+        """Places of those that measure directions, then of the others [m]."""
+        return self.bearings.positions_m + self.arrivals.positions_m
+
+    @property
+    def places(self) -> Array:
+        """The same, ``(n, 3)``."""
+        return np.array(self.positions_m)
+
+    def nothing(self, time_s: float) -> HybridSet:
+        """Return a time without a measurement."""
+        return HybridSet(time_s, self.bearings.nothing(time_s), self.arrivals.nothing(time_s))
+
+    def simulate(self, states: Array, times_s: Array, rng: Generator) -> list[HybridSet]:
+        """Draw what both report of a path ``(T, d)`` at times ``(T,)`` [s].
+
+        Raises
+        ------
+        DataError
+            If the arrays do not fit each other.
+        """
+        both = (self.bearings.simulate(states, times_s, rng), self.arrivals.simulate(states, times_s, rng))
+        return [HybridSet(angles.time_s, angles, times) for angles, times in zip(*both, strict=True)]
+
+    def log_likelihood(self, states: Array, measurement: HybridSet) -> Array:
+        """Log density of both at each state ``(N, d)``: ``(N,)``.
+
+        Raises
+        ------
+        DataError
+            If one of them cannot be used.
+        """
+        told = self.bearings.log_likelihood(states, measurement.bearings)
+        return told + self.arrivals.log_likelihood(states, measurement.arrivals)
+
+    def information(self, states: Array) -> Array:
+        """Fisher information of both, ``(N, d, d)``."""
+        return self.bearings.information(states) + self.arrivals.information(states)
+
+
+def _contrasts(scale: Array) -> Array:
+    """Rows ``(m - 1, m)`` that are blind to what is common to all; ``scale`` is each noise's inverse deviation."""
+    unit = scale / np.linalg.norm(scale)
+    mirror = unit.copy()
+    # Householder's reflection of the first axis onto the common direction: its other rows are at right angles to that
+    mirror[0] += 1.0
+    rows = np.eye(len(unit)) - np.outer(mirror, mirror) * (2 / (mirror @ mirror))
+    return np.asarray(rows[1:] * scale)
+
+
+def _checked(measurement: object, sensors: int) -> tuple[NDArray[np.intp], Array]:
+    if not isinstance(measurement, ArrivalSet):
+        raise DataError(f"arrivals: measurement is {type(measurement).__name__}; give an ArrivalSet.")
+    sensor, arrival = np.asarray(measurement.sensor, np.intp), np.asarray(measurement.arrival_s, np.float64)
+    when = f"arrivals at {measurement.time_s:g} s"
+    if sensor.ndim != 1 or arrival.shape != sensor.shape:
+        raise DataError(f"{when}: give each a sensor and a time.")
+    if not (math.isfinite(measurement.time_s) and np.isfinite(arrival).all()):
+        raise DataError(f"{when}: a number is not finite; leave that arrival out.")
+    if ((sensor < 0) | (sensor >= sensors)).any():
+        raise DataError(f"{when}: sensors are numbered 0 to {sensors - 1} (got {sensor!s:.60}).")
+    return sensor, arrival

@@ -1,0 +1,153 @@
+"""Bearings and arrivals of many times as flat arrays, several samples of a sensor averaged: what compiled filters read.
+
+Circular mean of N samples, of variance sigma^2 / N: Mardia and Jupp (2000), Directional statistics, section 2.2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from elusive.contracts import Array
+from elusive.errors import DataError
+from elusive.io.bearings import BearingSet
+from elusive.sensors.arrival_times import ArrivalSet, ArrivalTimeSensors, HybridSensors, HybridSet
+from elusive.sensors.bearings import BearingSensors, checked
+
+PlaceSensor = Annotated[BearingSensors | ArrivalTimeSensors | HybridSensors, Field(discriminator="kind")]
+PlaceSet = BearingSet | ArrivalSet | HybridSet
+
+
+class BearingTable(NamedTuple):
+    """Measurements in the order of time; those of time k are rows ``first[k]`` to ``first[k + 1]``.
+
+    A row is a bearing or, where ``range_m`` is a number, a weighted sum of the distances to the sensors.
+    """
+
+    times_s: Array  # (K,)
+    first: NDArray[np.intp]  # (K + 1,)
+    sensor: NDArray[np.intp]  # (M,)
+    places: Array  # (M, 3) of the sensor [m]
+    azimuth_rad: Array  # (M,) clockwise from north; NaN: no bearing
+    elevation_rad: Array  # (M,) NaN where it is not measured
+    variance: Array  # (M,) of the angle between measured and true direction, each component [rad^2]; of a sum [m^2]
+    range_m: Array  # (M,) weighted sum of distances; NaN: no arrival
+    weights: Array  # (M, n) of the distances
+    stations: Array  # (n, 3) places of all sensors [m]
+
+    def between(self, start: int, stop: int) -> BearingTable:
+        """Return the times from one to before another."""
+        low, high = self.first[start], self.first[stop]
+        rows = {name: getattr(self, name)[low:high] for name in ROW_COLUMNS}
+        return self._replace(times_s=self.times_s[start:stop], first=self.first[start : stop + 1] - low, **rows)
+
+    def joined(self, later: BearingTable) -> BearingTable:
+        """Return the times of this table, then those of a later one."""
+        rows = {name: np.concatenate([getattr(self, name), getattr(later, name)]) for name in ROW_COLUMNS}
+        first = np.concatenate([self.first, self.first[-1] + later.first[1:]])
+        return self._replace(times_s=np.concatenate([self.times_s, later.times_s]), first=first, **rows)
+
+
+ROW_COLUMNS = ("sensor", "places", "azimuth_rad", "elevation_rad", "variance", "range_m", "weights")
+
+
+def tabulated(sets: Iterable[PlaceSet], sensors: PlaceSensor) -> BearingTable:
+    """Check measurements and write them one after another, a sensor's samples at a time averaged.
+
+    Parameters
+    ----------
+    sets
+        In the order of time; equal times are refused.
+    sensors
+        Their places and deviations. In two dimensions elevations are passed over.
+
+    Raises
+    ------
+    DataError
+        If a bearing or an arrival cannot be used, or times do not go forwards.
+    """
+    times, counts, parts = list[float](), [0], list[Rows]()
+    for measurement in sets:
+        if times and not measurement.time_s > times[-1]:
+            raise DataError(f"bearings at {measurement.time_s:g} s: come after {times[-1]:g} s; sort them by time.")
+        rows = _rows(measurement, sensors)
+        times.append(measurement.time_s)
+        counts.append(counts[-1] + len(rows.sensor))
+        parts.append(rows)
+    stations = sensors.places
+    rows = _stacked(parts or [_rows(sensors.nothing(0.0), sensors)])
+    places = stations[rows.sensor]
+    return BearingTable(np.array(times), np.array(counts, np.intp), rows.sensor, places, *rows[1:], stations)
+
+
+class Rows(NamedTuple):
+    """Rows of one time, as in the table."""
+
+    sensor: NDArray[np.intp]
+    azimuth_rad: Array
+    elevation_rad: Array
+    variance: Array
+    range_m: Array
+    weights: Array
+
+
+def _rows(measurement: PlaceSet, sensors: PlaceSensor) -> Rows:
+    if isinstance(sensors, BearingSensors):
+        sensor, *angles = averaged(measurement, sensors)
+        m = len(sensor)
+        return Rows(
+            sensor, angles[0], angles[1], angles[2], np.full(m, np.nan), np.zeros((m, len(sensors.positions_m)))
+        )
+    if isinstance(sensors, ArrivalTimeSensors):
+        weights, reach, variance = sensors.contrasted(measurement)
+        # a contrast stands under the sensor that weighs most in it
+        sensor = np.abs(weights).argmax(axis=1) if len(weights) else np.empty(0, np.intp)
+        unknown = np.full(len(reach), np.nan)
+        return Rows(sensor, unknown, unknown, variance, reach, weights)
+    if not isinstance(measurement, HybridSet):
+        raise DataError(f"measurement: is {type(measurement).__name__}; give a HybridSet to hybrid sensors.")
+    if not measurement.time_s == measurement.bearings.time_s == measurement.arrivals.time_s:
+        raise DataError(f"measurement at {measurement.time_s:g} s: its bearings and arrivals are of other times.")
+    directions, times = _rows(measurement.bearings, sensors.bearings), _rows(measurement.arrivals, sensors.arrivals)
+    before, after = len(sensors.bearings.positions_m), len(sensors.arrivals.positions_m)
+    return _stacked(
+        [
+            directions._replace(weights=np.pad(directions.weights, ((0, 0), (0, after)))),
+            times._replace(sensor=times.sensor + before, weights=np.pad(times.weights, ((0, 0), (before, 0)))),
+        ]
+    )
+
+
+def _stacked(parts: list[Rows]) -> Rows:
+    return parts[0] if len(parts) == 1 else Rows(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+
+
+def averaged(measurement: PlaceSet, sensors: BearingSensors) -> tuple[NDArray[np.intp], Array, Array, Array]:
+    """Sensor, azimuth, elevation [rad] and variance [rad^2] of one time, each sensor once.
+
+    Raises
+    ------
+    DataError
+        If a bearing cannot be used.
+    """
+    sensor, azimuth, elevation = checked(measurement, len(sensors.positions_m))
+    if sensors.dimensions == 2:
+        elevation = np.full(len(sensor), np.nan)
+    rows = sensor.astype(np.intp)
+    if len(set(rows.tolist())) == len(rows):
+        return rows, azimuth, elevation, sensors.sigmas_rad[rows] ** 2
+    each, place, count = np.unique(rows, return_inverse=True, return_counts=True)
+    mean = [_circular_mean(part, place, len(each)) for part in (azimuth, elevation)]
+    return each, mean[0], mean[1], sensors.sigmas_rad[each] ** 2 / count
+
+
+def _circular_mean(angle: Array, place: NDArray[np.intp], n: int) -> Array:
+    """Circular mean of the angles of each place; of those that are NaN none is counted."""
+    known = np.isfinite(angle)
+    sine = np.bincount(place[known], np.sin(angle[known]), n)
+    cosine = np.bincount(place[known], np.cos(angle[known]), n)
+    return np.where(np.bincount(place[known], minlength=n) > 0, np.arctan2(sine, cosine), np.nan)

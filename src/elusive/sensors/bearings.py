@@ -1,0 +1,225 @@
+"""Directions of arrival at any number of places: azimuth, and elevation where it is measured.
+
+Jiang, Keerativoranan, Matsumoto and Takada (2024), eq. 1, with the noise on the angle and not on its tangent; circular
+mean of several samples: Mardia and Jupp (2000), Directional statistics, section 2.2. Azimuths are clockwise from north:
+x east, y north. An azimuth at elevation e has the deviation sigma / cos e: the error of a direction is as large across
+as upwards.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Literal, Self
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from elusive.contracts import Array, X, Y
+from elusive.errors import DataError
+from elusive.io.bearings import BearingSet, SensorSites
+from elusive.model import FROM_RECORDING, Model, NonNegative, Positive, Probability
+
+Z = 4  # column of the height in a state of three dimensions
+LEAST_RANGE_M = 1e-9  # the direction to a sensor's own place is undefined
+
+
+class BearingSensors(Model):
+    """Azimuths, and elevations in three dimensions, of one emitter at several places.
+
+    In three dimensions a state begins x, vx, y, vy, z, vz.
+    """
+
+    kind: Literal["bearings"] = "bearings"
+    positions_m: tuple[tuple[float, float, float], ...] = Field(
+        min_length=1, description="Places of the sensors, east, north, up [m]", json_schema_extra=FROM_RECORDING
+    )
+    dimensions: Literal[2, 3] = Field(
+        2, description="2: azimuths alone; 3: elevations too", json_schema_extra=FROM_RECORDING
+    )
+    sigma_deg: Positive = Field(1.0, le=180, description="Deviation of a sample's angle, sigma_phi of table I [deg]")
+    sensor_sigma_deg: tuple[Positive, ...] | None = Field(
+        None, description="The same, sensor by sensor; none: sigma_deg for each [deg]"
+    )
+    outlier_probability: Probability = Field(
+        0.0, lt=1, description="Probability that a bearing is of something else, in any direction"
+    )
+    detection_probability: Probability = Field(
+        1.0, description="Simulation: probability that a sensor reports at a time"
+    )
+    bias_sd_deg: NonNegative = Field(0.0, description="Simulation: deviation of each sensor's constant bias [deg]")
+    samples: int = Field(1, ge=1, description="Simulation: samples of a sensor at each time, N")
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        told = self.sensor_sigma_deg
+        if told is not None and len(told) != len(self.positions_m):
+            raise ValueError(f"sensor_sigma_deg: has {len(told)} numbers for {len(self.positions_m)} sensors")
+        return self
+
+    @classmethod
+    def at(cls, sites: SensorSites, **parameters: object) -> Self:
+        """Return sensors at the places of a table."""
+        return cls(positions_m=[tuple(place) for place in sites.positions_m.tolist()], **parameters)
+
+    @property
+    def places(self) -> Array:
+        """Places of the sensors, ``(n, 3)`` [m]."""
+        return np.array(self.positions_m)
+
+    @property
+    def sigmas_rad(self) -> Array:
+        """Deviation of each sensor's sample, ``(n,)`` [rad]."""
+        told = self.sensor_sigma_deg or (self.sigma_deg,) * len(self.positions_m)
+        return np.deg2rad(told)
+
+    def measured(self, states: Array) -> tuple[Array, Array]:
+        """Azimuth and elevation [rad] at each sensor without noise, each ``(N, n)``; elevation 0 in two dimensions."""
+        east, north, up = self._offsets(states)
+        return np.arctan2(east, north), np.arctan2(up, np.hypot(east, north))
+
+    def nothing(self, time_s: float) -> BearingSet:
+        """Return a time without a bearing."""
+        return BearingSet(time_s, np.empty(0, np.intp), np.empty(0), np.empty(0))
+
+    def simulate(self, states: Array, times_s: Array, rng: Generator) -> list[BearingSet]:
+        """Draw what the sensors report of a path, a time after another.
+
+        Parameters
+        ----------
+        states
+            ``(T, d)``.
+        times_s
+            ``(T,)`` [s].
+        rng
+            Source of noise, misses, outliers and biases.
+
+        Returns
+        -------
+        list of BearingSet
+            ``T`` of them, empty where no sensor reports; a sensor stands in one ``samples`` times.
+
+        Raises
+        ------
+        DataError
+            If the arrays do not fit each other.
+        """
+        states, times = np.asarray(states, np.float64), np.asarray(times_s, np.float64)
+        if states.ndim != 2 or times.shape != (len(states),) or states.shape[1] < self.dimensions * 2:
+            raise DataError(
+                f"states, times_s: have shapes {states.shape} and {times.shape}; give (T, d), d at least "
+                f"{2 * self.dimensions}, and (T,)."
+            )
+        n = len(self.positions_m)
+        bias = rng.standard_normal((2, n)) * np.deg2rad(self.bias_sd_deg)
+        azimuths, elevations = self.measured(states)
+        sets = []
+        for time_s, azimuth, elevation in zip(times, azimuths, elevations, strict=True):
+            seen = np.flatnonzero(rng.random(n) < self.detection_probability)
+            sensor = np.repeat(seen, self.samples)
+            noise = rng.standard_normal((2, len(sensor))) * self.sigmas_rad[sensor] + bias[:, sensor]
+            up = elevation[sensor] + noise[1]
+            round_ = azimuth[sensor] + noise[0] / np.cos(elevation[sensor])
+            stray = rng.random(len(sensor)) < self.outlier_probability
+            round_ = np.where(stray, rng.uniform(-np.pi, np.pi, len(sensor)), round_)
+            up = np.where(stray, np.arcsin(rng.uniform(-1, 1, len(sensor))), up)
+            # past the zenith a direction comes down on the other side
+            over = np.cos(up) < 0
+            round_, up = np.where(over, round_ + np.pi, round_), np.arcsin(np.sin(up))
+            up = up if self.dimensions == 3 else np.full(len(sensor), np.nan)
+            sets.append(BearingSet(float(time_s), sensor, np.mod(round_, 2 * np.pi), up))
+        return sets
+
+    def log_likelihood(self, states: Array, measurement: BearingSet) -> Array:
+        """Log density of the bearings of one time at each state: of directions on the circle or on the sphere.
+
+        Parameters
+        ----------
+        states
+            ``(N, d)``.
+        measurement
+            Bearings; an elevation may be NaN, and then says nothing.
+
+        Returns
+        -------
+        ndarray
+            ``(N,)``, of a wrapped Gaussian and, with ``outlier_probability``, a uniform share of strays.
+
+        Raises
+        ------
+        DataError
+            If a bearing is not finite or its sensor unknown.
+        """
+        sensor, azimuth, elevation = checked(measurement, len(self.positions_m))
+        east, north, up = (part[:, sensor] for part in self._offsets(states))
+        level = np.hypot(east, north)
+        sigma = self.sigmas_rad[sensor]
+        seen = np.isfinite(elevation) & (self.dimensions == 3)
+        slant = np.where(seen, np.cos(np.where(seen, elevation, 0.0)), 1.0)
+        across = wrapped(azimuth - np.arctan2(east, north)) * slant / sigma
+        upwards = np.where(seen, (np.where(seen, elevation, 0.0) - np.arctan2(up, level)) / sigma, 0.0)
+        log_norm = -np.log(sigma * math.sqrt(2 * np.pi)) * np.where(seen, 2, 1)
+        log_density = log_norm - 0.5 * (across**2 + upwards**2)
+        if self.outlier_probability:
+            stray = np.log(self.outlier_probability) - np.log(np.where(seen, 4 * np.pi, 2 * np.pi))
+            log_density = np.logaddexp(math.log1p(-self.outlier_probability) + log_density, stray)
+        return np.asarray(log_density.sum(axis=1))
+
+    def information(self, states: Array) -> Array:
+        """Fisher information of one time's bearings, all sensors reporting ``samples`` each: ``(N, d, d)``.
+
+        For :func:`elusive.metrics.posterior_bound`; outliers and biases are left out.
+        """
+        east, north, up = self._offsets(states)
+        weight = self.samples / self.sigmas_rad**2
+        level2 = np.maximum(east**2 + north**2, LEAST_RANGE_M**2)
+        level, range2 = np.sqrt(level2), level2 + up**2
+        information = np.zeros((len(states), states.shape[1], states.shape[1]))
+        rows: list[tuple[tuple[int, Array], ...]]
+        if self.dimensions == 2:
+            rows = [((X, north / level2), (Y, -east / level2))]
+        else:
+            slant = np.sqrt(level2 / range2)
+            rows = [
+                ((X, slant * north / level2), (Y, -slant * east / level2)),
+                ((X, -up * east / (level * range2)), (Y, -up * north / (level * range2)), (Z, level / range2)),
+            ]
+        for row in rows:
+            for i, first in row:
+                for j, second in row:
+                    information[:, i, j] += (first * second * weight).sum(axis=1)
+        return information
+
+    def _offsets(self, states: Array) -> tuple[Array, Array, Array]:
+        """East, north and up from each sensor to each state, ``(N, n)`` each."""
+        x, y, z = self.places.T
+        up = states[:, Z, None] - z if self.dimensions == 3 else np.zeros((len(states), len(x)))
+        return states[:, X, None] - x, states[:, Y, None] - y, up
+
+
+def wrapped(angle_rad: Array) -> Array:
+    """Angles from -pi to below pi."""
+    return np.asarray((angle_rad + np.pi) % (2 * np.pi) - np.pi)
+
+
+def checked(measurement: object, sensors: int) -> tuple[NDArray[np.intp], Array, Array]:
+    """Sensors, azimuths and elevations of a time.
+
+    Raises
+    ------
+    DataError
+        If the arrays differ in length, an azimuth is not finite, an elevation infinite, or a sensor unknown.
+    """
+    if not isinstance(measurement, BearingSet):
+        raise DataError(f"bearings: measurement is {type(measurement).__name__}; give a BearingSet.")
+    time_s, sensor, azimuth, elevation = measurement
+    sensor = np.asarray(sensor, np.intp)
+    azimuth, elevation = np.asarray(azimuth, np.float64), np.asarray(elevation, np.float64)
+    if sensor.ndim != 1 or not azimuth.shape == elevation.shape == sensor.shape:
+        raise DataError(f"bearings at {time_s:g} s: give each a sensor, an azimuth, and an elevation or NaN.")
+    if not (math.isfinite(time_s) and np.isfinite(azimuth).all() and not np.isinf(elevation).any()):
+        raise DataError(f"bearings at {time_s:g} s: a number is not finite; leave that bearing out.")
+    if ((sensor < 0) | (sensor >= sensors)).any():
+        raise DataError(f"bearings at {time_s:g} s: sensors are numbered 0 to {sensors - 1} (got {sensor!s:.60}).")
+    return sensor, azimuth, elevation

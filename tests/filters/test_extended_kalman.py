@@ -1,0 +1,172 @@
+"""Extended and iterated Kalman filter on bearings, and the smoother behind them, against textbook matrices."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from elusive import run
+from elusive.errors import DataError
+from elusive.filters.extended_kalman import ExtendedKalmanFilter
+from elusive.filters.map_smoother import MapSmoother
+from elusive.filters.transitions import transitions_of
+from elusive.io.bearings import BearingSet
+from elusive.metrics import nees
+from elusive.motion import ConstantVelocity
+from elusive.sensors.bearing_table import tabulated
+from elusive.sensors.bearings import BearingSensors
+from tests.filters.bearing_scenes import FLAT, PLACES, PROBLEMS, recorded
+from tests.reference import bearings as twin
+
+RNG = np.random.default_rng(0)
+
+
+def made(name, **changes):
+    return ExtendedKalmanFilter(**{"loss": "squares", **PROBLEMS[name], **changes})
+
+
+@pytest.mark.parametrize("iterations", [1, 3])
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_beliefs_are_those_of_the_textbook(name, iterations):
+    filter = made(name, iterations=iterations)
+    _, _, sets = recorded(PROBLEMS[name], steps=9)
+    table, live, smooth = tabulated(sets, filter.sensor), filter.track(sets), filter.track(sets, smooth=True)
+    b = live.begun
+    rest = tabulated(sets[b:], filter.sensor)
+    beliefs, log_evidence = twin.filtered(filter, rest, live.states[b], live.covariances[b], iterations)
+    assert live.log_evidence == pytest.approx(log_evidence, rel=1e-5, abs=1e-4)
+    for path, expected in ((live, beliefs), (smooth, twin.smoothed(filter, rest, beliefs))):
+        for k, (mean, covariance) in enumerate(expected, b):
+            deviation = np.sqrt(np.diag(covariance))
+            assert (np.abs(path.states[k] - mean) < 1e-3 * deviation).all()
+            scale = np.outer(deviation, deviation)
+            np.testing.assert_allclose(path.covariances[k] / scale, covariance / scale, atol=1e-3)
+    assert len(table.times_s) == len(live.states)
+
+
+def test_live_steps_are_the_recordings():
+    filter = made("height")
+    _, _, sets = recorded(PROBLEMS["height"], steps=12)
+    whole = filter.track(sets)
+    states = list(run(filter, sets, RNG))
+    np.testing.assert_allclose([s.mean for s in states], whole.states, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose([s.covariance for s in states], whole.covariances, rtol=1e-6, atol=1e-9)
+    assert sum(s.log_evidence for s in states) == pytest.approx(whole.log_evidence)
+    assert [s.pending is None for s in states] == [k >= whole.begun for k in range(12)]
+
+
+def test_without_a_bearing_the_belief_is_carried_on():
+    filter = made("cv")
+    assert filter.step(filter.init(RNG), None, RNG).pending == ()
+    *_, state = run(filter, recorded(PROBLEMS["cv"])[2], RNG)
+    later = filter.step(state, None, RNG)
+    motion = filter.motion
+    np.testing.assert_allclose(later.mean, motion.F @ state.mean)
+    np.testing.assert_allclose(later.covariance, motion.F @ state.covariance @ motion.F.T + motion.Q, atol=1e-8)
+    assert (later.time_s, later.log_evidence) == (state.time_s + motion.interval_s, 0.0)
+
+
+def test_smoothed_beliefs_of_an_almost_linear_problem_are_the_most_probable_path():
+    """Also before the place is told: one sensor alone at first, and the others later."""
+    sensor = FLAT.replace(sigma_deg=0.05)
+    parameters = {"motion": ConstantVelocity(q=0.05), "sensor": sensor, "loss": "squares"}
+    _, _, sets = recorded(parameters)
+    first = [
+        s._replace(sensor=s.sensor[:1], azimuth_rad=s.azimuth_rad[:1], elevation_rad=s.elevation_rad[:1])
+        for s in sets[:4]
+    ]
+    sets = [*first, *sets[4:]]
+    smooth = ExtendedKalmanFilter(**parameters).track(sets, smooth=True)
+    best = MapSmoother(**parameters).smooth(sets)
+    assert smooth.begun == 4
+    deviation = np.sqrt(np.diagonal(best.covariances, axis1=1, axis2=2))
+    assert (np.abs(smooth.states - best.states) < 0.2 * deviation).all()
+    smooth_deviation = np.sqrt(np.diagonal(smooth.covariances, axis1=1, axis2=2))
+    np.testing.assert_allclose(smooth_deviation, deviation, rtol=0.15)
+
+
+@pytest.mark.parametrize("sigma_deg", [1.0, 5.0])
+@pytest.mark.parametrize("estimator", ["extended", "iterated", "smoothed", "map"])
+def test_errors_are_as_large_as_claimed(estimator, sigma_deg):
+    """A true path drawn from the motion, so that a consistent estimator has a mean NEES of two."""
+    runs, steps = 60, 20
+    sensor = FLAT.replace(sigma_deg=sigma_deg, samples=20)
+    parameters = {
+        "motion": ConstantVelocity(q=0.2),
+        "sensor": sensor,
+        "loss": "squares",
+        "start_speed_sd_mps": 8.0,
+    }
+    errors, covariances = np.empty((runs, steps, 2)), np.empty((runs, steps, 2, 2))
+    rng = np.random.default_rng(int(10 * sigma_deg))
+    times = np.arange(float(steps))
+    for trial in range(runs):
+        state = np.array([[rng.normal(0, 40), rng.normal(0, 8), rng.normal(30, 40), rng.normal(0, 8)]])
+        path = [state[0]]
+        for _ in times[1:]:
+            state = parameters["motion"].propagate(state, rng)
+            path.append(state[0])
+        path = np.array(path)
+        sets = sensor.simulate(path, times, rng)
+        if estimator == "map":
+            found = MapSmoother(**parameters).smooth(sets)
+        else:
+            filter = ExtendedKalmanFilter(**parameters, iterations=1 if estimator == "extended" else 10)
+            found = filter.track(sets, smooth=estimator == "smoothed")
+        errors[trial] = (found.states - path)[:, [0, 2]]
+        covariances[trial] = found.covariances[:, [0, 2]][:, :, [0, 2]]
+    told = nees(errors, covariances)
+    inside = (told.mean > told.low) & (told.mean < told.high)
+    # frames of one path are alike: a single bad one may take several out
+    assert inside.mean() >= 0.75
+    assert told.mean.mean() == pytest.approx(2.0, abs=0.35)
+
+
+def test_a_start_on_a_sensor_does_not_diverge():
+    sensor = FLAT.replace(sigma_deg=1.0)
+    parameters = {"motion": ConstantVelocity(q=0.1), "sensor": sensor, "start_speed_sd_mps": 15.0}
+    times = np.arange(20.0)
+    path = np.column_stack([10 * times, 0 * times + 10, 10 * times, 0 * times + 10])
+    worst = []
+    for seed in range(30):
+        sets = sensor.simulate(path, times, np.random.default_rng(seed))
+        errors = (ExtendedKalmanFilter(**parameters, loss="squares").track(sets).states - path)[5:, [0, 2]]
+        worst.append(np.hypot(*errors.T).max())
+    assert max(worst) < 25.0
+
+
+def test_a_stray_bearing_moves_a_robust_filter_little():
+    _, _, sets = recorded(PROBLEMS["cv"], steps=12)
+    spoilt = [
+        s._replace(azimuth_rad=s.azimuth_rad + np.deg2rad([60.0 if k == 8 else 0, 0, 0])) for k, s in enumerate(sets)
+    ]
+    away = {
+        loss: np.abs(made("cv", loss=loss).track(spoilt).states[8] - made("cv", loss=loss).track(sets).states[8])[
+            [0, 2]
+        ].max()
+        for loss in ("squares", "cauchy", "huber")
+    }
+    assert away["cauchy"] < away["squares"] / 10
+    assert away["huber"] < away["squares"] / 3
+
+
+def test_a_bearing_through_north_is_no_jump():
+    sensor = BearingSensors(positions_m=((0, 0, 0), (50, 0, 0)), sigma_deg=0.5)
+    times = np.arange(20.0)
+    path = np.column_stack([-10 + times, 0 * times + 1, 0 * times + 60, 0 * times])
+    sets = sensor.simulate(path, times, np.random.default_rng(1))
+    found = ExtendedKalmanFilter(motion=ConstantVelocity(q=0.01), sensor=sensor).track(sets)
+    assert np.hypot(*(found.states - path)[3:, [0, 2]].T).max() < 4.0
+
+
+def test_refused():
+    filter = made("cv")
+    sets = recorded(PROBLEMS["cv"])[2]
+    *_, state = run(filter, sets, RNG)
+    with pytest.raises(DataError, match="sort them by time"):
+        filter.step(state, sets[-1], RNG)
+    with pytest.raises(DataError, match="there is none; a path needs at least one"):
+        filter.track([BearingSet(0.0, np.empty(0, int), np.empty(0), np.empty(0))])
+    with pytest.raises(Exception, match="neither linear nor"):
+        transitions_of("walk", np.arange(3.0))
+    assert len(PLACES) == 3

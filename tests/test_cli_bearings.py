@@ -1,0 +1,331 @@
+"""`elusive track bearings` and `elusive locate` as a user types them: a made-up flight, live and from a file."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from elusive.cli import main
+from elusive.io.tracks import read_tracks_csv
+from tests.bearing_flight import NAMES, STEPS, path, write_flight
+
+WRITTEN = {"config.yaml", "report.html", "report.png", "result.nc", "tracks.csv"}
+
+
+@pytest.fixture(scope="module")
+def flight(tmp_path_factory):
+    return write_flight(tmp_path_factory.mktemp("flat"))
+
+
+@pytest.fixture(scope="module")
+def solid(tmp_path_factory):
+    return write_flight(tmp_path_factory.mktemp("solid"), solid=True)
+
+
+def run(capsys, *arguments, command=("track", "bearings")):
+    """Exit code and what was said."""
+    try:
+        main([*command, *map(str, arguments)])
+        code = 0
+    except SystemExit as stop:
+        code = stop.code or 0
+    said = capsys.readouterr()
+    return code, " ".join((said.out + said.err).split())
+
+
+def usual(folder, *more):
+    return (folder / "bearings.csv", "--sensors", folder / "sensors.csv", "--sigma-deg", "0.5", *more)
+
+
+def errors_of(out):
+    """Distances to the truth while a place is told, and the rows."""
+    times, states = path()
+    rows = read_tracks_csv(out / "tracks.csv", unit="m")
+    assert [row.time_s for row in rows] == times.tolist()
+    off = [
+        np.hypot(row.x - s[0], row.y - s[2]) for row, s in zip(rows, states, strict=True) if row.status == "confirmed"
+    ]
+    return np.array(off), rows
+
+
+@pytest.mark.parametrize(
+    ("name", "motion"),
+    [
+        ("map", "cv"), ("rts", "cv"), ("iekf", "cv"), ("ekf", "cv"), ("fixed-lag", "cv"), ("map", "ca"),
+        ("iekf", "ctrv"), ("fg-ekf", "cv"), ("fg-eks", "ca"), ("iekf", "imm"),
+    ],
+)  # fmt: skip
+def test_the_flight_is_tracked(flight, tmp_path, capsys, name, motion):
+    out = tmp_path / "out"
+    code, said = run(
+        capsys,
+        *usual(flight, "--filter", name, "--motion", motion, "--truth", flight / "truth.csv", "--out", out),
+    )
+    assert code == 0, said
+    assert {each.name for each in out.iterdir()} == WRITTEN
+    assert "RMSE from the truth" in said
+    assert ("as its paper has it" in said) == name.startswith("fg")
+    off, rows = errors_of(out)
+    assert len(off) >= 0.9 * STEPS
+    spread = np.array([row.sd_x**2 + row.sd_y**2 for row in rows if row.status == "confirmed"])
+    # a track's errors hang together, so that a single run says little; the factor graph's deviations are too small
+    assert np.mean(off**2) < (10 if name.startswith("fg") else 2.5) * spread.mean()
+    assert off.mean() < 3
+    assert {row.track for row in rows} <= {1, None}
+
+
+def test_heights_from_elevations(solid, tmp_path, capsys):
+    out = tmp_path / "out"
+    code, said = run(capsys, *usual(solid, "--truth", solid / "truth.csv", "--out", out))
+    assert code == 0, said
+    assert {each.name for each in out.iterdir()} == WRITTEN | {"heights.csv"}
+    assert "Error in space" in said
+    heights = np.genfromtxt(out / "heights.csv", delimiter=",", names=True)
+    z = path(solid=True)[1][:, 4]
+    assert np.sqrt(np.mean((heights["z_m"] - z) ** 2)) < 0.5
+    assert (np.abs(heights["z_m"] - z) < 5 * heights["sd_z_m"]).all()
+    with xr.open_dataset(out / "result.nc") as dataset:
+        assert dataset["component"].values.tolist() == ["x", "vx", "y", "vy", "z", "vz"]
+        assert dataset.sizes["bearing"] == 3 * STEPS
+    flat = tmp_path / "flat"
+    assert run(capsys, *usual(solid, "--elevations", "ignore", "--out", flat))[0] == 0
+    assert not (flat / "heights.csv").exists()
+    code, said = run(capsys, *usual(solid, "--filter", "fg-eks", "--out", flat))
+    assert code == 0
+    assert "Elevations are passed over: fg-eks is of two dimensions" in said
+
+
+def test_the_same_numbers_again_from_the_config(flight, tmp_path, capsys):
+    first, again = tmp_path / "first", tmp_path / "again"
+    assert run(capsys, *usual(flight, "--q", "3", "--loss", "huber", "--out", first))[0] == 0
+    code, said = run(
+        capsys, flight / "bearings.csv", "--sensors", flight / "sensors.csv", "--config", first / "config.yaml",
+        "--out", again,
+    )  # fmt: skip
+    assert code == 0, said
+    assert (first / "tracks.csv").read_bytes() == (again / "tracks.csv").read_bytes()
+
+
+@pytest.mark.parametrize("name", ["iekf", "fg-eks"])
+def test_live_from_standard_input_is_the_recording(flight, tmp_path, capsys, monkeypatch, name):
+    whole, live = tmp_path / "whole", tmp_path / "live"
+    assert run(capsys, *usual(flight, "--filter", name, "--out", whole))[0] == 0
+    text = (flight / "bearings.csv").read_bytes()
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(text)))
+    code, said = run(capsys, "-", *usual(flight, "--filter", name, "--follow", "--out", live)[1:])
+    assert code == 0, said
+    assert f"{STEPS} times" in said
+    expected, found = (read_tracks_csv(out / "tracks.csv", unit="m") for out in (whole, live))
+    for one, two in zip(expected, found, strict=True):
+        assert one.status == two.status
+        np.testing.assert_allclose(one[3:10], two[3:10], rtol=1e-6, atol=1e-9)
+    assert {each.name for each in live.iterdir()} == {"config.yaml", "tracks.csv"}
+
+
+def test_live_heights_and_an_earlier_run(solid, tmp_path, capsys, monkeypatch):
+    out = tmp_path / "live"
+    text = (solid / "bearings.csv").read_bytes()
+    for code_expected in (0, 2):
+        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(text)))
+        code, said = run(capsys, "-", *usual(solid, "--follow", "--out", out)[1:])
+        assert code == code_expected, said
+    assert "of an earlier run; name another folder" in said
+    assert len((out / "heights.csv").read_text().splitlines()) == STEPS + 1
+
+
+def test_an_uneven_stream_ends_the_factor_graph(flight, tmp_path, capsys, monkeypatch):
+    lines = (flight / "bearings.csv").read_text().splitlines()
+    times = ("0.0,", "0.5,", "1.0,", "3.0,", "3.3,")
+    kept = [line for line in lines if line.startswith(("time_s", *times[:4]))]
+    kept += [line.replace("3.0,", "3.3,", 1) for line in kept if line.startswith("3.0,")]
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO("\n".join(kept).encode())))
+    out = tmp_path / "live"
+    code, said = run(capsys, "-", *usual(flight, "--filter", "fg-ekf", "--follow", "--out", out)[1:])
+    assert code == 2
+    assert "the factor graph counts steps of 0.5 s" in said
+    rows = read_tracks_csv(out / "tracks.csv", unit="m")  # what was written by then is whole
+    assert [row.time_s for row in rows] == [0.0, 0.5, 1.0, 3.0]
+
+
+def test_interrupted_while_it_follows_it_leaves_whole_files(flight, tmp_path):
+    log, out = tmp_path / "growing.csv", tmp_path / "live"
+    text = (flight / "bearings.csv").read_text()
+    log.write_text(text)
+    command = [
+        sys.executable, "-m", "elusive", "track", "bearings", log, "--sensors", flight / "sensors.csv", "--follow",
+        "--out", out, "--filter", "iekf",
+    ]  # fmt: skip
+    process = subprocess.Popen(list(map(str, command)), stderr=subprocess.PIPE, text=True)
+    until = time.monotonic() + 120
+    while time.monotonic() < until and process.poll() is None:
+        table = out / "tracks.csv"
+        if table.exists() and table.read_text().count("\n") >= STEPS:
+            break
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=60)
+    assert "Interrupted." in said
+    # the last time waits for its end
+    assert len(read_tracks_csv(out / "tracks.csv", unit="m")) == STEPS - 1
+
+
+def changed(flight, tmp_path, change):
+    lines = (flight / "bearings.csv").read_text().splitlines()
+    file = tmp_path / "spoilt.csv"
+    file.write_text("\n".join(change(lines)) + "\n")
+    return file
+
+
+SPOILT = {
+    "unknown sensor": (lambda lines: [*lines, "99,rof,12"], "line 122: there is no sensor 'rof'; did you mean 'roof'?"),
+    "missing column": (lambda lines: ["time_s,azimuth_deg", *lines[1:]], "line 1: the columns are"),
+    "too large": (lambda lines: [*lines, "99,roof,412"], "line 122, column azimuth_deg: 412 is not from -360 to 360"),
+    "back in time": (lambda lines: [*lines, "3,roof,12"], "line 122, column time_s: 3 comes after 19.5"),
+    "empty": (lambda lines: [], "is empty; write time_s,sensor,azimuth_deg"),
+    "no bearing": (lambda lines: lines[:1], "holds no bearing"),
+    "no number": (lambda lines: [*lines, "99,roof,north"], "column azimuth_deg: 'north' is no number"),
+    "text": (lambda lines: ["Dear all,", "the bearings are attached."], "line 1: the columns are"),
+}
+
+
+@pytest.mark.parametrize("name", SPOILT)
+@pytest.mark.parametrize("follow", [False, True])
+def test_spoilt_bearings_are_one_sentence(flight, tmp_path, capsys, name, follow):
+    change, sentence = SPOILT[name]
+    file, out = changed(flight, tmp_path, change), tmp_path / "out"
+    more = ("--follow", "--idle-s", "0", "--filter", "iekf") if follow else ()
+    code, said = run(capsys, file, "--sensors", flight / "sensors.csv", "--out", out, *more)
+    assert code == 2
+    assert sentence in said
+    assert said.count("Error:") == 1
+    assert not out.exists() or follow
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (("--filter", "map", "--follow"), "--filter map: needs all bearings; live, take fixed-lag or iekf"),
+        (("--filter", "rts", "--motion", "imm"), "--motion imm: is filtered, and rts does not take it"),
+        (("--filter", "fg-eks", "--bias-sd-deg", "1"), "--bias-sd-deg: fg-eks estimates no bias"),
+        (("--idle-s", "3"), "--idle-s: has no meaning without --follow"),
+        (("--follow", "--truth", "t.csv"), "--truth: has no meaning with --follow"),
+        (("--truth", "nowhere.csv"), "nowhere.csv: cannot be read"),
+    ],
+)
+def test_what_cannot_be_done_is_said(flight, tmp_path, capsys, arguments, sentence):
+    out = tmp_path / "out"
+    code, said = run(capsys, *usual(flight, *arguments, "--out", out))
+    assert code == 2
+    assert sentence in said
+    assert not out.exists()
+
+
+def test_one_sensor_and_radians_are_warned_of(flight, tmp_path, capsys):
+    alone = changed(
+        flight, tmp_path, lambda lines: [line for line in lines if "roof" not in line and "van" not in line]
+    )
+    code, said = run(capsys, alone, "--sensors", flight / "sensors.csv", "--out", tmp_path / "alone")
+    assert code == 0
+    assert "all bearings are of sensor 'mast'; one sensor gives no distance" in said
+    assert "one sensor gives no distance" in (tmp_path / "alone" / "report.html").read_text()
+
+    def in_radians(lines):
+        rows = [line.split(",") for line in lines[1:]]
+        return [lines[0], *(f"{t},{name},{np.deg2rad(float(azimuth)):.6f}" for t, name, azimuth in rows)]
+
+    spoilt = changed(flight, tmp_path, in_radians)
+    code, said = run(capsys, spoilt, "--sensors", flight / "sensors.csv", "--out", tmp_path / "radians")
+    assert "they are read as degrees and look like radians" in said
+
+
+def test_an_emitter_is_located(flight, tmp_path, capsys):
+    bearings = tmp_path / "still.csv"
+    lines = (flight / "bearings.csv").read_text().splitlines()
+    bearings.write_text("\n".join(lines[:4]) + "\n")
+    out, sensors = tmp_path / "out", flight / "sensors.csv"
+    code, said = run(capsys, bearings, "--sensors", sensors, "--out", out, "--sigma-deg", "0.5", command=("locate",))
+    assert code == 0, said
+    assert {each.name for each in out.iterdir()} == {"config.yaml", "emitter.csv", "emitter.geojson", "emitter.png"}
+    table = np.genfromtxt(out / "emitter.csv", delimiter=",", names=True)
+    assert np.hypot(table["x_m"] - 20, table["y_m"] - 30) < 4 * np.hypot(table["sd_x_m"], table["sd_y_m"])
+    local = json.loads((out / "emitter.geojson").read_text())
+    point, ellipse = local["features"]
+    assert local["coordinate_system"] == "local metres: x east, y north"
+    assert point["geometry"]["coordinates"] == [table["x_m"], table["y_m"]]
+    ring = np.array(ellipse["geometry"]["coordinates"][0])
+    assert (ring[0] == ring[-1]).all()
+    half = np.hypot(*(ring - ring[:-1].mean(axis=0)).T)
+    assert half.max() == pytest.approx(table["semi_major_m"], rel=1e-2)
+    pytest.importorskip("pyproj")
+    code, said = run(
+        capsys,
+        bearings,
+        "--sensors",
+        sensors,
+        "--out",
+        out,
+        "--origin-lat",
+        60,
+        "--origin-lon",
+        10,
+        command=("locate",),
+    )
+    assert code == 0, said
+    placed = json.loads((out / "emitter.geojson").read_text())
+    assert "coordinate_system" not in placed
+    lon, lat = placed["features"][0]["geometry"]["coordinates"]
+    table = np.genfromtxt(out / "emitter.csv", delimiter=",", names=True)
+    assert (lat - 60) * 111_412 == pytest.approx(table["y_m"], rel=1e-3)
+    assert (lon - 10) * 55_800 == pytest.approx(table["x_m"], rel=1e-3)
+    x, y = table["x_m"], table["y_m"]
+    assert f"{x:.2f} m east, {y:.2f} m north" in said
+
+
+def test_two_bearings_without_a_noise_have_no_ellipse(flight, tmp_path, capsys):
+    two, out = tmp_path / "two.csv", tmp_path / "out"
+    two.write_text("\n".join((flight / "bearings.csv").read_text().splitlines()[:3]) + "\n")
+    code, said = run(capsys, two, "--sensors", flight / "sensors.csv", "--out", out, command=("locate",))
+    assert code == 0
+    assert "Two bearings always cross" in said
+    assert len(json.loads((out / "emitter.geojson").read_text())["features"]) == 1
+    assert ",,," in (out / "emitter.csv").read_text()
+
+
+@pytest.mark.parametrize(
+    ("rows", "sentence"),
+    [
+        (["0,mast,30", "1,mast,31"], "all are taken at one place, which gives a direction and no distance"),
+        (["0,mast,30", "0,roof,30"], "are parallel, and parallel lines cross nowhere"),
+        (["0,mast,300", "0,roof,60"], "diverge"),
+        (["0,mast,.3", "0,roof,6", "0,van,2"], ""),
+    ],
+)
+def test_what_tells_no_place_is_said(flight, tmp_path, capsys, rows, sentence):
+    file, out = tmp_path / "few.csv", tmp_path / "out"
+    file.write_text("\n".join(["time_s,sensor,azimuth_deg", *rows]) + "\n")
+    code, said = run(capsys, file, "--sensors", flight / "sensors.csv", "--out", out, command=("locate",))
+    if sentence:
+        assert code == 2
+        assert sentence in said
+        assert not out.exists()
+    else:
+        assert "look like radians" in said or code == 2
+    code, said = run(
+        capsys, file, "--sensors", flight / "sensors.csv", "--origin-lat", "3", "--out", out, command=("locate",)
+    )
+    assert code == 2
+    assert "one is missing; give both or none" in said
+
+
+def test_names_of_sensors_are_the_tables(flight):
+    assert [line.split(",")[0] for line in (flight / "sensors.csv").read_text().splitlines()[1:]] == list(NAMES)
+    assert os.path.getsize(flight / "bearings.csv")
