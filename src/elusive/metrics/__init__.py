@@ -9,7 +9,7 @@ from elusive.metrics.consistency import Nees, nees
 from elusive.metrics.cramer_rao import Bound, bound_covariance, posterior_bound, uniform_prior_information
 from elusive.metrics.errors import bias, position_errors, rmse_by_frame, rmse_over_window
 from elusive.metrics.existence import DetectionDelay, false_alarm_rate, missed_detection_rate, time_to_detection
-from elusive.metrics.identity import Identity, identity
+from elusive.metrics.identity_scores import Identity, identity
 from elusive.metrics.path_bound import PathBound, path_bound
 from elusive.metrics.pixels import pixel_information
 from elusive.metrics.roc import Roc, roc_curve
