@@ -7,25 +7,29 @@ from __future__ import annotations
 
 import gc
 import time
-from itertools import islice
+from itertools import permutations
 
 import numpy as np
 import psutil
 import pytest
 
 from elusive.filters.link_people import LinkPeople
-from elusive.io.link_logs import RssFrame
+from elusive.io.link_logs import RssFrame, open_link_log
+from elusive.io.people_truth import PeopleTruth
 from elusive.io.radio_network import radio_nodes
 from elusive.pipelines.link_people import LinksMethod
 from elusive.pipelines.link_results import LinkRun
-from elusive.pipelines.link_tracks import LinkTrack
-from elusive.pipelines.links import LinkTracking, track_links
+from elusive.pipelines.link_runs import track_links_recording
+from elusive.pipelines.link_tables import LinkDataset, LinkTables, rows_of
+from elusive.pipelines.links import LinkTracking
 from elusive.sensors.link_shadowing import LinkShadowing
+from tests.pipelines import link_day
 from tests.reference import links as reference
 from tests.reference.tomography import border_nodes
 
 RATE_HZ = 4  # of frames
 DAY = 24 * 3600 * RATE_HZ  # frames
+LONG = 20_000  # frames
 CALIBRATION = 20
 EMPTY_DBM, EMPTY_SD_DB = -65.0, 0.5
 
@@ -91,37 +95,59 @@ def megabytes():
     return psutil.Process().memory_info().rss / 1e6
 
 
-def test_memory_of_a_day(report):
-    """The filter over frames of a small network, and then a day's results of one person for the report."""
-    nodes, sensor = network(4, 1, 6.0)
+def circling(sensor, frames):
+    """Yield a small network's frames: somebody circles in it, and is away for a quarter of the time."""
     rng = np.random.default_rng(3)
-    long = 3000
     place, nobody = np.zeros((1, 4)), np.empty((0, 4))
     empty_dbm = rng.normal(EMPTY_DBM, 6, (12, 1))
+    for number in range(frames):
+        angle = 2 * np.pi * number / 80
+        place[0, [0, 2]] = 1.5 * np.cos(angle), 1.5 * np.sin(angle)
+        present = number >= CALIBRATION and number % 400 > 100
+        yield RssFrame(number / RATE_HZ, empty_dbm + sensor.simulate(place if present else nobody, rng))
 
-    def frames():
-        for number in range(long):
-            angle = 2 * np.pi * number / 80
-            place[0, [0, 2]] = 1.5 * np.cos(angle), 1.5 * np.sin(angle)
-            present = number >= CALIBRATION and number % 400 > 100
-            yield RssFrame(number / RATE_HZ, empty_dbm + sensor.simulate(place if present else nobody, rng))
 
-    method = LinksMethod(people=LinkPeople(particles=50, birth_pitch_m=1.0))
-    results = track_links(frames(), nodes, LinkTracking(method=method))
-    for result in islice(results, long // 3):
-        last = result
-    before = megabytes()
-    for result in results:
-        last = result
-    growth = max(1.0, megabytes() - before)
-    # of what is kept by a frame there is nothing: the rest is the allocator's
-    report(f"links, {long} frames without a report: 10 MB over their growth", 10 / growth, 1)
+SMALL = LinkTracking(
+    method=LinksMethod(people=LinkPeople(particles=50, birth_pitch_m=1.0)), calibration_frames=CALIBRATION
+)
 
-    run = LinkRun("day", nodes, LinkTracking().area_of(nodes))
-    cloud = rng.normal(size=(500, 2))
-    start = megabytes()
-    for number in range(DAY):
-        at = np.cos(number / 80), np.sin(number / 80)
-        track = LinkTrack(1, "confirmed", 0.99, *at, 0.1, 0.1, 0.3, 0.3)
-        run.offer(last._replace(time_s=number / RATE_HZ, tracks=[track], events=(), clouds={1: cloud + at}), False)
-    report("links, a day of one person for the report: 200 MB over their growth", 200 / (megabytes() - start), 1)
+
+def test_memory_of_a_log(report, tmp_path):
+    """All of `elusive track links` with a truth, from 5000 frames to 20 000."""
+    nodes, sensor = network(4, 1, 6.0)
+    with (tmp_path / "log.csv").open("w") as file:
+        pairs = permutations(nodes.names, 2)
+        file.write("time_s," + ",".join(f"{one}-{other}" for one, other in pairs) + "\n")
+        for frame in circling(sensor, LONG):
+            file.write(f"{frame.time_s}," + ",".join(f"{level:.2f}" for level in frame.rss_dbm[:, 0]) + "\n")
+    times = np.arange(LONG) / RATE_HZ
+    angle = 2 * np.pi * times * RATE_HZ / 80
+    truth = PeopleTruth(("1",), (np.column_stack([times, 1.5 * np.cos(angle), 1.5 * np.sin(angle)]),))
+    seen = {}
+
+    def on_frame(number):
+        if number in (LONG // 4, LONG):
+            seen[number] = megabytes()
+
+    log = open_link_log(str(tmp_path / "log.csv"), nodes)
+    track_links_recording(log, nodes, SMALL, tmp_path / "out", truth=truth, on_frame=on_frame)
+    growth = max(1.0, seen[LONG] - seen[LONG // 4])
+    report(f"links, {LONG // 4} to {LONG} frames tracked and written: 10 MB over their growth", 10 / growth, 1)
+
+
+def test_memory_of_a_day(report, tmp_path):
+    """A day's results of two people, written and scored."""
+    run = LinkRun("day", link_day.NODES, LinkTracking().area_of(link_day.NODES), link_day.truth(DAY / RATE_HZ))
+    dataset = LinkDataset(tmp_path / "result.nc", "day", "")
+    dataset.append([])  # loads what netCDF needs
+    seen = []
+    with LinkTables(tmp_path) as tables:
+        for frame, result in enumerate(link_day.results(DAY)):
+            rows = rows_of(result)
+            tables.append(result, rows)
+            dataset.append(rows)
+            run.offer(result, rows, calibrating=frame < link_day.CALIBRATION)
+            if frame % 8640 == 0:
+                seen.append(megabytes())
+    report("links, a day of two people written and scored: 30 MB over their growth", 30 / (max(seen) - seen[0]), 1)
+    report("links, the same over the day's second half: 5 MB", 5 / max(0.5, seen[-1] - max(seen[: len(seen) // 2])), 1)

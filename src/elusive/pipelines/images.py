@@ -127,7 +127,9 @@ class ImageTracking(RecordedFrames):
         return RecordedFilter(detector=self.filter, **prepared)
 
 
-def track_images(frames: Iterable[Array | None], parameters: ImageTracking) -> Iterator[FrameTrack]:
+def track_images(
+    frames: Iterable[Array | None], parameters: ImageTracking, *, on_state: Callable[[Any], None] | None = None
+) -> Iterator[FrameTrack]:
     """Track one target, or several, through frames, lazily; a live stream and a file are the same.
 
     Parameters
@@ -136,6 +138,8 @@ def track_images(frames: Iterable[Array | None], parameters: ImageTracking) -> I
         ``(rows, columns)`` each; ``None`` where one is missing, NaN where a pixel is masked.
     parameters
         The filter, with a sensor of the frames' size (see :meth:`ImageTracking.fitted_to`), and the tracks' levels.
+    on_state
+        Called with the filter's state after each frame, particles and all; nothing of it is kept here.
 
     Yields
     ------
@@ -151,6 +155,8 @@ def track_images(frames: Iterable[Array | None], parameters: ImageTracking) -> I
     life = lifecycle.init()
     rng = np.random.default_rng(parameters.seed)
     for state in run(parameters.build(), frames, rng):
+        if on_state is not None:
+            on_state(state)
         if isinstance(state, SeveralState):
             yield several_tracks(state)
             continue

@@ -1,8 +1,7 @@
-"""A radio network's log tracked as a whole, or live: line by line as it is written, at constant memory."""
+"""A radio network's log tracked as a whole, or live, line by line as it is written; both at constant memory."""
 
 from __future__ import annotations
 
-import csv
 import time
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -13,8 +12,8 @@ from elusive.io import atomic_folder, existing_folder
 from elusive.io.link_logs import LinkLog, RssFrame
 from elusive.io.people_truth import PeopleTruth
 from elusive.io.radio_network import RadioNodes
-from elusive.io.tracks import cells_of, columns
-from elusive.pipelines.link_results import EVENT_COLUMNS, LinkOutcome, LinkRun, event_row, rows_of
+from elusive.pipelines.link_results import LinkOutcome, LinkRun, write_link_report
+from elusive.pipelines.link_tables import LinkDataset, LinkTables, rows_of
 from elusive.pipelines.links import LinkResult, LinkTracking, track_links
 
 __all__ = ["LiveFrame", "follow_links", "track_links_recording"]
@@ -38,8 +37,8 @@ def track_links_recording(
 ) -> LinkOutcome:
     """Track people through a log and write ``tracks.csv``, ``events.csv``, ``result.nc`` and the report.
 
-    The report is ``report.html`` and ``report.png``; ``config.yaml`` beside them repeats the run. Nothing is left in
-    ``out`` if the log cannot be used.
+    The report is ``report.html`` and ``report.png``; ``config.yaml`` beside them repeats the run. Tables are written as
+    the frames go, beside ``out`` or hidden in it: nothing is left of them if the log cannot be used.
 
     Parameters
     ----------
@@ -61,14 +60,22 @@ def track_links_recording(
     DataError
         If a frame cannot be used, or the calibration takes all frames.
     """
-    run = LinkRun(log.name, nodes, parameters.area_of(nodes))
+    run = LinkRun(log.name, nodes, parameters.area_of(nodes), truth)
+    config = parameters.to_yaml()
     with atomic_folder(out) as folder:
-        for number, result in enumerate(track_links(log, nodes, parameters), 1):
-            run.offer(result, number <= parameters.calibration_frames)
-            if on_frame is not None:
-                on_frame(number)
-        outcome = run.outcome(parameters.described(nodes), truth)
-        run.write(folder, outcome, parameters.to_yaml())
+        dataset = LinkDataset(folder / "result.nc", run.title, config)
+        with LinkTables(folder) as tables:
+            for number, result in enumerate(track_links(log, nodes, parameters), 1):
+                rows = rows_of(result)
+                tables.append(result, rows)
+                dataset.append(rows)
+                run.offer(result, rows, calibrating=number <= parameters.calibration_frames)
+                if on_frame is not None:
+                    on_frame(number)
+        dataset.flush()
+        outcome = run.outcome(parameters.described(nodes))
+        write_link_report(folder, outcome)
+        (folder / "config.yaml").write_text(config, encoding="utf-8")
     return outcome
 
 
@@ -100,8 +107,7 @@ def follow_links(
         If the folder holds an earlier run's tracks, or a frame cannot be used.
     """
     folder = existing_folder(out)
-    names = ("tracks.csv", "events.csv")
-    for name in names:
+    for name in ("tracks.csv", "events.csv"):
         if (folder / name).exists():
             raise DataError(f"{folder / name}: is there already, of an earlier run; name another folder.")
     (folder / "config.yaml").write_text(parameters.to_yaml(), encoding="utf-8")
@@ -112,17 +118,9 @@ def follow_links(
             began[0] = time.perf_counter()
             yield frame
 
-    with (
-        (folder / names[0]).open("w", encoding="utf-8", newline="") as tracks,
-        (folder / names[1]).open("w", encoding="utf-8", newline="") as events,
-    ):
-        table, happenings = (csv.writer(file, lineterminator="\n") for file in (tracks, events))
-        table.writerow(columns("m"))
-        happenings.writerow(EVENT_COLUMNS)
+    with LinkTables(folder) as tables:
         for number, result in enumerate(track_links(noted(), nodes, parameters)):
-            table.writerows(cells_of(row)[: len(columns("m"))] for row in rows_of(result))
-            happenings.writerows(event_row(result.time_s, event) for event in result.events)
-            tracks.flush()
-            events.flush()
+            tables.append(result, rows_of(result))
+            tables.flush()
             latency_s = time.perf_counter() - began[0] if number >= parameters.calibration_frames else None
             on_frame(LiveFrame(result, latency_s))

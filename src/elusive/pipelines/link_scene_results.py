@@ -25,17 +25,19 @@ class SceneOutcome(NamedTuple):
     """A run and its scores, of all tracks and of the confirmed ones."""
 
     run: SceneRun
-    scores: tuple[SceneScores, SceneScores]
+    scores: tuple[SceneScores, ...]  # of all tracks and of the confirmed; none where the truth is not known
 
 
 def outcome_of(run: SceneRun) -> SceneOutcome:
-    """Score a run.
+    """Score a run; one of a recording whose truth is not known has no scores.
 
     Raises
     ------
     DataError
         If nobody walks in the scene.
     """
+    if not run.radiated.truth.shape[1]:
+        return SceneOutcome(run, ())
     return SceneOutcome(run, (score_scene(run), score_scene(run, confirmed_only=True)))
 
 
@@ -51,7 +53,7 @@ def summary(outcome: SceneOutcome) -> dict[str, Any]:
             "mean_deviation_m": dict(zip(ESTIMATORS, map(_plain, one.mean_deviation_m), strict=True)),
             "max_deviation_m": dict(zip(ESTIMATORS, map(_plain, one.max_deviation_m), strict=True)),
         }
-        for shown, one in zip(SHOWN, outcome.scores, strict=True)
+        for shown, one in zip(SHOWN, outcome.scores, strict=False)
     }
 
 

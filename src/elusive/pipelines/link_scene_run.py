@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from elusive.contracts import Array
@@ -78,17 +79,46 @@ def run_link_scene(
     nodes = scene.network()
     chain = method.on(nodes, scene.area)
     weights = simulation.weights.sparse(nodes, chain.grid)
-    state = chain.init(np.array(list(received(scene, weights, radiated.empty, linked))))
-    particles: dict[int, SmoothedTrack] = {}
+    stages = Stages(scene, chain, np.array(list(received(scene, weights, radiated.empty, linked))), own)
     frames: list[SceneFrame] = []
     for change in received(scene, weights, radiated.images, linked):
-        before, state = state, chain.step(state, change, own)
-        heads = {one.track: None if one.missed else np.array(one.position) for one in state.people.tracks}
-        particles = scene.particle.step(particles, heads, own)
-        frames.append(_frame(scene, chain, before, state, particles))
+        frames.append(stages.step(change))
         if on_frame is not None:
             on_frame(len(frames))
     return SceneRun(scene, radiated, tuple(frames))
+
+
+class Stages:
+    """The chain and the particle filters behind it, a frame at a time.
+
+    Parameters
+    ----------
+    scene
+        Whose method.
+    chain
+        Prepared for the scene's network.
+    empty
+        ``(K, L)`` changes of the links while nobody was there [dB].
+    rng
+        Source of randomness of the filters.
+    """
+
+    def __init__(self, scene: LinkScene, chain: ImageChain, empty: Array, rng: Generator) -> None:
+        self._scene, self._chain, self._rng = scene, chain, rng
+        self._state = chain.init(empty)
+        self._particles: dict[int, SmoothedTrack] = {}
+
+    @property
+    def nobody(self) -> bool:
+        """Whether nobody is tracked."""
+        return not self._state.people.tracks
+
+    def step(self, change: Array) -> SceneFrame:
+        """Return every stage of the next frame, from the changes ``(L,)`` of its links [dB]."""
+        before, self._state = self._state, self._chain.step(self._state, change, self._rng)
+        heads = {one.track: None if one.missed else np.array(one.position) for one in self._state.people.tracks}
+        self._particles = self._scene.particle.step(self._particles, heads, self._rng)
+        return _frame(self._scene, self._chain, before, self._state, self._particles)
 
 
 def _frame(

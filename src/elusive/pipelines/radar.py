@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -65,7 +66,7 @@ def track_radar(scans: Iterable[RadarScan], flt: ParticleFilter, parameters: Rad
 def track_radar_recording(
     source: RadarSource,
     parameters: RadarTracking,
-    out: Path,
+    out: Path | None,
     *,
     radar_lon_deg: float,
     radar_lat_deg: float,
@@ -86,7 +87,7 @@ def track_radar_recording(
     parameters
         What to do.
     out
-        Folder for the results.
+        Folder for the results; None writes nothing.
     radar_lon_deg, radar_lat_deg
         The radar's place, WGS 84.
     charts
@@ -124,7 +125,7 @@ def track_radar_recording(
     sensor = parameters.radar.sensor(seen)
     flt = parameters.filter(sensor, None if scene is None else scene.coast)
     run = RadarRun(parameters, sensor, Surroundings(frame, scene, _water(parameters, flt, scene)), seen)
-    with atomic_folder(out) as folder:
+    with nullcontext() if out is None else atomic_folder(out) as folder:
         try:
             for number, (scan, tracks) in enumerate(_with_scans(source, flt, parameters), 1):
                 run.offer(scan, tracks)
@@ -134,7 +135,8 @@ def track_radar_recording(
             text = str(error)
             raise DataError(text if text.startswith(source.name) else f"{source.name}: {text}") from None
         outcome = run.outcome(source, known)
-        run.write(folder, outcome, parameters.to_yaml())
+        if folder is not None:
+            run.write(folder, outcome, parameters.to_yaml())
     return outcome
 
 

@@ -56,7 +56,7 @@ class LinksTracked(NamedTuple):
 
     title: str
     verdict: str
-    times_s: Array  # (T,) of the frames
+    times_s: Array  # (T,) of the frames, evenly thinned where there are very many
     corners: Array  # (V, 2) of the area, in turn [m]
     names: Sequence[str]  # of the nodes
     nodes: Array  # (S, 2) [m]
@@ -69,6 +69,7 @@ class LinksTracked(NamedTuple):
     header: Sequence[str]  # of the table of tracks
     tracks: Sequence[Sequence[str]]  # its lines; the first cell is the number of the track
     calibrated: int = 0  # first frames, which nobody is looked for in
+    unlisted: int = 0  # events before those above
 
     @property
     def people(self) -> NDArray[np.int64]:

@@ -72,5 +72,6 @@ class SceneKeeper:
 
 def _evenly(cloud: Array, most: int) -> Array:
     """Return so many particles at most, each so-many-th: the reported numbers stay as they are."""
-    chosen: Array = cloud[:: max(1, math.ceil(len(cloud) / most))]
+    # a view would keep all of them
+    chosen: Array = cloud[:: max(1, math.ceil(len(cloud) / most))].copy()
     return chosen

@@ -46,7 +46,7 @@ def write_links_html(path: Path, tracked: LinksTracked) -> None:
         "present": None if true is None else np.isfinite(true[::stride, :, 0]).sum(axis=1).tolist(),
         "error": None if error is None else _numbers(error[::stride]),
         "events": [_event(event) for event in events[-EVENTS_SHOWN:]],
-        "unlisted": max(0, len(events) - EVENTS_SHOWN),
+        "unlisted": max(0, len(events) - EVENTS_SHOWN) + tracked.unlisted,
         "scenes": {"times": [round(one.time_s, 3) for one in tracked.scenes], **_images(tracked)},
         "clouds": [_clouds(scene, drawn) for scene in tracked.scenes],
     }
