@@ -19,6 +19,7 @@ from elusive.cli.charts import chart_command
 from elusive.cli.links import fit_app, track_links_command
 from elusive.cli.locate import locate_command
 from elusive.cli.terminal import Out, Scheduler, Workers, bar, campaign_bar, console, interrupt, interrupted, show
+from elusive.cli.workbench import scene_command, workbench_command
 from elusive.errors import ElusiveError
 from elusive.experiments.amrouche2018.trial import SCENARIO as AMROUCHE2018
 from elusive.experiments.demo import run_demo
@@ -44,6 +45,8 @@ app.command("chart")(chart_command)
 app.command("locate")(locate_command)
 app.add_typer(simulate.app, name="simulate")
 app.add_typer(reproduce.app, name="reproduce")
+app.command("workbench")(workbench_command)
+app.command("scene")(scene_command)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 
 from elusive.contracts import VX, VY, Array, X, Y
-from elusive.filters._bearing_kernels import distance
+from elusive.filters._bearing_kernels import HEIGHT, curvature, distance
 from elusive.filters._block_kernels import marginals
 from elusive.filters._extended_kernels import filtered, smoothed
 from elusive.filters._map_kernels import Anchor, Loss, inverse_noise, optimise
@@ -25,6 +25,7 @@ REWEIGHTED = 4  # times that the lines are weighed by the ranges just found
 GUESSED = 0.01  # a guess is settled once a step is this share of the deviation
 START_ITERATIONS, START_TOLERANCE = 50, 1e-3
 TOLD = 0.3  # a place is told once its deviation is this share of its distance and the sensors' extent
+TURN_TOLD = 0.1  # a turn rate, once its deviation is this share of the start's: until then a turn is far from linear
 PATIENCE = 50  # times after which a filter starts all the same
 AROUND = 3  # places on each side of the sensors' centre, an extent apart, from which arrivals are tried
 TRIED, TRIED_ITERATIONS = 8, 15  # times, and steps from each place
@@ -134,29 +135,62 @@ def _turn_rate(path: Array, T: Transitions, most: float) -> float:
 def begun(
     table: BearingTable, T: Transitions, anchor: Anchor, loss: Loss, start: Start
 ) -> tuple[Array, Array, Array, float, int, bool, bool]:
-    """Most probable path of the first bearings, its Cholesky factor, and last whether they tell a place."""
+    """Most probable path of the first bearings, its Cholesky factor, and last whether a filter can begin with it."""
     K, d = len(table.times_s), len(anchor.at)
     path = guessed(table, T, anchor, loss, start)
-    L, Y = np.empty((K, d, d)), np.empty((K - 1, d, d))
+    W, L, Y = inverse_noise(T), np.empty((K, d, d)), np.empty((K - 1, d, d))
     cost, taken, settled = optimise(
-        path, table, NO_RANGES, T, inverse_noise(T), anchor, loss, START_ITERATIONS, START_TOLERANCE, L, Y
+        path, table, NO_RANGES, T, W, anchor, loss, START_ITERATIONS, START_TOLERANCE, L, Y
     )
-    return path, L, Y, cost, taken, settled, _told(path, L, Y, table, T.solid, start)
+    spread = marginals(L, Y)
+    placed = _placed(path, spread, table, T.solid, start)
+    if placed:
+        wide = _widened(table, path, spread, T.solid)
+        cost, taken, settled = optimise(
+            path, wide, NO_RANGES, T, W, anchor, loss, START_ITERATIONS, START_TOLERANCE, L, Y
+        )
+        spread = marginals(L, Y)
+    told = placed and (T.turn < 0 or math.sqrt(spread[-1, T.turn, T.turn]) < TURN_TOLD * start.most_turn)
+    return path, L, Y, cost, taken, settled, told or K >= PATIENCE
 
 
 @njit(cache=True, nogil=True)
-def _told(path: Array, L: Array, Y: Array, table: BearingTable, solid: bool, start: Start) -> bool:
-    if len(path) >= PATIENCE:
-        return True
+def _placed(path: Array, spread: Array, table: BearingTable, solid: bool, start: Start) -> bool:
     reported = np.zeros(len(table.stations), np.bool_)
     for row in range(len(table.sensor)):
         if not (np.isnan(table.azimuth_rad[row]) and np.isnan(table.range_m[row])):
             reported[table.sensor[row]] = True
     if reported.sum() < start.fewest:
         return False
-    last = marginals(L, Y)[-1]
-    spread, away = 0.0, 0.0
+    variance, away = 0.0, 0.0
     for axis in range(3 if solid else 2):
-        spread += last[2 * axis, 2 * axis]
+        variance += spread[-1, 2 * axis, 2 * axis]
         away += (path[-1, 2 * axis] - start.centre[axis]) ** 2
-    return math.sqrt(spread) < TOLD * (math.sqrt(away) + start.extent_m)
+    return math.sqrt(variance) < TOLD * (math.sqrt(away) + start.extent_m)
+
+
+@njit(cache=True, nogil=True)
+def _widened(table: BearingTable, path: Array, spread: Array, solid: bool) -> BearingTable:
+    """Return the bearings with how far each bends over its place added to its noise, as the filter's updates have it.
+
+    The most probable place may lie on a sensor: a bearing from there, taken as straight, tells it without an error.
+    """
+    variance = table.variance.copy()
+    for k in range(len(path)):
+        place = spread[k, X, X] + spread[k, Y, Y]
+        if solid:
+            place += spread[k, HEIGHT, HEIGHT]
+        for row in range(table.first[k], table.first[k + 1]):
+            variance[row] += curvature(table, row, path[k], place, solid) ** 2
+    return BearingTable(
+        table.times_s,
+        table.first,
+        table.sensor,
+        table.places,
+        table.azimuth_rad,
+        table.elevation_rad,
+        variance,
+        table.range_m,
+        table.weights,
+        table.stations,
+    )

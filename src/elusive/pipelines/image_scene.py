@@ -64,6 +64,11 @@ class ImageScene(Model):
                 f"ImageScene.start_x: the target appears at {self.start_x:g}, {self.start_y:g}, outside of frames of "
                 f"{self.columns} x {self.rows} pixels; choose a place inside."
             )
+        if (self.sensor.dx, self.sensor.dy) != (1.0, 1.0):
+            raise ParameterError(
+                f"ImageSensor.dx: must be 1, and dy too, in a scene, which counts in pixels (got {self.sensor.dx:g} and "
+                f"{self.sensor.dy:g})."
+            )
         if self.frames * self.rows * self.columns > VALUES_AT_MOST:
             raise ParameterError(
                 f"ImageScene.frames: {self.frames} frames of {self.columns} x {self.rows} pixels are more than a scene "

@@ -1,0 +1,53 @@
+"""What one tab holds of bearings: the scene, its run, the run kept beside it, and where the still emitter was found."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from elusive.workbench.bearings.run import Flown, Found
+from elusive.workbench.bearings.scene import BearingScene
+from elusive.workbench.blocks import HELD
+from elusive.workbench.jobs import Job
+from elusive.workbench.links.state import same
+
+
+class BearingsState:
+    """Changes of the scene throw away what no longer follows from it."""
+
+    def __init__(self) -> None:
+        self.scene = BearingScene()
+        self.flown: Flown | None = None
+        self.found: Found | None = None
+        self.spec: dict[str, Any] | None = None
+        self.job: Job | None = None
+        self.step: str | None = None
+        self.selected: set[str] = set()  # names of sensors
+
+    def take(self, scene: BearingScene) -> BearingScene:
+        """Take a changed scene; return it as it is kept.
+
+        What is assumed of the bearings' noise follows what is set of it, until the two are told apart.
+        """
+        before = self.scene
+        if before.tracking.sigma_deg == before.sensors.sigma_deg:
+            sigma = scene.sensors.sigma_deg
+            if sigma != before.sensors.sigma_deg:
+                scene = scene.replace(tracking=scene.tracking.replace(sigma_deg=sigma))
+        self.scene = scene
+        if not same((scene.replace(still=before.still),), (before,)):
+            self.forget_run()
+        if not same((scene,), (before,)):
+            self.found = None
+        return scene
+
+    def forget_run(self) -> None:
+        """Drop the run and its frames."""
+        self.flown = None
+        self.forget_frames()
+
+    def forget_frames(self) -> None:
+        """Drop the frames."""
+        if self.spec is not None:
+            for name in ("url", "marks"):
+                HELD.drop(self.spec[name].rpartition("/")[2])
+        self.spec = None

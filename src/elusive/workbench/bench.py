@@ -1,0 +1,167 @@
+"""The window of one system: inputs, Run and Cancel on the left; player, curves, scores and files on the right.
+
+Two runs are compared by keeping one: its curves and its scores stay beside those of the next.
+"""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from nicegui import ui
+
+from elusive.workbench.jobs import CancelledError, away
+from elusive.workbench.parts import Drawing, Form, told
+from elusive.workbench.runs import THIS, BenchState, LiveJob, Run, chart_spec, plain, table
+from elusive.workbench.shell import window
+
+
+class Bench:
+    """The window of one page.
+
+    Parameters
+    ----------
+    state
+        What the tab holds.
+    inputs
+        Builds what is set; gives the forms in it, which must be right before a run.
+    prepare
+        Gives the work, from the state as it stands; it is done off the event loop.
+    live
+        Title and label of the curve shown while it runs.
+    """
+
+    def __init__(
+        self,
+        state: BenchState[Any],
+        inputs: Callable[[], Callable[[], Sequence[Form]]],
+        prepare: Callable[[], Callable[[LiveJob], Run]],
+        live: tuple[str, str],
+    ) -> None:
+        self._state, self._prepare, self._title = state, prepare, live
+        self._shown: Run | None = None
+        with window() as (side, stage):
+            with side:
+                with ui.element("div").classes("ew-row"):
+                    self._start = ui.button("Run", on_click=self.run).props("unelevated no-caps")
+                    self._cancel = ui.button("Cancel", on_click=self._call_off).props("outline no-caps")
+                self._bar = ui.linear_progress(0.0, show_value=False).props('aria-label="Progress"')
+                self._told = ui.label().classes("ew-note").props('role="status"')
+                self._forms = inputs()
+            with stage:
+                self._live = ui.column().classes("w-full gap-1")
+                self._result = ui.column().classes("w-full gap-3")
+        with self._live:
+            ui.label(live[0]).classes("ew-section")
+            self._chart = Drawing("chart", self._live_spec())
+        self._timer = ui.timer(0.15, self._watch)
+        self._show()
+
+    async def run(self) -> bool:
+        """Run what is set; False if it was refused or called off."""
+        state = self._state
+        if state.job is not None:
+            return False
+        if not all(form.is_right for form in self._forms()):
+            ui.notify("Correct the marked fields first.", type="warning")
+            return False
+        state.job = job = LiveJob(*self._title)
+        self._busy()
+        self._told.text, done = "", False
+        try:
+            with told():
+                work = self._prepare()
+                state.take(await away(lambda: work(job)))
+                done = True
+        except CancelledError:
+            self._told.text = "Cancelled."
+        finally:
+            state.job = None
+            self._show()
+        return done
+
+    def keep(self) -> None:
+        """Keep this run beside the next."""
+        self._state.kept = self._state.run
+        self._show()
+
+    def _call_off(self) -> None:
+        if self._state.job is not None:
+            self._state.job.cancel()
+
+    def _watch(self) -> None:
+        job = self._state.job
+        if job is not None:
+            self._busy()
+            self._bar.set_value(job.done / job.total if job.total else 0.0)
+            of = f" of {job.total}" if job.total else ""
+            self._told.text = f"{job.done}{of} frames done" if job.done else "preparing"
+            self._chart.show(self._live_spec())
+        elif self._shown is not self._state.run:  # begun before this page was loaded anew
+            self._told.text = ""
+            self._show()
+
+    def _busy(self) -> None:
+        busy = self._state.job is not None
+        self._bar.visible = self._live.visible = busy
+        self._start.set_enabled(not busy)
+        self._cancel.set_enabled(busy)
+
+    def _live_spec(self) -> dict[str, Any]:
+        job = self._state.job
+        values = [] if job is None else list(job.values)
+        most = max(2, (job.total if job is not None and job.total else len(values)) - 1)
+        series = [{"x": list(range(len(values))), "y": plain(values), "colour": THIS}]
+        top = max([1.0, *(value for value in values if np.isfinite(value))])
+        return {
+            "label": f"{self._title[0]}, as it is computed", "series": series, "xlabel": "frame",
+            "ylabel": self._title[1], "xlim": [0, most], "ylim": [0, 1.05 * top],
+        }  # fmt: skip
+
+    def _show(self) -> None:
+        state = self._state
+        self._busy()
+        if state.job is None and self._told.text != "Cancelled.":
+            self._told.text = ""
+        self._shown = state.run
+        self._result.clear()
+        with self._result:
+            if state.run is None:
+                ui.label("Nothing has run yet: press Run.").classes("ew-note")
+                return
+            Drawing("player", state.run.player)
+            with ui.element("div").classes("ew-cards"):
+                for number, curve in enumerate(state.run.curves):
+                    with ui.element("div"):
+                        ui.label(curve.title).classes("ew-section")
+                        Drawing("curves", chart_spec(number, state.run, state.kept))
+            self._scores(state.run, state.kept)
+            with ui.element("div").classes("ew-row"):
+                for file in state.run.files:
+                    ui.button(file.label, on_click=lambda file=file: ui.download.content(file.data, file.name)).props(
+                        "outline no-caps"
+                    )
+            with ui.element("p").classes("ew-note"):
+                ui.label("The same without a browser:")
+                ui.html(f"<code>{html.escape(state.run.again)}</code>", sanitize=False)
+
+    def _scores(self, run: Run, kept: Run | None) -> None:
+        runs = [("This run", run), *([("Kept run", kept)] if kept is not None else [])]
+        with ui.element("div").classes("ew-row"):
+            for title, one in runs:
+                with ui.column().classes("gap-0 pr-8"):
+                    ui.label(f"{one.headline[0]}, {title.lower()}").classes("ew-section")
+                    ui.label(one.headline[1]).classes("ew-score").props(f'data-score="{title}"')
+        with ui.element("div").classes("ew-row"):
+            ui.button("Keep this run to compare", on_click=self.keep).props("outline no-caps")
+            if kept is not None:
+                ui.button("Forget the kept run", on_click=self._forget).props("flat no-caps")
+        with ui.element("div").classes("ew-scroll"):
+            ui.html(table(["", *(f"{title}: {one.name}" for title, one in runs)], [one.rows for _, one in runs]),
+                    sanitize=False)  # fmt: skip
+
+    def _forget(self) -> None:
+        self._state.kept = None
+        self._show()

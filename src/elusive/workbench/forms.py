@@ -1,0 +1,170 @@
+"""Forms made from a model's fields: one control each, with label, unit, bounds and help; nothing is declared twice.
+
+A form is laid over a model: its controls are the fields at some paths, their values the texts a person has typed. The
+model itself judges them, and each of its sentences is led back to the control it is about.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
+from types import NoneType
+from typing import Any, Literal, NamedTuple, get_args, get_origin
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from elusive.errors import ParameterError
+from elusive.model import FROM_RECORDING, Model, models_in
+
+FieldPath = tuple[str, ...]
+UNIT = re.compile(r"\s*\[([^\]]+)\]$")
+SUFFIX = re.compile(r"_(m|db|deg|rad|s|hz|mps|dbm|px|db2|steps|m2|km|kn)$")
+WORDS = {"sd": "deviation", "snr": "SNR", "q": "process noise q", "db": "dB"}
+BOUNDS = (("ge", "from {}"), ("gt", "above {}"), ("le", "to {}"), ("lt", "below {}"))
+
+
+class Control(NamedTuple):
+    """What one field needs of a form."""
+
+    path: FieldPath  # from the form's model inwards
+    owner: str  # class that declares it: its sentences begin so
+    label: str
+    unit: str
+    help: str
+    choices: tuple[str, ...]  # of a choice; else none
+    switch: bool
+    optional: bool
+    group: str  # what holds it
+
+    @property
+    def key(self) -> str:
+        """Name in a page."""
+        return ".".join(self.path)
+
+
+def controls(model: Model, only: Sequence[FieldPath] = ((),)) -> list[Control]:
+    """List the controls of a model as it stands, with the fields of the kinds chosen.
+
+    Parameters
+    ----------
+    model
+        Whose fields.
+    only
+        Paths of fields, or of models whose fields are all taken, in the order they shall have.
+    """
+    every = list(_walk(model, (), type(model).__name__))
+    chosen = []
+    for path in only:
+        chosen += [one for one in every if one.path[: len(path)] == path and one not in chosen]
+    return chosen
+
+
+def text_of(model: Model, path: FieldPath) -> str | bool:
+    """Return what stands in a field, as a person would type it."""
+    value: Any = model
+    for name in path:
+        value = getattr(value, name)
+    if isinstance(value, bool):
+        return value
+    if isinstance(value, tuple):
+        return ", ".join(f"{part:g}" if isinstance(part, float) else str(part) for part in value)
+    return "" if value is None else f"{value:.10g}" if isinstance(value, float) else str(value)
+
+
+def laid_over(model: Model, typed: Mapping[FieldPath, str | bool]) -> Model:
+    """Return the model with what was typed.
+
+    Raises
+    ------
+    ParameterError
+        If a value is refused; the sentence is the library's.
+    """
+    tree = model.model_dump(mode="json")
+    known = {one.path: one for one in _walk(model, (), "")}
+    for path, text in typed.items():
+        at = tree
+        for name in path[:-1]:
+            at = at[name]
+        if path[-1] == "kind" and text != at["kind"]:
+            at.clear()
+        at[path[-1]] = _value(model, path, text, known.get(path))
+    return type(model)(**tree)
+
+
+def faults(error: ParameterError, shown: Sequence[Control]) -> tuple[dict[FieldPath, str], str]:
+    """Lead each sentence of a refusal back to its control; return also what is about none of them."""
+    text = str(error)
+    starts: dict[int, list[Control]] = {}
+    for one in shown:
+        for found in re.finditer(rf"\b{one.owner}(?:: |\.){one.path[-1]}(?:\.\d+)*: ", text):
+            starts.setdefault(found.start(), []).append(one)
+    cuts = sorted(starts)
+    marked = {
+        one.path: text[start:stop].strip() for start, stop in pairwise([*cuts, len(text)]) for one in starts[start]
+    }
+    return marked, (text[: cuts[0]].strip() if cuts else text)
+
+
+def _walk(model: Model, path: FieldPath, group: str) -> Iterator[Control]:
+    for name, field in type(model).model_fields.items():
+        here, value = (*path, name), getattr(model, name)
+        fixed = get_origin(field.annotation) is Literal and len(get_args(field.annotation)) == 1
+        if field.json_schema_extra == FROM_RECORDING or fixed:
+            continue
+        inner = [found for found in models_in(field.annotation) if issubclass(found, Model)]
+        if inner and isinstance(value, Model):
+            kinds = tuple(str(found.model_fields["kind"].default) for found in inner if "kind" in found.model_fields)
+            within = _help(field)[0] or _label(name)
+            if len(kinds) > 1:
+                yield Control(
+                    (*here, "kind"), type(value).__name__, _label(name), "", within, kinds, False, False, within
+                )
+            yield from _walk(value, here, within)
+        elif not inner:
+            yield _control(model, here, field, group)
+
+
+def _control(model: BaseModel, path: FieldPath, field: FieldInfo, group: str) -> Control:
+    words, unit = _help(field)
+    parts = [part for part in get_args(field.annotation) if part is not NoneType] or [field.annotation]
+    optional = NoneType in get_args(field.annotation)
+    plain: Any = parts[0] if optional else field.annotation
+    choices = tuple(map(str, get_args(plain))) if get_origin(plain) is Literal else ()
+    limits = [
+        text.format(f"{limit:g}")
+        for name, text in BOUNDS
+        for rule in field.metadata
+        if (limit := getattr(rule, name, None)) is not None and isinstance(limit, int | float)
+    ]
+    told = f"{words}. {' '.join(limits).capitalize()}." if limits else f"{words}."
+    return Control(
+        path, type(model).__name__, _label(path[-1], unit), unit, told, choices, plain is bool, optional, group
+    )
+
+
+def _help(field: FieldInfo) -> tuple[str, str]:
+    text = field.description or ""
+    unit = UNIT.search(text)
+    return (text[: unit.start()], unit.group(1)) if unit else (text, "")
+
+
+def _label(name: str, unit: str = "") -> str:
+    words = [WORDS.get(word, word) for word in (SUFFIX.sub("", name) if unit else name).split("_")]
+    text = " ".join(words)
+    return text[:1].upper() + text[1:]
+
+
+def _value(model: Model, path: FieldPath, text: str | bool, control: Control | None) -> Any:
+    """Turn what was typed into what the model is given; the model judges it."""
+    if isinstance(text, bool):
+        return text
+    if control is not None and control.optional and not text.strip():
+        return None
+    now: Any = model
+    for name in path:
+        now = getattr(now, name, None)
+    if isinstance(now, tuple):
+        return [part for part in re.split(r"[,;\s]+", text.strip()) if part]
+    return text.strip()

@@ -1,0 +1,46 @@
+"""Work off the event loop: in a few threads, with progress and Cancel; the page goes on answering."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
+
+Done = TypeVar("Done")
+WORKERS = 2
+POOL = ThreadPoolExecutor(WORKERS, thread_name_prefix="elusive-work")
+
+
+class CancelledError(Exception):
+    """The user called a job off."""
+
+
+class Job:
+    """What a page knows of its work, and tells it."""
+
+    def __init__(self) -> None:
+        self._off = threading.Event()
+        self.done = 0
+
+    def advance(self, done: int) -> None:
+        """Note how far it is; called by the work itself.
+
+        Raises
+        ------
+        CancelledError
+            If it was called off.
+        """
+        self.done = done
+        if self._off.is_set():
+            raise CancelledError
+
+    def cancel(self) -> None:
+        """Call it off at its next step."""
+        self._off.set()
+
+
+async def away(work: Callable[[], Done]) -> Done:
+    """Do work in a thread and wait for it without holding up the page."""
+    return await asyncio.get_running_loop().run_in_executor(POOL, work)

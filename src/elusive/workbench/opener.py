@@ -1,0 +1,77 @@
+"""Opens a recording for a page: from the one folder, or sent by the browser; in either case in memory, and no more."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+from nicegui import ui
+
+from elusive.errors import DataError, ElusiveError
+from elusive.workbench.files import UPLOAD_MOST_BYTES, inside, read_upload
+from elusive.workbench.jobs import away
+from elusive.workbench.parts import refuse, told
+from elusive.workbench.settings import SETTINGS
+
+Read = TypeVar("Read")
+
+
+def opener(
+    what: str, kinds: Sequence[str], read: Callable[[Path], Read], take: Callable[[str, Read], Any], *,
+    folders: bool = False,
+) -> None:  # fmt: skip
+    """Build what opens a file.
+
+    Parameters
+    ----------
+    what
+        What is opened, as one says it: ``frames``.
+    kinds
+        Endings that are read.
+    read
+        Reads it whole from a path; done off the event loop.
+    take
+        Is given its name and what was read.
+    folders
+        Whether a folder inside the one folder may be named too.
+    """
+
+    async def named() -> None:
+        with told():
+            found = name.value or ""
+            take(found, await away(lambda: _read_named(SETTINGS.folder, found, kinds, read, folders)))
+
+    async def sent(event: Any) -> None:
+        event.sender.reset()
+        data = await event.file.read()
+        with told():
+            take(event.file.name, await away(lambda: read_upload(event.file.name, data, kinds, read)))
+
+    words = ", ".join(kinds)
+    ui.label(f"{what.capitalize()}: {words}" + (", or a folder of images" if folders else "")).classes("ew-note")
+    with ui.element("div").classes("ew-row w-full"):
+        name = ui.input(f"Name of {what} in the workbench's folder").props("dense outlined").classes("grow")
+        name.on("keydown.enter", named)
+        ui.button("Open", on_click=named).props(f'outline no-caps aria-label="Open {what}"')
+    ui.upload(
+        label=f"Or send {what} from this computer", auto_upload=True, on_upload=sent, max_files=1,
+        max_file_size=UPLOAD_MOST_BYTES,
+        on_rejected=lambda: refuse(f"The file is refused: send one of {words}, {UPLOAD_MOST_BYTES >> 20} MiB at most."),
+    ).props(f'accept="{",".join(kinds)}" flat bordered').classes("w-full")  # fmt: skip
+
+
+def _read_named(
+    folder: Path, name: str, kinds: Sequence[str], read: Callable[[Path], Read], folders: bool
+) -> Read:  # fmt: skip
+    path = inside(folder, name, (*kinds, "") if folders else kinds)
+    if not path.exists():
+        raise DataError(f"{name}: is not in the workbench's folder; put it there, or send it.")
+    if path.is_dir():
+        strangers = [one.name for one in path.iterdir() if not one.resolve().is_relative_to(folder.resolve())]
+        if strangers:
+            raise DataError(f"{name}: {strangers[0]} leads out of the workbench's folder; put a copy there.")
+    try:
+        return read(path)
+    except ElusiveError as error:
+        raise DataError(str(error).replace(str(path), name)) from None

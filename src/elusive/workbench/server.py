@@ -1,0 +1,87 @@
+"""Serves the workbench from this machine alone, unless told otherwise: pages, scripts, frames."""
+
+from __future__ import annotations
+
+import secrets
+import sys
+from pathlib import Path
+
+from nicegui import app, ui
+from starlette.responses import Response
+
+from elusive.errors import ParameterError
+from elusive.io.atomic import existing_folder
+from elusive.workbench.blocks import HELD
+from elusive.workbench.files import UPLOAD_MOST_BYTES
+from elusive.workbench.guard import LOOPBACK, Guard
+from elusive.workbench.jobs import POOL
+from elusive.workbench.links.presets import warm_up
+from elusive.workbench.settings import SETTINGS
+from elusive.workbench.shell import Page, pages
+from elusive.workbench.start import start_page
+
+STATIC = Path(__file__).parent / "static"
+SCRIPTS = ("base", "surface", "panel", "player", "shapes", "floorplan", "floor", "chart", "curves")
+SWITCH_S = 0.0005  # that work holds the interpreter while a page waits to be answered; Python's own is ten times it
+RECONNECT_S = 60.0  # that a page outlives its connection
+
+
+def serve(folder: Path, *, host: str = "127.0.0.1", port: int = 8765, show: bool = True) -> None:
+    """Serve until interrupted.
+
+    Parameters
+    ----------
+    folder
+        The one folder that pages read from and write to; made if need be.
+    host
+        Address to listen at. Other than this machine's own, a token is asked for; it is printed.
+    port
+        Port to listen at.
+    show
+        Whether to open a browser.
+
+    Raises
+    ------
+    ParameterError
+        If the port is none.
+    DataError
+        If the folder cannot be made.
+    """
+    if not 1 <= port <= 65535:
+        raise ParameterError(f"--port: must be from 1 to 65535 (got {port}).")
+    SETTINGS.folder = existing_folder(folder).resolve()
+    token = None if host in LOOPBACK else secrets.token_urlsafe(24)
+    sys.setswitchinterval(SWITCH_S)
+    _build()
+    app.add_middleware(Guard, token=token, most_bytes=UPLOAD_MOST_BYTES + 1024 * 1024)
+    shown = f"[{host}]" if ":" in host else host
+    address = f"http://{shown}:{port}/" + (f"?token={token}" if token else "")
+    app.on_startup(lambda: print(f"The workbench is at {address} (Ctrl-C ends it)", flush=True))
+    app.on_startup(lambda: POOL.submit(warm_up))
+    ui.run(
+        host=host, port=port, title="elusive workbench", show="/" if show and token is None else False, reload=False,
+        reconnect_timeout=RECONNECT_S, show_welcome_message=False, uvicorn_logging_level="warning",
+    )  # fmt: skip
+
+
+def _build() -> None:
+    app.add_static_files("/workbench", STATIC)
+    scripts = "".join(f'<script src="/workbench/{name}.js"></script>' for name in SCRIPTS)
+    ui.add_head_html(f'<link rel="stylesheet" href="/workbench/workbench.css">{scripts}', shared=True)
+    app.add_api_route("/blocks/{name}", _block, methods=["GET"], include_in_schema=False)
+    ui.page("/")(start_page)
+    for page in pages():
+        _add(page)
+
+
+def _add(page: Page) -> None:
+    @ui.page(page.path, title=f"{page.title} | elusive workbench", response_timeout=30.0)
+    async def build(example: str = "") -> None:
+        await page.build(example == "1")
+
+
+def _block(name: str) -> Response:
+    held = HELD.get(name)
+    if held is None:
+        return Response("These frames are no longer held.", 404)
+    return Response(held[0], media_type=held[1], headers={"Cache-Control": "private, max-age=3600"})

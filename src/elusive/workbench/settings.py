@@ -1,0 +1,14 @@
+"""What the server was told when it started."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+class Settings:
+    """Set once, before the first page."""
+
+    folder = Path()
+
+
+SETTINGS = Settings()

@@ -1,0 +1,96 @@
+"""What every page stands in: the head with all systems, dark and light, and the steps of a page."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable, Iterator, Sequence
+from contextlib import contextmanager
+from importlib import import_module
+from typing import Any, NamedTuple
+
+from nicegui import ui
+
+# modules of the workbench, each with a PAGE, in the order of the cards
+SYSTEMS = ("links", "images", "signals", "charts", "bearings")
+
+
+class Page(NamedTuple):
+    """One system: what its card says, and what opens it."""
+
+    path: str
+    title: str
+    summary: str
+    example: str  # what the ready example does
+    build: Callable[[bool], Awaitable[None]]  # True: run the ready example
+
+
+def pages() -> list[Page]:
+    """Return the systems' pages."""
+    return [import_module(f"elusive.workbench.{name}").PAGE for name in SYSTEMS]
+
+
+def head(here: str) -> None:
+    """Build the head of a page."""
+    ui.colors(
+        primary="#1d5fd1", positive="#0f766e", negative="#b42318", warning="#9a4a07", dark="#161d29",
+        dark_page="#0d131c",
+    )  # fmt: skip
+    dark = ui.dark_mode(None)
+    with ui.element("header").classes("ew-head w-full px-4 py-2"), ui.row().classes("items-center gap-5 w-full"):
+        for path, title in (("/", "elusive workbench"), *((page.path, page.title) for page in pages())):
+            link = ui.link(title, path)
+            if path == here:
+                link.classes("ew-here").props('aria-current="page"')
+        ui.space()
+        ui.select(
+            {"auto": "as the system", "light": "light", "dark": "dark"}, value="auto", label="Colours",
+            on_change=lambda event: dark.set_value({"auto": None, "light": False, "dark": True}[event.value]),
+        ).props("dense outlined options-dense").classes("w-40")  # fmt: skip
+
+
+@contextmanager
+def main(title: str, lead: str) -> Iterator[None]:
+    """Open the body of a page under a title."""
+    with ui.element("main").classes("ew-main"), ui.column().classes("w-full gap-3"):
+        ui.html(f'<h1 class="ew-title">{title}</h1>', sanitize=False)
+        ui.label(lead).classes("ew-lead")
+        yield
+
+
+@contextmanager
+def window() -> Iterator[tuple[Any, Any]]:
+    """Open a window: what is set on the left, what is seen on the right."""
+    with ui.element("div").classes("ew-window"):
+        side = ui.element("section").classes("ew-side ew-box")
+        stage = ui.element("section").classes("ew-stage ew-box")
+    yield side, stage
+
+
+class Steps:
+    """The steps of a page as tabs; a step is built anew, from the tab's state, whenever it is opened.
+
+    Parameters
+    ----------
+    steps
+        Title of each, and what builds it.
+    """
+
+    def __init__(self, steps: Sequence[tuple[str, Callable[[], None]]], first: str | None = None) -> None:
+        self._builders = dict(steps)
+        with ui.tabs().props('align="left" dense no-caps outside-arrows mobile-arrows').classes("w-full") as self._tabs:
+            for title, _ in steps:
+                ui.tab(title)
+        self._box = ui.element("div").classes("w-full").props('role="tabpanel"')
+        self._tabs.on_value_change(lambda event: self._build(event.value))
+        self._tabs.set_value(first if first in self._builders else steps[0][0])
+
+    def go(self, title: str) -> None:
+        """Open a step."""
+        if self._tabs.value == title:
+            self._build(title)
+        self._tabs.set_value(title)
+
+    def _build(self, title: str) -> None:
+        self._box.clear()
+        self._box.props(f'aria-label="{title}"')
+        with self._box:
+            self._builders[title]()

@@ -1,0 +1,30 @@
+"""The start page: one card a system, each with an example that runs in one click."""
+
+from __future__ import annotations
+
+from nicegui import ui
+
+from elusive.workbench.shell import head, main, pages
+
+LEAD = (
+    "Draw a scene, place sensors, tune, watch and measure. Each card opens one system; its example runs at once, and "
+    "everything in it can then be changed."
+)
+
+
+def start_page() -> None:
+    """Build the page."""
+    head("/")
+    with main("What shall be tracked?", LEAD), ui.element("div").classes("ew-cards"):
+        for page in pages():
+            with ui.element("article").classes("ew-card"):
+                ui.html(f"<h2>{page.title}</h2>", sanitize=False)
+                ui.html(f"<p>{page.summary}</p>", sanitize=False)
+                ui.html(f"<p><b>Example:</b> {page.example}</p>", sanitize=False).classes("ew-grow")
+                with ui.element("div").classes("ew-row"):
+                    ui.button(
+                        "Run the example", on_click=lambda path=page.path: ui.navigate.to(f"{path}?example=1")
+                    ).props(f'unelevated no-caps aria-label="Run the example: {page.title}"')
+                    ui.button("Open", on_click=lambda path=page.path: ui.navigate.to(path)).props(
+                        f'flat no-caps aria-label="Open {page.title}"'
+                    )

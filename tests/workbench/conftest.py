@@ -1,0 +1,129 @@
+"""A workbench on a free port, and a browser that notes every request and every error."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, NamedTuple
+from urllib.parse import urlsplit
+from urllib.request import urlopen
+
+import pytest
+
+CHROMIUM = shutil.which("chromium")
+ARGUMENTS = [
+    "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
+    "--disable-component-update", "--disable-sync",
+]  # fmt: skip
+LOCAL = ("127.0.0.1", "localhost", "")  # the last: data: and blob:
+
+
+class Served(NamedTuple):
+    address: str
+    folder: Path
+
+
+class Tab(NamedTuple):
+    page: Any
+    strangers: list[str]  # requests to anywhere but this machine
+    errors: list[str]
+
+
+def free_port() -> int:
+    with socket.socket() as one:
+        one.bind(("127.0.0.1", 0))
+        return int(one.getsockname()[1])
+
+
+def started(folder: Path, *more: str) -> tuple[subprocess.Popen[str], str]:
+    """Start a workbench; return it and the address it prints."""
+    port = free_port()
+    command = [sys.executable, "-m", "elusive", "workbench", "--folder", str(folder), "--port", str(port)]
+    # or NiceGUI takes itself for a part of the test
+    plain = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST_")}
+    server = subprocess.Popen([*command, "--no-browser", *more], stdout=subprocess.PIPE, text=True, env=plain)
+    assert server.stdout is not None
+    words = server.stdout.readline().split()
+    address = next((word for word in words if word.startswith("http://")), "")
+    if not address:
+        ended(server)
+        pytest.fail(f"the workbench did not start: {words}")
+    return server, address
+
+
+def ended(server: subprocess.Popen[str]) -> None:
+    server.terminate()
+    try:
+        server.wait(10)
+    except subprocess.TimeoutExpired:
+        server.kill()
+        server.wait()
+    assert server.stdout is not None
+    server.stdout.close()
+
+
+@pytest.fixture(scope="session")
+def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    if find_spec("nicegui") is None:
+        pytest.skip("NiceGUI is not installed: pip install 'elusive[workbench]'")
+    folder = tmp_path_factory.mktemp("workbench") / "folder"
+    server, address = started(folder)
+    for _ in range(100):
+        try:
+            urlopen(address, timeout=5).close()
+            break
+        except OSError:
+            time.sleep(0.1)
+    yield Served(address.rstrip("/"), folder)
+    ended(server)
+
+
+@pytest.fixture(scope="module")  # no longer: its event loop would stand in the way of tests that run one
+def browser() -> Iterator[Any]:
+    if CHROMIUM is None:
+        pytest.skip("there is no chromium on this machine")
+    if find_spec("playwright") is None:
+        pytest.skip("Playwright is not installed: pip install playwright")
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as driver:
+        opened = driver.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
+        yield opened
+        opened.close()
+
+
+@pytest.fixture
+def open_tab(browser: Any) -> Iterator[Callable[..., Tab]]:
+    """Give what opens a tab; at the end no request has left the machine and no script has failed."""
+    contexts, tabs = [], []
+
+    def opened(width: int = 1280, scheme: str = "light") -> Tab:
+        context = browser.new_context(
+            viewport={"width": width, "height": 900}, color_scheme=scheme, accept_downloads=True
+        )
+        contexts.append(context)
+        tab = Tab(context.new_page(), [], [])
+        tab.page.on(
+            "request",
+            lambda request: (
+                tab.strangers.append(request.url) if (urlsplit(request.url).hostname or "") not in LOCAL else None
+            ),
+        )
+        tab.page.on("console", lambda said: tab.errors.append(said.text) if said.type == "error" else None)
+        tab.page.on("pageerror", lambda error: tab.errors.append(str(error)))
+        tab.page.set_default_timeout(20_000)
+        tabs.append(tab)
+        return tab
+
+    yield opened
+    told = [(tab.strangers, tab.errors) for tab in tabs]
+    for context in contexts:
+        context.close()
+    assert told == [([], [])] * len(told)

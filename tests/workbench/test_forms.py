@@ -1,0 +1,117 @@
+"""Forms follow the models: every field is there, with unit, bounds and help, and refusals find their field."""
+
+from __future__ import annotations
+
+import pytest
+from pydantic import Field
+
+from elusive.errors import ParameterError
+from elusive.experiments.mendieta2017.scenario import image_method
+from elusive.model import Model, Positive
+from elusive.options import options_of
+from elusive.pipelines.link_images import ImageMethod
+from elusive.pipelines.link_scene import LinkScene
+from elusive.pipelines.link_simulation import LinkSimulation
+from elusive.workbench.forms import controls, faults, laid_over, text_of
+from elusive.workbench.links.presets import FIRST_SIMULATION, presets
+
+TRACKER = ("method", "tracker")
+
+
+class Inner(Model):
+    """A part."""
+
+    width_m: Positive = Field(2.0, le=9.0, description="How wide it is [m]")
+    names: tuple[float, ...] = Field((1.0, 2.5), description="Some numbers [s]")
+
+
+class Outer(Model):
+    """A whole."""
+
+    part: Inner = Field(Inner(), description="The part")
+    several: int | None = Field(None, ge=1, description="How many; none: as usual")
+    on: bool = Field(True, description="Whether")
+
+
+def test_a_field_brings_its_control_with_it() -> None:
+    shown = {one.key: one for one in controls(Outer())}
+    width = shown["part.width_m"]
+    assert (width.label, width.unit, width.help, width.group) == (
+        "Width", "m", "How wide it is. Above 0 to 9.", "The part",
+    )  # fmt: skip
+    assert shown["on"].switch
+    assert shown["several"].optional
+    assert [text_of(Outer(), one.path) for one in shown.values()] == ["2", "1, 2.5", "", True]
+
+
+@pytest.mark.parametrize("model", [LinkSimulation(), ImageMethod(), image_method("thesis", None, None)])
+def test_no_option_of_the_command_line_lacks_its_control(model: Model) -> None:
+    def stands(path: tuple[str, ...]) -> bool:
+        """Whether the kinds that are chosen have the field."""
+        here: object = model
+        for name in path:
+            if not hasattr(here, name):
+                return False
+            here = getattr(here, name)
+        return True
+
+    wanted = {option.path for option in options_of(type(model)) if stands(option.path)}
+    assert {one.path for one in controls(model)} == wanted
+
+
+def test_what_is_typed_is_laid_over_the_model() -> None:
+    typed = {("part", "width_m"): " 3.5 ", ("part", "names"): "4; 5", ("several",): "7", ("on",): False}
+    assert laid_over(Outer(), typed) == Outer(part=Inner(width_m=3.5, names=(4.0, 5.0)), several=7, on=False)
+    assert laid_over(Outer(several=3), {("several",): " "}) == Outer()
+
+
+def test_another_kind_brings_its_own_fields() -> None:
+    scene = presets()[FIRST_SIMULATION]
+    changed = laid_over(scene, {(*TRACKER, "kind"): "hungarian"})
+    assert isinstance(changed, LinkScene)
+    assert changed.method.tracker.kind == "hungarian"
+    keys = {one.key for one in controls(changed, (TRACKER,))}
+    assert "method.tracker.gate_m" in keys
+    assert "method.tracker.radius_m" not in keys
+
+
+@pytest.mark.parametrize(
+    ("key", "text", "sentence"),
+    [
+        ("simulation.walks.users", "0", "Walks.users: must be greater than or equal to 1 (got '0')."),
+        ("simulation.walks.users", "many", "Walks.users: must be a valid integer"),
+        ("simulation.radiation.width_x_m", "", "Radiation.width_x_m: must be a valid number"),
+        ("simulation.walks.latest_entrance", "900", "Walks.latest_entrance: step 900 is after the last"),
+        ("method.tracker.confirm_window", "2", "RadiusTracker: confirm_window: must be at least confirm_frames"),
+    ],
+)
+def test_a_refusal_is_led_to_its_field_in_the_librarys_words(key: str, text: str, sentence: str) -> None:
+    scene, path = presets()[FIRST_SIMULATION], tuple(key.split("."))
+    with pytest.raises(ParameterError) as refused:
+        laid_over(scene, {path: text})
+    marked, rest = faults(refused.value, controls(scene))
+    assert list(marked) == [path]
+    assert marked[path].startswith(sentence)
+    assert rest == ""
+
+
+def test_two_refusals_find_two_fields_and_what_is_of_none_is_said() -> None:
+    scene = presets()[FIRST_SIMULATION]
+    users, width = ("simulation", "walks", "users"), ("simulation", "walks", "turn_deg")
+    with pytest.raises(ParameterError) as refused:
+        laid_over(scene, {users: "0", width: "999"})
+    marked, _ = faults(refused.value, controls(scene))
+    assert set(marked) == {users, width}
+    assert "turn_deg" not in marked[users]
+    assert faults(ParameterError("paths: are wrong."), controls(scene)) == ({}, "paths: are wrong.")
+
+
+def test_the_presets_are_the_tables_of_the_thesis() -> None:
+    found = presets()
+    tracker = found["Table 4.6: radius of 3 m"].method.tracker
+    assert tracker.kind == "radius"
+    assert tracker.radius_m == 3.0
+    assert found["Table 4.4: fade level 5 dB"].simulation.radiation.amplitude_db == 5.0
+    assert len(found["Table 4.7: 9 sensors"].network().names) == 9
+    areas = [(scene.method.tracker.entrance.area, scene.area) for scene in found.values()]
+    assert all(one is not None and one.corners_m == other.corners_m for one, other in areas)

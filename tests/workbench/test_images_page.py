@@ -1,0 +1,238 @@
+"""Images in a browser: the paper's scenario by one click, two SNRs compared, frames of one's own."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from elusive.cli import main
+from elusive.errors import DataError, ParameterError
+from elusive.experiments.amrouche2018.scenario import WeakTarget
+from elusive.model import read_yaml
+from elusive.pipelines.image_scene import ImageScene, draw_images, held_frames
+from elusive.pipelines.images import track_images
+from elusive.workbench.images.panels import belief_of, player_of
+from elusive.workbench.images.recording import read_frames
+from tests.workbench.conftest import Served, Tab
+from tests.workbench.test_links_page import READY, button, download, field, told
+
+OpenTab = Callable[..., Tab]
+
+
+def score(page: Any, title: str) -> str:
+    shown: str = page.locator(f"[data-score='{title}']").inner_text()
+    return shown
+
+
+def played_to_the_end(page: Any, last: int) -> None:
+    """Play at every refresh: panels and curves stand at the player's frame throughout."""
+    page.get_by_role("slider", name="Frame").fill("0")
+    page.evaluate(
+        """() => {
+            const root = document.querySelector(".ew-player");
+            window.apart = 0; window.seen = [];
+            new MutationObserver(() => {
+                const shown = [...root.querySelectorAll(".ew-panel canvas")].map((one) => one.dataset.frame);
+                if (new Set([...shown, root.dataset.frame]).size > 1) window.apart += 1;
+                window.seen.push(Number(root.dataset.frame));
+            }).observe(root, { attributes: true, attributeFilter: ["data-drawn"] });
+        }"""
+    )
+    page.get_by_label("Speed", exact=True).select_option("0")
+    button(page, "Play").click()
+    page.locator(f'.ew-player[data-frame="{last}"]').wait_for()
+    seen = page.evaluate("window.seen")
+    assert page.evaluate("window.apart") == 0
+    assert seen == sorted(seen)
+    assert len(set(seen)) > last // 2
+    assert page.locator(f'.ew-curves[data-frame="{last}"]').count() == page.locator(".ew-curves").count() == 2
+
+
+def test_the_example_runs_by_one_click_and_the_command_line_repeats_it(
+    served: Served, open_tab: OpenTab, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = open_tab().page
+    page.goto(served.address)
+    button(page, "Run the example: A faint target in images").click()
+    page.get_by_text("This run: SNR 6.71 dB").wait_for()
+    page.get_by_text("Kept run: SNR 10 dB").wait_for()
+    page.locator(READY).wait_for()
+    assert page.locator(".ew-panel figcaption span").all_inner_texts() == ["Image", "Particle cloud", "Track"]
+    played_to_the_end(page, 29)
+    shown = score(page, "This run")
+    scene = download(page, "Run as YAML", tmp_path)
+    main_quietly("scene", scene, "--out", tmp_path / "out")
+    assert re.search(rf"Error where tracked, RMS\s+│\s+{re.escape(shown)} ", capsys.readouterr().out)
+    assert download(page, "Tracks as CSV", tmp_path).read_bytes() == (tmp_path / "out" / "tracks.csv").read_bytes()
+    drawn, settled = draw_images(ImageScene(**read_yaml(scene))), ImageScene(**read_yaml(scene)).settled
+    found = np.array([one.existence for one in track_images(drawn.frames, settled.tracking)])
+    line = page.locator(".ew-curves").first.evaluate("(root) => root.made.spec.series[0].y")
+    np.testing.assert_allclose(line, found, atol=1e-6)  # as they are sent
+
+
+def test_another_snr_is_compared_a_wrong_value_marked_a_run_called_off(served: Served, open_tab: OpenTab) -> None:
+    tab = open_tab(800, "dark")
+    page = tab.page
+    page.goto(f"{served.address}/images")
+    field(page, "leaves").fill("44")
+    told(page, "ImageScene.leaves: must be from the first frame with the target, 5, to the last of all, 29 (got 44).")
+    button(page, "Run").click()
+    told(page, "Correct the marked fields first.")
+    field(page, "frames").fill("1800")
+    field(page, "leaves").fill("44")
+    button(page, "Run").click()
+    button(page, "Cancel").click()
+    told(page, "Cancelled.")
+    assert page.locator(".ew-player").count() == 0
+    field(page, "leaves").fill("23")
+    field(page, "frames").fill("30")
+    button(page, "Run").click()
+    page.locator("[data-score='This run']").wait_for()
+    button(page, "Keep this run to compare").click()
+    field(page, "snr_db").fill("12")
+    button(page, "Run").click()
+    page.get_by_text("This run: SNR 12 dB").wait_for()
+    drawn = page.locator(".ew-curves").first.evaluate("(root) => root.made.spec.series.map((one) => one.name)")
+    assert drawn == ["existence, SNR 12 dB", "target there", "existence, SNR 6.71 dB"]
+    assert float(score(page, "This run").split()[0]) < float(score(page, "Kept run").split()[0])
+    assert page.evaluate("document.documentElement.scrollWidth") <= 800
+    page.reload()
+    page.get_by_text("Kept run: SNR 6.71 dB").wait_for()
+    page.locator(".ew-curves canvas").first.click(position={"x": 60, "y": 60})  # a click in a curve moves the player
+    assert page.locator(".ew-player").get_attribute("data-playing") == "false"
+    assert int(page.locator(".ew-player").get_attribute("data-frame")) < 5
+
+
+def test_frames_of_ones_own_sent_and_from_the_folder(
+    served: Served, open_tab: OpenTab, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    drawn = draw_images(ImageScene(rows=48, columns=48, snr_db=18, leaves=29))
+    np.save(served.folder / "own.npy", drawn.frames)
+    np.savetxt(served.folder / "own.txt", drawn.truth)
+    page = open_tab().page
+    page.goto(f"{served.address}/images")
+    page.get_by_role("radio", name="Open frames").click()
+    button(page, "Run").click()
+    told(page, "frames: none are opened; open some, or make a scenario.")
+    button(page, "Close").click()
+    for name, sentence in (("../own.npy", "is no plain file name"), ("none.npy", "is not in the workbench's folder")):
+        page.get_by_label("Name of frames").fill(name)
+        button(page, "Open frames").click()
+        told(page, sentence)
+    chooser = page.locator("input[type=file]").first
+    chooser.set_input_files({"name": "a.pkl", "mimeType": "application/octet-stream", "buffer": b"x"})
+    told(page, "The file is refused")
+    chooser.set_input_files({"name": "bad.npy", "mimeType": "application/octet-stream", "buffer": b"x"})
+    told(page, "bad.npy: cannot be read")
+    page.get_by_label("Name of frames").fill("own.npy")
+    button(page, "Open frames").click()
+    told(page, "own.npy: 30 frames of 48 x 48 pixels")
+    page.get_by_text("Where it truly was").click()
+    page.get_by_label("Name of truth").fill("own.txt")
+    button(page, "Open truth").click()
+    told(page, "own.txt: 30 places")
+    field(page, "filter.particles").fill("800")
+    button(page, "Run").click()
+    page.locator("[data-score='This run']").wait_for()
+    assert page.get_by_text("elusive track images own.npy --config tracking.yaml").count() == 1
+    shown = score(page, "This run")
+    config = download(page, "Run as YAML", tmp_path)
+    given = ["--config", config, "--truth", served.folder / "own.txt", "--out", tmp_path / "out"]
+    main_quietly("track", "images", served.folder / "own.npy", *given)
+    said = capsys.readouterr().out
+    assert re.search(rf"│\s+{re.escape(shown)} ", said)
+    assert download(page, "Tracks as CSV", tmp_path).read_bytes() == (tmp_path / "out" / "tracks.csv").read_bytes()
+
+
+def main_quietly(*arguments: object) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main([str(argument) for argument in arguments])
+    assert not ended.value.code
+
+
+def test_the_scene_as_it_stands_is_the_papers() -> None:
+    for motion in ("cv", "ct"):
+        scene = ImageScene(motion={"motion": {"kind": motion}}, seed=3)
+        papers = WeakTarget(motion=motion).simulate(np.random.default_rng(np.random.SeedSequence(3, spawn_key=(0,))))
+        drawn = draw_images(scene)
+        np.testing.assert_array_equal(drawn.frames, papers.frames)
+        np.testing.assert_array_equal(drawn.truth, papers.truth[:, [0, 2]])
+
+
+def test_a_target_that_leaves_the_frame_stays_away() -> None:
+    truth = draw_images(ImageScene(velocity_x=3.0)).truth
+    there = np.flatnonzero(np.isfinite(truth[:, 0]))
+    assert there.tolist() == list(range(5, 5 + len(there)))
+    assert 4 <= len(there) <= 7  # 15.3 px to the border at 3 px a frame
+    assert np.nanmax(truth[:, 0]) <= 19.5
+
+
+@pytest.mark.parametrize("kind", ["bernoulli", "existence", "recurrent"])
+def test_every_filter_is_told_what_the_scene_knows(kind: str) -> None:
+    quick = {"smoothing": 0.5, "max_velocity": 1.0} if kind == "recurrent" else {}
+    scene = ImageScene(snr_db=9.0, tracking={"filter": {"kind": kind, **quick}, "seed": 1})
+    flt: Any = scene.settled.tracking.filter
+    assert flt.sensor.shape == (20, 20)
+    assert (flt.target_snr_db if kind == "recurrent" else flt.birth.snr_db) == 9.0
+    left = scene.replace(filter_knows_target=False).settled.tracking.filter
+    assert (left.target_snr_db if kind == "recurrent" else left.birth.snr_db) != 9.0
+    drawn, states = draw_images(scene), []
+    results = list(track_images(drawn.frames, scene.settled.tracking, on_state=states.append))
+    beliefs = [belief_of(state, 100) for state in states]
+    if kind == "recurrent":
+        assert beliefs[-1].score is not None
+        assert beliefs[-1].score.shape == (20, 20)
+    else:
+        counts = [0 if one.dots is None else len(one.dots) for one in beliefs]
+        np.testing.assert_array_equal(counts, [round(100 * one.existence) for one in results])
+        dots = beliefs[20].dots
+        assert dots is not None
+        spread = np.sqrt(np.diag(results[20].covariance)[[0, 2]] / len(dots))
+        assert (np.abs(dots.mean(axis=0) - results[20].mean[[0, 2]]) < 3 * spread).all()
+    spec = player_of(drawn.frames, beliefs, [[] for _ in beliefs], drawn.truth)
+    assert (spec["frames"], spec["width"], spec["height"]) == (30, 20, 20)
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ({"leaves": 3}, "ImageScene.leaves: must be from the first frame with the target, 5, to the last of all, 29"),
+        ({"start_x": 30.0}, "ImageScene.start_x: the target appears at 30, 7.2, outside of frames of 20 x 20 pixels"),
+        ({"frames": 5000, "rows": 100, "columns": 100}, "ImageScene.frames: 5000 frames of 100 x 100 pixels are more"),
+        ({"sensor": {"dx": 2.0}}, "ImageSensor.dx: must be 1, and dy too"),
+    ],
+)
+def test_a_scene_that_cannot_be_is_refused(given: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(ParameterError, match=re.escape(sentence)):
+        ImageScene(**given)
+
+
+def test_what_a_page_cannot_keep_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    np.save(tmp_path / "many.npy", np.random.default_rng(1).standard_normal((9, 10, 10)))
+    assert read_frames(tmp_path / "many.npy").frames.shape == (9, 10, 10)
+    monkeypatch.setattr("elusive.workbench.images.recording.VALUES_AT_MOST", 800)
+    with pytest.raises(DataError, match=r"has more than 8 frames of 10 x 10 pixels, too many for a page"):
+        read_frames(tmp_path / "many.npy")
+
+
+def test_frames_in_memory_are_a_source_like_a_files(tmp_path: Path) -> None:
+    frames = draw_images(ImageScene()).frames
+    source = held_frames("held", frames, 5.0)
+    assert (source.shape, source.length, source.time_s(10)) == ((20, 20), 30, 2.0)
+    np.testing.assert_array_equal(np.stack(list(source)), frames)
+    with pytest.raises(DataError, match=r"held, frame 0: all its pixels are 0"):
+        list(held_frames("held", np.zeros((2, 20, 20))))
+
+
+def test_a_scene_of_an_unknown_system_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "scene.yaml").write_text("system: sonar\n", encoding="utf-8")
+    with pytest.raises(SystemExit) as ended:
+        main(["scene", str(tmp_path / "scene.yaml"), "--out", str(tmp_path / "out")])
+    assert ended.value.code == 2
+    assert "is a scene of system 'sonar'; known are links, images, signals" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()

@@ -1,0 +1,354 @@
+"""Radio tomography walked through as a person would, window by window, in a browser."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from elusive.cli import main
+from elusive.pipelines.link_simulation import LinkSimulation, simulate_links
+from elusive.pipelines.links import LinkTracking
+from elusive.simulation import Walks
+from elusive.simulation.networks import BorderNodes
+from tests.workbench.conftest import Served, Tab
+
+READY = ".ew-player[data-ready=yes]"
+PANELS = ["Radiation", "Estimate", "Filtered", "Clusters", "Association", "Identities", "Kalman", "Particle filter"]
+OpenTab = Callable[..., Tab]
+ANSWERS = """async (count) => {
+    const tabs = [...document.querySelectorAll('[role=tab]')];
+    const times = [];
+    for (let k = 0; k < count; k++) {
+        const title = k % 2 ? "4 Algorithm" : "5 Tracking", began = performance.now();
+        tabs.find((tab) => tab.innerText.trim() === title).click();
+        while (document.querySelector('[role=tabpanel]').getAttribute("aria-label") !== title) {
+            await new Promise((go) => setTimeout(go, 2));
+        }
+        times.push(performance.now() - began);
+    }
+    return times;
+}"""  # milliseconds until a step is there that was clicked
+
+
+def step(page: Any, title: str) -> None:
+    page.get_by_role("tab", name=title).click()
+    page.locator(f'[role=tabpanel][aria-label="{title}"]').wait_for()
+
+
+def button(page: Any, name: str) -> Any:
+    return page.get_by_role("button", name=name, exact=True)
+
+
+def field(page: Any, key: str) -> Any:
+    """The control of a field, by its path in the model."""
+    return page.locator(f'input[data-field="{key}"]')
+
+
+def at(page: Any, x: float, y: float) -> tuple[float, float]:
+    """Pixels of a place of the map."""
+    place = page.locator(".ew-floor").evaluate(
+        "(root, [x, y]) => { const box = root.querySelector('canvas').getBoundingClientRect(), view = root.made.view;"
+        " return [box.left + view.x(x), box.top + view.y(y)]; }",
+        [x, y],
+    )
+    return place[0], place[1]
+
+
+def told(page: Any, text: str) -> None:
+    page.get_by_text(text).first.wait_for()
+
+
+def picture(page: Any, name: str) -> None:
+    """Take a screenshot for the documentation, into the folder that WORKBENCH_PICTURES names."""
+    if "WORKBENCH_PICTURES" in os.environ:
+        page.mouse.move(2, 2)
+        page.wait_for_timeout(400)
+        page.screenshot(path=Path(os.environ["WORKBENCH_PICTURES"]) / f"workbench-{name}.png", full_page=True)
+
+
+def dismiss(page: Any) -> None:
+    """Close a refusal, and wait until it is gone."""
+    button(page, "Close").click()
+    page.locator(".q-notification.bg-negative").wait_for(state="detached")
+
+
+def download(page: Any, name: str, to: Path) -> Path:
+    with page.expect_download() as coming:
+        button(page, name).click()
+    path = to / coming.value.suggested_filename
+    coming.value.save_as(path)
+    return path
+
+
+def test_the_six_windows_from_paths_to_scores(
+    served: Served, open_tab: OpenTab, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tab = open_tab()
+    page = tab.page
+    page.goto(f"{served.address}/links")
+
+    # 1: a wrong value is marked at its field in the library's words; then paths, and one drawn by hand
+    users = field(page, "simulation.walks.users")
+    users.fill("0")
+    told(page, "Walks.users: must be greater than or equal to 1 (got '0').")
+    users.fill("2")
+    button(page, "Create paths").click()
+    told(page, "2 people, 150 steps")
+    button(page, "Draw a path").click()
+    told(page, "Draw with the pointer held down")
+    page.mouse.move(*at(page, -11, 0))
+    page.mouse.down()
+    page.mouse.move(*at(page, 0, 2), steps=8)
+    page.mouse.move(*at(page, 10, 0), steps=8)
+    page.mouse.up()
+    told(page, "3 people, 150 steps")
+    picture(page, "paths")
+
+    # 2: radiation, from above and as a surface, turned
+    step(page, "2 Radiation")
+    button(page, "Create radiation").click()
+    page.locator(READY).wait_for()
+    page.get_by_label("Frame", exact=True).fill("20")
+    assert page.locator(".ew-player").get_attribute("data-frame") == "20"
+    button(page, "Show as a surface").click()
+    assert page.locator(".ew-player").get_attribute("data-view") == "3-D"
+    before = pixels(page)
+    canvas = page.locator(".ew-panel canvas").bounding_box()
+    page.mouse.move(canvas["x"] + 100, canvas["y"] + 100)
+    page.mouse.down()
+    page.mouse.move(canvas["x"] + 180, canvas["y"] + 120, steps=3)
+    page.mouse.up()
+    assert pixels(page) != before
+    picture(page, "radiation")
+
+    # 3: five sensors by clicks, one deleted, saved, loaded, ellipses, coverage; then the ring
+    step(page, "3 Sensors")
+    button(page, "Delete all").click()
+    told(page, "0 sensors")
+    for number, place in enumerate([(-10, -10), (10, -10), (10, 10), (-10, 10), (0, 0)], 1):
+        page.mouse.click(*at(page, *place))
+        told(page, f"{number} sensors")
+    page.mouse.click(*at(page, 0, 0))
+    button(page, "Delete selected").click()
+    told(page, "4 sensors, 6 links")
+    page.get_by_label("File name").fill("four.csv")
+    button(page, "Save as").click()
+    told(page, "Saved as four.csv.")
+    assert len((served.folder / "four.csv").read_text().splitlines()) == 5
+    page.get_by_label("File name").fill("../four.csv")
+    button(page, "Save as").click()
+    told(page, "is no plain file name")
+    dismiss(page)
+    button(page, "Place in a ring").click()
+    told(page, "41 sensors, 820 links")
+    page.get_by_label("File name").fill("four.csv")
+    button(page, "Load").click()
+    told(page, "4 sensors, 6 links")
+    button(page, "Show ellipses").click()
+    button(page, "Hide ellipses").wait_for()
+    button(page, "Show coverage").click()
+    told(page, "of 2304 voxels blind")
+    page.locator(".q-notification").wait_for(state="detached")
+    picture(page, "sensors")
+    page.locator("input[type=file]").set_input_files(
+        {"name": "bad.csv", "mimeType": "text/csv", "buffer": b"node,x_m,y_m\n1,a,2\n"}
+    )
+    told(page, "bad.csv, line 2, column x_m: 'a' is no number; give metres.")
+    dismiss(page)
+    page.mouse.move(*at(page, 10, 10))
+    page.mouse.down()
+    page.mouse.move(*at(page, 8, 9), steps=4)
+    page.mouse.up()
+    page.get_by_role("cell", name="8.00").wait_for()
+    button(page, "Place in a ring").click()
+    told(page, "41 sensors, 820 links")
+
+    # 4: fourteen parameters; Apply called off once, then let through
+    step(page, "4 Algorithm")
+    assert field(page, "method.tracker.radius_m").input_value() == "2.5"
+    button(page, "Apply").click()
+    button(page, "Cancel").click()
+    told(page, "Cancelled.")
+    button(page, "Apply").click()
+    told(page, "track 1  CANDIDATE")
+    picture(page, "algorithm")
+
+    # 5: eight panels to the end, in step
+    step(page, "5 Tracking")
+    page.locator(READY).wait_for()
+    assert page.locator(".ew-panel figcaption span").all_inner_texts() == PANELS
+    page.evaluate(
+        """() => {
+            const root = document.querySelector(".ew-player");
+            window.apart = 0; window.seen = [];
+            new MutationObserver(() => {
+                const shown = [...root.querySelectorAll(".ew-panel canvas")].map((one) => one.dataset.frame);
+                if (new Set([...shown, root.dataset.frame]).size > 1) window.apart += 1;
+                window.seen.push(Number(root.dataset.frame));
+            }).observe(root, { attributes: true, attributeFilter: ["data-drawn"] });
+        }"""
+    )
+    page.get_by_label("Speed").select_option("0")
+    button(page, "Play").click()
+    page.locator('.ew-player[data-frame="149"]').wait_for()
+    seen = page.evaluate("window.seen")
+    assert page.evaluate("window.apart") == 0
+    assert seen == sorted(seen)
+    assert len(set(seen)) > 100
+    page.get_by_label("Frame", exact=True).fill("70")
+    picture(page, "tracking")
+    button(page, "Enlarge Kalman").click()
+    assert page.locator(".ew-large figcaption span").inner_text() == "Kalman"
+
+    # 6: the scores are the command line's, from the scene as it is exported
+    step(page, "6 Performance")
+    shown = page.locator("[data-mota='This run']").inner_text()
+    scene = download(page, "Scene as YAML", tmp_path)
+    with pytest.raises(SystemExit):
+        main(["scene", str(scene), "--out", str(tmp_path / "out")])
+    assert re.search(rf"MOTA\s+│\s+{re.escape(shown)} ", capsys.readouterr().out)
+    exported = json.loads(download(page, "Scores as JSON", tmp_path).read_text())
+    assert exported == json.loads((tmp_path / "out" / "scores.json").read_text())
+    tracks = download(page, "Tracks as CSV", tmp_path)
+    assert tracks.read_bytes() == (tmp_path / "out" / "tracks.csv").read_bytes()
+    assert download(page, "Figure as PNG", tmp_path).read_bytes().startswith(b"\x89PNG")
+    button(page, "Keep this run to compare").click()
+    page.locator("[data-mota='Kept run']").wait_for()
+    picture(page, "performance")
+
+    # a lost connection, and a reload: the scene is still there
+    page.reload()
+    page.locator("[data-mota='Kept run']").wait_for()
+    assert page.locator("[data-mota='This run']").inner_text() == shown
+
+
+def test_every_window_fits_its_width_and_every_control_has_a_name(served: Served, open_tab: OpenTab) -> None:
+    width = 800
+    page = open_tab(width, "dark").page
+    page.goto(f"{served.address}/links?example=1")
+    page.locator(READY).wait_for()
+    for title in ("1 Paths", "2 Radiation", "3 Sensors", "4 Algorithm", "5 Tracking", "6 Performance"):
+        step(page, title)
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        nameless = page.evaluate(
+            """() => [...document.querySelectorAll("button, input:not([type=file]), select, canvas, [role=tab]")]
+                .filter((one) => one.offsetParent !== null && !(one.getAttribute("aria-label") || one.innerText ||
+                    (one.labels && one.labels.length) || one.getAttribute("aria-labelledby") || one.closest("label")))
+                .map((one) => one.outerHTML.slice(0, 200))"""
+        )
+        assert nameless == []
+
+
+def test_two_tabs_do_not_meet(served: Served, open_tab: OpenTab) -> None:
+    one, other = open_tab().page, open_tab(800, "dark").page
+    for page in (one, other):
+        page.goto(f"{served.address}/links")
+    field(one, "simulation.walks.users").fill("5")
+    button(one, "Create paths").click()
+    told(one, "5 people")
+    button(other, "Create paths").click()
+    told(other, "3 people")
+    again = one.context.new_page()  # of one browser, with its cookies
+    again.goto(f"{served.address}/links")
+    assert field(again, "simulation.walks.users").input_value() == "3"
+    one.reload()
+    told(one, "5 people")
+    assert other.evaluate("document.documentElement.scrollWidth") <= 800
+
+
+def test_a_card_runs_its_example_in_one_click_and_the_page_goes_on_answering(served: Served, open_tab: OpenTab) -> None:
+    page = open_tab().page
+    page.goto(served.address)
+    page.get_by_role("button", name="Run the example: People in a radio network").click()
+    page.locator(READY).wait_for()
+    page.wait_for_function("Number(document.querySelector('.ew-player').dataset.frame) > 3")  # it plays at once
+    page.locator(".ew-player").focus()
+    page.keyboard.press(" ")
+    page.keyboard.press("Home")
+    page.keyboard.press("ArrowRight")
+    assert page.locator(".ew-player").get_attribute("data-frame") == "1"
+    page.keyboard.press("End")
+    assert page.locator(".ew-player").get_attribute("data-frame") == "149"
+
+
+def test_a_recorded_log_takes_the_place_of_paths_and_radiation(
+    served: Served, open_tab: OpenTab, tmp_path: Path
+) -> None:
+    walks = Walks(users=2, total_positions=25, latest_entrance=0)
+    simulate_links(LinkSimulation(walks=walks, network=BorderNodes(nodes=24), seed=2), tmp_path / "room")
+    page = open_tab().page
+    page.goto(f"{served.address}/links")
+    step(page, "3 Sensors")
+    page.locator("input[type=file]").set_input_files(tmp_path / "room" / "nodes.csv")
+    told(page, "24 sensors")
+    step(page, "2 Radiation")
+    log = page.locator("input[type=file]").first
+    log.set_input_files({"name": "log.csv", "mimeType": "text/csv", "buffer": b"time_s,0-99-0\n1,2\n"})
+    told(page, "log.csv, line 1")
+    dismiss(page)
+    log.set_input_files(tmp_path / "room" / "log.csv")
+    told(page, "35 frames: press Apply")
+    field(page, "calibration_frames").fill("10")
+    page.locator("input[type=file]").nth(1).set_input_files(tmp_path / "room" / "truth.csv")
+    told(page, "log.csv, with its truth")
+    step(page, "4 Algorithm")
+    page.get_by_label("Preset").click()
+    page.get_by_role("option", name="default tracker").click()
+    field(page, "method.tracker.gate_m").wait_for()
+    button(page, "Apply").click()
+    told(page, "track 1  CANDIDATE")
+    step(page, "5 Tracking")
+    page.locator(READY).wait_for()
+    assert page.locator("input[type=range]").get_attribute("max") == "24"
+    step(page, "6 Performance")
+    assert float(page.locator("[data-mota='This run']").inner_text()) > 0.5
+    configuration = download(page, "Configuration for track links", tmp_path)
+    assert LinkTracking.from_yaml(configuration).calibration_frames == 10
+
+
+def test_the_page_answers_while_it_computes(served: Served, open_tab: OpenTab) -> None:
+    """How fast is measured by the benchmarks."""
+    page = open_tab().page
+    begin_long_run(page, served.address)
+    assert len(page.evaluate(ANSWERS, 2)) == 2
+    assert button(page, "Cancel").is_enabled()  # it was under way all the time
+    button(page, "Cancel").click()
+    told(page, "Cancelled.")
+
+
+def test_a_lost_connection_comes_back_to_the_same_scene(served: Served, open_tab: OpenTab) -> None:
+    tab = open_tab()
+    page = tab.page
+    page.goto(f"{served.address}/links")
+    field(page, "simulation.walks.users").fill("6")
+    button(page, "Create paths").click()
+    told(page, "6 people")
+    page.evaluate("window.socket.io.engine.close()")
+    page.wait_for_function("!window.socket.connected")
+    page.wait_for_function("window.socket.connected")
+    assert field(page, "simulation.walks.users").input_value() == "6"
+    button(page, "New paths").click()
+    told(page, "6 people")
+
+
+def begin_long_run(page: Any, address: str) -> None:
+    """Track forty people, and wait until it is under way."""
+    page.goto(f"{address}/links")
+    field(page, "simulation.walks.users").fill("40")
+    field(page, "simulation.walks.total_positions").fill("400")
+    button(page, "Create paths").click()
+    told(page, "40 people")
+    step(page, "4 Algorithm")
+    button(page, "Apply").click()
+    told(page, "steps done")
+
+
+def pixels(page: Any) -> str:
+    found: str = page.locator(".ew-panel canvas").first.evaluate("(canvas) => canvas.toDataURL()")
+    return found

@@ -1,0 +1,168 @@
+"""What a stranger may not do: leave the folder, send too much or the wrong kind, ask without the token."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Coroutine
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from elusive.errors import DataError
+from elusive.io.radio_network import read_nodes
+from elusive.workbench import files
+from elusive.workbench.blocks import HELD, Blocks, Panel, player_spec, scaled
+from elusive.workbench.files import inside, read_upload
+from elusive.workbench.guard import Guard
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "../a.csv",
+        "/etc/passwd.csv",
+        "..",
+        "",
+        "a/b.csv",
+        "a\\b.csv",
+        ".hidden.csv",
+        "x" * 200 + ".csv",
+        "a\0.csv",
+        "~/a.csv",
+    ],
+)
+def test_a_name_that_leads_out_of_the_folder_is_refused(tmp_path: Path, name: str) -> None:
+    with pytest.raises(DataError, match="no plain file name"):
+        inside(tmp_path, name, (".csv",))
+
+
+def test_a_link_out_of_the_folder_and_another_kind_are_refused(tmp_path: Path) -> None:
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    (folder / "out.csv").symlink_to(tmp_path / "secret.csv")
+    with pytest.raises(DataError, match="leads out of"):
+        inside(folder, "out.csv", (".csv",))
+    with pytest.raises(DataError, match=r"has no ending of \.csv"):
+        inside(folder, "a.py", (".csv",))
+    assert inside(folder, "a b-1.csv", (".csv",)) == folder / "a b-1.csv"
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "sentence"),
+    [
+        ("a.exe", b"", r"a\.exe: is of no kind that is read here; send \.csv\."),
+        ("../../a.csv", b"node,x_m,y_m\n1,a,2\n", r"^a\.csv, line 2, column x_m: 'a' is no number"),
+        ("a.csv", b"\xff\xfe\x00", r"^a\.csv"),
+        ("a.csv", b"", r"^a\.csv: holds 0 nodes"),
+    ],
+)
+def test_a_broken_upload_is_refused_with_what_is_wrong(name: str, data: bytes, sentence: str) -> None:
+    with pytest.raises(DataError, match=sentence):
+        read_upload(name, data, (".csv",), read_nodes)
+
+
+def test_an_upload_that_is_too_large_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(files, "UPLOAD_MOST_BYTES", 10)
+    with pytest.raises(DataError, match="holds 11 bytes, more than 10"):
+        read_upload("a.csv", b"x" * 11, (".csv",), read_nodes)
+    assert read_upload("a.csv", b"0 0\n1 1\n", (".csv",), read_nodes).names == ("0", "1")
+
+
+def done(work: Coroutine[Any, Any, None]) -> None:
+    """Run work on an event loop of its own thread: the browser's tests may hold this one's."""
+    with ThreadPoolExecutor(1) as thread:
+        thread.submit(asyncio.run, work).result()
+
+
+def asked(
+    token: str | None, *, host: str = "127.0.0.1:80", query: str = "", sent: bytes = b"", **more: str
+) -> tuple[int, dict[str, str]]:
+    """Ask a guarded application over HTTP; return status and headers."""
+    answers: list[Any] = []
+
+    async def application(scope: Any, receive: Any, send: Any) -> None:
+        await receive()
+        await send({"type": "http.response.start", "status": 200, "headers": []})
+
+    async def receive() -> Any:
+        return {"type": "http.request", "body": sent}
+
+    async def send(message: Any) -> None:
+        answers.append(message)
+
+    headers = [
+        (b"host", host.encode()),
+        *((name.replace("_", "-").encode(), value.encode()) for name, value in more.items()),
+    ]
+    scope = {"type": "http", "headers": headers, "query_string": query.encode()}
+    done(Guard(application, token, 1000)(scope, receive, send))
+    given = {name.decode(): value.decode() for name, value in answers[0]["headers"]}
+    return answers[0]["status"], given
+
+
+def test_this_machine_alone_is_served_without_a_token() -> None:
+    assert asked(None)[0] == 200
+    assert asked(None, host="localhost:1")[0] == 200
+    assert asked(None, host="[::1]:1")[0] == 200
+    assert asked(None, host="evil.example:80")[0] == 403  # a name bent to this machine
+    assert asked(None, origin="http://evil.example")[0] == 403
+    assert asked(None, origin="http://127.0.0.1:80")[0] == 200
+
+
+def test_elsewhere_the_token_is_asked_for_once() -> None:
+    assert asked("secret", host="10.0.0.1:80")[0] == 403
+    assert asked("secret", host="10.0.0.1:80", query="token=wrong")[0] == 403
+    assert asked("secret", host="10.0.0.1:80", cookie="elusive_token=wröng")[0] == 403
+    status, given = asked("secret", host="10.0.0.1:80", query="token=secret")
+    assert status == 200
+    assert given["set-cookie"] == "elusive_token=secret; HttpOnly; SameSite=Strict; Path=/"
+    status, given = asked("secret", host="10.0.0.1:80", cookie="a=b; elusive_token=secret")
+    assert status == 200
+    assert "set-cookie" not in given
+    assert given["x-content-type-options"] == "nosniff"
+
+
+def test_a_body_is_counted_whatever_its_header_says() -> None:
+    assert asked(None, content_length="1001")[0] == 413
+    assert asked(None, content_length="many")[0] == 413
+    assert asked(None, sent=b"x" * 1001)[0] == 413
+    assert asked(None, sent=b"x" * 1000)[0] == 200
+
+
+def test_a_socket_of_another_site_is_closed() -> None:
+    answers: list[Any] = []
+
+    async def nothing(*_: Any) -> Any:
+        return {"type": "websocket.connect"}
+
+    async def send(message: Any) -> None:
+        answers.append(message)
+
+    scope = {"type": "websocket", "headers": [(b"host", b"127.0.0.1:80"), (b"origin", b"http://evil.example")]}
+    done(Guard(nothing, None, 10)(scope, nothing, send))
+    assert answers == [{"type": "websocket.close", "code": 1008}]
+
+
+def test_frames_travel_as_one_block_on_the_scale_that_is_told() -> None:
+    images = np.linspace(-1.0, 3.0, 2 * 3 * 4).reshape(2, 3, 4)
+    one, two = scaled("One", images, "dB", low=0.0), Panel("Two", np.full((2, 3, 4), 7, np.uint8), colours="labels")
+    spec = player_spec("Both", [one, two], (0.0, 4.0, 0.0, 3.0), marks=[[[], []], None])
+    held = HELD.get(spec["url"].rpartition("/")[2])
+    assert held is not None
+    block = np.frombuffer(held[0], np.uint8).reshape(spec["frames"], 2, spec["height"], spec["width"])
+    low, high = spec["panels"][0]["low"], spec["panels"][0]["high"]
+    np.testing.assert_allclose(low + block[:, 0] / 255 * (high - low), np.clip(images, 0, None), atol=3 / 255)
+    assert (block[:, 1] == 7).all()
+    assert "unit" not in spec["panels"][1]
+
+
+def test_the_oldest_frames_make_room() -> None:
+    held = Blocks(most_bytes=10)
+    first, second = held.hold(b"x" * 6), held.hold(b"y" * 6)
+    assert held.get(first) is None
+    assert held.get(second) == (b"y" * 6, "application/octet-stream")
+    held.drop(second)
+    assert held.get(second) is None
