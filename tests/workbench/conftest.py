@@ -118,7 +118,7 @@ def open_tab(browser: Any) -> Iterator[Callable[..., Tab]]:
         )
         tab.page.on("console", lambda said: tab.errors.append(said.text) if said.type == "error" else None)
         tab.page.on("pageerror", lambda error: tab.errors.append(str(error)))
-        tab.page.set_default_timeout(20_000)
+        tab.page.set_default_timeout(90_000)  # a machine that does much else is slow
         tabs.append(tab)
         return tab
 

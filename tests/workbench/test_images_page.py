@@ -9,15 +9,17 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
+from PIL import Image
 
 from elusive.cli import main
 from elusive.errors import DataError, ParameterError
 from elusive.experiments.amrouche2018.scenario import WeakTarget
-from elusive.model import read_yaml
 from elusive.pipelines.image_scene import ImageScene, draw_images, held_frames
 from elusive.pipelines.images import track_images
 from elusive.workbench.images.panels import belief_of, player_of
-from elusive.workbench.images.recording import read_frames
+from elusive.workbench.images.recording import KINDS, read_frames
+from elusive.workbench.opener import read_named
 from tests.workbench.conftest import Served, Tab
 from tests.workbench.test_links_page import READY, button, download, field, told
 
@@ -69,8 +71,7 @@ def test_the_example_runs_by_one_click_and_the_command_line_repeats_it(
     main_quietly("scene", scene, "--out", tmp_path / "out")
     assert re.search(rf"Error where tracked, RMS\s+│\s+{re.escape(shown)} ", capsys.readouterr().out)
     assert download(page, "Tracks as CSV", tmp_path).read_bytes() == (tmp_path / "out" / "tracks.csv").read_bytes()
-    drawn, settled = draw_images(ImageScene(**read_yaml(scene))), ImageScene(**read_yaml(scene)).settled
-    found = np.array([one.existence for one in track_images(drawn.frames, settled.tracking)])
+    found = xr.load_dataset(tmp_path / "out" / "result.nc")["existence"]
     line = page.locator(".ew-curves").first.evaluate("(root) => root.made.spec.series[0].y")
     np.testing.assert_allclose(line, found, atol=1e-6)  # as they are sent
 
@@ -101,6 +102,13 @@ def test_another_snr_is_compared_a_wrong_value_marked_a_run_called_off(served: S
     assert drawn == ["existence, SNR 12 dB", "target there", "existence, SNR 6.71 dB"]
     assert float(score(page, "This run").split()[0]) < float(score(page, "Kept run").split()[0])
     assert page.evaluate("document.documentElement.scrollWidth") <= 800
+    page.get_by_text("The filter", exact=True).click()
+    for kind, own in (("recurrent", "threshold_from"), ("existence", "initial_existence")):
+        page.locator('[data-field="tracking.filter.kind"]').first.click()
+        page.get_by_role("option", name=kind, exact=True).click()
+        page.locator(f'[data-field="tracking.filter.{own}"]').first.wait_for()
+    button(page, "Run").click()  # the one that is left: existence
+    page.get_by_text("This run: SNR 12 dB, existence").wait_for()
     page.reload()
     page.get_by_text("Kept run: SNR 6.71 dB").wait_for()
     page.locator(".ew-curves canvas").first.click(position={"x": 60, "y": 60})  # a click in a curve moves the player
@@ -179,9 +187,10 @@ def test_every_filter_is_told_what_the_scene_knows(kind: str) -> None:
     flt: Any = scene.settled.tracking.filter
     assert flt.sensor.shape == (20, 20)
     assert (flt.target_snr_db if kind == "recurrent" else flt.birth.snr_db) == 9.0
-    left = scene.replace(filter_knows_target=False).settled.tracking.filter
+    left: Any = scene.replace(filter_knows_target=False).settled.tracking.filter
     assert (left.target_snr_db if kind == "recurrent" else left.birth.snr_db) != 9.0
-    drawn, states = draw_images(scene), []
+    drawn = draw_images(scene)
+    states: list[Any] = []
     results = list(track_images(drawn.frames, scene.settled.tracking, on_state=states.append))
     beliefs = [belief_of(state, 100) for state in states]
     if kind == "recurrent":
@@ -236,3 +245,23 @@ def test_a_scene_of_an_unknown_system_is_refused(tmp_path: Path, capsys: pytest.
     assert ended.value.code == 2
     assert "is a scene of system 'sonar'; known are links, images, signals" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_a_folder_of_images_is_opened_and_one_that_leads_out_is_not(tmp_path: Path) -> None:
+    folder, frames = tmp_path / "folder", 100 + 50 * draw_images(ImageScene()).frames[:4]
+    (folder / "shots").mkdir(parents=True)
+    for number, frame in enumerate(frames):
+        Image.fromarray(frame.clip(0, 255).astype(np.uint8)).save(folder / "shots" / f"{number}.png")
+    read = read_named(folder, "shots", KINDS, read_frames, folders=True)
+    np.testing.assert_array_equal(read.frames, frames.clip(0, 255).astype(np.uint8))
+    np.save(tmp_path / "secret.npy", frames)
+    (folder / "shots" / "4.png").symlink_to(tmp_path / "secret.npy")
+    (folder / "link.npy").symlink_to(tmp_path / "secret.npy")
+    for name, sentence in (("shots", "shots: 4.png leads out of"), ("link.npy", "link.npy: leads out of")):
+        with pytest.raises(DataError, match=sentence):
+            read_named(folder, name, KINDS, read_frames, folders=True)
+    (folder / "bad.npy").write_bytes(b"x")
+    with pytest.raises(DataError, match=r"^bad\.npy: cannot be read"):  # no path of the machine
+        read_named(folder, "bad.npy", KINDS, read_frames, folders=True)
+    with pytest.raises(DataError, match="shots: has no ending of"):
+        read_named(folder, "shots", KINDS, read_frames, folders=False)

@@ -62,6 +62,7 @@ def test_the_radiation_stays_when_sensors_change(small: LinkScene) -> None:
         np.testing.assert_array_equal(one, other)
 
 
+@pytest.mark.validate
 def test_a_run_scores_as_the_thesis_experiment_does() -> None:
     """Of eight runs each, drawn by other numbers, the mean MOTA agrees within three standard errors."""
     first = first_simulation()

@@ -40,7 +40,7 @@ def opener(
     async def named() -> None:
         with told():
             found = name.value or ""
-            take(found, await away(lambda: _read_named(SETTINGS.folder, found, kinds, read, folders)))
+            take(found, await away(lambda: read_named(SETTINGS.folder, found, kinds, read, folders)))
 
     async def sent(event: Any) -> None:
         event.sender.reset()
@@ -49,9 +49,10 @@ def opener(
             take(event.file.name, await away(lambda: read_upload(event.file.name, data, kinds, read)))
 
     words = ", ".join(kinds)
-    ui.label(f"{what.capitalize()}: {words}" + (", or a folder of images" if folders else "")).classes("ew-note")
+    more = ", or a folder of images" if folders else ""
+    ui.label(f"From the workbench's folder, or sent: {words}{more}").classes("ew-note")
     with ui.element("div").classes("ew-row w-full"):
-        name = ui.input(f"Name of {what} in the workbench's folder").props("dense outlined").classes("grow")
+        name = ui.input(f"Name of {what}").props("dense outlined").classes("grow")
         name.on("keydown.enter", named)
         ui.button("Open", on_click=named).props(f'outline no-caps aria-label="Open {what}"')
     ui.upload(
@@ -61,9 +62,16 @@ def opener(
     ).props(f'accept="{",".join(kinds)}" flat bordered').classes("w-full")  # fmt: skip
 
 
-def _read_named(
+def read_named(
     folder: Path, name: str, kinds: Sequence[str], read: Callable[[Path], Read], folders: bool
 ) -> Read:  # fmt: skip
+    """Read a file of that name in the folder, or a folder of images in it.
+
+    Raises
+    ------
+    DataError
+        If it is not there, leads out of the folder, is of another kind, or cannot be read.
+    """
     path = inside(folder, name, (*kinds, "") if folders else kinds)
     if not path.exists():
         raise DataError(f"{name}: is not in the workbench's folder; put it there, or send it.")

@@ -110,7 +110,9 @@ class Form:
         if one.switch:
             made = ui.switch(label, value=bool(value), on_change=typed)
         elif one.choices:
-            made = ui.select(list(one.choices), label=label, value=value, on_change=typed)
+            named = {choice: choice for choice in one.choices}
+            named = {"": "the usual one"} | named if one.optional else named
+            made = ui.select(named, label=label, value=value, on_change=typed)
         else:
             made = ui.input(label, value=str(value), on_change=typed)
         if not one.switch:

@@ -21,7 +21,7 @@ LINES_MOST = 60  # bearings drawn
 CORNERS = 28  # dots of an ellipse
 INSIDE, OUTSIDE = "#7ee787", "#ff9d5c"
 LEGEND = (
-    "bright: along a sensor's bearing", "+ the true place", "green: the track",
+    "bright: along a sensor's bearing", "+ the true place", "green: the estimate; line: the last 25 of it",
     "green dots: 95 % ellipse that holds the truth", "orange dots: one that does not",
 )  # fmt: skip
 EDGES = tuple(2 * math.pi * k / CORNERS for k in range(CORNERS))

@@ -62,6 +62,8 @@ class ChartWindow:
 
     def _open(self, name: str, chart: OpenedChart) -> None:
         self._state.open(name, chart)
+        self._form.show(self._state.scene)
+        self._more.show(self._state.scene)
         ui.timer(0.01, self._show, once=True)
 
     def _take(self, scene: ChartScene) -> ChartScene:

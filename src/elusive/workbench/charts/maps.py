@@ -48,7 +48,10 @@ def zoomed(extent: Extent, x: float, y: float, times: float) -> Extent:
 
 
 def chart_shapes(state: ChartsState, extent: Extent, *, land: bool = True) -> list[dict[str, Any]]:
-    """Return land, coverage and zones of quality as a map draws them, as far as they are in view."""
+    """Return land, coverage and zones of quality as a map draws them, as far as they are in view.
+
+    Without ``land`` the shore is a line, and no zone is drawn: something else shows what is land.
+    """
     import shapely
 
     assert state.chart is not None
@@ -62,7 +65,7 @@ def chart_shapes(state: ChartsState, extent: Extent, *, land: bool = True) -> li
             shapely.union_all(state.frame.project(chart.coverage)), window, finest,
             {"stroke": "--ew-quiet", "dashed": True},
         )  # fmt: skip
-        for zone, grade in zip(state.frame.project(chart.zones), chart.catzoc, strict=True):
+        for zone, grade in zip(state.frame.project(chart.zones), chart.catzoc, strict=True) if land else ():
             colour = ZONES.get(GRADES.get(int(grade), "U"), ZONES["U"])
             shapes += _rings(zone, window, finest, {"stroke": colour, "width": 2.5})
     return shapes

@@ -24,7 +24,7 @@ NARROWEST_M = 25.0
 RING = 0.02  # radius of a plot's ring, to the width
 LEGEND = (
     "light: water, dark: land, as this use of the chart has it", "amber: particles", "ring: plot", "+ true place",
-    "green: estimate",
+    "green: estimate; line: the last 25 of it",
 )  # fmt: skip
 
 

@@ -123,7 +123,7 @@ def sail(scene: ChartScene, chart: ChartFile, advance: Callable[[int], None]) ->
     Raises
     ------
     DataError
-        As :func:`lay`.
+        As :func:`lay`, or if every use is refused.
     """
     with tempfile.TemporaryDirectory(prefix="elusive-") as name:
         folder = Path(name)
@@ -143,6 +143,8 @@ def sail(scene: ChartScene, chart: ChartFile, advance: Callable[[int], None]) ->
             except ElusiveError as error:
                 refusal = str(error).replace(f"{folder}/", "")
             each.append(Used(method, parameters, outcome, refusal, time.perf_counter() - began))
+        if each and all(one.outcome is None for one in each):
+            raise DataError(each[0].refusal)
         frame = LocalFrame.at(scene.radar.lon_deg, scene.radar.lat_deg)
         around = build_scene(read_charts(folder / chart.name), scene.tracking.scene, frame)
     return Sailed(scene, rows, around, way.states[:, [0, 2]], way.times_s, each)

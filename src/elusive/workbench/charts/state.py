@@ -66,7 +66,10 @@ class ChartsState:
         self.shows_water = False
 
     def open(self, name: str, chart: OpenedChart, scene: ChartScene | None = None) -> None:
-        """Take another chart; a route drawn on the last one is gone with it."""
+        """Take another chart; a route drawn on the last one is gone with it.
+
+        One that states its quality is taken at its word, until a deviation of the coast is told.
+        """
         self.chart = chart._replace(file=chart.file._replace(name=name if PLAIN.fullmatch(name) else chart.file.name))
         self.__dict__.pop("frame", None)
         self.view = None
@@ -74,7 +77,11 @@ class ChartsState:
             x0, x1, y0, y1 = self.chart_extent
             lon, lat = self.frame.to_lonlat(np.array([[0.5 * (x0 + x1), 0.5 * (y0 + y1)]]))[0]
             radar = self.scene.radar.replace(lon_deg=round(float(lon), 6), lat_deg=round(float(lat), 6))
-            scene = self.scene.replace(route_deg=(), radar=radar)
+            tracking = self.scene.tracking
+            if any(len(one.zones) for one in chart.charts):
+                stated = tracking.scene.imprecision.replace(coast_sigma_m=None)
+                tracking = tracking.replace(scene=tracking.scene.replace(imprecision=stated))
+            scene = self.scene.replace(route_deg=(), radar=radar, tracking=tracking)
         self.scene = scene
         self.recorded = None
         self.forget_run()

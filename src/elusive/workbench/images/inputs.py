@@ -33,6 +33,7 @@ class ImageInputs:
     def __init__(self, state: ImagesState) -> None:
         self._state = state
         self._forms: list[Form] = []
+        self._is_open = False  # the filter's fields
         choice = ui.radio(SOURCES, value="file" if state.records else "scene", on_change=self._choose)
         choice.props('inline dense aria-label="Where the frames come from"')
         self._box = ui.column().classes("w-full gap-2 ew-wide")
@@ -51,6 +52,15 @@ class ImageInputs:
         with self._box:
             self._forms = self._of_recording() if self._state.records else self._of_scene()
 
+    def _build_soon(self) -> None:
+        with self._box:
+            ui.timer(0.01, self._build, once=True)  # when the form that was typed in is done with it
+
+    def _filter(self) -> Any:
+        opened = ui.expansion("The filter", value=self._is_open).props("dense").classes("w-full")
+        opened.on_value_change(lambda event: setattr(self, "_is_open", event.value))
+        return opened
+
     def _of_scene(self) -> list[Form]:
         scene = self._state.scene
         forms = [Form(scene, MAIN, self._take, grouped=False)]
@@ -60,7 +70,7 @@ class ImageInputs:
         without = [*RECORDED_ONLY, (*FILTER, "sensor")]
         without += KNOWN if scene.filter_knows_target else ()
         without += [("tracking", "tracks")] if isinstance(scene.tracking.filter, RecurrentImages) else []
-        with ui.expansion("The filter").props("dense").classes("w-full"):
+        with self._filter():
             forms.append(Form(scene, (FILTER, ("tracking",)), self._take, without=without))
         return forms
 
@@ -70,7 +80,7 @@ class ImageInputs:
         for form in self._forms:
             form.model = kept
         if _built_for(before) != _built_for(kept):
-            self._build()
+            self._build_soon()
         return kept
 
     def _of_recording(self) -> list[Form]:
@@ -85,7 +95,7 @@ class ImageInputs:
             ui.label(f"{state.truth_name}: {len(state.truth)} places")
         forms = [Form(state.tracking, OPEN_MAIN, self._track, grouped=False)]
         without = [*OPEN_MAIN, *([("tracks",), ("jitter_px",), ("clump_px",)] if self._several else [])]
-        with ui.expansion("The filter").props("dense").classes("w-full"):
+        with self._filter():
             forms.append(Form(state.tracking, ((),), self._track, without=without))
         return forms
 
@@ -98,7 +108,7 @@ class ImageInputs:
         for form in self._forms:
             form.model = tracking
         if before.filter.kind != tracking.filter.kind:
-            self._build()
+            self._build_soon()
         return tracking
 
     def _opened(self, name: str, recorded: Recorded) -> None:

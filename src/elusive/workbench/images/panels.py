@@ -99,7 +99,7 @@ def _second(
         nothing = np.zeros(shape[1:])
         maps = [beliefs[k].score for k in shown]
         scores = np.array([nothing if one is None else one[::shrink, ::shrink] for one in maps])
-        return scaled("Accumulated evidence", scores, "deviations of noise", low=0.0), None
+        return scaled("Evidence", scores, "deviations", low=0.0), None
     dots = [[] if (one := beliefs[k].dots) is None else np.round(one, 2).tolist() for k in shown]
     marks = [[["points", x, y, DOT, "", 0] for x, y in of_frame] for of_frame in dots]
     return Panel("Particle cloud", ground, colours="grey"), marks

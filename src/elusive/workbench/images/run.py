@@ -54,7 +54,8 @@ def run_scene(scene: ImageScene, job: LiveJob) -> Run:
     drawn, settled = draw_images(scene), scene.settled
     yaml = File("Run as YAML", "scene.yaml", settled.to_yaml().encode())
     again = "elusive scene scene.yaml --out results"
-    title = f"SNR {scene.snr_db:g} dB"
+    kind = settled.tracking.filter.kind
+    title = f"SNR {scene.snr_db:g} dB" + ("" if kind == "bernoulli" else f", {kind}")
     source = held_frames(NAME, drawn.frames)
     return watched(title, source, drawn.frames, settled.tracking, drawn.truth, yaml, again, job)
 

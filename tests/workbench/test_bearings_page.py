@@ -1,0 +1,176 @@
+"""The page of bearings as a person would use it: the ready example, a scene of one's own, a still emitter."""
+
+from __future__ import annotations
+
+import re
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from elusive.cli import main
+from elusive.errors import DataError, ParameterError
+from elusive.workbench.bearings.run import bounds_of, fly, locate, nees
+from elusive.workbench.bearings.scene import BearingScene
+from elusive.workbench.bearings.state import BearingsState
+from tests.workbench.conftest import Served
+from tests.workbench.test_links_page import READY, OpenTab, at, button, download, field, step, told
+
+
+def unpacked(path: Path) -> Path:
+    folder = path.with_suffix("")
+    with zipfile.ZipFile(path) as archive:
+        archive.extractall(folder)
+    return folder
+
+
+def played_to_the_end(page: Any, last: int) -> None:
+    page.get_by_label("Speed").select_option("0")
+    button(page, "Play").click()
+    page.locator(f'.ew-player[data-frame="{last}"]').wait_for()
+    frames = page.locator(".ew-panel canvas").evaluate_all("(all) => all.map((one) => one.dataset.frame)")
+    assert set(frames) == {str(last)}
+
+
+def test_the_ready_example_runs_by_one_click_and_the_command_finds_its_numbers(
+    served: Served, open_tab: OpenTab, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = open_tab().page
+    page.goto(served.address)
+    page.get_by_role("button", name="Run the example: An emitter by its bearings").click()
+    page.locator(READY).wait_for()
+    assert page.locator(".ew-panel figcaption span").all_inner_texts() == ["Bearings", "map", "fixed-lag", "iekf"]
+    played_to_the_end(page, 63)
+    before = page.locator(".ew-player").evaluate("(root) => root.made.spec.url")
+    button(page, "Close to the emitter").click()
+    page.wait_for_function(
+        "(url) => { const one = document.querySelector('.ew-player');"
+        " return one.made.spec.url !== url && one.dataset.ready === 'yes'; }",
+        arg=before,
+    )
+    step(page, "4 Measure")
+    folder = unpacked(download(page, "Recording and settings (ZIP)", tmp_path))
+    for name in ("map", "iekf"):
+        shown = page.locator(f"[data-rmse='{name}']").inner_text()
+        tracks = download(page, f"{name}: tracks as CSV", tmp_path)
+        files = ["--sensors", str(folder / "sensors.csv"), "--truth", str(folder / "truth.csv")]
+        settings = ["--config", str(folder / f"config-{name}.yaml"), "--out", str(tmp_path / name)]
+        with pytest.raises(SystemExit):
+            main(["track", "bearings", str(folder / "bearings.csv"), *files, *settings])
+        assert re.search(rf"Error over the ground[\s│]+{re.escape(shown)} RMSE", capsys.readouterr().out)
+        assert tracks.read_bytes() == (tmp_path / name / "tracks.csv").read_bytes()
+
+
+def test_a_scene_of_ones_own_and_a_still_emitter(
+    served: Served, open_tab: OpenTab, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = open_tab(800, "dark").page
+    page.goto(f"{served.address}/bearings")
+    sigma = field(page, "sensors.sigma_deg")
+    sigma.fill("0")
+    told(page, "BearingSensors.sigma_deg: must be greater than 0")
+    sigma.fill("1")
+    told(page, "3 sensors; a path of 256 m")
+    page.locator(".ew-floor canvas").scroll_into_view_if_needed()
+    page.mouse.click(*at(page, 60, 90))
+    told(page, "4 sensors")
+    page.mouse.click(*at(page, 60, 90))
+    button(page, "Delete selected").click()
+    told(page, "3 sensors")
+    button(page, "Draw the path").click()
+    told(page, "Draw with the pointer held down")
+    page.locator(".ew-floor canvas").scroll_into_view_if_needed()
+    page.mouse.move(*at(page, -50, 0))
+    page.mouse.down()
+    page.mouse.move(*at(page, 0, 30), steps=6)
+    page.mouse.move(*at(page, 50, 30), steps=6)
+    page.mouse.up()
+    told(page, "a path of 108 m")
+
+    step(page, "2 Track")
+    assert field(page, "tracking.sigma_deg").input_value() == "1"  # follows what is heard
+    for name in ("fixed-lag", "iekf"):
+        page.locator(f"[data-estimator='{name}']").click()
+    button(page, "Run").click()
+    page.locator(READY).wait_for()
+    assert page.locator(".ew-panel figcaption span").all_inner_texts() == ["Bearings", "map"]
+
+    step(page, "5 A still emitter")
+    page.locator(".ew-floor canvas").scroll_into_view_if_needed()
+    page.mouse.click(*at(page, 0, 20))
+    told(page, "Press Locate.")
+    button(page, "Locate").click()
+    told(page, "from the truth, inside the ellipse")
+    place = page.locator(".ew-table tr", has_text="Place").locator("td").inner_text()
+    folder = unpacked(download(page, "Bearings and settings (ZIP)", tmp_path))
+    files = [str(folder / "bearings.csv"), "--sensors", str(folder / "sensors.csv")]
+    with pytest.raises(SystemExit):
+        main(["locate", *files, "--config", str(folder / "config.yaml")])
+    assert place in capsys.readouterr().out
+    assert page.evaluate("document.documentElement.scrollWidth") <= 800
+    page.reload()
+    told(page, "from the truth, inside the ellipse")
+
+
+def test_what_cannot_be_flown_is_refused() -> None:
+    scene = BearingScene()
+    with pytest.raises(DataError, match="sensors: there is none; place one or more"):
+        fly(scene.replace(sites=()), lambda done: None)
+    with pytest.raises(DataError, match="path: is 1 m long, less than two steps of 4 m; draw a longer one"):
+        scene.replace(way_m=((0.0, 0.0), (1.0, 0.0))).flight()
+    with pytest.raises(DataError, match="path: is 0 m long"):
+        scene.replace(way_m=()).flight()
+    with pytest.raises(ParameterError, match=r"BearingScene\.interval_s: the path takes .* steps, more than 2000"):
+        scene.replace(interval_s=1e-3)
+    with pytest.raises(DataError, match="all are taken at one place"):
+        locate(scene.replace(sites=scene.sites[:1]))
+
+
+def test_an_estimator_that_refuses_leaves_the_others() -> None:
+    scene = BearingScene()
+    tracking = scene.tracking.replace(motion="imm")
+    flown = fly(scene.replace(tracking=tracking, estimators=("iekf", "map")), lambda done: None)
+    filtered, refused = flown.each
+    assert filtered.outcome is not None
+    assert refused.outcome is None
+    assert "map does not take it" in refused.refusal
+    assert flown.bounds is None  # of no single motion
+
+
+def test_the_bound_of_one_step_is_that_of_its_bearings() -> None:
+    """Bearings of two sensors at right angles, hardly any prior: the bound is that of their intersection."""
+    scene = BearingScene()
+    sites = tuple(one.replace(**place) for one, place in zip(
+        scene.sites, ({"x_m": -100.0, "y_m": 0.0}, {"x_m": 0.0, "y_m": -50.0}), strict=False
+    ))  # fmt: skip
+    sensors = scene.sensors.replace(outlier_probability=0.0, sigma_deg=1.0)
+    tracking = scene.tracking.replace(q=1e9, start_sd_m=1e6)  # so that no time tells of another
+    # eleven times within a millimetre of the crossing
+    way = ((0.0, 0.0), (1e-3, 0.0))
+    scene = scene.replace(sites=sites, sensors=sensors, tracking=tracking, way_m=way, speed_mps=2e-4, interval_s=0.5)
+    flown = fly(scene.replace(estimators=()), lambda done: None)
+    found = bounds_of(scene, flown.sets)
+    assert found is not None
+    exact = np.deg2rad(1.0) * np.hypot(100.0, 50.0)
+    assert found.filter_m == pytest.approx(exact, rel=1e-3)
+    assert found.smoother_m == pytest.approx(exact, rel=1e-2)
+
+
+def test_what_is_assumed_follows_what_is_heard_until_they_differ() -> None:
+    state = BearingsState()
+    scene = state.scene
+    state.take(scene.replace(sensors=scene.sensors.replace(sigma_deg=5.0)))
+    assert state.scene.tracking.sigma_deg == 5.0
+    state.take(state.scene.replace(tracking=state.scene.tracking.replace(sigma_deg=3.0)))
+    state.take(state.scene.replace(sensors=state.scene.sensors.replace(sigma_deg=4.0)))
+    assert state.scene.tracking.sigma_deg == 3.0
+
+
+def test_the_squared_error_in_deviations_is_the_tables() -> None:
+    flown = fly(BearingScene(estimators=("map",)), lambda done: None)
+    outcome = flown.each[0].outcome
+    assert outcome is not None
+    words = dict(outcome.table)["NEES"]
+    assert words.startswith(f"{np.nanmean(nees(outcome, flown.truth)):.2f} on average")
