@@ -11,12 +11,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import pytest
 from scipy import ndimage
 
 from elusive.contracts import X, Y
 from elusive.io import open_frames
 from elusive.pipelines.images import ImageTracking, track_images
-from elusive.preprocess.background import Whitened, Whitener
+from elusive.preprocess.background import Whitened, Whitener, WhitenerState
 from elusive.preprocess.registration import Registration
 
 DATA = Path(os.environ.get("ELUSIVE_DATA", Path(__file__).parents[2] / "shared" / "data")) / "infrared"
@@ -98,11 +99,20 @@ def target_free(
     return patches
 
 
-def scale(sequence: Sequence, factor: float, labels: np.ndarray | None = None) -> Sequence:
-    """The recording with its target's contrast times a factor; 0 paints it out. ``labels``: another target's."""
+def scale(
+    sequence: Sequence,
+    factor: float,
+    labels: np.ndarray | None = None,
+    patches: list[np.ndarray | None] | None = None,
+) -> Sequence:
+    """The recording with its target's contrast times a factor; 0 paints it out. ``labels``: another target's.
+
+    ``patches``: what :func:`target_free` gave, which takes seconds and is the same for every factor.
+    """
     labels = sequence.labels if labels is None else labels
+    patches = target_free(sequence, labels) if patches is None else patches
     frames = sequence.frames.copy()
-    for frame, patch, label in zip(frames, target_free(sequence, labels), labels, strict=True):
+    for frame, patch, label in zip(frames, patches, labels, strict=True):
         if patch is None:
             continue
         x, y = np.round(label).astype(int)
@@ -120,11 +130,6 @@ def without_movers(sequence: Sequence) -> Sequence:
     return sequence
 
 
-def whiten(sequence: Sequence, whitener: Whitener | None = None) -> list[Whitened]:
-    """Every frame whitened, but for the first."""
-    return list((whitener or Whitener()).whiten(sequence.frames))
-
-
 class Run(NamedTuple):
     """What `elusive track images` reports of each frame with its default parameters."""
 
@@ -133,15 +138,44 @@ class Run(NamedTuple):
     confirmed: bool  # whether any track was
 
 
-def track(sequence: Sequence, seed: int) -> Run:
-    """Track through the raw frames with the one setting for recorded frames."""
-    parameters = ImageTracking(seed=seed).fitted_to(sequence.frames.shape[1:])
-    results = list(track_images(sequence.frames, parameters))
-    return Run(
-        np.array([result.existence for result in results]),
-        np.array([result.mean[[X, Y]] for result in results]),
-        any(result.status == "confirmed" for result in results),
-    )
+class Tracked(NamedTuple):
+    """A recording tracked from several seeds, and what needs no seed."""
+
+    runs: list[Run]
+    nearest: np.ndarray  # (n, 2) x, y of nearest_neighbour
+    quantiles: np.ndarray  # (n - 1, 7) of the response, from the second frame on
+
+
+def track(sequence: Sequence, seeds: range) -> Tracked:
+    """Track through the raw frames with the one setting for recorded frames.
+
+    The seeds go through the frames side by side and share the whitening, which draws nothing and is most of the time.
+    """
+    parameters = ImageTracking().fitted_to(sequence.frames.shape[1:])
+    step, latest = Whitener.step, {}
+    whitened: list[Whitened] = []
+
+    def once(whitener: Whitener, state: WhitenerState, frame: np.ndarray) -> WhitenerState:
+        if state.frames_seen not in latest:
+            latest.clear()
+            latest[state.frames_seen] = after = step(whitener, state, frame)
+            whitened.extend([] if after.output is None else [after.output])
+        return latest[state.frames_seen]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Whitener, "step", once)
+        side_by_side = [track_images(sequence.frames, parameters.replace(seed=seed)) for seed in seeds]
+        results = zip(*zip(*side_by_side, strict=True), strict=True)
+        runs = [
+            Run(
+                np.array([result.existence for result in of_seed]),
+                np.array([result.mean[[X, Y]] for result in of_seed]),
+                any(result.status == "confirmed" for result in of_seed),
+            )
+            for of_seed in results
+        ]
+    assert len(whitened) == len(sequence.frames) - 1
+    return Tracked(runs, nearest_neighbour(whitened), np.array([frame.quantiles[1] for frame in whitened]))
 
 
 def share_found(run: Run, labels: np.ndarray, first: int = 10) -> float:

@@ -12,6 +12,7 @@ import elusive
 from elusive import DataError, ElusiveError, ParameterError
 from elusive.experiments.amrouche2018.scenario import WeakTarget
 from elusive.filters.births import BrightBirth, MeasurementBirth, UniformBirth
+from elusive.io.areas import Area
 from elusive.model import Model, Positive, Probability
 from elusive.motion import (
     ConstantAcceleration,
@@ -162,3 +163,13 @@ def test_public_names_are_all_there():
     assert all(hasattr(elusive, name) for name in elusive.__all__)
     with pytest.raises(AttributeError, match="no attribute 'colect'"):
         _ = elusive.colect
+
+
+def test_equal_fields_are_equal_whatever_has_been_computed_of_them():
+    one, two = (Area.rectangle(0, 4, 0, 3) for _ in range(2))
+    assert one.bounds_m == (0, 4, 0, 3)
+    assert one.contains([[1.0, 1.0]]).all()
+    assert one == two
+    assert hash(one) == hash(two)
+    assert one.__eq__(0) is NotImplemented
+    assert one != Area.rectangle(0, 4, 0, 2)

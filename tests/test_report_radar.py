@@ -271,6 +271,7 @@ def test_the_page_asks_nothing_of_the_network_and_escapes_text(tmp_path: Path) -
     assert not {"link", "iframe", "object", "embed", "base", "img"} & set(parser.tags)
     assert OUTSIDE.search(re.sub(r"^const D = \{.*\};$", "", page, flags=re.MULTILINE)) is None
     data = data_in(page)
+    assert data["chart"]["rasters"]
     assert all(one["url"].startswith("data:image/png;base64,") for one in data["chart"]["rasters"])
     assert OUTSIDE.search(json.dumps({**data, "chart": ""})) is None
     assert "<title>A &lt;b&gt;&amp; title&lt;/b&gt; &lt;/script&gt;</title>" in page

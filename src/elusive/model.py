@@ -47,6 +47,13 @@ class Model(BaseModel):
             except ValidationError as error:
                 raise ParameterError(explain(error, type(self))) from None
 
+    def __eq__(self, other: object) -> bool:
+        # fields alone: what a cached property has computed of them is no difference, and may be an array
+        if not isinstance(other, Model):
+            return NotImplemented
+        same = type(self) is type(other)
+        return same and all(getattr(self, name) == getattr(other, name) for name in type(self).model_fields)
+
     def replace(self, **changes: Any) -> Self:
         """Return a copy with some fields changed, checked again."""
         return type(self)(**{name: getattr(self, name) for name in type(self).model_fields} | changes)

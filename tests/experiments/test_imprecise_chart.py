@@ -214,6 +214,9 @@ def test_real_cells_over_100_runs(tmp_path):
     with make_executor(2) as executor:
         rows = imprecise_chart(tmp_path, fine, coarse, runs=100, seed=SEED, executor=executor)
     assert sum(row.lost for row in rows if row.knowledge == "hard") >= 12
+    near = {(row.coast_error, row.sigma) for row in rows if (row.offset_m, row.range_m) == (5.0, "2-5 km")}
+    assert near > {("fresh", "7"), ("persistent", "7")}
+    assert any(kind == "persistent" and sigma != "7" for kind, sigma in near)
     for row in rows:
         if row.coast_error == "persistent" and row.sigma != "7":
             assert row.lost == 0

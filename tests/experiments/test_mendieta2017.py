@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from PIL import Image
 from elusive.campaign import Progress, open_campaign
 from elusive.cli import main
 from elusive.errors import DataError, ParameterError
-from elusive.experiments.mendieta2017.reproduce import TARGETS, reproduce
+from elusive.experiments.mendieta2017.reproduce import TARGETS, Reproduced, reproduce
 from elusive.experiments.mendieta2017.scenario import FIRST, WALKS, MethodName, image_method
 from elusive.experiments.mendieta2017.table import EXPERIMENTS
 from elusive.experiments.mendieta2017.trial import ChapterFour, Row, _scores, trial
@@ -82,10 +83,15 @@ def test_every_method_sees_the_same_run_and_repeats(method: MethodName) -> None:
     assert one["mota"][0] > 0.5
 
 
-def test_tables_and_figures_of_the_experiments(tmp_path: Path) -> None:
-    reports: list[Progress] = []
-    done = reproduce(tmp_path / "out", ["table4_6"], trials=2, on_progress=reports.append)
-    out = tmp_path / "out"
+@pytest.fixture(scope="module")
+def table4_6(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Reproduced]:
+    """One table of two runs a point, for every test that needs one: the folder, and what is told of it."""
+    out = tmp_path_factory.mktemp("table4_6") / "out"
+    return out, reproduce(out, ["table4_6"], trials=2)
+
+
+def test_tables_and_figures_of_the_experiments(table4_6: tuple[Path, Reproduced]) -> None:
+    out, done = table4_6
     stores = [f"campaign-table4_6-{method}-2-seed2017.zarr" for method in ("image", "thesis")]
     assert sorted(path.name for path in out.iterdir()) == [*stores, "table4_6.csv", "table4_6.png"]
     assert done.written == ["table4_6.csv", "table4_6.png"]
@@ -109,12 +115,14 @@ def test_tables_and_figures_of_the_experiments(tmp_path: Path) -> None:
     assert 0.005 < (grey < 250).mean() < 0.9
 
 
-def test_a_method_alone_is_the_same(tmp_path: Path) -> None:
-    both = reproduce(tmp_path / "both", ["table4_5"], trials=2).cells
-    alone = reproduce(tmp_path / "alone", ["table4_5"], methods=["image", "links"], trials=2).cells
+def test_a_method_alone_is_the_same(table4_6: tuple[Path, Reproduced], tmp_path: Path) -> None:
+    both, reports = table4_6[1].cells, list[Progress]()
+    given = {"methods": ["image", "links"], "trials": 2, "on_progress": reports.append}
+    alone = reproduce(tmp_path / "alone", ["table4_6"], **given).cells
     assert alone == [cell for cell in both if cell.method == "image"]
+    assert reports[-1].done == reports[-1].total == 2 * 3  # the links are not for this table
     assert {cell.method for cell in both} == {"thesis", "image"}
-    assert reproduce(tmp_path / "none", ["table4_5"], methods=["links"], trials=2).written == []
+    assert reproduce(tmp_path / "none", ["table4_6"], methods=["links"], trials=2).written == []
 
 
 def test_the_thesiss_numbers_are_as_printed() -> None:
@@ -129,16 +137,22 @@ def test_the_thesiss_numbers_are_as_printed() -> None:
 
 
 def test_the_command_shows_each_point_and_refuses_unknown_tables(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+    table4_6: tuple[Path, Reproduced],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.setenv("COLUMNS", "300")
+    for store in table4_6[0].glob("*.zarr"):  # it goes on where these runs were
+        shutil.copytree(store, tmp_path / "out" / store.name)
     with pytest.raises(SystemExit) as end:
-        main(["reproduce", "mendieta2017", "table4_5", "--trials", "2", "--out", str(tmp_path / "out")])
+        main(["reproduce", "mendieta2017", "table4_6", "--trials", "2", "--out", str(tmp_path / "out")])
     assert not end.value.code
     said = capfd.readouterr()
     assert said.out.count("±") == 6
     assert "the thesis's algorithm" in said.out
-    assert "table4_5.png" in said.err
+    assert "table4_6.png" in said.err
+    assert (tmp_path / "out" / "table4_6.csv").read_bytes() == (table4_6[0] / "table4_6.csv").read_bytes()
     with pytest.raises(SystemExit) as end:
         main(["reproduce", "mendieta2017", "table4_8", "--out", str(tmp_path / "none")])
     assert end.value.code == 2

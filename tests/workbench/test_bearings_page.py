@@ -16,7 +16,7 @@ from elusive.workbench.bearings.run import bounds_of, fly, locate, nees
 from elusive.workbench.bearings.scene import BearingScene
 from elusive.workbench.bearings.state import BearingsState
 from tests.workbench.conftest import Served
-from tests.workbench.test_links_page import READY, OpenTab, at, button, download, field, step, told
+from tests.workbench.test_links_page import READY, OpenTab, at, button, download, field, picture, step, told
 
 
 def unpacked(path: Path) -> Path:
@@ -43,6 +43,7 @@ def test_the_ready_example_runs_by_one_click_and_the_command_finds_its_numbers(
     page.locator(READY).wait_for()
     assert page.locator(".ew-panel figcaption span").all_inner_texts() == ["Bearings", "map", "fixed-lag", "iekf"]
     played_to_the_end(page, 63)
+    picture(page, "bearings", frame=40)
     before = page.locator(".ew-player").evaluate("(root) => root.made.spec.url")
     button(page, "Close to the emitter").click()
     page.wait_for_function(
@@ -51,6 +52,7 @@ def test_the_ready_example_runs_by_one_click_and_the_command_finds_its_numbers(
         arg=before,
     )
     step(page, "4 Measure")
+    picture(page, "bearings-measure")
     folder = unpacked(download(page, "Recording and settings (ZIP)", tmp_path))
     for name in ("map", "iekf"):
         shown = page.locator(f"[data-rmse='{name}']").inner_text()

@@ -21,7 +21,7 @@ from elusive.workbench.charts.state import ChartsState, example, opened
 from tests.charts.shapes import DATA
 from tests.workbench.conftest import Served
 from tests.workbench.test_bearings_page import played_to_the_end, unpacked
-from tests.workbench.test_links_page import READY, OpenTab, at, button, download, field, step, told
+from tests.workbench.test_links_page import READY, OpenTab, at, button, download, field, picture, step, told
 
 LONG_MS = 120_000  # on a machine that does much else
 
@@ -36,8 +36,10 @@ def test_the_ready_example_runs_by_one_click_and_the_command_finds_its_numbers(
     uses = ["none", "hard", "nearest", "grid", "exact", "field"]
     assert page.locator(".ew-panel figcaption span").all_inner_texts() == uses
     played_to_the_end(page, 108)
+    picture(page, "charts", frame=84)
 
     step(page, "5 Compare")
+    picture(page, "charts-compare")
     shown = page.locator("[data-rmse='exact']").inner_text().removesuffix(" m")
     tracks = download(page, "exact: tracks as CSV", tmp_path)
     folder = unpacked(download(page, "Recording and settings (ZIP)", tmp_path))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from pydantic import Field
 
+from elusive.charts.scene import SceneParameters
 from elusive.errors import ParameterError
 from elusive.experiments.mendieta2017.scenario import image_method
 from elusive.model import Model, Positive
@@ -115,3 +116,10 @@ def test_the_presets_are_the_tables_of_the_thesis() -> None:
     assert len(found["Table 4.7: 9 sensors"].network().names) == 9
     areas = [(scene.method.tracker.entrance.area, scene.area) for scene in found.values()]
     assert all(one is not None and one.corners_m == other.corners_m for one, other in areas)
+
+
+def test_a_unit_is_told_by_the_description_or_else_by_the_name() -> None:
+    told = {one.key: (one.label, one.unit) for one in controls(SceneParameters())}
+    assert told["draught_m"] == ("Draught", "m")
+    assert told["imprecision.coast_sigma_m"] == ("Coast sigma", "m")
+    assert told["islet_mm"] == ("Islet", "mm")

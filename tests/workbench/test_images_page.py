@@ -21,7 +21,7 @@ from elusive.workbench.images.panels import belief_of, player_of
 from elusive.workbench.images.recording import KINDS, read_frames
 from elusive.workbench.opener import read_named
 from tests.workbench.conftest import Served, Tab
-from tests.workbench.test_links_page import READY, button, download, field, told
+from tests.workbench.test_links_page import READY, button, download, field, picture, told
 
 OpenTab = Callable[..., Tab]
 
@@ -66,6 +66,7 @@ def test_the_example_runs_by_one_click_and_the_command_line_repeats_it(
     page.locator(READY).wait_for()
     assert page.locator(".ew-panel figcaption span").all_inner_texts() == ["Image", "Particle cloud", "Track"]
     played_to_the_end(page, 29)
+    picture(page, "images", frame=17)
     shown = score(page, "This run")
     scene = download(page, "Run as YAML", tmp_path)
     main_quietly("scene", scene, "--out", tmp_path / "out")

@@ -64,9 +64,12 @@ def told(page: Any, text: str) -> None:
     page.get_by_text(text).first.wait_for()
 
 
-def picture(page: Any, name: str) -> None:
+def picture(page: Any, name: str, frame: int | None = None) -> None:
     """Take a screenshot for the documentation, into the folder that WORKBENCH_PICTURES names."""
     if "WORKBENCH_PICTURES" in os.environ:
+        if frame is not None:
+            slider = page.locator(".ew-player input[type=range]").first
+            slider.evaluate("(one, at) => { one.value = at; one.dispatchEvent(new Event('input')); }", frame)
         page.mouse.move(2, 2)
         page.wait_for_timeout(400)
         page.screenshot(path=Path(os.environ["WORKBENCH_PICTURES"]) / f"workbench-{name}.png", full_page=True)

@@ -20,7 +20,7 @@ from elusive.workbench.signals.run import errors_of
 from elusive.workbench.signals.state import Cutting
 from tests.workbench.conftest import Served
 from tests.workbench.test_images_page import OpenTab, main_quietly, played_to_the_end, score
-from tests.workbench.test_links_page import READY, button, download, field, told
+from tests.workbench.test_links_page import READY, button, download, field, picture, told
 
 ERROR = "Error there, RMS"
 
@@ -34,6 +34,7 @@ def test_the_example_runs_by_one_click_and_the_command_line_repeats_it(
     page.locator(READY).wait_for()
     assert page.locator(".ew-panel figcaption span").all_inner_texts() == ["Signal", "Statistic", "Tracks"]
     played_to_the_end(page, 79)
+    picture(page, "signals", frame=50)
     shown = score(page, "This run")
     scene = download(page, "Run as YAML", tmp_path)
     main_quietly("scene", scene, "--out", tmp_path / "out")

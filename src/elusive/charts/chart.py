@@ -6,13 +6,16 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from datetime import date
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from elusive.contracts import Array
 from elusive.errors import DataError
+
+if TYPE_CHECKING:
+    from shapely.geometry.base import BaseGeometry
 
 Geometries = NDArray[np.object_]
 NOTHING: Geometries = np.zeros(0, dtype=object)
@@ -130,3 +133,10 @@ def as_geometries(shapes: Iterable[Any]) -> Geometries:
     array = np.empty(len(listed), dtype=object)
     array[:] = listed
     return array
+
+
+def polygons_of(shape: BaseGeometry) -> list[BaseGeometry]:
+    """Return a shape's polygons; lines and points, where areas only touch, are left out."""
+    import shapely
+
+    return [part for part in shapely.get_parts(shape) if part.geom_type == "Polygon"]

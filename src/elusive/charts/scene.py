@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from elusive.charts.chart import Chart, as_geometries
+from elusive.charts.chart import Chart, as_geometries, polygons_of
 from elusive.charts.coast import ChartedArea, Coast
 from elusive.charts.enc import read_cell
 from elusive.charts.outlines import SUFFIXES, read_outline
@@ -115,7 +115,7 @@ def charted_areas(chart: Chart, frame: LocalFrame, parameters: SceneParameters) 
     areas = [part._replace(area=moved_back(part.area)) for part in quality_areas(chart, frame, parameters.imprecision)]
     # The last is given the whole coverage: what the others leave of it, without slivers between them.
     covers = [*(area.area for area in areas[:-1]), shapely.union_all([area.area for area in areas])]
-    return [ChartedArea(land, area.sigma_m, _polygons(cover)) for area, cover in zip(areas, covers, strict=True)]
+    return [ChartedArea(land, area.sigma_m, polygons_of(cover)) for area, cover in zip(areas, covers, strict=True)]
 
 
 def barred(chart: Chart, frame: LocalFrame, parameters: SceneParameters) -> list[BaseGeometry]:
@@ -127,7 +127,7 @@ def barred(chart: Chart, frame: LocalFrame, parameters: SceneParameters) -> list
     if radius > 0:
         shapes += [*shapely.buffer(frame.project(chart.islets), radius, quad_segs=CIRCLE)]
     shapes += [*frame.project(too_shallow(chart, parameters))]
-    return _polygons(shapely.union_all(shapes))
+    return polygons_of(shapely.union_all(shapes))
 
 
 def too_shallow(chart: Chart, parameters: SceneParameters) -> Any:
@@ -138,9 +138,3 @@ def too_shallow(chart: Chart, parameters: SceneParameters) -> Any:
     if parameters.shoals == "certain":
         return chart.depths[greatest < parameters.draught_m]
     return chart.depths[~(least >= parameters.draught_m)]
-
-
-def _polygons(shape: BaseGeometry) -> list[BaseGeometry]:
-    import shapely
-
-    return [part for part in shapely.get_parts(shape) if part.geom_type == "Polygon"]

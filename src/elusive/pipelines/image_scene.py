@@ -66,8 +66,8 @@ class ImageScene(Model):
             )
         if (self.sensor.dx, self.sensor.dy) != (1.0, 1.0):
             raise ParameterError(
-                f"ImageSensor.dx: must be 1, and dy too, in a scene, which counts in pixels (got {self.sensor.dx:g} and "
-                f"{self.sensor.dy:g})."
+                f"ImageSensor.dx: must be 1, and dy too, in a scene, which counts in pixels "
+                f"(got {self.sensor.dx:g} and {self.sensor.dy:g})."
             )
         if self.frames * self.rows * self.columns > VALUES_AT_MOST:
             raise ParameterError(

@@ -46,7 +46,13 @@ class EllipseWeights(Model):
     )
 
     def sparse(self, nodes: RadioNodes, grid: VoxelGrid) -> Any:
-        """Return the weights as a ``scipy.sparse.csr_array`` ``(L, V)``: see :meth:`matrix`."""
+        """Return the weights as a ``scipy.sparse.csr_array`` ``(L, V)``.
+
+        Raises
+        ------
+        DataError
+            As :meth:`matrix` does.
+        """
         network = radio_nodes(nodes.positions_m, nodes.names)
         links = links_of(len(network.names))
         first = np.zeros(len(links) + 1, dtype=np.int64)

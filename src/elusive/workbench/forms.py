@@ -20,7 +20,12 @@ from elusive.model import FROM_RECORDING, Model, models_in
 
 FieldPath = tuple[str, ...]
 UNIT = re.compile(r"\s*\[([^\]]+)\]$")
-SUFFIX = re.compile(r"_(m|db|deg|rad|s|hz|mps|dbm|px|db2|steps|m2|km|kn)$")
+UNITS = {
+    "m": "m", "mm": "mm", "m2": "m^2", "km": "km", "px": "px", "s": "s", "hz": "Hz", "mps": "m/s", "mps2": "m/s^2",
+    "kn": "kn",
+    "deg": "deg", "rad": "rad", "mrad": "mrad", "db": "dB", "db2": "dB^2", "dbm": "dBm", "steps": "steps",
+}  # fmt: skip
+SUFFIX = re.compile(rf"_({'|'.join(UNITS)})$")
 WORDS = {"sd": "deviation", "snr": "SNR", "q": "process noise q", "db": "dB"}
 BOUNDS = (("ge", "from {}"), ("gt", "above {}"), ("le", "to {}"), ("lt", "below {}"))
 
@@ -128,6 +133,8 @@ def _walk(model: Model, path: FieldPath, group: str) -> Iterator[Control]:
 
 def _control(model: BaseModel, path: FieldPath, field: FieldInfo, group: str) -> Control:
     words, unit = _help(field)
+    if not unit and (suffix := SUFFIX.search(path[-1])):
+        unit = UNITS[suffix.group(1)]
     parts = [part for part in get_args(field.annotation) if part is not NoneType] or [field.annotation]
     optional = NoneType in get_args(field.annotation)
     plain: Any = parts[0] if optional else field.annotation

@@ -48,10 +48,11 @@ def shoreline(path: Path | None, seed: int) -> Sequence[BaseGeometry]:
     """
     import shapely
 
+    from elusive.charts.chart import as_geometries, polygons_of
+
     window = shapely.box(-WIDTH_M / 2, -HEIGHT_M / 2, WIDTH_M / 2, HEIGHT_M / 2)
     if path is None:
-        return _polygons(synthetic_delta(seed))
-    from elusive.charts.chart import as_geometries
+        return polygons_of(synthetic_delta(seed))
     from elusive.charts.outlines import read_outline
     from elusive.charts.projection import LocalFrame
 
@@ -60,7 +61,7 @@ def shoreline(path: Path | None, seed: int) -> Sequence[BaseGeometry]:
     at_port = west < PORT_FOURCHON[0] < east and south < PORT_FOURCHON[1] < north
     frame = LocalFrame.at(*PORT_FOURCHON) if at_port else LocalFrame.about([chart])
     near = shapely.intersects(frame.unproject(as_geometries([window]))[0], chart.land)
-    land = _polygons(shapely.intersection(shapely.union_all(frame.project(chart.land[near])), window))
+    land = polygons_of(shapely.intersection(shapely.union_all(frame.project(chart.land[near])), window))
     if not land:
         raise DataError(f"{path}: shows no land near {frame.lat_deg:g}, {frame.lon_deg:g}; give another shoreline.")
     return land
@@ -84,9 +85,3 @@ def synthetic_delta(seed: int) -> BaseGeometry:
         rings = [points[a:b] for a, b in pairwise(offsets)]
         polygons.append(shapely.Polygon(rings[0], rings[1:]))
     return shapely.union_all(polygons)
-
-
-def _polygons(shape: BaseGeometry) -> list[BaseGeometry]:
-    import shapely
-
-    return [part for part in shapely.get_parts(shape) if part.geom_type == "Polygon"]

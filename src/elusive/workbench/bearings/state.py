@@ -8,7 +8,6 @@ from elusive.workbench.bearings.run import Flown, Found
 from elusive.workbench.bearings.scene import BearingScene
 from elusive.workbench.blocks import HELD
 from elusive.workbench.jobs import Job
-from elusive.workbench.links.state import same
 
 
 class BearingsState:
@@ -34,9 +33,9 @@ class BearingsState:
             if sigma != before.sensors.sigma_deg:
                 scene = scene.replace(tracking=scene.tracking.replace(sigma_deg=sigma))
         self.scene = scene
-        if not same((scene.replace(still=before.still),), (before,)):
+        if scene.replace(still=before.still) != before:
             self.forget_run()
-        if not same((scene,), (before,)):
+        if scene != before:
             self.found = None
         return scene
 

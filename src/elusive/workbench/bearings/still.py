@@ -15,7 +15,6 @@ from elusive.workbench.bearings.run import archive, locate
 from elusive.workbench.bearings.scene import BearingScene
 from elusive.workbench.bearings.state import BearingsState
 from elusive.workbench.jobs import away
-from elusive.workbench.links.state import same
 from elusive.workbench.parts import Drawing, Form, told
 from elusive.workbench.shell import window
 
@@ -76,7 +75,7 @@ class StillWindow:
         try:
             with told():
                 found = await away(lambda: locate(scene))
-                if same((state.scene,), (scene,)):
+                if state.scene == scene:
                     state.found = found
         finally:
             self._button.enable()

@@ -14,7 +14,6 @@ from elusive.workbench.bearings.run import Flown, fly
 from elusive.workbench.bearings.scene import BearingScene
 from elusive.workbench.bearings.state import BearingsState
 from elusive.workbench.jobs import CancelledError, Job, away
-from elusive.workbench.links.state import same
 from elusive.workbench.parts import Form, told
 from elusive.workbench.shell import window
 
@@ -42,7 +41,7 @@ async def run(state: BearingsState, job: Job) -> bool:
         flown, spec = await away(work)
     except CancelledError:
         return False
-    if not same((state.scene,), (scene,)):
+    if state.scene != scene:
         return False
     state.forget_run()
     state.flown, state.spec = flown, spec

@@ -15,7 +15,7 @@ from elusive.workbench.charts.run import record
 from elusive.workbench.charts.scene import ChartScene
 from elusive.workbench.charts.state import ChartsState
 from elusive.workbench.jobs import away
-from elusive.workbench.links.state import along, same
+from elusive.workbench.links.state import along
 from elusive.workbench.parts import Drawing, Form, told
 from elusive.workbench.shell import window
 
@@ -123,7 +123,7 @@ class RouteWindow:
         try:
             with told():
                 recorded = await away(lambda: record(scene, chart))
-                if same((state.scene,), (scene,)):
+                if state.scene == scene:
                     state.recorded = recorded
         finally:
             self._button.enable()

@@ -17,7 +17,6 @@ from elusive.workbench.charts.run import ChartFile, Recorded, Sailed
 from elusive.workbench.charts.scene import EXAMPLE_NAME, ChartScene, example_chart
 from elusive.workbench.files import PLAIN
 from elusive.workbench.jobs import Job
-from elusive.workbench.links.state import same
 
 KINDS = (".000", ".geojson", ".json")
 Extent = tuple[float, float, float, float]
@@ -108,11 +107,10 @@ class ChartsState:
         """Take a changed scene; return it as it is kept."""
         before = self.scene
         self.scene = scene = scene.heeding(before)
-        if not same(
-            [scene.simulation, scene.radar, scene.route_deg], [before.simulation, before.radar, before.route_deg]
-        ):
+        here, there = ((one.simulation, one.radar, one.route_deg) for one in (scene, before))
+        if here != there:
             self.recorded = None
-        if not same((scene,), (before,)):
+        if scene != before:
             self.forget_run()
         return scene
 

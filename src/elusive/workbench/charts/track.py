@@ -13,7 +13,6 @@ from elusive.workbench.charts.run import Sailed, sail
 from elusive.workbench.charts.scene import USES, ChartScene, sailing
 from elusive.workbench.charts.state import ChartsState
 from elusive.workbench.jobs import CancelledError, Job, away
-from elusive.workbench.links.state import same
 from elusive.workbench.parts import Form, told
 from elusive.workbench.shell import window
 
@@ -47,7 +46,7 @@ async def run(state: ChartsState, job: Job) -> bool:
         sailed, spec = await away(work)
     except CancelledError:
         return False
-    if state.chart.file is not chart or not same((state.scene,), (scene,)):
+    if state.chart.file is not chart or state.scene != scene:
         return False
     state.forget_run()
     state.sailed, state.spec = sailed, spec

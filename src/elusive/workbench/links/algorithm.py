@@ -17,7 +17,7 @@ from elusive.pipelines.link_scene_run import run_link_scene
 from elusive.workbench.jobs import CancelledError, Job, away
 from elusive.workbench.links.panels import radiation_spec, tracking_spec
 from elusive.workbench.links.presets import presets
-from elusive.workbench.links.state import LinksState, Recorded, same
+from elusive.workbench.links.state import LinksState, Recorded
 from elusive.workbench.parts import Form
 from elusive.workbench.shell import window
 
@@ -55,7 +55,7 @@ async def apply(state: LinksState, job: Job) -> bool:
         field, outcome, seen, tracked = await away(work)
     except CancelledError:
         return False
-    if not same((state.scene,), (scene,)):
+    if state.scene != scene:
         return False
     state.radiated, state.truth, state.outcome = field, field.truth, outcome
     state.radiation_spec, state.tracking_spec = seen, tracked
@@ -75,7 +75,7 @@ async def _apply_log(state: LinksState, job: Job, log: Recorded) -> bool:
         outcome, tracked = await away(work)
     except CancelledError:
         return False
-    if state.log is not log or not same((state.scene,), (scene,)):
+    if state.log is not log or state.scene != scene:
         return False
     state.outcome, state.tracking_spec = outcome, tracked
     return True

@@ -16,7 +16,7 @@ from elusive.pipelines.link_scene_log import LogCalibration
 from elusive.workbench.files import UPLOAD_MOST_BYTES, read_upload
 from elusive.workbench.jobs import away
 from elusive.workbench.links.panels import radiation_spec
-from elusive.workbench.links.state import LOGS, LinksState, Recorded, same
+from elusive.workbench.links.state import LOGS, LinksState, Recorded
 from elusive.workbench.parts import Drawing, Form, refuse, told
 from elusive.workbench.shell import window
 
@@ -104,7 +104,7 @@ class RadiationWindow:
             with told():
                 radiated = await away(lambda: radiate(scene, truth))
                 spec = await away(lambda: radiation_spec(scene, radiated))
-                if same((state.scene,), (scene,)):
+                if state.scene == scene:
                     state.radiated, state.radiation_spec, state.truth = radiated, spec, radiated.truth
         finally:
             self._wait.visible = False

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,7 +10,6 @@ from elusive.contracts import Array
 from elusive.io.areas import Area
 from elusive.io.link_logs import RssFrame, open_link_log
 from elusive.io.people_truth import PeopleTruth
-from elusive.model import Model
 from elusive.pipelines.link_scene import DrawnPath, LinkScene, ListedNode, Radiated
 from elusive.pipelines.link_scene_log import LogCalibration
 from elusive.pipelines.link_scene_results import SceneOutcome
@@ -65,11 +63,11 @@ class LinksState:
         """Take a changed scene; return it as it is kept."""
         scene = scene.with_entrance
         before, self.scene = self.scene, scene
-        if not same(_paths_of(scene), _paths_of(before)):
+        if _paths_of(scene) != _paths_of(before):
             self.truth = None
-        if self.truth is None or not same(_radiation_of(scene), _radiation_of(before)):
+        if self.truth is None or _radiation_of(scene) != _radiation_of(before):
             self._forget_radiation()
-        if not same((scene,), (before,)):
+        if scene != before:
             self._forget_run()
         return scene
 
@@ -115,15 +113,6 @@ def along(points: Array, step_m: float) -> Array:
     lengths = np.concatenate([[0.0], np.hypot(*np.diff(points, axis=0).T).cumsum()])
     at = np.arange(0.0, lengths[-1] + 1e-9, step_m)
     return np.column_stack([np.interp(at, lengths, points[:, axis]) for axis in (0, 1)])
-
-
-def same(one: Sequence[Any], other: Sequence[Any]) -> bool:
-    """Tell whether models and plain values have equal fields; what they have computed of them does not count."""
-    return [_plain(part) for part in one] == [_plain(part) for part in other]
-
-
-def _plain(part: Any) -> Any:
-    return part.model_dump() if isinstance(part, Model) else part
 
 
 def _one_by_one(truth: Array) -> tuple[DrawnPath, ...]:
