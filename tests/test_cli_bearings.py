@@ -75,7 +75,8 @@ def test_the_flight_is_tracked(flight, tmp_path, capsys, name, motion):
     assert "RMSE from the truth" in said
     assert ("as its paper has it" in said) == name.startswith("fg")
     off, rows = errors_of(out)
-    assert len(off) >= 0.9 * STEPS
+    # a turn rate has to show itself first: a filter that knows of turns begins some seconds later
+    assert len(off) >= (0.8 if motion in ("ctrv", "imm") else 0.9) * STEPS
     spread = np.array([row.sd_x**2 + row.sd_y**2 for row in rows if row.status == "confirmed"])
     # a track's errors hang together, so that a single run says little; the factor graph's deviations are too small
     assert np.mean(off**2) < (10 if name.startswith("fg") else 2.5) * spread.mean()
@@ -236,6 +237,7 @@ def test_one_sensor_and_radians_are_warned_of(flight, tmp_path, capsys):
     code, said = run(capsys, alone, "--sensors", flight / "sensors.csv", "--out", tmp_path / "alone")
     assert code == 0
     assert "all bearings are of sensor 'mast'; one sensor gives no distance" in said
+    assert "sure to" not in said
     assert "one sensor gives no distance" in (tmp_path / "alone" / "report.html").read_text()
 
     def in_radians(lines):

@@ -7,6 +7,8 @@ import pytest
 
 from elusive import run
 from elusive.errors import DataError
+from elusive.experiments.jiang2024.scenario import STEP_NOISE_M, FlightCase
+from elusive.experiments.jiang2024.trial import MOVES
 from elusive.filters.extended_kalman import ExtendedKalmanFilter
 from elusive.filters.map_smoother import MapSmoother
 from elusive.filters.transitions import transitions_of
@@ -170,3 +172,47 @@ def test_refused():
     with pytest.raises(Exception, match="neither linear nor"):
         transitions_of("walk", np.arange(3.0))
     assert len(PLACES) == 3
+
+
+def turning_flight(number):
+    """A turn of Jiang et al. at 25 degrees, as the reproduction draws it."""
+    case = FlightCase(motion="ctrv", sigma_deg=25.0)
+    flight = case.simulate(np.random.default_rng(np.random.SeedSequence(2024, spawn_key=(number,))))
+    filter = ExtendedKalmanFilter(
+        motion=MOVES["ctrv"], sensor=case.mean_sensors, position_noise_m=STEP_NOISE_M, loss="squares"
+    )
+    return filter, flight
+
+
+def ground_nees(found, flight):
+    off = (found.states[:, :4] - flight.states)[:, [0, 2], None]
+    spread = found.covariances[:, [0, 2]][:, :, [0, 2]]
+    return (off * np.linalg.solve(spread, off)).sum(axis=(1, 2))
+
+
+def test_a_most_probable_first_place_on_a_sensor_is_not_taken_as_certain():
+    """Flight 600: the first bearings of two sensors meet behind the third, beside which the target is."""
+    filter, flight = turning_flight(600)
+    found = filter.track(flight.sets)
+    x, y = np.meshgrid(np.linspace(-40, 40, 801), np.linspace(-40, 40, 801))
+    squared = sum(
+        twin.wrapped(azimuth - np.arctan2(x - place[0], y - place[1])) ** 2 / filter.sensor.sigmas_rad[0] ** 2
+        for place, azimuth in zip(filter.sensor.positions_m, flight.azimuth_rad[0], strict=True)
+    )
+    exact = np.cov(x.ravel(), y.ravel(), aweights=np.exp(-0.5 * (squared - squared.min())).ravel())
+    claimed = found.covariances[0][np.ix_([0, 2], [0, 2])]
+    assert (np.linalg.eigvalsh(claimed) > np.linalg.eigvalsh(exact)).all()
+    assert ground_nees(found, flight).max() < 30
+
+
+@pytest.mark.parametrize("smooth", [False, True])
+def test_errors_on_a_turn_that_is_hardly_told_are_as_large_as_claimed(smooth):
+    """Linearised before its turn rate is told, a turn leaves a mean of 3."""
+    each = []
+    for number in range(100):
+        filter, flight = turning_flight(number)
+        found = filter.track(flight.sets, smooth=smooth)
+        assert found.begun >= 2
+        each.append(ground_nees(found, flight).mean())
+    assert np.mean(each) == pytest.approx(2.0, abs=3.5 * np.std(each) / 10)
+    assert np.mean(each) < 2.5

@@ -70,8 +70,9 @@ def cost_of(
                 cholesky(Q)
                 weight = inverse(Q)
             move(T, k, path[k], moved, F, Q)
-            error = path[k + 1] - moved
-            cost += 0.5 * error @ weight @ error
+            for i in range(d):
+                for j in range(d):
+                    cost += 0.5 * (path[k + 1, i] - moved[i]) * weight[i, j] * (path[k + 1, j] - moved[j])
     return float(cost)
 
 
@@ -91,6 +92,7 @@ def linearise(
     """Write the normal equations of a path: blocks of the diagonal, blocks below it, and minus the gradient."""
     d = path.shape[1]
     moved, F, Q, residual, H = np.empty(d), np.empty((d, d)), np.empty((d, d)), np.empty(2), np.empty((2, d))
+    error = np.empty(d)
     A[:] = 0.0
     g[:] = 0.0
     A[0] += anchor.information
@@ -117,13 +119,25 @@ def linearise(
             if T.turn >= 0:
                 cholesky(Q)
                 noise = inverse(Q)
-            pushed = noise @ F
-            error = noise @ (path[k + 1] - moved)
-            A[k] += F.T @ pushed
-            A[k + 1] += noise
-            B[k] = -pushed
-            g[k] += F.T @ error
-            g[k + 1] -= error
+            for i in range(d):
+                for j in range(d):
+                    total = 0.0
+                    for m in range(d):
+                        total += noise[i, m] * F[m, j]
+                    B[k, i, j] = -total
+                    A[k + 1, i, j] += noise[i, j]
+            for i in range(d):
+                total = 0.0
+                for m in range(d):
+                    total += noise[i, m] * (path[k + 1, m] - moved[m])
+                error[i] = total
+                g[k + 1, i] -= total
+            for i in range(d):
+                for m in range(d):
+                    if F[m, i] != 0.0:
+                        g[k, i] += F[m, i] * error[m]
+                        for j in range(d):
+                            A[k, i, j] -= F[m, i] * B[k, m, j]
 
 
 @njit(cache=True, nogil=True)
@@ -154,18 +168,26 @@ def optimise(
         while damping < MOST_DAMPING:
             if factorise(A, B, damping, L, Y):
                 step = solve(L, Y, g)
+                # the square of the step's length in deviations
+                length2 = (step * g).sum()
+                settled = length2 < tolerance * tolerance
+                if settled:
+                    # so short a step follows the parabola, and the curvature stays
+                    path += step
+                    cost -= 0.5 * length2
+                    break
                 trial = cost_of(path + step, path, table, ranges, T, W, anchor, loss)
-                # the decrement is the step's length in deviations, twice over
-                settled = (step * g).sum() < tolerance * tolerance
-                if trial <= cost or settled:
+                if trial <= cost:
                     damping = damping / 10 if damping > LEAST_DAMPING else 0.0
                     path += step
                     cost = trial
                     break
             damping = max(damping * 10, 1e-6)
-        if T.turn >= 0:
+        if T.turn >= 0 and not settled:
             # the noise of a turn moves with the path
             cost = cost_of(path, path, table, ranges, T, W, anchor, loss)
-    linearise(path, table, ranges, T, W, anchor, loss, A, B, g)
-    factorise(A, B, 0.0, L, Y)
+    if not settled:
+        linearise(path, table, ranges, T, W, anchor, loss, A, B, g)
+    if not settled or damping > 0.0:
+        factorise(A, B, 0.0, L, Y)
     return cost, taken, settled

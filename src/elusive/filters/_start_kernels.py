@@ -25,7 +25,8 @@ REWEIGHTED = 4  # times that the lines are weighed by the ranges just found
 GUESSED = 0.01  # a guess is settled once a step is this share of the deviation
 START_ITERATIONS, START_TOLERANCE = 50, 1e-3
 TOLD = 0.3  # a place is told once its deviation is this share of its distance and the sensors' extent
-TURN_TOLD = 0.1  # a turn rate, once its deviation is this share of the start's: until then a turn is far from linear
+TURN_TOLD = 0.1  # a turn rate is, at this share of what it may be at the start: until then turns are far from linear
+BENT = 0.1  # bend of a bearing over its place that is no longer small [rad]
 PATIENCE = 50  # times after which a filter starts all the same
 AROUND = 3  # places on each side of the sensors' centre, an extent apart, from which arrivals are tried
 TRIED, TRIED_ITERATIONS = 8, 15  # times, and steps from each place
@@ -139,9 +140,7 @@ def begun(
     K, d = len(table.times_s), len(anchor.at)
     path = guessed(table, T, anchor, loss, start)
     W, L, Y = inverse_noise(T), np.empty((K, d, d)), np.empty((K - 1, d, d))
-    cost, taken, settled = optimise(
-        path, table, NO_RANGES, T, W, anchor, loss, START_ITERATIONS, START_TOLERANCE, L, Y
-    )
+    cost, taken, settled = optimise(path, table, NO_RANGES, T, W, anchor, loss, START_ITERATIONS, START_TOLERANCE, L, Y)
     spread = marginals(L, Y)
     placed = _placed(path, spread, table, T.solid, start)
     if placed:
@@ -150,7 +149,11 @@ def begun(
             path, wide, NO_RANGES, T, W, anchor, loss, START_ITERATIONS, START_TOLERANCE, L, Y
         )
         spread = marginals(L, Y)
-    told = placed and (T.turn < 0 or math.sqrt(spread[-1, T.turn, T.turn]) < TURN_TOLD * start.most_turn)
+    told = placed
+    if T.turn >= 0:
+        # what its own noise added since is no reason to wait
+        added = T.q_turn * (T.interval_s[: K - 1] ** 2).sum()
+        told &= spread[-1, T.turn, T.turn] < (TURN_TOLD * start.most_turn) ** 2 + added
     return path, L, Y, cost, taken, settled, told or K >= PATIENCE
 
 
@@ -171,9 +174,9 @@ def _placed(path: Array, spread: Array, table: BearingTable, solid: bool, start:
 
 @njit(cache=True, nogil=True)
 def _widened(table: BearingTable, path: Array, spread: Array, solid: bool) -> BearingTable:
-    """Return the bearings with how far each bends over its place added to its noise, as the filter's updates have it.
+    """Return the table with how far a bearing bends over its place added to its noise, as the filter's updates have it.
 
-    The most probable place may lie on a sensor: a bearing from there, taken as straight, tells it without an error.
+    The most probable place may lie on a sensor; a bearing from there, taken as a line, tells it without an error.
     """
     variance = table.variance.copy()
     for k in range(len(path)):
@@ -181,7 +184,9 @@ def _widened(table: BearingTable, path: Array, spread: Array, solid: bool) -> Be
         if solid:
             place += spread[k, HEIGHT, HEIGHT]
         for row in range(table.first[k], table.first[k + 1]):
-            variance[row] += curvature(table, row, path[k], place, solid) ** 2
+            bend = curvature(table, row, path[k], place, solid)
+            if np.isnan(table.range_m[row]) and bend > BENT:
+                variance[row] += bend * bend
     return BearingTable(
         table.times_s,
         table.first,

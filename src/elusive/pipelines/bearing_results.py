@@ -126,7 +126,11 @@ def _verdict(tracked: BearingsTracked) -> str:
     first, last = tracked.times_s[told][[0, -1]]
     deviation = float(np.median(tracked.deviation[told]))
     walked = float(np.hypot(*np.diff(tracked.places[told], axis=0).T).sum())
-    said = f"A track from {first:g} to {last:g} s, {walked:.0f} m long, sure to {deviation:.2g} m (median deviation)"
+    said = f"A track from {first:g} to {last:g} s"
+    if len(np.unique(tracked.sensor)) > 1:
+        said += f", {walked:.0f} m long, sure to {deviation:.2g} m (median deviation)"
+    else:  # its deviations are those of the start that was assumed, and too small close to the sensor
+        said += " by one sensor alone, which tells directions and no distance"
     error = tracked.error
     if error is not None and np.isfinite(error[told]).any():
         said += f"; {math.sqrt(np.nanmean(error[told] ** 2)):.2f} m RMSE from the truth over the ground"
