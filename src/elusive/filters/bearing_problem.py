@@ -173,8 +173,3 @@ class BearingProblem(BearingSetting):
     @cached_property
     def _steps(self) -> dict[float, Transitions]:
         return {}
-
-    @property
-    def place_columns(self) -> list[int]:
-        """Columns of the state that hold the place."""
-        return [self.motion.state_names.index(name) for name in "xyz"[: self.sensor.dimensions]]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 from collections.abc import Sequence
 from typing import Any, Generic, NamedTuple, TypeVar
 
@@ -11,6 +10,7 @@ import numpy as np
 from elusive.contracts import Array
 from elusive.model import Model
 from elusive.workbench.blocks import HELD
+from elusive.workbench.exports import table_html
 from elusive.workbench.jobs import Job
 
 THIS, KEPT, QUIET = "#e8590c", "#4c8dff", "#8a94a3"
@@ -115,14 +115,7 @@ def table(header: Sequence[str], columns: Sequence[Sequence[tuple[str, str]]]) -
     """Write what runs say of themselves, a row a quantity, a column a run."""
     told_of = [dict(rows) for rows in columns]
     names = list(dict.fromkeys(name for rows in columns for name, _ in rows))
-    heads = "".join(f'<th scope="col">{html.escape(cell)}</th>' for cell in header)
-    body = "".join(
-        f'<tr><th scope="row">{html.escape(name)}</th>'
-        + "".join(f"<td>{html.escape(one.get(name, ''))}</td>" for one in told_of)
-        + "</tr>"
-        for name in names
-    )
-    return f'<table class="ew-table"><thead><tr>{heads}</tr></thead><tbody>{body}</tbody></table>'
+    return table_html(header, [(name, *(one.get(name, "") for one in told_of)) for name in names])
 
 
 def plain(values: Any) -> list[float | None]:

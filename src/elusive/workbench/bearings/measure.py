@@ -5,8 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Sequence
-from html import escape
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,8 @@ from elusive.contracts import Array
 from elusive.io.tracks import cells_of, columns
 from elusive.workbench.bearings.run import SMOOTHERS, Estimated, Flown, archive, nees
 from elusive.workbench.bearings.state import BearingsState
-from elusive.workbench.parts import Drawing, told
+from elusive.workbench.exports import Export, export_buttons, table_html
+from elusive.workbench.parts import Drawing
 
 COMMAND = (
     "elusive track bearings bearings.csv --sensors sensors.csv --truth truth.csv --config config-{}.yaml --out results"
@@ -114,24 +114,9 @@ def _listed(values: Array) -> list[float | None]:
 
 def _exports(flown: Flown) -> None:
     scene, shown = flown.scene, [one for one in flown.each if one.outcome is not None]
-
-    def give_archive() -> None:
-        with told():
-            ui.download.content(archive(scene), "bearings.zip")
-
-    with ui.element("div").classes("ew-row"):
-        ui.button("Recording and settings (ZIP)", on_click=give_archive).props("unelevated no-caps")
-        for one in shown:
-            ui.button(
-                f"{one.name}: tracks as CSV",
-                on_click=lambda one=one: ui.download.content(tracks_csv(one), f"tracks-{one.name}.csv"),
-            ).props("flat no-caps")
-            ui.button(
-                f"{one.name}: settings as YAML",
-                on_click=lambda one=one: ui.download.content(one.parameters.to_yaml(), f"config-{one.name}.yaml"),
-            ).props("flat no-caps")
-    if shown:
-        ui.label(f"Run it again without a browser, from the ZIP: {COMMAND.format(shown[0].name)}").classes("ew-note")
+    each = [Export(one.name, partial(tracks_csv, one), one.parameters.to_yaml) for one in shown]
+    again = COMMAND.format(shown[0].name) if shown else ""
+    export_buttons("bearings.zip", lambda: archive(scene), each, again)
 
 
 def tracks_csv(one: Estimated) -> str:
@@ -143,13 +128,3 @@ def tracks_csv(one: Estimated) -> str:
     writer.writerow(names)
     writer.writerows(cells_of(row)[: len(names)] for row in one.outcome.rows)
     return text.getvalue()
-
-
-def table_html(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Write a table; its first column is its heads."""
-    heads = "".join(f'<th scope="col">{escape(cell)}</th>' for cell in header)
-    body = "".join(
-        f'<tr><th scope="row">{escape(row[0])}</th>{"".join(f"<td>{escape(cell)}</td>" for cell in row[1:])}</tr>'
-        for row in rows
-    )
-    return f'<table class="ew-table"><thead><tr>{heads}</tr></thead><tbody>{body}</tbody></table>'

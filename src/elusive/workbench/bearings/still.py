@@ -9,11 +9,11 @@ import numpy as np
 from nicegui import ui
 
 from elusive.errors import ElusiveError
-from elusive.workbench.bearings.measure import table_html
 from elusive.workbench.bearings.panels import still_floor
 from elusive.workbench.bearings.run import archive, locate
 from elusive.workbench.bearings.scene import BearingScene
 from elusive.workbench.bearings.state import BearingsState
+from elusive.workbench.exports import table_html
 from elusive.workbench.jobs import away
 from elusive.workbench.parts import Drawing, Form, told
 from elusive.workbench.shell import window

@@ -7,11 +7,11 @@ from typing import Any
 from nicegui import ui
 
 from elusive.errors import ElusiveError
-from elusive.workbench.bearings.measure import table_html
 from elusive.workbench.charts.describe import description
 from elusive.workbench.charts.maps import ZONES, chart_floor, grades_of, view_of, water_raster, zoomed
 from elusive.workbench.charts.scene import EXAMPLE_NAME, ChartScene
 from elusive.workbench.charts.state import KINDS, ChartsState, OpenedChart, example, opened
+from elusive.workbench.exports import table_html
 from elusive.workbench.jobs import away
 from elusive.workbench.opener import opener
 from elusive.workbench.parts import Drawing, Form, told

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import tempfile
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +12,10 @@ import numpy as np
 from nicegui import ui
 
 from elusive.io import write_tracks_csv
-from elusive.workbench.bearings.measure import table_html
 from elusive.workbench.charts.run import Used, archive, lost
 from elusive.workbench.charts.state import ChartsState
-from elusive.workbench.jobs import away
-from elusive.workbench.parts import Drawing, told
+from elusive.workbench.exports import Export, export_buttons, table_html
+from elusive.workbench.parts import Drawing
 
 HEADER = ["Use of the chart", "Tracks", "RMSE [m]", "Lost [scans]", "Chart left out [scans]", "Time [s]"]
 
@@ -92,24 +92,9 @@ def _exports(state: ChartsState, shown: list[Used]) -> None:
     assert state.chart is not None
     assert state.sailed is not None
     scene, chart = state.sailed.scene, state.chart.file
-
-    async def give_archive() -> None:
-        with told():
-            ui.download.content(await away(lambda: archive(scene, chart)), "charts.zip")
-
-    with ui.element("div").classes("ew-row"):
-        ui.button("Recording and settings (ZIP)", on_click=give_archive).props("unelevated no-caps")
-        for one in shown:
-            ui.button(
-                f"{one.name}: tracks as CSV",
-                on_click=lambda one=one: ui.download.content(tracks_csv(one), f"tracks-{one.name}.csv"),
-            ).props("flat no-caps")
-            ui.button(
-                f"{one.name}: settings as YAML",
-                on_click=lambda one=one: ui.download.content(one.parameters.to_yaml(), f"config-{one.name}.yaml"),
-            ).props("flat no-caps")
-    if shown:
-        ui.label(f"Run it again without a browser, from the ZIP: {command(state, shown[0].name)}").classes("ew-note")
+    each = [Export(one.name, partial(tracks_csv, one), one.parameters.to_yaml) for one in shown]
+    again = command(state, shown[0].name) if shown else ""
+    export_buttons("charts.zip", lambda: archive(scene, chart), each, again)
 
 
 def command(state: ChartsState, method: str) -> str:

@@ -8,12 +8,12 @@ import numpy as np
 from nicegui import ui
 
 from elusive.charts.projection import LocalFrame
-from elusive.workbench.bearings.measure import table_html
 from elusive.workbench.charts.chart import ZOOM, zoom_buttons
 from elusive.workbench.charts.maps import about_route, chart_floor, view_of, zoomed
 from elusive.workbench.charts.run import record
 from elusive.workbench.charts.scene import ChartScene
 from elusive.workbench.charts.state import ChartsState
+from elusive.workbench.exports import table_html
 from elusive.workbench.jobs import away
 from elusive.workbench.links.state import along
 from elusive.workbench.parts import Drawing, Form, told

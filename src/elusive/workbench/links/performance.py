@@ -28,6 +28,7 @@ from elusive.pipelines.link_scene_results import (
 )
 from elusive.pipelines.link_scene_run import ESTIMATORS
 from elusive.pipelines.links import LinkTracking
+from elusive.workbench.exports import table_html
 from elusive.workbench.files import UPLOAD_MOST_BYTES, read_upload
 from elusive.workbench.jobs import away
 from elusive.workbench.links.state import LinksState
@@ -83,7 +84,7 @@ class PerformanceWindow:
             for cells in zip(*(score_rows(one) for _, one in runs), strict=True)
         ]
         with ui.element("div").classes("ew-scroll"):
-            ui.html(_table(["", *heads], rows), sanitize=False)
+            ui.html(table_html(["", *heads], rows), sanitize=False)
         with ui.element("div").classes("ew-charts"):
             for title, one in runs:
                 edges, counts = histogram(one.scores[0])
@@ -158,12 +159,3 @@ def _read_scene(path: Path) -> LinkScene:
     if scene.nodes is None and scene.simulation.network.kind == "file":
         raise DataError(f"{path}: names a file of nodes on a disk; list the nodes under 'nodes' instead.")
     return scene
-
-
-def _table(header: list[str], rows: list[tuple[str, ...]]) -> str:
-    """Write a table; its cells are numbers and this module's own words."""
-    heads = "".join(f'<th scope="col">{cell}</th>' for cell in header)
-    body = "".join(
-        f'<tr><th scope="row">{row[0]}</th>{"".join(f"<td>{cell}</td>" for cell in row[1:])}</tr>' for row in rows
-    )
-    return f'<table class="ew-table"><thead><tr>{heads}</tr></thead><tbody>{body}</tbody></table>'

@@ -1,0 +1,52 @@
+"""What a page gives away of its runs: recording and settings as one archive, tracks and settings one by one; tables."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from html import escape
+from typing import NamedTuple
+
+from nicegui import ui
+
+from elusive.workbench.jobs import away
+from elusive.workbench.parts import told
+
+
+class Export(NamedTuple):
+    """One run's files, made when they are asked for."""
+
+    name: str
+    tracks: Callable[[], str | bytes]  # CSV
+    settings: Callable[[], str]  # YAML
+
+
+def export_buttons(archive_name: str, archive: Callable[[], bytes], each: Sequence[Export], again: str) -> None:
+    """Build the buttons that download the runs, and say which command repeats the first of them."""
+
+    async def give_archive() -> None:
+        with told():
+            ui.download.content(await away(archive), archive_name)
+
+    with ui.element("div").classes("ew-row"):
+        ui.button("Recording and settings (ZIP)", on_click=give_archive).props("unelevated no-caps")
+        for one in each:
+            ui.button(
+                f"{one.name}: tracks as CSV",
+                on_click=lambda one=one: ui.download.content(one.tracks(), f"tracks-{one.name}.csv"),
+            ).props("flat no-caps")
+            ui.button(
+                f"{one.name}: settings as YAML",
+                on_click=lambda one=one: ui.download.content(one.settings(), f"config-{one.name}.yaml"),
+            ).props("flat no-caps")
+    if again:
+        ui.label(f"Run it again without a browser, from the ZIP: {again}").classes("ew-note")
+
+
+def table_html(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Write a table; its first column is its heads."""
+    heads = "".join(f'<th scope="col">{escape(cell)}</th>' for cell in header)
+    body = "".join(
+        f'<tr><th scope="row">{escape(row[0])}</th>{"".join(f"<td>{escape(cell)}</td>" for cell in row[1:])}</tr>'
+        for row in rows
+    )
+    return f'<table class="ew-table"><thead><tr>{heads}</tr></thead><tbody>{body}</tbody></table>'
