@@ -137,6 +137,22 @@ def test_help_and_version_are_there(elusive_in: Callable[..., Ran]) -> None:
         assert option in ran.out
 
 
+@pytest.mark.parametrize(("arguments", "loaded"), [("--version", "[]"), ("track images --help", "['numba']")])
+def test_only_the_system_asked_for_is_loaded(arguments: str, loaded: str) -> None:
+    asked = "import sys; from elusive.cli import main\ntry: main(sys.argv[1:])\n"
+    told = "finally: print(sorted({'numba', 'xarray', 'shapely', 'matplotlib'} & sys.modules.keys()))"
+    command = [sys.executable, "-c", asked + told, *arguments.split()]
+    ran = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert ran.stdout.splitlines()[-1] == loaded
+
+
+@pytest.mark.parametrize(("typed", "nearest"), [("trakc", "track"), ("track image", "images"), ("fit lnks", "links")])
+def test_the_nearest_command_is_suggested(elusive_in: Callable[..., Ran], typed: str, nearest: str) -> None:
+    ran = elusive_in(*typed.split())
+    assert ran.code == 2
+    assert f"Did you mean '{nearest}'" in ran.err
+
+
 def test_a_subprocess_finds_it_too(tmp_path: Path) -> None:
     for arguments, code in ((["--version"], 0), (["track", "images", "nothing.npy", "--out", "out"], 2)):
         ran = subprocess.run([*PROGRAM, *arguments], cwd=tmp_path, capture_output=True, text=True, check=False)

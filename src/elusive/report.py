@@ -2,14 +2,8 @@
 
 from __future__ import annotations
 
-import base64
-import html
-import io
-import json
 from collections.abc import Mapping, Sequence
-from importlib.resources import files
 from pathlib import Path
-from string import Template
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,7 +11,7 @@ from numpy.typing import NDArray
 
 from elusive import plots
 from elusive.contracts import Array
-from elusive.io.atomic import atomic_path
+from elusive.report_page import facts, picture_url, rounded, write_page
 
 SHOWN_AT_MOST = 240  # frames kept for the report, whatever the recording's length
 SIDE_AT_MOST = 320  # pixels a side
@@ -115,34 +109,23 @@ def write_png(path: Path, tracked: Tracked, frames: FrameKeeper) -> None:
 
 def write_html(path: Path, tracked: Tracked, frames: FrameKeeper) -> None:
     """Write a page that plays the frames with truth and estimate, beside existence and error over time."""
-    truth = None if tracked.truth is None else _numbers(tracked.truth)
+    truth = None if tracked.truth is None else rounded(tracked.truth)
     data = {
-        "times": _numbers(tracked.times),
+        "times": rounded(tracked.times),
         "unit": tracked.time_unit,
-        "existence": _numbers(tracked.existence, 4),
-        "estimate": _numbers(tracked.estimate),
-        "deviation": _numbers(tracked.deviation),
+        "existence": rounded(tracked.existence, 4),
+        "estimate": rounded(tracked.estimate),
+        "deviation": rounded(tracked.deviation),
         "truth": truth,
-        "error": None if tracked.error is None else _numbers(tracked.error),
+        "error": None if tracked.error is None else rounded(tracked.error),
         "tracks": None if tracked.tracks is None else [_track(*track) for track in tracked.tracks.items()],
-        "extra": {name: _numbers(curve, 4) for name, curve in tracked.extra.items()},
+        "extra": {name: rounded(curve, 4) for name, curve in tracked.extra.items()},
         "shown": frames.numbers,
         "shrink": frames.shrink,
         "frame": list(frames.kept[0].shape),
         "strip": _strip(frames.kept),
     }
-    table = "".join(
-        f"<tr><th>{html.escape(name)}</th><td>{html.escape(value)}</td></tr>" for name, value in tracked.rows
-    )
-    template = Template(files("elusive").joinpath("templates", "report.html").read_text(encoding="utf-8"))
-    page = template.substitute(
-        title=html.escape(tracked.title),
-        table=table,
-        # no "</script>" can end the script early
-        data=json.dumps(data, separators=(",", ":")).replace("<", "\\u003c"),
-    )
-    with atomic_path(path) as temporary:
-        temporary.write_text(page, encoding="utf-8")
+    write_page(path, "report.html", data, {"title": tracked.title}, table=facts(tracked.rows))
 
 
 def _best_shown(tracked: Tracked, numbers: Sequence[int]) -> int:
@@ -157,23 +140,12 @@ def _track(number: int, path: Array) -> dict[str, object]:
     """Write a track for the page, without the frames before and after its life."""
     alive = np.flatnonzero(np.isfinite(path[:, 0]))
     first, after = (int(alive[0]), int(alive[-1]) + 1) if alive.size else (0, 0)
-    places = _numbers(path[first:after])
+    places = rounded(path[first:after])
     return {"name": number, "colour": plots.track_colour(number), "first": first, "places": places}
-
-
-def _numbers(values: Array, digits: int = 2) -> list[object]:
-    """Round for JSON, NaN as null."""
-    rounded = np.round(np.asarray(values, dtype=np.float64), digits).astype(object)
-    rounded[~np.isfinite(values)] = None
-    listed: list[object] = rounded.tolist()
-    return listed
 
 
 def _strip(frames: Sequence[NDArray[np.uint8]]) -> str:
     """Stack the frames, one under the other, into one grey PNG as a data URL."""
-    from PIL import Image
-
-    buffer = io.BytesIO()
     # several columns, since a browser refuses images taller than some 32 000 pixels
     rows, columns = frames[0].shape
     per_column = max(1, 16_000 // rows)
@@ -182,5 +154,4 @@ def _strip(frames: Sequence[NDArray[np.uint8]]) -> str:
     for number, one in enumerate(frames):
         r, c = number % per_column, number // per_column
         sheet[r * rows : (r + 1) * rows, c * columns : (c + 1) * columns] = one
-    Image.fromarray(sheet).save(buffer, "PNG", optimize=True)
-    return "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
+    return picture_url(sheet)

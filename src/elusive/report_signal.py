@@ -2,14 +2,8 @@
 
 from __future__ import annotations
 
-import base64
-import html
-import io
-import json
 from collections.abc import Sequence
-from importlib.resources import files
 from pathlib import Path
-from string import Template
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -17,7 +11,7 @@ from numpy.typing import NDArray
 
 from elusive import plots
 from elusive.contracts import Array
-from elusive.io.atomic import atomic_path
+from elusive.report_page import facts, picture_url, rounded, track_table, write_page
 
 TIMES_SHOWN = 1000  # columns of a picture at most
 SAMPLES_SHOWN = 400  # rows of a picture at most
@@ -155,39 +149,23 @@ def write_signal_html(path: Path, tracked: SignalTracked, signal: Waterfall, sco
     starts = np.arange(columns) * score.stride
     ends = np.minimum(starts + score.stride, len(tracked.times)) - 1
     data = {
-        "times": _numbers(tracked.times[starts], 4),
-        "end": _numbers(tracked.times[-1:], 4)[0],
+        "times": rounded(tracked.times[starts], 4),
+        "end": rounded(tracked.times[-1:], 4)[0],
         "frames": len(tracked.times),
         "unit": tracked.time_unit,
         "samples": tracked.samples,
-        "highest": _numbers(np.fmax.reduceat(tracked.highest, starts)),
-        "threshold": _numbers(tracked.threshold[ends]),
+        "highest": rounded(np.fmax.reduceat(tracked.highest, starts)),
+        "threshold": rounded(tracked.threshold[ends]),
         "tracks": [_drawn(one, score.stride, columns) for one in tracked.paths],
-        "truth": [] if tracked.truth is None else [_numbers(x) for x in tracked.truth[ends].T],
+        "truth": [] if tracked.truth is None else [rounded(x) for x in tracked.truth[ends].T],
         "scale": _score_scale(tracked),
         "colours": [f"rgb{DARK}", f"rgb{MIDDLE}", f"rgb{BRIGHT}"],
         "signal": _picture(signal, *_grey_scale(signal), None),
         "score": _picture(score, 0.0, _score_scale(tracked), _palette()),
     }
-    template = Template(files("elusive").joinpath("templates", "report_signal.html").read_text(encoding="utf-8"))
-    page = template.substitute(
-        title=html.escape(tracked.title),
-        verdict=html.escape(tracked.verdict),
-        tracks=_table(tracked.header, tracked.tracks),
-        table="".join(f"<tr><th>{html.escape(a)}</th><td>{html.escape(b)}</td></tr>" for a, b in tracked.rows),
-        # no "</script>" can end the script early
-        data=json.dumps(data, separators=(",", ":")).replace("<", "\\u003c"),
-    )
-    with atomic_path(path) as temporary:
-        temporary.write_text(page, encoding="utf-8")
-
-
-def _table(header: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
-    if not lines:
-        return ""
-    head = "".join(f"<th>{html.escape(name)}</th>" for name in header)
-    body = "".join("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in line) + "</tr>" for line in lines)
-    return f"<table class='tracks'><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+    table = track_table(tracked.header, tracked.tracks)
+    texts = {"title": tracked.title, "verdict": tracked.verdict}
+    write_page(path, "report_signal.html", data, texts, tracks=table, table=facts(tracked.rows))
 
 
 def _drawn(path: Path1D, stride: int, columns: int) -> dict[str, object]:
@@ -195,7 +173,7 @@ def _drawn(path: Path1D, stride: int, columns: int) -> dict[str, object]:
     x, sure = np.full(columns, np.nan), np.zeros(columns, dtype=np.int64)
     x[path.frames // stride] = path.x
     sure[path.frames // stride] = path.sure
-    return {"track": path.track, "x": _numbers(x), "sure": sure.tolist()}
+    return {"track": path.track, "x": rounded(x), "sure": sure.tolist()}
 
 
 def _broken_at_ends(x: Array, samples: int) -> Array:
@@ -235,16 +213,5 @@ def _picture(kept: Waterfall, low: float, high: float, palette: NDArray[np.uint8
     if palette is not None:
         image = image.convert("P")
         image.putpalette(palette.tobytes())
-    buffer = io.BytesIO()
-    image.save(buffer, "PNG", optimize=True)
-    url = "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
     # how much of the run and of a frame the picture covers: its last block may be incomplete
-    return {"url": url, "frames": len(cells) * kept.stride, "samples": cells.shape[1] * kept.shrink}
-
-
-def _numbers(values: Array, digits: int = 2) -> list[object]:
-    """Round for JSON, NaN as null."""
-    rounded = np.round(np.asarray(values, dtype=np.float64), digits).astype(object)
-    rounded[~np.isfinite(values)] = None
-    listed: list[object] = rounded.tolist()
-    return listed
+    return {"url": picture_url(image), "frames": len(cells) * kept.stride, "samples": cells.shape[1] * kept.shrink}

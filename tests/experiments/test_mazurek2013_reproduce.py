@@ -212,7 +212,7 @@ def test_a_fault_while_drawing_leaves_nothing_half_written(tmp_path: Path, monke
 def test_interrupted_between_two_workers_it_goes_on_in_one_to_the_same_files(tmp_path: Path) -> None:
     """A case depends on its number alone: not on who runs it, how many there are, or which figures are drawn."""
     stopped, whole = tmp_path / "stopped", tmp_path / "whole"
-    command = [*PROGRAM, "reproduce", "mazurek2013", "fig3", "--trials", "24", "--workers", "2", "--out", str(stopped)]
+    command = [*PROGRAM, "reproduce", "mazurek2013", "fig3", "--trials", "40", "--workers", "2", "--out", str(stopped)]
     with subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True) as process:
         until = time.monotonic() + 120
         while not [path for path in stopped.glob("*.zarr/done/c/**/*") if path.is_file()]:
@@ -223,11 +223,11 @@ def test_interrupted_between_two_workers_it_goes_on_in_one_to_the_same_files(tmp
         said = process.communicate(timeout=60)[1]
     assert process.returncode == 130
     assert "Traceback" not in said
-    assert visible(stopped) == ["campaign-size3-alpha0.95-24-seed2013.zarr"]
+    assert visible(stopped) == ["campaign-size3-alpha0.95-40-seed2013.zarr"]
     reports: list[Progress] = []
-    reproduce(stopped, ["fig3"], trials=24, on_progress=reports.append)
+    reproduce(stopped, ["fig3"], trials=40, on_progress=reports.append)
     assert 0 < reports[0].done < reports[0].total  # what was done is not done again
-    reproduce(whole, ["fig3", "fig4"], trials=24)
+    reproduce(whole, ["fig3", "fig4"], trials=40)
     for name in ("fig3.csv", "fig3.png"):
         assert (stopped / name).read_bytes() == (whole / name).read_bytes()
     assert (whole / "fig3.csv").read_bytes() != (whole / "fig4.csv").read_bytes()

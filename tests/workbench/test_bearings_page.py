@@ -94,7 +94,7 @@ def test_a_scene_of_ones_own_and_a_still_emitter(
     step(page, "2 Track")
     assert field(page, "tracking.sigma_deg").input_value() == "1"  # follows what is heard
     for name in ("fixed-lag", "iekf"):
-        page.locator(f"[data-estimator='{name}']").click()
+        page.locator(f"[data-way='{name}']").click()
     button(page, "Run").click()
     page.locator(READY).wait_for()
     assert page.locator(".ew-panel figcaption span").all_inner_texts() == ["Bearings", "map"]

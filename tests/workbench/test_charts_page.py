@@ -104,7 +104,7 @@ def test_a_chart_that_is_sent_a_route_that_is_drawn_and_a_run_called_off(served:
     button(page, "Cancel").click()
     told(page, "Cancelled.")
     for name in ("hard", "nearest", "grid", "exact", "field"):
-        page.locator(f"[data-method='{name}']").click()
+        page.locator(f"[data-way='{name}']").click()
     button(page, "Run").click()
     page.locator(READY).wait_for(timeout=LONG_MS)
     assert page.locator(".ew-panel figcaption span").all_inner_texts() == ["none"]

@@ -12,41 +12,28 @@ import typer
 from rich.markup import escape
 
 import elusive
-from elusive.campaign import CampaignConfig, make_executor, resolve, run_campaign
-from elusive.cli import reproduce, simulate, track
-from elusive.cli.bearings import track_bearings_command
-from elusive.cli.charts import chart_command
-from elusive.cli.links import fit_app, track_links_command
-from elusive.cli.locate import locate_command
-from elusive.cli.terminal import Out, Scheduler, Workers, bar, campaign_bar, console, interrupt, interrupted, show
-from elusive.cli.workbench import scene_command, workbench_command
+from elusive.cli.lazy import lazy
+from elusive.cli.terminal import console, interrupt, interrupted
 from elusive.errors import ElusiveError
-from elusive.experiments.amrouche2018.trial import SCENARIO as AMROUCHE2018
-from elusive.experiments.demo import run_demo
-from elusive.experiments.jiang2024.trial import SCENARIO as JIANG2024
-from elusive.experiments.mazurek2013.trial import SCENARIO as MAZUREK2013
-from elusive.experiments.mendieta2017.trial import SCENARIO as MENDIETA2017
 
 BAD_INPUT = 2
 CHARTS = (".000", ".geojson", ".json", ".shp")
-SCENARIOS = {
-    "amrouche2018": AMROUCHE2018,
-    "jiang2024": JIANG2024,
-    "mazurek2013": MAZUREK2013,
-    "mendieta2017": MENDIETA2017,
+COMMANDS = {
+    "demo": "elusive.cli.demo:demo_command",
+    "track": "elusive.cli.track:app",
+    "locate": "elusive.cli.locate:locate_command",
+    "fit": "elusive.cli.links:fit_app",
+    "chart": "elusive.cli.charts:chart_command",
+    "simulate": "elusive.cli.simulate:app",
+    "workbench": "elusive.cli.workbench:workbench_command",
+    "scene": "elusive.cli.scene:scene_command",
+    "reproduce": "elusive.cli.reproduce:app",
+    "campaign": "elusive.cli.campaigns:campaign_command",
 }
 
-app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, help=elusive.__doc__)
-track.app.command("links")(track_links_command)
-track.app.command("bearings")(track_bearings_command)
-app.add_typer(track.app, name="track")
-app.add_typer(fit_app, name="fit")
-app.command("chart")(chart_command)
-app.command("locate")(locate_command)
-app.add_typer(simulate.app, name="simulate")
-app.add_typer(reproduce.app, name="reproduce")
-app.command("workbench")(workbench_command)
-app.command("scene")(scene_command)
+app = typer.Typer(
+    cls=lazy(COMMANDS), no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, help=elusive.__doc__
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -88,30 +75,3 @@ def _root(
     ] = False,
 ) -> None:
     """Detect and track what is too faint, too noise-like, too fast or too poorly charted for detect-then-track."""
-
-
-@app.command("demo")
-def demo_command(
-    out: Out = Path("demo"),
-    seed: Annotated[int, typer.Option(min=0, help="Root of all random numbers.")] = 1,
-) -> None:
-    """Draw a target too weak to see and find it: the quickest way to know what this does."""
-    with bar("frames", None) as advance:
-        result = run_demo(out, seed=seed, on_frame=advance)
-    show("At the same rate of false alarms", result.header, result.rows)
-    console.print(f"Written to {out}: tracks.csv, result.nc, report.html (open it), report.png")
-
-
-@app.command("campaign")
-def campaign_command(
-    config: Annotated[Path, typer.Argument(help="YAML file: scenario, parameters, grid, trials, seed.")],
-    out: Annotated[Path, typer.Option("--out", help="Zarr store for the results; a killed campaign goes on in it.")],
-    workers: Workers = None,
-    scheduler: Scheduler = None,
-) -> None:
-    """Run a scenario over a grid of parameters and many trials; killed and started again, it goes on."""
-    configuration = CampaignConfig.from_yaml(config)
-    scenario = resolve(configuration.scenario, SCENARIOS)
-    with make_executor(workers, scheduler) as executor, campaign_bar() as report:
-        run_campaign(scenario, configuration, out, executor=executor, on_progress=report)
-    console.print(f"Written to {out}")

@@ -40,7 +40,7 @@ Period = Annotated[
     float | None, typer.Option("--period-s", help="Of a long log: readings of so many seconds are a frame.")
 ]
 
-fit_app = typer.Typer(no_args_is_help=True, help="Fit a model's constants to a recording without labels.")
+fit_app = typer.Typer(no_args_is_help=True)
 
 
 @accepts(LinkTracking)

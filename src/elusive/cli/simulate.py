@@ -20,7 +20,7 @@ from elusive.pipelines.radar_simulation import RadarSimulation, simulate_radar
 
 TRACKED_WITH = (("", "log.csv"), ("--nodes", "nodes.csv"), ("--truth", "truth.csv"))  # of a simulated log
 
-app = typer.Typer(no_args_is_help=True, help="Make a recording to try a tracker on, and its truth.")
+app = typer.Typer(no_args_is_help=True)
 
 
 @app.callback()

@@ -7,14 +7,15 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from elusive.campaign import Progress as CampaignProgress
+if TYPE_CHECKING:
+    from elusive.campaign import Progress as CampaignProgress
 
 Out = Annotated[Path, typer.Option("--out", help="Folder for the results; made if need be.")]
 Config = Annotated[Path | None, typer.Option("--config", help="YAML file with any of the parameters below.")]

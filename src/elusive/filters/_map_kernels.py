@@ -17,6 +17,7 @@ from elusive.filters.transitions import Transitions
 from elusive.sensors.bearing_table import BearingTable
 
 LEAST_DAMPING, MOST_DAMPING = 1e-12, 1e12
+NO_RANGES = np.empty(0)  # of bearings that are angles; inside a kernel a global array would be another type
 
 
 class Anchor(NamedTuple):

@@ -23,14 +23,15 @@ from elusive.sensors.bearing_table import BearingTable
 
 REWEIGHTED = 4  # times that the lines are weighed by the ranges just found
 GUESSED = 0.01  # a guess is settled once a step is this share of the deviation
-START_ITERATIONS, START_TOLERANCE = 50, 1e-3
+START_TOLERANCE = 1e-3
 TOLD = 0.3  # a place is told once its deviation is this share of its distance and the sensors' extent
 TURN_TOLD = 0.1  # a turn rate is, at this share of what it may be at the start: until then turns are far from linear
 BENT = 0.1  # bend of a bearing over its place that is no longer small [rad]
 PATIENCE = 50  # times after which a filter starts all the same
 AROUND = 3  # places on each side of the sensors' centre, an extent apart, from which arrivals are tried
-TRIED, TRIED_ITERATIONS = 8, 15  # times, and steps from each place
-NO_RANGES = np.empty(0)
+TRIED = 8  # times
+# Steps of each descent and update; as plain integers each would be a type of its own, and compiled for itself.
+LINES_ITERATIONS, TRIED_ITERATIONS, START_ITERATIONS, FILTER_ITERATIONS = map(np.int64, (5, 15, 50, 3))
 
 
 class Start(NamedTuple):
@@ -72,7 +73,7 @@ def guessed(table: BearingTable, T: Transitions, anchor: Anchor, loss: Loss, sta
         ranges = np.full(len(table.sensor), start.extent_m)
         W, L, Y = inverse_noise(straight), np.empty((K, d, d)), np.empty((K - 1, d, d))
         for _ in range(REWEIGHTED):
-            optimise(path, table, ranges, straight, W, anchor, loss, 5, GUESSED, L, Y)
+            optimise(path, table, ranges, straight, W, anchor, loss, LINES_ITERATIONS, GUESSED, L, Y)
             for k in range(K):
                 for row in range(table.first[k], table.first[k + 1]):
                     # near a sensor a line is no better than its place is known
@@ -82,7 +83,7 @@ def guessed(table: BearingTable, T: Transitions, anchor: Anchor, loss: Loss, sta
     return path
 
 
-@njit(cache=True, nogil=True)
+@njit(inline="always")  # its one caller is compiled; by itself it would be once more
 def _from_arrivals(table: BearingTable, T: Transitions, anchor: Anchor, start: Start) -> Array:
     K, d = len(table.times_s), len(anchor.at)
     tried = min(K, TRIED)
@@ -99,6 +100,7 @@ def _from_arrivals(table: BearingTable, T: Transitions, anchor: Anchor, start: S
         table.stations,
     )
     W, root, side = inverse_noise(T), np.empty((tried, d, d)), np.empty((tried - 1, d, d))
+    no_lines = np.empty(0)
     # far from the truth a robust loss has hardly a slope
     squares = Loss(0, 2.0)
     least, best = np.inf, np.empty((tried, d))
@@ -110,13 +112,13 @@ def _from_arrivals(table: BearingTable, T: Transitions, anchor: Anchor, start: S
             if T.solid:
                 # sensors on the ground do not tell above from below
                 path[:, 4] = start.centre[2] + 0.3 * start.extent_m
-            cost, _, _ = optimise(path, first, NO_RANGES, T, W, anchor, squares, TRIED_ITERATIONS, GUESSED, root, side)
+            cost, _, _ = optimise(path, first, no_lines, T, W, anchor, squares, TRIED_ITERATIONS, GUESSED, root, side)
             if cost < least:
                 least, best = cost, path
     means, covariances = np.empty((K, d)), np.empty((K, d, d))
-    optimise(best, first, NO_RANGES, T, W, anchor, squares, TRIED_ITERATIONS, GUESSED, root, side)
+    optimise(best, first, no_lines, T, W, anchor, squares, TRIED_ITERATIONS, GUESSED, root, side)
     means[:tried], covariances[:tried] = best, marginals(root, side)
-    filtered(table, T, squares, 3, tried - 1, means, covariances, np.zeros(K))
+    filtered(table, T, squares, FILTER_ITERATIONS, tried - 1, means, covariances, np.zeros(K))
     smoothed(T, tried - 1, means, covariances)
     return means
 
@@ -140,13 +142,14 @@ def begun(
     K, d = len(table.times_s), len(anchor.at)
     path = guessed(table, T, anchor, loss, start)
     W, L, Y = inverse_noise(T), np.empty((K, d, d)), np.empty((K - 1, d, d))
-    cost, taken, settled = optimise(path, table, NO_RANGES, T, W, anchor, loss, START_ITERATIONS, START_TOLERANCE, L, Y)
+    no_lines = np.empty(0)
+    cost, taken, settled = optimise(path, table, no_lines, T, W, anchor, loss, START_ITERATIONS, START_TOLERANCE, L, Y)
     spread = marginals(L, Y)
     placed = _placed(path, spread, table, T.solid, start)
     if placed:
         wide = _widened(table, path, spread, T.solid)
         cost, taken, settled = optimise(
-            path, wide, NO_RANGES, T, W, anchor, loss, START_ITERATIONS, START_TOLERANCE, L, Y
+            path, wide, no_lines, T, W, anchor, loss, START_ITERATIONS, START_TOLERANCE, L, Y
         )
         spread = marginals(L, Y)
     told = placed

@@ -13,8 +13,8 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from elusive.contracts import Array
-from elusive.filters._map_kernels import Anchor, Loss, inverse_noise, optimise
-from elusive.filters._start_kernels import NO_RANGES, Start, begun, guessed
+from elusive.filters._map_kernels import NO_RANGES, Anchor, Loss, inverse_noise, optimise
+from elusive.filters._start_kernels import Start, begun, guessed
 from elusive.filters.transitions import AngleBias, Transitions, transitions_of
 from elusive.model import Model, NonNegative, Positive
 from elusive.motion import ConstantAcceleration, ConstantTurnRateVelocity, ConstantVelocity, CoordinatedTurn

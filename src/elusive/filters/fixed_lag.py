@@ -15,8 +15,7 @@ from pydantic import Field
 from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.filters._block_kernels import marginals
-from elusive.filters._map_kernels import Anchor, inverse_noise, optimise
-from elusive.filters._start_kernels import NO_RANGES
+from elusive.filters._map_kernels import NO_RANGES, Anchor, inverse_noise, optimise
 from elusive.filters._window_kernels import summed_out
 from elusive.filters.bearing_problem import BearingProblem
 from elusive.filters.transitions import Transitions

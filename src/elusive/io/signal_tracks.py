@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import csv
 import math
 import os
 from collections.abc import Iterable
 from typing import NamedTuple
 
 from elusive.errors import DataError
-from elusive.io.atomic import atomic_path
+from elusive.io.csv_files import write_csv
 from elusive.io.tracks import NO_TRACK, number_text, records_of
 
 COLUMNS = ("time_s", "track", "status", "score", "x_sample", "vx_sample")
@@ -43,12 +42,12 @@ def write_signal_tracks_csv(path: str | os.PathLike[str], rows: Iterable[SignalT
         fault = _fault_of(row)
         if fault:
             raise DataError(f"{path}: row {number} of the tracks {fault}.")
-    with atomic_path(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        for row in table:
-            track = "" if row.track is None else str(int(row.track))
-            writer.writerow([number_text(row.time_s), track, row.status, *map(number_text, row[3:])])
+    write_csv(path, COLUMNS, (_cells(row) for row in table))
+
+
+def _cells(row: SignalTrackRow) -> list[str]:
+    track = "" if row.track is None else str(int(row.track))
+    return [number_text(row.time_s), track, row.status, *map(number_text, row[3:])]
 
 
 def read_signal_tracks_csv(path: str | os.PathLike[str]) -> list[SignalTrackRow]:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Literal, NamedTuple
 
 from elusive.errors import DataError
-from elusive.io.atomic import atomic_path
+from elusive.io.csv_files import write_csv
 
 Unit = Literal["px", "m"]
 NO_TRACK = "none"
@@ -72,11 +72,7 @@ def write_tracks_csv(path: str | os.PathLike[str], rows: Iterable[TrackRow], uni
             raise DataError(f"{path}: row {number} of the tracks {fault}.")
     if any(not math.isnan(row.lon_deg) for row in table):
         names = (*names, *GEOGRAPHIC)
-    with atomic_path(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(names)
-        for row in table:
-            writer.writerow(cells_of(row)[: len(names)])
+    write_csv(path, names, (cells_of(row)[: len(names)] for row in table))
 
 
 def read_tracks_csv(path: str | os.PathLike[str], unit: Unit = "px") -> list[TrackRow]:

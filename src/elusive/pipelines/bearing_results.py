@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,6 +12,7 @@ import numpy as np
 from elusive.contracts import Array
 from elusive.io import TrackRow, write_netcdf, write_tracks_csv
 from elusive.io.bearings import BearingSet, SensorSites
+from elusive.io.csv_files import write_csv
 from elusive.io.path_truth import PathTruth
 from elusive.io.tracks import number_text
 from elusive.pipelines.bearings import BearingTracking, Estimates
@@ -110,13 +110,8 @@ def height_cells(time_s: float, names: Sequence[str], state: Array, covariance: 
 
 
 def _write_heights(path: Path, estimates: Estimates) -> None:
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(HEIGHT_COLUMNS)
-        for time_s, state, covariance in zip(
-            estimates.times_s.tolist(), estimates.states, estimates.covariances, strict=True
-        ):
-            writer.writerow(height_cells(time_s, estimates.names, state, covariance))
+    at_each = zip(estimates.times_s.tolist(), estimates.states, estimates.covariances, strict=True)
+    write_csv(path, HEIGHT_COLUMNS, (height_cells(one, estimates.names, *moments) for one, *moments in at_each))
 
 
 def _verdict(tracked: BearingsTracked) -> str:

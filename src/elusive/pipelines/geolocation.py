@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 import warnings
 from pathlib import Path
@@ -17,6 +16,7 @@ from elusive.contracts import Array
 from elusive.filters.geolocation import Ellipse, Fix, Geolocation
 from elusive.io import atomic_folder
 from elusive.io.bearings import BearingSource, SensorSites
+from elusive.io.csv_files import write_csv
 from elusive.io.emitter import write_emitter_geojson
 
 if TYPE_CHECKING:
@@ -86,7 +86,8 @@ def locate_recording(
     located = Located(fix, ellipse, lonlat, (*said, *fix.remarks), _table(fix, ellipse, lonlat, parameters, sites))
     if out is not None:
         with atomic_folder(out) as folder:
-            _write_table(folder / "emitter.csv", located)
+            numbers = _numbers(located)
+            write_csv(folder / "emitter.csv", list(numbers), [numbers.values()])
             _write_geojson(folder / "emitter.geojson", located, frame)
             _draw(folder / "emitter.png", located, sites, sensor, azimuth, Path(source.name).name)
             (folder / "config.yaml").write_text(parameters.to_yaml(), encoding="utf-8")
@@ -137,14 +138,6 @@ def _numbers(located: Located) -> dict[str, float | None]:
     if lonlat is not None:
         values |= {"lon_deg": lonlat[0], "lat_deg": lonlat[1]}
     return {name: float(value) if math.isfinite(value) else None for name, value in values.items()}
-
-
-def _write_table(path: Path, located: Located) -> None:
-    numbers = _numbers(located)
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(numbers)
-        writer.writerow(["" if value is None else repr(value) for value in numbers.values()])
 
 
 def _write_geojson(path: Path, located: Located, frame: LocalFrame | None) -> None:

@@ -5,14 +5,13 @@ Mendieta (2017), section 3.4, figures 3.9 and 3.10; table 3.3.
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from elusive import plots
-from elusive.io.atomic import atomic_path
+from elusive.io.csv_files import write_csv
 from elusive.io.radio_network import RadioNodes
 from elusive.preprocess.link_weights import coverage
 from elusive.preprocess.voxels import VoxelGrid
@@ -41,11 +40,9 @@ def write_coverage(folder: Path, nodes: RadioNodes, grid: VoxelGrid, weights: An
     links = coverage(weights)
     total = np.asarray(weights.sum(axis=0)).ravel()
     inside = grid.inside
-    with atomic_path(folder / "coverage.csv") as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        for (x, y), count, weight in zip(grid.centres[inside], links[inside], total[inside], strict=True):
-            writer.writerow([f"{x:.10g}", f"{y:.10g}", count, f"{weight:.6g}"])
+    seen_by = zip(grid.centres[inside], links[inside], total[inside], strict=True)
+    rows = ((f"{x:.10g}", f"{y:.10g}", count, f"{weight:.6g}") for (x, y), count, weight in seen_by)
+    write_csv(folder / "coverage.csv", COLUMNS, rows)
     _draw(folder / "coverage.png", nodes, grid, np.where(inside, links, np.nan))
     seen = links[inside]
     words = f"{seen.min()} to {seen.max()} links a voxel, {np.median(seen):g} at the median"

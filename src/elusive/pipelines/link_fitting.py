@@ -5,7 +5,6 @@ Calibrate on the empty room, then expectation maximisation over the rest of the 
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Callable, Iterable
 from itertools import islice
 from pathlib import Path
@@ -17,6 +16,7 @@ from elusive.contracts import Array
 from elusive.errors import DataError, ParameterError
 from elusive.filters.link_fit import LEAST_FRAMES, LinkFit, LinkFitting
 from elusive.io import atomic_folder, atomic_path
+from elusive.io.csv_files import write_csv
 from elusive.io.link_logs import LinkLog, RssFrame
 from elusive.io.radio_network import RadioNodes
 from elusive.pipelines.link_people import LinksMethod
@@ -162,14 +162,7 @@ def fit_link_log(
         fitted = fit_links(log, nodes, tracking, fitting, on_iteration=on_iteration)
         (folder / "config.yaml").write_text(fitted.tracking.to_yaml(), encoding="utf-8")
         before, after = fitted.before.model_dump(), fitted.fit.model.model_dump()
-        _write(folder / "constants.csv", HEADER, ((name, before[name], after[name]) for name in after))
+        write_csv(folder / "constants.csv", HEADER, ((name, before[name], after[name]) for name in after))
         presence = zip(fitted.times_s.tolist(), fitted.fit.presence.tolist(), strict=True)
-        _write(folder / "presence.csv", ("time_s", "presence"), ((f"{t:.6g}", f"{p:.4f}") for t, p in presence))
+        write_csv(folder / "presence.csv", ("time_s", "presence"), ((f"{t:.6g}", f"{p:.4f}") for t, p in presence))
     return fitted
-
-
-def _write(path: Path, header: tuple[str, ...], rows: Iterable[tuple[object, ...]]) -> None:
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(header)
-        writer.writerows(rows)

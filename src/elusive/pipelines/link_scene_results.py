@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -12,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from elusive.io.atomic import atomic_folder
+from elusive.io.csv_files import csv_text
 from elusive.pipelines.link_scene import LinkScene
 from elusive.pipelines.link_scene_run import ESTIMATORS, SceneRun, SceneScores, run_link_scene, score_scene
 
@@ -96,12 +95,12 @@ def tracks_csv(run: SceneRun) -> str:
         for step, frame in enumerate(run.frames)
         for one in frame.tracks
     ]  # fmt: skip
-    return _csv(TRACK_COLUMNS, rows)
+    return csv_text(TRACK_COLUMNS, rows)
 
 
 def events_csv(run: SceneRun) -> str:
     """Return what befell tracks as CSV."""
-    return _csv(
+    return csv_text(
         EVENT_COLUMNS,
         [
             (event.frame, event.track, event.what, *(f"{part:.4f}" for part in event.position))
@@ -173,14 +172,6 @@ def track_scene(scene: LinkScene, out: Path, *, on_frame: Callable[[int], None] 
         (folder / "scene.yaml").write_text(scene.to_yaml(), encoding="utf-8")
         scores_png(outcome, folder / "scores.png")
     return SceneTracked(("", *SHOWN), score_rows(outcome))
-
-
-def _csv(header: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows(rows)
-    return text.getvalue()
 
 
 def _plain(value: float) -> float | None:

@@ -20,6 +20,7 @@ from pydantic import Field
 from elusive.contracts import Array
 from elusive.io.areas import Area
 from elusive.io.atomic import atomic_folder
+from elusive.io.csv_files import write_csv
 from elusive.io.link_logs import RssFrame
 from elusive.io.people_truth import COLUMNS as TRUTH_COLUMNS
 from elusive.io.radio_network import COLUMNS as NODE_COLUMNS
@@ -208,8 +209,8 @@ def simulate_links(
                 writer.writerow([f"{frame.time_s:.6g}", *(f"{level:.2f}" for level in frame.rss_dbm.ravel())])
                 if on_frame is not None:
                     on_frame(number)
-        _write(folder / "nodes.csv", NODE_COLUMNS, zip(nodes.names, *nodes.positions_m.T.tolist(), strict=True))
-        _write(folder / "truth.csv", TRUTH_COLUMNS, _truth_rows(parameters, truth, present))
+        write_csv(folder / "nodes.csv", NODE_COLUMNS, zip(nodes.names, *nodes.positions_m.T.tolist(), strict=True))
+        write_csv(folder / "truth.csv", TRUTH_COLUMNS, _truth_rows(parameters, truth, present))
         covered = write_coverage(folder, nodes, network.grid, network.weights)
         (folder / "config.yaml").write_text(parameters.to_yaml(), encoding="utf-8")
     there = present.any(axis=1)
@@ -235,10 +236,3 @@ def _truth_rows(parameters: LinkSimulation, truth: Array, present: NDArray[np.bo
     for step, person in np.argwhere(present):
         x, y = truth[step, person]
         yield f"{(parameters.calibration_steps + step) * parameters.interval_s:.6g}", person + 1, f"{x:.4f}", f"{y:.4f}"
-
-
-def _write(path: Path, columns: tuple[str, ...], rows: Any) -> None:
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows(rows)

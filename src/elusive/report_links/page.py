@@ -1,24 +1,17 @@
-"""The page of a report: one HTML file that asks nothing of the network."""
+"""The page of a radio network's report: the floor over time, people and events."""
 
 from __future__ import annotations
 
-import base64
-import html
-import io
-import json
 import math
-from collections.abc import Sequence
-from importlib.resources import files
 from pathlib import Path
-from string import Template
 
 import numpy as np
 from numpy.typing import NDArray
 
 from elusive import plots
 from elusive.contracts import Array
-from elusive.io.atomic import atomic_path
 from elusive.report_links.contents import Happening, LinkPath, LinksTracked, Scene
+from elusive.report_page import facts, picture_url, rounded, stored, track_table, write_page
 
 TIMES_SHOWN = 2000
 POINTS_SHOWN = 40_000  # of all tracks together
@@ -33,55 +26,33 @@ def write_links_html(path: Path, tracked: LinksTracked) -> None:
     events = [event for event in tracked.events if event.track in drawn]
     true, error = tracked.true_places, tracked.error
     data = {
-        "times": _numbers(tracked.times_s[::stride], 3),
+        "times": rounded(tracked.times_s[::stride], 3),
         "calibrated": float(tracked.times_s[tracked.calibrated - 1]) if tracked.calibrated else None,
         "extent": tracked.extent,
-        "corners": _numbers(tracked.corners),
-        "nodes": _numbers(tracked.nodes),
+        "corners": rounded(tracked.corners),
+        "nodes": rounded(tracked.nodes),
         "names": list(tracked.names),
         "paths": [_path(one, tracked.times_s, stride) for one in tracked.paths],
         "people": tracked.people[::stride].tolist(),
-        "truth": None if tracked.truth is None else [_numbers(one.points, 3) for one in tracked.truth],
+        "truth": None if tracked.truth is None else [rounded(one.points, 3) for one in tracked.truth],
         "called": [] if tracked.truth is None else [one.name for one in tracked.truth],
         "present": None if true is None else np.isfinite(true[::stride, :, 0]).sum(axis=1).tolist(),
-        "error": None if error is None else _numbers(error[::stride]),
+        "error": None if error is None else rounded(error[::stride]),
         "events": [_event(event) for event in events[-EVENTS_SHOWN:]],
         "unlisted": max(0, len(events) - EVENTS_SHOWN) + tracked.unlisted,
         "scenes": {"times": [round(one.time_s, 3) for one in tracked.scenes], **_images(tracked)},
         "clouds": [_clouds(scene, drawn) for scene in tracked.scenes],
     }
-    template = Template(_stored("report_links.html"))
-    page = template.substitute(
-        title=html.escape(tracked.title),
-        verdict=html.escape(tracked.verdict),
-        tracks=_table(tracked),
-        table="".join(f"<tr><th>{html.escape(a)}</th><td>{html.escape(b)}</td></tr>" for a, b in tracked.rows),
-        # no "</script>" can end the script early
-        data=json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"),
-        floor=_stored("report_links_floor.js"),
-        script=_stored("report_links.js"),
+    write_page(
+        path,
+        "report_links.html",
+        data,
+        {"title": tracked.title, "verdict": tracked.verdict},
+        tracks=track_table(tracked.header, tracked.tracks, {str(one) for one in drawn}, "Highlight it"),
+        table=facts(tracked.rows),
+        floor=stored("report_links_floor.js"),
+        script=stored("report_links.js"),
     )
-    with atomic_path(path) as temporary:
-        temporary.write_text(page, encoding="utf-8")
-
-
-def _stored(name: str) -> str:
-    return files("elusive").joinpath("templates", name).read_text(encoding="utf-8")
-
-
-def _table(tracked: LinksTracked) -> str:
-    """Write the table of tracks; the number of one that is drawn is a button."""
-    if not tracked.tracks:
-        return ""
-    drawn = {str(path.track) for path in tracked.paths}
-    head = "".join(f"<th>{html.escape(name)}</th>" for name in tracked.header)
-    body = ""
-    for first, *others in tracked.tracks:
-        name = html.escape(first)
-        button = f'<button type="button" data-track="{name}" title="Highlight it">{name}</button>'
-        cells = "".join(f"<td>{html.escape(cell)}</td>" for cell in others)
-        body += f"<tr><td>{button if first in drawn else name}</td>{cells}</tr>"
-    return f"<table class='tracks'><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
 
 
 def _path(path: LinkPath, times_s: Array, stride: int) -> dict[str, object]:
@@ -91,12 +62,12 @@ def _path(path: LinkPath, times_s: Array, stride: int) -> dict[str, object]:
     return {
         "track": path.track,
         "colour": plots.track_colour(path.track),
-        "times": _numbers(times_s[path.frames[shown]], 3),
-        "x": _numbers(path.places[shown, 0]),
-        "y": _numbers(path.places[shown, 1]),
-        "sx": _numbers(path.deviation[shown, 0]),
-        "sy": _numbers(path.deviation[shown, 1]),
-        "existence": _numbers(path.existence[shown], 3),
+        "times": rounded(times_s[path.frames[shown]], 3),
+        "x": rounded(path.places[shown, 0]),
+        "y": rounded(path.places[shown, 1]),
+        "sx": rounded(path.deviation[shown, 0]),
+        "sy": rounded(path.deviation[shown, 1]),
+        "existence": rounded(path.existence[shown], 3),
         "sure": path.confirmed[shown].astype(int).tolist(),
     }
 
@@ -119,8 +90,6 @@ def _images(tracked: LinksTracked) -> dict[str, object]:
     kept = [scene.image for scene in tracked.scenes if scene.image is not None]
     if tracked.grid is None or not kept:
         return {"url": None}
-    from PIL import Image
-
     (rows, columns), extent = tracked.grid
     brightest = max(scene.peak for scene in tracked.scenes)
     across = max(1, min(len(kept), round(math.sqrt(len(kept) * rows / columns))))
@@ -135,23 +104,11 @@ def _images(tracked: LinksTracked) -> dict[str, object]:
                 scene.image.reshape(rows, columns)[::-1], scene.peak / brightest if brightest else 0.0
             )
             tile += 1
-    buffer = io.BytesIO()
-    Image.fromarray(picture).save(buffer, "PNG", optimize=True)
-    url = "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
     return {
-        "url": url, "tile": number, "across": across, "rows": rows, "columns": columns, "extent": extent,
-        "brightest": round(brightest, 3),
+        "url": picture_url(picture), "tile": number, "across": across, "rows": rows, "columns": columns,
+        "extent": extent, "brightest": round(brightest, 3),
     }  # fmt: skip
 
 
 def _grey(image: NDArray[np.uint8], share: float) -> NDArray[np.uint8]:
     return np.asarray(np.round(image * share), dtype=np.uint8)
-
-
-def _numbers(values: Array | Sequence[float], digits: int = 2) -> list[object]:
-    """Round for JSON, NaN as null."""
-    given = np.asarray(values, dtype=np.float64)
-    rounded = np.round(given, digits).astype(object)
-    rounded[~np.isfinite(given)] = None
-    listed: list[object] = rounded.tolist()
-    return listed

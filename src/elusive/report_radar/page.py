@@ -1,21 +1,15 @@
-"""The page of a report: one HTML file that asks nothing of the network."""
+"""The radar report's page: map, tracks and clouds over time."""
 
 from __future__ import annotations
 
-import base64
-import html
-import io
-import json
-from collections.abc import Callable, Sequence
-from importlib.resources import files
+from collections.abc import Callable
 from pathlib import Path
-from string import Template
 
 import numpy as np
 
 from elusive import plots
 from elusive.contracts import Array
-from elusive.io.atomic import atomic_path
+from elusive.report_page import facts, picture_url, rounded, stored, track_table, write_page
 from elusive.report_radar.contents import ChartMap, Cloud, Extent, RadarPath, RadarTracked, WaterRaster
 
 SCANS_SHOWN = 2000
@@ -33,48 +27,26 @@ def write_radar_html(path: Path, tracked: RadarTracked) -> None:
     telling = {id(cloud) for cloud in tracked.telling_clouds(TELLING)}
     data = {
         "times": times.tolist(),
-        "plots": _numbers(tracked.plots),
+        "plots": rounded(tracked.plots),
         "paths": [_path(one, tracked.error(one), times) for one in tracked.paths],
         "clouds": [_cloud(cloud) for cloud in clouds],
         "telling": [number for number, cloud in enumerate(clouds) if id(cloud) in telling],
-        "truth": None if tracked.truth is None else _numbers(tracked.truth),
+        "truth": None if tracked.truth is None else rounded(tracked.truth),
         "extent": tracked.extent,
         "chart": None if tracked.chart is None else _chart(tracked.chart),
         "degrees": None if tracked.lonlat is None else _degrees(tracked.lonlat, tracked.extent),
         "estimate": tracked.estimate,
     }
-    template = Template(_stored("report_radar.html"))
-    page = template.substitute(
-        title=html.escape(tracked.title),
-        verdict=html.escape(tracked.verdict),
-        tracks=_table(tracked),
-        table="".join(f"<tr><th>{html.escape(a)}</th><td>{html.escape(b)}</td></tr>" for a, b in tracked.rows),
-        # no "</script>" can end the script early
-        data=json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"),
-        map=_stored("report_radar_map.js"),
-        script=_stored("report_radar.js"),
+    write_page(
+        path,
+        "report_radar.html",
+        data,
+        {"title": tracked.title, "verdict": tracked.verdict},
+        tracks=track_table(tracked.header, tracked.tracks, {str(one.track) for one in tracked.paths}, "Centre on it"),
+        table=facts(tracked.rows),
+        map=stored("report_radar_map.js"),
+        script=stored("report_radar.js"),
     )
-    with atomic_path(path) as temporary:
-        temporary.write_text(page, encoding="utf-8")
-
-
-def _stored(name: str) -> str:
-    return files("elusive").joinpath("templates", name).read_text(encoding="utf-8")
-
-
-def _table(tracked: RadarTracked) -> str:
-    """Write the table of tracks; the number of one that is drawn is a button."""
-    if not tracked.tracks:
-        return ""
-    drawn = {str(path.track) for path in tracked.paths}
-    head = "".join(f"<th>{html.escape(name)}</th>" for name in tracked.header)
-    body = ""
-    for first, *others in tracked.tracks:
-        name = html.escape(first)
-        button = f'<button type="button" data-track="{name}" title="Centre on it">{name}</button>'
-        cells = "".join(f"<td>{html.escape(cell)}</td>" for cell in others)
-        body += f"<tr><td>{button if first in drawn else name}</td>{cells}</tr>"
-    return f"<table class='tracks'><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
 
 
 def _path(path: RadarPath, error: Array | None, times: Array) -> dict[str, object]:
@@ -86,17 +58,17 @@ def _path(path: RadarPath, error: Array | None, times: Array) -> dict[str, objec
         "track": path.track,
         "colour": plots.track_colour(path.track),
         "times": path.times_s[shown].tolist(),
-        "x": _numbers(path.places[shown, 0]),
-        "y": _numbers(path.places[shown, 1]),
-        "vx": _numbers(path.velocity[shown, 0]),
-        "vy": _numbers(path.velocity[shown, 1]),
-        "sx": _numbers(path.deviation[shown, 0], 3),
-        "sy": _numbers(path.deviation[shown, 1], 3),
-        "cxy": _numbers(across[shown], 3),
+        "x": rounded(path.places[shown, 0]),
+        "y": rounded(path.places[shown, 1]),
+        "vx": rounded(path.velocity[shown, 0]),
+        "vy": rounded(path.velocity[shown, 1]),
+        "sx": rounded(path.deviation[shown, 0], 3),
+        "sy": rounded(path.deviation[shown, 1], 3),
+        "cxy": rounded(across[shown], 3),
         "sure": path.confirmed[shown].astype(int).tolist(),
         "forbidden": path.forbidden[shown].astype(int).tolist(),
-        "allowed": None if path.allowed is None else _numbers(path.allowed[shown], 4),
-        "error": None if error is None else _numbers(error[shown]),
+        "allowed": None if path.allowed is None else rounded(path.allowed[shown], 4),
+        "error": None if error is None else rounded(error[shown]),
     }
 
 
@@ -105,9 +77,9 @@ def _cloud(cloud: Cloud) -> dict[str, object]:
     return {
         "time": cloud.time_s,
         "track": cloud.track,
-        "mean": _numbers(cloud.mean),
-        "mode": None if cloud.mode is None else _numbers(cloud.mode),
-        "plots": _numbers(cloud.plots),
+        "mean": rounded(cloud.mean),
+        "mode": None if cloud.mode is None else rounded(cloud.mode),
+        "plots": rounded(cloud.plots),
         "cm": np.round(100 * (cloud.particles - np.round(cloud.mean, 2))).astype(int).ravel().tolist(),
         "water": None if np.isnan(cloud.water) else round(cloud.water, 4),
     }
@@ -116,20 +88,16 @@ def _cloud(cloud: Cloud) -> dict[str, object]:
 def _chart(chart: ChartMap) -> dict[str, object]:
     return {
         "window": None if chart.window is None else np.round(chart.window, 1).tolist(),
-        "land": [_numbers(ring.ravel(), 1) for ring in chart.land],
+        "land": [rounded(ring.ravel(), 1) for ring in chart.land],
         "rasters": [{"extent": raster.extent, "url": _picture(raster)} for raster in chart.rasters],
     }
 
 
 def _picture(raster: WaterRaster) -> str:
     """Write P(water) as a grey PNG in a data URL, north at the top: 0 to 254 for P, 255 where nothing is known."""
-    from PIL import Image
-
     known = np.isfinite(raster.probability)
     grey = np.where(known, np.round(254 * np.clip(np.nan_to_num(raster.probability), 0.0, 1.0)), 255)
-    buffer = io.BytesIO()
-    Image.fromarray(np.ascontiguousarray(grey[::-1]).astype(np.uint8)).save(buffer, "PNG", optimize=True)
-    return "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
+    return picture_url(np.ascontiguousarray(grey[::-1]).astype(np.uint8))
 
 
 def _degrees(lonlat: Callable[[Array], Array], extent: Extent) -> dict[str, object]:
@@ -149,12 +117,3 @@ def _degrees(lonlat: Callable[[Array], Array], extent: Extent) -> dict[str, obje
         "lon": fitted[:, 0].tolist(),
         "lat": fitted[:, 1].tolist(),
     }
-
-
-def _numbers(values: Array | Sequence[float], digits: int = 2) -> list[object]:
-    """Round for JSON, NaN as null."""
-    given = np.asarray(values, dtype=np.float64)
-    rounded = np.round(given, digits).astype(object)
-    rounded[~np.isfinite(given)] = None
-    listed: list[object] = rounded.tolist()
-    return listed

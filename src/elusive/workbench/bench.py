@@ -14,6 +14,7 @@ from nicegui import ui
 
 from elusive.workbench.jobs import CancelledError, away
 from elusive.workbench.parts import Drawing, Form, told
+from elusive.workbench.run_bar import RunBar, are_right
 from elusive.workbench.runs import THIS, BenchState, LiveJob, Run, chart_spec, plain, table
 from elusive.workbench.shell import window
 
@@ -44,11 +45,7 @@ class Bench:
         self._shown: Run | None = None
         with window() as (side, stage):
             with side:
-                with ui.element("div").classes("ew-row"):
-                    self._start = ui.button("Run", on_click=self.run).props("unelevated no-caps")
-                    self._cancel = ui.button("Cancel", on_click=self._call_off).props("outline no-caps")
-                self._bar = ui.linear_progress(0.0, show_value=False).props('aria-label="Progress"')
-                self._told = ui.label().classes("ew-note").props('role="status"')
+                self._bar = RunBar(state, self.run)
                 self._forms = inputs()
             with stage:
                 self._live = ui.column().classes("w-full gap-1")
@@ -64,21 +61,21 @@ class Bench:
         state = self._state
         if state.job is not None:
             return False
-        if not all(form.is_right for form in self._forms()):
-            ui.notify("Correct the marked fields first.", type="warning")
+        if not are_right(self._forms()):
             return False
         state.job = job = LiveJob(*self._title)
         self._busy()
-        self._told.text, done = "", False
+        done, words = False, ""
         try:
             with told():
                 work = self._prepare()
                 state.take(await away(lambda: work(job)))
                 done = True
         except CancelledError:
-            self._told.text = "Cancelled."
+            words = "Cancelled."
         finally:
             state.job = None
+            self._bar.tell(words)
             self._show()
         return done
 
@@ -87,27 +84,21 @@ class Bench:
         self._state.kept = self._state.run
         self._show()
 
-    def _call_off(self) -> None:
-        if self._state.job is not None:
-            self._state.job.cancel()
-
     def _watch(self) -> None:
         job = self._state.job
         if job is not None:
             self._busy()
-            self._bar.set_value(job.done / job.total if job.total else 0.0)
             of = f" of {job.total}" if job.total else ""
-            self._told.text = f"{job.done}{of} frames done" if job.done else "preparing"
+            words = f"{job.done}{of} frames done" if job.done else "preparing"
+            self._bar.tell(words, job.done / job.total if job.total else 0.0)
             self._chart.show(self._live_spec())
         elif self._shown is not self._state.run:  # begun before this page was loaded anew
-            self._told.text = ""
+            self._bar.tell("")
             self._show()
 
     def _busy(self) -> None:
-        busy = self._state.job is not None
-        self._bar.visible = self._live.visible = busy
-        self._start.set_enabled(not busy)
-        self._cancel.set_enabled(busy)
+        self._bar.show()
+        self._live.visible = self._state.job is not None
 
     def _live_spec(self) -> dict[str, Any]:
         job = self._state.job
@@ -123,8 +114,6 @@ class Bench:
     def _show(self) -> None:
         state = self._state
         self._busy()
-        if state.job is None and self._told.text != "Cancelled.":
-            self._told.text = ""
         self._shown = state.run
         self._result.clear()
         with self._result:

@@ -18,11 +18,12 @@ class CancelledError(Exception):
 
 
 class Job:
-    """What a page knows of its work, and tells it."""
+    """What a page knows of its work, and tells it: how much is done, of how much if that is known."""
 
     def __init__(self) -> None:
         self._off = threading.Event()
         self.done = 0
+        self.total: int | None = None
 
     def advance(self, done: int) -> None:
         """Note how far it is; called by the work itself.

@@ -133,6 +133,8 @@ class Form:
             self._mark(error)
             return
         self._typed.clear()
+        if self._box.is_deleted:  # the page has built itself anew, with this form's successor
+            return
         if one.path[-1] == "kind":
             self._build()
         else:

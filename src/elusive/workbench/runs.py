@@ -64,7 +64,6 @@ class LiveJob(Job):
     def __init__(self, title: str, ylabel: str) -> None:
         super().__init__()
         self.title, self.ylabel = title, ylabel
-        self.total: int | None = None
         self.values: list[float] = []
 
     def tell(self, value: float) -> None:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Iterator, Sequence
+from collections.abc import Awaitable, Callable, Iterator, Mapping
 from contextlib import contextmanager
 from importlib import import_module
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 from nicegui import ui
 
@@ -57,6 +57,16 @@ def main(title: str, lead: str) -> Iterator[None]:
 
 
 @contextmanager
+def waiting(words: str) -> Iterator[None]:
+    """Say what is being done, until it is."""
+    with ui.element("div").classes("ew-row") as row:
+        ui.spinner()
+        ui.label(words)
+    yield
+    row.delete()
+
+
+@contextmanager
 def window() -> Iterator[tuple[Any, Any]]:
     """Open a window: what is set on the left, what is seen on the right."""
     with ui.element("div").classes("ew-window"):
@@ -65,23 +75,35 @@ def window() -> Iterator[tuple[Any, Any]]:
     yield side, stage
 
 
+class Stepping(Protocol):
+    """State of a tab that notes which step is open."""
+
+    step: str | None
+
+
 class Steps:
     """The steps of a page as tabs; a step is built anew, from the tab's state, whenever it is opened.
 
     Parameters
     ----------
+    state
+        What the tab holds.
     steps
         Title of each, and what builds it.
+    first
+        Opened if this tab has none open yet; else the first of all.
     """
 
-    def __init__(self, steps: Sequence[tuple[str, Callable[[], None]]], first: str | None = None) -> None:
-        self._builders = dict(steps)
+    def __init__(
+        self, state: Stepping, steps: Mapping[str, Callable[[], Any]], first: str | None = None
+    ) -> None:  # fmt: skip
+        self._state, self._builders = state, steps
         with ui.tabs().props('align="left" dense no-caps outside-arrows mobile-arrows').classes("w-full") as self._tabs:
-            for title, _ in steps:
+            for title in steps:
                 ui.tab(title)
         self._box = ui.element("div").classes("w-full").props('role="tabpanel"')
         self._tabs.on_value_change(lambda event: self._build(event.value))
-        self._tabs.set_value(first if first in self._builders else steps[0][0])
+        self._tabs.set_value(state.step or first or next(iter(steps)))
 
     def go(self, title: str) -> None:
         """Open a step."""
@@ -90,6 +112,7 @@ class Steps:
         self._tabs.set_value(title)
 
     def _build(self, title: str) -> None:
+        self._state.step = title
         self._box.clear()
         self._box.props(f'aria-label="{title}"')
         with self._box:

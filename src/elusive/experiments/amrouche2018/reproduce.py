@@ -10,9 +10,10 @@ from typing import get_args
 from elusive.campaign import CampaignConfig, Progress, run_campaign
 from elusive.errors import ParameterError
 from elusive.experiments.amrouche2018.figures import FIGURES, SNRS_DB
-from elusive.experiments.amrouche2018.table import Cell, summarise, write_summary
+from elusive.experiments.amrouche2018.table import Cell, summarise
 from elusive.experiments.amrouche2018.trial import SCENARIO, FilterName
 from elusive.io import atomic_folder, existing_folder
+from elusive.io.csv_files import write_results
 
 DEFAULT_TRIALS = 200
 
@@ -63,7 +64,7 @@ def reproduce(
     results = run_campaign(SCENARIO, configuration, store, executor=executor, on_progress=on_progress).load()
     cells = summarise(results)
     with atomic_folder(out) as folder:
-        write_summary(folder / "summary.csv", cells)
+        write_results(folder / "summary.csv", Cell._fields, cells)
         for name, figure in chosen.items():
             figure.draw(folder / f"{name}.png", results, figure.motion)
     return cells

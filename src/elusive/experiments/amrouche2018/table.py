@@ -5,14 +5,11 @@ Amrouche, Khenchaf and Berkani (2018) show single runs; means over trials say wh
 
 from __future__ import annotations
 
-import csv
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from elusive.io import atomic_path
 from elusive.metrics import rmse_over_window
 
 WITH_TARGET = slice(9, 24)  # frames 10 to 24, counted from one
@@ -57,15 +54,6 @@ def summarise(results: xr.Dataset) -> list[Cell]:
                     )
                 )
     return cells
-
-
-def write_summary(path: Path, cells: list[Cell]) -> None:
-    """Write the table as CSV, four significant digits."""
-    with atomic_path(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(Cell._fields)
-        for cell in cells:
-            writer.writerow([f"{value:.4g}" if isinstance(value, float) else value for value in cell])
 
 
 def _mean(values: np.ndarray) -> tuple[float, float]:

@@ -5,7 +5,6 @@ The thesis's std is a variance by its formula; here it is the deviation of the e
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal, NamedTuple
@@ -17,7 +16,6 @@ from elusive import plots
 from elusive.contracts import Array
 from elusive.experiments.bootsveld2012.case import CANAL_METHODS, PORT_METHODS, Method, Way
 from elusive.experiments.bootsveld2012.trial import Estimate
-from elusive.io import atomic_path
 
 INSIDE_99 = 9.2103  # squared Mahalanobis distance within which a plane Gaussian has 99 % of its mass
 Measure = Literal["bias", "std", "error"]
@@ -173,15 +171,6 @@ def summarise(way: Way, results: xr.Dataset, estimate: Estimate) -> list[Summary
         inside = float((at["apart"].values <= INSIDE_99).mean())
         rows.append(Summary(way, method, estimate, runs, rmse, spread, inside, float(at["forbidden"].values.mean())))
     return rows
-
-
-def write_rows(path: Path, rows: Sequence[tuple[object, ...]], header: Sequence[str]) -> None:
-    """Write rows as CSV, four significant digits, NaN left empty."""
-    with atomic_path(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(header)
-        for row in rows:
-            writer.writerow(["" if v != v else f"{v:.4g}" if isinstance(v, float) else v for v in row])
 
 
 def draw(path: Path, rows: Sequence[Point], figure: Curve, note: str) -> None:

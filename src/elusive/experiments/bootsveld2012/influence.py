@@ -13,7 +13,7 @@ from scipy.stats import norm
 from elusive import plots
 from elusive.charts import ChartedArea, Coast, ExactWater, GridWater, IntervalWater, NearestWater, Water, WaterModel
 from elusive.contracts import Array
-from elusive.experiments.bootsveld2012.curves import write_rows
+from elusive.io.csv_files import write_results
 
 FIGURES = ("fig5_3", "fig5_4", "fig6_2", "fig6_3", "fig6_9")
 HALF_WIDTH_M = 25.0
@@ -113,7 +113,9 @@ def _draw_likelihoods(folder: Path, name: str, means: tuple[float, ...]) -> None
             axes.set(xlabel="x [m]", ylim=(0, 0.115), xlim=(-60, 40), title=f"Belief at {mean:g} m")
             axes.legend(loc="upper right", frameon=True, framealpha=1.0, edgecolor="none")
         grid[0, 0].set_ylabel("density, not normalised")
-    write_rows(folder / f"{name}.csv", [(r.mean_m, r.chart, r.sigma_m, f"{r.map_m:.3f}") for r in rows], MapRow._fields)
+    write_results(
+        folder / f"{name}.csv", MapRow._fields, [(r.mean_m, r.chart, r.sigma_m, f"{r.map_m:.3f}") for r in rows]
+    )
 
 
 def _draw_two_coasts(folder: Path, name: str) -> None:
@@ -142,7 +144,7 @@ def _draw_two_coasts(folder: Path, name: str) -> None:
         axes.set_title("Banks of 10 m and 100 m" if name == "fig6_2" else "A waterway as wide as the deviation, 20 m")
         drawn.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
     rows = list(zip(x.tolist(), *(values.tolist() for values in columns.values()), strict=True))
-    write_rows(folder / f"{name}.csv", rows, ("x_m", *columns))
+    write_results(folder / f"{name}.csv", ("x_m", *columns), rows)
 
 
 def _draw_grid_error(folder: Path) -> None:
@@ -162,4 +164,4 @@ def _draw_grid_error(folder: Path) -> None:
         left.legend(loc="upper left")
         right.legend(loc="upper left")
     rows = list(zip(x.tolist(), true.tolist(), nearest.tolist(), between.tolist(), strict=True))
-    write_rows(folder / "fig6_9.csv", rows, ("x_m", "phi", "grid_nearest", "grid_bilinear"))
+    write_results(folder / "fig6_9.csv", ("x_m", "phi", "grid_nearest", "grid_bilinear"), rows)

@@ -18,6 +18,7 @@ from elusive.experiments.bootsveld2012.runtimes import RunTime, draw_run_times, 
 from elusive.experiments.bootsveld2012.trial import ESTIMATES, SCENARIO, Estimate, ShipTrial
 from elusive.experiments.imprecise_chart import Row, imprecise_chart
 from elusive.io import atomic_folder, existing_folder
+from elusive.io.csv_files import write_results
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -145,7 +146,7 @@ def reproduce(
         for name, rows in points.items():
             figure = shown[name]
             note = f"{settings.trials} runs, {_ESTIMATE_NAMES[settings.estimate]}"
-            curves.write_rows(folder / f"{name}.csv", rows, Point._fields)
+            write_results(folder / f"{name}.csv", Point._fields, rows)
             curves.draw(folder / f"{name}.png", rows, figure, "" if figure.measure == "error" else note)
         for name in chosen:
             if name in clouds.FIGURES:
@@ -159,9 +160,9 @@ def reproduce(
             elif name in maps.FIGURES:
                 maps.draw_map(folder, name, settings.case("port-imprecise"))
         if summaries:
-            curves.write_rows(folder / "summary.csv", summaries, Summary._fields)
+            write_results(folder / "summary.csv", Summary._fields, summaries)
         if checks:
-            curves.write_rows(folder / "phases.csv", checks, Phase._fields)
+            write_results(folder / "phases.csv", Phase._fields, checks)
         if times:
             write_run_times(folder / "runtimes.csv", times)
             draw_run_times(folder / "runtimes.png", times)

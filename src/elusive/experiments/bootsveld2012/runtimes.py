@@ -18,9 +18,9 @@ from elusive.charts import ChartedArea, Coast, ExactWater, FieldWater, GridWater
 from elusive.charts.water import WaterModel
 from elusive.contracts import Array
 from elusive.experiments.bootsveld2012.case import scenery
-from elusive.experiments.bootsveld2012.curves import write_rows
 from elusive.experiments.bootsveld2012.shore import shoreline
 from elusive.experiments.bootsveld2012.trial import ShipTrial, draw, filter_of
+from elusive.io.csv_files import write_results
 
 METHODS: dict[str, tuple[WaterModel | None, str]] = {
     "no chart": (None, ""),
@@ -113,7 +113,7 @@ def run_times(
 
 def write_run_times(path: Path, rows: list[RunTime]) -> None:
     """Write the table as CSV."""
-    write_rows(path, rows, RunTime._fields)
+    write_results(path, RunTime._fields, rows)
 
 
 def draw_run_times(path: Path, rows: list[RunTime]) -> None:

@@ -11,9 +11,10 @@ import numpy as np
 from elusive.campaign import CampaignConfig, Progress, run_campaign
 from elusive.experiments.imprecise_chart.charts import Case, charts
 from elusive.experiments.imprecise_chart.figure import draw
-from elusive.experiments.imprecise_chart.table import Row, lost, summarise, write_table
+from elusive.experiments.imprecise_chart.table import Row, lost, summarise
 from elusive.experiments.imprecise_chart.trial import CASES, SCENARIO, ImpreciseChartTrial
 from elusive.io import atomic_folder, existing_folder
+from elusive.io.csv_files import write_results
 
 OFFSETS_M = (5.0, 10.0, 20.0)
 RANGES_M = ((2000.0, 5000.0), (10_000.0, 20_000.0))
@@ -79,6 +80,6 @@ def imprecise_chart(
     worst = int(np.argmax(np.where(lost(squared), 1e6, 0.0) + error.max(axis=1)))
     parameters = ImpreciseChartTrial(fine=str(fine), coarse=str(coarse), offset_m=OFFSETS_M[0], range_m=RANGES_M[0])
     with atomic_folder(out) as folder:
-        write_table(folder / "imprecise.csv", rows)
+        write_results(folder / "imprecise.csv", Row._fields, rows)
         draw(folder / "imprecise.png", rows, parameters, seed, worst)
     return rows

@@ -5,8 +5,6 @@ Lost, as said before any run was made: the ship lies outside of the filter's own
 
 from __future__ import annotations
 
-import csv
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +14,6 @@ from numpy.typing import NDArray
 
 from elusive.contracts import Array
 from elusive.experiments.imprecise_chart.charts import Case
-from elusive.io import atomic_path
 
 SETTLED_S = 10  # after which errors count: filters begin with one plot
 WINDOW_S = 10
@@ -93,15 +90,6 @@ def excess(one: Array, other: Array) -> tuple[float, float]:
     low = float(other.mean())
     ratio = float(np.sqrt(one.mean() / low))
     return ratio - 1.0, _standard_error(one - ratio**2 * other) / (2 * ratio * low)
-
-
-def write_table(path: Path, rows: list[Row]) -> None:
-    """Write the table as CSV, four significant digits."""
-    with atomic_path(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(Row._fields)
-        for row in rows:
-            writer.writerow([f"{value:.4g}" if isinstance(value, float) else value for value in row])
 
 
 def _standard_error(values: Array) -> float:

@@ -11,9 +11,10 @@ from elusive.campaign import CampaignConfig, Progress, run_campaign
 from elusive.errors import ParameterError
 from elusive.experiments.jiang2024.figures import FIGURES, draw
 from elusive.experiments.jiang2024.scenario import MOTIONS, SIGMAS_DEG, MotionName
-from elusive.experiments.jiang2024.table import Cell, summarise, write_table
+from elusive.experiments.jiang2024.table import Cell, summarise
 from elusive.experiments.jiang2024.trial import SCENARIO
 from elusive.io import atomic_folder, existing_folder
+from elusive.io.csv_files import write_results
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -81,7 +82,7 @@ def reproduce(
     written = []
     with atomic_folder(out) as folder:
         if cells:
-            write_table(folder / "table1.csv", cells)
+            write_results(folder / "table1.csv", Cell._fields, cells)
             written.append("table1.csv")
         for name, motion in FIGURES.items():
             if name in chosen:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Mapping
 from functools import cache
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +18,6 @@ from elusive.experiments.jiang2024.scenario import (
     path_information,
 )
 from elusive.experiments.jiang2024.trial import ESTIMATORS, EstimatorName
-from elusive.io import atomic_path
 
 # as printed, by motion and filter, at SIGMAS_DEG [m]
 PAPER: dict[MotionName, dict[EstimatorName, tuple[float, ...]]] = {
@@ -90,21 +87,6 @@ def samples_for(motion: MotionName, sigma_deg: float, rmse_m: float) -> float:
         case = FlightCase(motion=motion, sigma_deg=sigma_deg / np.exp(middle / 2), samples=1)
         low, high = (middle, high) if bound_of(case) > rmse_m else (low, middle)
     return float(np.exp(high))
-
-
-def write_table(path: Path, cells: list[Cell]) -> None:
-    """Write the rows as CSV, four significant digits; empty where there is no number."""
-    with atomic_path(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(Cell._fields)
-        for cell in cells:
-            writer.writerow([_text(value) for value in cell])
-
-
-def _text(value: object) -> object:
-    if not isinstance(value, float):
-        return value
-    return "" if np.isnan(value) else f"{value:.4g}"
 
 
 def _error(values: np.ndarray) -> float:

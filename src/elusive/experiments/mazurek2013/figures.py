@@ -6,7 +6,6 @@ the other statistics, on the same frames.
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,7 +16,6 @@ from elusive import plots
 from elusive.contracts import Array
 from elusive.experiments.mazurek2013.scenario import HIGHEST_SIGMA, LOWEST_SIGMA, NoiseObjectCase
 from elusive.experiments.mazurek2013.trial import METHODS, STATISTICS, WINDOWS, StatisticName
-from elusive.io import atomic_path
 
 # 20 bins of .145: with 1000 cases 50 in each, the standard error of a mean at half the chance level is 26 samples
 BIN_EDGES = np.linspace(LOWEST_SIGMA, HIGHEST_SIGMA, 21)
@@ -92,15 +90,6 @@ def transition(sigmas: Array, errors: Array, level: float = CHANCE_LEVEL / 2) ->
     return float(np.interp(level, errors[after - 1 : after + 1], sigmas[after - 1 : after + 1]))
 
 
-def write_curves(path: Path, points: list[Point]) -> None:
-    """Write the curves as CSV, four significant digits; a single case's standard error is left empty."""
-    with atomic_path(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(Point._fields)
-        for point in points:
-            writer.writerow([_text(value) for value in point])
-
-
 def draw(path: Path, points: list[Point], figure: Setting, cases: int) -> None:
     """Draw the curves of one figure, a panel for each statistic, with the chance level."""
     import matplotlib as mpl
@@ -130,9 +119,3 @@ def curve(points: list[Point], statistic: StatisticName, window: int) -> tuple[A
     rows = [(point.background_sigma, point.mean_error, point.standard_error) for point in here]
     sigmas, means, errors = np.array(rows).T
     return sigmas, means, errors
-
-
-def _text(value: str | float) -> str:
-    if isinstance(value, float):
-        return "" if np.isnan(value) else f"{value:.4g}"
-    return str(value)

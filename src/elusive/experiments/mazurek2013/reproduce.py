@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from elusive.campaign import CampaignConfig, Progress, run_campaign
 from elusive.errors import ParameterError
-from elusive.experiments.mazurek2013.figures import FIGURES, Point, curves, draw, write_curves
-from elusive.experiments.mazurek2013.table import METHODS, SIGMAS, SIZES, Cell, summarise, write_table
+from elusive.experiments.mazurek2013.figures import FIGURES, Point, curves, draw
+from elusive.experiments.mazurek2013.table import METHODS, SIGMAS, SIZES, Cell, summarise
 from elusive.experiments.mazurek2013.trial import METHODS as EVERY_METHOD
 from elusive.experiments.mazurek2013.trial import SCENARIO, SMOOTHINGS
 from elusive.io import atomic_folder, existing_folder
+from elusive.io.csv_files import write_results
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -88,8 +89,8 @@ def reproduce(
         cells = summarise(results("table", runs, grid, {"methods": METHODS, "smoothings": SMOOTHINGS}))
     with atomic_folder(out) as folder:
         for name, points in curves_of.items():
-            write_curves(folder / f"{name}.csv", points)
+            write_results(folder / f"{name}.csv", Point._fields, points)
             draw(folder / f"{name}.png", points, chosen[name], cases)
         if cells:
-            write_table(folder / "table.csv", cells)
+            write_results(folder / "table.csv", Cell._fields, cells)
     return Reproduced(curves_of, cells)

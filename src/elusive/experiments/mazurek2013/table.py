@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +9,6 @@ import xarray as xr
 
 from elusive.experiments.mazurek2013.figures import mean_and_error
 from elusive.experiments.mazurek2013.trial import Method
-from elusive.io import atomic_path
 
 SIGMAS = (0.5, 0.75, 1.0, 1.25, 1.5, 2.0)
 CHECK_RUNS = 200
@@ -71,12 +68,3 @@ def combined_error(mean: float, trials: int, printed: str) -> float:
     check = float(printed)
     pooled = min((mean * trials + check * CHECK_RUNS) / (trials + CHECK_RUNS), chance)
     return float(np.sqrt((4 / 3 * chance * pooled - pooled**2) * (1 / trials + 1 / CHECK_RUNS)))
-
-
-def write_table(path: Path, cells: list[Cell]) -> None:
-    """Write the table as CSV, four significant digits."""
-    with atomic_path(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(Cell._fields)
-        for cell in cells:
-            writer.writerow([f"{value:.4g}" if isinstance(value, float) else value for value in cell])

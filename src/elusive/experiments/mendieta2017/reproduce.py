@@ -11,9 +11,10 @@ from elusive.campaign import CampaignConfig, Progress, run_campaign
 from elusive.errors import ParameterError
 from elusive.experiments.mendieta2017.figures import draw
 from elusive.experiments.mendieta2017.scenario import METHODS, MethodName
-from elusive.experiments.mendieta2017.table import EXPERIMENTS, Cell, summarise, write_table
+from elusive.experiments.mendieta2017.table import EXPERIMENTS, Cell, summarise
 from elusive.experiments.mendieta2017.trial import SCENARIO
 from elusive.io import atomic_folder, existing_folder
+from elusive.io.csv_files import write_results
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -89,7 +90,7 @@ def reproduce(
     written = []
     with atomic_folder(out) as folder:
         for name, cells in tables.items():
-            write_table(folder / f"{name}.csv", cells)
+            write_results(folder / f"{name}.csv", Cell._fields, cells)
             written.append(f"{name}.csv")
             for number, noise in enumerate(sorted({cell.awgn_db for cell in cells})):
                 figure = f"{name}.png" if number == 0 else f"{name}-awgn{noise:g}.png"

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,7 +12,6 @@ import xarray as xr
 from elusive.contracts import Array
 from elusive.experiments.mendieta2017.scenario import MethodName
 from elusive.experiments.mendieta2017.trial import ESTIMATORS, SHOWN
-from elusive.io import atomic_path
 
 AWGN = "simulation.radiation.voxel_noise_db"
 COUNTS = ("misses", "false_positives", "mismatches")
@@ -107,15 +104,6 @@ def summarise(name: str, results: Mapping[MethodName, xr.Dataset]) -> list[Cell]
     return cells
 
 
-def write_table(path: Path, cells: list[Cell]) -> None:
-    """Write the rows as CSV, four significant digits; empty where there is no number."""
-    with atomic_path(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(Cell._fields)
-        for cell in cells:
-            writer.writerow([_text(value) for value in cell])
-
-
 def _scores(at: xr.Dataset) -> dict[str, Array]:
     """Return the scores of each run, ``(runs,)`` each."""
     found = {"targets": at["targets"].values.astype(np.float64)}
@@ -147,9 +135,3 @@ def _printed(experiment: Experiment, value: str, score: str) -> str:
     field = "max_deviation_m" if score == "max_deviation_m_least" else score
     runs = [run for text, run in experiment.thesis if text == value] if field in Single._fields else []
     return "; ".join(f"{getattr(run, field):g}" for run in runs)
-
-
-def _text(value: object) -> object:
-    if isinstance(value, float):
-        return "" if math.isnan(value) else f"{value:.4g}"
-    return value

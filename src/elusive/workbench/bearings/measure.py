@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from functools import partial
 from typing import Any
@@ -12,6 +10,7 @@ import numpy as np
 from nicegui import ui
 
 from elusive.contracts import Array
+from elusive.io.csv_files import csv_text
 from elusive.io.tracks import cells_of, columns
 from elusive.workbench.bearings.run import SMOOTHERS, Estimated, Flown, archive, nees
 from elusive.workbench.bearings.state import BearingsState
@@ -27,12 +26,12 @@ WANTED_NEES = 2.0  # of two coordinates whose deviations are right
 def measure_window(state: BearingsState) -> None:
     """Build the window."""
     with ui.element("section").classes("ew-box w-full"), ui.column().classes("w-full gap-3"):
-        if state.flown is None:
+        if state.run is None:
             ui.label("Nothing is tracked yet: press Run under Track.").classes("ew-note")
             return
-        _tables(state.flown)
-        _charts(state.flown)
-        _exports(state.flown)
+        _tables(state.run)
+        _charts(state.run)
+        _exports(state.run)
 
 
 def _tables(flown: Flown) -> None:
@@ -122,9 +121,5 @@ def _exports(flown: Flown) -> None:
 def tracks_csv(one: Estimated) -> str:
     """Return the track as the command writes it."""
     assert one.outcome is not None
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
     names = columns("m")
-    writer.writerow(names)
-    writer.writerows(cells_of(row)[: len(names)] for row in one.outcome.rows)
-    return text.getvalue()
+    return csv_text(names, (cells_of(row)[: len(names)] for row in one.outcome.rows))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, Self
@@ -14,6 +13,7 @@ from elusive.contracts import VX, VY, Array, X, Y
 from elusive.errors import DataError, ParameterError
 from elusive.filters.geolocation import Geolocation
 from elusive.io.bearings import BearingSet
+from elusive.io.csv_files import write_csv
 from elusive.model import Model, Positive
 from elusive.pipelines.bearings import BearingTracking, FilterName
 from elusive.pipelines.link_scene import ListedNode
@@ -133,9 +133,9 @@ def record(scene: BearingScene, folder: Path, *, still: bool = False) -> Files:
     sets = sensors.simulate(states, times, np.random.default_rng([scene.seed, int(still)]))
     names = [one.name for one in scene.sites]
     files = Files(folder / "bearings.csv", folder / "sensors.csv", folder / "truth.csv")
-    _write(files.sensors, ("sensor", "x_m", "y_m"), ((one.name, one.x_m, one.y_m) for one in scene.sites))
-    _write(files.bearings, ("time_s", "sensor", "azimuth_deg"), _rows(sets, names))
-    _write(files.truth, ("time_s", "x_m", "y_m"), map(tuple, np.column_stack([times, states[:, [X, Y]]]).tolist()))
+    write_csv(files.sensors, ("sensor", "x_m", "y_m"), ((one.name, one.x_m, one.y_m) for one in scene.sites))
+    write_csv(files.bearings, ("time_s", "sensor", "azimuth_deg"), _rows(sets, names))
+    write_csv(files.truth, ("time_s", "x_m", "y_m"), map(tuple, np.column_stack([times, states[:, [X, Y]]]).tolist()))
     return files
 
 
@@ -143,10 +143,3 @@ def _rows(sets: list[BearingSet], names: Sequence[str]) -> Iterable[tuple[Any, .
     for one in sets:
         for sensor, azimuth in zip(one.sensor.tolist(), np.rad2deg(one.azimuth_rad).tolist(), strict=True):
             yield one.time_s, names[sensor], azimuth
-
-
-def _write(path: Path, header: tuple[str, ...], rows: Iterable[tuple[Any, ...]]) -> None:
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(header)
-        writer.writerows([repr(cell) if isinstance(cell, float) else cell for cell in row] for row in rows)

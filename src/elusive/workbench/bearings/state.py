@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from elusive.workbench.bearings.run import Flown, Found
 from elusive.workbench.bearings.scene import BearingScene
-from elusive.workbench.blocks import HELD
-from elusive.workbench.jobs import Job
+from elusive.workbench.side_by_side import TrackedState
 
 
-class BearingsState:
+class BearingsState(TrackedState[BearingScene, Flown]):
     """Changes of the scene throw away what no longer follows from it."""
 
     def __init__(self) -> None:
-        self.scene = BearingScene()
-        self.flown: Flown | None = None
+        super().__init__(BearingScene())
         self.found: Found | None = None
-        self.spec: dict[str, Any] | None = None
-        self.job: Job | None = None
-        self.step: str | None = None
         self.selected: set[str] = set()  # names of sensors
 
     def take(self, scene: BearingScene) -> BearingScene:
@@ -38,15 +31,3 @@ class BearingsState:
         if scene != before:
             self.found = None
         return scene
-
-    def forget_run(self) -> None:
-        """Drop the run and its frames."""
-        self.flown = None
-        self.forget_frames()
-
-    def forget_frames(self) -> None:
-        """Drop the frames."""
-        if self.spec is not None:
-            for name in ("url", "marks"):
-                HELD.drop(self.spec[name].rpartition("/")[2])
-        self.spec = None

@@ -2,29 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from nicegui import ui
-
 from elusive.workbench.charts.chart import ChartWindow
 from elusive.workbench.charts.compare import compare_window
-from elusive.workbench.charts.panels import watch_spec
 from elusive.workbench.charts.route import RouteWindow
 from elusive.workbench.charts.scene import EXAMPLE_NAME, ChartScene
 from elusive.workbench.charts.state import ChartsState, example
-from elusive.workbench.charts.track import TrackWindow, run
+from elusive.workbench.charts.track import WAYS
 from elusive.workbench.jobs import Job, away
-from elusive.workbench.parts import Drawing, told
+from elusive.workbench.parts import told
 from elusive.workbench.session import state_of
-from elusive.workbench.shell import Page, Steps, head, main
+from elusive.workbench.shell import Page, Steps, head, main, waiting
+from elusive.workbench.side_by_side import TrackWindow, run, watch_window
 
 TITLE = "Ships near charted coasts"
 LEAD = (
     "A ship is not on land, but a chart is wrong by some metres. Open a chart, draw a route past its coast, let a "
     "radar see the ship, and compare what uses of the chart make of it."
 )
-STEPS = ("1 Chart", "2 Route", "3 Track", "4 Watch", "5 Compare")
-VIEWS = {"whole": "The whole way", "close": "Close to the ship"}
+WATCHED = "4 Watch"
 
 
 async def build(ready: bool) -> None:
@@ -32,51 +27,23 @@ async def build(ready: bool) -> None:
     head("/charts")
     state = await state_of("charts", ChartsState)
     with main(TITLE, LEAD):
-        with ui.element("div").classes("ew-row") as wait:
-            ui.spinner()
-            ui.label("Sailing and tracking the ready route ..." if ready else "Drawing the coast ...")
-        with told():
+        words = "Sailing and tracking the ready route ..." if ready else "Drawing the coast ..."
+        with waiting(words), told():
             if state.chart is None:
                 state.open(EXAMPLE_NAME, await away(example), ChartScene.example())
-            if ready and state.sailed is None:
-                await run(state, Job())
-        wait.delete()
-
-        def step(number: int) -> None:
-            state.step = STEPS[number]
-            if number == 0:
-                ChartWindow(state)
-            elif number == 1:
-                RouteWindow(state)
-            elif number == 2:
-                TrackWindow(state, lambda: steps.go(STEPS[3]))
-            elif number == 3:
-                _watch(state)
-            else:
-                compare_window(state)
-
+            if ready and state.run is None:
+                await run(state, WAYS, Job())
         steps = Steps(
-            [(title, lambda number=number: step(number)) for number, title in enumerate(STEPS)],  # type: ignore[misc]
-            STEPS[3] if ready and state.step is None else state.step,
+            state,
+            {
+                "1 Chart": lambda: ChartWindow(state),
+                "2 Route": lambda: RouteWindow(state),
+                "3 Track": lambda: TrackWindow(state, WAYS, lambda: steps.go(WATCHED)),
+                WATCHED: lambda: watch_window(state, WAYS),
+                "5 Compare": lambda: compare_window(state),
+            },
+            WATCHED if ready else None,
         )
-
-
-def _watch(state: ChartsState) -> None:
-    with ui.element("section").classes("ew-box w-full"):
-        if state.sailed is None or state.spec is None:
-            ui.label("Nothing is tracked yet: press Run under Track.").classes("ew-note")
-            return
-        sailed = state.sailed
-
-        async def look(event: Any) -> None:
-            spec = await away(lambda: watch_spec(sailed, close=event.value == "close"))
-            if state.sailed is sailed:
-                state.forget_frames()
-                state.spec = spec
-                player.show(spec)
-
-        ui.toggle(VIEWS, value="whole", on_change=look).props("no-caps unelevated dense").classes("ew-modes mb-2")
-        player = Drawing("player", state.spec)
 
 
 PAGE = Page(

@@ -22,7 +22,7 @@ HEADER = ["Use of the chart", "Tracks", "RMSE [m]", "Lost [scans]", "Chart left 
 
 def compare_window(state: ChartsState) -> None:
     """Build the window."""
-    sailed = state.sailed
+    sailed = state.run
     with ui.element("section").classes("ew-box w-full"), ui.column().classes("w-full gap-3"):
         if sailed is None or state.chart is None:
             ui.label("Nothing is tracked yet: press Run under Track.").classes("ew-note")
@@ -90,8 +90,8 @@ def _told_by(one: Used) -> None:
 
 def _exports(state: ChartsState, shown: list[Used]) -> None:
     assert state.chart is not None
-    assert state.sailed is not None
-    scene, chart = state.sailed.scene, state.chart.file
+    assert state.run is not None
+    scene, chart = state.run.scene, state.chart.file
     each = [Export(one.name, partial(tracks_csv, one), one.parameters.to_yaml) for one in shown]
     again = command(state, shown[0].name) if shown else ""
     export_buttons("charts.zip", lambda: archive(scene, chart), each, again)
@@ -100,8 +100,8 @@ def _exports(state: ChartsState, shown: list[Used]) -> None:
 def command(state: ChartsState, method: str) -> str:
     """Return what repeats one use of the chart from the archive."""
     assert state.chart is not None
-    assert state.sailed is not None
-    radar = state.sailed.scene.radar
+    assert state.run is not None
+    radar = state.run.scene.radar
     return (
         f"elusive track radar plots.csv --radar-lat {radar.lat_deg!r} --radar-lon {radar.lon_deg!r} --chart "
         f"'{state.chart.file.name}' --truth plots_truth.csv --config config-{method}.yaml --out results"

@@ -12,11 +12,10 @@ import numpy as np
 from elusive.charts.chart import Chart
 from elusive.charts.projection import LocalFrame
 from elusive.charts.scene import read_charts
-from elusive.workbench.blocks import HELD
 from elusive.workbench.charts.run import ChartFile, Recorded, Sailed
 from elusive.workbench.charts.scene import EXAMPLE_NAME, ChartScene, example_chart
 from elusive.workbench.files import PLAIN
-from elusive.workbench.jobs import Job
+from elusive.workbench.side_by_side import TrackedState
 
 KINDS = (".000", ".geojson", ".json")
 Extent = tuple[float, float, float, float]
@@ -49,18 +48,14 @@ def example() -> OpenedChart:
         return opened(path)
 
 
-class ChartsState:
+class ChartsState(TrackedState[ChartScene, Sailed]):
     """Changes of the scene throw away what no longer follows from it."""
 
     def __init__(self) -> None:
-        self.scene = ChartScene.example()
+        super().__init__(ChartScene.example())
         self.chart: OpenedChart | None = None
         self.recorded: Recorded | None = None
-        self.sailed: Sailed | None = None
-        self.spec: dict[str, Any] | None = None
         self.raster: tuple[Any, dict[str, Any]] | None = None  # what it is of, and what a map is told
-        self.job: Job | None = None
-        self.step: str | None = None
         self.view: Extent | None = None  # None: the whole chart
         self.shows_water = False
 
@@ -106,22 +101,8 @@ class ChartsState:
     def take(self, scene: ChartScene) -> ChartScene:
         """Take a changed scene; return it as it is kept."""
         before = self.scene
-        self.scene = scene = scene.heeding(before)
+        scene = scene.heeding(before)
         here, there = ((one.simulation, one.radar, one.route_deg) for one in (scene, before))
         if here != there:
             self.recorded = None
-        if scene != before:
-            self.forget_run()
-        return scene
-
-    def forget_run(self) -> None:
-        """Drop the run and its frames."""
-        self.sailed = None
-        self.forget_frames()
-
-    def forget_frames(self) -> None:
-        """Drop the frames."""
-        if self.spec is not None:
-            for name in ("url", "marks"):
-                HELD.drop(self.spec[name].rpartition("/")[2])
-        self.spec = None
+        return super().take(scene)

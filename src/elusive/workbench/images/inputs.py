@@ -52,10 +52,6 @@ class ImageInputs:
         with self._box:
             self._forms = self._of_recording() if self._state.records else self._of_scene()
 
-    def _build_soon(self) -> None:
-        with self._box:
-            ui.timer(0.01, self._build, once=True)  # when the form that was typed in is done with it
-
     def _filter(self) -> Any:
         opened = ui.expansion("The filter", value=self._is_open).props("dense").classes("w-full")
         opened.on_value_change(lambda event: setattr(self, "_is_open", event.value))
@@ -80,7 +76,7 @@ class ImageInputs:
         for form in self._forms:
             form.model = kept
         if _built_for(before) != _built_for(kept):
-            self._build_soon()
+            self._build()
         return kept
 
     def _of_recording(self) -> list[Form]:
@@ -108,7 +104,7 @@ class ImageInputs:
         for form in self._forms:
             form.model = tracking
         if before.filter.kind != tracking.filter.kind:
-            self._build_soon()
+            self._build()
         return tracking
 
     def _opened(self, name: str, recorded: Recorded) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from nicegui import ui
-
 from elusive.workbench.jobs import Job
 from elusive.workbench.links.algorithm import AlgorithmWindow, apply
 from elusive.workbench.links.paths import PathsWindow
@@ -14,14 +12,14 @@ from elusive.workbench.links.state import LinksState
 from elusive.workbench.links.tracking import tracking_window
 from elusive.workbench.parts import told
 from elusive.workbench.session import state_of
-from elusive.workbench.shell import Page, Steps, head, main
+from elusive.workbench.shell import Page, Steps, head, main, waiting
 
 TITLE = "People in a radio network"
 LEAD = (
     "People who carry no device shadow the links between radios. Draw who walks, place the radios, image the area from "
     "the links, and follow everybody through it."
 )
-STEPS = ("1 Paths", "2 Radiation", "3 Sensors", "4 Algorithm", "5 Tracking", "6 Performance")
+WATCHED = "5 Tracking"
 
 
 async def build(example: bool) -> None:
@@ -30,32 +28,22 @@ async def build(example: bool) -> None:
     state = await state_of("links", LinksState)
     with main(TITLE, LEAD):
         if example and state.outcome is None:
-            with ui.element("div").classes("ew-row") as wait:
-                ui.spinner()
-                ui.label("Drawing and tracking the first simulation ...")
-            with told():
+            with waiting("Drawing and tracking the first simulation ..."), told():
                 await apply(state, Job())
-            wait.delete()
             if state.tracking_spec is not None:
                 state.tracking_spec["autoplay"] = True
         steps = Steps(
-            [
-                (STEPS[0], lambda: _kept(state, 0, lambda: PathsWindow(state))),
-                (STEPS[1], lambda: _kept(state, 1, lambda: RadiationWindow(state))),
-                (STEPS[2], lambda: _kept(state, 2, lambda: SensorsWindow(state))),
-                (STEPS[3], lambda: _kept(state, 3, lambda: AlgorithmWindow(state, lambda: steps.go(STEPS[4])))),
-                (STEPS[4], lambda: _kept(state, 4, lambda: tracking_window(state))),
-                (STEPS[5], lambda: _kept(state, 5, lambda: PerformanceWindow(state))),
-            ],
-            STEPS[4] if example and state.step is None else state.step,
+            state,
+            {
+                "1 Paths": lambda: PathsWindow(state),
+                "2 Radiation": lambda: RadiationWindow(state),
+                "3 Sensors": lambda: SensorsWindow(state),
+                "4 Algorithm": lambda: AlgorithmWindow(state, lambda: steps.go(WATCHED)),
+                WATCHED: lambda: tracking_window(state),
+                "6 Performance": lambda: PerformanceWindow(state),
+            },
+            WATCHED if example else None,
         )
-
-
-def _kept(state: LinksState, number: int, build_step: object) -> None:
-    """Build a step, and note it as where this tab is."""
-    state.step = STEPS[number]
-    assert callable(build_step)
-    build_step()
 
 
 PAGE = Page(

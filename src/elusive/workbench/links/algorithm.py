@@ -19,6 +19,7 @@ from elusive.workbench.links.panels import radiation_spec, tracking_spec
 from elusive.workbench.links.presets import presets
 from elusive.workbench.links.state import LinksState, Recorded
 from elusive.workbench.parts import Form
+from elusive.workbench.run_bar import RunBar, are_right
 from elusive.workbench.shell import window
 
 FOURTEEN = (
@@ -103,13 +104,7 @@ class AlgorithmWindow:
                     list(presets()), label="Preset", on_change=lambda event: self._set(event.value)
                 )
                 self._preset.props("dense outlined").classes("w-full")
-                with ui.element("div").classes("ew-row"):
-                    self._apply = ui.button("Apply", on_click=self._run).props("unelevated no-caps")
-                    self._cancel = ui.button("Cancel", on_click=self._call_off).props("outline no-caps")
-                    self._cancel.disable()
-                self._bar = ui.linear_progress(0.0, show_value=False).props('aria-label="Progress"')
-                self._bar.visible = False
-                self._told = ui.label().classes("ew-note").props('role="status"')
+                self._bar = RunBar(state, self._run, "Apply")
                 ui.label("Event log").classes("ew-section")
                 self._log = ui.label().classes("ew-log").props('tabindex=0 aria-label="Event log"')
             with stage, ui.element("div").classes("ew-wide w-full"):
@@ -150,8 +145,7 @@ class AlgorithmWindow:
 
     async def _run(self) -> None:
         state = self._state
-        if not (self._form.is_right and self._more.is_right):
-            ui.notify("Correct the marked fields first.", type="warning")
+        if not are_right((self._form, self._more)):
             return
         state.job = job = Job()
         self._show()
@@ -163,23 +157,17 @@ class AlgorithmWindow:
             # the window may have been left meanwhile: whichever is open now sees it in the state
             state.job = None
 
-    def _call_off(self) -> None:
-        if self._state.job is not None:
-            self._state.job.cancel()
-
     def _watch(self) -> None:
         job = self._state.job
         if job is not None:
-            self._bar.set_value(job.done / self._state.scene.simulation.walks.total_positions)
-            self._told.text = f"{job.done} steps done" if job.done else "preparing"
+            share = job.done / self._state.scene.simulation.walks.total_positions
+            self._bar.tell(f"{job.done} steps done" if job.done else "preparing", share)
         elif self._busy:
             self._show()
 
     def _show(self) -> None:
         outcome = self._state.outcome
-        self._busy = busy = self._state.job is not None
-        self._bar.visible = busy
-        self._apply.set_enabled(not busy)
-        self._cancel.set_enabled(busy)
-        self._told.text = self._state.message
+        self._busy = self._state.job is not None
+        self._bar.show()
+        self._bar.tell(self._state.message)
         self._log.text = "Press Apply." if outcome is None else log_of(outcome)

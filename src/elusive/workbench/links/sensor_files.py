@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import csv
-import io
-
 from elusive.errors import DataError
+from elusive.io.csv_files import csv_text
 from elusive.io.radio_network import COLUMNS
 from elusive.pipelines.link_scene import ListedNode
 
@@ -31,8 +29,4 @@ def placed(nodes: tuple[ListedNode, ...], x_m: float, y_m: float, name: str | No
 
 def nodes_csv(nodes: tuple[ListedNode, ...]) -> str:
     """Return the sensors as `elusive track links --nodes` reads them."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    writer.writerows((one.name, repr(one.x_m), repr(one.y_m)) for one in nodes)
-    return text.getvalue()
+    return csv_text(COLUMNS, ((one.name, one.x_m, one.y_m) for one in nodes))

@@ -1,0 +1,60 @@
+"""`elusive track radar`: ships in a radar's plots, with charts that may be wrong by some metres."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.markup import escape
+
+from elusive.cli.terminal import Config, Out, bar, console, show
+from elusive.io import open_radar_plots
+from elusive.model import read_yaml
+from elusive.options import accepts, nested
+from elusive.pipelines.radar import RadarTracking, track_radar_recording
+
+
+@accepts(RadarTracking)
+def track_radar_command(
+    plots: Annotated[
+        Path,
+        typer.Argument(
+            help="Plots: .csv of time_s, range_m, bearing_deg, perhaps doppler_mps; or ASTERIX CAT048, raw or pcap."
+        ),
+    ],
+    radar_lat: Annotated[float, typer.Option("--radar-lat", help="Latitude of the radar, WGS 84, in degrees.")],
+    radar_lon: Annotated[float, typer.Option("--radar-lon", help="Longitude of the radar, WGS 84, in degrees.")],
+    out: Out,
+    given: dict[str, Any],
+    chart: Annotated[
+        list[Path] | None,
+        typer.Option("--chart", help="S-57 base cells (.000), GeoJSON or shapefiles of land, one or several."),
+    ] = None,
+    config: Config = None,
+    truth: Annotated[
+        Path | None,
+        typer.Option("--truth", help="Where a ship truly was: .csv of time_s, lon_deg, lat_deg or x_m, y_m; AIS log."),
+    ] = None,
+    truth_mmsi: Annotated[int | None, typer.Option("--truth-mmsi", help="The ship, in an AIS log of several.")] = None,
+    rotation_s: Annotated[
+        float | None, typer.Option("--rotation-s", help="Period of the antenna; else plots of equal times are a scan.")
+    ] = None,
+    radar_code: Annotated[
+        tuple[int, int] | None, typer.Option("--radar-code", help="SAC and SIC, in an ASTERIX file of several radars.")
+    ] = None,
+) -> None:
+    """Track ships through a radar's plots, with charts that may be wrong by some metres."""
+    parameters = RadarTracking(**nested(RadarTracking, given, read_yaml(config) if config else {}))
+    source = open_radar_plots(plots, rotation_s=rotation_s, radar=radar_code)
+    with bar("scans", None) as advance:
+        outcome = track_radar_recording(
+            source, parameters, out, radar_lon_deg=radar_lon, radar_lat_deg=radar_lat, charts=chart or (),
+            truth=truth, truth_mmsi=truth_mmsi, on_scan=advance,
+        )  # fmt: skip
+    tracked = outcome.tracked
+    console.print(escape(tracked.verdict), highlight=False)
+    if tracked.tracks:
+        show("Tracks", [name.partition(" [")[0] for name in tracked.header], tracked.tracks)
+    show(tracked.title, ("", ""), tracked.rows)
+    console.print(f"Written to {out}: tracks.csv, tracks.geojson, result.nc, report.html, report.png, config.yaml")

@@ -1,0 +1,58 @@
+"""`elusive scene`: run again what was exported from the workbench."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.markup import escape
+
+from elusive.cli.terminal import Out, bar, console, show
+from elusive.errors import DataError
+from elusive.model import read_yaml
+from elusive.pipelines.image_scene import ImageScene, track_image_scene
+from elusive.pipelines.link_scene import LinkScene
+from elusive.pipelines.link_scene_results import track_scene
+from elusive.pipelines.signal_scene import SignalScene, track_signal_scene
+
+
+def scene_command(
+    scene: Annotated[Path, typer.Argument(help="Scene that the workbench has exported: .yaml.")], out: Out
+) -> None:
+    """Run a scene that the workbench has exported: the same numbers, without a browser."""
+    given = read_yaml(scene)
+    system = given.get("system", "links")
+    if system not in SCENES:
+        raise DataError(f"{scene}: is a scene of system {system!r:.40}; known are {', '.join(SCENES)}.")
+    SCENES[system](scene, given, out)
+
+
+def _links(scene: Path, given: dict[str, Any], out: Path) -> None:
+    parameters = LinkScene(**given)
+    with bar("frames", parameters.simulation.walks.total_positions) as advance:
+        tracked = track_scene(parameters, out, on_frame=advance)
+    show(scene.name, tracked.header, tracked.rows)
+    console.print(f"Written to {out}: tracks.csv, events.csv, scores.json, scores.png, scene.yaml")
+
+
+def _images(scene: Path, given: dict[str, Any], out: Path) -> None:
+    parameters = ImageScene(**given)
+    with bar("frames", parameters.frames) as advance:
+        outcome = track_image_scene(parameters, out, on_frame=advance)
+    show(scene.name, ("", ""), outcome.tracked.rows)
+    console.print(
+        f"Written to {out}: tracks.csv, result.nc, report.html, report.png, frames.npy, truth.txt, scene.yaml"
+    )
+
+
+def _signals(scene: Path, given: dict[str, Any], out: Path) -> None:
+    parameters = SignalScene(**given)
+    with bar("frames", parameters.frames) as advance:
+        tracked = track_signal_scene(parameters, out, on_frame=advance).tracked
+    console.print(escape(tracked.verdict), highlight=False)
+    show(scene.name, ("", ""), tracked.rows)
+    console.print(f"Written to {out}: tracks.csv, result.nc, report.html, report.png, signal.npy, scene.yaml")
+
+
+SCENES = {"links": _links, "images": _images, "signals": _signals}  # by the scene's key `system`

@@ -1,0 +1,55 @@
+"""`elusive track signal`: objects that differ from a signal's noise only in their statistics."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.markup import escape
+
+from elusive.cli.terminal import Config, Out, bar, console, show
+from elusive.io import open_signal, read_signal_truth
+from elusive.model import read_yaml
+from elusive.options import accepts, nested
+from elusive.pipelines.signals import SignalTracking, track_signal_recording
+
+
+@accepts(SignalTracking)
+def track_signal_command(
+    recording: Annotated[
+        Path,
+        typer.Argument(help="Array (time, sample) as .npy, .csv or .txt; or a long recording: .wav, one column, 1-D."),
+    ],
+    out: Out,
+    given: dict[str, Any],
+    config: Config = None,
+    truth: Annotated[
+        Path | None, typer.Option("--truth", help="File with the place of each object a frame, 0-based; only scores.")
+    ] = None,
+    rate_hz: Annotated[float | None, typer.Option("--rate-hz", help="Frames a second; else from the file.")] = None,
+    frame_samples: Annotated[
+        int | None, typer.Option(help="Samples of a frame, of a long recording. [default: 1200]")
+    ] = None,
+    hop_samples: Annotated[
+        int | None, typer.Option(help="Samples from a frame's start to the next. [default: a frame's]")
+    ] = None,
+    channel: Annotated[int | None, typer.Option(help="Channel of a .wav file, from 0.")] = None,
+    start: Annotated[int, typer.Option(help="First frame to use, from 0.")] = 0,
+    stop: Annotated[int | None, typer.Option(help="Frame before which to stop.")] = None,
+) -> None:
+    """Track objects that differ from a signal's noise only in their statistics."""
+    parameters = SignalTracking(**nested(SignalTracking, given, read_yaml(config) if config else {}))
+    places = None if truth is None else read_signal_truth(truth)
+    frames = open_signal(
+        recording, frame_samples=frame_samples, hop_samples=hop_samples, channel=channel, start=start, stop=stop,
+        rate_hz=rate_hz,
+    )  # fmt: skip
+    with bar("frames", frames.length) as advance:
+        outcome = track_signal_recording(frames, parameters, out, truth=places, on_frame=advance)
+    tracked = outcome.tracked
+    console.print(escape(tracked.verdict), highlight=False)
+    if tracked.tracks:
+        show("Tracks", [name.partition(" [")[0] for name in tracked.header], tracked.tracks)
+    show(tracked.title, ("", ""), tracked.rows)
+    console.print(f"Written to {out}: tracks.csv, result.nc, report.html, report.png, config.yaml")

@@ -1,0 +1,65 @@
+"""Run and Cancel, and between them how far the work is: the same on every page."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol
+
+from nicegui import ui
+
+from elusive.workbench.jobs import Job
+from elusive.workbench.parts import Form
+
+
+class Working(Protocol):
+    """State of a tab in which work can be under way."""
+
+    job: Any  # a `Job` while there is
+
+
+class RunBar:
+    """The bar of one page.
+
+    Parameters
+    ----------
+    state
+        What the tab holds.
+    start
+        Done at a press of the first button.
+    label
+        What stands on it.
+    """
+
+    def __init__(self, state: Working, start: Callable[[], Any], label: str = "Run") -> None:
+        self._state = state
+        with ui.element("div").classes("ew-row"):
+            self._start = ui.button(label, on_click=start).props("unelevated no-caps")
+            self._cancel = ui.button("Cancel", on_click=self._call_off).props("outline no-caps")
+        self._bar = ui.linear_progress(0.0, show_value=False).props('aria-label="Progress"')
+        self._told = ui.label().classes("ew-note").props('role="status"')
+        self.show()
+
+    def show(self) -> None:
+        """Show whether there is work, and so what can be pressed."""
+        busy = self._state.job is not None
+        self._bar.visible = busy
+        self._start.set_enabled(not busy)
+        self._cancel.set_enabled(busy)
+
+    def tell(self, words: str, share: float = 0.0) -> None:
+        """Say what is done, and the share of all that it is."""
+        self._told.text = words
+        self._bar.set_value(share)
+
+    def _call_off(self) -> None:
+        job: Job | None = self._state.job
+        if job is not None:
+            job.cancel()
+
+
+def are_right(forms: Sequence[Form]) -> bool:
+    """Tell whether nothing is marked in any of the forms; say so if something is."""
+    right = all(form.is_right for form in forms)
+    if not right:
+        ui.notify("Correct the marked fields first.", type="warning")
+    return right
