@@ -8,7 +8,7 @@ bearings: descents from places all around the sensors, and the filter from the b
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -31,7 +31,10 @@ PATIENCE = 50  # times after which a filter starts all the same
 AROUND = 3  # places on each side of the sensors' centre, an extent apart, from which arrivals are tried
 TRIED = 8  # times
 # Steps of each descent and update; as plain integers each would be a type of its own, and compiled for itself.
-LINES_ITERATIONS, TRIED_ITERATIONS, START_ITERATIONS, FILTER_ITERATIONS = map(np.int64, (5, 15, 50, 3))
+LINES_ITERATIONS: Any = np.int64(5)
+TRIED_ITERATIONS: Any = np.int64(15)
+START_ITERATIONS: Any = np.int64(50)
+FILTER_ITERATIONS: Any = np.int64(3)
 
 
 class Start(NamedTuple):
