@@ -20,6 +20,7 @@ from PIL import Image
 from scipy import ndimage
 
 import elusive
+from elusive.cli import main
 from elusive.experiments.demo import run_demo
 from elusive.io.areas import Area
 from elusive.pipelines.link_simulation import LinkSimulation, simulate_links
@@ -73,7 +74,9 @@ def test_example_runs(block: Block) -> None:
 
 
 @pytest.mark.parametrize("line", COMMANDS)
-def test_command_runs(line: str, tmp_path: Path) -> None:
+def test_command_runs(
+    line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
     folder = tmp_path / "frames"
     folder.mkdir()
     rng = np.random.default_rng(1)
@@ -100,12 +103,11 @@ def test_command_runs(line: str, tmp_path: Path) -> None:
         name = re.match(r"# (\S+\.yaml)\n", other.text)
         if other.language == "yaml" and name:
             (tmp_path / name[1]).write_text(other.text.replace("trials: 20", "trials: 2"), encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
     words = shlex.split(line)
-    words[0] = str(Path(sys.executable).parent / "elusive")
-    found = subprocess.run(
-        [*words, *FEWER.get(words[2], [])], cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False
-    )
-    assert found.returncode == 0, found.stdout + found.stderr
+    with pytest.raises(SystemExit) as ended:
+        main([*words[1:], *FEWER.get(words[2], [])])
+    assert not ended.value.code, capfd.readouterr()
     written = {"--out", "--figure", "--water-probability"} & set(words)
     for option in written:
         out = tmp_path / words[words.index(option) + 1]

@@ -116,6 +116,41 @@ def test_a_scene_of_ones_own_and_a_still_emitter(
     told(page, "from the truth, inside the ellipse")
 
 
+def test_sensors_and_path_are_placed_by_keys_alone(served: Served, open_tab: OpenTab) -> None:
+    page = open_tab().page
+    page.goto(f"{served.address}/bearings")
+    told(page, "3 sensors; a path of 256 m")
+    page.locator(".ew-floor canvas").focus()
+    steps = page.locator(".ew-floor").evaluate("(root) => root.made.spec.step || 0.5")
+    for _ in range(4):
+        page.keyboard.press("ArrowUp")
+    place = page.get_by_label("Place under the pointer")
+    before = place.inner_text()
+    page.keyboard.press("Shift+ArrowRight")
+    apart = [float(after) - float(was) for after, was in zip(*map(numbers, (place.inner_text(), before)), strict=True)]
+    assert apart == pytest.approx([0.2 * steps, 0.0], abs=0.051)  # places are of 5 cm
+    page.keyboard.press("Enter")
+    told(page, "4 sensors")
+    page.keyboard.press("Enter")
+    page.wait_for_function("document.querySelector('.ew-floor').made.spec.nodes.some((node) => node.selected)")
+    page.keyboard.press("Delete")
+    told(page, "3 sensors")
+    button(page, "Draw the path").focus()
+    page.keyboard.press("Enter")
+    told(page, "Draw with the pointer held down")
+    page.locator(".ew-floor canvas").focus()
+    page.keyboard.press("Enter")
+    for _ in range(30):
+        page.keyboard.press("ArrowRight")
+    page.keyboard.press("Enter")
+    page.keyboard.press("c")
+    told(page, f"a path of {30 * steps:.0f} m")
+
+
+def numbers(words: str) -> list[str]:
+    return re.findall(r"-?[0-9.]+", words)
+
+
 def test_what_cannot_be_flown_is_refused() -> None:
     scene = BearingScene()
     with pytest.raises(DataError, match="sensors: there is none; place one or more"):

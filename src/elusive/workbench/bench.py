@@ -13,8 +13,8 @@ import numpy as np
 from nicegui import ui
 
 from elusive.workbench.jobs import CancelledError, away
-from elusive.workbench.parts import Drawing, Form, told
-from elusive.workbench.run_bar import RunBar, are_right
+from elusive.workbench.parts import Drawing, Form, are_right, told
+from elusive.workbench.run_bar import RunBar
 from elusive.workbench.runs import THIS, BenchState, LiveJob, Run, chart_spec, plain, table
 from elusive.workbench.shell import window
 

@@ -148,6 +148,14 @@ class Form:
         self._general.text, self._general.visible = general, bool(general)
 
 
+def are_right(forms: Sequence[Form]) -> bool:
+    """Tell whether nothing is marked in any of the forms; say so if something is."""
+    right = all(form.is_right for form in forms)
+    if not right:
+        ui.notify("Correct the marked fields first.", type="warning")
+    return right
+
+
 @contextmanager
 def told() -> Iterator[None]:
     """Show a refusal as the library's own sentence."""

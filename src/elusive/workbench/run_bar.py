@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any, Protocol
 
 from nicegui import ui
 
 from elusive.workbench.jobs import Job
-from elusive.workbench.parts import Form
 
 
 class Working(Protocol):
@@ -55,11 +54,3 @@ class RunBar:
         job: Job | None = self._state.job
         if job is not None:
             job.cancel()
-
-
-def are_right(forms: Sequence[Form]) -> bool:
-    """Tell whether nothing is marked in any of the forms; say so if something is."""
-    right = all(form.is_right for form in forms)
-    if not right:
-        ui.notify("Correct the marked fields first.", type="warning")
-    return right

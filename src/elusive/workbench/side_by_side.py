@@ -12,8 +12,8 @@ from elusive.model import Model
 from elusive.workbench.blocks import HELD
 from elusive.workbench.forms import FieldPath
 from elusive.workbench.jobs import CancelledError, Job, away
-from elusive.workbench.parts import Drawing, Form, told
-from elusive.workbench.run_bar import RunBar, are_right
+from elusive.workbench.parts import Drawing, Form, are_right, told
+from elusive.workbench.run_bar import RunBar
 from elusive.workbench.shell import window
 
 Scene = TypeVar("Scene", bound=Model)

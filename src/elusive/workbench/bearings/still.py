@@ -8,14 +8,13 @@ from typing import Any
 import numpy as np
 from nicegui import ui
 
-from elusive.errors import ElusiveError
 from elusive.workbench.bearings.panels import still_floor
 from elusive.workbench.bearings.run import archive, locate
 from elusive.workbench.bearings.scene import BearingScene
 from elusive.workbench.bearings.state import BearingsState
 from elusive.workbench.exports import table_html
 from elusive.workbench.jobs import away
-from elusive.workbench.parts import Drawing, Form, told
+from elusive.workbench.parts import Drawing, Form, are_right, told
 from elusive.workbench.shell import window
 
 COMMAND = "elusive locate bearings.csv --sensors sensors.csv --config config.yaml --out results"
@@ -68,8 +67,7 @@ class StillWindow:
 
     async def _locate(self) -> None:
         state, scene = self._state, self._state.scene
-        if not (self._form.is_right and self._heard.is_right):
-            ui.notify("Correct the marked fields first.", type="warning")
+        if not are_right((self._form, self._heard)):
             return
         self._button.disable()
         try:
@@ -82,10 +80,8 @@ class StillWindow:
         self._show()
 
     def _pack(self) -> None:
-        try:
+        with told():
             ui.download.content(archive(self._state.scene, still=True), "emitter.zip")
-        except ElusiveError as error:
-            ui.notify(str(error), type="negative", timeout=0, close_button="Close")
 
     def _show(self) -> None:
         scene, heard = self._state.scene, self._state.found

@@ -16,7 +16,7 @@ from elusive.workbench.charts.state import ChartsState
 from elusive.workbench.exports import table_html
 from elusive.workbench.jobs import away
 from elusive.workbench.links.state import along
-from elusive.workbench.parts import Drawing, Form, told
+from elusive.workbench.parts import Drawing, Form, are_right, told
 from elusive.workbench.shell import window
 
 MODES = {"path": "Draw the route", "node": "Place the radar", "zoom": "See nearer", "view": "Look"}
@@ -112,8 +112,7 @@ class RouteWindow:
 
     async def _create(self) -> None:
         state, scene = self._state, self._state.scene
-        if not all(form.is_right for form in self._forms()):
-            ui.notify("Correct the marked fields first.", type="warning")
+        if not are_right(self._forms()):
             return
         if state.chart is None:
             ui.notify("Open a chart first, under Chart.", type="warning")

@@ -18,8 +18,8 @@ from elusive.workbench.jobs import CancelledError, Job, away
 from elusive.workbench.links.panels import radiation_spec, tracking_spec
 from elusive.workbench.links.presets import presets
 from elusive.workbench.links.state import LinksState, Recorded
-from elusive.workbench.parts import Form
-from elusive.workbench.run_bar import RunBar, are_right
+from elusive.workbench.parts import Form, are_right
+from elusive.workbench.run_bar import RunBar
 from elusive.workbench.shell import window
 
 FOURTEEN = (

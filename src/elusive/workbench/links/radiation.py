@@ -17,7 +17,7 @@ from elusive.workbench.files import UPLOAD_MOST_BYTES, read_upload
 from elusive.workbench.jobs import away
 from elusive.workbench.links.panels import radiation_spec
 from elusive.workbench.links.state import LOGS, LinksState, Recorded
-from elusive.workbench.parts import Drawing, Form, refuse, told
+from elusive.workbench.parts import Drawing, Form, are_right, refuse, told
 from elusive.workbench.shell import window
 
 SIMULATION = ("simulation",)
@@ -94,8 +94,7 @@ class RadiationWindow:
 
     async def _create(self) -> None:
         state = self._state
-        if not (self._form.is_right and self._more.is_right):
-            ui.notify("Correct the marked fields first.", type="warning")
+        if not are_right((self._form, self._more)):
             return
         scene, truth = state.scene, state.truth
         self._wait.visible = True
