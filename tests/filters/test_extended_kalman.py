@@ -18,6 +18,7 @@ from elusive.motion import ConstantVelocity
 from elusive.sensors.bearing_table import tabulated
 from elusive.sensors.bearings import BearingSensors
 from tests.filters.bearing_scenes import FLAT, PLACES, PROBLEMS, recorded
+from tests.filters.test_random_scenes import MOTION, scene
 from tests.reference import bearings as twin
 
 RNG = np.random.default_rng(0)
@@ -150,6 +151,40 @@ def test_a_stray_bearing_moves_a_robust_filter_little():
     }
     assert away["cauchy"] < away["squares"] / 10
     assert away["huber"] < away["squares"] / 3
+
+
+def test_an_unlikely_bearing_has_its_whole_gain_scaled():
+    """Masreliez and Martin (1977): by the weight of its innovation, however vague the belief is."""
+    filter = made("cv", loss="cauchy", loss_k=2.0, iterations=1)
+    _, _, sets = recorded(PROBLEMS["cv"], steps=9)
+    *_, state = run(filter, sets[:8], RNG)
+    vague = state._replace(covariance=state.covariance + np.diag([400.0, 1, 400, 1]))
+    azimuth = sets[8].azimuth_rad[:1] + np.deg2rad(50)
+    after = filter.step(vague, BearingSet(sets[8].time_s, sets[8].sensor[:1], azimuth, np.full(1, np.nan)), RNG)
+
+    motion = filter.motion.replace(interval_s=sets[8].time_s - sets[7].time_s)
+    F, Q = motion.F, motion.Q
+    mean, P = F @ vague.mean, F @ vague.covariance @ F.T + Q
+    east, north = mean[[0, 2]] - filter.sensor.positions_m[0][:2]
+    squared = east**2 + north**2
+    H = np.array([north, 0, -east, 0]) / squared
+    bend = 0.5 * (P[0, 0] + P[2, 2]) / squared
+    S = H @ P @ H + filter.sensor.sigmas_rad[0] ** 2 + bend**2
+    innovation = twin.wrapped(azimuth[0] - np.arctan2(east, north))
+    weight, K = 1 / (1 + innovation**2 / S / 4), P @ H / S
+    assert weight < 0.8
+    np.testing.assert_allclose(after.mean, mean + weight * K * innovation)
+    np.testing.assert_allclose(after.covariance, P - weight * S * np.outer(K, K))
+
+
+@pytest.mark.parametrize("seed", [144, 152])
+def test_a_filter_waits_until_a_place_beside_a_sensor_is_told(seed):
+    """The first bearings meet on the sensor: a place of hundreds of metres once their bend is counted."""
+    sensor, path, sets = scene(seed)
+    found = ExtendedKalmanFilter(motion=MOTION, sensor=sensor, start_speed_sd_mps=10.0).track(sets)
+    assert np.sqrt(np.trace(found.covariances[0][np.ix_([0, 2], [0, 2])])) > 100
+    assert found.begun == 1
+    assert np.hypot(*(found.states - path)[1:, [0, 2]].T).max() < 10
 
 
 def test_a_bearing_through_north_is_no_jump():

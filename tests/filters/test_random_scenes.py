@@ -77,14 +77,7 @@ def test_none_of_a_hundred_scenes_but_one_is_lost(estimator):
     assert len(far_off(estimator, range(100))) <= 1
 
 
-SHORT = "ekf loses 6 of 500 and rts 7, most of them to garbage that agrees with itself: one and two too many"
-SHORT_OF_IT = pytest.mark.xfail(strict=True, reason=SHORT)
-
-
 @pytest.mark.validate
-@pytest.mark.parametrize(
-    "estimator",
-    [pytest.param("ekf", marks=SHORT_OF_IT), "iekf", pytest.param("rts", marks=SHORT_OF_IT), "lag", "map"],
-)
+@pytest.mark.parametrize("estimator", ["ekf", "iekf", "rts", "lag", "map"])
 def test_one_of_a_hundred_is_lost_at_most(estimator):
     assert len(far_off(estimator, range(500))) <= 5

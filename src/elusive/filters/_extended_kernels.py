@@ -1,7 +1,8 @@
 """Compiled kernels of the extended and the iterated Kalman filter on bearings, and of the smoother behind them.
 
 Bell and Cathey (1993), IEEE Trans. Automat. Contr. 38(2): the iterated update is Gauss-Newton. Angles come one by one,
-since their noises are independent. Rauch, Tung and Striebel (1965) for the smoother.
+since their noises are independent. A robust loss scales the gain, as Masreliez and Martin (1977), IEEE Trans. Automat.
+Contr. 22(3), do. Rauch, Tung and Striebel (1965) for the smoother.
 """
 
 from __future__ import annotations
@@ -60,12 +61,14 @@ def update(
                 innovation = residual[r]
                 for i in range(d):
                     innovation += H[r, i] * (at[i] - mean[i])
-                variance = noise / weight
+                predicted = 0.0
                 for i in range(d):
                     PH[i] = 0.0
                     for j in range(d):
                         PH[i] += covariance[i, j] * H[r, j]
-                    variance += H[r, i] * PH[i]
+                    predicted += H[r, i] * PH[i]
+                # at first the whole gain is scaled: a vague belief would follow a stray of any larger noise
+                variance = (noise + predicted) / weight if iteration == 0 else noise / weight + predicted
                 for i in range(d):
                     mean[i] += PH[i] * innovation / variance
                     for j in range(i + 1):

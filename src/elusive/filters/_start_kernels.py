@@ -155,6 +155,7 @@ def begun(
             path, wide, no_lines, T, W, anchor, loss, START_ITERATIONS, START_TOLERANCE, L, Y
         )
         spread = marginals(L, Y)
+        placed = _placed(path, spread, table, T.solid, start)
     told = placed
     if T.turn >= 0:
         # what its own noise added since is no reason to wait
