@@ -15,6 +15,7 @@ from scipy.spatial.distance import pdist
 from elusive.io.areas import Area
 from elusive.io.radio_network import links_of, radio_nodes
 from elusive.preprocess.blobs import Clusters
+from elusive.preprocess.factored_projector import FactoredProjector
 from elusive.preprocess.link_weights import EllipseWeights
 from elusive.preprocess.tomography import RegularisedImage
 from elusive.preprocess.voxels import VoxelGrid
@@ -112,7 +113,8 @@ def test_a_large_network(benchmark, report):
     area = Area.rectangle(0, 50, 0, 50)
     nodes = radio_nodes(np.array([area.on_border(0.3 + k)[0] for k in range(200)]))
     grid = VoxelGrid(x0=0, x1=50, y0=0, y1=50)
-    EllipseWeights().sparse(network(3), GRID)  # compiles
+    small = EllipseWeights().sparse(network(3), GRID)
+    FactoredProjector(small, GRID, RegularisedImage().prior, False, True).noise_response()  # compiles
 
     def set_up():
         W = EllipseWeights().sparse(nodes, grid)
