@@ -120,9 +120,11 @@ def test_a_large_network(benchmark, report):
         W = EllipseWeights().sparse(nodes, grid)
         return W, RegularisedImage().projection(W, grid)
 
-    start = time.process_time()
+    start, began = time.process_time(), time.perf_counter()
     W, projector = set_up()
-    report("200 sensors, 10 000 voxels: set-ups in 10 s of a core", 10 / (time.process_time() - start), 1)
+    taken, waited = time.process_time() - start, time.perf_counter() - began
+    report("200 sensors, 10 000 voxels: set-ups in 10 s of a core", 10 / taken, 1)
+    report("200 sensors, 10 000 voxels: set-ups in 10 s of waiting", 10 / waited, 1)
     frames = changes(W, grid, 5)[:20]
     clusters = Clusters()
 
