@@ -38,6 +38,7 @@ def write_page(
     """
     page = Template(stored(template)).substitute(
         {name: html.escape(text) for name, text in texts.items()},
+        style=stored("report.css"),
         # no "</script>" can end the script early
         data=json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"),
         **parts,
@@ -47,7 +48,7 @@ def write_page(
 
 
 def stored(name: str) -> str:
-    """Return the text of a template or a script."""
+    """Return the text of a template, a script or a style."""
     return files("elusive").joinpath("templates", name).read_text(encoding="utf-8")
 
 

@@ -33,9 +33,15 @@ def write_bearings_html(path: Path, tracked: BearingsTracked) -> None:
         "error": None if error is None else rounded(np.where(tracked.told, error, np.nan)[shown], 3),
         "bearings": [_bearings(tracked, row) for row in shown.tolist()],
     }
-    texts = {"title": tracked.title, "verdict": tracked.verdict}
-    script = stored("report_bearings.js")
-    write_page(path, "report_bearings.html", data, texts, table=facts(tracked.rows), script=script)
+    write_page(
+        path,
+        "report_bearings.html",
+        data,
+        {"title": tracked.title, "verdict": tracked.verdict},
+        table=facts(tracked.rows),
+        player=stored("report_player.css"),
+        script=stored("report_bearings.js"),
+    )
 
 
 def _bearings(tracked: BearingsTracked, row: int) -> list[list[object]]:

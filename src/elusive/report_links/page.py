@@ -51,6 +51,7 @@ def write_links_html(path: Path, tracked: LinksTracked) -> None:
         tracks=track_table(tracked.header, tracked.tracks, {str(one) for one in drawn}, "Highlight it"),
         table=facts(tracked.rows),
         floor=stored("report_links_floor.js"),
+        player=stored("report_player.css"),
         script=stored("report_links.js"),
     )
 

@@ -45,6 +45,7 @@ def write_radar_html(path: Path, tracked: RadarTracked) -> None:
         tracks=track_table(tracked.header, tracked.tracks, {str(one.track) for one in tracked.paths}, "Centre on it"),
         table=facts(tracked.rows),
         map=stored("report_radar_map.js"),
+        player=stored("report_player.css"),
         script=stored("report_radar.js"),
     )
 
