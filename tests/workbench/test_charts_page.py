@@ -115,6 +115,36 @@ def test_a_chart_that_is_sent_a_route_that_is_drawn_and_a_run_called_off(served:
     page.locator("[data-rmse='none']").wait_for()
 
 
+def test_a_route_and_the_radar_are_placed_by_keys_alone(served: Served, open_tab: OpenTab) -> None:
+    page = open_tab().page
+    page.goto(f"{served.address}/charts")
+    told(page, EXAMPLE_NAME)
+    step(page, "2 Route")
+    told(page, "waypoints")
+    button(page, "Clear the route").click()
+    told(page, "No route yet.")
+    button(page, "Draw the route").focus()
+    page.keyboard.press("Enter")
+    told(page, "Draw with the pointer held down")
+    page.locator(".ew-floor canvas").focus()
+    for key in (*["ArrowRight"] * 8, "Enter", *["ArrowDown"] * 6, "Enter", "c"):
+        page.keyboard.press(key)
+    told(page, "waypoints")
+    places = [page.locator(f'input[data-field="radar.{name}"]') for name in ("lon_deg", "lat_deg")]
+    before = [place.input_value() for place in places]
+    button(page, "Place the radar").focus()
+    page.keyboard.press("Enter")
+    told(page, "Click where the radar stands")
+    page.locator(".ew-floor canvas").focus()
+    for key in ("ArrowLeft", "ArrowDown", "Enter"):
+        page.keyboard.press(key)
+    page.wait_for_function(
+        """(before) => ["radar.lon_deg", "radar.lat_deg"].every(
+            (name, k) => document.querySelector(`input[data-field="${name}"]`).value !== before[k])""",
+        arg=before,
+    )
+
+
 def test_what_cannot_be_sailed_is_refused() -> None:
     chart, scene = example(), ChartScene.example()
     with pytest.raises(DataError, match="route: there is none; draw one"):
