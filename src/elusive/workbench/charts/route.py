@@ -81,7 +81,6 @@ class RouteWindow:
 
     def _choose(self, event: Any) -> Any:
         self._mode = event.value
-        self._how.text = HOW[self._mode]
         return self._show()
 
     async def _drawn(self, event: Any) -> None:
@@ -135,6 +134,7 @@ class RouteWindow:
             return
         mode = "node" if self._mode == "zoom" else self._mode
         self._floor.show(await away(lambda: chart_floor(state, mode, way=True)))
+        self._how.text = HOW[self._mode]  # once the map does it
         route = state.scene.route_deg
         self._told.text = "No route yet." if len(route) < 2 else f"A route of {len(route)} waypoints, {_length(route)}."
         self._box.clear()
