@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import signal
 import subprocess
@@ -12,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import h5py
+import numba
 import numpy as np
 import pytest
 import tifffile
@@ -19,9 +21,11 @@ import xarray as xr
 import yaml
 from numpy.typing import NDArray
 from PIL import Image
+from rich.console import Console
 
 import elusive
 from elusive.cli import main
+from elusive.cli.terminal import bar
 from elusive.experiments.amrouche2018.scenario import WeakTarget
 from elusive.io import read_tracks_csv
 from elusive.sensors.image import ImageSensor
@@ -151,6 +155,20 @@ def test_the_nearest_command_is_suggested(elusive_in: Callable[..., Ran], typed:
     ran = elusive_in(*typed.split())
     assert ran.code == 2
     assert f"Did you mean '{nearest}'" in ran.err
+
+
+@pytest.mark.parametrize("is_terminal", [True, False])
+def test_a_compilation_is_told_once_and_in_a_terminal_alone(monkeypatch: pytest.MonkeyPatch, is_terminal: bool) -> None:
+    written = io.StringIO()
+    monkeypatch.setattr("elusive.cli.compiling.console", Console(file=written, force_terminal=is_terminal, width=200))
+    with bar("frames", 2):
+        for step in (1, 2):
+            numba.njit(lambda x, step=step: x + step)(1.0)
+    told = "Compiling: the first run of a filter takes up to a minute longer.\n"
+    assert written.getvalue() == (told if is_terminal else "")
+    with bar("frames", 2):
+        pass
+    assert written.getvalue().count("Compiling") == is_terminal
 
 
 def test_a_subprocess_finds_it_too(tmp_path: Path) -> None:

@@ -43,8 +43,11 @@ def heed_interrupt() -> None:
 @contextmanager
 def bar(what: str, total: int | None) -> Iterator[Callable[[int], None]]:
     """Show how many are done; gives what is to be called with that number."""
+    from elusive.cli.compiling import compilation_told
+
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
+    shown = Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
+    with compilation_told(), shown as progress:
         task = progress.add_task(what, total=total)
 
         def advance(done: int) -> None:
