@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from elusive import run
-from elusive.filters.extended_kalman import ExtendedKalmanFilter
-from elusive.filters.fixed_lag import FixedLagSmoother
-from elusive.filters.interacting import InteractingFilter
-from elusive.filters.map_smoother import MapSmoother
-from elusive.filters.track_batch import filter_tracks
+from elusive.filters.gaussian.extended_kalman import ExtendedKalmanFilter
+from elusive.filters.gaussian.fixed_lag import FixedLagSmoother
+from elusive.filters.gaussian.interacting import InteractingFilter
+from elusive.filters.gaussian.map_smoother import MapSmoother
+from elusive.filters.gaussian.track_batch import filter_tracks
 from elusive.motion import ConstantVelocity
 from elusive.sensors.bearing_table import tabulated
 from elusive.sensors.bearings import BearingSensors

@@ -15,7 +15,7 @@ from scipy.ndimage import correlate1d
 from benchmarks.stone_soup import Opponent, frame_model, patch_model
 from elusive import run
 from elusive.experiments.amrouche2018.scenario import WeakTarget
-from elusive.filters.bernoulli import BernoulliFilter
+from elusive.filters.particle.bernoulli import BernoulliFilter
 from elusive.motion import square_root
 from tests.reference.filters import bernoulli_step
 

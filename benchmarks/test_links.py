@@ -13,19 +13,19 @@ import numpy as np
 import psutil
 import pytest
 
-from elusive.filters.link_people import LinkPeople
-from elusive.io.link_logs import RssFrame, open_link_log
+from elusive.filters.particle.link_people import LinkPeople
+from elusive.io.link_logs import open_link_log
 from elusive.io.people_truth import PeopleTruth
-from elusive.io.radio_network import radio_nodes
-from elusive.pipelines.link_people import LinksMethod
-from elusive.pipelines.link_results import LinkRun
-from elusive.pipelines.link_runs import track_links_recording
-from elusive.pipelines.link_tables import LinkDataset, LinkTables, rows_of
-from elusive.pipelines.links import LinkTracking
 from elusive.sensors.link_shadowing import LinkShadowing
-from tests.pipelines import link_day
+from elusive.sensors.radio_network import RssFrame, radio_nodes
+from elusive.systems.links.by_links import LinksMethod
+from elusive.systems.links.results import LinkRun
+from elusive.systems.links.run import track_links_recording
+from elusive.systems.links.tables import LinkDataset, LinkTables, rows_of
+from elusive.systems.links.track import LinkTracking
 from tests.reference import links as reference
 from tests.reference.tomography import border_nodes
+from tests.systems.links import link_day
 
 RATE_HZ = 4  # of frames
 DAY = 24 * 3600 * RATE_HZ  # frames

@@ -9,12 +9,12 @@ import shapely
 from benchmarks.stone_soup_radar import RadarOpponent
 from elusive import run
 from elusive.charts import FieldWater
-from elusive.filters.particle import ParticleFilter
-from elusive.filters.particle_map import map_estimate
-from elusive.io.radar_scans import RadarPlot
+from elusive.filters.particle.particle_map import map_estimate
+from elusive.filters.particle.sir import ParticleFilter
 from elusive.motion import ConstantVelocity, square_root
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_births import ScanPrior
+from elusive.sensors.radar_scans import RadarPlot
 from tests.charts.shapes import land
 from tests.reference import particle as reference
 

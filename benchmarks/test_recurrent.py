@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from elusive.filters.recurrent import RecurrentFilter
+from elusive.filters.accumulate.recurrent import RecurrentFilter
 
 RNG = np.random.default_rng(0)
 

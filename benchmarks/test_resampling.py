@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from elusive.filters.resampling import resample
+from elusive.filters.particle.resampling import resample
 from tests.reference.resampling import systematic_by_repeat
 
 

@@ -12,13 +12,13 @@ import pytest
 from scipy.cluster.hierarchy import fcluster, linkage
 from scipy.spatial.distance import pdist
 
-from elusive.io.areas import Area
-from elusive.io.radio_network import links_of, radio_nodes
+from elusive.geometry.areas import Area
 from elusive.preprocess.blobs import Clusters
 from elusive.preprocess.factored_projector import FactoredProjector
 from elusive.preprocess.link_weights import EllipseWeights
 from elusive.preprocess.tomography import RegularisedImage
 from elusive.preprocess.voxels import VoxelGrid
+from elusive.sensors.radio_network import links_of, radio_nodes
 from tests.reference import tomography as reference
 
 RNG = np.random.default_rng(0)

@@ -12,7 +12,7 @@ import shapely
 
 from elusive import run
 from elusive.charts import ExactWater, FieldWater, GridWater, NearestWater
-from elusive.filters.particle import GaussianPrior, ParticleFilter
+from elusive.filters.particle.sir import GaussianPrior, ParticleFilter
 from elusive.motion import ConstantVelocity
 from tests.charts.shapes import CELLS, cell, near, port_fourchon, shapely_land
 from tests.reference.water import water_probability

@@ -16,9 +16,9 @@ from scipy import ndimage
 
 from elusive.contracts import X, Y
 from elusive.io import open_frames
-from elusive.pipelines.images import ImageTracking, track_images
 from elusive.preprocess.background import Whitened, Whitener, WhitenerState
 from elusive.preprocess.registration import Registration
+from elusive.systems.images.track import ImageTracking, track_images
 
 DATA = Path(os.environ.get("ELUSIVE_DATA", Path(__file__).parents[2] / "shared" / "data")) / "infrared"
 HALF = 4  # the patch is 9 x 9

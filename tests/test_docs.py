@@ -22,9 +22,10 @@ from scipy import ndimage
 import elusive
 from elusive.cli import main
 from elusive.experiments.demo import run_demo
-from elusive.io.areas import Area
-from elusive.pipelines.link_simulation import LinkSimulation, simulate_links
-from elusive.simulation import BorderNodes, Walks
+from elusive.geometry.areas import Area
+from elusive.systems.links.networks import BorderNodes
+from elusive.systems.links.simulate import LinkSimulation, simulate_links
+from elusive.systems.links.walks import Walks
 from tests.bearing_flight import write_flight
 
 ROOT = Path(__file__).parents[1]

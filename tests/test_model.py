@@ -11,8 +11,8 @@ from pydantic import Field
 import elusive
 from elusive import DataError, ElusiveError, ParameterError
 from elusive.experiments.amrouche2018.scenario import WeakTarget
-from elusive.filters.births import BrightBirth, MeasurementBirth, UniformBirth
-from elusive.io.areas import Area
+from elusive.filters.particle.births import BrightBirth, MeasurementBirth, UniformBirth
+from elusive.geometry.areas import Area
 from elusive.model import Model, Positive, Probability
 from elusive.motion import (
     ConstantAcceleration,

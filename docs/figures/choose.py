@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from elusive import plots
 from elusive.filters import BernoulliFilter, MeasurementBirth
-from elusive.filters.image_evidence import WhiteEvidence
-from elusive.filters.recurrent import RecurrentFilter
-from elusive.filters.trajectories import BatchMaximum
-from elusive.filters.viterbi import Viterbi
+from elusive.filters.accumulate.image_evidence import WhiteEvidence
+from elusive.filters.accumulate.recurrent import RecurrentFilter
+from elusive.filters.accumulate.trajectories import BatchMaximum
+from elusive.filters.accumulate.viterbi import Viterbi
 from elusive.io.atomic import atomic_path
 from elusive.motion import ConstantVelocity, WithIntensity
 from elusive.runner import run

@@ -12,7 +12,7 @@ import shapely
 
 from elusive.charts.chart import Chart, as_geometries
 from elusive.charts.enc import read_cell
-from elusive.charts.projection import LocalFrame
+from elusive.geometry.local_frame import LocalFrame
 
 from .shapes import DATA
 

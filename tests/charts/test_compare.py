@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import shapely
 
+from elusive.charts.charted_area import SceneParameters
 from elusive.charts.compare import disagreements
-from elusive.charts.projection import LocalFrame
-from elusive.charts.scene import SceneParameters
+from elusive.geometry.local_frame import LocalFrame
 
 from .scenes import FRAME, drawn, real_cell
 

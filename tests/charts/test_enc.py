@@ -15,10 +15,10 @@ import shapely
 from pyproj import Geod
 
 from elusive.charts import enc
+from elusive.charts.charted_area import build_scene
 from elusive.charts.enc import Layer, read_cell
-from elusive.charts.projection import LocalFrame
-from elusive.charts.scene import build_scene
 from elusive.errors import DataError, ElusiveError
+from elusive.geometry.local_frame import LocalFrame
 
 from .scenes import cell_path, real_cell
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import shapely
 
-from elusive.charts.projection import LocalFrame
 from elusive.charts.quality import Imprecision, coast_sigma, quality_areas
 from elusive.errors import ParameterError
+from elusive.geometry.local_frame import LocalFrame
 
 from .scenes import FRAME, drawn, real_cell
 

@@ -16,7 +16,6 @@ import shapely
 
 from elusive.campaign import make_executor
 from elusive.charts.outlines import read_outline
-from elusive.charts.projection import LocalFrame
 from elusive.contracts import X, Y
 from elusive.errors import DataError, ParameterError
 from elusive.experiments.imprecise_chart import imprecise_chart, reproduce
@@ -25,6 +24,7 @@ from elusive.experiments.imprecise_chart.figure import CURVES
 from elusive.experiments.imprecise_chart.route import Routes
 from elusive.experiments.imprecise_chart.table import excess, lost
 from elusive.experiments.imprecise_chart.trial import ImpreciseChartTrial, simulate, trial
+from elusive.geometry.local_frame import LocalFrame
 from tests.charts.scenes import cell_path
 
 FRAME = LocalFrame.at(5.0, 53.0)

@@ -17,7 +17,7 @@ from elusive.experiments.mendieta2017.reproduce import TARGETS, Reproduced, repr
 from elusive.experiments.mendieta2017.scenario import FIRST, WALKS, MethodName, image_method
 from elusive.experiments.mendieta2017.table import EXPERIMENTS
 from elusive.experiments.mendieta2017.trial import ChapterFour, Row, _scores, trial
-from elusive.simulation import Walks
+from elusive.systems.links.walks import Walks
 
 SHORT = WALKS.replace(total_positions=30, latest_entrance=5)
 

@@ -13,15 +13,15 @@ from scipy.ndimage import gaussian_filter
 
 import elusive.filters
 from elusive import run
-from elusive.filters._accumulated import Accumulated
-from elusive.filters.bernoulli import BernoulliFilter
-from elusive.filters.kalman import KalmanFilter
-from elusive.filters.particle import GaussianPrior, ParticleFilter
+from elusive.filters.accumulate._accumulated import Accumulated
+from elusive.filters.gaussian.kalman import KalmanFilter
+from elusive.filters.particle.bernoulli import BernoulliFilter
+from elusive.filters.particle.sir import GaussianPrior, ParticleFilter
 from elusive.model import Model
 from elusive.motion import ConstantVelocity
 from elusive.sensors.bearings import BearingSensors
 from elusive.sensors.clutter import ClutterSensor
-from tests.filters.link_scenes import linear_links
+from tests.filters.particle.link_scenes import linear_links
 
 BEARINGS = BearingSensors(positions_m=((0.0, 0.0, 0.0), (70.0, 12.0, 0.0), (-60.0, 81.0, 0.0)))
 # a filter whose fields have no defaults is built here

@@ -16,7 +16,8 @@ import pytest
 
 from elusive.errors import DataError
 from elusive.io.link_logs import open_link_log
-from elusive.io.radio_network import directed_links_of, radio_nodes, read_nodes
+from elusive.io.node_files import read_nodes
+from elusive.sensors.radio_network import directed_links_of, radio_nodes
 
 DATA = Path(os.environ.get("ELUSIVE_DATA", Path(__file__).parents[3] / "shared" / "data")) / "rti" / "basement"
 NODES = radio_nodes(np.array([[0.0, 0.0], [4.0, 0.0], [0.0, 3.0]]), ("a", "b", "c-1"))

@@ -10,8 +10,8 @@ from scipy.linalg import block_diag, expm
 from scipy.stats import multivariate_normal
 
 from elusive.errors import ParameterError
-from elusive.filters.coast_error import anchored_probability
-from elusive.filters.particle import ParticleFilter
+from elusive.filters.particle.coast_error import anchored_probability
+from elusive.filters.particle.sir import ParticleFilter
 from elusive.motion import ConstantVelocity, MovingOrAnchored, complete
 from elusive.motion.anchoring import swing
 from tests.reference.motion import van_loan

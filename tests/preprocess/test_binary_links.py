@@ -9,11 +9,11 @@ import pytest
 from scipy import stats
 
 from elusive.errors import DataError, ParameterError
-from elusive.io.radio_network import radio_nodes
 from elusive.preprocess.binary_links import BinaryLinks, LinkTests
 from elusive.preprocess.link_weights import EllipseWeights
 from elusive.preprocess.quantiser import Quantiser
 from elusive.preprocess.voxels import VoxelGrid
+from elusive.sensors.radio_network import radio_nodes
 from tests.reference import tomography as reference
 
 

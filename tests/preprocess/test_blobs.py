@@ -10,12 +10,12 @@ from scipy.cluster.hierarchy import fcluster, linkage
 from scipy.spatial.distance import pdist
 
 from elusive.errors import DataError
-from elusive.io.radio_network import radio_nodes
 from elusive.preprocess.blobs import Clusters
 from elusive.preprocess.link_weights import EllipseWeights
 from elusive.preprocess.threshold import Threshold
 from elusive.preprocess.tomography import RegularisedImage
 from elusive.preprocess.voxels import VoxelGrid
+from elusive.sensors.radio_network import radio_nodes
 from tests.reference import tomography as reference
 
 GRID = VoxelGrid(x0=-12, x1=12, y0=-12, y1=12)

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from elusive.errors import DataError
-from elusive.io.link_logs import RssFrame, open_link_log
-from elusive.io.radio_network import directed_links_of, links_of, read_nodes
+from elusive.io.link_logs import open_link_log
+from elusive.io.node_files import read_nodes
 from elusive.preprocess.fade_level import RssChange
 from elusive.preprocess.link_calibration import Calibrate, fade_level
+from elusive.sensors.radio_network import RssFrame, directed_links_of, links_of
 
 DATA = Path(os.environ.get("ELUSIVE_DATA", Path(__file__).parents[3] / "shared" / "data")) / "rti" / "basement"
 NODES, CHANNELS = 5, 3

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from elusive.errors import DataError, ParameterError
-from elusive.io.areas import Area
-from elusive.io.radio_network import RadioNodes, radio_nodes
+from elusive.geometry.areas import Area
 from elusive.preprocess.link_weights import EllipseWeights, coverage
 from elusive.preprocess.voxels import VoxelGrid
+from elusive.sensors.radio_network import RadioNodes, radio_nodes
 from tests.reference import tomography as reference
 
 NODES = radio_nodes(reference.border_nodes())

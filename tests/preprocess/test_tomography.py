@@ -9,13 +9,13 @@ import pytest
 from scipy import sparse
 
 from elusive.errors import DataError, ParameterError
-from elusive.io.areas import Area
-from elusive.io.radio_network import links_of, radio_nodes
+from elusive.geometry.areas import Area
 from elusive.preprocess import tomography
 from elusive.preprocess.image_priors import ExponentialCovariance, Tikhonov
 from elusive.preprocess.link_weights import EllipseWeights
 from elusive.preprocess.tomography import RegularisedImage
 from elusive.preprocess.voxels import VoxelGrid
+from elusive.sensors.radio_network import links_of, radio_nodes
 from tests.reference import tomography as reference
 
 GRID = VoxelGrid(x0=-12, x1=12, y0=-12, y1=12)

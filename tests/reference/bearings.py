@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import least_squares
 
-from elusive.filters.transitions import FLOOR
+from elusive.filters.gaussian.transitions import FLOOR
 from elusive.motion import ConstantTurnRateVelocity
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.stats import norm, t
 
-from elusive.io.radio_network import directed_links_of
+from elusive.sensors.radio_network import directed_links_of
 
 
 def excess_lengths(nodes, places):

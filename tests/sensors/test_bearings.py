@@ -7,9 +7,9 @@ import pytest
 from scipy.stats import circmean, norm
 
 from elusive.errors import DataError, ParameterError
-from elusive.io.bearings import BearingSet, SensorSites
 from elusive.motion import ConstantVelocity
 from elusive.motion.altitude import WithAltitude
+from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearing_table import averaged, tabulated
 from elusive.sensors.bearings import BearingSensors, wrapped
 

@@ -3,7 +3,7 @@ import pytest
 
 from elusive.errors import DataError, ParameterError
 from elusive.filters import BernoulliFilter, MeasurementBirth
-from elusive.filters.mode import densest
+from elusive.filters.particle.mode import densest
 from elusive.motion import ConstantVelocity
 from elusive.sensors.clutter import ClutterSensor, NoiseTail, fit_tail
 

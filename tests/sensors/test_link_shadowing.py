@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from elusive.errors import DataError, ParameterError
-from elusive.io.radio_network import directed_links_of, radio_nodes
 from elusive.sensors.link_effects import AdditiveSensor
 from elusive.sensors.link_shadowing import LinkShadowing, fade_levels
+from elusive.sensors.radio_network import directed_links_of, radio_nodes
 from tests.reference.links import shadowed_log_ratio, shadowing
 
 NODES = radio_nodes(np.array([[0.0, 0.0], [5.0, 0.5], [4.0, 6.0], [-1.0, 4.0], [2.0, 7.0]]))

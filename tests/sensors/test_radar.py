@@ -10,8 +10,8 @@ from scipy.stats import kstest, norm
 from elusive import run
 from elusive.contracts import Birth, Sensor
 from elusive.errors import DataError, ParameterError
-from elusive.filters.bernoulli import BernoulliFilter
-from elusive.filters.particle import ParticleFilter, Prior
+from elusive.filters.particle.bernoulli import BernoulliFilter
+from elusive.filters.particle.sir import ParticleFilter, Prior
 from elusive.io import RadarPlot, RadarScan
 from elusive.motion import ConstantAcceleration, ConstantVelocity
 from elusive.sensors import RadarBirth, RadarSensor, ScanPrior

@@ -11,7 +11,7 @@ from elusive import run
 from elusive.contracts import Births, Knowledge, Sensor
 from elusive.errors import DataError, ParameterError
 from elusive.filters import BernoulliFilter, ParticleFilter
-from elusive.filters.particle import GaussianPrior
+from elusive.filters.particle.sir import GaussianPrior
 from elusive.model import Model
 from elusive.motion import ConstantVelocity
 from elusive.sensors import NoiseObject, NoiseObjectPath

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from elusive.errors import DataError, ParameterError
-from elusive.filters.recurrent import RecurrentFilter
+from elusive.filters.accumulate.recurrent import RecurrentFilter
 from elusive.tracking import Peak, PeakTracker, PeakTrackerState, find_peaks
 from elusive.tracking.fresh import Fresh, sample
 

@@ -9,7 +9,7 @@ import pytest
 from scipy import ndimage
 
 from elusive.errors import DataError, ParameterError
-from elusive.filters.recurrent import RecurrentFilter
+from elusive.filters.accumulate.recurrent import RecurrentFilter
 from elusive.preprocess.windows import window_sums
 from elusive.tracking import Peak, find_peaks
 from elusive.tracking import peaks as module

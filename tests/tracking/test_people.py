@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from elusive.errors import DataError, ElusiveError, ParameterError
-from elusive.io.areas import Area
+from elusive.geometry.areas import Area
 from elusive.metrics import clear_mot, sightings, sightings_of
 from elusive.tracking.people import Entrance
 from elusive.tracking.people_hungarian import HungarianTracker

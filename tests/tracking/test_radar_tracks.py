@@ -11,10 +11,10 @@ from scipy.special import expit, logit
 from scipy.stats import norm
 
 from elusive.errors import DataError, ParameterError
-from elusive.filters.particle import GaussianPrior, ParticleFilter
-from elusive.io.radar_scans import RadarPlot, scan_of
+from elusive.filters.particle.sir import GaussianPrior, ParticleFilter
 from elusive.motion import ConstantVelocity
 from elusive.sensors.radar import RadarSensor
+from elusive.sensors.radar_scans import RadarPlot, scan_of
 from elusive.tracking.radar_claims import claims, densities, gated, plot_places
 from elusive.tracking.radar_tracks import RadarTracker
 from tests.reference import radar as reference

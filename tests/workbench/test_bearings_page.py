@@ -12,9 +12,9 @@ import pytest
 
 from elusive.cli import main
 from elusive.errors import DataError, ParameterError
-from elusive.workbench.bearings.run import bounds_of, fly, locate, nees
-from elusive.workbench.bearings.scene import BearingScene
-from elusive.workbench.bearings.state import BearingsState
+from elusive.systems.bearings.page.run import bounds_of, fly, locate, nees
+from elusive.systems.bearings.page.scene import BearingScene
+from elusive.systems.bearings.page.state import BearingsState
 from tests.workbench.conftest import Served
 from tests.workbench.test_links_page import READY, OpenTab, at, button, download, field, picture, step, told
 

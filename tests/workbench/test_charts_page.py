@@ -8,16 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from elusive.charts.scene import read_charts
+from elusive.charts.charted_area import read_charts
 from elusive.cli import main
 from elusive.errors import DataError, ParameterError
-from elusive.pipelines.radar_results import RadarOutcome
-from elusive.report_radar import RadarPath, RadarTracked
-from elusive.workbench.charts.maps import chart_shapes, grades_of, raster_of, view_of, water_raster
-from elusive.workbench.charts.panels import watch_spec
-from elusive.workbench.charts.run import Used, lost, record, sail
-from elusive.workbench.charts.scene import EXAMPLE_NAME, ChartScene, example_chart
-from elusive.workbench.charts.state import ChartsState, example, opened
+from elusive.systems.radar.page.maps import chart_shapes, grades_of, raster_of, view_of, water_raster
+from elusive.systems.radar.page.panels import watch_spec
+from elusive.systems.radar.page.run import Used, lost, record, sail
+from elusive.systems.radar.page.scene import EXAMPLE_NAME, ChartScene, example_chart
+from elusive.systems.radar.page.state import ChartsState, example, opened
+from elusive.systems.radar.report import RadarPath, RadarTracked
+from elusive.systems.radar.results import RadarOutcome
 from tests.charts.shapes import DATA
 from tests.workbench.conftest import Served
 from tests.workbench.test_bearings_page import played_to_the_end, unpacked

@@ -5,16 +5,16 @@ from __future__ import annotations
 import pytest
 from pydantic import Field
 
-from elusive.charts.scene import SceneParameters
+from elusive.charts.charted_area import SceneParameters
 from elusive.errors import ParameterError
 from elusive.experiments.mendieta2017.scenario import image_method
 from elusive.model import Model, Positive
 from elusive.options import options_of
-from elusive.pipelines.link_images import ImageMethod
-from elusive.pipelines.link_scene import LinkScene
-from elusive.pipelines.link_simulation import LinkSimulation
+from elusive.systems.links.by_image import ImageMethod
+from elusive.systems.links.page.presets import FIRST_SIMULATION, presets
+from elusive.systems.links.scene import LinkScene
+from elusive.systems.links.simulate import LinkSimulation
 from elusive.workbench.forms import controls, faults, laid_over, text_of
-from elusive.workbench.links.presets import FIRST_SIMULATION, presets
 
 TRACKER = ("method", "tracker")
 

@@ -15,10 +15,10 @@ from PIL import Image
 from elusive.cli import main
 from elusive.errors import DataError, ParameterError
 from elusive.experiments.amrouche2018.scenario import WeakTarget
-from elusive.pipelines.image_scene import ImageScene, draw_images, held_frames
-from elusive.pipelines.images import track_images
-from elusive.workbench.images.panels import belief_of, player_of
-from elusive.workbench.images.recording import KINDS, read_frames
+from elusive.systems.images.page.panels import belief_of, player_of
+from elusive.systems.images.page.recording import KINDS, read_frames
+from elusive.systems.images.scene import ImageScene, draw_images, held_frames
+from elusive.systems.images.track import track_images
 from elusive.workbench.opener import read_named
 from tests.workbench.conftest import Served, Tab
 from tests.workbench.test_links_page import READY, button, download, field, picture, told
@@ -225,7 +225,7 @@ def test_a_scene_that_cannot_be_is_refused(given: dict[str, Any], sentence: str)
 def test_what_a_page_cannot_keep_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     np.save(tmp_path / "many.npy", np.random.default_rng(1).standard_normal((9, 10, 10)))
     assert read_frames(tmp_path / "many.npy").frames.shape == (9, 10, 10)
-    monkeypatch.setattr("elusive.workbench.images.recording.VALUES_AT_MOST", 800)
+    monkeypatch.setattr("elusive.systems.images.page.recording.VALUES_AT_MOST", 800)
     with pytest.raises(DataError, match=r"has more than 8 frames of 10 x 10 pixels, too many for a page"):
         read_frames(tmp_path / "many.npy")
 

@@ -12,10 +12,10 @@ from typing import Any
 import pytest
 
 from elusive.cli import main
-from elusive.pipelines.link_simulation import LinkSimulation, simulate_links
-from elusive.pipelines.links import LinkTracking
-from elusive.simulation import Walks
-from elusive.simulation.networks import BorderNodes
+from elusive.systems.links.networks import BorderNodes
+from elusive.systems.links.simulate import LinkSimulation, simulate_links
+from elusive.systems.links.track import LinkTracking
+from elusive.systems.links.walks import Walks
 from tests.workbench.conftest import Served, Tab
 
 READY = ".ew-player[data-ready=yes]"

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from elusive.errors import DataError
-from elusive.io.radio_network import read_nodes
+from elusive.io.node_files import read_nodes
 from elusive.workbench import files
 from elusive.workbench.blocks import HELD, Blocks, Panel, player_spec, scaled
 from elusive.workbench.files import inside, read_upload

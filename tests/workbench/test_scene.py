@@ -13,13 +13,13 @@ import pytest
 from elusive.cli import main
 from elusive.errors import DataError, ParameterError
 from elusive.experiments.mendieta2017.trial import ChapterFour, trial
-from elusive.io.areas import Area
+from elusive.geometry.areas import Area
 from elusive.model import read_yaml
-from elusive.pipelines.link_scene import DrawnPath, LinkScene, ListedNode, covered, radiate
-from elusive.pipelines.link_scene_results import histogram, outcome_of, summary, tracks_csv
-from elusive.pipelines.link_scene_run import run_link_scene, score_scene
-from elusive.workbench.links.presets import first_simulation
-from elusive.workbench.links.state import LinksState, along
+from elusive.systems.links.page.presets import first_simulation
+from elusive.systems.links.page.state import LinksState, along
+from elusive.systems.links.scene import DrawnPath, LinkScene, ListedNode, covered, radiate
+from elusive.systems.links.scene_results import histogram, outcome_of, summary, tracks_csv
+from elusive.systems.links.scene_run import run_link_scene, score_scene
 
 
 @pytest.fixture(scope="module")

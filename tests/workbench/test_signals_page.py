@@ -12,12 +12,12 @@ import pytest
 import xarray as xr
 
 from elusive.errors import DataError, ParameterError
-from elusive.pipelines.signal_parameters import SignalTracking
-from elusive.pipelines.signal_scene import SignalScene, draw_signal, fitted, held_signal
-from elusive.report_signal import Path1D, SignalTracked
-from elusive.workbench.signals.recording import read_recorded
-from elusive.workbench.signals.run import errors_of
-from elusive.workbench.signals.state import Cutting
+from elusive.systems.signals.page.recording import read_recorded
+from elusive.systems.signals.page.run import errors_of
+from elusive.systems.signals.page.state import Cutting
+from elusive.systems.signals.parameters import SignalTracking
+from elusive.systems.signals.report import Path1D, SignalTracked
+from elusive.systems.signals.scene import SignalScene, draw_signal, fitted, held_signal
 from tests.workbench.conftest import Served
 from tests.workbench.test_images_page import OpenTab, main_quietly, played_to_the_end, score
 from tests.workbench.test_links_page import READY, button, download, field, picture, told
@@ -181,6 +181,6 @@ def test_a_recording_in_memory_is_a_source_like_the_file(tmp_path: Path, monkeyp
     np.testing.assert_array_equal([one.samples for one in held], rows)
     assert [one.time_s for one in held_signal("x", rows, 2.0)] == [0.0, 0.5, 1.0, 1.5, 2.0, 2.5]
     assert Cutting(frame_samples=30, rate_hz=0.5).options == ["--frame-samples", "30", "--rate-hz", "0.5"]
-    monkeypatch.setattr("elusive.workbench.signals.recording.VALUES_AT_MOST", 200)
+    monkeypatch.setattr("elusive.systems.signals.page.recording.VALUES_AT_MOST", 200)
     with pytest.raises(DataError, match="has more than 5 frames of 40 samples, too many for a page"):
         read_recorded(tmp_path / "timed.csv", None, None, None)

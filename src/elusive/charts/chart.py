@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 
 from elusive.contracts import Array
 from elusive.errors import DataError
+from elusive.geometry.local_frame import Geometries
+from elusive.geometry.longitude import unwrapped, wrapped
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
-Geometries = NDArray[np.object_]
 NOTHING: Geometries = np.zeros(0, dtype=object)
 UNASSESSED = 6  # CATZOC U
 
@@ -84,21 +85,6 @@ class Chart:
         lon, lat = shapely.get_coordinates(self.coverage).T
         lon = unwrapped(lon)
         return wrapped(float(lon.min())), float(lat.min()), wrapped(float(lon.max())), float(lat.max())
-
-
-def wrapped(lon_deg: float) -> float:
-    """Return a longitude between -180 and 180; 180 stays."""
-    return lon_deg if -180 <= lon_deg <= 180 else (lon_deg + 180) % 360 - 180
-
-
-def unwrapped(lon_deg: Array) -> Array:
-    """Add turns to longitudes so that they lie side by side: the widest gap among them is outside, not inside."""
-    if not len(lon_deg) or lon_deg.max() - lon_deg.min() <= 180:
-        return lon_deg
-    around = np.unique(lon_deg % 360)
-    widest = int(np.argmax(np.diff(around, append=around[0] + 360)))
-    first = around[(widest + 1) % len(around)]
-    return np.asarray(lon_deg + 360 * np.ceil((first - lon_deg) / 360 - 1e-12))  # whole turns: no digit is lost
 
 
 def valid_polygons(shapes: Iterable[Any], where: str) -> Geometries:

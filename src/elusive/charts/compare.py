@@ -12,11 +12,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from elusive.charts.chart import Chart, Geometries, as_geometries
-from elusive.charts.projection import LocalFrame
+from elusive.charts.chart import Chart, as_geometries
+from elusive.charts.charted_area import SceneParameters, barred
 from elusive.charts.quality import quality_areas
-from elusive.charts.scene import SceneParameters, barred
 from elusive.contracts import Array
+from elusive.geometry.local_frame import Geometries, LocalFrame
 
 Z = 1.96
 ROUGHNESS = 0.02  # of the allowed distance: by which a coast may be simplified before it is widened by that

@@ -19,11 +19,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from elusive.charts.chart import UNASSESSED, Chart, Geometries, as_geometries, valid_polygons
-from elusive.charts.projection import missing_extra
+from elusive.charts.chart import UNASSESSED, Chart, as_geometries, valid_polygons
 from elusive.charts.s57_files import check_sequence
 from elusive.contracts import Array
 from elusive.errors import DataError
+from elusive.geometry.local_frame import Geometries, missing_extra
 
 OPTIONS = "RETURN_PRIMITIVES=ON,RETURN_LINKAGES=ON,LNAM_REFS=ON,UPDATES=APPLY"
 LAYERS = ("LNDARE", "COALNE", "DEPARE", "DRGARE", "UNSARE", "SLCONS", "M_QUAL", "M_COVR")

@@ -13,9 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from elusive.charts.chart import Chart, as_geometries, unwrapped, valid_polygons
-from elusive.charts.projection import missing_extra
+from elusive.charts.chart import Chart, as_geometries, valid_polygons
 from elusive.errors import DataError
+from elusive.geometry.local_frame import missing_extra
+from elusive.geometry.longitude import unwrapped
 
 SUFFIXES = (".geojson", ".json", ".shp")
 SHAPEFILE = b"\x00\x00\x27\x0a"

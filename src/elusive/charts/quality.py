@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from elusive.charts.chart import UNASSESSED, Chart, Geometries, as_geometries
-from elusive.charts.projection import LocalFrame
+from elusive.charts.chart import UNASSESSED, Chart, as_geometries
 from elusive.contracts import Array
+from elusive.geometry.local_frame import Geometries, LocalFrame
 from elusive.model import Model, Positive
 
 if TYPE_CHECKING:

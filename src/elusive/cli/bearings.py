@@ -17,8 +17,8 @@ from elusive.io.bearings import open_bearings, read_sensors
 from elusive.io.path_truth import read_path_truth
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
-from elusive.pipelines.bearing_runs import LiveFix, follow_bearings, track_bearings_recording
-from elusive.pipelines.bearings import BearingTracking
+from elusive.systems.bearings.parameters import BearingTracking
+from elusive.systems.bearings.run import LiveFix, follow_bearings, track_bearings_recording
 
 LATENCIES = 10_000  # kept
 

@@ -11,7 +11,7 @@ from rich.markup import escape
 from elusive.cli.terminal import Config, console, show
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
-from elusive.pipelines.charts import ChartParameters, describe_charts
+from elusive.systems.radar.chart import ChartParameters, describe_charts
 
 
 @accepts(ChartParameters)

@@ -11,7 +11,7 @@ from elusive.cli.terminal import Config, Out, bar, console, show
 from elusive.io import open_frames, read_truth
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
-from elusive.pipelines.images import ImageTracking, track_recording
+from elusive.systems.images.track import ImageTracking, track_recording
 
 
 @accepts(ImageTracking)

@@ -13,16 +13,18 @@ from rich.markup import escape
 
 from elusive.cli.terminal import Config, Out, bar, console, interrupted, show
 from elusive.errors import ParameterError
+from elusive.geometry.areas import Area
 from elusive.io._link_formats import LAYOUTS
-from elusive.io.areas import Area, read_area
-from elusive.io.link_logs import RssFrame, open_link_log
+from elusive.io.area_files import read_area
+from elusive.io.link_logs import open_link_log
+from elusive.io.node_files import read_nodes
 from elusive.io.people_truth import read_people_truth
-from elusive.io.radio_network import RadioNodes, read_nodes
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
-from elusive.pipelines.link_fitting import HEADER, LinkFitting, fit_link_log
-from elusive.pipelines.link_runs import LiveFrame, follow_links, track_links_recording
-from elusive.pipelines.links import LinkTracking
+from elusive.sensors.radio_network import RadioNodes, RssFrame
+from elusive.systems.links.fit import HEADER, LinkFitting, fit_link_log
+from elusive.systems.links.run import LiveFrame, follow_links, track_links_recording
+from elusive.systems.links.track import LinkTracking
 
 Log = Annotated[
     str, typer.Argument(help="Log of levels in dBm: wide or long .csv, .npy, listenx text; - is standard input.")

@@ -10,11 +10,11 @@ from rich.markup import escape
 
 from elusive.cli.terminal import Config, console, show
 from elusive.errors import ParameterError
-from elusive.filters.geolocation import Geolocation
+from elusive.filters.gaussian.geolocation import Geolocation
 from elusive.io.bearings import open_bearings, read_sensors
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
-from elusive.pipelines.geolocation import locate_recording
+from elusive.systems.bearings.locate import locate_recording
 
 
 @accepts(Geolocation)

@@ -12,7 +12,7 @@ from elusive.cli.terminal import Config, Out, bar, console, show
 from elusive.io import open_radar_plots
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
-from elusive.pipelines.radar import RadarTracking, track_radar_recording
+from elusive.systems.radar.track import RadarTracking, track_radar_recording
 
 
 @accepts(RadarTracking)

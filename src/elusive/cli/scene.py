@@ -11,10 +11,10 @@ from rich.markup import escape
 from elusive.cli.terminal import Out, bar, console, show
 from elusive.errors import DataError
 from elusive.model import read_yaml
-from elusive.pipelines.image_scene import ImageScene, track_image_scene
-from elusive.pipelines.link_scene import LinkScene
-from elusive.pipelines.link_scene_results import track_scene
-from elusive.pipelines.signal_scene import SignalScene, track_signal_scene
+from elusive.systems.images.scene import ImageScene, track_image_scene
+from elusive.systems.links.scene import LinkScene
+from elusive.systems.links.scene_results import track_scene
+from elusive.systems.signals.scene import SignalScene, track_signal_scene
 
 
 def scene_command(

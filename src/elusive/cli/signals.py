@@ -12,7 +12,7 @@ from elusive.cli.terminal import Config, Out, bar, console, show
 from elusive.io import open_signal, read_signal_truth
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
-from elusive.pipelines.signals import SignalTracking, track_signal_recording
+from elusive.systems.signals.track import SignalTracking, track_signal_recording
 
 
 @accepts(SignalTracking)

@@ -11,12 +11,13 @@ from rich.markup import escape
 
 from elusive.cli.terminal import Config, Out, bar, console, show
 from elusive.errors import ParameterError
-from elusive.io.areas import Area, read_area
+from elusive.geometry.areas import Area
+from elusive.io.area_files import read_area
 from elusive.io.routes import read_route
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
-from elusive.pipelines.link_simulation import LinkSimulation, simulate_links
-from elusive.pipelines.radar_simulation import RadarSimulation, simulate_radar
+from elusive.systems.links.simulate import LinkSimulation, simulate_links
+from elusive.systems.radar.simulate import RadarSimulation, simulate_radar
 
 TRACKED_WITH = (("", "log.csv"), ("--nodes", "nodes.csv"), ("--truth", "truth.csv"))  # of a simulated log
 

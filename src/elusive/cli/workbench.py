@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from elusive.errors import DataError
+from elusive.systems.registry import SYSTEMS
 
 
 def workbench_command(
@@ -27,4 +28,4 @@ def workbench_command(
         if (error.name or "").partition(".")[0] != "nicegui":
             raise
         raise DataError("workbench: needs NiceGUI; install it: pip install 'elusive[workbench]'.") from None
-    serve(folder, host=host, port=port, show=browser)
+    serve(folder, [system.page for system in SYSTEMS], host=host, port=port, show=browser)

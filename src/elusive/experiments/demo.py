@@ -16,10 +16,10 @@ from elusive.contracts import Array, X, Y
 from elusive.experiments.amrouche2018.scenario import Recording, WeakTarget
 from elusive.filters import BernoulliFilter, MeasurementBirth
 from elusive.io import TrackRow, atomic_folder, write_netcdf, write_tracks_csv
-from elusive.pipelines.image_results import FrameTrack, row_of, tracked_of
-from elusive.pipelines.images import ImageTracking, track_images
-from elusive.report import FrameKeeper, write_html, write_png
 from elusive.runner import collect
+from elusive.systems.images.report import FrameKeeper, write_html, write_png
+from elusive.systems.images.results import FrameTrack, row_of, tracked_of
+from elusive.systems.images.track import ImageTracking, track_images
 from elusive.tracking import Lifecycle
 
 TRIALS = 60  # recordings with a target, and as many without, behind the table

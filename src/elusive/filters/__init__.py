@@ -1,24 +1,24 @@
 """How belief evolves: every filter has ``init(rng)`` and ``step(state, measurement, rng)``."""
 
-from elusive.filters.bernoulli import BernoulliFilter, BernoulliState
-from elusive.filters.births import BrightBirth, MeasurementBirth, UniformBirth
-from elusive.filters.estimates import (
+from elusive.filters.accumulate.recurrent import RecurrentFilter, RecurrentState
+from elusive.filters.accumulate.trajectories import BatchMaximum, BestTrajectories, Trajectory
+from elusive.filters.accumulate.velocity_bank import VelocityBank
+from elusive.filters.accumulate.viterbi import BestPaths, Viterbi
+from elusive.filters.particle.bernoulli import BernoulliFilter, BernoulliState
+from elusive.filters.particle.births import BrightBirth, MeasurementBirth, UniformBirth
+from elusive.filters.particle.estimates import (
     credible_ellipse,
     credible_region,
     joint_map,
     marginal_map,
     mean_and_covariance,
 )
-from elusive.filters.existence import ExistenceParticleFilter, ExistenceState
-from elusive.filters.mode import densest
-from elusive.filters.particle import GaussianPrior, ParticleFilter, ParticleState
-from elusive.filters.particle_map import map_estimate, marginal_mode
-from elusive.filters.recorded import RecordedFilter, RecordedState
-from elusive.filters.recurrent import RecurrentFilter, RecurrentState
-from elusive.filters.resampling import effective_sample_size, resample
-from elusive.filters.trajectories import BatchMaximum, BestTrajectories, Trajectory
-from elusive.filters.velocity_bank import VelocityBank
-from elusive.filters.viterbi import BestPaths, Viterbi
+from elusive.filters.particle.existence import ExistenceParticleFilter, ExistenceState
+from elusive.filters.particle.mode import densest
+from elusive.filters.particle.particle_map import map_estimate, marginal_mode
+from elusive.filters.particle.recorded import RecordedFilter, RecordedState
+from elusive.filters.particle.resampling import effective_sample_size, resample
+from elusive.filters.particle.sir import GaussianPrior, ParticleFilter, ParticleState
 
 __all__ = [
     "BatchMaximum",

@@ -7,11 +7,11 @@ from elusive.io.atomic import atomic_folder, atomic_path, existing_folder
 from elusive.io.exports import write_geojson, write_mot_csv, write_netcdf
 from elusive.io.frames import FrameSource, open_frames
 from elusive.io.radar_plots import RadarSource, open_radar_plots, write_radar_plots_csv
-from elusive.io.radar_scans import RadarPlot, RadarScan, scans_by_rotation
 from elusive.io.signal_tracks import SignalTrackRow, read_signal_tracks_csv, write_signal_tracks_csv
 from elusive.io.signals import SignalFrame, SignalSource, open_signal
 from elusive.io.tracks import TrackRow, read_tracks_csv, write_tracks_csv
 from elusive.io.truth import read_signal_truth, read_truth
+from elusive.sensors.radar_scans import RadarPlot, RadarScan, scans_by_rotation
 
 __all__ = [
     "AisPosition",

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.io._link_lines import Lines
-from elusive.io.radio_network import RadioNodes, directed_links_of
+from elusive.sensors.radio_network import RadioNodes, directed_links_of
 
 LONG = ("time_s", "tx", "rx", "channel", "rss_dbm")
 TIME = "time_s"

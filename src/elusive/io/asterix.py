@@ -17,7 +17,7 @@ from typing import BinaryIO, NamedTuple
 from elusive.errors import DataError
 from elusive.io._asterix_items import MalformedError, TargetReport, decode
 from elusive.io.pcap import is_capture, udp_payloads
-from elusive.io.radar_scans import RadarPlot
+from elusive.sensors.radar_scans import RadarPlot
 
 CATEGORY = 48
 HEADER = 3  # octets of a block's category and length

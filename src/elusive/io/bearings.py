@@ -10,37 +10,19 @@ from collections.abc import Generator, Iterator
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.io._link_lines import lines_of
 from elusive.io.tracks import read_lines
 from elusive.io.truth import NUMBER
+from elusive.sensors.bearing_sets import BearingSet, SensorSites
 
 COLUMNS = ("time_s", "sensor", "azimuth_deg", "elevation_deg")
 SENSOR_COLUMNS = ("sensor", "x_m", "y_m", "z_m")
 SUSPECT_AFTER = 50  # azimuths, none of them above 2 pi, after which radians are suspected
 DEGREE = math.pi / 180
-
-
-class BearingSet(NamedTuple):
-    """Directions to one emitter at one time; a sensor that took several samples stands there several times."""
-
-    time_s: float
-    sensor: NDArray[np.intp]  # (m,) rows of the table of sensors
-    azimuth_rad: Array  # (m,) clockwise from north: x east, y north
-    elevation_rad: Array  # (m,) above the horizon; NaN where it is not measured
-
-
-class SensorSites(NamedTuple):
-    """Where the sensors stand."""
-
-    names: tuple[str, ...]
-    positions_m: Array  # (n, 3) east, north, up; up is 0 where the table has none
 
 
 @dataclass(frozen=True)

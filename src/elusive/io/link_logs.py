@@ -9,25 +9,16 @@ from contextlib import closing
 from dataclasses import dataclass, field
 from itertools import chain
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
-from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.io import _link_formats as formats
 from elusive.io._link_formats import LAYOUTS, LISTENX, LONG, Row
 from elusive.io._link_lines import STANDARD_INPUT, Lines, after, chained, lines_of
-from elusive.io.radio_network import RadioNodes
+from elusive.sensors.radio_network import RadioNodes, RssFrame
 
 MISSING_ABOVE_DBM = -10.0  # no receiver hears as much: radios write 127 where they heard nothing
-
-
-class RssFrame(NamedTuple):
-    """What a network measured in one round."""
-
-    time_s: float
-    rss_dbm: Array  # (D, C) level of each directed link on each channel, NaN where missing
 
 
 @dataclass(frozen=True)
@@ -92,7 +83,7 @@ def open_link_log(
         Of numbers without a header: ``channel-link`` (the time [s], then all links of the first channel, and so on),
         ``link-channel`` (the time, then all channels of the first link, and so on), or ``listenx`` (all links of the
         first channel, and so on, then the time in milliseconds). Links as in
-        :func:`~elusive.io.radio_network.directed_links_of`.
+        :func:`~elusive.sensors.radio_network.directed_links_of`.
     channels
         Channels of a long log; by default those of its first frame.
     period_s

@@ -19,9 +19,9 @@ import numpy as np
 from elusive.errors import DataError
 from elusive.io.asterix import asterix_plots
 from elusive.io.atomic import atomic_path
-from elusive.io.radar_scans import TURN_RAD, RadarPlot, RadarScan, scan_of, scans_by_rotation
 from elusive.io.tracks import number_text
 from elusive.io.truth import NUMBER
+from elusive.sensors.radar_scans import TURN_RAD, RadarPlot, RadarScan, scan_of, scans_by_rotation
 
 COLUMNS = ("time_s", "range_m", "bearing_deg", "doppler_mps")
 TABLES = (".csv", ".tsv", ".txt")
@@ -70,7 +70,7 @@ def open_radar_plots(
         :func:`~elusive.io.asterix.asterix_plots`.
     rotation_s
         Period of the antenna. Given, each of its turns is a scan
-        (:func:`~elusive.io.radar_scans.scans_by_rotation`); else plots of equal times are, which needs a table.
+        (:func:`~elusive.sensors.radar_scans.scans_by_rotation`); else plots of equal times are, which needs a table.
     radar
         The radar's two codes (SAC, SIC), for an ASTERIX file that holds several.
 

@@ -16,10 +16,9 @@ from pydantic import Field
 
 from elusive.contracts import Array
 from elusive.errors import DataError
-from elusive.io.link_logs import RssFrame
-from elusive.io.radio_network import Indices, undirected_of
 from elusive.model import Model, Positive
 from elusive.preprocess.link_calibration import Calibrate, Calibration, fade_level
+from elusive.sensors.radio_network import Indices, RssFrame, undirected_of
 
 __all__ = ["Calibrate", "Calibration", "RssChange", "RssState", "fade_level"]
 

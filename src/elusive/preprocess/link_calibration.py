@@ -14,8 +14,8 @@ from pydantic import Field
 
 from elusive.contracts import Array
 from elusive.errors import DataError
-from elusive.io.link_logs import RssFrame
 from elusive.model import Model, Positive, Probability
+from elusive.sensors.radio_network import RssFrame
 
 
 class Calibration(NamedTuple):

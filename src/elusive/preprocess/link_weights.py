@@ -14,10 +14,10 @@ from scipy import sparse
 
 from elusive.contracts import Array
 from elusive.errors import DataError
-from elusive.io.radio_network import RadioNodes, links_of, radio_nodes
 from elusive.model import Model, NonNegative, Positive
 from elusive.preprocess import _link_weight_kernels as kernels
 from elusive.preprocess.voxels import VoxelGrid
+from elusive.sensors.radio_network import RadioNodes, links_of, radio_nodes
 
 Weighting = Literal["distance", "binary", "inverse-root"]
 _CODES = {"distance": kernels.DISTANCE, "binary": kernels.BINARY, "inverse-root": kernels.INVERSE_ROOT}
@@ -95,12 +95,12 @@ class EllipseWeights(Model):
         Returns
         -------
         ndarray
-            ``(L, V)``, a row for each undirected link in the order of :func:`elusive.io.radio_network.links_of`.
+            ``(L, V)``, a row for each undirected link in the order of :func:`elusive.sensors.radio_network.links_of`.
 
         Raises
         ------
         DataError
-            If the nodes are no network (see :func:`elusive.io.radio_network.radio_nodes`), or none of its links
+            If the nodes are no network (see :func:`elusive.sensors.radio_network.radio_nodes`), or none of its links
             passes the area.
         """
         dense: Array = self.sparse(nodes, grid).toarray()

@@ -16,7 +16,7 @@ from pydantic import Field, model_validator
 
 from elusive.contracts import Array
 from elusive.errors import ParameterError
-from elusive.io.areas import Area
+from elusive.geometry.areas import Area
 from elusive.model import Model, Positive
 
 MOST_VOXELS = 1_000_000

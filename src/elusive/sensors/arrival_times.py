@@ -18,8 +18,8 @@ from pydantic import Field, model_validator
 
 from elusive.contracts import Array, X, Y
 from elusive.errors import DataError
-from elusive.io.bearings import BearingSet
 from elusive.model import FROM_RECORDING, Model, Positive, Probability
+from elusive.sensors.bearing_sets import BearingSet
 from elusive.sensors.bearings import LEAST_RANGE_M, BearingSensors, Z
 
 LIGHT_MPS = 299_792_458.0

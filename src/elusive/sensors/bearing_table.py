@@ -14,8 +14,8 @@ from pydantic import Field
 
 from elusive.contracts import Array
 from elusive.errors import DataError
-from elusive.io.bearings import BearingSet
 from elusive.sensors.arrival_times import ArrivalSet, ArrivalTimeSensors, HybridSensors, HybridSet
+from elusive.sensors.bearing_sets import BearingSet
 from elusive.sensors.bearings import BearingSensors, checked
 
 PlaceSensor = Annotated[BearingSensors | ArrivalTimeSensors | HybridSensors, Field(discriminator="kind")]

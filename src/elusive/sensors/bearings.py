@@ -18,8 +18,8 @@ from pydantic import Field, model_validator
 
 from elusive.contracts import Array, X, Y
 from elusive.errors import DataError
-from elusive.io.bearings import BearingSet, SensorSites
 from elusive.model import FROM_RECORDING, Model, NonNegative, Positive, Probability
+from elusive.sensors.bearing_sets import BearingSet, SensorSites
 
 Z = 4  # column of the height in a state of three dimensions
 LEAST_RANGE_M = 1e-9  # the direction to a sensor's own place is undefined

@@ -19,9 +19,9 @@ from pydantic import Field
 
 from elusive.contracts import Array, X, Y
 from elusive.errors import DataError
-from elusive.io.radio_network import Indices, RadioNodes, directed_links_of, links_of, undirected_of
 from elusive.model import Model, NonNegative, Positive
 from elusive.sensors.link_effects import Effect
+from elusive.sensors.radio_network import Indices, RadioNodes, directed_links_of, links_of, undirected_of
 
 FADE_SCALE_DB = 5.0  # of the sigmoid g
 FADE_UNIT_DB = 10.0  # of f

@@ -22,8 +22,8 @@ from pydantic import Field, model_validator
 
 from elusive.contracts import Array
 from elusive.errors import DataError, ParameterError
-from elusive.io.radar_scans import TURN_RAD, RadarPlot, RadarScan
 from elusive.model import NonNegative, Positive, Probability
+from elusive.sensors.radar_scans import TURN_RAD, RadarPlot, RadarScan
 from elusive.sensors.radar_view import RadarView, check_finite, wrapped
 
 

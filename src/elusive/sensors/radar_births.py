@@ -17,8 +17,8 @@ from scipy.special import ndtr
 
 from elusive.contracts import VX, VY, Array, Births, X, Y
 from elusive.errors import ParameterError
-from elusive.io.radar_scans import TURN_RAD, RadarScan
 from elusive.model import Model, NonNegative, Positive
+from elusive.sensors.radar_scans import TURN_RAD, RadarScan
 from elusive.sensors.radar_view import RadarView, wrapped
 
 

@@ -19,8 +19,8 @@ from pydantic import Field, model_validator
 
 from elusive.contracts import VX, VY, Array, X, Y
 from elusive.errors import DataError, ParameterError
-from elusive.io.radar_scans import TURN_RAD, RadarPlot, RadarScan
 from elusive.model import FROM_RECORDING, Model, NonNegative, Positive
+from elusive.sensors.radar_scans import TURN_RAD, RadarPlot, RadarScan
 
 
 class RadarView(Model):

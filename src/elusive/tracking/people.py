@@ -14,7 +14,7 @@ from pydantic import Field, model_validator
 
 from elusive.contracts import Array
 from elusive.errors import DataError, ParameterError
-from elusive.io.areas import Area
+from elusive.geometry.areas import Area
 from elusive.model import FROM_RECORDING, Model, Positive
 
 Status = Literal["candidate", "confirmed", "deleted"]

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elusive.contracts import VX, VY, Array, X, Y
-from elusive.filters.particle import ParticleState
-from elusive.io.radar_scans import RadarScan
+from elusive.filters.particle.sir import ParticleState
 from elusive.sensors.radar import RadarSensor
+from elusive.sensors.radar_scans import RadarScan
 
 SUREST = 1 - 1e-6  # probability that a plot is a track's, at most: another target may always be nearer
 PLACE = np.ix_([X, Y], [X, Y])

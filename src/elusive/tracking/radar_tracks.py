@@ -19,11 +19,11 @@ from scipy.special import expit
 
 from elusive.contracts import Array, Motion
 from elusive.errors import DataError, ParameterError
-from elusive.filters.particle import ParticleFilter, ParticleState
-from elusive.io.radar_scans import RadarScan
+from elusive.filters.particle.sir import ParticleFilter, ParticleState
 from elusive.model import Model, NonNegative, Positive
 from elusive.motion import complete, with_interval
 from elusive.sensors.radar import RadarSensor
+from elusive.sensors.radar_scans import RadarScan
 from elusive.tracking.lifecycle import Lifecycle, LifecycleState
 from elusive.tracking.radar_claims import claims, densities, gated, take
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import secrets
 import sys
+from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 from nicegui import app, ui
@@ -15,7 +17,6 @@ from elusive.workbench.blocks import HELD
 from elusive.workbench.files import UPLOAD_MOST_BYTES
 from elusive.workbench.guard import LOOPBACK, Guard
 from elusive.workbench.jobs import POOL
-from elusive.workbench.links.presets import warm_up
 from elusive.workbench.settings import SETTINGS
 from elusive.workbench.shell import Page, pages
 from elusive.workbench.start import start_page
@@ -26,13 +27,17 @@ SWITCH_S = 0.0005  # that work holds the interpreter while a page waits to be an
 RECONNECT_S = 60.0  # that a page outlives its connection
 
 
-def serve(folder: Path, *, host: str = "127.0.0.1", port: int = 8765, show: bool = True) -> None:
+def serve(
+    folder: Path, page_modules: Sequence[str], *, host: str = "127.0.0.1", port: int = 8765, show: bool = True
+) -> None:
     """Serve until interrupted.
 
     Parameters
     ----------
     folder
         The one folder that pages read from and write to; made if need be.
+    page_modules
+        Modules of the systems' pages, each with a ``PAGE``, in the order of the cards.
     host
         Address to listen at. Other than this machine's own, a token is asked for; it is printed.
     port
@@ -49,7 +54,7 @@ def serve(folder: Path, *, host: str = "127.0.0.1", port: int = 8765, show: bool
     """
     if not 1 <= port <= 65535:
         raise ParameterError(f"--port: must be from 1 to 65535 (got {port}).")
-    SETTINGS.folder = existing_folder(folder).resolve()
+    SETTINGS.folder, SETTINGS.pages = existing_folder(folder).resolve(), tuple(page_modules)
     token = None if host in LOOPBACK else secrets.token_urlsafe(24)
     sys.setswitchinterval(SWITCH_S)
     _build()
@@ -57,7 +62,9 @@ def serve(folder: Path, *, host: str = "127.0.0.1", port: int = 8765, show: bool
     shown = f"[{host}]" if ":" in host else host
     address = f"http://{shown}:{port}/" + (f"?token={token}" if token else "")
     app.on_startup(lambda: print(f"The workbench is at {address} (Ctrl-C ends it)", flush=True))
-    app.on_startup(lambda: POOL.submit(warm_up))
+    for page in pages():
+        if page.warm_up is not None:
+            app.on_startup(partial(POOL.submit, page.warm_up))
     ui.run(
         host=host, port=port, title="elusive workbench", show="/" if show and token is None else False, reload=False,
         reconnect_timeout=RECONNECT_S, show_welcome_message=False, uvicorn_logging_level="warning",

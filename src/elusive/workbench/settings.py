@@ -9,6 +9,7 @@ class Settings:
     """Set once, before the first page."""
 
     folder = Path()
+    pages: tuple[str, ...] = ()  # modules, each with a PAGE, in the order of the cards
 
 
 SETTINGS = Settings()

@@ -9,8 +9,7 @@ from typing import Any, NamedTuple, Protocol
 
 from nicegui import ui
 
-# modules of the workbench, each with a PAGE, in the order of the cards
-SYSTEMS = ("links", "images", "signals", "charts", "bearings")
+from elusive.workbench.settings import SETTINGS
 
 
 class Page(NamedTuple):
@@ -21,11 +20,12 @@ class Page(NamedTuple):
     summary: str
     example: str  # what the ready example does
     build: Callable[[bool], Awaitable[None]]  # True: run the ready example
+    warm_up: Callable[[], None] | None = None  # loads and compiles once what is waited for
 
 
 def pages() -> list[Page]:
     """Return the systems' pages."""
-    return [import_module(f"elusive.workbench.{name}").PAGE for name in SYSTEMS]
+    return [import_module(name).PAGE for name in SETTINGS.pages]
 
 
 def head(here: str) -> None:

@@ -54,7 +54,7 @@ def shoreline(path: Path | None, seed: int) -> Sequence[BaseGeometry]:
     if path is None:
         return polygons_of(synthetic_delta(seed))
     from elusive.charts.outlines import read_outline
-    from elusive.charts.projection import LocalFrame
+    from elusive.geometry.local_frame import LocalFrame
 
     chart = read_outline(path)
     west, south, east, north = chart.extent_deg

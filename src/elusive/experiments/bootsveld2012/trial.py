@@ -13,8 +13,8 @@ from pydantic import Field
 from elusive.campaign import Scenario
 from elusive.contracts import Array, Knowledge, X, Y
 from elusive.experiments.bootsveld2012.case import CANAL_METHODS, Method, ShipCase, knowledge, scenery
-from elusive.filters.particle import ParticleFilter, ParticleState
-from elusive.filters.particle_map import map_estimate, marginal_mode
+from elusive.filters.particle.particle_map import map_estimate, marginal_mode
+from elusive.filters.particle.sir import ParticleFilter, ParticleState
 from elusive.io import RadarScan
 from elusive.sensors import ScanPrior
 

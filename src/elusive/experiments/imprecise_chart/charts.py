@@ -10,14 +10,14 @@ import numpy as np
 
 from elusive.charts import ExactWater, FieldWater, GridWater, HardWater, NearestWater
 from elusive.charts.chart import Chart, as_geometries
+from elusive.charts.charted_area import SceneParameters, barred, build_scene, read_charts
 from elusive.charts.coast import Coast, rings_of
 from elusive.charts.displaced import DisplacedWater
-from elusive.charts.projection import LocalFrame
 from elusive.charts.quality import Imprecision
-from elusive.charts.scene import SceneParameters, barred, build_scene, read_charts
 from elusive.charts.water import WaterModel
 from elusive.contracts import Array, Knowledge
 from elusive.errors import DataError
+from elusive.geometry.local_frame import LocalFrame
 
 KnowledgeName = Literal["none", "hard", "nearest", "grid", "exact", "field"]
 WATER: dict[str, type[WaterModel]] = {

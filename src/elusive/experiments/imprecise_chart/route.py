@@ -11,11 +11,11 @@ import numpy as np
 from numpy.random import Generator
 from pydantic import Field, model_validator
 
-from elusive.charts.chart import Chart, Geometries, as_geometries
-from elusive.charts.projection import LocalFrame
-from elusive.charts.scene import SceneParameters, barred
+from elusive.charts.chart import Chart, as_geometries
+from elusive.charts.charted_area import SceneParameters, barred
 from elusive.contracts import Array
 from elusive.errors import DataError, ParameterError
+from elusive.geometry.local_frame import Geometries, LocalFrame
 from elusive.model import Model, NonNegative, Positive
 
 

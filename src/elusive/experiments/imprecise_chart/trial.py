@@ -14,15 +14,15 @@ from numpy.random import Generator
 from pydantic import Field
 
 from elusive.campaign import Scenario
-from elusive.charts.chart import Geometries
 from elusive.contracts import Array, Motion, X, Y
 from elusive.experiments.imprecise_chart.charts import Case, charts
 from elusive.experiments.imprecise_chart.route import Route, Routes
-from elusive.filters.particle import ParticleFilter, ParticleState
-from elusive.io.radar_scans import RadarScan
+from elusive.filters.particle.sir import ParticleFilter, ParticleState
+from elusive.geometry.local_frame import Geometries
 from elusive.model import Positive
 from elusive.motion import ConstantVelocity, WithCoastError, complete
 from elusive.sensors.radar import RadarSensor
+from elusive.sensors.radar_scans import RadarScan
 
 SIGMAS = (7.0, 20.0)  # the thesis's
 CASES = (

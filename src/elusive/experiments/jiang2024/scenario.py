@@ -14,8 +14,8 @@ from numpy.random import Generator
 from pydantic import Field
 
 from elusive.contracts import VX, VY, Array, X, Y
-from elusive.io.bearings import BearingSet
 from elusive.model import Model, Positive
+from elusive.sensors.bearing_sets import BearingSet
 from elusive.sensors.bearing_table import tabulated
 from elusive.sensors.bearings import BearingSensors
 

@@ -11,10 +11,10 @@ from numpy.random import Generator
 from elusive.campaign import Scenario
 from elusive.contracts import Array, X, Y
 from elusive.experiments.jiang2024.scenario import STEP_NOISE_M, Flight, FlightCase, MotionName
-from elusive.filters.bearing_problem import BearingMotion
-from elusive.filters.extended_kalman import ExtendedKalmanFilter
-from elusive.filters.factor_graph import FactorGraphFilter
-from elusive.filters.map_smoother import MapSmoother
+from elusive.filters.gaussian.bearing_problem import BearingMotion
+from elusive.filters.gaussian.extended_kalman import ExtendedKalmanFilter
+from elusive.filters.gaussian.factor_graph import FactorGraphFilter
+from elusive.filters.gaussian.map_smoother import MapSmoother
 from elusive.motion import ConstantAcceleration, ConstantTurnRateVelocity, ConstantVelocity
 
 EstimatorName = Literal["fg-ekf", "fg-eks", "iekf", "rts", "map"]

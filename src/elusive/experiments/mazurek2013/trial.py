@@ -12,7 +12,7 @@ from pydantic import Field
 from elusive.campaign import Scenario
 from elusive.contracts import Array
 from elusive.experiments.mazurek2013.scenario import NoiseObjectCase
-from elusive.filters.recurrent import RecurrentFilter
+from elusive.filters.accumulate.recurrent import RecurrentFilter
 from elusive.preprocess import ChiSquare, DotProduct, LikelihoodRatio, LocalDeviation, Window
 
 StatisticName = Literal["dot", "std", "chi2", "llr", "dot-similar"]  # the last accumulates X, which the object lowers

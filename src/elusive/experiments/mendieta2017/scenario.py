@@ -10,16 +10,16 @@ from __future__ import annotations
 
 from typing import Literal
 
-from elusive.filters.link_people import LinkPeople
-from elusive.io.areas import Area
+from elusive.filters.particle.link_people import LinkPeople
+from elusive.geometry.areas import Area
 from elusive.motion.walk import Walk
-from elusive.pipelines.link_images import ImageMethod
-from elusive.pipelines.link_simulation import LinkSimulation, SimulatedNetwork
 from elusive.preprocess.blobs import Clusters
 from elusive.preprocess.threshold import Threshold
 from elusive.preprocess.tomography import RegularisedImage
 from elusive.sensors.linear_links import LinkRadiation
-from elusive.simulation import Walks
+from elusive.systems.links.by_image import ImageMethod
+from elusive.systems.links.simulate import LinkSimulation, SimulatedNetwork
+from elusive.systems.links.walks import Walks
 from elusive.tracking.people import Entrance
 from elusive.tracking.people_hungarian import HungarianTracker
 from elusive.tracking.people_radius import RadiusTracker

@@ -15,11 +15,11 @@ from elusive.contracts import Array
 from elusive.experiments.mendieta2017.scenario import FIRST, MethodName, image_method, links_filter
 from elusive.metrics import clear_mot, gospa, identity, sightings, sightings_of
 from elusive.model import Model, Positive
-from elusive.pipelines.link_decisions import DecisionChain
-from elusive.pipelines.link_images import ImageChain, ImageMethod
-from elusive.pipelines.link_simulation import LinkSimulation, SimulatedLinks
-from elusive.pipelines.track_smoothing import ParticleSmoothing, SmoothedTrack
 from elusive.preprocess.binary_links import BinaryLinks
+from elusive.systems.links.by_image import ImageChain, ImageMethod
+from elusive.systems.links.decisions import DecisionChain
+from elusive.systems.links.simulate import LinkSimulation, SimulatedLinks
+from elusive.systems.links.smoothing import ParticleSmoothing, SmoothedTrack
 
 GATE_M = 2.0  # section 4.1
 ESTIMATORS = ("head", "kalman", "particle")  # "simple tracking", tables 3.8 and 3.9

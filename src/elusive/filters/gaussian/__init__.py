@@ -1,0 +1,1 @@
+"""Gaussian beliefs: Kalman, extended, interacting, fixed lag, maximum a posteriori, factor graph, geolocation."""

@@ -1,0 +1,1 @@
+"""Particle filters: SIR, Bernoulli, births, resampling, estimates."""

@@ -1,0 +1,111 @@
+"""Annealed importance sampling with moves: a cloud brought from its prior to a narrow posterior in stages.
+
+Godsill and Clapp (2001), "Improvement strategies for Monte Carlo particle filters", in Sequential Monte Carlo methods
+in practice, ch. 7; Gilks and Berzuini (2001), J. Roy. Stat. Soc. B 63(1), 127-146 (moves). Each stage takes as much of
+the likelihood as keeps a share of the particles effective.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.random import Generator
+
+from elusive.contracts import Array
+from elusive.filters.particle.resampling import Indices, resample
+
+MOVE = 2.38 / math.sqrt(2)  # of the cloud's spread: Roberts, Gelman and Gilks (1997), two dimensions
+LEAST_SHARE = 1e-6  # of the likelihood a stage takes
+LEAST_SPREAD_M = 1e-4
+STAGES = 60
+
+
+class Annealed(NamedTuple):
+    """A cloud under its posterior."""
+
+    places: Array  # (n, 2)
+    origin: Indices  # (n,) row of the prior's cloud that each descends from
+    log_evidence: float  # log of the likelihood's mean under the prior
+
+
+def anneal(
+    places: Array,
+    log_prior: Callable[[Array, Indices], Array],
+    log_likelihood: Callable[[Array], Array],
+    rng: Generator,
+    *,
+    log_weight: Array | None = None,
+    effective: float = 0.5,
+    moves: int = 2,
+) -> Annealed:
+    """Bring particles from their prior to their posterior.
+
+    Parameters
+    ----------
+    places
+        ``(n, 2)`` drawn from the prior, or weighted to it.
+    log_prior
+        Log density of places ``(n, 2)`` given the rows they descend from ``(n,)``.
+    log_likelihood
+        ``(n, 2) -> (n,)``.
+    rng
+        Source of randomness.
+    log_weight
+        ``(n,)`` log of prior over proposal, where the places were not drawn from the prior.
+    effective
+        Share of the particles that stays effective in a stage.
+    moves
+        Metropolis moves of each particle between stages.
+
+    Returns
+    -------
+    Annealed
+        Particles of equal weight.
+    """
+    n = len(places)
+    origin: Indices = np.arange(n, dtype=np.int64)
+    # a place that the prior excludes has no weight
+    carried = np.where(log_prior(places, origin) > -math.inf, 0.0 if log_weight is None else log_weight, -math.inf)
+    level, taken, log_evidence = log_likelihood(places), 0.0, 0.0
+    if carried.max() == -math.inf:
+        return Annealed(places, origin, -math.inf)
+    for _ in range(STAGES):
+        share = _share(level, carried, 1 - taken, effective * n)
+        gain = share * level + carried
+        top = float(gain.max())
+        weights = np.exp(gain - top)
+        log_evidence += top + math.log(weights.mean())
+        chosen = resample(weights, n, rng)
+        places, origin, level = places[chosen], origin[chosen], level[chosen]
+        taken, carried = taken + share, np.zeros(n)
+        if taken >= 1:
+            break
+        prior = log_prior(places, origin)
+        root = np.linalg.cholesky(np.cov(places.T) + LEAST_SPREAD_M**2 * np.eye(2))
+        for _ in range(moves):
+            there = places + MOVE * rng.standard_normal((n, 2)) @ root.T
+            prior_there, level_there = log_prior(there, origin), log_likelihood(there)
+            accept = np.log(rng.random(n)) < taken * (level_there - level) + prior_there - prior
+            places = np.where(accept[:, None], there, places)
+            level, prior = np.where(accept, level_there, level), np.where(accept, prior_there, prior)
+    return Annealed(places, origin, log_evidence)
+
+
+def _share(level: Array, carried: Array, left: float, wanted: float) -> float:
+    """Greatest share of the likelihood, up to what is left, that keeps the wanted effective number of particles."""
+
+    def enough(share: float) -> bool:
+        gain = share * level + carried
+        weights = np.exp(gain - gain.max())
+        return bool(weights.sum() ** 2 >= wanted * (weights @ weights))
+
+    if enough(left):
+        return left
+    low, high = 0.0, left
+    for _ in range(20):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if enough(middle) else (low, middle)
+    return max(low, LEAST_SHARE)

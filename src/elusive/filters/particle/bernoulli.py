@@ -1,0 +1,130 @@
+"""Bernoulli particle filter: track-before-detect of a target that may be absent.
+
+Amrouche, Khenchaf and Berkani (2018), eqs. 3-7, 11-12 and 17-21, Rao-Blackwellised over existence: the particles
+describe the target given that it is there, and the probability that it is there is carried beside them, exactly
+(Ristic, Vo, Vo and Farina (2013), section V).
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from typing import Any, Literal, NamedTuple, Self, cast
+
+import numpy as np
+from numpy.random import Generator
+from pydantic import Field, model_validator
+
+from elusive.contracts import Array, Knowledge
+from elusive.errors import DataError
+from elusive.filters.particle import _kernels
+from elusive.filters.particle.births import MeasurementBirth
+from elusive.filters.particle.parts import AnyBirth, AnyMotion, AnySensor, check_amplitude
+from elusive.filters.particle.resampling import Scheme, resample
+from elusive.model import Model, Probability
+from elusive.motion import WithIntensity
+from elusive.sensors.image import ImageSensor
+
+LEAST_LOG_ODDS = -700.0  # of existence, below which it is zero
+
+
+class BernoulliState(NamedTuple):
+    """Belief after a frame: is there a target, and where it is if there is one."""
+
+    existence: float  # P(present | frames so far)
+    particles: Array  # (N, d) states given presence, not yet resampled
+    weights: Array  # (N,) summing to one
+    mean: Array  # (d,) given presence
+    covariance: Array  # (d, d) given presence
+
+
+class BernoulliFilter(Model):
+    """Detects and tracks one target that appears, moves and disappears.
+
+    Mass that leaves the field of view (where the sensor has one) counts as absence, so that a target that
+    comes back is found anew.
+    """
+
+    kind: Literal["bernoulli"] = "bernoulli"
+    motion: AnyMotion = Field(WithIntensity(), description="How the target moves")
+    sensor: AnySensor = Field(ImageSensor(), description="What a frame says of a state")
+    birth: AnyBirth = Field(MeasurementBirth(), description="Where a target appears, p_b and q_b")
+    birth_probability: Probability = Field(0.05, description="Probability that a target appears in a step, P_b, eq. 3")
+    death_probability: Probability = Field(0.05, description="Probability that it disappears in a step, P_d, eq. 4")
+    initial_existence: Probability = Field(0.05, description="Probability of existence before the first frame, mu_1")
+    particles: int = Field(1500, gt=0, description="Particles that continue, N_c")
+    newborns: int = Field(500, gt=0, description="Particles born at each step, N_b")
+    resampling: Scheme = Field("systematic", description="Resampling scheme")
+
+    @model_validator(mode="after")
+    def _uses_all(self) -> Self:
+        check_amplitude(self.motion, self.birth, self.sensor)
+        return self
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the state's components."""
+        return self.motion.state_names
+
+    @cached_property
+    def _has_edges(self) -> bool:
+        return isinstance(self.sensor, Knowledge)
+
+    def init(self, rng: Generator) -> BernoulliState:
+        """Return the belief before the first frame: the birth density, and the initial existence."""
+        births = self.birth.draw(self.particles, None, self.sensor, self.state_names, rng)
+        return self._posterior(births.states, births.log_ratio - math.log(self.particles), None, self.initial_existence)
+
+    def step(self, state: BernoulliState, measurement: Any | None, rng: Generator) -> BernoulliState:
+        """Return the belief after one more frame; without a frame (``None``), the prediction.
+
+        Raises
+        ------
+        DataError
+            If the sensor refuses the frame, or the motion or the birth gives states of another shape.
+        """
+        n = self.particles
+        survivors = resample(state.weights, n, rng, self.resampling)
+        states = _kernels.gather(state.particles, survivors, n + self.newborns)
+        _fill(states[:n], self.motion.propagate(states[:n], rng), "motion")
+        births = self.birth.draw(self.newborns, measurement, self.sensor, self.state_names, rng)
+        _fill(states[n:], births.states, "birth")
+
+        alive = (1 - self.death_probability) * state.existence
+        born = self.birth_probability * (1 - state.existence)
+        log_prior = np.empty(n + self.newborns)
+        log_prior[:n] = _log(alive / n)
+        log_prior[n:] = births.log_ratio + _log(born / self.newborns)
+        left = 0.0
+        if self._has_edges:
+            stay = cast(Knowledge, self.sensor).log_probability(states)[:n]
+            if stay.any():
+                log_prior[:n] += stay
+                left = alive * (1 - float(np.exp(stay).sum()) / n)
+        absent = self.death_probability * state.existence + (1 - self.birth_probability) * (1 - state.existence) + left
+        return self._posterior(states, log_prior, measurement, None, absent)
+
+    def _posterior(
+        self, states: Array, log_prior: Array, measurement: Any | None, existence: float | None, absent: float = 0.0
+    ) -> BernoulliState:
+        log_likelihood = (
+            np.zeros(len(states)) if measurement is None else self.sensor.log_likelihood(states, measurement)
+        )
+        weights, log_present = _kernels.weigh(log_likelihood + log_prior)
+        mean, covariance = _kernels.moments(states, weights)
+        if existence is None:
+            log_odds = log_present - _log(absent) if log_present > -math.inf else -math.inf
+            existence = 1 / (1 + math.exp(-log_odds)) if log_odds > LEAST_LOG_ODDS else 0.0
+        return BernoulliState(existence, states, weights, mean, covariance)
+
+
+def _fill(rows: Array, states: Array, part: str) -> None:
+    if states.shape != rows.shape:
+        raise DataError(
+            f"{part}: gave states of shape {states.shape}, the filter needs {rows.shape}, one row a particle."
+        )
+    rows[:] = states
+
+
+def _log(mass: float) -> float:
+    return math.log(mass) if mass > 0 else -math.inf

@@ -1,0 +1,142 @@
+"""Where a target appears in a frame: uniformly, on bright cells, or drawn from the frame's own likelihood.
+
+Amrouche et al. (2018), section 4.1 (uniform); Ristic, Arulampalam and Gordon (2004), ch. 11 (bright cells).
+A proposal other than the birth density must be paid for: the weight carries ``p_b / q_b``.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Annotated, Literal, NamedTuple
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+from pydantic import Field
+
+from elusive.contracts import Array, Births
+from elusive.errors import ParameterError
+from elusive.filters.particle import _kernels
+from elusive.model import Model, NonNegative
+from elusive.sensors.image import ImageSensor
+
+PAPER_SPREAD = 5.0 / (2 * np.pi * 0.7**2 * 3.0)  # I0 +- 5 at Sigma = .7, sigma = 3, in noise deviations
+
+
+class _Ranges(NamedTuple):
+    low: Array  # (d,)
+    high: Array  # (d,)
+    deviation: Array | None  # (d,); None where all are zero
+
+
+class UniformBirth(Model):
+    """Position uniform over the frame, velocity and intensity uniform in their ranges: the paper's."""
+
+    kind: Literal["uniform"] = "uniform"
+    snr_db: float = Field(6.71, ge=-40, le=80, description="Peak signal-to-noise ratio of the mean intensity, I0 [dB]")
+    amplitude_spread: NonNegative = Field(
+        round(PAPER_SPREAD, 4), description="Half-width of the peak amplitude's range [noise deviations]"
+    )
+    max_speed: NonNegative = Field(1.0, description="Largest speed on each axis, v_max [cells / s]")
+    acceleration_sd: NonNegative = Field(0.01, description="Deviation of a newborn's acceleration, if it has one")
+    turn_rate_sd_deg: NonNegative = Field(
+        6.0, description="Deviation of a newborn's turn rate, if it has one [deg / s]"
+    )
+
+    def intensity_range(self, sensor: ImageSensor) -> tuple[float, float]:
+        """Lowest and highest intensity of a newborn, in the sensor's units; never below zero."""
+        middle = sensor.intensity_of(self.snr_db)
+        spread = self.amplitude_spread * sensor.noise_sigma / sensor.gain
+        return max(0.0, middle - spread), middle + spread
+
+    def draw(
+        self, n: int, measurement: Array | None, sensor: ImageSensor, state_names: tuple[str, ...], rng: Generator
+    ) -> Births:
+        """Draw ``n`` newborn states and the logarithm of ``p_b / q_b``."""
+        cells = rng.integers(sensor.rows * sensor.columns, size=n)
+        return Births(self._in_cells(cells, sensor, state_names, rng), np.zeros(n))
+
+    def _in_cells(
+        self, cells: NDArray[np.int64], sensor: ImageSensor, state_names: tuple[str, ...], rng: Generator
+    ) -> Array:
+        """Draw one newborn somewhere in each cell (flat index)."""
+        low, high, deviation = self._ranges(sensor, state_names)
+        pitch = (sensor.dx, sensor.dy)
+        columns = rng.random((len(low), len(cells)))
+        _kernels.fill_newborns(columns, cells, sensor.columns, pitch, low, high)
+        if deviation is not None:
+            columns += deviation[:, None] * rng.standard_normal(columns.shape)
+        return columns.T
+
+    @cached_property
+    def _known(self) -> dict[tuple[str, ...], tuple[ImageSensor, _Ranges]]:
+        """The ranges last asked for: a filter asks the same at each step."""
+        return {}
+
+    def _ranges(self, sensor: ImageSensor, state_names: tuple[str, ...]) -> _Ranges:
+        """Lowest and highest value and Gaussian deviation of each component about the cell's centre."""
+        if state_names in self._known and self._known[state_names][0] is sensor:
+            return self._known[state_names][1]
+        low, high, deviation = np.zeros((3, len(state_names)))
+        known = {
+            "x": (-sensor.dx / 2, sensor.dx / 2, 0.0),
+            "y": (-sensor.dy / 2, sensor.dy / 2, 0.0),
+            "vx": (-self.max_speed * sensor.dx, self.max_speed * sensor.dx, 0.0),
+            "vy": (-self.max_speed * sensor.dy, self.max_speed * sensor.dy, 0.0),
+            "intensity": (*self.intensity_range(sensor), 0.0),
+            "ax": (0.0, 0.0, self.acceleration_sd),
+            "ay": (0.0, 0.0, self.acceleration_sd),
+            "turn_rate": (0.0, 0.0, np.deg2rad(self.turn_rate_sd_deg)),
+        }
+        for k, name in enumerate(state_names):
+            if name not in known:
+                raise ParameterError(f"birth: does not know how to draw {name!r}; give the filter a birth that does.")
+            low[k], high[k], deviation[k] = known[name]
+        ranges = _Ranges(low, high, deviation if deviation.any() else None)
+        self._known[state_names] = sensor, ranges
+        return ranges
+
+
+class _ProposedBirth(UniformBirth):
+    """Position in a cell that the frame proposes, mixed with uniform; the weight is corrected for the proposal."""
+
+    uniform_share: float = Field(0.1, gt=0, le=1, description="Share of newborns whose cell is drawn uniformly")
+
+    def log_preference(self, frame: Array, sensor: ImageSensor) -> Array:
+        """Log of what the other newborns' cells are drawn in proportion to, ``(rows, columns)``."""
+        raise AttributeError(f"{type(self).__name__} proposes no cells.")
+
+    def draw(
+        self, n: int, measurement: Array | None, sensor: ImageSensor, state_names: tuple[str, ...], rng: Generator
+    ) -> Births:
+        """Draw ``n`` newborn states and the logarithm of ``p_b / q_b``; without a frame, uniformly."""
+        if measurement is None:
+            return super().draw(n, measurement, sensor, state_names, rng)
+        preference = self.log_preference(measurement, sensor)
+        cells, log_ratio = _kernels.draw_cells(preference.ravel(), n, self.uniform_share, rng.random())
+        return Births(self._in_cells(cells, sensor, state_names, rng), log_ratio)
+
+
+class BrightBirth(_ProposedBirth):
+    """Cells above a threshold, all alike."""
+
+    kind: Literal["bright"] = "bright"  # type: ignore[assignment]
+    threshold: float = Field(2.0, description="Height above which a cell is bright [noise deviations]")
+
+    def log_preference(self, frame: Array, sensor: ImageSensor) -> Array:
+        """0 on bright cells, minus infinity elsewhere; where no cell is bright, 0 everywhere."""
+        bright = frame > self.threshold * sensor.noise_sigma
+        return np.where(bright | ~bright.any(), 0.0, -np.inf)
+
+
+class MeasurementBirth(_ProposedBirth):
+    """Cells in proportion to the likelihood ratio of a target of mean intensity at their centre."""
+
+    kind: Literal["measurement"] = "measurement"  # type: ignore[assignment]
+
+    def log_preference(self, frame: Array, sensor: ImageSensor) -> Array:
+        """Template log likelihood ratio of each cell."""
+        return sensor.birth_map(frame, sensor.intensity_of(self.snr_db))
+
+
+ImageBirth = Annotated[UniformBirth | BrightBirth | MeasurementBirth, Field(discriminator="kind")]

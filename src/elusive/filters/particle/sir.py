@@ -1,0 +1,175 @@
+"""SIR particle filter with any motion, any sensor and any map; resampling when the effective size falls.
+
+Gordon, Salmond and Smith (1993); Arulampalam, Maskell, Gordon and Clapp (2002), algorithm 4. A map multiplies the
+weights by the probability that it allows each state: Bootsveld (2012), eq. 4.9.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple, Protocol, Self, runtime_checkable
+
+import numpy as np
+from numpy.random import Generator
+from pydantic import ConfigDict, Field, SerializeAsAny, model_validator
+
+from elusive.contracts import Array, Knowledge, Motion, Sensor
+from elusive.errors import DataError
+from elusive.filters.particle import _kernels, _particle_kernels
+from elusive.filters.particle.resampling import Scheme, resample
+from elusive.model import Model, Probability
+from elusive.motion import square_root
+
+
+class ParticleState(NamedTuple):
+    """Belief after a measurement, and what it says of the measurement."""
+
+    particles: Array  # (N, d)
+    weights: Array  # (N,) summing to one
+    mean: Array  # (d,)
+    covariance: Array  # (d, d)
+    log_evidence: float  # log p(measurement | earlier ones, map); minus infinity: no particle explains it
+    allowed: float = 1.0  # P(the map allows the target | earlier measurements and the map until then)
+    forbidden: bool = False  # the map forbade what the measurements say, and was left out of this step
+
+
+@runtime_checkable
+class Prior(Protocol):
+    """Where the target is before the first measurement."""
+
+    def sample(self, n: int, rng: Generator) -> Array:
+        """Draw ``n`` states, ``(n, d)``."""
+
+
+class GaussianPrior(Model):
+    """A Gaussian belief before the first measurement."""
+
+    mean: tuple[float, ...] = Field(description="Mean of each component")
+    covariance: tuple[tuple[float, ...], ...] = Field(description="Covariance, row by row")
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        d = len(self.mean)
+        if len(self.covariance) != d or any(len(row) != d for row in self.covariance):
+            raise ValueError(f"covariance must have {d} rows of {d} numbers, as the mean has {d} components")
+        covariance = np.array(self.covariance)
+        if not np.allclose(covariance, covariance.T) or np.linalg.eigvalsh(covariance).min() < -1e-9:
+            raise ValueError("covariance must be symmetric and have no negative eigenvalue")
+        return self
+
+    def sample(self, n: int, rng: Generator) -> Array:
+        """Draw ``n`` states, ``(n, d)``."""
+        root = square_root(np.array(self.covariance))
+        return np.asarray(self.mean + rng.standard_normal((n, len(self.mean))) @ root.T)
+
+
+class ParticleFilter(Model):
+    """Sequential importance resampling with the motion as proposal.
+
+    Where no particle explains a measurement, the update is skipped and ``log_evidence`` is minus infinity. Where the
+    map forbids every particle, or all that the measurement allows, the map is left out of the step and ``forbidden``
+    is set. The state says so, and the filter goes on; the map is used again as soon as it allows the target.
+
+    ``log_evidence + log(allowed)`` is the logarithm of the probability of both, the measurement and that the map
+    allows the target; where the map was left out, ``log_evidence`` is the measurement's alone.
+    """
+
+    model_config = ConfigDict(arbitrary_types_allowed=True)
+
+    motion: SerializeAsAny[Motion] = Field(description="How the target moves")
+    sensor: SerializeAsAny[Sensor] = Field(description="What a measurement says of a state")
+    prior: SerializeAsAny[Prior] = Field(description="Belief before the first measurement")
+    knowledge: SerializeAsAny[Knowledge] | None = Field(None, description="Where a target can be: a map")
+    particles: int = Field(2000, gt=0, description="Number of particles, N")
+    resample_below: Probability = Field(0.5, description="Resample when the effective size falls below this share of N")
+    resampling: Scheme = Field("systematic", description="Resampling scheme")
+    recover_below: float = Field(
+        1e-6,
+        ge=0,
+        lt=1,
+        description="Leave the map out of a step where it allows what is measured with no more than this probability, "
+        "or than twice the map's own floor",
+    )
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the state's components."""
+        return self.motion.state_names
+
+    def init(self, rng: Generator) -> ParticleState:
+        """Return the belief before the first measurement.
+
+        Raises
+        ------
+        DataError
+            If the prior's states do not have the motion's components.
+        """
+        particles = self.prior.sample(self.particles, rng)
+        expected = (self.particles, len(self.state_names))
+        if particles.shape != expected:
+            raise DataError(
+                f"prior: drew states of shape {particles.shape}, the motion needs {expected} "
+                f"({', '.join(self.state_names)}); give the prior one entry a component."
+            )
+        return self._posterior(particles, np.full(self.particles, 1 / self.particles), None)
+
+    def step(self, state: ParticleState, measurement: Any | None, rng: Generator) -> ParticleState:
+        """Return the belief after one more measurement; without one (``None``), the prediction under the map.
+
+        Raises
+        ------
+        DataError
+            If the sensor or the map does not give one logarithm a state, or gives NaN or plus infinity.
+        """
+        return self._posterior(*self._moved(state, rng), measurement)
+
+    def predict(self, state: ParticleState, rng: Generator) -> ParticleState:
+        """Return the belief one interval later, before a measurement and without the map: the first half of a step."""
+        particles, weights = self._moved(state, rng)
+        return ParticleState(particles, weights, *_kernels.moments(particles, weights), 0.0)
+
+    def update(self, predicted: ParticleState, measurement: Any | None) -> ParticleState:
+        """Return the belief after a measurement, under the map: the second half of a step.
+
+        Raises
+        ------
+        DataError
+            As :meth:`step`.
+        """
+        return self._posterior(predicted.particles, predicted.weights, measurement)
+
+    def _moved(self, state: ParticleState, rng: Generator) -> tuple[Array, Array]:
+        """Particles and weights one interval later, resampled first where few of them count."""
+        particles, weights = state.particles, state.weights
+        least = self.resample_below * self.particles
+        if self.resample_below == 1.0 or _particle_kernels.effective_size(weights) < least:
+            survivors = resample(weights, self.particles, rng, self.resampling)
+            particles = _kernels.gather(particles, survivors, self.particles)
+            weights = np.full(self.particles, 1 / self.particles)
+        return self.motion.propagate(particles, rng), weights
+
+    def _posterior(self, particles: Array, weights: Array, measurement: Any | None) -> ParticleState:
+        seen = chart = np.empty(0)
+        if measurement is not None:
+            seen = _checked(self.sensor.log_likelihood(particles, measurement), particles, "log_likelihood")
+        if self.knowledge is not None:
+            chart = _checked(self.knowledge.log_probability(particles), particles, "log_probability")
+        # a map that may be wrong altogether never says less than its floor, and says that of land
+        least = max(self.recover_below, 2 * getattr(self.knowledge, "floor", 0.0))
+        weights, log_evidence, allowed, forbidden = _particle_kernels.reweigh(weights, seen, chart, least)
+        if math.isnan(log_evidence):
+            raise DataError(
+                "log_likelihood or log_probability: is NaN or plus infinity for some state; check the sensor and the "
+                "map."
+            )
+        return ParticleState(
+            particles, weights, *_kernels.moments(particles, weights), log_evidence, allowed, forbidden
+        )
+
+
+def _checked(values: Array, particles: Array, source: str) -> Array:
+    if values.shape != (len(particles),):
+        raise DataError(
+            f"{source}: gave an array of shape {values.shape} for {len(particles)} states; give one number a state."
+        )
+    return np.ascontiguousarray(values, dtype=np.float64)

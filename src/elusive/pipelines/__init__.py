@@ -1,1 +1,0 @@
-"""From a recording to tracks: one module for each kind of recording."""

@@ -1,0 +1,1 @@
+"""Bearings: emitters that are only heard from somewhere."""

@@ -1,0 +1,33 @@
+"""What one tab holds of bearings: the scene, its run, the run kept beside it, and where the still emitter was found."""
+
+from __future__ import annotations
+
+from elusive.systems.bearings.page.run import Flown, Found
+from elusive.systems.bearings.page.scene import BearingScene
+from elusive.workbench.side_by_side import TrackedState
+
+
+class BearingsState(TrackedState[BearingScene, Flown]):
+    """Changes of the scene throw away what no longer follows from it."""
+
+    def __init__(self) -> None:
+        super().__init__(BearingScene())
+        self.found: Found | None = None
+        self.selected: set[str] = set()  # names of sensors
+
+    def take(self, scene: BearingScene) -> BearingScene:
+        """Take a changed scene; return it as it is kept.
+
+        What is assumed of the bearings' noise follows what is set of it, until the two are told apart.
+        """
+        before = self.scene
+        if before.tracking.sigma_deg == before.sensors.sigma_deg:
+            sigma = scene.sensors.sigma_deg
+            if sigma != before.sensors.sigma_deg:
+                scene = scene.replace(tracking=scene.tracking.replace(sigma_deg=sigma))
+        self.scene = scene
+        if scene.replace(still=before.still) != before:
+            self.forget_run()
+        if scene != before:
+            self.found = None
+        return scene

@@ -1,0 +1,103 @@
+"""Window 5: an emitter that stands still, placed by a click and located by the bearings of all sensors."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from nicegui import ui
+
+from elusive.systems.bearings.page.panels import still_floor
+from elusive.systems.bearings.page.run import archive, locate
+from elusive.systems.bearings.page.scene import BearingScene
+from elusive.systems.bearings.page.state import BearingsState
+from elusive.workbench.exports import table_html
+from elusive.workbench.jobs import away
+from elusive.workbench.parts import Drawing, Form, are_right, told
+from elusive.workbench.shell import window
+
+COMMAND = "elusive locate bearings.csv --sensors sensors.csv --config config.yaml --out results"
+
+
+class StillWindow:
+    """The window of one page."""
+
+    def __init__(self, state: BearingsState) -> None:
+        self._state = state
+        with window() as (side, stage):
+            with side:
+                ui.label("Emitter and estimator").classes("ew-section")
+                self._form = Form(state.scene, (("still",),), self._take, grouped=False)
+                ui.label("What is heard").classes("ew-section")
+                self._heard = Form(
+                    state.scene, (("sensors", "sigma_deg"), ("sensors", "outlier_probability"), ("seed",)), self._take,
+                    grouped=False,
+                )  # fmt: skip
+                self._button = ui.button("Locate", on_click=self._locate).props("unelevated no-caps")
+                ui.button("Bearings and settings (ZIP)", on_click=self._pack).props("outline no-caps")
+                ui.label(f"Locate it again without a browser: {COMMAND}").classes("ew-note")
+            with stage:
+                ui.label("Click where the emitter stands, or drag it. Cross and ellipse: where it is located.").classes(
+                    "ew-note"
+                )
+                self._floor = Drawing("floor", still_floor(state.scene, state.found))
+                self._floor.on("placed", self._placed)
+                self._floor.on("moved", self._moved)
+                self._told = ui.label().classes("ew-note").props('role="status"')
+                self._box = ui.element("div").classes("ew-scroll")
+        self._show()
+
+    def _take(self, scene: BearingScene) -> BearingScene:
+        kept = self._state.take(scene)
+        self._form.model = self._heard.model = kept
+        self._show()
+        return kept
+
+    def _placed(self, event: Any) -> None:
+        still = self._state.scene.still.replace(x_m=event.args["x"], y_m=event.args["y"])
+        self._form.show(self._take(self._state.scene.replace(still=still)))
+
+    def _moved(self, event: Any) -> None:
+        if event.args["name"] == "emitter":
+            self._placed(event)
+        else:
+            ui.notify("Sensors are moved under Scene.", type="warning")
+            self._show()
+
+    async def _locate(self) -> None:
+        state, scene = self._state, self._state.scene
+        if not are_right((self._form, self._heard)):
+            return
+        self._button.disable()
+        try:
+            with told():
+                found = await away(lambda: locate(scene))
+                if state.scene == scene:
+                    state.found = found
+        finally:
+            self._button.enable()
+        self._show()
+
+    def _pack(self) -> None:
+        with told():
+            ui.download.content(archive(self._state.scene, still=True), "emitter.zip")
+
+    def _show(self) -> None:
+        scene, heard = self._state.scene, self._state.found
+        self._floor.show(still_floor(scene, heard))
+        self._box.clear()
+        if heard is None:
+            self._told.text = "Press Locate."
+            return
+        found = heard.located
+        off = float(np.hypot(*(found.fix.position_m - [scene.still.x_m, scene.still.y_m])))
+        inside = ""
+        if math.isfinite(found.ellipse.semi_major_m):
+            difference = found.fix.position_m - [scene.still.x_m, scene.still.y_m]
+            squared = float(difference @ np.linalg.solve(found.fix.covariance, difference))
+            held = squared <= -2 * math.log1p(-found.ellipse.confidence)
+            inside = f", {'inside' if held else 'outside'} the ellipse"
+        self._told.text = " ".join([f"{off:.2f} m from the truth{inside}.", *found.remarks])
+        with self._box:
+            ui.html(table_html(["", "located"], [*found.table]), sanitize=False)

@@ -1,0 +1,1 @@
+"""Image sequences: targets too faint to threshold."""

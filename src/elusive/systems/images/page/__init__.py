@@ -1,0 +1,44 @@
+"""Images: a target too faint to see in one frame, made or opened, run, played and measured on one page.
+
+Amrouche, Khenchaf and Berkani (2018).
+"""
+
+from __future__ import annotations
+
+from elusive.systems.images.page.inputs import ImageInputs
+from elusive.systems.images.page.run import work_of
+from elusive.systems.images.page.state import ImagesState
+from elusive.workbench.bench import Bench
+from elusive.workbench.session import state_of
+from elusive.workbench.shell import Page, head, main
+
+TITLE = "A faint target in images"
+LEAD = (
+    "A target below the noise of every single frame is found by following all places at once. Make one or open frames, "
+    "run the filter, and see when it is there and how far off; keep a run and change the SNR to see both curves."
+)
+BESIDE_DB = 10.0  # SNR of the run that the example keeps beside the paper's
+
+
+async def build(example: bool) -> None:
+    """Build the page; ``example``: run the paper's scenario at once, with a brighter target beside it."""
+    head("/images")
+    state = await state_of("images", ImagesState)
+    with main(TITLE, LEAD):
+        bench = Bench(state, lambda: ImageInputs(state).forms, lambda: work_of(state), ("Is it there?", "probability"))
+    if example and state.run is None:
+        weak = state.scene
+        state.scene = weak.replace(snr_db=BESIDE_DB).settled
+        brighter = await bench.run()
+        state.scene = weak
+        if brighter:
+            bench.keep()
+            await bench.run()
+
+
+PAGE = Page(
+    "/images", TITLE,
+    "One target, too faint to threshold, that appears, moves and disappears: frames, particle cloud, existence, error.",
+    "30 frames of 20 x 20 with a target of 6.7 dB in frames 6 to 24 of Amrouche et al. (2018), beside one of 10 dB.",
+    build,
+)  # fmt: skip

@@ -1,0 +1,50 @@
+"""Recorded frames in memory, no more of them than a page can keep."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from elusive.contracts import Array
+from elusive.errors import DataError
+from elusive.io import open_frames, read_truth
+from elusive.systems.images.scene import VALUES_AT_MOST
+
+# read without a decoder of another program, and without a container that can hold anything else
+KINDS = (".npy", ".npz", ".tif", ".tiff", ".gif")
+TRUTHS = (".txt", ".csv")
+
+
+class Recorded(NamedTuple):
+    """A recording."""
+
+    frames: Array  # (T, rows, columns)
+    rate_hz: float | None
+
+
+def read_frames(path: Path) -> Recorded:
+    """Read all frames.
+
+    Raises
+    ------
+    DataError
+        If they cannot be read, or are more than a page keeps.
+    """
+    source = open_frames(path)
+    most = VALUES_AT_MOST // (source.shape[0] * source.shape[1])
+    kept: list[Array] = []
+    for frame in source:
+        if len(kept) == most:
+            raise DataError(
+                f"{path}: has more than {most} frames of {source.shape[1]} x {source.shape[0]} pixels, too many for a "
+                "page; cut it, or track it with elusive track images."
+            )
+        kept.append(frame)
+    return Recorded(np.stack(kept), source.rate_hz)
+
+
+def read_places(path: Path) -> Array:
+    """Read where the target truly was, ``(T, 2)`` [px]."""
+    return read_truth(path)

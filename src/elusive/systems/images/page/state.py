@@ -1,0 +1,22 @@
+"""What one tab holds of the images: a scene, or a recording and how it is tracked."""
+
+from __future__ import annotations
+
+from elusive.contracts import Array
+from elusive.systems.images.page.recording import Recorded
+from elusive.systems.images.scene import ImageScene
+from elusive.systems.images.track import ImageTracking
+from elusive.workbench.runs import BenchState
+
+
+class ImagesState(BenchState[ImageScene]):
+    """The recording is used where one is chosen and opened."""
+
+    def __init__(self) -> None:
+        super().__init__(ImageScene().settled)
+        self.tracking = ImageTracking()
+        self.records = False  # whether frames are opened, not made
+        self.recorded: Recorded | None = None
+        self.name = ""
+        self.truth: Array | None = None
+        self.truth_name = ""

@@ -1,0 +1,1 @@
+"""Radio networks: people without devices, by what they do to the links."""

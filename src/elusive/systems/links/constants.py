@@ -1,0 +1,211 @@
+"""Constants of the shadowed links from a log without labels, by maximum likelihood: the walker is summed over.
+
+Expectation maximisation over a hidden Markov model (Rabiner (1989), Proc. IEEE 77(2), 257-286): one person at most,
+absent or in a cell of a grid, walking at random; forwards and backwards over the log, then the constants under which
+the readings are likeliest. The likelihood is tempered as the filter's own is, and so a composite one (Varin, Reid and
+Firth (2011), Statistica Sinica 21, 5-42).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+from scipy.optimize import minimize
+
+from elusive.contracts import Array
+from elusive.errors import DataError
+from elusive.geometry.areas import Area
+from elusive.model import Model, Positive, Probability
+from elusive.sensors.link_shadowing import LinkShadowing, ShadowedLinks
+
+POSITIVE = (
+    "loss_db", "loss_length_m", "near_sd_db", "near_length_m", "far_sd_db", "far_length_m", "floor_sd_db",
+)  # fmt: skip
+SLOPE = "fade_slope"
+LEAST_FRAMES = 20
+MOST_FACTOR = 3.0  # by which a constant changes in one iteration
+LEAST_MASS = 1e-3  # of a cell that counts
+ROUNDING_SD_DB = 1 / math.sqrt(12)  # of readings in whole dB: a lesser spread would be that of no reading at all
+
+
+class LinkFit(NamedTuple):
+    """Constants fitted to a log, and how well they explain it."""
+
+    model: LinkShadowing
+    log_likelihood: Array  # (iterations done + 1,) tempered, of the constants before each iteration and at the end
+    presence: Array  # (T,) probability that somebody was there, given the whole log
+
+
+class LinkFitting(Model):
+    """How constants are fitted to a log without labels."""
+
+    pitch_m: Positive = Field(0.3, description="Side of a cell in which the walker may be [m]")
+    step_m: Positive = Field(0.2, description="Deviation of the walker's step, each axis [m a frame]")
+    birth_probability: Probability = Field(0.01, description="Probability that somebody comes in a frame")
+    death_probability: Probability = Field(0.01, description="Probability that they leave in a frame")
+    iterations: int = Field(20, ge=1, le=1000, description="Most iterations of expectation and maximisation")
+    tolerance: Positive = Field(1e-5, description="Relative gain of log likelihood below which it ends")
+    frames: int = Field(2000, ge=LEAST_FRAMES, description="Most frames used, from the first on")
+
+    def fit(
+        self,
+        sensor: ShadowedLinks,
+        changes: Array,
+        *,
+        area: Area | None = None,
+        on_iteration: Callable[[int], None] | None = None,
+    ) -> LinkFit:
+        """Fit the constants.
+
+        Parameters
+        ----------
+        sensor
+            The network, calibrated; its constants are where the fit starts. Degrees of freedom and temper stay.
+        changes
+            ``(T, D, C)`` changes from the empty room, in the order of time, NaN where missing [dB]. One person at most
+            is there at a time, for a part of them. The frames of the calibration are left out: they are no evidence of
+            the spread that they were used to measure.
+        area
+            Where the walker can be; none: all of the sensor's area.
+        on_iteration
+            Called with the number of iterations done.
+
+        Returns
+        -------
+        LinkFit
+            The constants of greatest likelihood found.
+
+        Raises
+        ------
+        DataError
+            If there are too few frames, none has a reading, no cell lies in the area, or nobody seems to have been
+            there.
+        """
+        changes = np.asarray(changes, dtype=np.float64)[: self.frames]
+        if changes.ndim != 3 or len(changes) < LEAST_FRAMES:
+            raise DataError(
+                f"log: has {len(changes)} frames; the fit needs at least {LEAST_FRAMES}, with people in some."
+            )
+        if not np.isfinite(changes).any():
+            raise DataError("log: has no reading after the calibration; fit to a log in which the links are heard.")
+        cells = _Cells(sensor.area, self.pitch_m, self.step_m, area)
+        history: list[float] = []
+        while True:
+            where, presence, total = self._expect(sensor, changes, cells)
+            history.append(total)
+            if presence.sum() < 1:
+                raise DataError(
+                    "log: nobody seems to have been there in any frame; fit to a log in which somebody walks."
+                )
+            settled = len(history) > 1 and total - history[-2] < self.tolerance * abs(history[-2])
+            if settled or len(history) > self.iterations:
+                break
+            sensor = sensor.with_model(_maximise(sensor, changes, cells.centres, where))
+            if on_iteration is not None:
+                on_iteration(len(history))
+        return LinkFit(sensor.model, np.array(history), presence)
+
+    def _expect(self, sensor: ShadowedLinks, changes: Array, cells: _Cells) -> tuple[list[_Where], Array, float]:
+        """Return where the walker was in each frame, whether, and the log likelihood of the log."""
+        nobody = sensor.nobody()
+        absent = np.array([sensor.log_without(change, nobody) for change in changes])
+        ratio = np.array([sensor.log_ratio(cells.centres, change, nobody) for change in changes])
+        ratio[:, ~cells.inside] = -math.inf
+        born, died, size = self.birth_probability, self.death_probability, len(cells.centres)
+        newborn = born * cells.inside / cells.inside.sum()
+        top = np.maximum(ratio.max(axis=1), 0.0)
+        seen, unseen = np.exp(ratio - top[:, None]), np.exp(-top)
+        forward = np.empty((len(changes), size + 1))
+        belief = np.append(np.zeros(size), 1.0)
+        total = float((absent + top).sum())
+        for k in range(len(changes)):
+            there, away = (1 - died) * cells.spread(belief[:-1]), died * belief[:-1].sum() + (1 - born) * belief[-1]
+            there = there + newborn * belief[-1]
+            belief = np.append(there * seen[k], away * unseen[k])
+            mass = belief.sum()
+            total += math.log(mass)
+            belief = belief / mass
+            forward[k] = belief
+        after = np.ones(size + 1)
+        where: list[_Where] = []
+        presence = np.empty(len(changes))
+        for k in range(len(changes) - 1, -1, -1):
+            smoothed = forward[k] * after
+            smoothed /= smoothed.sum()
+            presence[k] = 1 - smoothed[-1]
+            kept = np.flatnonzero(smoothed[:-1] > LEAST_MASS).astype(np.int64)
+            where.append(_Where(kept, smoothed[kept], float(smoothed[-1])))
+            ahead, none = seen[k] * after[:-1], unseen[k] * after[-1]
+            after = np.append((1 - died) * cells.spread_back(ahead) + died * none, newborn @ ahead + (1 - born) * none)
+            after /= after.max()
+        return where[::-1], presence, total
+
+
+class _Where(NamedTuple):
+    """Where the walker was in a frame, given the whole log."""
+
+    cells: NDArray[np.int64]
+    weights: Array
+    absent: float
+
+
+class _Cells:
+    """The grid and a random walk on it."""
+
+    def __init__(
+        self, box: tuple[float, float, float, float], pitch_m: float, step_m: float, area: Area | None
+    ) -> None:
+        axes, self._moves = [], []
+        for low, high in (box[:2], box[2:]):
+            count = max(2, math.ceil((high - low) / pitch_m))
+            axis = low + (np.arange(count) + 0.5) * (high - low) / count
+            move = np.exp(-0.5 * ((axis[:, None] - axis) / step_m) ** 2)
+            axes.append(axis)
+            self._moves.append(move / move.sum(axis=1, keepdims=True))
+        x, y = np.meshgrid(*axes)
+        self._shape = x.shape
+        self.centres = np.column_stack([x.ravel(), y.ravel()])
+        self.inside = np.ones(len(self.centres), dtype=bool) if area is None else area.contains(self.centres)
+        if not self.inside.any():
+            raise DataError(f"area: no cell of {pitch_m:g} m lies in it; choose smaller cells.")
+
+    def spread(self, mass: Array) -> Array:
+        moved: Array = self._moves[1].T @ mass.reshape(self._shape) @ self._moves[0]
+        return moved.ravel()
+
+    def spread_back(self, value: Array) -> Array:
+        expected: Array = self._moves[1] @ value.reshape(self._shape) @ self._moves[0].T
+        return expected.ravel()
+
+
+def _maximise(sensor: ShadowedLinks, changes: Array, centres: Array, where: list[_Where]) -> LinkShadowing:
+    """Return the constants under which the readings are likeliest, given where the walker was."""
+    start = sensor.model
+    origin = np.append([math.log(max(getattr(start, name), LEAST_MASS)) for name in POSITIVE], start.fade_slope)
+
+    def model_at(point: Array) -> LinkShadowing:
+        constants = dict(zip(POSITIVE, np.exp(point[:-1]).tolist(), strict=True))
+        return start.replace(**constants, **{SLOPE: float(point[-1])})
+
+    def loss(point: Array) -> float:
+        trial = sensor.with_model(model_at(point))
+        nobody, total = trial.nobody(), 0.0
+        for change, frame in zip(changes, where, strict=True):
+            total += trial.log_without(change, nobody)
+            if len(frame.cells):
+                total += float(frame.weights @ trial.log_ratio(centres[frame.cells], change, nobody))
+        return -total
+
+    reach = math.log(MOST_FACTOR)
+    bounds = [(x - reach, x + reach) for x in origin[:-1]] + [(-3.0, 3.0)]
+    bounds[POSITIVE.index("floor_sd_db")] = (math.log(ROUNDING_SD_DB), math.log(30.0))
+    origin = np.clip(origin, *np.transpose(bounds))
+    found = minimize(
+        loss, origin, method="L-BFGS-B", bounds=bounds, options={"maxiter": 5, "eps": 1e-4},
+    )  # fmt: skip
+    return model_at(found.x if found.fun < loss(origin) else origin)

@@ -1,0 +1,56 @@
+"""Radio tomography: the six windows of Mendieta (2017), chapter 5, as steps of one page."""
+
+from __future__ import annotations
+
+from elusive.systems.links.page.algorithm import AlgorithmWindow, apply
+from elusive.systems.links.page.paths import PathsWindow
+from elusive.systems.links.page.performance import PerformanceWindow
+from elusive.systems.links.page.presets import warm_up
+from elusive.systems.links.page.radiation import RadiationWindow
+from elusive.systems.links.page.sensors import SensorsWindow
+from elusive.systems.links.page.state import LinksState
+from elusive.systems.links.page.tracking import tracking_window
+from elusive.workbench.jobs import Job
+from elusive.workbench.parts import told
+from elusive.workbench.session import state_of
+from elusive.workbench.shell import Page, Steps, head, main, waiting
+
+TITLE = "People in a radio network"
+LEAD = (
+    "People who carry no device shadow the links between radios. Draw who walks, place the radios, image the area from "
+    "the links, and follow everybody through it."
+)
+WATCHED = "5 Tracking"
+
+
+async def build(example: bool) -> None:
+    """Build the page; ``example``: run the thesis's first simulation at once."""
+    head("/links")
+    state = await state_of("links", LinksState)
+    with main(TITLE, LEAD):
+        if example and state.outcome is None:
+            with waiting("Drawing and tracking the first simulation ..."), told():
+                await apply(state, Job())
+            if state.tracking_spec is not None:
+                state.tracking_spec["autoplay"] = True
+        steps = Steps(
+            state,
+            {
+                "1 Paths": lambda: PathsWindow(state),
+                "2 Radiation": lambda: RadiationWindow(state),
+                "3 Sensors": lambda: SensorsWindow(state),
+                "4 Algorithm": lambda: AlgorithmWindow(state, lambda: steps.go(WATCHED)),
+                WATCHED: lambda: tracking_window(state),
+                "6 Performance": lambda: PerformanceWindow(state),
+            },
+            WATCHED if example else None,
+        )
+
+
+PAGE = Page(
+    "/links", TITLE,
+    "A radio network sees people by the links they shadow: paths, radiation, sensors, image, tracks, scores.",
+    "three people among 41 radios on the border of 24 by 24 m, the first simulation of Mendieta (2017).",
+    build,
+    warm_up,
+)  # fmt: skip

@@ -1,0 +1,140 @@
+"""What one tab holds of radio tomography: the scene, what was drawn of it, the run, and the run kept beside it."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from elusive.contracts import Array
+from elusive.geometry.areas import Area
+from elusive.io.link_logs import open_link_log
+from elusive.io.people_truth import PeopleTruth
+from elusive.sensors.radio_network import RssFrame
+from elusive.systems.links.page.presets import first_simulation
+from elusive.systems.links.scene import DrawnPath, LinkScene, ListedNode, Radiated
+from elusive.systems.links.scene_log import LogCalibration
+from elusive.systems.links.scene_results import SceneOutcome
+from elusive.workbench.blocks import HELD
+from elusive.workbench.files import read_upload
+from elusive.workbench.jobs import Job
+
+LOGS = (".csv", ".txt")
+
+
+class Recorded(NamedTuple):
+    """A log as it was sent, read anew with the nodes as they stand."""
+
+    name: str
+    data: bytes
+    truth: PeopleTruth | None = None
+
+    def frames(self, scene: LinkScene) -> list[RssFrame]:
+        """Return its frames.
+
+        Raises
+        ------
+        DataError
+            If it is no log of the scene's nodes.
+        """
+        return read_upload(self.name, self.data, LOGS, lambda path: list(open_link_log(path, scene.network())))
+
+
+class LinksState:
+    """Changes of the scene throw away what no longer follows from it."""
+
+    def __init__(self) -> None:
+        self.scene = first_simulation()
+        self.truth: Array | None = None  # (T, users, 2) [m]
+        self.radiated: Radiated | None = None
+        self.outcome: SceneOutcome | None = None
+        self.kept: SceneOutcome | None = None  # to compare with
+        self.radiation_spec: dict[str, Any] | None = None
+        self.tracking_spec: dict[str, Any] | None = None
+        self.log: Recorded | None = None  # in place of paths and radiation
+        self.calibration = LogCalibration()
+        self.job: Job | None = None
+        self.message = ""  # what the latest run came to
+        self.step: str | None = None
+        self.selected: set[str] = set()  # names of nodes
+        self.shows_ellipses = False
+        self.shows_coverage = False
+
+    def take(self, scene: LinkScene) -> LinkScene:
+        """Take a changed scene; return it as it is kept."""
+        scene = scene.with_entrance
+        before, self.scene = self.scene, scene
+        if _paths_of(scene) != _paths_of(before):
+            self.truth = None
+        if self.truth is None or _radiation_of(scene) != _radiation_of(before):
+            self._forget_radiation()
+        if scene != before:
+            self._forget_run()
+        return scene
+
+    def record(self, log: Recorded | None) -> None:
+        """Take a log in place of paths and radiation, or go back to them."""
+        self.log = log
+        self._forget_run()
+
+    def listed(self) -> tuple[ListedNode, ...]:
+        """Return the nodes one by one, whether placed by hand or by rule."""
+        if self.scene.nodes is not None:
+            return self.scene.nodes
+        network = self.scene.network()
+        places = network.positions_m.tolist()
+        return tuple(ListedNode(name=name, x_m=x, y_m=y) for name, (x, y) in zip(network.names, places, strict=True))
+
+    def within(self, area: Area) -> None:
+        """Take another area."""
+        walks = self.scene.simulation.walks.replace(area=area)
+        self.take(self.scene.replace(simulation=self.scene.simulation.replace(walks=walks)).with_entrance)
+
+    def add_path(self, places: Array, start: int) -> None:
+        """Add a path that was drawn; paths that were made by rule stay as they are, one by one."""
+        steps = self.scene.simulation.walks.total_positions
+        drawn = DrawnPath(start=start, places_m=tuple(map(tuple, places[: max(1, steps - start)].tolist())))
+        made = self.scene.paths if self.truth is None else _one_by_one(self.truth)
+        self.take(self.scene.replace(paths=(*made, drawn)))
+        self.truth = self.scene.truth(self.scene.streams()[0])
+
+    def _forget_radiation(self) -> None:
+        self.radiated = None
+        _drop(self.radiation_spec)
+        self.radiation_spec = None
+
+    def _forget_run(self) -> None:
+        self.outcome, self.message = None, ""
+        _drop(self.tracking_spec)
+        self.tracking_spec = None
+
+
+def along(points: Array, step_m: float) -> Array:
+    """Return the places a step apart along a line drawn with the pointer, ``(k, 2)``, its start the first."""
+    lengths = np.concatenate([[0.0], np.hypot(*np.diff(points, axis=0).T).cumsum()])
+    at = np.arange(0.0, lengths[-1] + 1e-9, step_m)
+    return np.column_stack([np.interp(at, lengths, points[:, axis]) for axis in (0, 1)])
+
+
+def _one_by_one(truth: Array) -> tuple[DrawnPath, ...]:
+    paths = []
+    for person in range(truth.shape[1]):
+        there = np.flatnonzero(np.isfinite(truth[:, person, 0]))
+        if len(there):
+            paths.append(DrawnPath(start=int(there[0]), places_m=tuple(map(tuple, truth[there, person].tolist()))))
+    return tuple(paths)
+
+
+def _paths_of(scene: LinkScene) -> list[Any]:
+    return [*scene.paths, scene.simulation.walks, scene.simulation.seed]
+
+
+def _radiation_of(scene: LinkScene) -> list[Any]:
+    simulation = scene.simulation
+    return [simulation.radiation, simulation.voxel_m, simulation.calibration_steps]
+
+
+def _drop(spec: dict[str, Any] | None) -> None:
+    for name in ("url", "marks"):
+        if spec is not None and name in spec:
+            HELD.drop(spec[name].rpartition("/")[2])

@@ -1,0 +1,19 @@
+"""The report of people tracked through a radio network: one HTML file that needs no network, and one figure."""
+
+from elusive.systems.links.report.contents import LinkPath, LinksTracked, Scene, TruePath
+from elusive.systems.links.report.figure import write_links_png
+from elusive.systems.links.report.keeper import SceneKeeper
+from elusive.systems.links.report.page import write_links_html
+from elusive.systems.links.report.path_keeper import PathKeeper, PathPoint
+
+__all__ = [
+    "LinkPath",
+    "LinksTracked",
+    "PathKeeper",
+    "PathPoint",
+    "Scene",
+    "SceneKeeper",
+    "TruePath",
+    "write_links_html",
+    "write_links_png",
+]

@@ -1,0 +1,126 @@
+"""A radio network's log tracked as a whole, or live, line by line as it is written; both at constant memory."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from elusive.errors import DataError
+from elusive.io import atomic_folder, existing_folder
+from elusive.io.link_logs import LinkLog
+from elusive.io.people_truth import PeopleTruth
+from elusive.sensors.radio_network import RadioNodes, RssFrame
+from elusive.systems.links.results import LinkOutcome, LinkRun, write_link_report
+from elusive.systems.links.tables import LinkDataset, LinkTables, rows_of
+from elusive.systems.links.track import LinkResult, LinkTracking, track_links
+
+__all__ = ["LiveFrame", "follow_links", "track_links_recording"]
+
+
+class LiveFrame(NamedTuple):
+    """A frame that has been tracked and written."""
+
+    result: LinkResult
+    latency_s: float | None  # from the frame's last line to its tracks in the file; None while calibrating
+
+
+def track_links_recording(
+    log: LinkLog,
+    nodes: RadioNodes,
+    parameters: LinkTracking,
+    out: Path,
+    *,
+    truth: PeopleTruth | None = None,
+    on_frame: Callable[[int], None] | None = None,
+) -> LinkOutcome:
+    """Track people through a log and write ``tracks.csv``, ``events.csv``, ``result.nc`` and the report.
+
+    The report is ``report.html`` and ``report.png``; ``config.yaml`` beside them repeats the run. Tables are written as
+    the frames go, beside ``out`` or hidden in it: nothing is left of them if the log cannot be used.
+
+    Parameters
+    ----------
+    log
+        From :func:`~elusive.io.link_logs.open_link_log`.
+    nodes
+        The network.
+    parameters
+        What to do.
+    out
+        Folder for the results.
+    truth
+        Where people truly were; scores only.
+    on_frame
+        Called with the number of frames done.
+
+    Raises
+    ------
+    DataError
+        If a frame cannot be used, or the calibration takes all frames.
+    """
+    run = LinkRun(log.name, nodes, parameters.area_of(nodes), truth)
+    config = parameters.to_yaml()
+    with atomic_folder(out) as folder:
+        dataset = LinkDataset(folder / "result.nc", run.title, config)
+        with LinkTables(folder) as tables:
+            for number, result in enumerate(track_links(log, nodes, parameters), 1):
+                rows = rows_of(result)
+                tables.append(result, rows)
+                dataset.append(rows)
+                run.offer(result, rows, calibrating=number <= parameters.calibration_frames)
+                if on_frame is not None:
+                    on_frame(number)
+        dataset.flush()
+        outcome = run.outcome(parameters.described(nodes))
+        write_link_report(folder, outcome)
+        (folder / "config.yaml").write_text(config, encoding="utf-8")
+    return outcome
+
+
+def follow_links(
+    log: Iterable[RssFrame],
+    nodes: RadioNodes,
+    parameters: LinkTracking,
+    out: Path,
+    on_frame: Callable[[LiveFrame], None],
+) -> None:
+    """Track people while a log is being written: a frame's rows stand in the files before the next is read.
+
+    Parameters
+    ----------
+    log
+        A log opened with ``follow``, standard input, or frames from elsewhere.
+    nodes
+        The network.
+    parameters
+        What to do.
+    out
+        Folder for ``tracks.csv``, ``events.csv`` and ``config.yaml``.
+    on_frame
+        Called after each frame. What it raises ends the run; what is written by then stays.
+
+    Raises
+    ------
+    DataError
+        If the folder holds an earlier run's tracks, or a frame cannot be used.
+    """
+    folder = existing_folder(out)
+    for name in ("tracks.csv", "events.csv"):
+        if (folder / name).exists():
+            raise DataError(f"{folder / name}: is there already, of an earlier run; name another folder.")
+    (folder / "config.yaml").write_text(parameters.to_yaml(), encoding="utf-8")
+    began = [time.perf_counter()]
+
+    def noted() -> Iterator[RssFrame]:
+        for frame in log:
+            began[0] = time.perf_counter()
+            yield frame
+
+    with LinkTables(folder) as tables:
+        for number, result in enumerate(track_links(noted(), nodes, parameters)):
+            tables.append(result, rows_of(result))
+            tables.flush()
+            latency_s = time.perf_counter() - began[0] if number >= parameters.calibration_frames else None
+            on_frame(LiveFrame(result, latency_s))

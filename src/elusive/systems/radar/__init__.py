@@ -1,0 +1,1 @@
+"""Radar plots: ships near coasts that charts know only imprecisely."""

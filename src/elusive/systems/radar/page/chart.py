@@ -1,0 +1,126 @@
+"""Window 1: the chart; a ready one, one from the folder or one that is sent; land, quality zones, P(water)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from nicegui import ui
+
+from elusive.errors import ElusiveError
+from elusive.systems.radar.page.describe import description
+from elusive.systems.radar.page.maps import ZONES, chart_floor, grades_of, view_of, water_raster, zoomed
+from elusive.systems.radar.page.scene import EXAMPLE_NAME, ChartScene
+from elusive.systems.radar.page.state import KINDS, ChartsState, OpenedChart, example, opened
+from elusive.workbench.exports import table_html
+from elusive.workbench.jobs import away
+from elusive.workbench.opener import opener
+from elusive.workbench.parts import Drawing, Form, told
+from elusive.workbench.shell import window
+
+TAKEN = ("tracking", "scene")
+MAIN = (
+    (*TAKEN, "imprecision", "coast_sigma_m"),
+    *((*TAKEN, name) for name in ("draught_m", "water_level_m", "bias_east_m", "bias_north_m")),
+)
+ZOOM = 0.5
+
+
+class ChartWindow:
+    """The window of one page."""
+
+    def __init__(self, state: ChartsState) -> None:
+        self._state = state
+        with window() as (side, stage):
+            with side:
+                ui.label("Chart").classes("ew-section")
+                self._name = ui.label().classes("ew-note")
+                ui.button("The ready example", on_click=self._ready).props("outline no-caps")
+                opener("a chart", KINDS, opened, self._open)
+                ui.label("What it is taken to say").classes("ew-section")
+                self._form = Form(state.scene, MAIN, self._take, grouped=False)
+                with ui.expansion("More of quality and shoals").props("dense").classes("w-full"):
+                    self._more = Form(state.scene, (TAKEN,), self._take, without=MAIN)
+            with stage:
+                with ui.element("div").classes("ew-row"):
+                    self._water = ui.button(on_click=self._toggle).props("outline no-caps dense")
+                    zoom_buttons(state, self._show)
+                ui.label("Click to see a place from nearer.").classes("ew-note")
+                self._floor = Drawing("floor", {"label": "Sea chart", "extent": [0, 1, 0, 1], "corners": []})
+                self._floor.on("placed", self._nearer)
+                self._keys = ui.element("p").classes("ew-legend")
+                self._told = ui.label().classes("ew-note").props('role="status"')
+                self._box = ui.element("div").classes("ew-scroll")
+        ui.timer(0.01, self._show, once=True)
+
+    async def _ready(self) -> None:
+        with told():
+            chart = await away(example)
+            self._state.open(EXAMPLE_NAME, chart, ChartScene.example())
+            self._form.show(self._state.scene)
+            self._more.show(self._state.scene)
+            await self._show()
+
+    def _open(self, name: str, chart: OpenedChart) -> None:
+        self._state.open(name, chart)
+        self._form.show(self._state.scene)
+        self._more.show(self._state.scene)
+        ui.timer(0.01, self._show, once=True)
+
+    def _take(self, scene: ChartScene) -> ChartScene:
+        kept = self._state.take(scene)
+        self._form.model = self._more.model = kept
+        ui.timer(0.01, self._show, once=True)
+        return kept
+
+    async def _toggle(self) -> None:
+        self._state.shows_water ^= True
+        await self._show()
+
+    async def _nearer(self, event: Any) -> None:
+        self._state.view = zoomed(view_of(self._state), event.args["x"], event.args["y"], ZOOM)
+        await self._show()
+
+    async def _show(self) -> None:
+        state = self._state
+        self._water.text = "Show land and quality zones" if state.shows_water else "Show probability of water"
+        if state.chart is None:
+            self._name.text = "None is open."
+            return
+        self._name.text = state.chart.file.name
+        self._told.text, extent = "", view_of(state)
+        try:
+            raster = await away(lambda: water_raster(state, extent)) if state.shows_water else None
+            spec = await away(lambda: chart_floor(state, "node", raster, way=False))
+            tables, sentences = await away(lambda: description(state))
+        except ElusiveError as error:
+            self._told.text = str(error)
+            return
+        self._floor.show(spec)
+        self._keys.clear()
+        with self._keys:
+            shown = [("#7fb2d9", "water"), ("#f5efdc", "even"), ("#c9a24b", "land")] if raster else []
+            shown = shown or [("#d8c28a", "land"), *((ZONES[one], f"zone {one}") for one in grades_of(state))]
+            for colour, words in shown:
+                with ui.element("span"):
+                    ui.element("span").classes("ew-key").style(f"background: {colour}")
+                    ui.label(words).classes("inline")
+        self._box.clear()
+        with self._box:
+            for name, rows in tables:
+                ui.html(table_html(["", name], rows), sanitize=False)
+            for sentence in sentences:
+                ui.label(sentence).classes("ew-note")
+
+
+def zoom_buttons(state: ChartsState, show: Any) -> None:
+    """Build what changes the view, for who cannot click a place too."""
+
+    async def change(times: float | None) -> None:
+        if state.chart is None:
+            return
+        x0, x1, y0, y1 = view_of(state)
+        state.view = None if times is None else zoomed((x0, x1, y0, y1), 0.5 * (x0 + x1), 0.5 * (y0 + y1), times)
+        await show()
+
+    for label, times in (("Nearer", ZOOM), ("Further", 1 / ZOOM), ("Whole chart", None)):
+        ui.button(label, on_click=lambda times=times: change(times)).props("flat no-caps dense")

@@ -1,0 +1,117 @@
+"""Window 5: every use of the chart side by side: error, lost, map left out, time; export."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from nicegui import ui
+
+from elusive.io import write_tracks_csv
+from elusive.systems.radar.page.run import Used, archive, lost
+from elusive.systems.radar.page.state import ChartsState
+from elusive.workbench.exports import Export, export_buttons, table_html
+from elusive.workbench.parts import Drawing
+
+HEADER = ["Use of the chart", "Tracks", "RMSE [m]", "Lost [scans]", "Chart left out [scans]", "Time [s]"]
+
+
+def compare_window(state: ChartsState) -> None:
+    """Build the window."""
+    sailed = state.run
+    with ui.element("section").classes("ew-box w-full"), ui.column().classes("w-full gap-3"):
+        if sailed is None or state.chart is None:
+            ui.label("Nothing is tracked yet: press Run under Track.").classes("ew-note")
+            return
+        shown = [one for one in sailed.each if one.outcome is not None]
+        with ui.element("div").classes("ew-row"):
+            for one in shown:
+                with ui.column().classes("gap-0 pr-8"):
+                    ui.label(f"RMSE, {one.name}").classes("ew-section")
+                    ui.label(_metres(one.rmse_m)).classes("ew-score").props(f'data-rmse="{one.name}"')
+        for one in sailed.each:
+            if one.refusal:
+                ui.label(f"{one.name}: {one.refusal}").classes("ew-fault")
+        with ui.element("div").classes("ew-scroll"):
+            ui.html(table_html(HEADER, [_row(one) for one in shown]), sanitize=False)
+        ui.label(
+            "RMSE where a track is confirmed. Lost: ten scans on end or more in which no confirmed track's own 99.9 % "
+            "region holds the ship. One voyage tells little of a few tenths of a metre: change the seed."
+        ).classes("ew-note")
+        ui.label("How far off?").classes("ew-section")
+        Drawing("chart", _errors(shown))
+        _exports(state, shown)
+        for one in shown:
+            _told_by(one)
+
+
+def _metres(value: float) -> str:
+    return "-" if math.isnan(value) else f"{value:.1f} m"
+
+
+def _row(one: Used) -> tuple[str, ...]:
+    assert one.outcome is not None
+    paths = one.outcome.tracked.paths
+    rmse = "-" if math.isnan(one.rmse_m) else f"{one.rmse_m:.1f}"
+    left_out = sum(int(path.forbidden.sum()) for path in paths)
+    return one.name, f"{len(paths)}", rmse, f"{int(lost(one).sum())}", f"{left_out}", f"{one.seconds:.2f}"
+
+
+def _errors(shown: list[Used]) -> dict[str, Any]:
+    series: list[dict[str, Any]] = []
+    most = [1.0]
+    for one in shown:
+        assert one.outcome is not None
+        found = one.outcome.tracked.nearest_error
+        if found is not None:
+            times, errors = found
+            series.append({"name": one.name, "x": times.tolist(), "y": np.round(errors, 3).tolist()})
+            most.append(float(errors.max()))
+    return {
+        "label": "Error of each use of the chart over time", "series": series, "xlabel": "time [s]",
+        "ylabel": "error [m]", "ylim": [0, 1.05 * max(most)], "xlim": None if series else [0, 1],
+    }  # fmt: skip
+
+
+def _told_by(one: Used) -> None:
+    assert one.outcome is not None
+    tracked = one.outcome.tracked
+    with ui.expansion(f"What the command says: {one.name}").props("dense").classes("w-full"):
+        ui.label(tracked.verdict)
+        with ui.element("div").classes("ew-scroll"):
+            if tracked.tracks:
+                ui.html(table_html(list(tracked.header), [tuple(line) for line in tracked.tracks]), sanitize=False)
+            ui.html(table_html(["", one.name], [tuple(row) for row in tracked.rows]), sanitize=False)
+
+
+def _exports(state: ChartsState, shown: list[Used]) -> None:
+    assert state.chart is not None
+    assert state.run is not None
+    scene, chart = state.run.scene, state.chart.file
+    each = [Export(one.name, partial(tracks_csv, one), one.parameters.to_yaml) for one in shown]
+    again = command(state, shown[0].name) if shown else ""
+    export_buttons("charts.zip", lambda: archive(scene, chart), each, again)
+
+
+def command(state: ChartsState, method: str) -> str:
+    """Return what repeats one use of the chart from the archive."""
+    assert state.chart is not None
+    assert state.run is not None
+    radar = state.run.scene.radar
+    return (
+        f"elusive track radar plots.csv --radar-lat {radar.lat_deg!r} --radar-lon {radar.lon_deg!r} --chart "
+        f"'{state.chart.file.name}' --truth plots_truth.csv --config config-{method}.yaml --out results"
+    )
+
+
+def tracks_csv(one: Used) -> bytes:
+    """Return the tracks as the command writes them."""
+    assert one.outcome is not None
+    with tempfile.TemporaryDirectory(prefix="elusive-") as folder:
+        path = Path(folder) / "tracks.csv"
+        write_tracks_csv(path, one.outcome.rows, unit="m")
+        return path.read_bytes()

@@ -1,0 +1,148 @@
+"""Window 2: the route, drawn with the pointer, the radar, placed by a click, and the plots it makes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from nicegui import ui
+
+from elusive.geometry.local_frame import LocalFrame
+from elusive.systems.links.page.state import along
+from elusive.systems.radar.page.chart import ZOOM, zoom_buttons
+from elusive.systems.radar.page.maps import about_route, chart_floor, view_of, zoomed
+from elusive.systems.radar.page.run import record
+from elusive.systems.radar.page.scene import ChartScene
+from elusive.systems.radar.page.state import ChartsState
+from elusive.workbench.exports import table_html
+from elusive.workbench.jobs import away
+from elusive.workbench.parts import Drawing, Form, are_right, told
+from elusive.workbench.shell import window
+
+MODES = {"path": "Draw the route", "node": "Place the radar", "zoom": "See nearer", "view": "Look"}
+HOW = {
+    "path": "Draw with the pointer held down; or move a cross with the arrow keys, Enter for each waypoint, C to end.",
+    "node": "Click where the radar stands, or drag it.",
+    "zoom": "Click to see a place from nearer.",
+    "view": "",
+}
+VOYAGE = (("simulation", "speed_mps"), ("simulation", "interval_s"), ("simulation", "seed"))
+PLACE = (("radar", "lon_deg"), ("radar", "lat_deg"))
+RADAR = tuple(
+    ("simulation", "radar", name)
+    for name in (
+        "range_sd_m", "bearing_sd_mrad", "doppler_sd_mps", "detection_probability", "false_alarms", "max_range_m",
+    )
+)  # fmt: skip
+WAYPOINTS = 60  # at most, of a route that is drawn
+
+
+class RouteWindow:
+    """The window of one page."""
+
+    def __init__(self, state: ChartsState) -> None:
+        self._state, self._mode = state, "path"
+        if state.chart is not None and state.view is None:
+            state.view = about_route(state)
+        with window() as (side, stage):
+            with side:
+                ui.label("Voyage").classes("ew-section")
+                self._voyage = Form(state.scene, VOYAGE, self._take, grouped=False)
+                ui.label("Radar").classes("ew-section")
+                self._place = Form(state.scene, PLACE, self._take, grouped=False)
+                self._radar = Form(state.scene, RADAR, self._take, grouped=False)
+                with ui.expansion("More of the radar").props("dense").classes("w-full"):
+                    self._more = Form(state.scene, (("simulation", "radar"),), self._take, grouped=False, without=RADAR)
+                self._button = ui.button("Create plots", on_click=self._create).props("unelevated no-caps")
+                ui.button("Clear the route", on_click=self._clear).props("flat no-caps")
+            with stage:
+                with ui.element("div").classes("ew-row"):
+                    ui.toggle(MODES, value=self._mode, on_change=self._choose).props(
+                        "no-caps unelevated dense"
+                    ).classes("ew-modes")
+                    zoom_buttons(state, self._show)
+                self._how = ui.label(HOW[self._mode]).classes("ew-note")
+                self._floor = Drawing("floor", {"label": "Sea chart", "extent": [0, 1, 0, 1], "corners": []})
+                for name in ("drawn", "placed", "moved"):
+                    self._floor.on(name, getattr(self, f"_{name}"))
+                self._told = ui.label().classes("ew-note").props('role="status"')
+                self._box = ui.element("div").classes("ew-scroll")
+        ui.timer(0.01, self._show, once=True)
+
+    def _forms(self) -> tuple[Form, ...]:
+        return self._voyage, self._place, self._radar, self._more
+
+    def _take(self, scene: ChartScene) -> ChartScene:
+        kept = self._state.take(scene)
+        for form in self._forms():
+            form.model = kept
+        ui.timer(0.01, self._show, once=True)
+        return kept
+
+    def _choose(self, event: Any) -> Any:
+        self._mode = event.value
+        return self._show()
+
+    async def _drawn(self, event: Any) -> None:
+        with told():
+            points = np.array(event.args["points"], np.float64).reshape(-1, 2)
+            length = float(np.hypot(*np.diff(points, axis=0).T).sum())
+            corners = np.concatenate([along(points, max(length / WAYPOINTS, 1.0)), points[-1:]])
+            degrees = np.round(self._state.frame.to_lonlat(corners), 7)
+            self._take(self._state.scene.replace(route_deg=tuple(map(tuple, degrees.tolist()))))
+
+    async def _placed(self, event: Any) -> None:
+        x, y = event.args["x"], event.args["y"]
+        if self._mode == "zoom":
+            self._state.view = zoomed(view_of(self._state), x, y, ZOOM)
+            await self._show()
+            return
+        with told():
+            lon, lat = np.round(self._state.frame.to_lonlat([[x, y]])[0], 7).tolist()
+            radar = self._state.scene.radar.replace(lon_deg=lon, lat_deg=lat)
+            self._place.show(self._take(self._state.scene.replace(radar=radar)))
+
+    async def _moved(self, event: Any) -> None:
+        self._mode = "node" if self._mode == "zoom" else self._mode
+        await self._placed(event)
+
+    def _clear(self) -> None:
+        self._take(self._state.scene.replace(route_deg=()))
+
+    async def _create(self) -> None:
+        state, scene = self._state, self._state.scene
+        if not are_right(self._forms()):
+            return
+        if state.chart is None:
+            ui.notify("Open a chart first, under Chart.", type="warning")
+            return
+        chart = state.chart.file
+        self._button.disable()
+        try:
+            with told():
+                recorded = await away(lambda: record(scene, chart))
+                if state.scene == scene:
+                    state.recorded = recorded
+        finally:
+            self._button.enable()
+        await self._show()
+
+    async def _show(self) -> None:
+        state = self._state
+        if state.chart is None:
+            self._told.text = "Open a chart first, under Chart."
+            return
+        mode = "node" if self._mode == "zoom" else self._mode
+        self._floor.show(await away(lambda: chart_floor(state, mode, way=True)))
+        self._how.text = HOW[self._mode]  # once the map does it
+        route = state.scene.route_deg
+        self._told.text = "No route yet." if len(route) < 2 else f"A route of {len(route)} waypoints, {_length(route)}."
+        self._box.clear()
+        if state.recorded is not None:
+            with self._box:
+                ui.html(table_html(["", "simulated"], [tuple(row) for row in state.recorded.rows]), sanitize=False)
+
+
+def _length(route: tuple[tuple[float, float], ...]) -> str:
+    places = LocalFrame.at(*route[0]).to_local(np.array(route))
+    return f"{np.hypot(*np.diff(places, axis=0).T).sum():.0f} m"

@@ -1,0 +1,156 @@
+"""A ship's route past a coast, the radar that sees it, and what the tracker takes the chart to say."""
+
+from __future__ import annotations
+
+import json
+from typing import Any, Literal, NamedTuple, Self, get_args
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from elusive.charts import ExactWater, FieldWater, GridWater, HardWater, NearestWater
+from elusive.charts.charted_area import SceneParameters
+from elusive.charts.quality import Imprecision
+from elusive.contracts import Array
+from elusive.errors import ParameterError
+from elusive.experiments.bootsveld2012.shore import synthetic_delta
+from elusive.filters.particle.coast_error import CoastError
+from elusive.geometry.local_frame import LocalFrame
+from elusive.io.routes import Route
+from elusive.model import Model
+from elusive.sensors.radar import RadarSensor
+from elusive.systems.radar.parameters import MapUse, NoMap, RadarTracking, RecordedRadar
+from elusive.systems.radar.simulate import RadarSimulation, voyage
+
+Method = Literal["none", "hard", "nearest", "grid", "exact", "field"]
+METHODS: tuple[Method, ...] = get_args(Method)
+USES: dict[str, MapUse] = {
+    "none": NoMap(), "hard": HardWater(), "nearest": NearestWater(), "grid": GridWater(), "exact": ExactWater(),
+    "field": FieldWater(),
+}  # fmt: skip
+SCANS_MOST = 2000
+EXAMPLE_NAME = "synthetic-delta.geojson"
+EXAMPLE_SEED = 2012
+MIDDLE_DEG = (-30.0, 45.0)  # in mid-ocean, so that nobody takes it for a real place
+RADAR_M = (1500.0, -4800.0)  # about the middle of the delta
+AROUND_M = 600.0  # of the delta, round the route
+# a way along the delta's shore, through its narrows, in metres about the delta's middle
+WAY_M = (
+    (1699, 478), (1715, 463), (1734, 439), (1748, 405), (1749, 365), (1739, 327), (1721, 295), (1703, 269), (1686, 245),
+    (1676, 221), (1676, 194), (1680, 164), (1677, 133), (1659, 104), (1630, 87), (1597, 82), (1565, 88), (1535, 96),
+    (1507, 94), (1481, 83), (1455, 69), (1428, 57), (1399, 54), (1371, 63), (1349, 83), (1330, 107), (1310, 127),
+    (1285, 134), (1262, 124), (1248, 102), (1248, 76), (1262, 52), (1283, 30), (1299, 7), (1307, -21), (1308, -51),
+    (1311, -81),
+)  # fmt: skip
+
+
+def example_chart() -> bytes:
+    """Return the ready example's coast as GeoJSON: the synthetic delta of the thesis's reproduction, round the route.
+
+    Bootsveld (2012), chapter 6, whose cell is not to be had any more.
+    """
+    import shapely
+
+    frame, way = LocalFrame.at(*MIDDLE_DEG), np.array(WAY_M, np.float64)
+    window = shapely.box(*(way.min(axis=0) - AROUND_M), *(way.max(axis=0) + AROUND_M))
+    land = shapely.intersection(synthetic_delta(EXAMPLE_SEED), window)
+    west, south = frame.to_lonlat(way.min(axis=0) - AROUND_M)[0].tolist()
+    east, north = frame.to_lonlat(way.max(axis=0) + AROUND_M)[0].tolist()
+    features = [
+        {"type": "Feature", "properties": {}, "geometry": json.loads(shapely.to_geojson(part))}
+        for part in shapely.transform(shapely.get_parts(land), frame.to_lonlat)
+        if part.geom_type == "Polygon"
+    ]
+    told = {"type": "FeatureCollection", "bbox": [west, south, east, north], "features": features}
+    return json.dumps(told).encode()
+
+
+def _example_degrees(places: Any) -> tuple[tuple[float, float], ...]:
+    found = LocalFrame.at(*MIDDLE_DEG).to_lonlat(np.array(places, np.float64).reshape(-1, 2))
+    return tuple(map(tuple, np.round(found, 7).tolist()))
+
+
+class Place(Model):
+    """A place."""
+
+    lon_deg: float = Field(0.0, ge=-180, le=180, description="Longitude, WGS 84 [deg]")
+    lat_deg: float = Field(0.0, ge=-90, le=90, description="Latitude, WGS 84 [deg]")
+
+
+class ChartScene(Model):
+    """Everything a run of the page can be told, but the chart itself."""
+
+    route_deg: tuple[tuple[float, float], ...] = Field((), description="Waypoints, longitude and latitude [deg]")
+    radar: Place = Field(Place(), description="Where the radar stands")
+    simulation: RadarSimulation = Field(RadarSimulation(), description="The voyage, and what the radar sees")
+    tracking: RadarTracking = Field(RadarTracking(), description="How it is tracked")
+    methods: tuple[Method, ...] = Field(METHODS, description="Uses of the chart, side by side")
+
+    @classmethod
+    def example(cls) -> Self:
+        """Return the ready example's."""
+        lon, lat = _example_degrees(RADAR_M)[0]
+        seen = {"bearing_sd_mrad": 4.0, "detection_probability": 0.95}
+        return cls(
+            route_deg=_example_degrees(WAY_M),
+            radar=Place(lon_deg=lon, lat_deg=lat),
+            simulation=RadarSimulation(speed_mps=10.0, seed=3, radar=RadarSensor(**seen)),
+            tracking=RadarTracking(
+                scene=SceneParameters(imprecision=Imprecision(coast_sigma_m=5.0)),
+                radar=RecordedRadar(**seen),
+                max_acceleration_mps2=5.0,
+            ),
+        )
+
+    @model_validator(mode="after")
+    def _few_scans(self) -> Self:
+        if len(self.route_deg) > 1:
+            corners = LocalFrame.at(*self.route_deg[0]).to_local(np.array(self.route_deg))
+            scans = np.hypot(*np.diff(corners, axis=0).T).sum() / self.simulation.speed_mps / self.simulation.interval_s
+            if scans > SCANS_MOST:
+                raise ParameterError(
+                    f"RadarSimulation.interval_s: the route takes {scans:.0f} scans, more than {SCANS_MOST} on this "
+                    "page; give a longer interval, a greater speed or a shorter route."
+                )
+        return self
+
+    def heeding(self, before: ChartScene) -> ChartScene:
+        """Return it with the tracker's radar following the simulated one in what the two agreed on before."""
+        simulated, assumed = self.simulation.radar, {}
+        for name in type(simulated).model_fields:
+            old = getattr(before.simulation.radar, name)
+            new = getattr(simulated, name)
+            if new != old and getattr(before.tracking.radar, name, None) == old:
+                assumed[name] = new
+        if not assumed:
+            return self
+        return self.replace(tracking=self.tracking.replace(radar=self.tracking.radar.replace(**assumed)))
+
+    def route(self) -> Route:
+        """Return the route as a reader gives it."""
+        return Route(np.array(self.route_deg, np.float64).reshape(-1, 2), np.full(len(self.route_deg), np.nan))
+
+    def tracking_by(self, method: str) -> RadarTracking:
+        """Return what the tracker is told for one use of the chart."""
+        changes: dict[str, Any] = {"knowledge": USES[method]}
+        if method == "none":
+            changes["coast"] = CoastError()  # nothing of it takes effect
+        return self.tracking.replace(**changes)
+
+
+class Sailing(NamedTuple):
+    """The voyage in the radar's frame."""
+
+    times_s: Array  # (T,)
+    states: Array  # (T, 4) x, vx, y, vy
+
+
+def sailing(scene: ChartScene) -> Sailing:
+    """Return when and where the ship is at each scan.
+
+    Raises
+    ------
+    DataError
+        If the route is too short or leads too far away.
+    """
+    return Sailing(*voyage(scene.route(), LocalFrame.at(scene.radar.lon_deg, scene.radar.lat_deg), scene.simulation))

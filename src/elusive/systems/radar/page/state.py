@@ -1,0 +1,108 @@
+"""What one tab holds of charts: the chart, the scene, the plots, the run, and what of the map is in view."""
+
+from __future__ import annotations
+
+import tempfile
+from functools import cached_property
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from elusive.charts.chart import Chart
+from elusive.charts.charted_area import read_charts
+from elusive.geometry.local_frame import LocalFrame
+from elusive.systems.radar.page.run import ChartFile, Recorded, Sailed
+from elusive.systems.radar.page.scene import EXAMPLE_NAME, ChartScene, example_chart
+from elusive.workbench.files import PLAIN
+from elusive.workbench.side_by_side import TrackedState
+
+KINDS = (".000", ".geojson", ".json")
+Extent = tuple[float, float, float, float]
+
+
+class OpenedChart(NamedTuple):
+    """A chart and what it says."""
+
+    file: ChartFile
+    charts: tuple[Chart, ...]
+
+
+def opened(path: Path) -> OpenedChart:
+    """Read a chart whole, so that the file is not needed any more.
+
+    Raises
+    ------
+    DataError
+        If it cannot be read.
+    """
+    charts = read_charts(path)
+    return OpenedChart(ChartFile(path.name, path.read_bytes()), charts)
+
+
+def example() -> OpenedChart:
+    """Return the ready example's chart."""
+    with tempfile.TemporaryDirectory(prefix="elusive-") as folder:
+        path = Path(folder) / EXAMPLE_NAME
+        path.write_bytes(example_chart())
+        return opened(path)
+
+
+class ChartsState(TrackedState[ChartScene, Sailed]):
+    """Changes of the scene throw away what no longer follows from it."""
+
+    def __init__(self) -> None:
+        super().__init__(ChartScene.example())
+        self.chart: OpenedChart | None = None
+        self.recorded: Recorded | None = None
+        self.raster: tuple[Any, dict[str, Any]] | None = None  # what it is of, and what a map is told
+        self.view: Extent | None = None  # None: the whole chart
+        self.shows_water = False
+
+    def open(self, name: str, chart: OpenedChart, scene: ChartScene | None = None) -> None:
+        """Take another chart; a route drawn on the last one is gone with it.
+
+        One that states its quality is taken at its word, until a deviation of the coast is told.
+        """
+        self.chart = chart._replace(file=chart.file._replace(name=name if PLAIN.fullmatch(name) else chart.file.name))
+        self.__dict__.pop("frame", None)
+        self.view = None
+        if scene is None:
+            x0, x1, y0, y1 = self.chart_extent
+            lon, lat = self.frame.to_lonlat(np.array([[0.5 * (x0 + x1), 0.5 * (y0 + y1)]]))[0]
+            radar = self.scene.radar.replace(lon_deg=round(float(lon), 6), lat_deg=round(float(lat), 6))
+            tracking = self.scene.tracking
+            if any(len(one.zones) for one in chart.charts):
+                stated = tracking.scene.imprecision.replace(coast_sigma_m=None)
+                tracking = tracking.replace(scene=tracking.scene.replace(imprecision=stated))
+            scene = self.scene.replace(route_deg=(), radar=radar, tracking=tracking)
+        self.scene = scene
+        self.recorded = None
+        self.forget_run()
+
+    @cached_property
+    def frame(self) -> LocalFrame:
+        """Frame of the maps, about the middle of the chart."""
+        assert self.chart is not None
+        return LocalFrame.about(self.chart.charts)
+
+    @property
+    def chart_extent(self) -> Extent:
+        """What the chart covers, x and y [m]."""
+        import shapely
+
+        assert self.chart is not None
+        places = np.concatenate(
+            [shapely.get_coordinates(self.frame.project(one.coverage)) for one in self.chart.charts]
+        )
+        (west, south), (east, north) = places.min(axis=0), places.max(axis=0)
+        return float(west), float(east), float(south), float(north)
+
+    def take(self, scene: ChartScene) -> ChartScene:
+        """Take a changed scene; return it as it is kept."""
+        before = self.scene
+        scene = scene.heeding(before)
+        here, there = ((one.simulation, one.radar, one.route_deg) for one in (scene, before))
+        if here != there:
+            self.recorded = None
+        return super().take(scene)

@@ -1,0 +1,152 @@
+"""Parameters of tracking ships by radar, filled from the recording where they are not given."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Annotated, Literal, NamedTuple, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from elusive.charts import Coast, ExactWater, FieldWater, GridWater, HardWater, NearestWater, Water, WaterModel
+from elusive.charts.charted_area import SceneParameters
+from elusive.contracts import Knowledge, Motion
+from elusive.errors import ParameterError
+from elusive.filters.particle.coast_error import CoastError, with_coast
+from elusive.filters.particle.sir import ParticleFilter
+from elusive.model import Model, NonNegative, Positive, Probability
+from elusive.motion import ConstantVelocity, MovingOrAnchored
+from elusive.sensors.radar import RadarSensor
+from elusive.sensors.radar_births import ScanPrior
+from elusive.sensors.radar_scans import RadarScan, scan_of
+from elusive.sensors.radar_view import RadarView
+from elusive.tracking.radar_tracks import RadarTracker
+
+ROOM = 1.05  # greatest range in view, to the greatest of a plot
+HALF = 0.5  # P(water) below which a plot is on charted land
+DOPPLER_ROOM = 1.5  # greatest range rate, to the greatest of a plot
+HEEDED = {  # which parameter of the coast's error counts with which behaviour
+    "coast_correlation_m": ("persistent", "bias"),
+    "coast_share": ("persistent",),
+    "bias_sd_m": ("bias",),
+}
+
+
+class NoMap(Model):
+    """No chart is used."""
+
+    kind: Literal["none"] = "none"
+
+
+MapUse = Annotated[NoMap | HardWater | NearestWater | GridWater | ExactWater | FieldWater, Field(discriminator="kind")]
+
+
+class RadarSurvey(NamedTuple):
+    """What a look through a recording's scans tells before they are tracked."""
+
+    scans: int
+    plots: int
+    max_range_m: float
+    max_doppler_mps: float  # 0 where there is none
+    covered: int  # plots on a chart
+    on_land: int  # plots on charted land
+    radar_covered: bool  # whether the radar stands on one
+
+
+def survey(scans: Iterable[RadarScan], water: Water | None = None) -> RadarSurvey:
+    """Look through the scans of a radar at the origin, and where its plots fall on a chart."""
+    count, plots, furthest, fastest, covered, on_land = 0, 0, 0.0, 0.0, 0, 0
+    for scan in scans:
+        count, plots = count + 1, plots + len(scan.range_m)
+        if water is not None:
+            places = np.column_stack([np.sin(scan.bearing_rad), np.cos(scan.bearing_rad)]) * scan.range_m[:, None]
+            known = water.known(places)
+            covered += int(known.sum())
+            on_land += int((known & (water.probability(places) < HALF)).sum())
+        furthest = max(furthest, float(scan.range_m.max(initial=0.0)))
+        doppler = scan.doppler_mps[np.isfinite(scan.doppler_mps)]
+        fastest = max(fastest, float(np.abs(doppler).max(initial=0.0)))
+    on_chart = water is not None and bool(water.known(np.zeros((1, 2)))[0])
+    return RadarSurvey(count, plots, furthest, fastest, covered, on_land, on_chart)
+
+
+class RecordedRadar(RadarView):
+    """A radar as it is told of; its limits, where they are not, are those of the recording."""
+
+    detection_probability: Probability = Field(0.9, description="Probability that a scan sees a ship, P_D")
+    false_alarms: NonNegative = Field(
+        1.0, description="Mean number of false alarms a scan; 0: none ever, and one plot a scan at most"
+    )
+    max_range_m: Positive | None = Field(None, description="Greatest range in view [m]")
+    max_doppler_mps: Positive | None = Field(
+        None, description="Greatest range rate told apart, either sign: beyond it Doppler folds [m/s]"
+    )
+
+    def sensor(self, seen: RadarSurvey) -> RadarSensor:
+        """Return the sensor, with the limits of a recording where none are told."""
+        told = {name: getattr(self, name) for name in type(self).model_fields}
+        if self.max_range_m is None:
+            told["max_range_m"] = max(ROOM * seen.max_range_m, self.min_range_m + 2 * self.range_sd_m)
+        if self.max_doppler_mps is None:
+            told["max_doppler_mps"] = max(DOPPLER_ROOM * seen.max_doppler_mps, 2.01 * math.pi * self.doppler_sd_mps)
+        return RadarSensor(**told)
+
+
+class RadarTracking(Model):
+    """Everything `elusive track radar` can be told."""
+
+    knowledge: MapUse = Field(FieldWater(), description="How the chart is used")
+    scene: SceneParameters = Field(SceneParameters(), description="What the charts are taken to say")
+    coast: CoastError = Field(CoastError(), description="How the coast's error behaves over time")
+    radar: RecordedRadar = Field(RecordedRadar(), description="The radar")
+    max_acceleration_mps2: Positive = Field(
+        2.0,
+        description="A ship's greatest acceleration, a_max: white noise of power (a_max / 3)^2 a second [m/s^2]",
+    )
+    motion: Literal["cv", "anchoring"] = Field(
+        "cv", description="How ships move: under way all the time, or lying at anchor at times"
+    )
+    particles: int = Field(2000, ge=100, description="Number of particles of each track, N")
+    estimate: Literal["mean", "map"] = Field("mean", description="What is written as a track's place: mean or MAP")
+    tracker: RadarTracker = Field(RadarTracker(), description="When a track begins and ends")
+    seed: int = Field(0, ge=0, description="Root of all random numbers")
+
+    @model_validator(mode="after")
+    def _takes_effect(self) -> Self:
+        fields = type(self.coast).model_fields
+        behaviour = self.coast.coast_error
+        unused = {name: f"coast_error {behaviour!r}" for name, kinds in HEEDED.items() if behaviour not in kinds}
+        if isinstance(self.knowledge, NoMap):
+            unused = dict.fromkeys(fields, "knowledge 'none'")
+        for name, reason in unused.items():
+            if getattr(self.coast, name) != fields[name].default:
+                raise ParameterError(f"{name}: has no meaning for {reason}; leave it out.")
+        return self
+
+    @property
+    def ship(self) -> ConstantVelocity | MovingOrAnchored:
+        """How a ship moves; its interval is set at each scan."""
+        q = (self.max_acceleration_mps2 / 3) ** 2
+        return ConstantVelocity(q=q) if self.motion == "cv" else MovingOrAnchored(q=q)
+
+    def filter(self, sensor: RadarSensor, coast: Coast | None) -> ParticleFilter:
+        """Return what each track is followed with.
+
+        Raises
+        ------
+        ParameterError
+            If a map is to be used and there is no coast.
+        """
+        motion: Motion = self.ship
+        knowledge: Knowledge | None = None
+        if isinstance(self.knowledge, WaterModel):
+            if coast is None:
+                raise ParameterError(
+                    f"knowledge: is {self.knowledge.kind!r}, and no chart is given; give --chart, or --knowledge none."
+                )
+            motion, knowledge = with_coast(motion, self.knowledge, coast, self.coast)
+        nowhere = ScanPrior(sensor, scan_of(0.0))  # each track begins about a plot of its own
+        return ParticleFilter(
+            motion=motion, sensor=sensor, prior=nowhere, knowledge=knowledge, particles=self.particles
+        )

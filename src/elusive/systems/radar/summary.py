@@ -1,0 +1,177 @@
+"""What the report of radar tracks says in words and numbers: a line a track, a verdict, where chart and radar disagree.
+
+A ship stays on water, so that its plots lie on charted water but for their error and the coast's. Over the plot's
+error, P(water) where a plot says the ship is, for a ship on the coast itself, is uniform between 0 and 1 where the
+chart is exact: its logarithm's mean over n plots is -1 with deviation n^(-1/2) (Fisher's method of combining
+probabilities). Of an imprecise chart it is greater.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elusive.charts import WaterModel
+from elusive.charts.biased import CoastBias
+from elusive.charts.charted_area import Scene
+from elusive.contracts import Array
+from elusive.sensors.radar import RadarSensor
+from elusive.systems.radar.parameters import RadarSurvey, RadarTracking
+from elusive.systems.radar.report import RadarPath
+from elusive.systems.radar.truth import truth_at
+
+JUDGED = 20  # plots in a row by which chart and radar are compared
+UNLIKELY = math.log(0.05)  # mean logarithm of P(water) at them under which they contradict each other
+EVEN = 0.5
+LEAST = 1e-12  # P(water) below which it does not count less
+
+
+class RadarPoint(NamedTuple):
+    """A track after one scan."""
+
+    scan: int  # from 0
+    status: str
+    existence: float
+    place: Array  # (d,) x, vx, y, vy, ... as estimated
+    covariance: Array  # (d, d)
+    log_evidence: float
+    allowed: float  # P(the map allows the target) before the scan
+    forbidden: bool  # whether the map was left out
+    on_water: float  # P(water) where its plot says it is, over the plot's error; NaN without a plot or a chart
+    anchored: float = math.nan  # P(the ship lies at anchor); NaN where its motion knows no anchor
+
+
+def contradicts(points: Sequence[RadarPoint]) -> NDArray[np.bool_]:
+    """Tell in which scans a track's plots lie where the chart has land, judged by so many in a row, ``(k,)``."""
+    found = np.zeros(len(points), dtype=bool)
+    told = [number for number, point in enumerate(points) if not math.isnan(point.on_water)]
+    logs = np.array([math.log(max(points[number].on_water, LEAST)) for number in told])
+    for last in range(JUDGED, len(told) + 1):
+        window = logs[last - JUDGED : last]
+        if window.mean() < UNLIKELY:
+            unlikely = last - JUDGED + np.flatnonzero(window < UNLIKELY)
+            found[told[unlikely[0]] : told[unlikely[-1]] + 1] = True
+    return found
+
+
+def header(scored: bool) -> tuple[str, ...]:
+    """Return the names of the columns of :func:`line_of`."""
+    names = ("Track", "Since [s]", "Sure [s]", "Until [s]", "Speed [m/s]", "Course [deg]", "SD [m]", "No map [scans]")
+    return (*names, "RMSE [m]") if scored else names
+
+
+def line_of(path: RadarPath, points: Sequence[RadarPoint], truth: Array | None) -> tuple[str, ...]:
+    """Return a track's line of the table; the error's where the track is confirmed."""
+    alive = np.array([point.status != "deleted" for point in points])
+    vx, vy = path.velocity[alive].mean(axis=0)
+    line = (
+        str(path.track),
+        f"{path.times_s[0]:.1f}",
+        f"{path.times_s[path.confirmed][0]:.1f}",
+        f"{path.times_s[-1]:.1f}" if not alive[-1] else "the end",
+        f"{np.hypot(*path.velocity[alive].T).mean():.1f}",
+        f"{math.degrees(math.atan2(vx, vy)) % 360:.0f}",
+        f"{np.median(path.spread[alive]):.1f}",
+        f"{int(path.forbidden.sum())}",
+    )
+    if truth is None:
+        return line
+    errors = errors_of(path, truth)
+    errors = errors[np.isfinite(errors)]
+    return (*line, f"{math.sqrt(np.mean(errors**2)):.1f}" if len(errors) else "-")
+
+
+def errors_of(path: RadarPath, truth: Array) -> Array:
+    """Distance to the truth in each scan in which a track is confirmed, ``(k,)`` [m]; NaN where it is not known."""
+    error = np.hypot(*(path.places - truth_at(truth, path.times_s)).T)
+    return np.asarray(np.where(path.confirmed, error, np.nan))
+
+
+def verdict(paths: Sequence[RadarPath]) -> str:
+    """Say in a sentence what was found."""
+    if not paths:
+        return "No ship was found: no plots followed each other as those of a ship do."
+    if len(paths) > 1:
+        _, together = np.unique(np.concatenate([path.times_s[path.confirmed] for path in paths]), return_counts=True)
+        most = "one ship" if together.max() == 1 else f"{together.max()} ships"
+        return f"At most {most} at a time, in {len(paths)} tracks."
+    (path,) = paths
+    speed = np.hypot(*path.velocity.T).mean()
+    return f"One ship was found, from {path.times_s[0]:.1f} to {path.times_s[-1]:.1f} s, at {speed:.1f} m/s."
+
+
+def remarks(paths: Sequence[RadarPath], points: Mapping[int, Sequence[RadarPoint]]) -> list[str]:
+    """Say where the map was left out, and where chart and radar contradict each other."""
+    said = []
+    for path in paths:
+        at_anchor = np.array([point.anchored > EVEN for point in points[path.track]])
+        if at_anchor.any():
+            said.append(
+                f"Track {path.track}: at anchor, more likely than not, in {100 * at_anchor.mean():.0f} % of its scans."
+            )
+        left_out = int(path.forbidden.sum())
+        if left_out:
+            said.append(
+                f"Track {path.track}: the map left it no room in {left_out} of {len(path.times_s)} scans, first at "
+                f"{path.times_s[path.forbidden][0]:.1f} s, and was not used there."
+            )
+        against = contradicts(points[path.track])
+        if against.any():
+            first, last = path.times_s[against][[0, -1]]
+            said.append(
+                f"Track {path.track}: chart and radar contradict each other from {first:.1f} to {last:.1f} s: its "
+                "plots lie where the chart has land."
+            )
+    return said
+
+
+def bias_row(bias: CoastBias) -> tuple[str, str]:
+    """Say how far the chart stands off, as estimated."""
+    (east, north), (sd_east, sd_north) = bias.mean_m, np.sqrt(np.diag(bias.covariance_m2))
+    return (
+        "Bias of the chart",
+        f"{east:+.1f} ± {sd_east:.1f} m east, {north:+.1f} ± {sd_north:.1f} m north",
+    )
+
+
+def rows_of(
+    parameters: RadarTracking,
+    sensor: RadarSensor,
+    scene: Scene | None,
+    seen: RadarSurvey,
+    counts: Mapping[str, int],
+) -> list[tuple[str, str]]:
+    """Return the table about a run."""
+    rows = [
+        ("Scans", f"{seen.scans}, with {seen.plots} plots"),
+        ("Left out of the file", ", ".join(f"{n} {name}" for name, n in counts.items() if name != "reports" and n)),
+        (
+            "Radar",
+            f"{sensor.range_sd_m:g} m, {sensor.bearing_sd_mrad:g} mrad, {sensor.doppler_sd_mps:g} m/s; "
+            f"P_D {sensor.detection_probability:g}, {sensor.false_alarms:g} false alarms a scan",
+        ),
+        ("In view", f"to {sensor.max_range_m:.0f} m, range rates to {sensor.max_doppler_mps:.0f} m/s"),
+        ("Particles a track", f"{parameters.particles}, estimate {parameters.estimate}"),
+        ("Knowledge", _knowledge(parameters)),
+    ]
+    if scene is not None:
+        sigma = np.unique(scene.coast.sigma_m)
+        spread = f"{sigma[0]:g} m" if len(sigma) == 1 else f"{sigma[0]:g} to {sigma[-1]:g} m"
+        rows.append(("Charts", ", ".join(chart.name for chart in scene.charts)))
+        if _knowledge(parameters) != "hard, coast error fresh":  # which takes no notice of it
+            rows.append(("Imprecision of the coast", spread))
+        rows.append(("Plots on a chart", f"{seen.covered} of {seen.plots}, of them {seen.on_land} on charted land"))
+        if not seen.radar_covered:
+            rows.append(("The radar itself", "stands off the charts"))
+        rows += [("Chart", f"{chart.name}: {remark}") for chart in scene.charts for remark in chart.remarks]
+    return [(name, value) for name, value in rows if value]
+
+
+def _knowledge(parameters: RadarTracking) -> str:
+    if not isinstance(parameters.knowledge, WaterModel):
+        return "none"
+    return f"{parameters.knowledge.kind}, coast error {parameters.coast.coast_error}"

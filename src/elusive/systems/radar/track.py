@@ -1,0 +1,178 @@
+"""From a radar's plots to the tracks of ships, with charts that are known to be imprecise.
+
+A particle filter a track under the chart, existence by integrated data association; Bootsveld (2012), algorithm 2, for
+a recording of one plot a scan.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import nullcontext
+from pathlib import Path
+
+import numpy as np
+
+from elusive.charts import HardWater, Water, WaterModel
+from elusive.charts.charted_area import Scene, build_scene, read_charts
+from elusive.errors import DataError, ParameterError
+from elusive.filters.particle.coast_error import learn_bias
+from elusive.filters.particle.sir import ParticleFilter
+from elusive.geometry.local_frame import LocalFrame
+from elusive.io import RadarSource, atomic_folder, summarize_asterix
+from elusive.io.radar_plots import TABLES
+from elusive.sensors.radar_scans import RadarScan
+from elusive.systems.radar.parameters import NoMap, RadarTracking, survey
+from elusive.systems.radar.results import RadarOutcome, RadarRun, Surroundings
+from elusive.systems.radar.truth import truth_in_frame
+from elusive.tracking.radar_tracks import RadarTracks
+
+UNIX_S = 1e8  # a time from here on counts from 1970, not from a midnight
+
+__all__ = ["RadarTracking", "track_radar", "track_radar_recording"]
+
+
+def track_radar(scans: Iterable[RadarScan], flt: ParticleFilter, parameters: RadarTracking) -> Iterator[RadarTracks]:
+    """Track ships through a radar's scans, lazily; a live stream and a file are the same.
+
+    Parameters
+    ----------
+    scans
+        In the order of time; without a plot too.
+    flt
+        What each track is followed with: :meth:`RadarTracking.filter`.
+    parameters
+        What to do.
+
+    Yields
+    ------
+    RadarTracks
+        One a scan.
+
+    Raises
+    ------
+    DataError
+        If a scan cannot be used.
+    """
+    rng = np.random.default_rng(parameters.seed)
+    tracks = parameters.tracker.init()
+    for scan in scans:
+        tracks = parameters.tracker.step(tracks, scan, flt, rng)
+        believed = [(one.before, one.state) for one in tracks.tracks if one.life.status == "confirmed"]
+        flt = flt.replace(knowledge=learn_bias(flt.knowledge, believed, parameters.coast))
+        yield tracks
+
+
+def track_radar_recording(
+    source: RadarSource,
+    parameters: RadarTracking,
+    out: Path | None,
+    *,
+    radar_lon_deg: float,
+    radar_lat_deg: float,
+    charts: Sequence[str | Path] = (),
+    truth: str | Path | None = None,
+    truth_mmsi: int | None = None,
+    on_scan: Callable[[int], None] | None = None,
+) -> RadarOutcome:
+    """Track ships through a recording and write ``tracks.csv``, ``tracks.geojson``, ``result.nc`` and a report.
+
+    ``report.html``, ``report.png`` and ``config.yaml``, which repeats the run, stand beside them. Nothing is left in
+    ``out`` if the recording cannot be used.
+
+    Parameters
+    ----------
+    source
+        From :func:`elusive.io.open_radar_plots`. It is read twice.
+    parameters
+        What to do.
+    out
+        Folder for the results; None writes nothing.
+    radar_lon_deg, radar_lat_deg
+        The radar's place, WGS 84.
+    charts
+        S-57 base cells, GeoJSON or shapefiles; none with ``knowledge`` ``none`` only.
+    truth
+        Where a ship truly was, see :func:`~elusive.systems.radar.truth.truth_in_frame`; scores only.
+    truth_mmsi
+        The ship, where that is an AIS log of several.
+    on_scan
+        Called with the number of scans done.
+
+    Raises
+    ------
+    DataError
+        If a chart, a plot or the truth cannot be used, or no plot falls on a chart.
+    ParameterError
+        If a chart is to be used and none is given, or a ship of the truth is chosen and there is no truth.
+    """
+    if not charts and not isinstance(parameters.knowledge, NoMap):
+        raise ParameterError(
+            f"knowledge: is {parameters.knowledge.kind!r}, and no chart is given; give --chart, or --knowledge none."
+        )
+    if truth_mmsi is not None and truth is None:
+        raise ParameterError("truth_mmsi: has no meaning without a truth; give --truth, or leave it out.")
+    frame = LocalFrame.at(radar_lon_deg, radar_lat_deg)
+    read = read_charts(*charts) if charts else ()
+    scene = build_scene(read, parameters.scene, frame) if read else None
+    seen = survey(_heeding(source, on_scan), None if scene is None else HardWater().on(scene.coast))
+    if scene is not None and not seen.covered:
+        raise DataError(
+            f"{source.name}: none of its {seen.plots} plots falls on a chart, seen from a radar at longitude "
+            f"{radar_lon_deg:g}, latitude {radar_lat_deg:g}; check the radar's place and the charts."
+        )
+    known = None if truth is None else truth_in_frame(truth, frame, midnight_unix_s=_midnight(source), mmsi=truth_mmsi)
+    sensor = parameters.radar.sensor(seen)
+    flt = parameters.filter(sensor, None if scene is None else scene.coast)
+    run = RadarRun(parameters, sensor, Surroundings(frame, scene, _water(parameters, flt, scene)), seen)
+    with nullcontext() if out is None else atomic_folder(out) as folder:
+        try:
+            for number, (scan, tracks) in enumerate(_with_scans(source, flt, parameters), 1):
+                run.offer(scan, tracks)
+                if on_scan is not None:
+                    on_scan(number)
+        except DataError as error:
+            text = str(error)
+            raise DataError(text if text.startswith(source.name) else f"{source.name}: {text}") from None
+        outcome = run.outcome(source, known)
+        if folder is not None:
+            run.write(folder, outcome, parameters.to_yaml())
+    return outcome
+
+
+def _with_scans(
+    source: Iterable[RadarScan], flt: ParticleFilter, parameters: RadarTracking
+) -> Iterator[tuple[RadarScan, RadarTracks]]:
+    """Yield each scan with the tracks after it."""
+    given: list[RadarScan] = []
+
+    def noted() -> Iterator[RadarScan]:
+        for scan in source:
+            given[:] = [scan]
+            yield scan
+
+    for tracks in track_radar(noted(), flt, parameters):
+        yield given[0], tracks
+
+
+def _heeding(scans: Iterable[RadarScan], on_scan: Callable[[int], None] | None) -> Iterator[RadarScan]:
+    """Yield scans that are only looked through: none is done yet, but a caller may want to stop."""
+    for scan in scans:
+        if on_scan is not None:
+            on_scan(0)
+        yield scan
+
+
+def _midnight(source: RadarSource) -> float:
+    """Return what a recording's times count from, seconds after 1970 began; NaN where it does not say."""
+    first = next(iter(source)).time_s
+    if first > UNIX_S:
+        return 0.0
+    return math.nan if Path(source.name).suffix.lower() in TABLES else summarize_asterix(source.name).midnight_unix_s
+
+
+def _water(parameters: RadarTracking, flt: ParticleFilter, scene: Scene | None) -> Water | None:
+    """Return P(water) whatever the coast's error; None without a map."""
+    if scene is None or not isinstance(parameters.knowledge, WaterModel):
+        return None
+    return flt.knowledge if isinstance(flt.knowledge, Water) else parameters.knowledge.on(scene.coast)

@@ -1,0 +1,23 @@
+"""The five systems, registered once: commands, pages of the workbench and the docs' table are made from this list."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class System(NamedTuple):
+    """One kind of recording and what finds targets in it."""
+
+    name: str  # of its folder, and of its commands: ``elusive track <name>``
+    recording: str  # what its users have
+    targets: str  # what is found in that
+    page: str  # module of its page in the workbench, which holds a PAGE
+
+
+SYSTEMS = (
+    System("links", "levels of a radio network", "people without devices", "elusive.systems.links.page"),
+    System("images", "a sequence of frames", "targets below the noise", "elusive.systems.images.page"),
+    System("signals", "a signal over time", "objects that differ only in their noise", "elusive.systems.signals.page"),
+    System("radar", "a radar's plots, and charts", "ships near the coast", "elusive.systems.radar.page"),
+    System("bearings", "bearings from a few places", "emitters", "elusive.systems.bearings.page"),
+)

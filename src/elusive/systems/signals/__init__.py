@@ -1,0 +1,1 @@
+"""Signals: noise objects, told from the noise by their statistics alone."""

@@ -1,0 +1,39 @@
+"""Noise objects: what differs from a signal's noise in its statistics alone, made or opened, run, played, measured.
+
+Mazurek (2013).
+"""
+
+from __future__ import annotations
+
+from elusive.systems.signals.page.inputs import SignalInputs
+from elusive.systems.signals.page.run import work_of
+from elusive.systems.signals.page.state import SignalsState
+from elusive.workbench.bench import Bench
+from elusive.workbench.session import state_of
+from elusive.workbench.shell import Page, head, main
+
+TITLE = "Noise objects along a signal"
+LEAD = (
+    "An object that is noise itself, stronger than the noise about it, moves along a signal. Its statistic is "
+    "accumulated along every velocity until it stands out; peaks above what noise does become tracks."
+)
+
+
+async def build(example: bool) -> None:
+    """Build the page; ``example``: run its scene at once."""
+    head("/signals")
+    state = await state_of("signals", SignalsState)
+    with main(TITLE, LEAD):
+        bench = Bench(
+            state, lambda: SignalInputs(state).forms, lambda: work_of(state), ("Highest score", "deviations of noise")
+        )
+    if example and state.run is None:
+        await bench.run()
+
+
+PAGE = Page(
+    "/signals", TITLE,
+    "Objects without a shape in a one-dimensional signal: map of the statistic, threshold, detections, tracks, errors.",
+    "an object 5 samples long that moves 2 samples a frame, from frame 10 to 69 of 80, 600 samples each.",
+    build,
+)  # fmt: skip

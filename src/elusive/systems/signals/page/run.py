@@ -1,0 +1,134 @@
+"""A run of the noise objects: the pipeline's frame by frame, watched."""
+
+from __future__ import annotations
+
+import math
+import shlex
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from elusive.contracts import Array
+from elusive.errors import DataError
+from elusive.io import SignalSource, SignalTrackRow, write_signal_tracks_csv
+from elusive.systems.signals.page.panels import Maps
+from elusive.systems.signals.page.state import SignalsState
+from elusive.systems.signals.parameters import SignalTracking
+from elusive.systems.signals.report import SignalTracked
+from elusive.systems.signals.results import SignalRun
+from elusive.systems.signals.scene import NAME, SignalScene, draw_signal, held_signal
+from elusive.systems.signals.summary import apart
+from elusive.systems.signals.track import track_signal
+from elusive.workbench.runs import Curve, File, Line, LiveJob, Run
+
+ERROR = "Error there, RMS"
+TRACKS_TOLD = 12
+
+
+def work_of(state: SignalsState) -> Callable[[LiveJob], Run]:
+    """Return the work that the state asks for.
+
+    Raises
+    ------
+    DataError
+        If a signal shall be opened and none is.
+    """
+    if not state.records:
+        scene = state.scene
+        return lambda job: run_scene(scene, job)
+    recorded, tracking, name, truth = state.recorded, state.tracking, state.name, state.truth
+    if recorded is None:
+        raise DataError("signal: none is opened; open one, or make a scene.")
+    words = ["elusive", "track", "signal", name, *state.recorded_by, "--config", "tracking.yaml", "--out", "results"]
+    words += ["--truth", state.truth_name] if truth is not None else []
+    times = recorded.times if recorded.timed and recorded.rate_hz is None else None
+    source = held_signal(name, recorded.frames, recorded.rate_hz, times)
+    yaml = File("Run as YAML", "tracking.yaml", tracking.to_yaml().encode())
+    return lambda job: watched(name, source, tracking, truth, yaml, shlex.join(words), job)
+
+
+def run_scene(scene: SignalScene, job: LiveJob) -> Run:
+    """Draw a scene and track it."""
+    drawn, settled = draw_signal(scene), scene.settled
+    yaml = File("Run as YAML", "scene.yaml", settled.to_yaml().encode())
+    again = "elusive scene scene.yaml --out results"
+    title = f"deviation {scene.sensor.object_deviation:g} on {scene.sensor.background_deviation:g}"
+    truth = drawn.truth if scene.objects else None
+    return watched(title, held_signal(NAME, drawn.frames), settled.tracking, truth, yaml, again, job)
+
+
+def watched(
+    title: str, source: SignalSource, tracking: SignalTracking, truth: Array | None, yaml: File, again: str,
+    job: LiveJob,
+) -> Run:  # fmt: skip
+    """Track a signal and gather what is shown of it.
+
+    Raises
+    ------
+    DataError
+        If a frame cannot be used, or the truth has fewer rows than there are frames.
+    CancelledError
+        If it was called off.
+    """
+    tracking.check(source.samples)
+    job.total = source.length
+    ring = tracking.filter.border == "circular"
+    run, maps = SignalRun(source, ring, tracking.object_size), Maps()
+
+    def timed() -> Iterator[Array]:
+        for frame in source:
+            run.times.append(frame.time_s)
+            yield frame.samples
+
+    for result in track_signal(timed(), tracking):
+        run.offer(result)
+        maps.offer(result)
+        job.tell(math.nan if result.law is None else float(result.score.max()))
+    rows, tracked = run.outcome(tracking.described, truth)
+    said = [("In words", tracked.verdict), *tracked.rows, *_tracks(tracked)]
+    found = dict(tracked.rows)
+    headline = (ERROR, found[ERROR]) if ERROR in found else ("Tracks", str(len(tracked.paths)))
+    curves = curves_of(tracked, float(source.samples) if ring else math.inf, tracking.object_size)
+    files = [yaml, File("Tracks as CSV", "tracks.csv", _csv(rows))]
+    return Run(title, headline, maps.player(tracked, rows), curves, said, files, again, maps.stride)
+
+
+def curves_of(tracked: SignalTracked, period: float, near: float) -> list[Curve]:
+    """Return the highest score with its threshold, and the error of each object, over time."""
+    unit = "frame" if tracked.time_unit == "frame" else "time [s]"
+    lines = [Line("highest score", tracked.highest), Line("threshold", tracked.threshold, quiet=True)]
+    top = max(1.0, float(np.nanmax([tracked.highest, tracked.threshold])))
+    curves = [Curve("Does anything stand out?", "deviations of noise", tracked.times, unit, lines, (0.0, 1.05 * top))]
+    if tracked.truth is not None:
+        errors = errors_of(tracked, period, near).T
+        names = ["error"] if len(errors) == 1 else [f"object {number}" for number in range(1, len(errors) + 1)]
+        drawn = [Line(name, error) for name, error in zip(names, errors, strict=True)]
+        curves.append(Curve("How far off, where found?", "error [samples]", tracked.times, unit, drawn))
+    return curves
+
+
+def errors_of(tracked: SignalTracked, period: float, near: float) -> Array:
+    """Return how far from each object the nearest confirmed track is, ``(T, objects)``, NaN where none is near."""
+    assert tracked.truth is not None
+    errors = np.full(tracked.truth.shape, np.inf)
+    for path in tracked.paths:
+        frames = path.frames[path.sure]
+        errors[frames] = np.fmin(errors[frames], apart(path.x[path.sure][:, None] - tracked.truth[frames], period))
+    return np.where(errors <= near, errors, np.nan)
+
+
+def _tracks(tracked: SignalTracked) -> list[tuple[str, str]]:
+    heads = [head.partition(" [")[0].lower() for head in tracked.header[1:]]
+    return [
+        (f"Track {line[0]}", ", ".join(f"{head} {cell}" for head, cell in zip(heads, line[1:], strict=True)))
+        for line in tracked.tracks[:TRACKS_TOLD]
+    ]
+
+
+def _csv(rows: Sequence[SignalTrackRow]) -> bytes:
+    with tempfile.TemporaryDirectory(prefix="elusive-") as folder:
+        path = Path(folder) / "tracks.csv"
+        write_signal_tracks_csv(path, rows)
+        return path.read_bytes()

@@ -1,0 +1,217 @@
+"""The report of a tracked signal: one HTML file that asks nothing of the network, and one figure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elusive import plots
+from elusive.contracts import Array
+from elusive.report.page import facts, picture_url, rounded, track_table, write_page
+
+TIMES_SHOWN = 1000  # columns of a picture at most
+SAMPLES_SHOWN = 400  # rows of a picture at most
+DARK, MIDDLE, BRIGHT = (13, 20, 40), (37, 99, 175), (236, 246, 255)  # a score of zero, half and all of the scale
+
+
+class Waterfall:
+    """Keeps a signal over time in bounded memory, whatever its length: ``(columns, rows)``, a block to a cell.
+
+    A cell is the largest of its block's values, or, kind ``first``, the first of them. When there are too many
+    columns, pairs of them are merged.
+    """
+
+    def __init__(
+        self, kind: Literal["largest", "first"], *, times: int = TIMES_SHOWN, samples: int = SAMPLES_SHOWN
+    ) -> None:
+        self.kind = kind
+        self.stride = 1  # frames a column
+        self.shrink = 1  # samples a row
+        self._most = (max(2, times), samples)
+        self._columns: list[NDArray[np.float32]] = []
+        self._frames = 0
+
+    def offer(self, values: NDArray[np.floating[Any]]) -> None:
+        """Take one frame's values ``(n,)``."""
+        if not self._columns:
+            self.shrink = -(-values.size // self._most[1])
+        starts = np.arange(0, values.size, self.shrink)
+        rows = values[starts] if self.kind == "first" else np.maximum.reduceat(values, starts)
+        column = rows.astype(np.float32)
+        if self._frames % self.stride == 0:
+            if len(self._columns) == self._most[0]:
+                self._halve()
+            if self._frames % self.stride == 0:
+                self._columns.append(column)
+        elif self.kind == "largest":
+            np.maximum(self._columns[-1], column, out=self._columns[-1])
+        self._frames += 1
+
+    def _halve(self) -> None:
+        pairs = zip(self._columns[::2], self._columns[1::2], strict=False)
+        merged = [first if self.kind == "first" else np.maximum(first, second) for first, second in pairs]
+        self._columns = merged + self._columns[2 * len(merged) :]
+        self.stride *= 2
+
+    def picture(self) -> NDArray[np.float32]:
+        """Return the cells, ``(columns, rows)``."""
+        return np.stack(self._columns)
+
+
+class Path1D(NamedTuple):
+    """A track along a signal."""
+
+    track: int
+    frames: NDArray[np.int64]  # (k,) numbers of the frames of the run
+    x: Array  # (k,) samples
+    sure: NDArray[np.bool_]  # (k,) whether it was confirmed by then; else a candidate, or read back
+
+
+class SignalTracked(NamedTuple):
+    """A tracked signal, as arrays over time."""
+
+    title: str
+    verdict: str
+    times: Array  # (T,)
+    time_unit: str  # "s" or "frame"
+    samples: int  # of a frame
+    highest: Array  # (T,) highest score of each frame, NaN where there is none yet
+    threshold: Array  # (T,) score above which there is an alarm, NaN where there is none yet
+    paths: Sequence[Path1D]
+    truth: Array | None  # (T, objects) samples, NaN where absent; None where it is not known
+    rows: Sequence[tuple[str, str]]  # what the table about the run says
+    header: Sequence[str]  # of the table of tracks
+    tracks: Sequence[Sequence[str]]  # its lines
+
+
+def write_signal_png(path: Path, tracked: SignalTracked, signal: Waterfall, score: Waterfall) -> None:
+    """Draw the signal, the accumulated scores with the tracks, and the highest score over time."""
+    from matplotlib.colors import ListedColormap
+
+    steps = np.diff(tracked.times)
+    step = float(np.median(steps)) if len(steps) else 1.0
+    with plots.figure(path, 10.0, 8.2, 3) as (figure, grid):
+        axes = grid[:, 0]
+        blues = ListedColormap(_palette() / 255.0)
+        pictures = (signal, "gray", *_grey_scale(signal)), (score, blues, 0.0, _score_scale(tracked))
+        for ax, (kept, colours, low, high) in zip(axes, pictures, strict=False):
+            picture = kept.picture()
+            ends = (tracked.times[0] - step / 2, tracked.times[0] + step * (len(picture) * kept.stride - 0.5))
+            extent = (*ends, -0.5, picture.shape[1] * kept.shrink - 0.5)
+            drawn = {"origin": "lower", "aspect": "auto", "interpolation": "nearest", "extent": extent}
+            ax.imshow(picture.T, cmap=colours, vmin=low, vmax=high, **drawn)
+            ax.set(ylabel="x [sample]", ylim=(-0.5, tracked.samples - 0.5))
+            ax.grid(visible=False)
+        axes[0].set_title("Signal")
+        axes[1].set_title("Accumulated evidence: highest score over the velocities")
+        _draw_paths(axes[1], tracked)
+        _draw_highest(axes[2], tracked)
+        for ax in axes:
+            ax.set_xlim(tracked.times[0] - step / 2, tracked.times[-1] + step / 2)
+        figure.suptitle(tracked.title, x=0.01, ha="left", size=12, weight="bold")
+
+
+def _draw_paths(axes: Any, tracked: SignalTracked) -> None:
+    if tracked.truth is not None:
+        for number, x in enumerate(tracked.truth.T):
+            label = "truth" if number == 0 else None
+            x = _broken_at_ends(x, tracked.samples)
+            axes.plot(tracked.times, x, color="#2dd4bf", linewidth=3.5, alpha=0.5, label=label)
+    for number, path in enumerate(tracked.paths):
+        x = _broken_at_ends(path.x, tracked.samples)
+        times = tracked.times[path.frames]
+        axes.plot(times, x, color="#fb923c", linewidth=1.2, linestyle=(0, (2, 2)))
+        label = "track" if number == 0 else None
+        axes.plot(times, np.where(path.sure, x, np.nan), color="#fb923c", linewidth=1.8, label=label)
+        axes.annotate(f" {path.track}", (times[-1], path.x[-1]), color="#fb923c", va="center", size=9, weight="bold")
+    if tracked.truth is not None or tracked.paths:
+        axes.legend(loc="upper left", labelcolor="white")
+
+
+def _draw_highest(axes: Any, tracked: SignalTracked) -> None:
+    if tracked.truth is not None:
+        present = np.asarray(np.isfinite(tracked.truth).any(axis=1), dtype=np.float64)
+        plots.shade(axes, tracked.times, present)
+    axes.plot(tracked.times, tracked.highest, color=plots.SERIES[1], linewidth=1.4, label="highest score")
+    dashed = {"color": plots.MUTED, "linestyle": (0, (4, 3)), "linewidth": 1.2}
+    axes.plot(tracked.times, tracked.threshold, label="threshold", **dashed)
+    axes.set(xlabel=f"time [{tracked.time_unit}]", ylabel="score", title="Is something there?", ylim=(0, None))
+    axes.legend(loc="upper left")
+
+
+def write_signal_html(path: Path, tracked: SignalTracked, signal: Waterfall, score: Waterfall) -> None:
+    """Write a page with the signal, the scores with the tracks and the highest score, one above the other."""
+    columns = -(-len(tracked.times) // score.stride)
+    starts = np.arange(columns) * score.stride
+    ends = np.minimum(starts + score.stride, len(tracked.times)) - 1
+    data = {
+        "times": rounded(tracked.times[starts], 4),
+        "end": rounded(tracked.times[-1:], 4)[0],
+        "frames": len(tracked.times),
+        "unit": tracked.time_unit,
+        "samples": tracked.samples,
+        "highest": rounded(np.fmax.reduceat(tracked.highest, starts)),
+        "threshold": rounded(tracked.threshold[ends]),
+        "tracks": [_drawn(one, score.stride, columns) for one in tracked.paths],
+        "truth": [] if tracked.truth is None else [rounded(x) for x in tracked.truth[ends].T],
+        "scale": _score_scale(tracked),
+        "colours": [f"rgb{DARK}", f"rgb{MIDDLE}", f"rgb{BRIGHT}"],
+        "signal": _picture(signal, *_grey_scale(signal), None),
+        "score": _picture(score, 0.0, _score_scale(tracked), _palette()),
+    }
+    table = track_table(tracked.header, tracked.tracks)
+    texts = {"title": tracked.title, "verdict": tracked.verdict}
+    write_page(path, "report_signal.html", data, texts, tracks=table, table=facts(tracked.rows))
+
+
+def _drawn(path: Path1D, stride: int, columns: int) -> dict[str, object]:
+    """Lay a track out a column of the picture to a value; the last of a column's frames stands for it."""
+    x, sure = np.full(columns, np.nan), np.zeros(columns, dtype=np.int64)
+    x[path.frames // stride] = path.x
+    sure[path.frames // stride] = path.sure
+    return {"track": path.track, "x": rounded(x), "sure": sure.tolist()}
+
+
+def _broken_at_ends(x: Array, samples: int) -> Array:
+    """Return places with NaN where a path leaves the ring at one end to come back at the other."""
+    found: Array = np.array(x, dtype=np.float64)
+    found[1:][np.abs(np.diff(x)) > samples / 2] = np.nan
+    return found
+
+
+def _score_scale(tracked: SignalTracked) -> float:
+    """Score that is drawn brightest: noise stays dark, and a strong object does not hide a weak one."""
+    if not np.isfinite(tracked.threshold).any():
+        return 1.0
+    threshold, highest = float(np.nanmedian(tracked.threshold)), float(np.nanmax(tracked.highest))
+    return max(1.5 * threshold, min(highest, 3.0 * threshold))
+
+
+def _grey_scale(signal: Waterfall) -> tuple[float, float]:
+    low, high = np.percentile(signal.picture(), [0.5, 99.5])
+    return float(low), float(high)
+
+
+def _palette() -> NDArray[np.uint8]:
+    """Colours of a score, ``(256, 3)``."""
+    place = np.linspace(0.0, 1.0, 256)
+    channels = [np.interp(place, [0.0, 0.5, 1.0], ends) for ends in zip(DARK, MIDDLE, BRIGHT, strict=True)]
+    return np.column_stack(channels).astype(np.uint8)
+
+
+def _picture(kept: Waterfall, low: float, high: float, palette: NDArray[np.uint8] | None) -> dict[str, object]:
+    """Write a waterfall as a PNG in a data URL: time to the right, the first sample at the bottom."""
+    from PIL import Image
+
+    cells = kept.picture()
+    grey = np.clip(255.0 * (cells.T[::-1] - low) / max(high - low, 1e-12), 0, 255).astype(np.uint8)
+    image = Image.fromarray(grey)
+    if palette is not None:
+        image = image.convert("P")
+        image.putpalette(palette.tobytes())
+    # how much of the run and of a frame the picture covers: its last block may be incomplete
+    return {"url": picture_url(image), "frames": len(cells) * kept.stride, "samples": cells.shape[1] * kept.shrink}

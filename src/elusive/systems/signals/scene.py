@@ -1,0 +1,148 @@
+"""A scene of noise objects along a signal, complete in one file: who moves when and where, and how they are tracked.
+
+Mazurek (2013), section 4: objects that differ from the background in their deviation alone, on straight paths.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, Literal, NamedTuple, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from elusive.contracts import Array, X
+from elusive.errors import ParameterError
+from elusive.filters.accumulate.recurrent import RecurrentFilter
+from elusive.io import SignalSource, atomic_folder
+from elusive.model import Model
+from elusive.sensors.waveform import NoiseObject, NoiseObjectPath
+from elusive.systems.signals.parameters import SignalTracking
+from elusive.systems.signals.results import SignalOutcome
+from elusive.systems.signals.track import track_signal_recording
+
+VALUES_AT_MOST = 24_000_000  # samples of all frames: they are kept
+OBJECTS_AT_MOST = 20
+NAME = "scene"
+FOLLOWS = (("filter", "velocity_step"), ("statistic", "window"), ("statistic", "border"))  # size or border
+
+
+class SignalScene(Model):
+    """Everything that a run of the workbench's noise objects can be told; frames and samples count from 0."""
+
+    system: Literal["signals"] = Field("signals", description="What kind of scene this is")
+    objects: tuple[NoiseObjectPath, ...] = Field(
+        (NoiseObjectPath(start=(150.0,), velocity=(2.0,), appears=10, leaves=69),),
+        max_length=OBJECTS_AT_MOST,
+        description="Path of each object",
+    )
+    frames: int = Field(80, ge=2, le=100_000, description="Frames in all")
+    samples: int = Field(600, ge=20, le=1_000_000, description="Samples of a frame")
+    sensor: NoiseObject = Field(
+        NoiseObject(background_deviation=0.6), description="What objects and background are made of"
+    )
+    seed: int = Field(1, ge=0, description="Root of the frames' random numbers")
+    tracking: SignalTracking = Field(
+        SignalTracking(filter=RecurrentFilter(smoothing=0.9, max_velocity=4.0, velocity_step=0.25)),
+        description="How they are tracked",
+    )
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        for number, path in enumerate(self.objects, 1):
+            if len(path.start) != 1 or len(path.velocity) != 1:
+                raise ParameterError(
+                    f"NoiseObjectPath.start: object {number} needs one number for its start and one for its velocity."
+                )
+            if not 0 <= path.start[0] <= self.samples - 1:
+                raise ParameterError(
+                    f"NoiseObjectPath.start: object {number} begins at sample {path.start[0]:g}, outside of the "
+                    f"{self.samples} samples; choose a place inside."
+                )
+            last = self.frames - 1 if path.leaves is None else path.leaves
+            if not path.appears <= last:
+                raise ParameterError(
+                    f"NoiseObjectPath.leaves: object {number} leaves in frame {last} and appears in {path.appears}; "
+                    "choose a later frame."
+                )
+        if self.frames * self.samples > VALUES_AT_MOST:
+            raise ParameterError(
+                f"SignalScene.frames: {self.frames} frames of {self.samples} samples are more than a scene keeps, "
+                f"{VALUES_AT_MOST} samples; give fewer or shorter ones."
+            )
+        return self
+
+    @property
+    def settled(self) -> SignalScene:
+        """The same, with a sensor of these frames' length and a filter of the objects' size and border."""
+        sensor = self.sensor.replace(shape=(self.samples,))
+        return self.replace(sensor=sensor, tracking=fitted(self.tracking, sensor.object_size, sensor.border))
+
+
+def fitted(tracking: SignalTracking, object_size: int, border: str) -> SignalTracking:
+    """Return the tracking of objects of a size; what follows from size and border is taken anew where they change."""
+    if tracking.object_size == object_size and tracking.filter.border == border:
+        return tracking
+    given = tracking.model_dump()
+    for part, name in FOLLOWS:
+        del given[part][name]
+    given["object_size"], given["filter"]["border"] = object_size, border
+    return SignalTracking(**given)
+
+
+class DrawnSignal(NamedTuple):
+    """Frames with the truth behind them."""
+
+    frames: Array  # (T, samples)
+    truth: Array  # (T, objects) [samples], NaN where an object is absent or outside
+
+
+def draw_signal(scene: SignalScene) -> DrawnSignal:
+    """Draw the frames."""
+    rng = np.random.default_rng(scene.seed)
+    drawn = scene.settled.sensor.simulate_sequence(scene.frames, list(scene.objects), rng)
+    truth = drawn.truth[:, :, X]
+    inside = (truth >= -0.5) & (truth <= scene.samples - 0.5)
+    return DrawnSignal(drawn.frames, np.where(inside | (scene.sensor.border == "circular"), truth, np.nan))
+
+
+def held_signal(name: str, frames: Array, rate_hz: float | None = None, times_s: Array | None = None) -> SignalSource:
+    """Return frames ``(T, samples)`` that are in memory, perhaps with times, as a source like a file's."""
+
+    def read(start: int, stop: int | None) -> Iterator[tuple[str, float | None, Any]]:
+        for number, frame in enumerate(frames[start:stop], start):
+            yield f"{name}, frame {number}", None if times_s is None else float(times_s[number]), frame
+
+    timed = times_s is not None or rate_hz is not None
+    return SignalSource(name, frames.shape[1], len(frames), rate_hz, timed, 0, read, None)
+
+
+def track_signal_scene(
+    scene: SignalScene, out: Path, *, on_frame: Callable[[int], None] | None = None
+) -> SignalOutcome:
+    """Run a scene and write what :func:`track_signal_recording` writes, and ``signal.npy``, ``truth.txt`` and itself.
+
+    Parameters
+    ----------
+    scene
+        What to run; it is written as ``scene.yaml``.
+    out
+        Folder for the results.
+    on_frame
+        Called with the number of frames done.
+
+    Raises
+    ------
+    DataError
+        If the scene cannot be run, or a file cannot be written; then nothing is.
+    """
+    drawn, settled = draw_signal(scene), scene.settled
+    with atomic_folder(out) as folder:
+        np.save(folder / "signal.npy", drawn.frames)
+        if scene.objects:
+            np.savetxt(folder / "truth.txt", drawn.truth, header="samples, a line a frame, a column an object")
+        (folder / "scene.yaml").write_text(scene.to_yaml(), encoding="utf-8")
+        truth = drawn.truth if scene.objects else None
+        source = held_signal(NAME, drawn.frames)
+        return track_signal_recording(source, settled.tracking, folder, truth=truth, on_frame=on_frame)

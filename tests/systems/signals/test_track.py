@@ -1,0 +1,422 @@
+"""From a signal to tracks: simulated objects found where they are, noise left alone, and the files that say so."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import psutil
+import pytest
+import xarray as xr
+import yaml
+from scipy.special import polygamma
+
+from elusive.errors import DataError, ParameterError
+from elusive.filters.accumulate.false_alarm import ExtremeValue
+from elusive.io import open_signal, read_signal_tracks_csv
+from elusive.preprocess.standardise import learn_standard
+from elusive.sensors.waveform import NoiseObject, NoiseObjectPath
+from elusive.systems.signals import results as signal_results
+from elusive.systems.signals.track import SignalTracking, track_signal, track_signal_recording
+from elusive.tracking import PeakTrack, ReadBack
+from elusive.tracking.fresh import Fresh
+
+QUICK = {"filter": {"smoothing": 0.9, "max_velocity": 3}}  # a short memory: the law of noise is soon simulated
+WRITTEN = ["config.yaml", "report.html", "report.png", "result.nc", "tracks.csv"]
+
+
+def simulated(
+    frames: int, paths: list[NoiseObjectPath], seed: int, samples: int = 400, background: float = 0.5, **sensor: Any
+) -> tuple[np.ndarray, np.ndarray]:
+    """Frames, and where the objects are, ``(T, objects)``."""
+    scene = NoiseObject(shape=(samples,), background_deviation=background, **sensor)
+    drawn = scene.simulate_sequence(frames, paths, np.random.default_rng(seed))
+    return drawn.frames, drawn.truth[:, :, 0]
+
+
+def one(velocity: float = 2.0, appears: int = 20, leaves: int = 89) -> list[NoiseObjectPath]:
+    return [NoiseObjectPath(start=(100.0,), velocity=(velocity,), appears=appears, leaves=leaves)]
+
+
+def around(difference: np.ndarray, samples: int) -> np.ndarray:
+    return np.abs((difference + samples / 2) % samples - samples / 2)
+
+
+# ---------------------------------------------------------------------------------------------- found, and left alone
+
+
+@pytest.mark.parametrize("statistic", ["llr", "std", "chi2", "dot"])
+@pytest.mark.parametrize("border", ["circular", "bounded"])
+def test_an_object_is_found_where_it_is(statistic: str, border: str) -> None:
+    frames, truth = simulated(120, one(), 1, border=border)
+    given = {"filter": {**QUICK["filter"], "border": border}, "statistic": {"kind": statistic}}
+    results = list(track_signal(frames, SignalTracking(**given)))
+    confirmed = [[track for track in result.tracks if track.status == "confirmed"] for result in results]
+    assert not any(confirmed[:20])
+    off = [around(track.position[0] - truth[k, 0], 400) for k in range(50, 90) for track in confirmed[k]]
+    assert sum(len(tracks) > 0 for tracks in confirmed[50:90]) > 36
+    assert max(off) <= 5
+    assert not any(confirmed[110:])  # gone soon after it left at 89
+
+
+@pytest.mark.parametrize(("step", "lost"), [({}, False), ({"velocity_step": 1.0}, True)])
+def test_velocities_between_whole_samples_are_not_lost(step: dict[str, float], lost: bool) -> None:
+    """Half a sample a frame off, an object of five samples is left after five to ten of the filter's twenty frames.
+
+    Found in 40 of 40 frames with the step that follows from size and smoothing, in 7 to 26 with whole steps (8 seeds).
+    """
+    frames, truth = simulated(90, one(velocity=1.5, appears=0, leaves=90), 3, background=0.75)
+    results = list(track_signal(frames, SignalTracking(filter={"smoothing": 0.95, "max_velocity": 3, **step})))
+    found = [
+        any(
+            around(track.position[0] - truth[k, 0], 400) <= 3
+            for track in results[k].tracks
+            if track.status != "deleted"
+        )
+        for k in range(50, 90)
+    ]
+    assert (sum(found) < 30) if lost else (sum(found) >= 38)
+
+
+def test_where_it_was_before_it_was_found_is_read_back() -> None:
+    frames, truth = simulated(90, one(velocity=-1.0, appears=30), 2, background=0.8)
+    results = list(track_signal(frames, SignalTracking(filter={"smoothing": 0.95, "max_velocity": 3})))
+    ((when, back),) = [(k, back) for k, result in enumerate(results) for back in result.read_back.values()]
+    first = when + 1 - len(back.positions)
+    assert abs(first - 30) <= 4
+    both = slice(max(first, 30), when + 1)
+    assert around(back.positions[both.start - first :, 0] - truth[both, 0], 400).max() <= 3
+
+
+def test_noise_alone_raises_alarms_at_the_rate_asked_for() -> None:
+    """Maps a memory of ten frames apart: about 300 independent ones, 15 of them with an alarm."""
+    noise = np.random.default_rng(3).standard_normal((6000, 400))
+    parameters = SignalTracking(**QUICK, false_alarm={"probability": 0.05})
+    results = list(track_signal(noise, parameters))
+    alarms = sum(result.score.max() > result.threshold for result in results[50::20])
+    assert 4 <= alarms <= 34  # 15 +- 3 times (3.9 of the sampling, 4.5 of the simulated law)
+    begun = {track.track: track.status for result in results for track in result.tracks}
+    confirmed = {track.track for result in results for track in result.tracks if track.status == "confirmed"}
+    assert len(begun) > 20
+    assert len(confirmed) <= 0.01 * len(begun) + 3 * np.sqrt(0.01 * len(begun))
+
+
+@pytest.mark.parametrize(("clip", "alarms"), [(4.0, False), (None, True)])
+def test_a_click_is_no_object(clip: float | None, alarms: bool) -> None:
+    frames, _ = simulated(60, [], 4)
+    frames[40, 200] = 50.0
+    results = list(track_signal(frames, SignalTracking(**QUICK, clip=clip)))
+    assert any(result.score.max() > result.threshold for result in results[40:50]) == alarms
+
+
+def test_samples_that_differ_are_standardised_by_calibration() -> None:
+    """Each sample with an offset and a loudness of its own, as channels of a receiver have."""
+    rng = np.random.default_rng(5)
+    loudness, offset = np.exp(rng.normal(0.0, 0.7, 400)), rng.normal(0.0, 5.0, 400)
+    frames, truth = simulated(200, one(appears=100, leaves=199), 5, background=0.5)
+    frames = loudness * frames + offset
+    plain = list(track_signal(frames, SignalTracking(**QUICK, statistic={"subtract_mean": True})))
+    assert any(track.status == "confirmed" for result in plain[20:100] for track in result.tracks)  # loud samples
+    results = list(track_signal(frames, SignalTracking(**QUICK, calibration_frames=60)))
+    assert len(results) == 200
+    for result in results[:60]:
+        assert np.isnan(result.threshold)
+        assert result.tracks == ()
+    assert not any(track.status == "confirmed" for result in results[:100] for track in result.tracks)
+    places = {k: t.position[0] for k in range(140, 200) for t in results[k].tracks if t.status == "confirmed"}
+    assert len(places) > 50
+    assert max(around(x - truth[k, 0], 400) for k, x in places.items()) <= 5
+
+
+def test_long_calibration_sets_the_threshold_from_its_own_scores() -> None:
+    """Noise with longer tails than a Gaussian's: simulated Gaussian frames do not tell how high it scores."""
+    rng = np.random.default_rng(6)
+    frames = rng.standard_t(4, (1500, 400))
+    told = {"filter": {"smoothing": 0.8, "max_velocity": 2}, "clip": None, "false_alarm": {"probability": 0.01}}
+    own = list(track_signal(frames, SignalTracking(**told, calibration_frames=800)))[800:]
+    gaussian = list(track_signal(frames[800:], SignalTracking(**told)))
+    rates = [np.mean([r.score.max() > r.threshold for r in results[20::10]]) for results in (own, gaussian)]
+    assert rates[0] < 0.1
+    assert rates[1] > 0.3
+
+
+def test_a_short_calibration_raises_the_threshold_as_far_as_it_errs() -> None:
+    """Samples whose deviation came out too small stand out ever after; 6 signals of unlike samples, 25 frames each."""
+    rng = np.random.default_rng(9)
+    told = SignalTracking(**QUICK, calibration_frames=25, false_alarm={"probability": 0.01})
+    alarms = []
+    for _ in range(6):
+        frames = np.exp(rng.normal(0.0, 0.7, 400)) * rng.standard_normal((225, 400))
+        alarms.append(np.mean([r.score.max() > r.threshold for r in list(track_signal(frames, told))[65:]]))
+    assert np.mean(alarms) < 0.09  # .03 over 40 signals; .2 if noise is simulated as if all samples were alike
+
+
+def test_each_half_of_the_calibration_is_judged_by_the_other() -> None:
+    frames = list(np.random.default_rng(10).standard_normal((11, 50)) * np.linspace(1, 9, 50))
+    evidence = SignalTracking().evidence
+    first, second = (evidence._replace(standard=learn_standard(half)) for half in (frames[:5], frames[5:]))
+    expected = [second.evidence(frame) for frame in frames[:5]] + [first.evidence(frame) for frame in frames[5:]]
+    np.testing.assert_allclose(list(evidence.crossed(frames)), expected)
+
+
+# ------------------------------------------------------------------------------------------------------ lazy, bounded
+
+
+def test_a_stream_without_end_is_tracked_frame_by_frame() -> None:
+    rng = np.random.default_rng(7)
+    taken = []
+
+    def stream() -> Iterator[np.ndarray]:
+        for number in itertools.count():
+            taken.append(number)
+            yield rng.standard_normal(400)
+
+    results = track_signal(stream(), SignalTracking(**QUICK))
+    for number in range(5):
+        next(results)
+        assert taken[-1] == number
+
+
+def test_the_same_seed_gives_the_same_and_a_file_the_same_as_a_stream(tmp_path: Path) -> None:
+    frames, _ = simulated(60, one(), 8)
+    np.save(tmp_path / "a.npy", frames)
+    parameters = SignalTracking(**QUICK, seed=3)
+    first, second = (list(track_signal(given, parameters)) for given in (frames, iter(frames)))
+    for a, b in zip(first, second, strict=True):
+        np.testing.assert_array_equal(a.score, b.score)
+        assert (a.threshold, a.tracks) == (b.threshold, b.tracks)
+    outcome = track_signal_recording(open_signal(tmp_path / "a.npy"), parameters, tmp_path / "out")
+    np.testing.assert_allclose(outcome.tracked.highest, [result.score.max() for result in first])
+    other = list(track_signal(frames[:30], parameters.replace(seed=4)))
+    assert other[-1].threshold != first[29].threshold
+
+
+# -------------------------------------------------------------------------------------------------------------- files
+
+
+@pytest.fixture(scope="module")
+def tracked(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, np.ndarray, dict[str, str]]:
+    folder = tmp_path_factory.mktemp("signal")
+    frames, truth = simulated(100, one(leaves=99), 1)
+    np.save(folder / "a.npy", frames)
+    source = open_signal(folder / "a.npy", rate_hz=4.0, start=5)
+    seen: list[int] = []
+    done = track_signal_recording(source, SignalTracking(**QUICK), folder / "out", truth=truth, on_frame=seen.append)
+    assert seen == list(range(1, 96))
+    return folder, truth, dict(done.tracked.rows)
+
+
+def test_everything_is_written_and_says_the_same(tracked: tuple[Path, np.ndarray, dict[str, str]]) -> None:
+    folder, truth, told = tracked
+    assert sorted(path.name for path in (folder / "out").iterdir()) == WRITTEN
+    rows = read_signal_tracks_csv(folder / "out" / "tracks.csv")
+    assert [row.time_s for row in rows] == sorted(row.time_s for row in rows)
+    assert sorted({row.time_s for row in rows}) == [number / 4 for number in range(5, 100)]
+    confirmed = [row for row in rows if row.status == "confirmed"]
+    assert {row.track for row in confirmed} == {confirmed[0].track}
+    assert told["Confirmed tracks that never met an object"] == "0"
+    assert float(told["Error there, RMS"].split()[0]) < 2
+    assert len(confirmed) > 40
+    for row in confirmed:
+        assert around(np.array(row.x - truth[round(4 * row.time_s), 0]), 400) <= 5
+        assert row.score > 4
+    assert np.mean([row.vx for row in confirmed]) == pytest.approx(8.0, abs=0.4)  # 2 samples a frame, 4 frames a second
+    earlier = [row for row in rows if row.status == "read-back"]
+    assert {row.track for row in earlier} <= {confirmed[0].track}
+    assert all(np.isnan(row.score) for row in earlier)
+    with xr.open_dataset(folder / "out" / "result.nc", engine="h5netcdf", decode_times=False) as result:
+        assert result["score"].shape == (95, 400)
+        np.testing.assert_allclose(result["score"].max("sample"), result["highest_score"], rtol=1e-6)
+        at = round(4 * confirmed[-1].time_s) - 5
+        assert int(result["score"].values[at].argmax()) == pytest.approx(confirmed[-1].x, abs=1)
+        assert result["time"].values[0] == 1.25
+
+
+def test_the_configuration_repeats_the_run(tracked: tuple[Path, np.ndarray, dict[str, str]], tmp_path: Path) -> None:
+    folder, truth, _ = tracked
+    again = SignalTracking.from_yaml(folder / "out" / "config.yaml")
+    track_signal_recording(open_signal(folder / "a.npy", rate_hz=4.0, start=5), again, tmp_path / "out", truth=truth)
+    for name in WRITTEN:
+        assert (tmp_path / "out" / name).read_bytes() == (folder / "out" / name).read_bytes(), name
+
+
+def test_times_of_the_file_give_seconds(tmp_path: Path) -> None:
+    frames, _ = simulated(40, one(appears=0, leaves=39), 9, samples=100)
+    times = 100.0 + 0.5 * np.arange(40)
+    header = ",".join(["time_s", *(f"s{k}" for k in range(100))])
+    np.savetxt(tmp_path / "a.csv", np.column_stack([times, frames]), delimiter=",", header=header, comments="")
+    outcome = track_signal_recording(open_signal(tmp_path / "a.csv"), SignalTracking(**QUICK), tmp_path / "out")
+    assert sorted({row.time_s for row in outcome.rows}) == times.tolist()
+    assert outcome.tracked.time_unit == "s"
+    assert np.mean([row.vx for row in outcome.rows if row.status == "confirmed"]) == pytest.approx(4.0, abs=0.5)
+
+
+def test_a_large_map_is_thinned_by_its_largest(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(signal_results, "KEPT", (16, 50))
+    frames, _ = simulated(70, one(), 10)
+    np.save(tmp_path / "a.npy", frames)
+    outcome = track_signal_recording(open_signal(tmp_path / "a.npy"), SignalTracking(**QUICK), tmp_path / "out")
+    with xr.open_dataset(tmp_path / "out" / "result.nc", engine="h5netcdf", decode_times=False) as result:
+        cells = result["score"]
+        stride, shrink = cells.attrs["frames_a_cell"], cells.attrs["samples_a_cell"]
+        assert (stride, shrink) == (8, 8)
+        assert cells.shape == (9, 50)
+        blocks = [outcome.tracked.highest[k : k + stride].max() for k in range(0, 70, stride)]
+        np.testing.assert_allclose(cells.max("sample"), blocks, rtol=1e-6)
+        assert result["highest_score"].size == 70
+
+
+@pytest.mark.parametrize(("x", "frames"), [(100.0, []), (104.0, []), (396.0, []), (200.0, [5, 6, 7, 8])])
+def test_a_track_is_not_read_back_into_another_one(tmp_path: Path, x: float, frames: list[int]) -> None:
+    """Track 1 stands at 100, or across the ring's ends, until track 2 begins in frame 9, found to be there since 5."""
+    place = 100.0 if x < 300 else 1.0
+    np.save(tmp_path / "a.npy", np.random.default_rng(1).standard_normal((11, 400)))
+    run = signal_results.SignalRun(open_signal(tmp_path / "a.npy"), ring=True, object_size=5)
+    run.times = list(range(11))
+    fresh = Fresh.expecting(8.0, 0.9, 5)
+    law = ExtremeValue(5.0, 1.0)
+    for k in range(11):
+        first = PeakTrack(1, "confirmed", (place,), (0.0,), 8.0, 1, k + 1, 0, fresh)
+        second = PeakTrack(2, "candidate" if k == 9 else "confirmed", (x,), (0.0,), 8.0, 10, k - 8, 0, fresh)
+        back = {2: ReadBack(5, np.full((6, 1), x), 1.0)} if k == 10 else {}
+        tracks = (first,) if k < 9 else (first, second)
+        run.offer(signal_results.SignalResult(np.arange(400.0), np.arange(400.0), 5.0, law, tracks, back))
+    rows = run.outcome([], None).rows
+    assert [row.time_s for row in rows if row.status == "read-back"] == frames
+
+
+def test_the_truth_only_scores(tracked: tuple[Path, np.ndarray, dict[str, str]], tmp_path: Path) -> None:
+    folder, truth, _ = tracked
+    source = open_signal(folder / "a.npy", rate_hz=4.0, start=5)
+    outcome = track_signal_recording(source, SignalTracking(**QUICK), tmp_path / "out")
+    assert (tmp_path / "out" / "tracks.csv").read_bytes() == (folder / "out" / "tracks.csv").read_bytes()
+    assert "Error there, RMS" not in dict(outcome.tracked.rows)
+    elsewhere = (truth + 200) % 400
+    told = dict(track_signal_recording(source, SignalTracking(**QUICK), tmp_path / "c", truth=elsewhere).tracked.rows)
+    assert told["Confirmed tracks that never met an object"] == "1"
+    assert told["Objects found within 5 samples"] == "0 % of their frames"
+    with pytest.raises(DataError, match="truth: has 50 rows for 100 frames"):
+        track_signal_recording(source, SignalTracking(**QUICK), tmp_path / "d", truth=truth[:50])
+    assert not (tmp_path / "d").exists()
+
+
+# --------------------------------------------------------------------------------------------------------- parameters
+
+
+@pytest.mark.parametrize(
+    ("given", "window", "border"),
+    [
+        ({}, 5, "circular"),
+        ({"object_size": 8}, 9, "circular"),
+        ({"object_size": 1}, 1, "circular"),
+        ({"object_size": 1, "statistic": {"kind": "std"}}, 3, "circular"),
+        ({"object_size": 7, "statistic": {"kind": "dot"}}, 7, "circular"),
+        ({"object_size": 7, "statistic": {"window": 3}}, 3, "circular"),
+        ({"filter": {"border": "bounded"}}, 5, "cut"),
+        ({"filter": {"border": "bounded"}, "statistic": {"border": "reflected"}}, 5, "reflected"),
+        ({"filter": SignalTracking().filter.replace(border="bounded")}, 5, "cut"),
+        ({"object_size": 7, "statistic": SignalTracking().statistic}, 5, "circular"),
+    ],
+)
+def test_what_is_not_given_follows_what_is(given: dict[str, Any], window: int, border: str) -> None:
+    parameters = SignalTracking(**given)
+    assert (parameters.statistic.window, parameters.statistic.border) == (window, border)
+    assert parameters.tracker.border == parameters.filter.border
+    assert parameters.tracker.smoothing == parameters.filter.smoothing
+    assert SignalTracking(**yaml.safe_load(parameters.to_yaml())) == parameters
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ({"statistic": {"window": 4}}, "must be odd"),
+        ({"filter": {"smoothing": 1.0}}, "smoothing: must be less than 1"),
+        ({"filter": {"smoothing": -0.1}}, "smoothing: must be greater than or equal to 0"),
+        ({"calibration_frames": 5}, "calibration_frames: must be 0 or at least 10"),
+        ({"object_size": 0}, "object_size: must be greater than or equal to 1"),
+        ({"object_size": "many"}, "object_size"),
+        ({"clip": 0}, "clip: must be greater than 0"),
+        ({"statistic": {"kind": "lrr"}}, "llr"),
+        ({"statistc": {}}, "did you mean 'statistic'"),
+    ],
+)
+def test_a_bad_parameter_is_one_sentence(given: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(ParameterError, match=sentence):
+        SignalTracking(**given)
+
+
+@pytest.mark.parametrize(
+    ("frames", "given", "sentence"),
+    [
+        (np.random.default_rng(1).standard_normal((9, 4)), {}, "4 samples are shorter than the window of 5"),
+        (
+            np.random.default_rng(1).standard_normal((9, 40)),
+            {"calibration_frames": 10},
+            "has 9 frames, all of them taken",
+        ),
+        (np.random.default_rng(1).standard_normal((9, 40)) + 9, {}, "mean"),
+    ],
+)
+def test_frames_that_cannot_be_used_are_said(frames: np.ndarray, given: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(DataError, match=sentence):
+        list(track_signal(frames, SignalTracking(**given)))
+
+
+def test_frames_of_another_size_are_said() -> None:
+    rng = np.random.default_rng(1)
+    for given in ({}, {"calibration_frames": 20}):
+        frames = [rng.standard_normal(50 if k < 30 else 51) for k in range(40)]
+        with pytest.raises(DataError, match="51"):
+            list(track_signal(frames, SignalTracking(**QUICK, **given)))
+
+
+def test_too_much_memory_is_refused_before_anything_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    np.save(tmp_path / "a.npy", simulated(20, [], 1)[0])
+    memory = psutil.virtual_memory()._replace(total=20_000)
+    monkeypatch.setattr(psutil, "virtual_memory", lambda: memory)
+    with pytest.raises(DataError, match=r"a\.npy: .*GB, more than half of the machine's"):
+        track_signal_recording(open_signal(tmp_path / "a.npy"), SignalTracking(), tmp_path / "out")
+    assert [path.name for path in tmp_path.iterdir()] == ["a.npy"]
+
+
+# ------------------------------------------------------------------------------------------------------ standardising
+
+
+def test_equal_deviations_are_drawn_together_and_unlike_ones_kept() -> None:
+    rng = np.random.default_rng(2)
+    alike = learn_standard(list(rng.standard_normal((25, 2000)))).deviation
+    assert np.std(np.log(alike)) < 0.05  # of themselves they scatter by 1 / sqrt(50) = .14
+    true = np.repeat([0.1, 10.0], 1000)
+    unlike = learn_standard(list(true * rng.standard_normal((25, 2000)) + 3.0))
+    np.testing.assert_allclose(np.median(unlike.deviation.reshape(2, -1), axis=1), [0.1, 10.0], rtol=0.1)
+    np.testing.assert_allclose(np.mean(unlike.mean), 3.0, atol=0.2)
+    frame = true * rng.standard_normal(2000) + 3.0
+    assert np.std(unlike.apply(frame)[1000:]) == pytest.approx(1.0, abs=0.15)
+
+
+def test_deviations_lose_as_much_error_as_their_true_scatter_allows() -> None:
+    """Normal log variances: the error of the posterior mean is sigma^2 tau^2 / (sigma^2 + tau^2), chance sigma^2."""
+    rng = np.random.default_rng(3)
+    spread, frames, n = 0.3, 20, 20_000
+    true = rng.normal(0.0, spread, n)  # log variances
+    learnt = learn_standard(list(np.exp(true / 2) * rng.standard_normal((frames, n))))
+    error = np.mean((2 * np.log(learnt.deviation) - true) ** 2)
+    by_chance = polygamma(1, (frames - 1) / 2)
+    assert error == pytest.approx(by_chance * spread**2 / (by_chance + spread**2), rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("frames", "sentence"),
+    [
+        (np.ones((4, 3)), "4 of them are too few"),
+        ([np.zeros(3)] * 5 + [np.zeros(4)], "several sizes"),
+        (np.full((6, 3), np.nan), "NaN"),
+        (np.ones((6, 3)), "sample 0: is the same in all 6 frames"),
+    ],
+)
+def test_frames_that_teach_nothing_are_said(frames: Any, sentence: str) -> None:
+    with pytest.raises(DataError, match=sentence):
+        learn_standard(list(frames))
