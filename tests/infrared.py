@@ -5,9 +5,7 @@ The labels place the patch that is changed, and score the result.
 
 from __future__ import annotations
 
-import os
 from itertools import pairwise
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -19,8 +17,9 @@ from elusive.io import open_frames
 from elusive.preprocess.background import Whitened, Whitener, WhitenerState
 from elusive.preprocess.registration import Registration
 from elusive.systems.images.track import ImageTracking, track_images
+from tests import recordings
 
-DATA = Path(os.environ.get("ELUSIVE_DATA", Path(__file__).parents[2] / "shared" / "data")) / "infrared"
+DATA = recordings.DATA / "infrared"
 HALF = 4  # the patch is 9 x 9
 WARM_UP = 8  # frames before the filter begins
 # Two point objects cross easy2's sky from frame 23 on, decelerating smoothly, as bright as its target scaled by

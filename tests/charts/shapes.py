@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import functools
 import json
-import os
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
 import shapely
 
 from elusive.charts import ChartedArea, Coast
+from tests.recordings import DATA
 
-DATA = Path(os.environ.get("ELUSIVE_DATA", Path(__file__).parents[3] / "shared" / "data"))
 CELLS = ("US5MD1MC", "US4MD81M")
 SQUARE = shapely.box(-1, -1, 1, 1)
 L_SHAPE = shapely.Polygon([(0, 0), (40, 0), (40, 10), (10, 10), (10, 40), (0, 40)])

@@ -399,7 +399,7 @@ def test_help_names_what_the_documentation_names(elusive_in: Run) -> None:
     said = " ".join(
         elusive_in(*command, "--help")[1] for command in (("track", "radar"), ("simulate", "radar"), ("chart",))
     )
-    page = (Path(__file__).parents[1] / "docs" / "radar.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[2] / "docs" / "radar.md").read_text(encoding="utf-8")
     named = {*re.findall(r"--[a-z][a-z0-9-]+", page)}
     assert {"--knowledge", "--coast-error", "--rotation-s", "--truth-mmsi"} < named
     for flag in named:

@@ -240,6 +240,6 @@ def test_ctrl_c_leaves_nothing(tmp_path: Path) -> None:
 def test_help_names_what_the_documentation_names(elusive_in: Run) -> None:
     code, said = elusive_in("track", "signal", "--help")
     assert code == 0
-    page = (Path(__file__).parents[1] / "docs" / "signals.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[2] / "docs" / "signals.md").read_text(encoding="utf-8")
     for flag in {*re.findall(r"--[a-z][a-z-]+", page)} - {"--out"}:
         assert re.search(rf"{flag}\b", said), flag

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import struct
 from collections import Counter
 from collections.abc import Callable
@@ -16,8 +15,9 @@ from hypothesis import strategies as st
 from elusive.errors import DataError
 from elusive.io import TargetReport, asterix_plots, open_radar_plots, read_asterix, summarize_asterix
 from elusive.io.pcap import udp_payloads
+from tests import recordings
 
-DATA = Path(os.environ.get("ELUSIVE_DATA", Path(__file__).parents[3] / "shared" / "data")) / "asterix"
+DATA = recordings.DATA / "asterix"
 needs_recordings = pytest.mark.skipif(
     not DATA.is_dir(), reason=f"no recordings: {DATA} is missing; point ELUSIVE_DATA at the data"
 )

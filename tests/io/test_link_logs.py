@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import os
 import sys
 import threading
 import time
@@ -18,8 +17,9 @@ from elusive.errors import DataError
 from elusive.io.link_logs import open_link_log
 from elusive.io.node_files import read_nodes
 from elusive.sensors.radio_network import directed_links_of, radio_nodes
+from tests import recordings
 
-DATA = Path(os.environ.get("ELUSIVE_DATA", Path(__file__).parents[3] / "shared" / "data")) / "rti" / "basement"
+DATA = recordings.DATA / "rti" / "basement"
 NODES = radio_nodes(np.array([[0.0, 0.0], [4.0, 0.0], [0.0, 3.0]]), ("a", "b", "c-1"))
 PAIRS = [(NODES.names[tx], NODES.names[rx]) for tx, rx in directed_links_of(3).tolist()]
 TIMES = np.array([0.5, 1.0, 2.25])

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -14,8 +11,9 @@ from elusive.io.node_files import read_nodes
 from elusive.preprocess.fade_level import RssChange
 from elusive.preprocess.link_calibration import Calibrate, fade_level
 from elusive.sensors.radio_network import RssFrame, directed_links_of, links_of
+from tests import recordings
 
-DATA = Path(os.environ.get("ELUSIVE_DATA", Path(__file__).parents[3] / "shared" / "data")) / "rti" / "basement"
+DATA = recordings.DATA / "rti" / "basement"
 NODES, CHANNELS = 5, 3
 STILL = {"occupied_s": None, "empty_s": None}
 

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import os
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.optimize import minimize
 
 from elusive.errors import DataError, ParameterError
 from elusive.filters.gaussian.geolocation import Geolocation
+from tests import recordings
 from tests.reference.geolocation import lenth
 
-DATA = Path(os.environ.get("ELUSIVE_DATA", Path(__file__).parents[3] / "shared" / "data")) / "bearings" / "telemetry"
+DATA = recordings.DATA / "bearings" / "telemetry"
 PLACES = np.array([[0.0, 0.0], [70.0, 12.0], [-60.0, 81.0]])
 KAPPA = 1 / 0.0019014  # of White and Garrott: 2.5 degrees
 NAMES = {"MLE": "ml", "H-1.5": "huber", "A-1.5": "andrews"}

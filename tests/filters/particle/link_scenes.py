@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import os
-from pathlib import Path
-
 import numpy as np
 
 from elusive.sensors.linear_links import LinkRadiation
 from elusive.sensors.link_shadowing import LinkShadowing
 from elusive.sensors.radio_network import links_of, radio_nodes
+from tests import recordings
 
-DATA = Path(os.environ.get("ELUSIVE_DATA", Path(__file__).parents[3] / "shared" / "data")) / "rti" / "basement"
+DATA = recordings.DATA / "rti" / "basement"
 
 
 def border(nodes, half):

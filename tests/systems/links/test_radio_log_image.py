@@ -10,9 +10,7 @@ place that was shown last. Both are known when the frame is.
 
 from __future__ import annotations
 
-import os
 from itertools import islice
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -23,8 +21,9 @@ from elusive.io.node_files import read_nodes
 from elusive.preprocess.link_calibration import Calibrate
 from elusive.systems.links.by_image import FADED_DB, channel_deviation
 from elusive.systems.links.track import ImageMethod, LinkTracking, track_links
+from tests import recordings
 
-DATA = Path(os.environ.get("ELUSIVE_DATA", Path(__file__).parents[3] / "shared" / "data")) / "rti" / "basement"
+DATA = recordings.DATA / "rti" / "basement"
 LOG = DATA / "basement_listenx_out_1.txt"
 EMPTY, WALK_S, PIVOT_S = 50, 56.0, 8.0
 

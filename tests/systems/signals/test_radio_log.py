@@ -7,8 +7,6 @@ person walks from 56 s on; between the two the log does not say when the person 
 
 from __future__ import annotations
 
-import os
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -19,8 +17,9 @@ from elusive.filters.accumulate.recurrent import RecurrentFilter
 from elusive.preprocess.standardise import learn_standard
 from elusive.preprocess.windows import LikelihoodRatio
 from elusive.runner import run
+from tests import recordings
 
-DATA = Path(os.environ.get("ELUSIVE_DATA", Path(__file__).parents[3] / "shared" / "data")) / "rti" / "basement"
+DATA = recordings.DATA / "rti" / "basement"
 LOG = DATA / "basement_listenx_out_1.txt"
 EMPTY_ROWS, WALK_S = 50, 56.0
 CALIBRATION = 35  # rows; the other 15 empty ones are held out
