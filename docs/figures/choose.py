@@ -15,7 +15,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from elusive import plots
 from elusive.filters import BernoulliFilter, MeasurementBirth
 from elusive.filters.accumulate.image_evidence import WhiteEvidence
 from elusive.filters.accumulate.recurrent import RecurrentFilter
@@ -23,6 +22,7 @@ from elusive.filters.accumulate.trajectories import BatchMaximum
 from elusive.filters.accumulate.viterbi import Viterbi
 from elusive.io.atomic import atomic_path
 from elusive.motion import ConstantVelocity, WithIntensity
+from elusive.report import plots
 from elusive.runner import run
 from elusive.sensors import ImageSensor
 

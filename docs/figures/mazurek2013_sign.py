@@ -10,11 +10,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from scipy.stats import norm
 
-from elusive import plots, run
 from elusive.experiments.mazurek2013.scenario import NoiseObjectCase
 from elusive.experiments.mazurek2013.trial import NoiseObjectTrial
 from elusive.filters import RecurrentFilter
 from elusive.preprocess import DotProduct
+from elusive.report import plots, run
 
 SIGMA, SIZE, WINDOW, SMOOTHING = 0.75, 5, 3, 0.98
 EDGES = np.array([-np.inf, -2, -1, 0, 1, 2, np.inf])  # of the regions, in deviations of the whole signal

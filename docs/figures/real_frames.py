@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from elusive import plots
+from elusive.report import plots
 from tests import infrared
 
 SEEDS = range(3)

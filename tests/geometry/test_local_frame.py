@@ -10,8 +10,7 @@ from pyproj import Geod
 from elusive.charts.chart import as_geometries
 from elusive.errors import DataError
 from elusive.geometry.local_frame import LocalFrame
-
-from .scenes import FRAME, drawn
+from tests.charts.scenes import FRAME, drawn
 
 GEOD = Geod(ellps="WGS84")
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from elusive import run
-from elusive.filters import existence as module
+from elusive.filters.particle import existence as module
 from elusive.filters.particle.bernoulli import BernoulliFilter
 from elusive.filters.particle.births import MeasurementBirth
 from elusive.filters.particle.existence import ExistenceParticleFilter

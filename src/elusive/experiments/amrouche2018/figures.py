@@ -14,12 +14,12 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from elusive import plots
 from elusive.contracts import Array
 from elusive.experiments.amrouche2018.scenario import APPEARS, FRAMES, LEAVES, START, WeakTarget
 from elusive.experiments.amrouche2018.trial import FILTERS, FilterName
 from elusive.filters import UniformBirth
 from elusive.metrics import pixel_information, posterior_bound, rmse_by_frame, uniform_prior_information
+from elusive.report import plots
 
 SNRS_DB = (3.18, 6.71, 12.0)
 SHOWN: tuple[FilterName, ...] = ("paper", "bernoulli-measurement")

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.random import SeedSequence, default_rng
 
-from elusive import plots
 from elusive.contracts import Array, X, Y
 from elusive.experiments.bootsveld2012.case import Method, Way, knowledge, scenery
 from elusive.experiments.bootsveld2012.curves import name_of
 from elusive.experiments.bootsveld2012.trial import ShipTrial, draw, estimate, filter_of, follow
+from elusive.report import plots
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

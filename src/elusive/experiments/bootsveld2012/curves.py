@@ -12,10 +12,10 @@ from typing import Literal, NamedTuple
 import numpy as np
 import xarray as xr
 
-from elusive import plots
 from elusive.contracts import Array
 from elusive.experiments.bootsveld2012.case import CANAL_METHODS, PORT_METHODS, Method, Way
 from elusive.experiments.bootsveld2012.trial import Estimate
+from elusive.report import plots
 
 INSIDE_99 = 9.2103  # squared Mahalanobis distance within which a plane Gaussian has 99 % of its mass
 Measure = Literal["bias", "std", "error"]

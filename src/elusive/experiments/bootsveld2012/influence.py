@@ -10,10 +10,10 @@ from scipy.optimize import minimize_scalar
 from scipy.special import ndtr
 from scipy.stats import norm
 
-from elusive import plots
 from elusive.charts import ChartedArea, Coast, ExactWater, GridWater, IntervalWater, NearestWater, Water, WaterModel
 from elusive.contracts import Array
 from elusive.io.csv_files import write_results
+from elusive.report import plots
 
 FIGURES = ("fig5_3", "fig5_4", "fig6_2", "fig6_3", "fig6_9")
 HALF_WIDTH_M = 25.0

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from elusive import plots
 from elusive.charts import ChartedArea, Coast, FieldWater, HardWater, WaterModel
 from elusive.contracts import Array, X, Y
 from elusive.experiments.bootsveld2012.case import ShipCase, scenery
 from elusive.experiments.bootsveld2012.shore import HEIGHT_M, WIDTH_M, shoreline
+from elusive.report import plots
 
 FIGURES = ("fig6_5", "fig6_6", "fig6_7", "fig6_8")
 PIXELS = 800  # along the map's width: at 12.5 m a pixel of the whole map, no method's cells are seen

@@ -13,7 +13,6 @@ from typing import NamedTuple
 
 from numpy.random import SeedSequence, default_rng
 
-from elusive import plots
 from elusive.charts import ChartedArea, Coast, ExactWater, FieldWater, GridWater, HardWater, NearestWater, Water
 from elusive.charts.water import WaterModel
 from elusive.contracts import Array
@@ -21,6 +20,7 @@ from elusive.experiments.bootsveld2012.case import scenery
 from elusive.experiments.bootsveld2012.shore import shoreline
 from elusive.experiments.bootsveld2012.trial import ShipTrial, draw, filter_of
 from elusive.io.csv_files import write_results
+from elusive.report import plots
 
 METHODS: dict[str, tuple[WaterModel | None, str]] = {
     "no chart": (None, ""),

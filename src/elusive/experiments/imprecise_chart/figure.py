@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from elusive import plots
 from elusive.charts.coast import rings_of
 from elusive.contracts import Array, X, Y
 from elusive.experiments.imprecise_chart.charts import Case, charts
 from elusive.experiments.imprecise_chart.table import REGION_999, WINDOW_S, Row
 from elusive.experiments.imprecise_chart.trial import ImpreciseChartTrial, follow, simulate
+from elusive.report import plots
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

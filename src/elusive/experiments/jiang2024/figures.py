@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from elusive import plots
 from elusive.experiments.jiang2024.scenario import PLACES_M, SIGMAS_DEG, FlightCase, MotionName
 from elusive.experiments.jiang2024.table import PAPER, bound_of
 from elusive.experiments.jiang2024.trial import ESTIMATORS, EstimatorName
+from elusive.report import plots
 
 FIGURES: dict[str, MotionName] = {"fig2": "cv", "fig3": "ca", "fig4": "ctrv"}
 TITLES: dict[MotionName, str] = {

@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from elusive import plots
 from elusive.contracts import Array
 from elusive.experiments.mazurek2013.scenario import HIGHEST_SIGMA, LOWEST_SIGMA, NoiseObjectCase
 from elusive.experiments.mazurek2013.trial import METHODS, STATISTICS, WINDOWS, StatisticName
+from elusive.report import plots
 
 # 20 bins of .145: with 1000 cases 50 in each, the standard error of a mean at half the chance level is 26 samples
 BIN_EDGES = np.linspace(LOWEST_SIGMA, HIGHEST_SIGMA, 21)

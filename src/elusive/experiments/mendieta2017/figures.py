@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from elusive import plots
 from elusive.experiments.mendieta2017.scenario import METHODS
 from elusive.experiments.mendieta2017.table import EXPERIMENTS, Cell
+from elusive.report import plots
 
 PANELS = (
     ("misses", "misses a run"),

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from elusive import plots
 from elusive.contracts import Array
 from elusive.filters.gaussian.geolocation import Ellipse, Fix, Geolocation
 from elusive.geometry.local_frame import LocalFrame
@@ -18,6 +17,7 @@ from elusive.io import atomic_folder
 from elusive.io.bearings import BearingSource
 from elusive.io.csv_files import write_csv
 from elusive.io.emitter import write_emitter_geojson
+from elusive.report import plots
 from elusive.sensors.bearing_sets import SensorSites
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from elusive import plots
 from elusive.contracts import Array
+from elusive.report import plots
 from elusive.report.page import facts, picture_url, rounded, write_page
 
 SHOWN_AT_MOST = 240  # frames kept for the report, whatever the recording's length

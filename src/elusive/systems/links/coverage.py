@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from elusive import plots
 from elusive.io.csv_files import write_csv
 from elusive.preprocess.link_weights import coverage
 from elusive.preprocess.voxels import VoxelGrid
+from elusive.report import plots
 from elusive.sensors.radio_network import RadioNodes
 
 COLUMNS = ("x_m", "y_m", "links", "weight")

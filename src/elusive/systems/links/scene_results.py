@@ -112,7 +112,7 @@ def events_csv(run: SceneRun) -> str:
 
 def scores_png(outcome: SceneOutcome, path: Path) -> None:
     """Draw the paths with what was found, and the histograms of the deviations."""
-    from elusive import plots
+    from elusive.report import plots
 
     run = outcome.run
     with plots.figure(path, 10.0, 4.6, 1, 2) as (drawn, grid):

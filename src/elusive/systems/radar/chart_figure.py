@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from elusive import plots
 from elusive.charts.chart import Chart, as_geometries
 from elusive.charts.charted_area import SceneParameters, too_shallow
 from elusive.charts.quality import GRADES, LOW_ACCURACY
 from elusive.geometry.local_frame import Geometries, LocalFrame
 from elusive.geometry.longitude import wrapped
+from elusive.report import plots
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

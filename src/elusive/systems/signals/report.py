@@ -9,8 +9,8 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from elusive import plots
 from elusive.contracts import Array
+from elusive.report import plots
 from elusive.report.page import facts, picture_url, rounded, track_table, write_page
 
 TIMES_SHOWN = 1000  # columns of a picture at most

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from elusive import plots
+from elusive.report import plots
 from elusive.systems.bearings.report.contents import RADIUS_95, BearingsTracked
 
 if TYPE_CHECKING:

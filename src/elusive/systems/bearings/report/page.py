@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from elusive import plots
+from elusive.report import plots
 from elusive.report.page import facts, rounded, stored, write_page
 from elusive.systems.bearings.report.contents import BearingsTracked, half_axes
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from elusive import plots
+from elusive.report import plots
 from elusive.systems.links.report.contents import LinksTracked
 
 if TYPE_CHECKING:

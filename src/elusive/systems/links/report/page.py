@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elusive import plots
 from elusive.contracts import Array
+from elusive.report import plots
 from elusive.report.page import facts, picture_url, rounded, stored, track_table, write_page
 from elusive.systems.links.report.contents import Happening, LinkPath, LinksTracked, Scene
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from elusive import plots
+from elusive.report import plots
 from elusive.systems.radar.report.contents import Cloud, Extent, RadarPath, RadarTracked, WaterRaster
 
 if TYPE_CHECKING:

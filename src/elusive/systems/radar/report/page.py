@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from elusive import plots
 from elusive.contracts import Array
+from elusive.report import plots
 from elusive.report.page import facts, picture_url, rounded, stored, track_table, write_page
 from elusive.systems.radar.report.contents import ChartMap, Cloud, Extent, RadarPath, RadarTracked, WaterRaster
 
