@@ -225,7 +225,7 @@ def test_two_tracks_of_one_ship_become_one():
     flt, tracker, rng = follower(CLUTTER), RadarTracker(), np.random.default_rng(0)
     found = track(looks[:6], flt, tracker)[-1]
     (one,) = [one for one in found.tracks if one.life.track is not None]
-    twin = one._replace(life=one.life._replace(track=2, born=2), existence=0.99)
+    twin = one._replace(life=one.life._replace(track=2), existence=0.99)
     doubled = found._replace(tracks=(*found.tracks, twin), born=2)
     for look in looks[6:]:
         doubled = tracker.step(doubled, look, flt, rng)

@@ -24,7 +24,7 @@ from elusive.model import Model, NonNegative, Positive
 from elusive.motion import complete, with_interval
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarScan
-from elusive.tracking.lifecycle import Lifecycle, LifecycleState
+from elusive.tracking.lifecycle import Life, Lifecycle
 from elusive.tracking.radar_claims import claims, densities, gated, take
 
 LEAST_INTERVAL_S = 1e-6  # scans of one time, as far as clocks tell
@@ -35,7 +35,7 @@ CERTAIN = 1 - 1e-12
 class RadarTrack(NamedTuple):
     """One track after a scan."""
 
-    life: LifecycleState  # its number, once it is a candidate, and status
+    life: Life  # its number, once it is a candidate, and status
     existence: float
     state: ParticleState
     before: ParticleState  # after the scan before; its own state in its first scan
@@ -170,8 +170,7 @@ class RadarTracker(Model):
             existence = min(likely / (likely + clutter), CERTAIN)
             if state.forbidden or existence < HARDLY:
                 continue
-            life = LifecycleState(None, "none", 0, 0)
-            begun.append(RadarTrack(life, existence, state, state, seen, existence / (1 - existence)))
+            begun.append(RadarTrack(Life(), existence, state, state, seen, existence / (1 - existence)))
         return begun
 
     def _merged(self, tracks: list[RadarTrack]) -> list[RadarTrack]:
@@ -199,8 +198,7 @@ class RadarTracker(Model):
         """Judge each track by its existence, and number new candidates."""
         aged = []
         for track in tracks:
-            life = self.lifecycle.step(track.life._replace(born=born), track.existence)
-            born = max(born, life.born)
+            life, born = self.lifecycle.step(track.life, track.existence, born)
             aged.append(track._replace(life=life))
         return born, tuple(aged)
 

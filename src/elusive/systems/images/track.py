@@ -25,7 +25,7 @@ from elusive.sensors import ClutterSensor, ImageSensor
 from elusive.systems.images.recurrent import RecurrentImages, SeveralState, SeveralTargets
 from elusive.systems.images.report import FrameKeeper, Tracked, write_html, write_png
 from elusive.systems.images.results import FrameTrack, rows_of, several_tracks, tracked_of
-from elusive.tracking import Lifecycle
+from elusive.tracking import Life, Lifecycle
 
 LEAST_PIXELS = 48 * 48  # of a frame whose noise is estimated from itself
 
@@ -152,7 +152,7 @@ def track_images(
         If a frame has another size than the sensor.
     """
     lifecycle = parameters.lifecycle
-    life = lifecycle.init()
+    life, born = Life(), 0
     rng = np.random.default_rng(parameters.seed)
     for state in run(parameters.build(), frames, rng):
         if on_state is not None:
@@ -160,10 +160,10 @@ def track_images(
         if isinstance(state, SeveralState):
             yield several_tracks(state)
             continue
-        life = lifecycle.step(life, state.existence)
+        life, born = lifecycle.step(life, state.existence, born)
         seen = state.whitener.output if isinstance(state, RecordedState) else None
         quantiles = None if seen is None else seen.quantiles[0]
-        yield FrameTrack(state.existence, state.mean, state.covariance, life.track, life.status, quantiles)
+        yield FrameTrack(state.existence, state.mean, state.covariance, life.track, life.status or "none", quantiles)
 
 
 class Outcome(NamedTuple):

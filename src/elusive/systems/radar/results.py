@@ -72,7 +72,7 @@ class RadarRun:
         begun = [track.existence for track in tracks.tracks if track.life.track is None]
         self._likeliest.append(max(begun, default=0.0))
         for track in tracks.tracks:
-            if track.life.track is None:
+            if track.life.track is None or track.life.status is None:
                 continue
             place = self._place(track, tracks)
             point = RadarPoint(
