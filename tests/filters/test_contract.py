@@ -62,8 +62,9 @@ class Fix:
 
 def public_filters():
     """Every model with a ``step`` in a public module of elusive.filters."""
-    names = [module.name for module in pkgutil.iter_modules(elusive.filters.__path__) if module.name[0] != "_"]
-    things = [pair for name in names for pair in vars(importlib.import_module(f"elusive.filters.{name}")).items()]
+    walked = pkgutil.walk_packages(elusive.filters.__path__, "elusive.filters.")
+    names = [module.name for module in walked if "._" not in module.name]
+    things = [pair for name in names for pair in vars(importlib.import_module(name)).items()]
     found = {
         name: thing
         for name, thing in things
