@@ -16,6 +16,7 @@ from pydantic import Field, model_validator
 from elusive.contracts import Array
 from elusive.errors import ParameterError
 from elusive.geometry.areas import Area
+from elusive.geometry.places import NamedPlace
 from elusive.model import Model
 from elusive.preprocess.link_weights import coverage
 from elusive.preprocess.voxels import VoxelGrid
@@ -35,14 +36,6 @@ class DrawnPath(Model):
     places_m: tuple[tuple[float, float], ...] = Field(min_length=1, description="x and y of each step [m]")
 
 
-class ListedNode(Model):
-    """One node."""
-
-    name: str = Field(min_length=1, max_length=40, description="Name")
-    x_m: float = Field(description="East [m]")
-    y_m: float = Field(description="North [m]")
-
-
 class LinkScene(Model):
     """Everything that a run of the workbench's radio tomography can be told."""
 
@@ -51,7 +44,7 @@ class LinkScene(Model):
     paths: tuple[DrawnPath, ...] = Field(
         (), max_length=PATHS_AT_MOST, description="Paths drawn by hand; none: as the simulation's walks say"
     )
-    nodes: tuple[ListedNode, ...] | None = Field(
+    nodes: tuple[NamedPlace, ...] | None = Field(
         None, max_length=NODES_AT_MOST, description="Nodes placed by hand; none: as the simulation's network says"
     )
     method: ImageMethod = Field(ImageMethod(), description="How people are tracked by way of an image")

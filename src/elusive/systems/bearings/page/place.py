@@ -7,12 +7,10 @@ from typing import Any
 import numpy as np
 from nicegui import ui
 
+from elusive.geometry.places import NamedPlace, along_path, with_place
 from elusive.systems.bearings.page.panels import scene_floor
 from elusive.systems.bearings.page.scene import BearingScene
 from elusive.systems.bearings.page.state import BearingsState
-from elusive.systems.links.page.sensor_files import placed
-from elusive.systems.links.page.state import along
-from elusive.systems.links.scene import ListedNode
 from elusive.workbench.parts import Drawing, Form, told
 from elusive.workbench.shell import window
 
@@ -42,7 +40,7 @@ class PlaceWindow:
                 with ui.expansion("More of the sensors").props("dense").classes("w-full"):
                     self._more = Form(state.scene, MORE, self._take, grouped=False)
                 ui.label("One sensor").classes("ew-section")
-                self._one = Form(ListedNode(name="4", x_m=0.0, y_m=0.0), ((),), lambda model: None, grouped=False)
+                self._one = Form(NamedPlace(name="4", x_m=0.0, y_m=0.0), ((),), lambda model: None, grouped=False)
                 ui.button("Add sensor", on_click=self._add).props("outline no-caps")
                 with ui.element("div").classes("ew-row"):
                     ui.button("Delete selected", on_click=self._removed).props("outline no-caps")
@@ -65,7 +63,7 @@ class PlaceWindow:
         self._show()
         return kept
 
-    def _sites(self, sites: tuple[ListedNode, ...]) -> None:
+    def _sites(self, sites: tuple[NamedPlace, ...]) -> None:
         self._state.selected &= {one.name for one in sites}
         self._take(self._state.scene.replace(sites=sites))
 
@@ -73,11 +71,11 @@ class PlaceWindow:
         if self._one.is_right:
             one = self._one.model
             with told():
-                self._sites(placed(self._state.scene.sites, one.x_m, one.y_m, one.name))
+                self._sites(with_place(self._state.scene.sites, one.x_m, one.y_m, one.name))
 
     def _placed(self, event: Any) -> None:
         with told():
-            self._sites(placed(self._state.scene.sites, event.args["x"], event.args["y"]))
+            self._sites(with_place(self._state.scene.sites, event.args["x"], event.args["y"]))
 
     def _moved(self, event: Any) -> None:
         at = {"x_m": event.args["x"], "y_m": event.args["y"]}
@@ -98,7 +96,7 @@ class PlaceWindow:
     def _drawn(self, event: Any) -> None:
         with told():
             points = np.array(event.args["points"], np.float64).reshape(-1, 2)
-            corners = np.concatenate([along(points, CORNER_M), points[-1:]])
+            corners = np.concatenate([along_path(points, CORNER_M), points[-1:]])
             self._take(self._state.scene.replace(way_m=tuple(map(tuple, np.round(corners, 3).tolist()))))
 
     def _choose(self, event: Any) -> None:

@@ -12,12 +12,12 @@ from pydantic import Field, model_validator
 from elusive.contracts import VX, VY, Array, X, Y
 from elusive.errors import DataError, ParameterError
 from elusive.filters.gaussian.geolocation import Geolocation
+from elusive.geometry.places import NamedPlace
 from elusive.io.csv_files import write_csv
 from elusive.model import Model, Positive
 from elusive.sensors.bearing_sets import BearingSet
 from elusive.sensors.bearings import BearingSensors
 from elusive.systems.bearings.parameters import BearingTracking, FilterName
-from elusive.systems.links.scene import ListedNode
 
 STEPS_MOST = 2000
 ONE_PLACE = ((0.0, 0.0, 0.0),)
@@ -37,8 +37,8 @@ class StillEmitter(Model):
 class BearingScene(Model):
     """Everything a run of the page can be told."""
 
-    sites: tuple[ListedNode, ...] = Field(
-        tuple(ListedNode(name=name, x_m=x, y_m=y) for name, x, y in SITES), description="Where the sensors stand"
+    sites: tuple[NamedPlace, ...] = Field(
+        tuple(NamedPlace(name=name, x_m=x, y_m=y) for name, x, y in SITES), description="Where the sensors stand"
     )
     way_m: tuple[tuple[float, float], ...] = Field(WAY, description="Corners of the path, east and north [m]")
     speed_mps: Positive = Field(8.0, description="Speed along the path [m/s]")

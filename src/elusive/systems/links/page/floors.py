@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from elusive.contracts import Array
+from elusive.geometry.places import NamedPlace
 from elusive.sensors.radio_network import links_of
 from elusive.systems.links.page.state import LinksState
-from elusive.systems.links.scene import Coverage, LinkScene, ListedNode
+from elusive.systems.links.scene import Coverage, LinkScene
 
 ELLIPSES_MOST = 1200
 
@@ -27,7 +28,7 @@ def path_floor(state: LinksState, mode: str) -> dict[str, Any]:
     return _ground(state.scene, "Map of the area and the paths") | {"mode": mode, "paths": paths}
 
 
-def node_floor(state: LinksState, nodes: tuple[ListedNode, ...], coverage: Coverage | None) -> dict[str, Any]:
+def node_floor(state: LinksState, nodes: tuple[NamedPlace, ...], coverage: Coverage | None) -> dict[str, Any]:
     """Return a map of the nodes."""
     scene = state.scene
     spec = _ground(scene, "Map of the sensors: arrow keys move a cross, Enter places a sensor") | {

@@ -12,9 +12,10 @@ from nicegui import ui
 from pydantic import Field, model_validator
 
 from elusive.geometry.areas import Area
+from elusive.geometry.places import along_path
 from elusive.model import Model
 from elusive.systems.links.page.floors import path_floor
-from elusive.systems.links.page.state import LinksState, along
+from elusive.systems.links.page.state import LinksState
 from elusive.systems.links.scene import LinkScene
 from elusive.workbench.jobs import away
 from elusive.workbench.parts import Drawing, Form, told
@@ -137,7 +138,9 @@ class PathsWindow:
     def _drawn(self, event: Any) -> None:
         with told():
             step_m = self._state.scene.simulation.walks.step_distance_m
-            self._state.add_path(along(np.array(event.args["points"], np.float64), step_m), self._start.model.start)
+            self._state.add_path(
+                along_path(np.array(event.args["points"], np.float64), step_m), self._start.model.start
+            )
             self._refresh()
 
     def _outlined(self, event: Any) -> None:

@@ -10,12 +10,13 @@ from typing import Any
 from nicegui import ui
 
 from elusive.errors import DataError, ElusiveError
+from elusive.geometry.places import NamedPlace, with_place
 from elusive.io.node_files import read_nodes
 from elusive.systems.links.networks import BorderNodes, GridNodes
 from elusive.systems.links.page.floors import node_floor
-from elusive.systems.links.page.sensor_files import TABLES, nodes_csv, placed
+from elusive.systems.links.page.sensor_files import TABLES, nodes_csv
 from elusive.systems.links.page.state import LinksState
-from elusive.systems.links.scene import Coverage, LinkScene, ListedNode, covered
+from elusive.systems.links.scene import Coverage, LinkScene, covered
 from elusive.workbench.files import UPLOAD_MOST_BYTES, inside, read_upload
 from elusive.workbench.jobs import away
 from elusive.workbench.parts import Drawing, Form, refuse, told
@@ -37,7 +38,7 @@ class SensorsWindow:
     def __init__(self, state: LinksState) -> None:
         self._state = state
         self._coverage: Coverage | None = None
-        self._one = ListedNode(name="1", x_m=0.0, y_m=0.0)
+        self._one = NamedPlace(name="1", x_m=0.0, y_m=0.0)
         with window() as (side, stage):
             with side:
                 self._build_side()
@@ -84,13 +85,13 @@ class SensorsWindow:
             max_file_size=UPLOAD_MOST_BYTES, on_rejected=lambda: refuse("The file is refused: send one .csv or .txt."),
         ).props('accept=".csv,.txt" flat bordered').classes("w-full")  # fmt: skip
 
-    async def _take(self, nodes: tuple[ListedNode, ...]) -> None:
+    async def _take(self, nodes: tuple[NamedPlace, ...]) -> None:
         with told():
             self._state.take(self._state.scene.replace(nodes=nodes))
         self._state.selected &= {one.name for one in nodes}
         await self._show()
 
-    def _note(self, one: ListedNode) -> None:
+    def _note(self, one: NamedPlace) -> None:
         self._one = one
 
     def _weigh(self, scene: LinkScene) -> LinkScene:
@@ -101,11 +102,11 @@ class SensorsWindow:
     async def _add(self) -> None:
         if self._typed.is_right:
             with told():
-                await self._take(placed(self._state.listed(), self._one.x_m, self._one.y_m, self._one.name))
+                await self._take(with_place(self._state.listed(), self._one.x_m, self._one.y_m, self._one.name))
 
     async def _placed(self, event: Any) -> None:
         with told():
-            await self._take(placed(self._state.listed(), event.args["x"], event.args["y"]))
+            await self._take(with_place(self._state.listed(), event.args["x"], event.args["y"]))
 
     async def _moved(self, event: Any) -> None:
         at = {"x_m": event.args["x"], "y_m": event.args["y"]}
@@ -134,7 +135,7 @@ class SensorsWindow:
         with told():
             nodes = network.on(self._state.scene.area)
             rows = zip(nodes.names, nodes.positions_m.tolist(), strict=True)
-            await self._take(tuple(ListedNode(name=name, x_m=x, y_m=y) for name, (x, y) in rows))
+            await self._take(tuple(NamedPlace(name=name, x_m=x, y_m=y) for name, (x, y) in rows))
 
     def _toggle_ellipses(self) -> Any:
         self._state.shows_ellipses ^= True
@@ -189,8 +190,8 @@ class SensorsWindow:
         self._table.update()
 
 
-def _listed(nodes: Any) -> list[ListedNode]:
+def _listed(nodes: Any) -> list[NamedPlace]:
     return [
-        ListedNode(name=name, x_m=x, y_m=y)
+        NamedPlace(name=name, x_m=x, y_m=y)
         for name, (x, y) in zip(nodes.names, nodes.positions_m.tolist(), strict=True)
     ]

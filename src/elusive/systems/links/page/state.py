@@ -8,11 +8,12 @@ import numpy as np
 
 from elusive.contracts import Array
 from elusive.geometry.areas import Area
+from elusive.geometry.places import NamedPlace
 from elusive.io.link_logs import open_link_log
 from elusive.io.people_truth import PeopleTruth
 from elusive.sensors.radio_network import RssFrame
 from elusive.systems.links.page.presets import first_simulation
-from elusive.systems.links.scene import DrawnPath, LinkScene, ListedNode, Radiated
+from elusive.systems.links.scene import DrawnPath, LinkScene, Radiated
 from elusive.systems.links.scene_log import LogCalibration
 from elusive.systems.links.scene_results import SceneOutcome
 from elusive.workbench.blocks import HELD
@@ -77,13 +78,13 @@ class LinksState:
         self.log = log
         self._forget_run()
 
-    def listed(self) -> tuple[ListedNode, ...]:
+    def listed(self) -> tuple[NamedPlace, ...]:
         """Return the nodes one by one, whether placed by hand or by rule."""
         if self.scene.nodes is not None:
             return self.scene.nodes
         network = self.scene.network()
         places = network.positions_m.tolist()
-        return tuple(ListedNode(name=name, x_m=x, y_m=y) for name, (x, y) in zip(network.names, places, strict=True))
+        return tuple(NamedPlace(name=name, x_m=x, y_m=y) for name, (x, y) in zip(network.names, places, strict=True))
 
     def within(self, area: Area) -> None:
         """Take another area."""
@@ -107,13 +108,6 @@ class LinksState:
         self.outcome, self.message = None, ""
         _drop(self.tracking_spec)
         self.tracking_spec = None
-
-
-def along(points: Array, step_m: float) -> Array:
-    """Return the places a step apart along a line drawn with the pointer, ``(k, 2)``, its start the first."""
-    lengths = np.concatenate([[0.0], np.hypot(*np.diff(points, axis=0).T).cumsum()])
-    at = np.arange(0.0, lengths[-1] + 1e-9, step_m)
-    return np.column_stack([np.interp(at, lengths, points[:, axis]) for axis in (0, 1)])
 
 
 def _one_by_one(truth: Array) -> tuple[DrawnPath, ...]:

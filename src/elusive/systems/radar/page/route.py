@@ -8,7 +8,7 @@ import numpy as np
 from nicegui import ui
 
 from elusive.geometry.local_frame import LocalFrame
-from elusive.systems.links.page.state import along
+from elusive.geometry.places import along_path
 from elusive.systems.radar.page.chart import ZOOM, zoom_buttons
 from elusive.systems.radar.page.maps import about_route, chart_floor, view_of, zoomed
 from elusive.systems.radar.page.run import record
@@ -87,7 +87,7 @@ class RouteWindow:
         with told():
             points = np.array(event.args["points"], np.float64).reshape(-1, 2)
             length = float(np.hypot(*np.diff(points, axis=0).T).sum())
-            corners = np.concatenate([along(points, max(length / WAYPOINTS, 1.0)), points[-1:]])
+            corners = np.concatenate([along_path(points, max(length / WAYPOINTS, 1.0)), points[-1:]])
             degrees = np.round(self._state.frame.to_lonlat(corners), 7)
             self._take(self._state.scene.replace(route_deg=tuple(map(tuple, degrees.tolist()))))
 
