@@ -14,10 +14,11 @@ from elusive.cli import main
 from elusive.errors import DataError, ParameterError
 from elusive.experiments.mendieta2017.trial import ChapterFour, trial
 from elusive.geometry.areas import Area
+from elusive.geometry.places import NamedPlace
 from elusive.model import read_yaml
 from elusive.systems.links.page.presets import first_simulation
 from elusive.systems.links.page.state import LinksState, along
-from elusive.systems.links.scene import DrawnPath, LinkScene, ListedNode, covered, radiate
+from elusive.systems.links.scene import DrawnPath, LinkScene, covered, radiate
 from elusive.systems.links.scene_results import histogram, outcome_of, summary, tracks_csv
 from elusive.systems.links.scene_run import run_link_scene, score_scene
 
@@ -31,7 +32,7 @@ def small() -> LinkScene:
 
 def test_a_scene_written_and_read_gives_equal_numbers(small: LinkScene, tmp_path: Path) -> None:
     nodes = tuple(
-        ListedNode(name=f"n{k}", x_m=x, y_m=y) for k, (x, y) in enumerate(small.network().positions_m.tolist())
+        NamedPlace(name=f"n{k}", x_m=x, y_m=y) for k, (x, y) in enumerate(small.network().positions_m.tolist())
     )
     path = DrawnPath(start=2, places_m=tuple((-12.0 + 0.85 * k, 0.3) for k in range(25)))
     scene = small.replace(nodes=nodes, paths=(path,))
@@ -57,7 +58,7 @@ def test_the_command_line_repeats_a_scene(small: LinkScene, tmp_path: Path, caps
 
 
 def test_the_radiation_stays_when_sensors_change(small: LinkScene) -> None:
-    fewer = small.replace(nodes=(ListedNode(name="a", x_m=-12, y_m=0), ListedNode(name="b", x_m=12, y_m=0)))
+    fewer = small.replace(nodes=(NamedPlace(name="a", x_m=-12, y_m=0), NamedPlace(name="b", x_m=12, y_m=0)))
     for one, other in zip(radiate(small), radiate(fewer), strict=True):
         np.testing.assert_array_equal(one, other)
 
@@ -123,7 +124,7 @@ def test_what_cannot_be_a_scene_is_refused(small: LinkScene) -> None:
 
 
 def test_coverage_counts_the_voxels_no_link_sees(small: LinkScene) -> None:
-    two = small.replace(nodes=(ListedNode(name="a", x_m=-12, y_m=0), ListedNode(name="b", x_m=12, y_m=0)))
+    two = small.replace(nodes=(NamedPlace(name="a", x_m=-12, y_m=0), NamedPlace(name="b", x_m=12, y_m=0)))
     found = covered(two)
     grid = two.grid
     apart = np.hypot(*(grid.centres - [-12, 0]).T) + np.hypot(*(grid.centres - [12, 0]).T)
