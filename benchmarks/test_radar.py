@@ -85,7 +85,7 @@ def test_steps_against_stone_soup(benchmark, best_of, report, particles):
 @pytest.mark.parametrize("particles", [2000, 6000])
 def test_a_map_in_the_step(benchmark, best_of, report, particles):
     east = [(-15.0, 4_000.0), (400.0, 4_000.0), (400.0, 6_000.0), (-15.0, 6_000.0)]
-    field = FieldWater().on(land(shapely.Polygon(east), sigma=7.0))
+    field = FieldWater().bind(land(shapely.Polygon(east), sigma=7.0))
     free, charted, rng = model(particles), model(particles, field), np.random.default_rng(1)
     begun = free.init(rng)
     without, within = best_of(lambda: follow(free, begun, rng), lambda: follow(charted, begun, rng))

@@ -43,14 +43,14 @@ def rival(coast):
 
 def covered(coast, n):
     points = near(coast, 2 * n, np.random.default_rng(0))
-    return points[ExactWater().on(coast).known(points)][:n]
+    return points[ExactWater().bind(coast).known(points)][:n]
 
 
 @pytest.mark.parametrize("name", CELLS)
 @pytest.mark.parametrize(("model", "target"), [(ExactWater(), 30), (FieldWater(), 1000)], ids=["exact", "field"])
 def test_against_shapely(benchmark, best_of, report, name, model, target):
     coast = cell(name)
-    water, points, shapely_both = model.on(coast), covered(coast, PARTICLES), rival(coast)
+    water, points, shapely_both = model.bind(coast), covered(coast, PARTICLES), rival(coast)
     states = np.insert(points, 1, 0.0, axis=1)
     few = points[:300]
     mine, theirs = best_of(lambda: water.log_probability(states), lambda: shapely_both(few))
@@ -65,11 +65,11 @@ def test_against_shapely(benchmark, best_of, report, name, model, target):
 @pytest.mark.parametrize("name", CELLS)
 def test_accuracy_and_memory(benchmark, report, name):
     coast = cell(name)
-    exact, points = ExactWater().on(coast), covered(coast, 100_000)
+    exact, points = ExactWater().bind(coast), covered(coast, 100_000)
     start = time.perf_counter()
-    index = ExactWater().on(coast)
+    index = ExactWater().bind(coast)
     indexed = time.perf_counter() - start
-    field = benchmark.pedantic(FieldWater().on, (coast,), rounds=1)
+    field = benchmark.pedantic(FieldWater().bind, (coast,), rounds=1)
     few = points[:100]
     found = exact.probability(points)
     report(f"{name}, exact: 1e-7 over its error", 1e-7 / np.abs(found[:100] - water_probability(coast, few)).max(), 1)
@@ -87,7 +87,7 @@ def test_accuracy_and_memory(benchmark, report, name):
 @pytest.mark.parametrize("name", CELLS)
 def test_a_filter_along_the_coast(benchmark, best_of, report, name):
     coast = cell(name)
-    field = FieldWater().on(coast)
+    field = FieldWater().bind(coast)
     start = covered(coast, 400)
     start = start[np.argmin(np.abs(field.probability(start) - 0.5))]
     free = ParticleFilter(
@@ -115,7 +115,7 @@ def test_against_the_thesis(benchmark, best_of, report):
     """The thesis: six hours a run for the nearest edge without cells, 90 million cells of a metre for the grid."""
     coast = port_fourchon()
     points = near(coast, 200, np.random.default_rng(3))
-    whole, cells, field = (model.on(coast) for model in (NearestWater(boundary=None), NearestWater(), FieldWater()))
+    whole, cells, field = (model.bind(coast) for model in (NearestWater(boundary=None), NearestWater(), FieldWater()))
     a_point = [
         seconds / len(points)
         for seconds in best_of(*(functools.partial(water.probability, points) for water in (whole, cells, field)))
@@ -128,5 +128,5 @@ def test_against_the_thesis(benchmark, best_of, report):
         1,
     )
     fine = cell(CELLS[0])
-    grid, spline = GridWater().on(fine), benchmark.pedantic(FieldWater().on, (fine,), rounds=3)
+    grid, spline = GridWater().bind(fine), benchmark.pedantic(FieldWater().bind, (fine,), rounds=3)
     report(f"{CELLS[0]}, bytes of the thesis's grid over the field's", grid.nbytes / spline.nbytes, 20)

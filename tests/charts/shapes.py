@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import shapely
 
-from elusive.charts import ChartedArea, Coast
+from elusive.charts import Coast, CoastPart
 from tests.recordings import DATA
 
 CELLS = ("US5MD1MC", "US4MD81M")
@@ -20,7 +20,7 @@ L_SHAPE = shapely.Polygon([(0, 0), (40, 0), (40, 10), (10, 10), (10, 40), (0, 40
 
 def land(*polygons, sigma=1.0, coverage=None):
     """Coast of one chart."""
-    return Coast.of(ChartedArea(list(polygons), sigma, coverage))
+    return Coast.of(CoastPart(list(polygons), sigma, coverage))
 
 
 def star(rng, x=0.0, y=0.0, radius=100.0, points=40):

@@ -38,7 +38,7 @@ def test_before_anything_is_learnt_the_bias_adds_to_the_imprecision():
     found = np.exp(water.log_probability(at(*north)[0]))
     assert found == pytest.approx(ndtr(north / np.hypot(10.0, BIAS_SD)), abs=0.01)
     assert water.bias.mean_m == pytest.approx(0, abs=1e-9)
-    assert water.nbytes > ExactWater().on(SHORE).nbytes
+    assert water.nbytes > ExactWater().bind(SHORE).nbytes
     assert water.bias.covariance_m2 == pytest.approx(BIAS_SD**2 * np.eye(2), rel=0.01, abs=1e-9)
 
 

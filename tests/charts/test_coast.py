@@ -11,7 +11,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from elusive.charts import ChartedArea, Coast, HardWater
+from elusive.charts import Coast, CoastPart, HardWater
 from elusive.charts._index_kernels import cells_at, inside
 from elusive.charts.coast import edge_lengths, rings_of
 from elusive.charts.index import index_edges
@@ -35,25 +35,25 @@ def test_land_lies_on_the_left() -> None:
 
 def test_charts_on_top_of_each_other_count_once() -> None:
     one = land(SQUARE)
-    two = Coast.of(ChartedArea([SQUARE, SQUARE], 1.0, None))
-    both = Coast.of(ChartedArea(SQUARE, 1.0, SQUARE.buffer(3)), ChartedArea(SQUARE, 1.0, SQUARE.buffer(3)))
+    two = Coast.of(CoastPart([SQUARE, SQUARE], 1.0, None))
+    both = Coast.of(CoastPart(SQUARE, 1.0, SQUARE.buffer(3)), CoastPart(SQUARE, 1.0, SQUARE.buffer(3)))
     assert one.area_m2 == two.area_m2 == pytest.approx(4)
     assert both.area_m2 == pytest.approx(4)
     assert len(both.sigma_m) == 1
 
 
 def test_the_finer_chart_wins() -> None:
-    fine = ChartedArea(shapely.box(0, 0, 4, 10), 1.0, shapely.box(0, 0, 10, 10))
-    coarse = ChartedArea(shapely.box(0, 0, 30, 2), 9.0, shapely.box(0, 0, 30, 10))
+    fine = CoastPart(shapely.box(0, 0, 4, 10), 1.0, shapely.box(0, 0, 10, 10))
+    coarse = CoastPart(shapely.box(0, 0, 30, 2), 9.0, shapely.box(0, 0, 30, 10))
     coast = Coast.of(fine, coarse)
     assert coast.area_m2 == pytest.approx(40 + 20 * 2)
-    water = HardWater(unknown=0.3).on(coast)
+    water = HardWater(unknown=0.3).bind(coast)
     points = [(2, 5), (6, 1), (12, 1), (12, 5), (40, 1)]
     assert water.probability(points).tolist() == [0, 1, 0, 1, 0.3]
     assert water.area(points).tolist() == [0, 0, 1, 1, -1]
     assert water.known(points).tolist() == [True, True, True, True, False]
     assert water.area([(10, 5), (10, 7.3)]).tolist() == [0, 0]  # on the border of both
-    everywhere = HardWater().on(Coast.of(fine, ChartedArea(shapely.box(0, 0, 30, 2), 9.0)))
+    everywhere = HardWater().bind(Coast.of(fine, CoastPart(shapely.box(0, 0, 30, 2), 9.0)))
     assert everywhere.area(points).tolist() == [0, 0, 1, 1, 1]
     assert everywhere.probability(points).tolist() == [0, 1, 0, 1, 1]
 
@@ -66,20 +66,20 @@ def test_land_that_ends_with_the_chart_is_no_coast() -> None:
 
 
 def test_a_coast_without_land() -> None:
-    coast = Coast.of(ChartedArea([], 5.0, shapely.box(0, 0, 10, 10)))
+    coast = Coast.of(CoastPart([], 5.0, shapely.box(0, 0, 10, 10)))
     assert coast.length_m == coast.area_m2 == 0
-    assert Coast.of(ChartedArea([], 5.0)).bounds == (0, 0, 0, 0)
+    assert Coast.of(CoastPart([], 5.0)).bounds == (0, 0, 0, 0)
 
 
 @pytest.mark.parametrize(
     ("charts", "message"),
     [
         ([], "none was given"),
-        ([ChartedArea(shapely.Polygon([(0, 0), (1, 1), (1, 0), (0, 1)]), 1.0)], "Self-intersection"),
-        ([ChartedArea(shapely.LineString([(0, 0), (1, 1)]), 1.0)], "LineString"),
-        ([ChartedArea(shapely.Polygon([(0, 0), (1, np.inf), (1, 0)]), 1.0)], "not finite"),
-        ([ChartedArea(SQUARE, 1.0), ChartedArea(SQUARE, 2.0)], "put it last"),
-        ([ChartedArea(SQUARE, 1.0, shapely.Polygon())], "nothing is known"),
+        ([CoastPart(shapely.Polygon([(0, 0), (1, 1), (1, 0), (0, 1)]), 1.0)], "Self-intersection"),
+        ([CoastPart(shapely.LineString([(0, 0), (1, 1)]), 1.0)], "LineString"),
+        ([CoastPart(shapely.Polygon([(0, 0), (1, np.inf), (1, 0)]), 1.0)], "not finite"),
+        ([CoastPart(SQUARE, 1.0), CoastPart(SQUARE, 2.0)], "put it last"),
+        ([CoastPart(SQUARE, 1.0, shapely.Polygon())], "nothing is known"),
     ],
 )
 def test_shapes_that_are_refused(charts, message) -> None:
@@ -90,7 +90,7 @@ def test_shapes_that_are_refused(charts, message) -> None:
 def test_without_shapely_it_says_what_to_install(monkeypatch) -> None:
     monkeypatch.setitem(sys.modules, "shapely", None)
     with pytest.raises(DataError, match=r"install elusive\[charts\]"):
-        Coast.of(ChartedArea([], 1.0))
+        Coast.of(CoastPart([], 1.0))
 
 
 @pytest.mark.parametrize("sigma", [0.0, -1.0, np.nan, np.inf])
@@ -107,7 +107,10 @@ def test_after_construction_shapely_is_not_needed() -> None:
     import pickle
 
     found = subprocess.run(
-        [sys.executable, "-c", code], input=pickle.dumps(HardWater().on(land(SQUARE))), capture_output=True, check=True
+        [sys.executable, "-c", code],
+        input=pickle.dumps(HardWater().bind(land(SQUARE))),
+        capture_output=True,
+        check=True,
     )
     assert found.stdout.decode().split() == ["[0.]", "False"]
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
-from elusive.charts.charted_area import SceneParameters
+from elusive.charts.charted_area import ChartedAreaParameters
 from elusive.charts.compare import disagreements
 from elusive.geometry.local_frame import LocalFrame
 
@@ -22,7 +22,7 @@ def compare(land, other, sigma=10.0, **coverage):
         drawn("fine", land, coverage.get("fine", SEA), 12_000),
         drawn("coarse", other, coverage.get("coarse", SEA), 80_000),
     ]
-    return disagreements(charts, FRAME, SceneParameters(imprecision={"coast_sigma_m": sigma}))
+    return disagreements(charts, FRAME, ChartedAreaParameters(imprecision={"coast_sigma_m": sigma}))
 
 
 @pytest.mark.parametrize("offset", [0.0, 20.0, 27.0, 28.5, 35.0, 50.0])
@@ -70,7 +70,7 @@ def test_a_chart_agrees_with_itself():
 def test_the_real_pair():
     charts = [real_cell("US5MD1MC"), real_cell("US4MD81M")]
     frame = LocalFrame.about(charts)
-    (found,) = disagreements(charts, frame, SceneParameters(imprecision={"coast_sigma_m": 8.2}))
+    (found,) = disagreements(charts, frame, ChartedAreaParameters(imprecision={"coast_sigma_m": 8.2}))
     assert (found.finer, found.coarser) == ("US5MD1MC", "US4MD81M")
     assert found.median_m == pytest.approx(4, abs=0.3)
     assert found.percentile_95_m == pytest.approx(40, abs=3)

@@ -7,7 +7,7 @@ import pytest
 import shapely
 from scipy.special import ndtr
 
-from elusive.charts import ChartedArea, Coast, DisplacedWater, ExactWater, FieldWater, HardWater, NearestWater
+from elusive.charts import Coast, CoastPart, DisplacedWater, ExactWater, FieldWater, HardWater, NearestWater
 from elusive.errors import ParameterError
 
 from .shapes import archipelago, land, near
@@ -34,7 +34,7 @@ def test_the_average_over_the_errors_is_the_whole_imprecision():
     coast = archipelago(sigma=8.0)
     points = near(coast, 200, np.random.default_rng(1))
     displaced = DisplacedWater.persistent(ExactWater(), coast, 0.5)
-    expected = ExactWater().on(coast).probability(points)
+    expected = ExactWater().bind(coast).probability(points)
     # the quadrature's nodes reach 12 deviations, where errors are cut; what is beyond 5 weighs 6e-7
     assert averaged(displaced, points, *quadrature()) == pytest.approx(expected, abs=5e-6)
 
@@ -52,20 +52,20 @@ def test_two_charts_of_different_imprecision():
     """On both sides of the line where they meet, each position with the deviation of its own chart."""
     fine, coarse = shapely.box(-1000, -1000, 0, 1000), shapely.box(0, -1000, 1000, 1000)
     shore = shapely.box(-1000, -1000, 1000, 0)
-    coast = Coast.of(ChartedArea([shore], 4.0, [fine]), ChartedArea([shore], 20.0, [coarse]))
+    coast = Coast.of(CoastPart([shore], 4.0, [fine]), CoastPart([shore], 20.0, [coarse]))
     points = np.array([[x, y] for x in (-300.0, -5.0, -0.5, 0.5, 5.0, 300.0) for y in (-8.0, 0.0, 12.0)])
     displaced = DisplacedWater.persistent(ExactWater(), coast, 0.9)
     sigma = np.where(points[:, 0] < 0, 4.0, 20.0)
     found = averaged(displaced, points, *quadrature(80))
     assert found == pytest.approx(ndtr(points[:, 1] / sigma), abs=1e-3)
-    assert found == pytest.approx(ExactWater().on(coast).probability(points), abs=1e-3)
+    assert found == pytest.approx(ExactWater().bind(coast).probability(points), abs=1e-3)
     one = displaced.probability(points, np.tile([0.0, 1.5], (len(points), 1)))
     assert one == pytest.approx(ndtr((points[:, 1] / sigma + 1.5 * 0.9**0.5) / 0.1**0.5), abs=1e-6)
 
 
 def test_a_finer_chart_within_one_without_bounds():
     within = shapely.box(-100, -100, 100, 100)
-    coast = Coast.of(ChartedArea([COAST_SOUTH], 2.0, [within]), ChartedArea([COAST_SOUTH], 10.0))
+    coast = Coast.of(CoastPart([COAST_SOUTH], 2.0, [within]), CoastPart([COAST_SOUTH], 10.0))
     points = np.array([[0.0, 3.0], [99.5, -1.0], [101.0, 3.0], [500.0, -4.0]])
     found = DisplacedWater(ExactWater(), coast, 5.0, [2.0, 10.0]).probability(points, np.tile([1.0, -1.0], (4, 1)))
     assert found == pytest.approx(ndtr((points[:, 1] - 5.0) / [2.0, 2.0, 10.0, 10.0]), abs=1e-6)
@@ -84,7 +84,7 @@ def test_what_no_chart_covers_is_unknown():
     water = DisplacedWater.persistent(ExactWater(unknown=0.7), coast, 0.9)
     points, errors = np.array([[0.0, 99.0], [0.0, 101.0], [0.0, 50.0]]), np.array([[0.0, 1.0], [0.0, -1.0], [0.0, 0.0]])
     assert water.probability(points, errors) == pytest.approx([0.7, 0.7, 1.0])
-    assert water.nbytes > ExactWater().on(coast).nbytes
+    assert water.nbytes > ExactWater().bind(coast).nbytes
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ import shapely
 from pyproj import Geod
 
 from elusive.charts import enc
-from elusive.charts.charted_area import build_scene
+from elusive.charts.charted_area import lay_charts
 from elusive.charts.enc import Layer, read_cell
 from elusive.errors import DataError, ElusiveError
 from elusive.geometry.local_frame import LocalFrame
@@ -219,7 +219,7 @@ def read_spoilt(path, cases, seed):
     for _ in range(cases):
         path.write_bytes(spoil(content, rng))
         try:
-            build_scene([read_cell(path)])
+            lay_charts([read_cell(path)])
         except ElusiveError as error:
             refused.append(str(error))
     assert all(str(path) in sentence or sentence.startswith("charts: ") for sentence in refused)

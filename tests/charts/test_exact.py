@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import ndtr
 
-from elusive.charts import ChartedArea, Coast, ExactWater
+from elusive.charts import Coast, CoastPart, ExactWater
 from elusive.charts._exact_kernels import _angle
 from elusive.errors import DataError
 from tests.charts.shapes import (
@@ -29,19 +29,19 @@ from tests.reference.water import drawn, land_mass, water_probability
 
 
 def test_the_square() -> None:
-    found = 1 - ExactWater().on(land(SQUARE)).probability([(0, 0), (1, 1), (3, 0)])
+    found = 1 - ExactWater().bind(land(SQUARE)).probability([(0, 0), (1, 1), (3, 0)])
     np.testing.assert_allclose(found, [0.4660649, 0.2277674, 0.0155097], atol=1e-7)
     side = ndtr(1) - ndtr(-1)
     assert found[0] == pytest.approx(side**2, abs=1e-8)
 
 
 def test_the_l_shape() -> None:
-    found = 1 - ExactWater().on(land(L_SHAPE, sigma=5.0)).probability([(5, 5), (12, 12), (20, 20)])
+    found = 1 - ExactWater().bind(land(L_SHAPE, sigma=5.0)).probability([(5, 5), (12, 12), (20, 20)])
     np.testing.assert_allclose(found, [0.68269, 0.55409, 0.04492], atol=5e-6)
 
 
 def test_a_straight_coast_is_the_normal_distribution() -> None:
-    water = ExactWater().on(land(shapely.box(-1e4, -1e4, 1e4, 0), sigma=7.0))
+    water = ExactWater().bind(land(shapely.box(-1e4, -1e4, 1e4, 0), sigma=7.0))
     north = np.linspace(-50, 50, 401)
     found = water.probability(np.column_stack([np.full(401, 12.3), north]))
     np.testing.assert_allclose(found, ndtr(north / 7), atol=1e-8)
@@ -49,8 +49,8 @@ def test_a_straight_coast_is_the_normal_distribution() -> None:
 
 def test_three_readings_of_a_canal() -> None:
     canal = [shapely.box(-1e4, -1e4, -25, 1e4), shapely.box(25, -1e4, 1e4, 1e4)]
-    assert ExactWater().on(land(*canal, sigma=20.0)).probability([(0, 0)])[0] == pytest.approx(0.7887, abs=5e-5)
-    assert ExactWater().on(land(*canal, sigma=50.0)).probability([(0, 0)])[0] == pytest.approx(0.3829, abs=5e-5)
+    assert ExactWater().bind(land(*canal, sigma=20.0)).probability([(0, 0)])[0] == pytest.approx(0.7887, abs=5e-5)
+    assert ExactWater().bind(land(*canal, sigma=50.0)).probability([(0, 0)])[0] == pytest.approx(0.3829, abs=5e-5)
 
 
 @pytest.mark.parametrize("sigma", [0.5, 5.0, 40.0, 500.0])
@@ -67,7 +67,7 @@ def test_islands_holes_and_creeks(sigma) -> None:
             (edges[:100, :2] + edges[:100, 2:]) / 2,
         ]
     )
-    found = ExactWater().on(coast).probability(points)
+    found = ExactWater().bind(coast).probability(points)
     moved = np.concatenate([points[:-100], points[-100:] + 1e-9])  # the sum is not defined on an edge
     np.testing.assert_allclose(found, water_probability(coast, moved), atol=3e-8)
 
@@ -78,14 +78,14 @@ def test_any_place_and_size(seed, log_sigma, x, size) -> None:
     rng = np.random.default_rng(seed)
     coast = land(star(rng, x, -x, radius=10**size, points=int(rng.integers(3, 50))), sigma=10**log_sigma)
     points = near(coast, 30, rng)
-    found = ExactWater().on(coast).probability(points)
+    found = ExactWater().bind(coast).probability(points)
     # so far out, 1e-9 m is a coordinate's last digit
     np.testing.assert_allclose(found, water_probability(coast, points), atol=3e-8 + 1e-9 / 10**log_sigma)
 
 
 def test_on_vertices_and_edges_it_is_continuous() -> None:
     coast = archipelago()
-    water = ExactWater().on(coast)
+    water = ExactWater().bind(coast)
     edges = coast.land.edges
     for points in (coast.land.vertices, (edges[:, :2] + edges[:, 2:]) / 2, 0.9 * edges[:, :2] + 0.1 * edges[:, 2:]):
         here = water.probability(points)
@@ -97,7 +97,7 @@ def test_on_vertices_and_edges_it_is_continuous() -> None:
 
 def test_across_the_index_cells_it_is_continuous() -> None:
     coast = archipelago()
-    water = ExactWater().on(coast)
+    water = ExactWater().bind(coast)
     index = water.indices[0][0]
     rng = np.random.default_rng(3)
     points = near(coast, 4000, rng)
@@ -114,7 +114,7 @@ def test_vertices_on_a_lattice_and_the_positions_too() -> None:
     blocks += [shapely.Polygon([(x, y), (x + 2, y), (x, y + 2)]) for x, y in rng.integers(0, 12, (10, 2))]
     coast = land(*blocks, sigma=1.0)
     points = np.stack(np.meshgrid(np.arange(-2, 16, 0.5), np.arange(-2, 16, 0.5)), axis=-1).reshape(-1, 2)
-    found = ExactWater().on(coast).probability(points)
+    found = ExactWater().bind(coast).probability(points)
     np.testing.assert_allclose(found, water_probability(coast, points + np.array([1.1e-9, 0.7e-9])), atol=3e-8)
 
 
@@ -124,7 +124,7 @@ def test_draws_fall_on_land_as_often(place) -> None:
     polygon = shapely_land(coast)
     shapely.prepare(polygon)
     share, error = drawn(lambda x, y: shapely.contains_xy(polygon, x, y), place, 5.0, 200_000, np.random.default_rng(5))
-    assert 1 - ExactWater().on(coast).probability([place])[0] == pytest.approx(share, abs=4 * error)
+    assert 1 - ExactWater().bind(coast).probability([place])[0] == pytest.approx(share, abs=4 * error)
 
 
 def test_a_coast_that_meets_the_border_is_not_bent() -> None:
@@ -132,15 +132,15 @@ def test_a_coast_that_meets_the_border_is_not_bent() -> None:
     cut = land(shapely.box(-1e3, -1e3, 1e3, 0), sigma=5.0, coverage=shapely.box(0, -500, 500, 500))
     x, y = np.meshgrid([0.0, 1.0, 4.0, 20.0, 100.0], np.linspace(-20, 20, 21))
     points = np.column_stack([x.ravel(), y.ravel()])
-    found = ExactWater().on(cut).probability(points)
-    np.testing.assert_allclose(found, ExactWater().on(whole).probability(points), atol=5e-8)
-    inland = ExactWater().on(cut).probability([(0.0, -250.0), (250.0, -500.0), (0.0, -500.0)])
+    found = ExactWater().bind(cut).probability(points)
+    np.testing.assert_allclose(found, ExactWater().bind(whole).probability(points), atol=5e-8)
+    inland = ExactWater().bind(cut).probability([(0.0, -250.0), (250.0, -500.0), (0.0, -500.0)])
     np.testing.assert_allclose(inland, 0, atol=5e-8)
 
 
 def test_near_a_ragged_border_only_what_is_covered_counts() -> None:
     coast = archipelago(coverage=star(np.random.default_rng(6), radius=300.0))
-    water = ExactWater().on(coast)
+    water = ExactWater().bind(coast)
     rng = np.random.default_rng(7)
     points = np.concatenate([near(coast, 300, rng), rng.uniform(-300, 300, (200, 2))])
     known = water.known(points)
@@ -152,9 +152,9 @@ def test_near_a_ragged_border_only_what_is_covered_counts() -> None:
 
 def test_where_two_charts_meet_each_position_has_its_own_imprecision() -> None:
     shore = shapely.box(-1e3, -1e3, 1e3, 0)
-    fine = ChartedArea(shore, 2.0, shapely.box(0, -500, 500, 500))
-    coarse = ChartedArea(shore, 20.0, shapely.box(-500, -500, 500, 500))
-    water = ExactWater(unknown=0.5).on(Coast.of(fine, coarse))
+    fine = CoastPart(shore, 2.0, shapely.box(0, -500, 500, 500))
+    coarse = CoastPart(shore, 20.0, shapely.box(-500, -500, 500, 500))
+    water = ExactWater(unknown=0.5).bind(Coast.of(fine, coarse))
     y = np.linspace(-30, 30, 31)
     for x, sigma in ((1.0, 2.0), (250.0, 2.0), (-1.0, 20.0), (-300.0, 20.0)):
         found = water.probability(np.column_stack([np.full(31, x), y]))
@@ -165,18 +165,18 @@ def test_where_two_charts_meet_each_position_has_its_own_imprecision() -> None:
 
 def test_log_probability_is_of_columns_x_and_y_and_has_a_floor() -> None:
     coast = archipelago()
-    water = ExactWater(floor=1e-4).on(coast)
+    water = ExactWater(floor=1e-4).bind(coast)
     points = near(coast, 200, np.random.default_rng(8))
     states = np.column_stack([points[:, 0], np.full(200, 9.0), points[:, 1], np.full(200, -9.0), np.zeros(200)])
     expected = np.log(1e-4 + (1 - 1e-4) * water.probability(points))
     np.testing.assert_allclose(water.log_probability(states), expected, atol=1e-12)
-    deep = ExactWater(floor=1e-4).on(land(shapely.box(-500, -500, 500, 500), sigma=5.0))
+    deep = ExactWater(floor=1e-4).bind(land(shapely.box(-500, -500, 500, 500), sigma=5.0))
     assert deep.log_probability(np.zeros((3, 4))).tolist() == pytest.approx([np.log(1e-4)] * 3)
 
 
 def test_without_land_all_is_water() -> None:
     for coverage in (None, shapely.box(-10, -10, 10, 10)):
-        water = ExactWater(unknown=0.2).on(Coast.of(ChartedArea([], 5.0, coverage)))
+        water = ExactWater(unknown=0.2).bind(Coast.of(CoastPart([], 5.0, coverage)))
         assert water.probability([(0, 0), (9, 9), (90, 9)]).tolist() == [1, 1, 1 if coverage is None else 0.2]
 
 
@@ -185,7 +185,7 @@ def test_without_land_all_is_water() -> None:
 )
 def test_points_that_are_refused(points, message) -> None:
     with pytest.raises(DataError, match=message):
-        ExactWater().on(land(SQUARE)).probability(points)
+        ExactWater().bind(land(SQUARE)).probability(points)
 
 
 def test_the_angle() -> None:
@@ -204,17 +204,17 @@ def test_real_cells(name) -> None:
 @pytest.mark.validate
 def test_where_two_real_cells_overlap() -> None:
     (fine, covered), (coarse, around) = pair()
-    coast = Coast.of(ChartedArea(fine, 8.2, covered), ChartedArea(coarse, 20.4, around))
-    water = ExactWater().on(coast)
+    coast = Coast.of(CoastPart(fine, 8.2, covered), CoastPart(coarse, 20.4, around))
+    water = ExactWater().bind(coast)
     inner = covered.buffer(-50)
     ring = shapely.get_coordinates(shapely.intersection(shapely.union_all(fine).boundary, inner))
     rng = np.random.default_rng(12)
     points = ring[rng.integers(len(ring), size=2000)] + rng.normal(scale=8.2, size=(2000, 2))
     points = points[water.area(points) == 0]
-    alone = ExactWater().on(land(*fine, sigma=8.2, coverage=covered)).probability(points)
+    alone = ExactWater().bind(land(*fine, sigma=8.2, coverage=covered)).probability(points)
     np.testing.assert_allclose(water.probability(points), alone, atol=3e-8)
     # what laying one over the other would do
-    heap = ExactWater().on(land(*fine, *coarse, sigma=8.2, coverage=around)).probability(points)
+    heap = ExactWater().bind(land(*fine, *coarse, sigma=8.2, coverage=around)).probability(points)
     assert 0.1 < (np.abs(heap - alone) > 0.1).mean() < 0.3
     edge = shapely.get_coordinates(shapely.segmentize(covered.boundary, 50.0))
     edge = edge[rng.integers(len(edge), size=60)] + rng.normal(scale=20.0, size=(60, 2))
@@ -236,7 +236,7 @@ def test_real_cells_at_ten_thousand_points(name) -> None:
 @pytest.mark.validate
 def test_draws_near_real_coasts() -> None:
     coast = cell(CELLS[0])
-    water, polygon = ExactWater().on(coast), shapely_land(coast)
+    water, polygon = ExactWater().bind(coast), shapely_land(coast)
     shapely.prepare(polygon)
     rng = np.random.default_rng(11)
     points = near(coast, 40, rng)
@@ -248,7 +248,7 @@ def test_draws_near_real_coasts() -> None:
 
 def check(coast, n) -> None:
     """The exact probability is the sum over every edge, and light."""
-    water = ExactWater().on(coast)
+    water = ExactWater().bind(coast)
     points = near(coast, n, np.random.default_rng(10))
     known = water.known(points)
     found = water.probability(points)[known]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import shapely
 
-from elusive.charts import ChartedArea, Coast, ExactWater, FieldWater
+from elusive.charts import Coast, CoastPart, ExactWater, FieldWater
 from tests.charts.shapes import CELLS, cell, pair, port_fourchon, star
 from tests.reference.water import drawn, land_mass, water_probability
 
@@ -22,7 +22,7 @@ PARTS = 3  # places of each kind
 def both():
     """The fine cell over the coarse one, each with its own imprecision."""
     (fine, covered), (coarse, around) = pair()
-    return Coast.of(ChartedArea(fine, SIGMAS[0], covered), ChartedArea(coarse, SIGMAS[1], around))
+    return Coast.of(CoastPart(fine, SIGMAS[0], covered), CoastPart(coarse, SIGMAS[1], around))
 
 
 def two_charts():
@@ -31,8 +31,8 @@ def two_charts():
     islands = [star(rng, x, y) for x in range(-300, 301, 150) for y in range(-300, 301, 150)]
     coarse = [shapely.simplify(island, 15.0) for island in islands]
     return Coast.of(
-        ChartedArea(islands, 3.0, star(rng, radius=300.0, points=9)),
-        ChartedArea([part for part in coarse if part.geom_type == "Polygon"], 9.0, shapely.box(-350, -350, 350, 350)),
+        CoastPart(islands, 3.0, star(rng, radius=300.0, points=9)),
+        CoastPart([part for part in coarse if part.geom_type == "Polygon"], 9.0, shapely.box(-350, -350, 350, 350)),
     )
 
 
@@ -58,7 +58,7 @@ def at_borders(coast, n, rng, area=0):
 
 def check(coast, points) -> None:
     """The exact probability is the twin's, area by area."""
-    water = ExactWater().on(coast)
+    water = ExactWater().bind(coast)
     found, areas = water.probability(points), water.area(points)
     for area in range(len(coast.sigma_m)):
         here = (areas == area) & (water.area(points + NUDGE) == area)
@@ -75,7 +75,7 @@ def test_on_edges_and_vertices_of_a_real_cell() -> None:
 def test_where_two_charts_of_different_imprecision_meet() -> None:
     coast, rng = two_charts(), np.random.default_rng(2)
     points = np.concatenate([on_coast(coast, 100, rng), at_borders(coast, 200, rng), rng.uniform(-380, 380, (300, 2))])
-    assert set(ExactWater().on(coast).area(points)) == {-1, 0, 1}
+    assert set(ExactWater().bind(coast).area(points)) == {-1, 0, 1}
     check(coast, points)
 
 
@@ -106,13 +106,13 @@ def test_two_real_cells_of_different_imprecision() -> None:
 def test_the_field_of_two_real_cells_at_100_000_points() -> None:
     coast, rng = both(), np.random.default_rng(7)
     vertices = coast.land.vertices
-    spread = np.where(ExactWater().on(coast).area(vertices) == 0, *SIGMAS)
+    spread = np.where(ExactWater().bind(coast).area(vertices) == 0, *SIGMAS)
     of = rng.integers(len(vertices), size=80_000)
     points = vertices[of] + 2 * spread[of, None] * rng.normal(size=(80_000, 2))
     points = np.concatenate([points, at_borders(coast, 20_000, rng)])
-    exact = ExactWater().on(coast)
+    exact = ExactWater().bind(coast)
     points = points[exact.known(points)]
-    assert np.abs(FieldWater().on(coast).probability(points) - exact.probability(points)).max() <= 1e-3
+    assert np.abs(FieldWater().bind(coast).probability(points) - exact.probability(points)).max() <= 1e-3
 
 
 @pytest.mark.validate
@@ -160,7 +160,7 @@ def hard_places(coast, rng):
 
 def check_draws(coast, points, draws, rng) -> None:
     """Of the draws about a place that fall on what is charted, as many fall on land."""
-    water = ExactWater().on(coast)
+    water = ExactWater().bind(coast)
     land, covered = whole(coast.land), whole(coast.border)
     for shape in (land, covered):
         shapely.prepare(shape)
@@ -179,7 +179,7 @@ def check_draws(coast, points, draws, rng) -> None:
 
 
 def test_the_twin_of_a_covered_half_plane() -> None:
-    coast = Coast.of(ChartedArea([shapely.box(-500, -500, 500, 0)], 5.0, shapely.box(-500, -500, 0, 500)))
+    coast = Coast.of(CoastPart([shapely.box(-500, -500, 500, 0)], 5.0, shapely.box(-500, -500, 0, 500)))
     point = np.array([[-1e-9, 0.0]])
     assert land_mass(coast.border.edges, point, 5.0)[0] == pytest.approx(0.5, abs=1e-6)
     assert water_probability(coast, point)[0] == pytest.approx(0.5, abs=1e-6)

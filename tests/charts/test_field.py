@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import shapely
 
-from elusive.charts import ChartedArea, Coast, ExactWater, FieldWater
+from elusive.charts import Coast, CoastPart, ExactWater, FieldWater
 from elusive.charts import _field_kernels as kernels
 from elusive.errors import DataError, ParameterError
 from tests.charts.shapes import CELLS, archipelago, cell, land, near, port_fourchon, star
@@ -16,8 +16,8 @@ from tests.charts.shapes import CELLS, archipelago, cell, land, near, port_fourc
 
 def errors(coast, points, **parameters):
     """Errors of P and of its logarithm at the points that a chart covers."""
-    exact = ExactWater().on(coast)
-    field = FieldWater(**parameters).on(coast)
+    exact = ExactWater().bind(coast)
+    field = FieldWater(**parameters).bind(coast)
     points = points[exact.known(points)]
     states = np.column_stack([points[:, 0], points[:, 0], points[:, 1]])
     logs = field.log_probability(states) - exact.log_probability(states)
@@ -51,13 +51,13 @@ def test_the_floor_does_not_touch_the_tolerance(floor) -> None:
 
 def test_coarser_is_lighter() -> None:
     coast = archipelago()
-    fine, coarse = (FieldWater(tolerance=tolerance).on(coast).nbytes for tolerance in (1e-3, 1e-2))
+    fine, coarse = (FieldWater(tolerance=tolerance).bind(coast).nbytes for tolerance in (1e-3, 1e-2))
     assert coarse < 0.6 * fine
 
 
 def test_between_tiles_it_is_continuous() -> None:
     coast = archipelago()
-    field = FieldWater().on(coast)
+    field = FieldWater().bind(coast)
     spline = field.splines[0]
     points = near(coast, 5000, np.random.default_rng(2), 4.0)
     step = 1 / spline.per_step
@@ -74,19 +74,19 @@ def test_near_the_border_and_where_charts_meet() -> None:
     assert error.max() <= 1e-3
     shore = [star(rng, x, y) for x in range(-300, 301, 150) for y in range(-300, 301, 150)]
     charts = Coast.of(
-        ChartedArea(shore, 2.0, shapely.box(-100, -100, 100, 100)),
-        ChartedArea(shore, 6.0, shapely.Point(150, 0).buffer(200)),
-        ChartedArea(shore, 25.0),
+        CoastPart(shore, 2.0, shapely.box(-100, -100, 100, 100)),
+        CoastPart(shore, 6.0, shapely.Point(150, 0).buffer(200)),
+        CoastPart(shore, 25.0),
     )
     points = rng.uniform(-600, 600, (40_000, 2))
     error, _ = errors(charts, points)
     assert error.max() <= 1e-3
-    assert set(FieldWater().on(charts).area(points)) == {0, 1, 2}
+    assert set(FieldWater().bind(charts).area(points)) == {0, 1, 2}
 
 
 def test_what_no_chart_covers_is_unknown() -> None:
     coast = land(shapely.box(-50, -50, 50, 50), sigma=5.0, coverage=shapely.box(-60, -60, 60, 60))
-    field = FieldWater(unknown=0.25).on(coast)
+    field = FieldWater(unknown=0.25).bind(coast)
     assert field.known([(0, 0), (61, 0)]).tolist() == [True, False]
     assert field.probability([(0, 0), (61, 0)]).tolist() == [0, 0.25]
 
@@ -94,17 +94,17 @@ def test_what_no_chart_covers_is_unknown() -> None:
 def test_open_water_costs_nothing() -> None:
     island = shapely.box(-50, -50, 50, 50)
     small, wide = (
-        FieldWater().on(land(island, sigma=5.0, coverage=shapely.box(-side, -side, side, side)))
+        FieldWater().bind(land(island, sigma=5.0, coverage=shapely.box(-side, -side, side, side)))
         for side in (500.0, 50_000.0)
     )
     assert len(wide.splines[0].coefficients) == len(small.splines[0].coefficients)
-    assert FieldWater().on(Coast.of(ChartedArea([], 5.0))).probability([(0, 0)]).tolist() == [1]
+    assert FieldWater().bind(Coast.of(CoastPart([], 5.0))).probability([(0, 0)]).tolist() == [1]
 
 
 def test_a_map_too_wide_for_its_deviation_is_refused() -> None:
     far = shapely.MultiPolygon([shapely.box(0, 0, 1, 1), shapely.box(1e6, 1e6, 1e6 + 1, 1e6 + 1)])
     with pytest.raises(DataError, match="take the exact method"):
-        FieldWater().on(land(far, sigma=1.0))
+        FieldWater().bind(land(far, sigma=1.0))
 
 
 @pytest.mark.parametrize("parameters", [{"tolerance": 1e-5}, {"tolerance": 0.5}, {"floor": 0.0}, {"unknown": 0.0}])
@@ -115,13 +115,13 @@ def test_parameters_that_are_refused(parameters) -> None:
 
 def test_it_travels_between_processes() -> None:
     coast = archipelago()
-    field = FieldWater().on(coast)
+    field = FieldWater().bind(coast)
     points = near(coast, 100, np.random.default_rng(4))
     np.testing.assert_array_equal(pickle.loads(pickle.dumps(field)).probability(points), field.probability(points))
 
 
 def test_the_kernel_is_the_spline_of_its_coefficients() -> None:
-    field = FieldWater().on(archipelago())
+    field = FieldWater().bind(archipelago())
     spline = field.splines[0]
     points = near(field.coast, 300, np.random.default_rng(5))
     cells = (points - (spline.x0, spline.y0)) * spline.per_step
@@ -160,4 +160,4 @@ def check(coast) -> None:
     error, log_error = errors(coast, near(coast, 100_000, np.random.default_rng(6)))
     assert error.max() <= 1e-3
     assert log_error.max() < 0.2
-    assert FieldWater().on(coast).nbytes <= 200 * coast.length_m / coast.sigma_m[0]
+    assert FieldWater().bind(coast).nbytes <= 200 * coast.length_m / coast.sigma_m[0]

@@ -17,7 +17,7 @@ import pytest
 import shapely
 from pyais import encode_dict
 
-from elusive.charts.charted_area import build_scene
+from elusive.charts.charted_area import lay_charts
 from elusive.charts.enc import read_cell
 from elusive.charts.outlines import read_outline
 from elusive.errors import ElusiveError
@@ -90,7 +90,7 @@ def read_spoilt(path: Path, contents: list[bytes], read: Callable[[Path], object
 
 
 def scene(path: Path) -> object:
-    return build_scene([read_outline(path)])
+    return lay_charts([read_outline(path)])
 
 
 def in_degrees(places: np.ndarray) -> np.ndarray:
@@ -239,7 +239,7 @@ def updates(folder: Path, cases: int, seed: int) -> list[str]:
         begun = time.process_time()
         with no_hang():
             try:
-                build_scene([read_cell(path)])
+                lay_charts([read_cell(path)])
             except ElusiveError as error:
                 refused.append(str(error))
         assert time.process_time() - begun < 3 * SOON_S, f"case {case} of seed {seed}"

@@ -12,13 +12,14 @@ import xarray as xr
 from scipy.linalg import solve_discrete_are
 
 from elusive.charts import ExactWater, IntervalWater, NearestWater
+from elusive.charts.delta import HEIGHT_M, WIDTH_M, synthetic_delta
 from elusive.errors import DataError
 from elusive.experiments.bootsveld2012.case import ShipCase, knowledge, scenery
 from elusive.experiments.bootsveld2012.curves import bias, deviation, first_error
 from elusive.experiments.bootsveld2012.influence import across, convolved_error, map_under, strip
 from elusive.experiments.bootsveld2012.phases import CHECK, RANGE_M, TIMES_S, break_even, phases
 from elusive.experiments.bootsveld2012.route import IMPRECISE, PERFECT, STEPS, UNIT_M, find_route
-from elusive.experiments.bootsveld2012.shore import HEIGHT_M, WIDTH_M, shoreline, synthetic_delta
+from elusive.experiments.bootsveld2012.shore import shoreline
 from elusive.experiments.bootsveld2012.trial import ShipTrial, trial
 from tests.charts.shapes import DATA
 

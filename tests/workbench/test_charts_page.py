@@ -65,7 +65,7 @@ def test_a_chart_that_is_sent_a_route_that_is_drawn_and_a_run_called_off(served:
     page.get_by_label("Name of a chart").fill("../../etc/passwd.000")
     button(page, "Open a chart").click()
     told(page, "is no plain file name")
-    sigma = field(page, "tracking.scene.imprecision.coast_sigma_m").first
+    sigma = field(page, "tracking.charted.imprecision.coast_sigma_m").first
     sigma.fill("-1")
     told(page, "Imprecision.coast_sigma_m: must be greater than 0")
     sigma.fill("8")
@@ -156,8 +156,8 @@ def test_what_cannot_be_sailed_is_refused() -> None:
 def test_a_use_that_refuses_leaves_the_others_and_a_job_is_called_off() -> None:
     chart, scene = example(), ChartScene.example()
     short = scene.replace(route_deg=scene.route_deg[:5], methods=("none", "field"))
-    fine = short.tracking.scene.replace(imprecision=short.tracking.scene.imprecision.replace(coast_sigma_m=0.01))
-    costly = short.replace(tracking=short.tracking.replace(scene=fine), methods=("none", "grid"))
+    fine = short.tracking.charted.replace(imprecision=short.tracking.charted.imprecision.replace(coast_sigma_m=0.01))
+    costly = short.replace(tracking=short.tracking.replace(charted=fine), methods=("none", "grid"))
     taken, refused = sail(costly, chart.file, lambda done: None).each
     assert taken.outcome is not None
     assert refused.outcome is None
@@ -252,7 +252,7 @@ def test_a_real_cell_shows_its_quality_zones() -> None:
     state = ChartsState()
     state.open(path.name, opened(path))
     assert state.scene.route_deg == ()
-    assert state.scene.tracking.scene.imprecision.coast_sigma_m is None  # as the chart states it
+    assert state.scene.tracking.charted.imprecision.coast_sigma_m is None  # as the chart states it
     assert grades_of(state)
     shapes = chart_shapes(state, view_of(state))
     assert any(shape.get("fill") for shape in shapes)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from pydantic import Field
 
-from elusive.charts.charted_area import SceneParameters
+from elusive.charts.charted_area import ChartedAreaParameters
 from elusive.errors import ParameterError
 from elusive.experiments.mendieta2017.scenario import image_method
 from elusive.model import Model, Positive
@@ -119,7 +119,7 @@ def test_the_presets_are_the_tables_of_the_thesis() -> None:
 
 
 def test_a_unit_is_told_by_the_description_or_else_by_the_name() -> None:
-    told = {one.key: (one.label, one.unit) for one in controls(SceneParameters())}
+    told = {one.key: (one.label, one.unit) for one in controls(ChartedAreaParameters())}
     assert told["draught_m"] == ("Draught", "m")
     assert told["imprecision.coast_sigma_m"] == ("Coast sigma", "m")
     assert told["islet_mm"] == ("Islet", "mm")

@@ -1,11 +1,7 @@
 """What a chart knows of where a target can be: land with its imprecision, and the probability of water."""
 
-from typing import Annotated
-
-from pydantic import Field
-
 from elusive.charts.biased import BiasedWater, CoastBias
-from elusive.charts.coast import ChartedArea, Coast
+from elusive.charts.coast import Coast, CoastPart
 from elusive.charts.displaced import DisplacedWater
 from elusive.charts.exact import ExactWater
 from elusive.charts.field import FieldWater
@@ -15,16 +11,16 @@ from elusive.charts.interval import IntervalWater
 from elusive.charts.nearest import NearestWater
 from elusive.charts.water import Water, WaterModel
 
-AnyWater = Annotated[
-    HardWater | NearestWater | GridWater | ExactWater | FieldWater, Field(discriminator="kind", description="P(water)")
-]
+WATER_MODELS: dict[str, type[WaterModel]] = {
+    "hard": HardWater, "nearest": NearestWater, "grid": GridWater, "exact": ExactWater, "field": FieldWater,
+}  # fmt: skip
 
 __all__ = [
-    "AnyWater",
+    "WATER_MODELS",
     "BiasedWater",
-    "ChartedArea",
     "Coast",
     "CoastBias",
+    "CoastPart",
     "DisplacedWater",
     "ExactWater",
     "FieldWater",

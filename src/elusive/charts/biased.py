@@ -53,7 +53,7 @@ class BiasedWater:
     def __init__(self, model: WaterModel, coast: Coast, bias_sd_m: float) -> None:
         if not 0.0 < bias_sd_m < np.inf:
             raise ParameterError(f"bias_sd_m: must be positive and finite (got {bias_sd_m!r}).")
-        self.water = model.on(coast)
+        self.water = model.bind(coast)
         self.coast, self.floor = coast, model.floor
         self.axis_m = np.linspace(-REACH, REACH, SIDE) * bias_sd_m
         one = np.exp(-0.5 * (self.axis_m / bias_sd_m) ** 2)

@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import Field
 
 from elusive.charts.chart import Chart, as_geometries, polygons_of
-from elusive.charts.coast import ChartedArea, Coast
+from elusive.charts.coast import Coast, CoastPart
 from elusive.charts.enc import read_cell
 from elusive.charts.outlines import SUFFIXES, read_outline
 from elusive.charts.quality import Imprecision, quality_areas
@@ -28,7 +28,7 @@ UNSTATED_SCALE = 250_000  # of a coast without a scale: about GSHHG's source
 CIRCLE = 4  # segments of a quarter circle round a point of land
 
 
-class SceneParameters(Model):
+class ChartedAreaParameters(Model):
     """What a chart is taken to say about where a target can be."""
 
     imprecision: Imprecision = Field(Imprecision(), description="Of the charted coast")
@@ -50,7 +50,7 @@ class SceneParameters(Model):
     )
 
 
-class Scene(NamedTuple):
+class ChartedArea(NamedTuple):
     """Some charts in one frame."""
 
     frame: LocalFrame
@@ -76,9 +76,9 @@ def read_charts(*paths: str | Path) -> tuple[Chart, ...]:
     return tuple(sorted(charts.values(), key=lambda chart: chart.scale or np.inf))
 
 
-def build_scene(
-    charts: Sequence[Chart], parameters: SceneParameters | None = None, frame: LocalFrame | None = None
-) -> Scene:
+def lay_charts(
+    charts: Sequence[Chart], parameters: ChartedAreaParameters | None = None, frame: LocalFrame | None = None
+) -> ChartedArea:
     """Lay charts over each other.
 
     Parameters
@@ -95,14 +95,14 @@ def build_scene(
     DataError
         If the charts are too far apart, or have neither land nor shoals that a target cannot enter.
     """
-    parameters = parameters or SceneParameters()
+    parameters = parameters or ChartedAreaParameters()
     charts = tuple(sorted(charts, key=lambda chart: chart.scale or np.inf))
     frame = frame or LocalFrame.about(charts)
-    areas = [area for chart in charts for area in charted_areas(chart, frame, parameters)]
-    return Scene(frame, charts, Coast.of(*areas))
+    areas = [area for chart in charts for area in coast_parts(chart, frame, parameters)]
+    return ChartedArea(frame, charts, Coast.of(*areas))
 
 
-def charted_areas(chart: Chart, frame: LocalFrame, parameters: SceneParameters) -> list[ChartedArea]:
+def coast_parts(chart: Chart, frame: LocalFrame, parameters: ChartedAreaParameters) -> list[CoastPart]:
     """Return what one chart says, an entry for each imprecision; a known bias is taken off it."""
     import shapely
 
@@ -115,10 +115,10 @@ def charted_areas(chart: Chart, frame: LocalFrame, parameters: SceneParameters) 
     areas = [part._replace(area=moved_back(part.area)) for part in quality_areas(chart, frame, parameters.imprecision)]
     # The last is given the whole coverage: what the others leave of it, without slivers between them.
     covers = [*(area.area for area in areas[:-1]), shapely.union_all([area.area for area in areas])]
-    return [ChartedArea(land, area.sigma_m, polygons_of(cover)) for area, cover in zip(areas, covers, strict=True)]
+    return [CoastPart(land, area.sigma_m, polygons_of(cover)) for area, cover in zip(areas, covers, strict=True)]
 
 
-def barred(chart: Chart, frame: LocalFrame, parameters: SceneParameters) -> list[BaseGeometry]:
+def barred(chart: Chart, frame: LocalFrame, parameters: ChartedAreaParameters) -> list[BaseGeometry]:
     """Return where a target cannot be according to one chart: land, islets and what is too shallow, as polygons."""
     import shapely
 
@@ -130,7 +130,7 @@ def barred(chart: Chart, frame: LocalFrame, parameters: SceneParameters) -> list
     return polygons_of(shapely.union_all(shapes))
 
 
-def too_shallow(chart: Chart, parameters: SceneParameters) -> Any:
+def too_shallow(chart: Chart, parameters: ChartedAreaParameters) -> Any:
     """Return the areas of depth that a draught rules out, in longitude and latitude."""
     if not parameters.draught_m:
         return as_geometries([])

@@ -25,7 +25,7 @@ MOST_AREAS = 100
 SNAP_M = 1e-5  # vertices of united polygons come to lie on this grid: no slivers where two charts meet
 
 
-class ChartedArea(NamedTuple):
+class CoastPart(NamedTuple):
     """What one chart says: its land, where it says anything, and how imprecise it is."""
 
     land: BaseGeometry | Sequence[BaseGeometry]  # polygons with holes, x east and y north [m]
@@ -74,7 +74,7 @@ class Coast:
     everywhere: bool
 
     @classmethod
-    def of(cls, *charts: ChartedArea) -> Coast:
+    def of(cls, *charts: CoastPart) -> Coast:
         """Unite charts, finest first: where two overlap, the later says nothing.
 
         Parameters

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from elusive.charts.chart import Chart, as_geometries
-from elusive.charts.charted_area import SceneParameters, barred
+from elusive.charts.charted_area import ChartedAreaParameters, barred
 from elusive.charts.quality import quality_areas
 from elusive.contracts import Array
 from elusive.geometry.local_frame import Geometries, LocalFrame
@@ -52,7 +52,7 @@ class Disagreement(NamedTuple):
 
 
 def disagreements(
-    charts: Sequence[Chart], frame: LocalFrame, parameters: SceneParameters | None = None
+    charts: Sequence[Chart], frame: LocalFrame, parameters: ChartedAreaParameters | None = None
 ) -> list[Disagreement]:
     """Compare each pair of charts that overlap.
 
@@ -61,20 +61,20 @@ def disagreements(
     charts
         Finest first.
     frame
-        Of the scene.
+        Of the charted area.
     parameters
         Their imprecision; land is compared whatever the draught.
     """
-    parameters = (parameters or SceneParameters()).replace(draught_m=0.0)
+    parameters = (parameters or ChartedAreaParameters()).replace(draught_m=0.0)
     drawn = [_Drawn(chart, frame, parameters) for chart in charts]
     found = (_compared(finer, coarser) for finer, coarser in combinations(drawn, 2))
     return [one for one in found if one is not None]
 
 
 class _Drawn:
-    """One chart in the scene's frame."""
+    """One chart in the common frame."""
 
-    def __init__(self, chart: Chart, frame: LocalFrame, parameters: SceneParameters) -> None:
+    def __init__(self, chart: Chart, frame: LocalFrame, parameters: ChartedAreaParameters) -> None:
         import shapely
 
         self.name = chart.name

@@ -66,9 +66,9 @@ class DisplacedWater:
             raise ParameterError(f"remaining_m: must be finite and positive (got {remaining_m!r}).")
         self.coast, self.floor, self.unknown = coast, model.floor, model.unknown
         self.displacement_m, self.columns = displacement.copy(), columns
-        self._where = HardWater().on(coast)
+        self._where = HardWater().bind(coast)
         self._waters = [
-            model.on(_alone(coast, area, float(sigma), 2**0.5 * FURTHEST * float(shift)))
+            model.bind(_alone(coast, area, float(sigma), 2**0.5 * FURTHEST * float(shift)))
             for area, (sigma, shift) in enumerate(zip(remaining, displacement, strict=True))
         ]
 

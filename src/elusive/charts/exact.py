@@ -27,7 +27,7 @@ class ExactWater(WaterModel):
 
     kind: Literal["exact"] = "exact"
 
-    def on(self, coast: Coast) -> Water:
+    def bind(self, coast: Coast) -> Water:
         """Index the edges of the coast."""
         return Exact(self, coast)
 

@@ -36,7 +36,7 @@ class FieldWater(WaterModel):
     kind: Literal["field"] = "field"
     tolerance: float = Field(1e-3, ge=5e-4, le=0.05, description="Largest error of P")
 
-    def on(self, coast: Coast) -> Water:
+    def bind(self, coast: Coast) -> Water:
         """Fit the spline."""
         return SplineField(self, coast)
 

@@ -32,7 +32,7 @@ class GridWater(WaterModel):
     look_up: Literal["bilinear", "nearest"] = Field("bilinear", description="Between the cells, or the nearest cell's")
     most_cells: int = Field(200_000_000, gt=0, description="A map that needs more is refused")
 
-    def on(self, coast: Coast) -> Water:
+    def bind(self, coast: Coast) -> Water:
         """Fill the grid."""
         return Convolved(self, coast)
 

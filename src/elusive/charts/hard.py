@@ -22,7 +22,7 @@ class HardWater(WaterModel):
 
     kind: Literal["hard"] = "hard"
 
-    def on(self, coast: Coast) -> Water:
+    def bind(self, coast: Coast) -> Water:
         """Index the edges of the coast."""
         return Outline(self, coast)
 

@@ -32,7 +32,7 @@ class NearestWater(WaterModel):
         "None: no cells, each position meets every edge",
     )
 
-    def on(self, coast: Coast) -> Water:
+    def bind(self, coast: Coast) -> Water:
         """Partition the coast's edges."""
         return ShortestDistance(self, coast)
 

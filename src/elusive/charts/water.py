@@ -22,7 +22,7 @@ from elusive.model import Model
 
 
 class WaterModel(Model, abc.ABC):
-    """How the probability of water is computed; :meth:`on` prepares it for one coast."""
+    """How the probability of water is computed; :meth:`bind` prepares it for one coast."""
 
     floor: float = Field(
         1e-6,
@@ -38,7 +38,7 @@ class WaterModel(Model, abc.ABC):
     )
 
     @abc.abstractmethod
-    def on(self, coast: Coast) -> Water:
+    def bind(self, coast: Coast) -> Water:
         """Prepare for a coast: indices, grids or splines are made once, here."""
 
 

@@ -218,7 +218,7 @@ def test_a_chart_30_m_off_is_found_out():
 def test_each_kind_joins_what_belongs_together():
     motion = ConstantVelocity()
     for kind, carrying, knowing in (
-        ("fresh", ConstantVelocity, type(ExactWater().on(SHORE))),
+        ("fresh", ConstantVelocity, type(ExactWater().bind(SHORE))),
         ("persistent", WithCoastError, DisplacedWater),
         ("bias", ConstantVelocity, BiasedWater),
     ):

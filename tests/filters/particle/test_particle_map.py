@@ -143,7 +143,7 @@ def test_a_parent_anywhere_counts_by_its_weight():
 
 
 def test_the_map_left_out_of_a_step_is_left_out_of_the_estimate():
-    island = HardWater(floor=1e-300).on(land(shapely.box(-500, 4000, 500, 6000)))
+    island = HardWater(floor=1e-300).bind(land(shapely.box(-500, 4000, 500, 6000)))
     rng = np.random.default_rng(4)
     model, before, after, seen = two_steps(ConstantVelocity(q=2.0), island, 500, rng)
     assert after.forbidden

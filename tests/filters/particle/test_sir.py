@@ -169,11 +169,11 @@ def test_evidence_and_what_the_map_allows_in_closed_form():
 
 ISLAND = land(shapely.box(30, -1000, 300, 1000))
 FORBIDDING = {
-    "hard": HardWater().on(ISLAND),
-    "hard, the least floor": HardWater(floor=1e-300).on(ISLAND),
-    "hard, a high floor": HardWater(floor=1e-3).on(ISLAND),
+    "hard": HardWater().bind(ISLAND),
+    "hard, the least floor": HardWater(floor=1e-300).bind(ISLAND),
+    "hard, a high floor": HardWater(floor=1e-3).bind(ISLAND),
     "minus infinity": IntervalWater(lower_m=-1e9, upper_m=30.0, sigma_m=0.0),
-    "exact": ExactWater().on(ISLAND),
+    "exact": ExactWater().bind(ISLAND),
 }
 
 

@@ -9,7 +9,7 @@ from PIL import Image
 
 from elusive.cli import main
 from elusive.errors import DataError, ParameterError
-from elusive.systems.radar.chart import SceneParameters, describe_charts
+from elusive.systems.radar.chart import ChartedAreaParameters, describe_charts
 from tests.charts.scenes import cell_path
 from tests.charts.test_outlines import LAKE, LAND, write
 
@@ -19,7 +19,7 @@ def rows_of(summary):
 
 
 def test_a_real_cell_described(tmp_path):
-    described = describe_charts([cell_path("US5MD1MC")], SceneParameters(draught_m=3), tmp_path / "chart.png")
+    described = describe_charts([cell_path("US5MD1MC")], ChartedAreaParameters(draught_m=3), tmp_path / "chart.png")
     (summary,) = described.summaries
     rows = rows_of(summary)
     assert summary.name == "US5MD1MC"
@@ -43,7 +43,7 @@ def test_a_real_cell_described(tmp_path):
 
 def test_charts_that_disagree(tmp_path):
     paths = [write(tmp_path / "a.geojson", LAND, LAKE, levels=[1, 2]), write(tmp_path / "b.geojson", LAND)]
-    described = describe_charts(paths, SceneParameters(imprecision={"coast_sigma_m": 10}), tmp_path / "both.svg")
+    described = describe_charts(paths, ChartedAreaParameters(imprecision={"coast_sigma_m": 10}), tmp_path / "both.svg")
     (found,) = described.disagreements
     lake_m2 = LAKE.area / LAND.area * found.overlap_m2
     assert found.area_m2 == pytest.approx(lake_m2, rel=0.01)
@@ -52,7 +52,7 @@ def test_charts_that_disagree(tmp_path):
 
 
 def test_without_depths_nothing_is_said_of_a_draught(tmp_path):
-    (summary,) = describe_charts([write(tmp_path / "a.geojson", LAND)], SceneParameters(draught_m=2)).summaries
+    (summary,) = describe_charts([write(tmp_path / "a.geojson", LAND)], ChartedAreaParameters(draught_m=2)).summaries
     assert rows_of(summary)["navigable, 2 m"] == "it charts no depths"
     assert rows_of(summary)["scale"] == rows_of(summary)["edition"] == "not stated"
 

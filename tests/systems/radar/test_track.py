@@ -10,7 +10,7 @@ import shapely
 import xarray as xr
 from scipy.stats import chi2
 
-from elusive.charts import ChartedArea, Coast
+from elusive.charts import Coast, CoastPart
 from elusive.charts.biased import CoastBias
 from elusive.errors import DataError, ParameterError
 from elusive.geometry.local_frame import LocalFrame
@@ -125,7 +125,7 @@ def test_a_real_chart_is_used_and_everything_is_written(tmp_path):
     for kind in ("none", "field"):
         parameters = RadarTracking(
             knowledge={"kind": kind},
-            scene={"imprecision": {"coast_sigma_m": 10}},
+            charted={"imprecision": {"coast_sigma_m": 10}},
             radar={"detection_probability": 1, "false_alarms": 0},
             seed=2,
         )
@@ -149,7 +149,7 @@ def test_a_real_chart_is_used_and_everything_is_written(tmp_path):
 
 @pytest.mark.parametrize("kind", ["none", "hard", "nearest", "grid", "exact", "field"])
 def test_every_knowledge_and_every_coast_error(kind):
-    coast = Coast.of(ChartedArea(shapely.box(1600, -9000, 9000, 9000), 20.0, None))
+    coast = Coast.of(CoastPart(shapely.box(1600, -9000, 9000, 9000), 20.0, None))
     times, states = voyage(route([[1560.0, 2000.0], [1560.0, 2140.0]]), FRAME, RadarSimulation())
     sensor = RadarSensor(detection_probability=0.9, false_alarms=2, max_range_m=5000, max_doppler_mps=30)
     rng = np.random.default_rng(3)

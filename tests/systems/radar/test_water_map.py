@@ -11,7 +11,7 @@ import tifffile
 import xarray as xr
 
 from elusive.charts import ExactWater, FieldWater
-from elusive.charts.charted_area import build_scene, read_charts
+from elusive.charts.charted_area import lay_charts, read_charts
 from elusive.cli import main
 from elusive.errors import DataError, ParameterError
 from elusive.systems.radar import water_map
@@ -46,9 +46,9 @@ def geotiff(path):
 
 
 def expected_at(charts, lon, lat):
-    scene = build_scene(charts, PARAMETERS)
+    scene = lay_charts(charts, PARAMETERS)
     points = scene.frame.to_local(np.stack(np.meshgrid(lon, lat), axis=-1).reshape(-1, 2))
-    water = FieldWater().on(scene.coast)
+    water = FieldWater().bind(scene.coast)
     return np.where(water.known(points), water.probability(points), np.nan).reshape(len(lat), len(lon))
 
 

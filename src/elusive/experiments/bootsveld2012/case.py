@@ -14,18 +14,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from elusive.charts import (
-    ChartedArea,
-    Coast,
-    ExactWater,
-    FieldWater,
-    GridWater,
-    HardWater,
-    IntervalWater,
-    NearestWater,
-    Water,
-    WaterModel,
-)
+from elusive.charts import WATER_MODELS, Coast, CoastPart, IntervalWater, Water
 from elusive.contracts import Array, Knowledge
 from elusive.experiments.bootsveld2012.route import Route, find_route
 from elusive.experiments.bootsveld2012.shore import shoreline
@@ -123,7 +112,7 @@ def _scenery(case: ShipCase) -> Scenery:
     low, high = truth[:, [0, 2]].min(axis=0) - MARGIN_M, truth[:, [0, 2]].max(axis=0) + MARGIN_M
     around = shapely.intersection(shapely.union_all(land), shapely.box(*low, *high))
     near = [part for part in shapely.get_parts(around) if part.geom_type == "Polygon"]
-    return Scenery(truth, near, Coast.of(ChartedArea(near, case.sigma)), moved)
+    return Scenery(truth, near, Coast.of(CoastPart(near, case.sigma)), moved)
 
 
 def knowledge(case: ShipCase, method: Method) -> Knowledge | None:
@@ -139,14 +128,7 @@ def knowledge(case: ShipCase, method: Method) -> Knowledge | None:
 
 @cache
 def _water(case: ShipCase, method: Method) -> Water:
-    models: dict[Method, WaterModel] = {
-        "hard": HardWater(),
-        "nearest": NearestWater(),
-        "grid": GridWater(),
-        "exact": ExactWater(),
-        "field": FieldWater(),
-    }
-    return models[method].on(scenery(case).coast)
+    return WATER_MODELS[method]().bind(scenery(case).coast)
 
 
 def _canal(case: ShipCase) -> tuple[Array, list[BaseGeometry], Array]:

@@ -10,7 +10,7 @@ from scipy.optimize import minimize_scalar
 from scipy.special import ndtr
 from scipy.stats import norm
 
-from elusive.charts import ChartedArea, Coast, ExactWater, GridWater, IntervalWater, NearestWater, Water, WaterModel
+from elusive.charts import Coast, CoastPart, ExactWater, GridWater, IntervalWater, NearestWater, Water, WaterModel
 from elusive.contracts import Array
 from elusive.io.csv_files import write_results
 from elusive.report import plots
@@ -52,12 +52,12 @@ def strip(width_m: float, sigma_m: float) -> Coast:
 
     half = width_m / 2
     banks = [shapely.box(-LONG_M, -LONG_M, -half, LONG_M), shapely.box(half, -LONG_M, LONG_M, LONG_M)]
-    return Coast.of(ChartedArea(banks, sigma_m))
+    return Coast.of(CoastPart(banks, sigma_m))
 
 
 def across(model: WaterModel, coast: Coast, x: Array) -> Array:
     """P(water) on a line across a waterway."""
-    water: Water = model.on(coast)
+    water: Water = model.bind(coast)
     return water.probability(np.column_stack([x, np.zeros_like(x)]))
 
 
@@ -73,7 +73,7 @@ def convolved_error(
     # the grid puts the middle of a cell on the westernmost land
     west = -(round(0.2 * LONG_M / cell_m) + 0.5 - off_edge) * cell_m
     land = shapely.box(west, -0.2 * LONG_M, 0.0, 0.2 * LONG_M)
-    coast = Coast.of(ChartedArea(land, sigma_m))
+    coast = Coast.of(CoastPart(land, sigma_m))
     cell = cell_m / sigma_m
     nearest = across(GridWater(cell=cell, look_up="nearest"), coast, x)
     return ndtr(x / sigma_m), nearest, across(GridWater(cell=cell), coast, x)

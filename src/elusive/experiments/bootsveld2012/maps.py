@@ -6,10 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from elusive.charts import ChartedArea, Coast, FieldWater, HardWater, WaterModel
+from elusive.charts import Coast, CoastPart, FieldWater, HardWater, WaterModel
+from elusive.charts.delta import HEIGHT_M, WIDTH_M
 from elusive.contracts import Array, X, Y
 from elusive.experiments.bootsveld2012.case import ShipCase, scenery
-from elusive.experiments.bootsveld2012.shore import HEIGHT_M, WIDTH_M, shoreline
+from elusive.experiments.bootsveld2012.shore import shoreline
 from elusive.report import plots
 
 FIGURES = ("fig6_5", "fig6_6", "fig6_7", "fig6_8")
@@ -27,7 +28,7 @@ def draw_map(folder: Path, name: str, case: ShipCase) -> None:
         middle = 0.5 * (truth.min(axis=0) + truth.max(axis=0))
         half = np.array([ZOOM_M, ZOOM_M])
     else:
-        coast = Coast.of(ChartedArea(list(shoreline(case.shoreline, case.delta_seed)), case.sigma))
+        coast = Coast.of(CoastPart(list(shoreline(case.shoreline, case.delta_seed)), case.sigma))
         truth, middle, half = None, np.zeros(2), np.array([WIDTH_M, HEIGHT_M]) / 2
     water = _raster(model, coast, middle, half)
     with plots.figure(folder / f"{name}.png", 6.8, 5.8) as (drawn, grid):
@@ -49,4 +50,4 @@ def _raster(model: WaterModel, coast: Coast, middle: Array, half: Array) -> Arra
     x = middle[0] + half[0] * (2 * np.arange(columns) + 1 - columns) / columns
     y = middle[1] + half[1] * (2 * np.arange(rows) + 1 - rows) / rows
     at = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-    return model.on(coast).probability(at).reshape(rows, columns)
+    return model.bind(coast).probability(at).reshape(rows, columns)

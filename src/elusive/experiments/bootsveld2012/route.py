@@ -15,7 +15,7 @@ from scipy.interpolate import PchipInterpolator
 from scipy.ndimage import gaussian_filter1d
 from scipy.special import ndtri
 
-from elusive.charts import ChartedArea, Coast, NearestWater
+from elusive.charts import Coast, CoastPart, NearestWater
 from elusive.contracts import Array
 from elusive.errors import DataError
 
@@ -64,10 +64,10 @@ def find_route(land: Sequence[BaseGeometry], *, perfect: bool) -> Route:
         If the shoreline has no such stretch.
     """
     wanted = UNIT_M * PchipInterpolator(*(PERFECT if perfect else IMPRECISE))(np.clip(SECONDS, 0, STEPS - 1))
-    coast = Coast.of(ChartedArea(list(land), REACH_M))
+    coast = Coast.of(CoastPart(list(land), REACH_M))
     routes, seaward = _stretches(coast)
     if len(routes):
-        water = NearestWater(floor=1e-12).on(coast)
+        water = NearestWater(floor=1e-12).bind(coast)
         distance = np.zeros(routes.shape[:2])
         for _ in range(CORRECTIONS):
             routes = gaussian_filter1d(routes + (wanted - distance)[:, :, None] * seaward, SMOOTHING_S, axis=1)

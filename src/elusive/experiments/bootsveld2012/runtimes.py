@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from numpy.random import SeedSequence, default_rng
 
-from elusive.charts import ChartedArea, Coast, ExactWater, FieldWater, GridWater, HardWater, NearestWater, Water
+from elusive.charts import Coast, CoastPart, ExactWater, FieldWater, GridWater, HardWater, NearestWater, Water
 from elusive.charts.water import WaterModel
 from elusive.contracts import Array
 from elusive.experiments.bootsveld2012.case import scenery
@@ -80,7 +80,7 @@ def run_times(
     on_method
         Called with the name of each method before it is timed.
     """
-    coast = Coast.of(ChartedArea(list(shoreline(case.shoreline, case.delta_seed)), case.sigma))
+    coast = Coast.of(CoastPart(list(shoreline(case.shoreline, case.delta_seed)), case.sigma))
     run = draw(case, default_rng(SeedSequence(seed, spawn_key=(0,))))
     scene = scenery(case)
     rows = []
@@ -88,9 +88,9 @@ def run_times(
         if on_method is not None:
             on_method(name)
         if model is not None:
-            model.on(scene.coast)  # so that compilation is not timed, nor that of a step below
+            model.bind(scene.coast)  # so that compilation is not timed, nor that of a step below
         began = time.process_time()
-        known = None if model is None else Timed(model.on(coast), scene.moved)
+        known = None if model is None else Timed(model.bind(coast), scene.moved)
         prepare = time.process_time() - began if known is not None else 0.0
         filter = filter_of(case, run, known, case.particles)
         filter.step(filter.init(default_rng(0)), run.scans[1], default_rng(0))

@@ -8,25 +8,17 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from elusive.charts import ExactWater, FieldWater, GridWater, HardWater, NearestWater
+from elusive.charts import WATER_MODELS
 from elusive.charts.chart import Chart, as_geometries
-from elusive.charts.charted_area import SceneParameters, barred, build_scene, read_charts
+from elusive.charts.charted_area import ChartedAreaParameters, barred, lay_charts, read_charts
 from elusive.charts.coast import Coast, rings_of
 from elusive.charts.displaced import DisplacedWater
 from elusive.charts.quality import Imprecision
-from elusive.charts.water import WaterModel
 from elusive.contracts import Array, Knowledge
 from elusive.errors import DataError
 from elusive.geometry.local_frame import LocalFrame
 
 KnowledgeName = Literal["none", "hard", "nearest", "grid", "exact", "field"]
-WATER: dict[str, type[WaterModel]] = {
-    "hard": HardWater,
-    "nearest": NearestWater,
-    "grid": GridWater,
-    "exact": ExactWater,
-    "field": FieldWater,
-}
 SHARE = 0.9  # of a persistent error's variance that persists
 AROUND_M = 1000.0  # beyond the fine chart nothing is nearer than its own land
 
@@ -67,16 +59,16 @@ class ChartPair:
         if case.knowledge == "none":
             return None
         if case not in self._knowledge:
-            model, coast = WATER[case.knowledge](), self.coast(case.sigma_m)
+            model, coast = WATER_MODELS[case.knowledge](), self.coast(case.sigma_m)
             persistent = case.coast_error == "persistent"
-            self._knowledge[case] = DisplacedWater.persistent(model, coast, SHARE) if persistent else model.on(coast)
+            self._knowledge[case] = DisplacedWater.persistent(model, coast, SHARE) if persistent else model.bind(coast)
         return self._knowledge[case]
 
     def coast(self, sigma_m: float | None) -> Coast:
         """Coast of the coarse chart, with an imprecision or its own."""
         if sigma_m not in self._coasts:
-            parameters = SceneParameters(imprecision=Imprecision(coast_sigma_m=sigma_m))
-            self._coasts[sigma_m] = build_scene([self.coarse], parameters, self.frame).coast
+            parameters = ChartedAreaParameters(imprecision=Imprecision(coast_sigma_m=sigma_m))
+            self._coasts[sigma_m] = lay_charts([self.coarse], parameters, self.frame).coast
         return self._coasts[sigma_m]
 
     def depth(self, places: Array) -> Array:
@@ -115,7 +107,7 @@ class ChartPair:
     def _land(self, chart: Chart) -> Any:
         import shapely
 
-        land = shapely.union_all(barred(chart, self.frame, SceneParameters()))
+        land = shapely.union_all(barred(chart, self.frame, ChartedAreaParameters()))
         around = shapely.union_all(self.frame.project(self.fine.coverage))
         land = shapely.intersection(land, shapely.buffer(around, AROUND_M))
         shapely.prepare(land)

@@ -12,7 +12,7 @@ from numpy.random import Generator
 from pydantic import Field, model_validator
 
 from elusive.charts.chart import Chart, as_geometries
-from elusive.charts.charted_area import SceneParameters, barred
+from elusive.charts.charted_area import ChartedAreaParameters, barred
 from elusive.contracts import Array
 from elusive.errors import DataError, ParameterError
 from elusive.geometry.local_frame import Geometries, LocalFrame
@@ -58,7 +58,7 @@ class Routes(Model):
         """
         import shapely
 
-        land = shapely.union_all(barred(chart, frame, SceneParameters()))
+        land = shapely.union_all(barred(chart, frame, ChartedAreaParameters()))
         kept_off = shapely.buffer(shapely.buffer(land, self.offset_m + self.turning_m), -self.turning_m)
         inner = shapely.buffer(shapely.union_all(frame.project(chart.coverage)), -self.border_m)
         lines = shapely.line_merge(shapely.intersection(shapely.boundary(kept_off), inner))

@@ -64,7 +64,7 @@ def with_coast(
         return carrying, DisplacedWater.persistent(water_model, coast, parameters.coast_share)
     if parameters.coast_error == "bias":
         return motion, BiasedWater(water_model, coast, parameters.bias_sd_m)
-    return motion, water_model.on(coast)
+    return motion, water_model.bind(coast)
 
 
 def learn_bias(

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from elusive.charts.chart import Chart, as_geometries
-from elusive.charts.charted_area import SceneParameters, barred, read_charts
+from elusive.charts.charted_area import ChartedAreaParameters, barred, read_charts
 from elusive.charts.compare import Disagreement, disagreements
 from elusive.charts.quality import GRADES, LOW_ACCURACY, coast_sigma
 from elusive.errors import ParameterError
@@ -39,7 +39,7 @@ class ChartsDescribed(NamedTuple):
 
 def describe_charts(
     paths: Sequence[str | Path],
-    parameters: SceneParameters | None = None,
+    parameters: ChartedAreaParameters | None = None,
     figure: Path | None = None,
     water_map: Path | None = None,
 ) -> ChartsDescribed:
@@ -68,7 +68,7 @@ def describe_charts(
         raise ParameterError(f"{figure}: a figure's name must end with {', '.join(FIGURES)}.")
     if water_map is not None:
         check_map_name(water_map)
-    parameters = parameters or SceneParameters()
+    parameters = parameters or ChartedAreaParameters()
     if water_map is None:
         for name in ("map_cell_m", "map_extent_deg"):
             if getattr(parameters, name, None) is not None:
@@ -88,7 +88,7 @@ def describe_charts(
     return ChartsDescribed([_summary(chart, frame, parameters) for chart in charts], found, remarks)
 
 
-def _summary(chart: Chart, frame: LocalFrame, parameters: SceneParameters) -> ChartSummary:
+def _summary(chart: Chart, frame: LocalFrame, parameters: ChartedAreaParameters) -> ChartSummary:
     import shapely
 
     west, south, east, north = chart.extent_deg
@@ -119,7 +119,7 @@ def _edition(chart: Chart) -> str:
     return f"{chart.edition}, update {chart.update}{issued}"
 
 
-def _quality_rows(chart: Chart, frame: LocalFrame, parameters: SceneParameters) -> list[tuple[str, str]]:
+def _quality_rows(chart: Chart, frame: LocalFrame, parameters: ChartedAreaParameters) -> list[tuple[str, str]]:
     """Say how good the coast is said to be, and what that makes of its imprecision."""
     import shapely
 

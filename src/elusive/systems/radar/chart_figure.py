@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from elusive.charts.chart import Chart, as_geometries
-from elusive.charts.charted_area import SceneParameters, too_shallow
+from elusive.charts.charted_area import ChartedAreaParameters, too_shallow
 from elusive.charts.quality import GRADES, LOW_ACCURACY
 from elusive.geometry.local_frame import Geometries, LocalFrame
 from elusive.geometry.longitude import wrapped
@@ -31,7 +31,7 @@ def draw_charts(
     path: Path,
     charts: Sequence[Chart],
     frame: LocalFrame,
-    parameters: SceneParameters,
+    parameters: ChartedAreaParameters,
     regions: Geometries,
 ) -> None:
     """Draw charts, finest first: what they show on the left, how good it is on the right.
@@ -41,7 +41,7 @@ def draw_charts(
     path
         PNG, PDF or SVG.
     charts, frame, parameters
-        Of the scene.
+        Of the charted area.
     regions
         Polygons where charts disagree by more than their imprecision, x and y [m].
     """
@@ -70,7 +70,7 @@ def draw_charts(
         _legend(right, quality, below)
 
 
-def _draw_depths(axes: Axes, chart: Chart, frame: LocalFrame, parameters: SceneParameters, layer: int) -> None:
+def _draw_depths(axes: Axes, chart: Chart, frame: LocalFrame, parameters: ChartedAreaParameters, layer: int) -> None:
     """Draw land over depths; a finer chart hides what lies under it."""
     _fill(axes, chart.coverage, frame, WATER, layer)
     least = chart.depth_range_m[:, 0]
@@ -196,7 +196,7 @@ def _box(x: float, y: float, width: float, height: float, layer: int, face: str 
     return Rectangle((x, y), width, height, facecolor=face, edgecolor=edge, linewidth=0.7, alpha=alpha, zorder=layer)
 
 
-def _depth_key(charts: Sequence[Chart], parameters: SceneParameters) -> list[tuple[str, dict[str, Any]]]:
+def _depth_key(charts: Sequence[Chart], parameters: ChartedAreaParameters) -> list[tuple[str, dict[str, Any]]]:
     """Name what the left panel shows, as far as the charts have it."""
     least = np.concatenate([chart.depth_range_m[:, 0] for chart in charts])
     found = set(np.digitize(least[np.isfinite(least)], DEPTH_LIMITS_M).tolist())

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from elusive.charts import Coast, ExactWater, FieldWater, GridWater, HardWater, NearestWater, Water, WaterModel
-from elusive.charts.charted_area import SceneParameters
+from elusive.charts.charted_area import ChartedAreaParameters
 from elusive.contracts import Knowledge, Motion
 from elusive.errors import ParameterError
 from elusive.filters.particle.coast_error import CoastError, with_coast
@@ -97,7 +97,7 @@ class RadarTracking(Model):
     """Everything `elusive track radar` can be told."""
 
     knowledge: MapUse = Field(FieldWater(), description="How the chart is used")
-    scene: SceneParameters = Field(SceneParameters(), description="What the charts are taken to say")
+    charted: ChartedAreaParameters = Field(ChartedAreaParameters(), description="What the charts are taken to say")
     coast: CoastError = Field(CoastError(), description="How the coast's error behaves over time")
     radar: RecordedRadar = Field(RecordedRadar(), description="The radar")
     max_acceleration_mps2: Positive = Field(

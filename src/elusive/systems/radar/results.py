@@ -11,7 +11,7 @@ import numpy as np
 
 from elusive.charts import Water
 from elusive.charts.biased import CoastBias
-from elusive.charts.charted_area import Scene
+from elusive.charts.charted_area import ChartedArea
 from elusive.contracts import VX, VY, Array, X, Y
 from elusive.filters.particle.coast_error import anchored_probability, coast_bias
 from elusive.filters.particle.particle_map import map_estimate
@@ -41,7 +41,7 @@ class Surroundings(NamedTuple):
     """Where a recording was made."""
 
     frame: LocalFrame  # its origin is the radar's place
-    scene: Scene | None
+    charted: ChartedArea | None
     water: Water | None  # as the chart is used; None where it is not
 
 
@@ -131,7 +131,7 @@ class RadarRun:
             clouds=self._keeper.clouds,
             truth=truth,
             rows=[
-                *rows_of(self._parameters, self._sensor, self._around.scene, self._seen, source.counts),
+                *rows_of(self._parameters, self._sensor, self._around.charted, self._seen, source.counts),
                 *([] if self._bias is None else [bias_row(self._bias)]),
                 ("Candidates never confirmed", f"{len(self._tracks) - len(paths)}"),
             ],
@@ -143,17 +143,17 @@ class RadarRun:
         return RadarOutcome(list(self._rows()), self._charted(tracked))
 
     def _charted(self, tracked: RadarTracked) -> RadarTracked:
-        scene, water = self._around.scene, self._around.water
-        if scene is None:
+        charted, water = self._around.charted, self._around.water
+        if charted is None:
             return tracked
         rings = [
-            scene.coast.land.vertices[a:b]
-            for a, b in zip(scene.coast.land.starts[:-1], scene.coast.land.starts[1:], strict=True)
+            charted.coast.land.vertices[a:b]
+            for a, b in zip(charted.coast.land.starts[:-1], charted.coast.land.starts[1:], strict=True)
         ]
         shading = None
         if water is not None:
             shading = lambda places: np.where(water.known(places), water.probability(places), np.nan)  # noqa: E731
-        cell_m = SHOWN_CELL * float(scene.coast.sigma_m.min())
+        cell_m = SHOWN_CELL * float(charted.coast.sigma_m.min())
         return tracked._replace(chart=chart_map(rings, shading, tracked, cell_m))
 
     def _path(self, number: int, points: list[RadarPoint], times: Array) -> RadarPath:

@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import Field
 
 from elusive.charts import HardWater
-from elusive.charts.charted_area import SceneParameters, build_scene, read_charts
+from elusive.charts.charted_area import ChartedAreaParameters, lay_charts, read_charts
 from elusive.contracts import Array, X, Y
 from elusive.errors import DataError
 from elusive.geometry.local_frame import LocalFrame
@@ -151,7 +151,7 @@ def voyage(route: Route, frame: LocalFrame, parameters: RadarSimulation) -> tupl
 
 def _on_charts(states: Array, charts: Sequence[str | Path], frame: LocalFrame) -> list[tuple[str, str]]:
     """Say how much of a voyage leads over charted land, and how much off the charts."""
-    water = HardWater().on(build_scene(read_charts(*charts), SceneParameters(), frame).coast)
+    water = HardWater().bind(lay_charts(read_charts(*charts), ChartedAreaParameters(), frame).coast)
     places = states[:, [X, Y]]
     known = water.known(places)
     land = known & (water.probability(places) == 0)

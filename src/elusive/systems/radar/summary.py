@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from elusive.charts import WaterModel
 from elusive.charts.biased import CoastBias
-from elusive.charts.charted_area import Scene
+from elusive.charts.charted_area import ChartedArea
 from elusive.contracts import Array
 from elusive.sensors.radar import RadarSensor
 from elusive.systems.radar.parameters import RadarSurvey, RadarTracking
@@ -141,7 +141,7 @@ def bias_row(bias: CoastBias) -> tuple[str, str]:
 def rows_of(
     parameters: RadarTracking,
     sensor: RadarSensor,
-    scene: Scene | None,
+    charted: ChartedArea | None,
     seen: RadarSurvey,
     counts: Mapping[str, int],
 ) -> list[tuple[str, str]]:
@@ -158,16 +158,16 @@ def rows_of(
         ("Particles a track", f"{parameters.particles}, estimate {parameters.estimate}"),
         ("Knowledge", _knowledge(parameters)),
     ]
-    if scene is not None:
-        sigma = np.unique(scene.coast.sigma_m)
+    if charted is not None:
+        sigma = np.unique(charted.coast.sigma_m)
         spread = f"{sigma[0]:g} m" if len(sigma) == 1 else f"{sigma[0]:g} to {sigma[-1]:g} m"
-        rows.append(("Charts", ", ".join(chart.name for chart in scene.charts)))
+        rows.append(("Charts", ", ".join(chart.name for chart in charted.charts)))
         if _knowledge(parameters) != "hard, coast error fresh":  # which takes no notice of it
             rows.append(("Imprecision of the coast", spread))
         rows.append(("Plots on a chart", f"{seen.covered} of {seen.plots}, of them {seen.on_land} on charted land"))
         if not seen.radar_covered:
             rows.append(("The radar itself", "stands off the charts"))
-        rows += [("Chart", f"{chart.name}: {remark}") for chart in scene.charts for remark in chart.remarks]
+        rows += [("Chart", f"{chart.name}: {remark}") for chart in charted.charts for remark in chart.remarks]
     return [(name, value) for name, value in rows if value]
 
 

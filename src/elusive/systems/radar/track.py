@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from elusive.charts import HardWater, Water, WaterModel
-from elusive.charts.charted_area import Scene, build_scene, read_charts
+from elusive.charts.charted_area import ChartedArea, lay_charts, read_charts
 from elusive.errors import DataError, ParameterError
 from elusive.filters.particle.coast_error import learn_bias
 from elusive.filters.particle.sir import ParticleFilter
@@ -114,17 +114,17 @@ def track_radar_recording(
         raise ParameterError("truth_mmsi: has no meaning without a truth; give --truth, or leave it out.")
     frame = LocalFrame.at(radar_lon_deg, radar_lat_deg)
     read = read_charts(*charts) if charts else ()
-    scene = build_scene(read, parameters.scene, frame) if read else None
-    seen = survey(_heeding(source, on_scan), None if scene is None else HardWater().on(scene.coast))
-    if scene is not None and not seen.covered:
+    charted = lay_charts(read, parameters.charted, frame) if read else None
+    seen = survey(_heeding(source, on_scan), None if charted is None else HardWater().bind(charted.coast))
+    if charted is not None and not seen.covered:
         raise DataError(
             f"{source.name}: none of its {seen.plots} plots falls on a chart, seen from a radar at longitude "
             f"{radar_lon_deg:g}, latitude {radar_lat_deg:g}; check the radar's place and the charts."
         )
     known = None if truth is None else truth_in_frame(truth, frame, midnight_unix_s=_midnight(source), mmsi=truth_mmsi)
     sensor = parameters.radar.sensor(seen)
-    flt = parameters.filter(sensor, None if scene is None else scene.coast)
-    run = RadarRun(parameters, sensor, Surroundings(frame, scene, _water(parameters, flt, scene)), seen)
+    flt = parameters.filter(sensor, None if charted is None else charted.coast)
+    run = RadarRun(parameters, sensor, Surroundings(frame, charted, _water(parameters, flt, charted)), seen)
     with nullcontext() if out is None else atomic_folder(out) as folder:
         try:
             for number, (scan, tracks) in enumerate(_with_scans(source, flt, parameters), 1):
@@ -171,8 +171,8 @@ def _midnight(source: RadarSource) -> float:
     return math.nan if Path(source.name).suffix.lower() in TABLES else summarize_asterix(source.name).midnight_unix_s
 
 
-def _water(parameters: RadarTracking, flt: ParticleFilter, scene: Scene | None) -> Water | None:
+def _water(parameters: RadarTracking, flt: ParticleFilter, charted: ChartedArea | None) -> Water | None:
     """Return P(water) whatever the coast's error; None without a map."""
-    if scene is None or not isinstance(parameters.knowledge, WaterModel):
+    if charted is None or not isinstance(parameters.knowledge, WaterModel):
         return None
-    return flt.knowledge if isinstance(flt.knowledge, Water) else parameters.knowledge.on(scene.coast)
+    return flt.knowledge if isinstance(flt.knowledge, Water) else parameters.knowledge.bind(charted.coast)

@@ -15,7 +15,7 @@ from pydantic import Field, model_validator
 
 from elusive.charts import FieldWater, WaterModel
 from elusive.charts.chart import Chart
-from elusive.charts.charted_area import SceneParameters, build_scene
+from elusive.charts.charted_area import ChartedAreaParameters, lay_charts
 from elusive.contracts import Array
 from elusive.errors import ParameterError
 from elusive.geometry.local_frame import LocalFrame
@@ -34,7 +34,7 @@ SHORT, DOUBLE, ASCII = 3, 12, 2
 GEO_KEYS = (1, 1, 0, 4, 1024, 0, 1, 2, 1025, 0, 1, 1, 2048, 0, 1, 4326, 2054, 0, 1, 9102)
 
 
-class ChartParameters(SceneParameters):
+class ChartParameters(ChartedAreaParameters):
     """What charts are taken to say, and the map of it."""
 
     map_cell_m: Positive | None = Field(
@@ -99,7 +99,7 @@ def write_water_map(
     charts
         From :func:`~elusive.charts.charted_area.read_charts`.
     parameters
-        Of the scene, and the size of cells.
+        Of the charted, and the size of cells.
     model
         How P(water) is computed; the field by default.
 
@@ -111,16 +111,16 @@ def write_water_map(
         If the charts lie too far apart, or the file cannot be written.
     """
     check_map_name(path)
-    scene = build_scene(charts, parameters)
+    charted = lay_charts(charts, parameters)
     _check_extent(charts, parameters)
-    cells = _cells(charts, scene.frame, parameters, float(scene.coast.sigma_m.min()))
-    water = (model or FieldWater()).on(scene.coast)
+    cells = _cells(charts, charted.frame, parameters, float(charted.coast.sigma_m.min()))
+    water = (model or FieldWater()).bind(charted.coast)
 
     def tiles() -> Iterator[Tile]:
         for row in range(0, len(cells.lat_deg), TILE):
             for column in range(0, len(cells.lon_deg), TILE):
                 lon, lat = np.meshgrid(cells.lon_deg[column : column + TILE], cells.lat_deg[row : row + TILE])
-                points = scene.frame.to_local(np.column_stack([lon.ravel(), lat.ravel()]))
+                points = charted.frame.to_local(np.column_stack([lon.ravel(), lat.ravel()]))
                 found = np.where(water.known(points), water.probability(points), np.nan)
                 yield Tile(row, column, found.reshape(lon.shape).astype(np.float32))
 

@@ -17,7 +17,7 @@ from elusive.workbench.opener import opener
 from elusive.workbench.parts import Drawing, Form, told
 from elusive.workbench.shell import window
 
-TAKEN = ("tracking", "scene")
+TAKEN = ("tracking", "charted")
 MAIN = (
     (*TAKEN, "imprecision", "coast_sigma_m"),
     *((*TAKEN, name) for name in ("draught_m", "water_level_m", "bias_east_m", "bias_north_m")),

@@ -24,7 +24,7 @@ def description(state: ChartsState) -> tuple[list[Table], list[str]]:
     with tempfile.TemporaryDirectory(prefix="elusive-") as folder:
         path = Path(folder) / state.chart.file.name
         path.write_bytes(state.chart.file.data)
-        found = describe_charts([path], state.scene.tracking.scene)
+        found = describe_charts([path], state.scene.tracking.charted)
         sentences = [*(one.sentence for one in found.disagreements), *found.remarks]
         tables = [(one.name, [tuple(row) for row in one.rows]) for one in found.summaries]
         return tables, [sentence.replace(f"{folder}/", "") for sentence in sentences]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from elusive.charts import FieldWater, Water
-from elusive.charts.charted_area import barred, build_scene
+from elusive.charts.charted_area import barred, lay_charts
 from elusive.charts.quality import GRADES
 from elusive.contracts import Array
 from elusive.systems.radar.page.state import ChartsState, Extent
@@ -59,7 +59,7 @@ def chart_shapes(state: ChartsState, extent: Extent, *, land: bool = True) -> li
     finest = FINEST * (extent[1] - extent[0])
     shapes: list[dict[str, Any]] = []
     for chart in state.chart.charts:
-        inland = shapely.union_all(barred(chart, state.frame, state.scene.tracking.scene))
+        inland = shapely.union_all(barred(chart, state.frame, state.scene.tracking.charted))
         shapes += _rings(inland, window, finest, {"stroke": SHORE} | ({"fill": LAND} if land else {}))
         shapes += _rings(
             shapely.union_all(state.frame.project(chart.coverage)), window, finest,
@@ -105,10 +105,10 @@ def raster_of(water: Water, extent: Extent, side: int = RASTER_SIDE) -> tuple[Ar
 def water_raster(state: ChartsState, extent: Extent) -> dict[str, Any]:
     """Return P(water) of what is in view, as a map is told it; computed once a view."""
     assert state.chart is not None
-    key = (state.chart.file, state.scene.tracking.scene.model_dump_json(), extent)
+    key = (state.chart.file, state.scene.tracking.charted.model_dump_json(), extent)
     if state.raster is not None and state.raster[0] == key:
         return state.raster[1]
-    water = FieldWater().on(build_scene(state.chart.charts, state.scene.tracking.scene, state.frame).coast)
+    water = FieldWater().bind(lay_charts(state.chart.charts, state.scene.tracking.charted, state.frame).coast)
     values, rows, columns = raster_of(water, extent)
     data = np.where(np.isnan(values), UNKNOWN, np.round(254 * np.nan_to_num(values))).astype(np.uint8)
     if state.raster is not None:

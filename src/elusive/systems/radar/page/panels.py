@@ -60,7 +60,7 @@ def _water(one: Used, sailed: Sailed) -> Water:
     model = knowledge if isinstance(knowledge, WaterModel) else HardWater()
     if isinstance(model, GridWater):
         model = ExactWater()  # its cells are finer than what is drawn, and take long to fill
-    return model.on(sailed.surroundings.coast)
+    return model.bind(sailed.surroundings.coast)
 
 
 def _grey(water: Array) -> NDArray[np.uint8]:

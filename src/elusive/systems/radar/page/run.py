@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from elusive.charts.charted_area import Scene, build_scene, read_charts
+from elusive.charts.charted_area import ChartedArea, lay_charts, read_charts
 from elusive.contracts import Array
 from elusive.errors import DataError, ElusiveError
 from elusive.geometry.local_frame import LocalFrame
@@ -65,7 +65,7 @@ class Sailed(NamedTuple):
 
     scene: ChartScene
     rows: list[tuple[str, str]]  # of the simulation
-    surroundings: Scene  # in the radar's frame
+    surroundings: ChartedArea  # in the radar's frame
     truth: Array  # (T, 2) at the scans [m]
     times_s: Array  # (T,)
     each: list[Used]
@@ -146,7 +146,7 @@ def sail(scene: ChartScene, chart: ChartFile, advance: Callable[[int], None]) ->
         if each and all(one.outcome is None for one in each):
             raise DataError(each[0].refusal)
         frame = LocalFrame.at(scene.radar.lon_deg, scene.radar.lat_deg)
-        around = build_scene(read_charts(folder / chart.name), scene.tracking.scene, frame)
+        around = lay_charts(read_charts(folder / chart.name), scene.tracking.charted, frame)
     return Sailed(scene, rows, around, way.states[:, [0, 2]], way.times_s, each)
 
 

@@ -8,26 +8,22 @@ from typing import Any, Literal, NamedTuple, Self, get_args
 import numpy as np
 from pydantic import Field, model_validator
 
-from elusive.charts import ExactWater, FieldWater, GridWater, HardWater, NearestWater
-from elusive.charts.charted_area import SceneParameters
+from elusive.charts import WATER_MODELS
+from elusive.charts.charted_area import ChartedAreaParameters
+from elusive.charts.delta import synthetic_delta
 from elusive.charts.quality import Imprecision
 from elusive.contracts import Array
 from elusive.errors import ParameterError
-from elusive.experiments.bootsveld2012.shore import synthetic_delta
 from elusive.filters.particle.coast_error import CoastError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io.routes import Route
 from elusive.model import Model
 from elusive.sensors.radar import RadarSensor
-from elusive.systems.radar.parameters import MapUse, NoMap, RadarTracking, RecordedRadar
+from elusive.systems.radar.parameters import NoMap, RadarTracking, RecordedRadar
 from elusive.systems.radar.simulate import RadarSimulation, voyage
 
 Method = Literal["none", "hard", "nearest", "grid", "exact", "field"]
 METHODS: tuple[Method, ...] = get_args(Method)
-USES: dict[str, MapUse] = {
-    "none": NoMap(), "hard": HardWater(), "nearest": NearestWater(), "grid": GridWater(), "exact": ExactWater(),
-    "field": FieldWater(),
-}  # fmt: skip
 SCANS_MOST = 2000
 EXAMPLE_NAME = "synthetic-delta.geojson"
 EXAMPLE_SEED = 2012
@@ -96,7 +92,7 @@ class ChartScene(Model):
             radar=Place(lon_deg=lon, lat_deg=lat),
             simulation=RadarSimulation(speed_mps=10.0, seed=3, radar=RadarSensor(**seen)),
             tracking=RadarTracking(
-                scene=SceneParameters(imprecision=Imprecision(coast_sigma_m=5.0)),
+                charted=ChartedAreaParameters(imprecision=Imprecision(coast_sigma_m=5.0)),
                 radar=RecordedRadar(**seen),
                 max_acceleration_mps2=5.0,
             ),
@@ -132,7 +128,7 @@ class ChartScene(Model):
 
     def tracking_by(self, method: str) -> RadarTracking:
         """Return what the tracker is told for one use of the chart."""
-        changes: dict[str, Any] = {"knowledge": USES[method]}
+        changes: dict[str, Any] = {"knowledge": NoMap() if method == "none" else WATER_MODELS[method]()}
         if method == "none":
             changes["coast"] = CoastError()  # nothing of it takes effect
         return self.tracking.replace(**changes)

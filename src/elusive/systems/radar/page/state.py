@@ -73,8 +73,8 @@ class ChartsState(TrackedState[ChartScene, Sailed]):
             radar = self.scene.radar.replace(lon_deg=round(float(lon), 6), lat_deg=round(float(lat), 6))
             tracking = self.scene.tracking
             if any(len(one.zones) for one in chart.charts):
-                stated = tracking.scene.imprecision.replace(coast_sigma_m=None)
-                tracking = tracking.replace(scene=tracking.scene.replace(imprecision=stated))
+                stated = tracking.charted.imprecision.replace(coast_sigma_m=None)
+                tracking = tracking.replace(charted=tracking.charted.replace(imprecision=stated))
             scene = self.scene.replace(route_deg=(), radar=radar, tracking=tracking)
         self.scene = scene
         self.recorded = None

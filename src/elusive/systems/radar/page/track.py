@@ -18,7 +18,7 @@ MAIN = (
     *((*TRACKING, "radar", name) for name in ("detection_probability", "false_alarms")),
     *((*TRACKING, "radar", name) for name in ("range_sd_m", "bearing_sd_mrad")),
 )  # fmt: skip
-OUTSIDE = ((*TRACKING, "knowledge"), (*TRACKING, "scene"))
+OUTSIDE = ((*TRACKING, "knowledge"), (*TRACKING, "charted"))
 NAMES = {
     "none": "none: no chart", "hard": "hard: charted land is never sailed", "nearest": "nearest: the nearest coast",
     "grid": "grid: the thesis's, convolved on cells", "exact": "exact: convolved without cells",
