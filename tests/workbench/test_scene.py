@@ -14,10 +14,10 @@ from elusive.cli import main
 from elusive.errors import DataError, ParameterError
 from elusive.experiments.mendieta2017.trial import ChapterFour, trial
 from elusive.geometry.areas import Area
-from elusive.geometry.places import NamedPlace
+from elusive.geometry.places import NamedPlace, along_path
 from elusive.model import read_yaml
 from elusive.systems.links.page.presets import first_simulation
-from elusive.systems.links.page.state import LinksState, along
+from elusive.systems.links.page.state import LinksState
 from elusive.systems.links.scene import DrawnPath, LinkScene, covered, radiate
 from elusive.systems.links.scene_results import histogram, outcome_of, summary, tracks_csv
 from elusive.systems.links.scene_run import run_link_scene, score_scene
@@ -137,7 +137,7 @@ def test_paths_drawn_by_hand_join_those_made_by_rule() -> None:
     state = LinksState()
     state.truth = state.scene.truth(state.scene.streams()[0])
     made = state.truth.copy()
-    places = along(np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 4.0]]), 0.5)
+    places = along_path(np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 4.0]]), 0.5)
     np.testing.assert_allclose(np.hypot(*np.diff(places, axis=0).T)[:5], 0.5)
     assert len(places) == 15
     state.add_path(places, 140)
