@@ -14,9 +14,10 @@ from elusive.campaign import Progress, open_campaign
 from elusive.cli import main
 from elusive.errors import DataError, ParameterError
 from elusive.experiments.mendieta2017.reproduce import TARGETS, Reproduced, reproduce
-from elusive.experiments.mendieta2017.scenario import FIRST, WALKS, MethodName, image_method
+from elusive.experiments.mendieta2017.scenario import MethodName, image_method
 from elusive.experiments.mendieta2017.table import EXPERIMENTS
 from elusive.experiments.mendieta2017.trial import ChapterFour, Row, _scores, trial
+from elusive.systems.links.presets import FIRST, WALKS
 from elusive.systems.links.walks import Walks
 
 SHORT = WALKS.replace(total_positions=30, latest_entrance=5)

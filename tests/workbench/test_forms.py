@@ -11,7 +11,7 @@ from elusive.experiments.mendieta2017.scenario import image_method
 from elusive.model import Model, Positive
 from elusive.options import options_of
 from elusive.systems.links.by_image import ImageMethod
-from elusive.systems.links.page.presets import FIRST_SIMULATION, presets
+from elusive.systems.links.presets import FIRST_SIMULATION, presets
 from elusive.systems.links.scene import LinkScene
 from elusive.systems.links.simulate import LinkSimulation
 from elusive.workbench.forms import controls, faults, laid_over, text_of

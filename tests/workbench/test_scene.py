@@ -16,9 +16,9 @@ from elusive.experiments.mendieta2017.trial import ChapterFour, trial
 from elusive.geometry.areas import Area
 from elusive.geometry.places import NamedPlace, along_path
 from elusive.model import read_yaml
-from elusive.systems.links.page.presets import first_simulation
 from elusive.systems.links.page.state import LinksState
-from elusive.systems.links.scene import DrawnPath, LinkScene, covered, radiate
+from elusive.systems.links.presets import first_simulation
+from elusive.systems.links.scene import DrawnPath, LinkScene, coverage_of, radiate
 from elusive.systems.links.scene_results import histogram, outcome_of, summary, tracks_csv
 from elusive.systems.links.scene_run import run_link_scene, score_scene
 
@@ -125,7 +125,7 @@ def test_what_cannot_be_a_scene_is_refused(small: LinkScene) -> None:
 
 def test_coverage_counts_the_voxels_no_link_sees(small: LinkScene) -> None:
     two = small.replace(nodes=(NamedPlace(name="a", x_m=-12, y_m=0), NamedPlace(name="b", x_m=12, y_m=0)))
-    found = covered(two)
+    found = coverage_of(two)
     grid = two.grid
     apart = np.hypot(*(grid.centres - [-12, 0]).T) + np.hypot(*(grid.centres - [12, 0]).T)
     within = apart < 24 + two.simulation.weights.excess_m

@@ -12,12 +12,13 @@ from pydantic import Field
 
 from elusive.campaign import Scenario
 from elusive.contracts import Array
-from elusive.experiments.mendieta2017.scenario import FIRST, MethodName, image_method, links_filter
+from elusive.experiments.mendieta2017.scenario import MethodName, image_method, links_filter
 from elusive.metrics import clear_mot, gospa, identity, sightings, sightings_of
 from elusive.model import Model, Positive
 from elusive.preprocess.binary_links import BinaryLinks
 from elusive.systems.links.by_image import ImageChain, ImageMethod
 from elusive.systems.links.decisions import DecisionChain
+from elusive.systems.links.presets import FIRST
 from elusive.systems.links.simulate import LinkSimulation, SimulatedLinks
 from elusive.systems.links.smoothing import ParticleSmoothing, SmoothedTrack
 

@@ -149,7 +149,7 @@ class Coverage(NamedTuple):
     voxels: int  # in the area
 
 
-def covered(scene: LinkScene) -> Coverage:
+def coverage_of(scene: LinkScene) -> Coverage:
     """Count the links that see each voxel.
 
     Raises

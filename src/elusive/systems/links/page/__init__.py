@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from elusive.systems.links.networks import BorderNodes
 from elusive.systems.links.page.algorithm import AlgorithmWindow, apply
 from elusive.systems.links.page.paths import PathsWindow
 from elusive.systems.links.page.performance import PerformanceWindow
-from elusive.systems.links.page.presets import warm_up
 from elusive.systems.links.page.radiation import RadiationWindow
 from elusive.systems.links.page.sensors import SensorsWindow
 from elusive.systems.links.page.state import LinksState
 from elusive.systems.links.page.tracking import tracking_window
+from elusive.systems.links.presets import first_simulation
+from elusive.systems.links.scene_results import outcome_of
+from elusive.systems.links.scene_run import run_link_scene
 from elusive.workbench.jobs import Job
 from elusive.workbench.parts import told
 from elusive.workbench.session import state_of
@@ -21,6 +24,14 @@ LEAD = (
     "the links, and follow everybody through it."
 )
 WATCHED = "5 Tracking"
+
+
+def warm_up() -> None:
+    """Run a small scene, so that what is compiled or loaded once is there when it is waited for."""
+    first = first_simulation()
+    walks = first.simulation.walks.replace(total_positions=30, latest_entrance=5)
+    simulation = first.simulation.replace(walks=walks, network=BorderNodes(nodes=12))
+    outcome_of(run_link_scene(first.replace(simulation=simulation)))
 
 
 async def build(example: bool) -> None:

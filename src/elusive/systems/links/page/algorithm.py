@@ -11,8 +11,8 @@ from nicegui import ui
 
 from elusive.errors import ElusiveError
 from elusive.systems.links.page.panels import radiation_spec, tracking_spec
-from elusive.systems.links.page.presets import presets
 from elusive.systems.links.page.state import LinksState, Recorded
+from elusive.systems.links.presets import presets
 from elusive.systems.links.scene import LinkScene, Radiated, radiate
 from elusive.systems.links.scene_log import run_link_log
 from elusive.systems.links.scene_results import SceneOutcome, outcome_of

@@ -16,7 +16,7 @@ from elusive.systems.links.networks import BorderNodes, GridNodes
 from elusive.systems.links.page.floors import node_floor
 from elusive.systems.links.page.sensor_files import TABLES, nodes_csv
 from elusive.systems.links.page.state import LinksState
-from elusive.systems.links.scene import Coverage, LinkScene, covered
+from elusive.systems.links.scene import Coverage, LinkScene, coverage_of
 from elusive.workbench.files import UPLOAD_MOST_BYTES, inside, read_upload
 from elusive.workbench.jobs import away
 from elusive.workbench.parts import Drawing, Form, refuse, told
@@ -178,7 +178,7 @@ class SensorsWindow:
         if state.shows_coverage:
             scene = state.scene
             try:
-                coverage = await away(lambda: covered(scene))
+                coverage = await away(lambda: coverage_of(scene))
                 words += f", {coverage.blind} of {coverage.voxels} voxels blind"
             except ElusiveError as error:
                 words = str(error)

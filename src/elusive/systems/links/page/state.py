@@ -12,7 +12,7 @@ from elusive.geometry.places import NamedPlace
 from elusive.io.link_logs import open_link_log
 from elusive.io.people_truth import PeopleTruth
 from elusive.sensors.radio_network import RssFrame
-from elusive.systems.links.page.presets import first_simulation
+from elusive.systems.links.presets import first_simulation
 from elusive.systems.links.scene import DrawnPath, LinkScene, Radiated
 from elusive.systems.links.scene_log import LogCalibration
 from elusive.systems.links.scene_results import SceneOutcome
