@@ -1,16 +1,19 @@
 """What a motion, a sensor, a piece of knowledge, a birth density and a filter must offer: small Protocols.
 
 States are ``(N, d)`` float64 arrays, one row a particle. Every row begins ``x, vx, y, vy``; a model's own
-components follow (accelerations, turn rate), and an intensity, where there is one, stands last.
+components follow (accelerations, turn rate), and an intensity, where there is one, stands last. Times are in seconds.
 """
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
+
+from elusive.errors import DataError
 
 Array = NDArray[np.float64]
 X, VX, Y, VY, INTENSITY = 0, 1, 2, 3, -1
@@ -21,14 +24,14 @@ Measurement = TypeVar("Measurement", contravariant=True)
 
 @runtime_checkable
 class Motion(Protocol):
-    """How a state evolves over one step."""
+    """How a state evolves over any time. Its parameters are rates (per second), never an interval."""
 
     @property
     def state_names(self) -> tuple[str, ...]:
         """Names of the ``d`` components."""
 
-    def propagate(self, states: Array, rng: Generator) -> Array:
-        """Draw the states one step later, ``(N, d) -> (N, d)``."""
+    def propagate(self, states: Array, interval_s: float, rng: Generator) -> Array:
+        """Draw the states an interval later, ``(N, d) -> (N, d)``; over 0 s they stay as they are."""
 
 
 @runtime_checkable
@@ -40,8 +43,54 @@ class Sensor(Protocol):
 
 
 @runtime_checkable
+class Linearisable(Protocol):
+    """A sensor whose measurement is a function of the state and Gaussian noise: what the Gaussian filters take."""
+
+    def residual(self, state: Array, measurement: Any) -> Array:
+        """Measured less expected in a state ``(d,)``, angles wrapped, ``(m,)``."""
+
+    def jacobian(self, state: Array, measurement: Any) -> Array:
+        """Differentiate what is expected by the state, ``(m, d)``."""
+
+    def noise(self, measurement: Any) -> Array:
+        """Covariance of the noise, ``(m, m)``."""
+
+
+@runtime_checkable
+class AdditiveSensor(Protocol):
+    """A sensor whose reading is the sum of what each target does to it, and noise."""
+
+    def nobody(self) -> Any:
+        """Effect of no target; effects have ``plus`` and ``minus``."""
+
+    def effect(self, places: Array, existence: float) -> Any:
+        """Return the expected effect of a target that exists with a probability, at one of the places ``(N, 2)``."""
+
+    def log_ratio(self, places: Array, measurement: Any, others: Any) -> Array:
+        """Log likelihood of one more target at each place, less that of the others alone, ``(N, 2) -> (N,)``."""
+
+
+@runtime_checkable
+class DetectionSensor(Protocol):
+    """A sensor that reports detections (plots), some of them false, and misses some targets."""
+
+    @property
+    def detection_probability(self) -> float:
+        """Probability that a target in view is detected."""
+
+    def log_densities(self, states: Array, measurement: Any) -> Array:
+        """Log density of each detection given each state, ``(N, d) -> (N, m)``."""
+
+    def log_clutter(self, measurement: Any) -> Array:
+        """Log density of false detections where each detection is, ``(m,)``; minus infinity where there are none."""
+
+    def draw_births(self, measurement: Any, n: int, rng: Generator, speed_sd_mps: float) -> Array:
+        """Draw ``n`` states ``x, vx, y, vy`` of a target that made the measurement's only detection, ``(n, 4)``."""
+
+
+@runtime_checkable
 class Knowledge(Protocol):
-    """What is known of where a target can be (a map, a lane, a floor plan)."""
+    """What is known of where a target can be (a map, a lane, a floor plan, a field of view)."""
 
     def log_probability(self, states: Array) -> Array:
         """Log probability that each state is allowed, ``(N, d) -> (N,)``."""
@@ -63,10 +112,26 @@ class Birth(Protocol):
 
 
 class Filter(Protocol[State, Measurement]):
-    """A recursion over measurements. A missing measurement is ``None``: predict, do not update."""
+    """A recursion over measurements. Every state has ``time_s``, the time for which it holds."""
 
-    def init(self, rng: Generator) -> State:
-        """Return the belief before the first measurement."""
+    def init(self, rng: Generator, time_s: float = math.nan) -> State:
+        """Return the belief at a time before any measurement; NaN: at the time of the first measurement."""
 
-    def step(self, state: State, measurement: Measurement | None, rng: Generator) -> State:
-        """Return the belief after one more measurement."""
+    def step(self, state: State, time_s: float, measurement: Measurement | None, rng: Generator) -> State:
+        """Return the belief at a time, with the measurement made then; without one (``None``), the prediction."""
+
+
+def interval_since(before_s: float, time_s: float) -> float:
+    """Seconds from the time of a state to that of a measurement; 0 where the state's is not known yet (NaN).
+
+    Raises
+    ------
+    DataError
+        If time runs backwards, or the measurement's is not finite.
+    """
+    if not math.isfinite(time_s):
+        raise DataError(f"time_s: a measurement's time must be finite (got {time_s}); give its seconds.")
+    interval_s = 0.0 if math.isnan(before_s) else time_s - before_s
+    if interval_s < 0:
+        raise DataError(f"measurement at {time_s:g} s: comes after {before_s:g} s; sort the measurements by time.")
+    return interval_s

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -21,23 +22,53 @@ REPORTED = ("existence", "mean", "covariance")
 
 
 def run(
-    filter: Filter[State, Measurement], measurements: Iterable[Measurement | None], rng: Generator
+    filter: Filter[State, Measurement],
+    measurements: Iterable[Measurement | None],
+    rng: Generator,
+    times_s: Iterable[float] | None = None,
+    start_s: float = math.nan,
 ) -> Iterator[State]:
     """Yield the filter's state after each measurement; lazy, so a live stream and a file are the same.
 
     Parameters
     ----------
     filter
-        Anything with ``init(rng)`` and ``step(state, measurement, rng)``.
+        Anything with ``init(rng, time_s)`` and ``step(state, time_s, measurement, rng)``.
     measurements
-        Any iterable; ``None`` stands for a missing measurement.
+        Any iterable; ``None`` stands for a missing measurement. Those with a ``time_s`` are taken at it.
     rng
         Source of all randomness.
+    times_s
+        Times of the measurements that have none of their own, in the order of all; without, 0, 1, 2, ... [s].
+    start_s
+        Time at which the filter's prior holds [s]; that of the first measurement by default.
+
+    Raises
+    ------
+    DataError
+        If there are fewer times than measurements, or a missing measurement among some that have a time has none.
     """
-    state = filter.init(rng)
-    for measurement in measurements:
-        state = filter.step(state, measurement, rng)
+    state = filter.init(rng, start_s)
+    for measurement, time_s in _timed(measurements, times_s):
+        state = filter.step(state, time_s, measurement, rng)
         yield state
+
+
+def _timed(
+    measurements: Iterable[Measurement | None], times_s: Iterable[float] | None
+) -> Iterator[tuple[Measurement | None, float]]:
+    given = None if times_s is None else iter(times_s)
+    own = False
+    for number, measurement in enumerate(measurements):
+        time_s = float(number) if given is None else next(given, None)
+        known = getattr(measurement, "time_s", None)
+        if known is not None:
+            own, time_s = True, float(known)
+        elif time_s is None:
+            raise DataError(f"times_s: ends before measurement {number}; give one time a measurement.")
+        elif own and given is None:
+            raise DataError(f"measurement {number}: has no time_s, as earlier ones have; give times_s.")
+        yield measurement, time_s
 
 
 def collect(
@@ -52,7 +83,7 @@ def collect(
     state_names
         Names of the ``d`` components; ``s0, s1, ...`` by default.
     times_s
-        Time of each state in seconds; the step's number by default.
+        Time of each state in seconds; what the states say by default, or the step's number where they say nothing.
 
     Returns
     -------
@@ -67,7 +98,10 @@ def collect(
     import xarray as xr
 
     kept: dict[str, list[Any]] = {}
+    said: list[float] = []
     for state in states:
+        if hasattr(state, "time_s"):
+            said.append(state.time_s)
         for name in REPORTED:
             if hasattr(state, name):
                 kept.setdefault(name, []).append(getattr(state, name))
@@ -77,7 +111,8 @@ def collect(
         )
     arrays = {name: np.asarray(values, dtype=np.float64) for name, values in kept.items()}
     steps = len(next(iter(arrays.values())))
-    times = np.arange(steps, dtype=np.float64) if times_s is None else np.asarray(times_s, dtype=np.float64)
+    by_default = said if len(said) == steps else range(steps)
+    times = np.asarray(by_default if times_s is None else times_s, dtype=np.float64)
     if times.shape != (steps,):
         raise DataError(f"times_s: {times.size} times were given for {steps} states; give one time a state.")
     dims = {"existence": ("time",), "mean": ("time", "state"), "covariance": ("time", "state", "state_")}

@@ -1,4 +1,4 @@
-"""How belief evolves: every filter has ``init(rng)`` and ``step(state, measurement, rng)``."""
+"""How belief evolves: every filter has ``init(rng, time_s)`` and ``step(state, time_s, measurement, rng)``."""
 
 from elusive.filters.accumulate.recurrent import RecurrentFilter, RecurrentState
 from elusive.filters.accumulate.trajectories import BatchMaximum, BestTrajectories, Trajectory

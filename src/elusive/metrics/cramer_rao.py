@@ -27,12 +27,10 @@ RANK_TOLERANCE = 1e-12  # of the correlation form of an information matrix
 class LinearGaussianMotion(Protocol):
     """A motion ``s' = F s + v`` with Gaussian ``v`` of covariance ``Q``."""
 
-    @property
-    def F(self) -> Array:
+    def F(self, interval_s: float) -> Array:
         """Transition matrix, ``(d, d)``, invertible."""
 
-    @property
-    def Q(self) -> Array:
+    def Q(self, interval_s: float) -> Array:
         """Covariance of the process noise, ``(d, d)``, possibly singular."""
 
 
@@ -52,6 +50,8 @@ def posterior_bound(
     measurement_information: Callable[[Array], Array],
     n_frames: int,
     rng: Generator,
+    *,
+    interval_s: float = 1.0,
 ) -> Bound:
     """Bound on the error of a target that is known to be present from its first frame on.
 
@@ -72,6 +72,8 @@ def posterior_bound(
         Frames from the appearance on; the first is measured.
     rng
         Source of the paths' process noise.
+    interval_s
+        Time between two frames [s].
 
     Returns
     -------
@@ -85,7 +87,7 @@ def posterior_bound(
     ParameterError
         If the motion is not linear, F or Q or the prior do not fit, or ``n_frames`` is not positive.
     """
-    F, root = _transition(motion)
+    F, root = _transition(motion, interval_s)
     d = len(F)
     states = as_states(initial_states, d)
     prior = _information(prior_information, d)
@@ -194,9 +196,9 @@ def _jackknife_error(rmse: Array) -> Array:
     return np.where(known & (groups > 1), error, np.nan)
 
 
-def _transition(motion: LinearGaussianMotion) -> tuple[Array, Array]:
+def _transition(motion: LinearGaussianMotion, interval_s: float) -> tuple[Array, Array]:
     try:
-        F, Q = np.asarray(motion.F, dtype=np.float64), np.asarray(motion.Q, dtype=np.float64)
+        F, Q = (np.asarray(part(interval_s), dtype=np.float64) for part in (motion.F, motion.Q))
     except AttributeError as error:
         raise ParameterError(f"motion: the bound needs a linear motion with F and Q ({error})") from None
     if F.ndim != 2 or F.shape[0] != F.shape[1] or Q.shape != F.shape:

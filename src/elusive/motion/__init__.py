@@ -1,7 +1,7 @@
 """How targets move, straight, turning, accelerating or at anchor, and what they carry beside their motion."""
 
 from elusive.motion.anchoring import MovingOrAnchored
-from elusive.motion.carried import complete, kinematic_names, with_interval
+from elusive.motion.carried import complete, kinematic_names
 from elusive.motion.coast_error import WithCoastError
 from elusive.motion.ctrv import ConstantTurnRateVelocity
 from elusive.motion.intensity import KinematicMotion, WithIntensity
@@ -11,6 +11,7 @@ from elusive.motion.linear import (
     CoordinatedTurn,
     LinearMotion,
     square_root,
+    transition,
 )
 
 __all__ = [
@@ -26,5 +27,5 @@ __all__ = [
     "complete",
     "kinematic_names",
     "square_root",
-    "with_interval",
+    "transition",
 ]

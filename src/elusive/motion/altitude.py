@@ -31,21 +31,14 @@ class WithAltitude(LinearMotion):
         plane = self.motion.state_names
         return (*plane[:4], "z", "vz", *plane[4:])
 
-    @property
-    def F(self) -> Array:
+    def F(self, interval_s: float) -> Array:
         """Transition matrix, ``(d, d)``."""
-        return self._with(self._plane.F, np.array([[1.0, self.interval_s], [0.0, 1.0]]))
+        return self._with(self.motion.F(interval_s), np.array([[1.0, interval_s], [0.0, 1.0]]))
 
-    @property
-    def Q(self) -> Array:
+    def Q(self, interval_s: float) -> Array:
         """Covariance of the process noise, ``(d, d)``."""
-        T = self.interval_s
-        return self._with(self._plane.Q, self.q_vertical * np.array([[T**3 / 3, T**2 / 2], [T**2 / 2, T]]))
-
-    @property
-    def _plane(self) -> LinearMotion:
-        """The motion in the plane, over this one's interval."""
-        return self.motion.replace(interval_s=self.interval_s)
+        T = interval_s
+        return self._with(self.motion.Q(T), self.q_vertical * np.array([[T**3 / 3, T**2 / 2], [T**2 / 2, T]]))
 
     def _with(self, plane: Array, vertical: Array) -> Array:
         d = len(plane) + 2

@@ -16,7 +16,7 @@ from pydantic import Field
 
 from elusive.contracts import VX, VY, Array, X, Y
 from elusive.model import Model, NonNegative, Positive
-from elusive.motion.linear import ConstantVelocity, square_root
+from elusive.motion.linear import REMEMBERED, ConstantVelocity, square_root
 
 SERIES_BELOW = 0.5  # interval over swing time under which the variance of the way loses digits to cancellation
 TERMS = 18  # of its series: the next is below the rounding there
@@ -30,7 +30,6 @@ class MovingOrAnchored(Model):
     """
 
     kind: Literal["anchoring"] = "anchoring"
-    interval_s: Positive = Field(1.0, description="Time between two steps, T [s]")
     q: NonNegative = Field(0.001, description="Power of the white acceleration while it moves, q1 [m^2 / s^3]")
     mean_moving_s: Positive = Field(3600.0, description="Mean time until a moving target anchors [s]")
     mean_anchored_s: Positive = Field(3600.0, description="Mean time that a target lies at anchor [s]")
@@ -47,25 +46,36 @@ class MovingOrAnchored(Model):
         """Share of time at anchor in the long run: the probability before anything is measured."""
         return self.mean_anchored_s / (self.mean_anchored_s + self.mean_moving_s)
 
-    @property
-    def switching(self) -> tuple[float, float]:
-        """Probabilities that a moving target lies at anchor one interval later, and one at anchor moves."""
-        settled = -math.expm1(-self.interval_s * (1 / self.mean_moving_s + 1 / self.mean_anchored_s))
+    def switching(self, interval_s: float) -> tuple[float, float]:
+        """Probabilities that a moving target lies at anchor an interval later, and one at anchor moves."""
+        settled = -math.expm1(-interval_s * (1 / self.mean_moving_s + 1 / self.mean_anchored_s))
         return self.anchored_share * settled, (1.0 - self.anchored_share) * settled
 
     @cached_property
-    def _axes(self) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-        """Transition and noise root of one axis while moving and at anchor, ``(2, 2)`` each."""
-        moving = ConstantVelocity(interval_s=self.interval_s, q=self.q)
-        at_anchor = swing(self.interval_s, self.swing_mps, self.swing_s)
-        return (moving.F[:2, :2], square_root(moving.Q[:2, :2])), (at_anchor[0], square_root(at_anchor[1]))
+    def _known(self) -> dict[float, tuple[tuple[Array, Array], tuple[Array, Array]]]:
+        """The axes of the last intervals asked for."""
+        return {}
 
-    def propagate(self, states: Array, rng: Generator) -> Array:
-        """Draw the states one interval later, ``(N, 5) -> (N, 5)``: first whether it lies at anchor, then its way."""
-        stops, leaves = self.switching
+    def _axes(self, interval_s: float) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+        """Transition and noise root of one axis while moving and at anchor, ``(2, 2)`` each."""
+        axes = self._known.get(interval_s)
+        if axes is None:
+            if len(self._known) == REMEMBERED:
+                self._known.clear()
+            moving = ConstantVelocity(q=self.q)
+            F, Q = moving.F(interval_s)[:2, :2], moving.Q(interval_s)[:2, :2]
+            F_anchor, Q_anchor = swing(interval_s, self.swing_mps, self.swing_s)
+            axes = self._known[interval_s] = (F, square_root(Q)), (F_anchor, square_root(Q_anchor))
+        return axes
+
+    def propagate(self, states: Array, interval_s: float, rng: Generator) -> Array:
+        """Draw the states an interval later, ``(N, 5) -> (N, 5)``: first whether it lies at anchor, then its way."""
+        if interval_s == 0:
+            return states.copy(order="K")
+        stops, leaves = self.switching(interval_s)
         drawn, noise = rng.random(len(states)), rng.standard_normal((4, len(states)))
         anchored = np.where(states[:, 4] > 0.5, drawn >= leaves, drawn < stops)
-        (F, root), (F_anchor, root_anchor) = self._axes
+        (F, root), (F_anchor, root_anchor) = self._axes(interval_s)
         moved = np.empty((5, len(states)))
         moved[4] = anchored
         for place, speed, (first, second) in ((X, VX, noise[:2]), (Y, VY, noise[2:])):
@@ -89,7 +99,7 @@ def swing(interval_s: float, deviation: float, time_s: float) -> tuple[Array, Ar
     Parameters
     ----------
     interval_s
-        Time between two steps [s].
+        Time over which it moves [s].
     deviation
         Of the velocity in the long run [m/s].
     time_s

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.random import Generator
 
 from elusive.contracts import Array, Motion
-from elusive.errors import DataError, ParameterError
+from elusive.errors import DataError
 from elusive.motion.anchoring import MovingOrAnchored
 from elusive.motion.coast_error import WithCoastError
 
@@ -57,19 +57,3 @@ def _completed(motion: Any, states: Array, rng: Generator) -> Array:
     if isinstance(motion, MovingOrAnchored):
         return np.column_stack([states, rng.random(len(states)) < motion.anchored_share])
     return states
-
-
-def with_interval(motion: Any, interval_s: float) -> Any:
-    """Return a motion of another interval, inside a wrapper too.
-
-    Raises
-    ------
-    ParameterError
-        If the motion has no ``interval_s``.
-    """
-    fields = getattr(type(motion), "model_fields", {})
-    if "interval_s" in fields:
-        return motion.replace(interval_s=interval_s)
-    if "motion" in fields:
-        return motion.replace(motion=with_interval(motion.motion, interval_s))
-    raise ParameterError(f"motion: {type(motion).__name__} has no interval_s to change; take one that has.")

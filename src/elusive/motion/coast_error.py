@@ -17,7 +17,7 @@ from elusive.model import Model, Positive
 class WithCoastError(Model):
     """A motion and, as the two last components, how far the charted coast stands off there, in deviations.
 
-    ``coast_u`` (east) and ``coast_v`` (north) are standard normal at any time. Over one step each keeps the share
+    ``coast_u`` (east) and ``coast_v`` (north) are standard normal at any time. Over any time each keeps the share
     ``exp(-distance / correlation_m)`` of what it was.
     """
 
@@ -31,10 +31,12 @@ class WithCoastError(Model):
         """Names of the state's components."""
         return (*self.motion.state_names, "coast_u", "coast_v")
 
-    def propagate(self, states: Array, rng: Generator) -> Array:
-        """Draw the states one step later, ``(N, d) -> (N, d)``."""
+    def propagate(self, states: Array, interval_s: float, rng: Generator) -> Array:
+        """Draw the states an interval later, ``(N, d) -> (N, d)``; over 0 s they stay as they are."""
+        if interval_s == 0:
+            return states.copy(order="K")
         moved = np.empty(states.shape[::-1]).T
-        moved[:, :-2] = self.motion.propagate(states[:, :-2], rng)
+        moved[:, :-2] = self.motion.propagate(states[:, :-2], interval_s, rng)
         faded = np.hypot(moved[:, X] - states[:, X], moved[:, Y] - states[:, Y]) / self.correlation_m
         kept, fresh = np.exp(-faded), np.sqrt(-np.expm1(-2.0 * faded))
         noise = rng.standard_normal((2, len(states)))

@@ -12,7 +12,7 @@ from numpy.random import Generator
 from pydantic import Field
 
 from elusive.contracts import VX, VY, Array, X, Y
-from elusive.model import Model, NonNegative, Positive
+from elusive.model import Model, NonNegative
 from elusive.motion._arc import turn_chords
 
 
@@ -25,7 +25,6 @@ class ConstantTurnRateVelocity(Model):
     """
 
     kind: Literal["ctrv"] = "ctrv"
-    interval_s: Positive = Field(1.0, description="Time between two steps, T [s]")
     q_speed: NonNegative = Field(0.001, description="Variance of the along-track acceleration [px^2 or m^2 / s^4]")
     q_turn: NonNegative = Field(1e-4, description="Variance of the angular acceleration [rad^2 / s^4]")
 
@@ -34,13 +33,12 @@ class ConstantTurnRateVelocity(Model):
         """Names of the state's components."""
         return ("x", "vx", "y", "vy", "turn_rate")
 
-    def propagate(self, states: Array, rng: Generator) -> Array:
-        """Draw the states one interval later, ``(N, 5) -> (N, 5)``."""
-        T = self.interval_s
+    def propagate(self, states: Array, interval_s: float, rng: Generator) -> Array:
+        """Draw the states an interval later, ``(N, 5) -> (N, 5)``; over 0 s they stay as they are."""
+        if interval_s == 0:
+            return states.copy(order="K")
+        T = interval_s
         noise = rng.standard_normal((len(states), 2)) * np.sqrt([self.q_speed, self.q_turn])
-        return self._flow(states, T, noise)
-
-    def _flow(self, states: Array, T: float, noise: Array) -> Array:
         vx, vy, rate = states[:, VX], states[:, VY], states[:, 4]
         sin, cos, along, across = turn_chords(rate * T)
         moved = np.empty_like(states)

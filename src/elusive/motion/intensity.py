@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import Annotated
 
 import numpy as np
@@ -11,14 +10,14 @@ from pydantic import Field
 from scipy.linalg import block_diag
 
 from elusive.contracts import Array
-from elusive.model import Model, NonNegative
+from elusive.model import NonNegative
 from elusive.motion.ctrv import ConstantTurnRateVelocity
 from elusive.motion.linear import (
     ConstantAcceleration,
     ConstantVelocity,
     CoordinatedTurn,
+    LinearModel,
     LinearMotion,
-    square_root,
 )
 
 KinematicMotion = Annotated[
@@ -26,7 +25,7 @@ KinematicMotion = Annotated[
 ]
 
 
-class WithIntensity(Model):
+class WithIntensity(LinearModel):
     """Any motion with an intensity that walks at random, added as the last component."""
 
     motion: KinematicMotion = Field(ConstantVelocity(), description="How the target moves")
@@ -37,21 +36,13 @@ class WithIntensity(Model):
         """Names of the state's components."""
         return (*self.motion.state_names, "intensity")
 
-    @cached_property
-    def _step(self) -> tuple[Array, Array] | None:
-        if not isinstance(self.motion, LinearMotion):
-            return None
-        return np.ascontiguousarray(self.F), np.ascontiguousarray(square_root(self.Q))
-
-    @property
-    def F(self) -> Array:
+    def F(self, interval_s: float) -> Array:
         """Transition matrix of motion and intensity, ``(d, d)``; only where the motion is linear."""
-        return np.asarray(block_diag(self._kinematic.F, np.eye(1)))
+        return np.asarray(block_diag(self._kinematic.F(interval_s), np.eye(1)))
 
-    @property
-    def Q(self) -> Array:
+    def Q(self, interval_s: float) -> Array:
         """Covariance of the process noise, ``(d, d)``; only where the motion is linear."""
-        return np.asarray(block_diag(self._kinematic.Q, self.q_intensity * self.motion.interval_s * np.eye(1)))
+        return np.asarray(block_diag(self._kinematic.Q(interval_s), self.q_intensity * interval_s * np.eye(1)))
 
     @property
     def _kinematic(self) -> LinearMotion:
@@ -59,12 +50,10 @@ class WithIntensity(Model):
             return self.motion
         raise AttributeError(f"{type(self.motion).__name__} is not linear: it has no F and Q.")
 
-    def propagate(self, states: Array, rng: Generator) -> Array:
-        """Draw the states one interval later, ``(N, d) -> (N, d)``."""
-        if self._step is not None:
-            from elusive._kernels import propagate_linear
-
-            return propagate_linear(states, *self._step, rng)
-        kinematic = self.motion.propagate(states[:, :-1], rng)
-        step = np.sqrt(self.q_intensity * self.motion.interval_s)
+    def propagate(self, states: Array, interval_s: float, rng: Generator) -> Array:
+        """Draw the states an interval later, ``(N, d) -> (N, d)``; over 0 s they stay as they are."""
+        if interval_s == 0 or isinstance(self.motion, LinearMotion):
+            return super().propagate(states, interval_s, rng)
+        kinematic = self.motion.propagate(states[:, :-1], interval_s, rng)
+        step = np.sqrt(self.q_intensity * interval_s)
         return np.column_stack([kinematic, states[:, -1] + step * rng.standard_normal(len(states))])

@@ -6,7 +6,7 @@ Bar-Shalom, Li and Kirubarajan (2001), ch. 6 and 11.7; Amrouche et al. (2018), s
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.random import Generator
@@ -14,39 +14,53 @@ from pydantic import Field
 from scipy.linalg import block_diag, cholesky
 
 from elusive.contracts import Array
-from elusive.model import Model, NonNegative, Positive
+from elusive.model import Model, NonNegative
 from elusive.motion._arc import arc_excess, turn_chords
 
+REMEMBERED = 8  # intervals whose matrices are kept: times that a clock has rounded give a few
 
-class LinearMotion(Model):
-    """A motion ``s' = F s + v`` with Gaussian ``v`` of covariance ``Q``, both constant."""
 
-    interval_s: Positive = Field(1.0, description="Time between two steps, T [s]")
+class LinearModel(Model):
+    """What every motion ``s' = F s + v`` with Gaussian ``v`` of covariance ``Q`` has, its fields aside."""
+
+    def F(self, interval_s: float) -> Array:
+        """Transition matrix over an interval, ``(d, d)``."""
+        raise AttributeError(f"{type(self).__name__} defines no transition matrix F.")
+
+    def Q(self, interval_s: float) -> Array:
+        """Covariance of the process noise over an interval, ``(d, d)``."""
+        raise AttributeError(f"{type(self).__name__} defines no process noise Q.")
+
+    @cached_property
+    def _steps(self) -> dict[float, tuple[Array, Array]]:
+        """Transition and noise root of the last intervals asked for."""
+        return {}
+
+    def _step(self, interval_s: float) -> tuple[Array, Array]:
+        step = self._steps.get(interval_s)
+        if step is None:
+            if len(self._steps) == REMEMBERED:
+                self._steps.clear()
+            root = square_root(self.Q(interval_s))
+            step = self._steps[interval_s] = np.ascontiguousarray(self.F(interval_s)), np.ascontiguousarray(root)
+        return step
+
+    def propagate(self, states: Array, interval_s: float, rng: Generator) -> Array:
+        """Draw the states an interval later, ``(N, d) -> (N, d)``; over 0 s they stay as they are."""
+        if interval_s == 0:
+            return states.copy(order="K")
+        from elusive._kernels import propagate_linear
+
+        return propagate_linear(states, *self._step(interval_s), rng)
+
+
+class LinearMotion(LinearModel):
+    """A motion ``s' = F s + v`` with Gaussian ``v`` of covariance ``Q``, both a function of the interval alone."""
 
     @property
     def state_names(self) -> tuple[str, ...]:
         """Names of the state's components."""
         return ("x", "vx", "y", "vy")
-
-    @property
-    def F(self) -> Array:
-        """Transition matrix, ``(d, d)``."""
-        raise AttributeError(f"{type(self).__name__} defines no transition matrix F.")
-
-    @property
-    def Q(self) -> Array:
-        """Covariance of the process noise, ``(d, d)``."""
-        raise AttributeError(f"{type(self).__name__} defines no process noise Q.")
-
-    @cached_property
-    def _step(self) -> tuple[Array, Array]:
-        return np.ascontiguousarray(self.F), np.ascontiguousarray(square_root(self.Q))
-
-    def propagate(self, states: Array, rng: Generator) -> Array:
-        """Draw the states one interval later, ``(N, d) -> (N, d)``."""
-        from elusive._kernels import propagate_linear
-
-        return propagate_linear(states, *self._step, rng)
 
 
 class ConstantVelocity(LinearMotion):
@@ -55,16 +69,14 @@ class ConstantVelocity(LinearMotion):
     kind: Literal["cv"] = "cv"
     q: NonNegative = Field(0.001, description="Power of the white acceleration, q1 [px^2 or m^2 / s^3]")
 
-    @property
-    def F(self) -> Array:
+    def F(self, interval_s: float) -> Array:
         """Transition matrix, ``(4, 4)``."""
-        axis = np.array([[1.0, self.interval_s], [0.0, 1.0]])
+        axis = np.array([[1.0, interval_s], [0.0, 1.0]])
         return np.asarray(block_diag(axis, axis))
 
-    @property
-    def Q(self) -> Array:
+    def Q(self, interval_s: float) -> Array:
         """Covariance of the process noise, ``(4, 4)``."""
-        T = self.interval_s
+        T = interval_s
         axis = self.q * np.array([[T**3 / 3, T**2 / 2], [T**2 / 2, T]])
         return np.asarray(block_diag(axis, axis))
 
@@ -76,18 +88,16 @@ class CoordinatedTurn(LinearMotion):
     q: NonNegative = Field(0.001, description="Power of the white acceleration, q1 [px^2 or m^2 / s^3]")
     turn_rate_deg: float = Field(6.0, description="Turn rate Psi, from x towards y [degrees / s]")
 
-    @property
-    def F(self) -> Array:
+    def F(self, interval_s: float) -> Array:
         """Transition matrix, ``(4, 4)``."""
-        w, T = np.deg2rad(self.turn_rate_deg), self.interval_s
+        w, T = np.deg2rad(self.turn_rate_deg), interval_s
         sin, cos, along, across = turn_chords(w * T)
         f1, f2 = along * T, across * T
         return np.array([[1, f1, 0, -f2], [0, cos, 0, -sin], [0, f2, 1, f1], [0, sin, 0, cos]])
 
-    @property
-    def Q(self) -> Array:
+    def Q(self, interval_s: float) -> Array:
         """Covariance of the process noise, ``(4, 4)``."""
-        T = self.interval_s
+        T = interval_s
         turn = float(np.deg2rad(self.turn_rate_deg)) * T
         lost = arc_excess(turn)
         q1, q2, q3 = 2 * T**3 * lost, T**2 / 2 * np.sinc(turn / (2 * np.pi)) ** 2, T**2 * turn * lost
@@ -105,16 +115,14 @@ class ConstantAcceleration(LinearMotion):
         """Names of the state's components."""
         return ("x", "vx", "y", "vy", "ax", "ay")
 
-    @property
-    def F(self) -> Array:
+    def F(self, interval_s: float) -> Array:
         """Transition matrix, ``(6, 6)``."""
-        T = self.interval_s
+        T = interval_s
         return self._by_axis(np.array([[1, T, T**2 / 2], [0, 1, T], [0, 0, 1]]))
 
-    @property
-    def Q(self) -> Array:
+    def Q(self, interval_s: float) -> Array:
         """Covariance of the process noise, ``(6, 6)``."""
-        T = self.interval_s
+        T = interval_s
         axis = [[T**5 / 20, T**4 / 8, T**3 / 6], [T**4 / 8, T**3 / 3, T**2 / 2], [T**3 / 6, T**2 / 2, T]]
         return self.q * self._by_axis(np.array(axis))
 
@@ -125,6 +133,14 @@ class ConstantAcceleration(LinearMotion):
         for axis in ([0, 1, 4], [2, 3, 5]):
             whole[np.ix_(axis, axis)] = block
         return whole
+
+
+def transition(motion: Any, interval_s: float) -> tuple[Array, Array] | None:
+    """F and Q over an interval of any motion that is linear, a user's own too; None of one that is not."""
+    try:
+        return motion.F(interval_s), motion.Q(interval_s)
+    except AttributeError:
+        return None
 
 
 def square_root(covariance: Array) -> Array:

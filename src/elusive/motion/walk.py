@@ -42,8 +42,10 @@ class Walk(Model):
         usual = 1 - self.long_probability
         return self.long_probability, usual * self.turn_probability, usual * (1 - self.turn_probability)
 
-    def propagate(self, states: Array, rng: Generator) -> Array:
-        """Draw the states a frame later, ``(N, 4) -> (N, 4)``."""
+    def propagate(self, states: Array, interval_s: float, rng: Generator) -> Array:
+        """Draw the states a frame later, ``(N, 4) -> (N, 4)``, however long it lasts; over 0 s they stay."""
+        if interval_s == 0:
+            return states.copy(order="K")
         long, new, _ = self._shares
         chance = rng.random((len(states), 1))
         noise = rng.standard_normal((len(states), 2))

@@ -17,17 +17,16 @@ from numpy.typing import NDArray
 from pydantic import Field
 from scipy.special import expit
 
-from elusive.contracts import Array, Motion
+from elusive.contracts import Array, Motion, interval_since
 from elusive.errors import DataError, ParameterError
 from elusive.filters.particle.sir import ParticleFilter, ParticleState
 from elusive.model import Model, NonNegative, Positive
-from elusive.motion import complete, with_interval
+from elusive.motion import complete
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarScan
 from elusive.tracking.lifecycle import Life, Lifecycle
 from elusive.tracking.radar_claims import claims, densities, gated, take
 
-LEAST_INTERVAL_S = 1e-6  # scans of one time, as far as clocks tell
 HARDLY = 1e-9  # existence that begins no track
 CERTAIN = 1 - 1e-12
 
@@ -84,8 +83,8 @@ class RadarTracker(Model):
         scan
             Plots, or none. Without false alarms, one plot at most.
         flt
-            What each track is followed with: motion, :class:`~elusive.sensors.radar.RadarSensor`, map. The motion's
-            interval is set to the time since the scan before; the prior is not used.
+            What each track is followed with: motion, :class:`~elusive.sensors.radar.RadarSensor`, map. The prior is not
+            used.
         rng
             Source of all randomness.
 
@@ -98,17 +97,14 @@ class RadarTracker(Model):
         """
         sensor = _radar(flt)
         scan = sensor.in_view(scan)
-        interval_s = 0.0 if math.isnan(tracks.time_s) else scan.time_s - tracks.time_s
-        if interval_s < 0:
-            raise DataError(f"scan at {scan.time_s:g} s: comes after {tracks.time_s:g} s; sort the scans by time.")
+        interval_s = interval_since(tracks.time_s, scan.time_s)
         if not sensor.false_alarms and len(scan.range_m) > 1:
             raise DataError(
                 f"scan at {scan.time_s:g} s: holds {len(scan.range_m)} plots, and without false alarms each target's "
                 "track would take them all; give false_alarms, however few."
             )
-        flt = flt.replace(motion=with_interval(flt.motion, max(interval_s, LEAST_INTERVAL_S)))
         alive = [track for track in tracks.tracks if track.life.status != "deleted"]
-        expected = [flt.predict(track.state, rng) for track in alive]
+        expected = [flt.predict(track.state, scan.time_s, rng) for track in alive]
         survival = math.exp(-interval_s / self.mean_life_s)
         existence = np.array([survival * track.existence for track in alive])
         if sensor.false_alarms:
@@ -165,7 +161,7 @@ class RadarTracker(Model):
             if self.births / (self.births + clutter) < HARDLY:
                 continue
             seen = take(scan, np.arange(len(scan.range_m)) == plot)
-            state = flt.replace(prior=_AboutPlot(sensor, seen, self.speed_sd_mps, flt.motion)).init(rng)
+            state = flt.replace(prior=_AboutPlot(sensor, seen, self.speed_sd_mps, flt.motion)).init(rng, scan.time_s)
             likely = self.births * state.allowed
             existence = min(likely / (likely + clutter), CERTAIN)
             if state.forbidden or existence < HARDLY:

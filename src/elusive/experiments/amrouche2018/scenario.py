@@ -54,7 +54,7 @@ class WeakTarget(Model):
         state = np.array([[*START, sensor.intensity_of(self.snr_db)]])
         for k in range(APPEARS - 1, LEAVES):
             truth[k] = state[0]
-            state = motion.propagate(state, rng)
+            state = motion.propagate(state, 1.0, rng)
         present = np.isfinite(truth[:, 0])
         frames = np.stack(
             [

@@ -69,7 +69,7 @@ def trial(parameters: WeakTargetTrial, rng: Generator) -> dict[str, Array]:
     """
     recording = parameters.simulate(rng)
     chosen: Filter[Any, Array] = parameters.build()
-    states = list(run(chosen, recording.frames, rng))
+    states = list(run(chosen, recording.frames, rng, start_s=-1.0))
     return {
         "existence": np.array([state.existence for state in states]),
         "estimate": np.array([state.mean[[X, Y]] for state in states]),

@@ -93,14 +93,14 @@ def run_times(
         known = None if model is None else Timed(model.bind(coast), scene.moved)
         prepare = time.process_time() - began if known is not None else 0.0
         filter = filter_of(case, run, known, case.particles)
-        filter.step(filter.init(default_rng(0)), run.scans[1], default_rng(0))
+        filter.step(filter.init(default_rng(0), 0.0), 1.0, run.scans[1], default_rng(0))
         rng = default_rng(run.seed)
-        state = filter.init(rng)
+        state = filter.init(rng, run.scans[0].time_s)
         if known is not None:
             known.seconds = 0.0
         began, steps = time.process_time(), 0
         for scan in run.scans[1:]:
-            state = filter.step(state, scan, rng)
+            state = filter.step(state, scan.time_s, scan, rng)
             steps += 1
             if time.process_time() - began > enough_s:
                 break

@@ -61,9 +61,9 @@ def filter_of(case: ShipCase, run: Draw, known: Knowledge | None, particles: int
 def follow(model: ParticleFilter, run: Draw) -> Iterator[Step]:
     """Filter the plots after the first one, a step a second."""
     rng = np.random.default_rng(run.seed)
-    before = model.init(rng)
+    before = model.init(rng, run.scans[0].time_s)
     for time, scan in enumerate(run.scans[1:], 1):
-        state = model.step(before, scan, rng)
+        state = model.step(before, scan.time_s, scan, rng)
         yield Step(time, state, before)
         before = state
 

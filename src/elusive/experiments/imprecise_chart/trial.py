@@ -112,9 +112,9 @@ def follow(parameters: ImpreciseChartTrial, case: Case, drawn: Run, rng: Generat
         knowledge=charts(parameters.fine, parameters.coarse).knowledge(case),
         particles=parameters.particles,
     )
-    states = [chosen.init(rng)]
+    states = [chosen.init(rng, drawn.scans[0].time_s)]
     for scan in drawn.scans[1:]:
-        states.append(chosen.step(states[-1], scan, rng))
+        states.append(chosen.step(states[-1], scan.time_s, scan, rng))
     return states
 
 

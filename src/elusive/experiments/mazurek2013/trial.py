@@ -69,10 +69,10 @@ def trial(parameters: NoiseObjectTrial, rng: Generator) -> dict[str, Array | flo
     case = parameters.simulate(rng)
     windows = [parameters.window(method) for method in parameters.methods]
     filters = [parameters.filter(smoothing) for smoothing in parameters.smoothings]
-    states = [each.init(rng) for each in filters]
-    for frame in case.frames:
+    states = [each.init(rng, -1.0) for each in filters]
+    for number, frame in enumerate(case.frames):
         evidence = np.stack([window.evidence(frame) for window in windows])
-        states = [each.step(state, evidence, rng) for each, state in zip(filters, states, strict=True)]
+        states = [each.step(state, float(number), evidence, rng) for each, state in zip(filters, states, strict=True)]
     found = np.stack([state.score.argmax(axis=1) for state in states])
     error = np.array([[parameters.distance(place, case.positions[-1]) for place in row] for row in found])
     return {"error": error, "background_sigma": case.background_sigma}

@@ -129,7 +129,7 @@ def _straight(parameters: ChapterFour, links: SimulatedLinks, rng: Generator) ->
     people = links_filter(parameters.simulation, parameters.simulation.on())
     state = people.init(rng)
     for frame, change in enumerate(links.changes):
-        state = people.step(state, change, rng)
+        state = people.step(state, float(frame), change, rng)
         for one in state.tracks:
             places = np.full((len(ESTIMATORS), 2), np.nan)
             places[0] = one.position

@@ -21,23 +21,23 @@ Map = NDArray[np.floating[Any]]  # of the filter's precision
 class Accumulated:
     """What every trajectory has accumulated. It is updated in place and belongs to the latest state alone."""
 
-    frame: int  # the frame it stands at
+    frame: int  # frames so far, by which a state knows whether it is the latest
     planes: Map  # (V, rows, columns), one more for their sum where the mixture needs it
     later: Map | None  # of the same shape, where velocities switch: the next planes
     work: tuple[Map, Map, NDArray[np.int32]]  # maps of the tile in work
-    vectors: Array  # (V, 2) x, y [cells a frame]
+    vectors: Array  # (V, 2) x, y [cells / s]
     offsets: NDArray[np.int64]  # (V, 2) x, y that each velocity has moved [cells]
     bounded: bool
     mixture: Mixture | None
 
     def advance(
-        self, scene: tuple[float, ...], evidence: Map, alpha: float, gain: float, variance: float,
+        self, elapsed_s: float, scene: tuple[float, ...], evidence: Map, alpha: float, gain: float, variance: float,
         score: Map, velocity: NDArray[np.int32],
     ) -> tuple[float, int]:  # fmt: skip
-        """Step to the next frame and fill the maps; return the variance and the flat index of the best cell."""
+        """Go on to a time since the start and fill the maps; return the variance and the best cell's flat index."""
         x, y = (*scene, 0.0, 0.0)[:2]
         arguments: tuple[Any, ...] = (
-            self.vectors, self.offsets, self.frame + 1.0, x, y, evidence, self.work, alpha, gain, variance,
+            self.vectors, self.offsets, elapsed_s, x, y, evidence, self.work, alpha, gain, variance,
             self.bounded, score, velocity,
         )  # fmt: skip
         if self.later is None or self.mixture is None:
@@ -53,10 +53,10 @@ class Accumulated:
 
     @classmethod
     def nothing(
-        cls, frame: int, scene: tuple[float, ...], vectors: Array, planes: int, shape: tuple[int, ...],
-        dtype: np.dtype[Any], bounded: bool, mixture: Mixture | None,
+        cls, frame: int, elapsed_s: float, scene: tuple[float, ...], vectors: Array, planes: int,
+        shape: tuple[int, ...], dtype: np.dtype[Any], bounded: bool, mixture: Mixture | None,
     ) -> Self:  # fmt: skip
-        """Memory for frames of this shape, all zero, where the trajectories stand at this frame."""
+        """Memory for frames of this shape, all zero, where the trajectories stand at this time."""
         # a signal is an image of one row
         accumulated = np.zeros((planes, *(1,) * (2 - len(shape)), *shape), dtype)
         vectors = np.pad(vectors, [(0, 0), (0, 2 - len(shape))])
@@ -64,7 +64,7 @@ class Accumulated:
         return cls(
             frame, accumulated, None if mixture is None else np.zeros_like(accumulated),
             (np.empty(cells, dtype), np.empty(cells, dtype), np.empty(cells, np.int32)),
-            vectors, np.rint(frame * vectors + scene).astype(np.int64), bounded, mixture,
+            vectors, np.rint(elapsed_s * vectors + scene).astype(np.int64), bounded, mixture,
         )  # fmt: skip
 
 

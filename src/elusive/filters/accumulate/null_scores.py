@@ -86,10 +86,10 @@ def simulate_null(
     found: dict[int, list[Array]] = {age: [] for age in ages}
     moments = []
     for _ in range(runs):
-        state = recurrent.init(rng)
+        state = recurrent.init(rng, 0.0)
         for age in range(1, ages[-1] + 1):
             evidence = statistic.evidence(background_deviation * rng.standard_normal(area))
-            state = recurrent.step(state, evidence, rng)
+            state = recurrent.step(state, float(age), evidence, rng)
             if age in found:
                 moments.append(((evidence**2).mean(), (evidence**3).mean()))
                 found[age].append(block_maxima(state.score)[0])

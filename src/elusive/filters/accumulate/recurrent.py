@@ -14,7 +14,7 @@ from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_validator
 
-from elusive.contracts import Array
+from elusive.contracts import Array, interval_since
 from elusive.errors import DataError, ParameterError
 from elusive.filters.accumulate._accumulated import Accumulated, work_cells
 from elusive.filters.accumulate._accumulated import Map as Map
@@ -27,11 +27,13 @@ from elusive.model import FROM_RECORDING, Probability
 class RecurrentState(NamedTuple):
     """Accumulated evidence after a frame. Maps are indexed ``[x]`` or ``[y, x]``; empty before the first evidence."""
 
+    time_s: float  # NaN before the first frame, where no time was given
+    start_s: float  # where the trajectories stand at their first cell
     frames: int  # frames so far, missing ones too
     score: Map  # (*shape) maximum over velocities, in deviations of target-free evidence
     velocity: NDArray[np.int32]  # (*shape) which velocity attains it: a row of motion_vectors
     deviation: float  # of target-free accumulated evidence: P = score * deviation
-    mean: Array  # x, vx[, y, vy] of the best cell [cells, cells a frame]
+    mean: Array  # x, vx[, y, vy] of the best cell [cells, cells / s]
     scene_px: tuple[float, ...]  # how far the scene has been carried, x[, y]
     belief: Accumulated | None  # None before the first evidence
 
@@ -103,13 +105,13 @@ class RecurrentFilter(VelocityBank):
         refuse_beyond_half(needed, what, remedy, machine_bytes)
         return needed
 
-    def init(self, rng: Generator) -> RecurrentState:
+    def init(self, rng: Generator, time_s: float = math.nan) -> RecurrentState:
         """Return the state before the first frame; memory is taken, and the maps shaped, with the first evidence.
 
         The mean is NaN until then, of the length for images unless ``velocities`` say otherwise.
         """
         mean = np.full(4 if self.velocities is None else 2 * len(self.velocities[0]), math.nan)
-        return RecurrentState(0, np.zeros(0, self._dtype), np.zeros(0, np.int32), 0.0, mean, (), None)
+        return RecurrentState(time_s, time_s, 0, np.zeros(0, self._dtype), np.zeros(0, np.int32), 0.0, mean, (), None)
 
     def carried(self, state: RecurrentState, step_px: ArrayLike) -> RecurrentState:
         """Return the state with the whole scene moved by ``(dx[, dy])`` samples; fractions add up.
@@ -128,8 +130,10 @@ class RecurrentFilter(VelocityBank):
         before = state.scene_px or (0.0,) * axes
         return state._replace(scene_px=tuple(a + b for a, b in zip(before, step.tolist(), strict=True)))
 
-    def step(self, state: RecurrentState, measurement: ArrayLike | None, rng: Generator) -> RecurrentState:
-        """Return the state after one more map of evidence; without one (``None``), the prediction, eq. 7b.
+    def step(
+        self, state: RecurrentState, time_s: float, measurement: ArrayLike | None, rng: Generator
+    ) -> RecurrentState:
+        """Return the state at a time, after its map of evidence; without one (``None``), the prediction, eq. 7b.
 
         What has been accumulated is handed on in place: the state given keeps its maps, but cannot be stepped again.
 
@@ -137,6 +141,8 @@ class RecurrentFilter(VelocityBank):
         ----------
         state
             The latest state.
+        time_s
+            Of the evidence; trajectories go on for the time since the state's [s].
         measurement
             Evidence ``(n,)`` or ``(rows, columns)``: dimensionless, larger where a target is, of mean zero elsewhere.
         rng
@@ -145,9 +151,13 @@ class RecurrentFilter(VelocityBank):
         Raises
         ------
         DataError
-            If the evidence is not finite, has another shape than before or not one or two axes; if the state has been
-            stepped already; if the first evidence would need more than half of the machine's memory.
+            If time runs backwards; if the evidence is not finite, has another shape than before or not one or two
+            axes; if the state has been stepped already; if the first evidence would need more than half of the
+            machine's memory.
         """
+        before_s = time_s - interval_since(state.time_s, time_s)
+        state = state._replace(time_s=time_s, start_s=time_s if math.isnan(state.start_s) else state.start_s)
+        before_s -= state.start_s
         belief = state.belief
         if belief is not None and belief.frame != state.frames:
             raise DataError(
@@ -163,7 +173,7 @@ class RecurrentFilter(VelocityBank):
             evidence = _as_map(measurement, self._dtype)
             alpha, gain = self.smoothing, 1.0 - self.smoothing
             if belief is None:
-                belief = self._allocated(evidence.shape, state)
+                belief = self._allocated(evidence.shape, state, before_s)
             elif evidence.shape != state.score.shape:
                 raise DataError(
                     f"evidence: has shape {evidence.shape}, earlier frames {state.score.shape}; start anew from init."
@@ -171,15 +181,18 @@ class RecurrentFilter(VelocityBank):
         shape, image = evidence.shape, belief.planes.shape[1:]
         score, velocity = np.empty(image, self._dtype), np.empty(image, np.int32)
         variance, best = belief.advance(
-            state.scene_px, evidence.reshape(image), alpha, gain, state.deviation**2, score, velocity
-        )
+            time_s - state.start_s, state.scene_px, evidence.reshape(image), alpha, gain, state.deviation**2,
+            score, velocity,
+        )  # fmt: skip
         y, x = divmod(best, image[1])
         vx, vy = belief.vectors[velocity[y, x]].tolist()
         mean = np.array((x, vx) if len(shape) == 1 else (x, vx, y, vy), dtype=np.float64)
         score, velocity = score.reshape(shape), velocity.reshape(shape)
-        return RecurrentState(belief.frame, score, velocity, math.sqrt(variance), mean, state.scene_px, belief)
+        return RecurrentState(
+            time_s, state.start_s, belief.frame, score, velocity, math.sqrt(variance), mean, state.scene_px, belief
+        )
 
-    def _allocated(self, shape: tuple[int, ...], state: RecurrentState) -> Accumulated:
+    def _allocated(self, shape: tuple[int, ...], state: RecurrentState, elapsed_s: float) -> Accumulated:
         """Memory for the first evidence, all zero, where the trajectories stand before it."""
         ndim = len(shape)
         if ndim not in (1, 2) or 0 in shape:
@@ -189,7 +202,7 @@ class RecurrentFilter(VelocityBank):
         self.check_memory(shape)
         vectors = self.motion_vectors(ndim)
         return Accumulated.nothing(
-            state.frames, (*state.scene_px, 0.0, 0.0)[:2], vectors, self._planes(ndim), shape, self._dtype,
+            state.frames, elapsed_s, (*state.scene_px, 0.0, 0.0)[:2], vectors, self._planes(ndim), shape, self._dtype,
             self.border == "bounded", self._mixture(vectors),
         )  # fmt: skip
 

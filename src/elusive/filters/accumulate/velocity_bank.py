@@ -19,13 +19,13 @@ from elusive.model import FROM_RECORDING, Model, Positive
 class VelocityBank(Model):
     """A box of velocities, or any set of them, and what the border of the frame does."""
 
-    max_velocity: float = Field(5.0, description="Largest velocity along each axis [samples a frame]")
-    min_velocity: float | None = Field(None, description="Smallest; by default minus the largest [samples a frame]")
-    velocity_step: Positive = Field(1.0, description="Step between velocities [samples a frame]")
+    max_velocity: float = Field(5.0, description="Largest velocity along each axis [samples / s]")
+    min_velocity: float | None = Field(None, description="Smallest; by default minus the largest [samples / s]")
+    velocity_step: Positive = Field(1.0, description="Step between velocities [samples / s]")
     velocities: tuple[tuple[float, ...], ...] | None = Field(
         None,
         min_length=1,
-        description="Velocities (vx,) or (vx, vy) instead of a box [samples a frame]",
+        description="Velocities (vx,) or (vx, vy) instead of a box [samples / s]",
         json_schema_extra=FROM_RECORDING,
     )
     border: Literal["circular", "bounded"] = Field(

@@ -50,13 +50,13 @@ class ExtendedKalmanFilter(BearingProblem):
 
     iterations: int = Field(10, gt=0, le=100, description="Linearisations of an update; 1: the plain extended filter")
 
-    def init(self, rng: Generator) -> ExtendedState:
+    def init(self, rng: Generator, time_s: float = np.nan) -> ExtendedState:
         """Return the belief before the first bearing; nothing is drawn."""
         anchor = self.anchor()
         return ExtendedState(np.nan, anchor.at, np.asarray(np.linalg.inv(anchor.information)), 0.0, ())
 
-    def step(self, state: ExtendedState, measurement: PlaceSet | None, rng: Generator) -> ExtendedState:
-        """Return the belief at the time of the bearings, with them; None: one interval of the motion later.
+    def step(self, state: ExtendedState, time_s: float, measurement: PlaceSet | None, rng: Generator) -> ExtendedState:
+        """Return the belief at the time of the bearings, with them; None: the prediction.
 
         Raises
         ------
@@ -66,7 +66,7 @@ class ExtendedKalmanFilter(BearingProblem):
         if measurement is None and np.isnan(state.time_s):
             return state
         if measurement is None:
-            measurement = self.sensor.nothing(state.time_s + self.motion.interval_s)
+            measurement = self.sensor.nothing(time_s)
         if measurement.time_s <= state.time_s:
             raise DataError(f"bearings at {measurement.time_s:g} s: come after {state.time_s:g} s; sort them by time.")
         if state.pending is not None:

@@ -8,6 +8,7 @@ twice: their variances are optimistic. They are here as the paper has them, to b
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from typing import NamedTuple
 
@@ -30,6 +31,7 @@ UNEVEN = 0.01  # share of a step by which times may be uneven
 class FactorGraphState(NamedTuple):
     """Gaussian beliefs, each axis its own, of any number of independent tracks; velocities are in metres a step."""
 
+    time_s: float  # of the last step; NaN before it, where no time was given
     fixes: NDArray[np.int64]  # (...,) 0: none so far, 1: the first alone, 2: it tracks
     waited: NDArray[np.int64]  # (...,) steps since the first fix, while it is alone
     mean: Array  # (..., 2) place s, east and north [m]
@@ -66,19 +68,21 @@ class FactorGraphFilter(FactorGraphFix):
     step_noise_m: NonNegative = Field(0.5, description="Deviation of a step, each axis, sigma of epsilon in eq. 26 [m]")
     start_acceleration_variance: Positive = Field(1.0, description="Of the first acceleration, Va [m^2 / step^4]")
 
-    def init(self, rng: Generator) -> FactorGraphState:
+    def init(self, rng: Generator, time_s: float = math.nan) -> FactorGraphState:
         """Return the belief of one track before the first bearings; nothing is drawn."""
-        return self.unknown(())
+        return self.unknown(())._replace(time_s=time_s)
 
     def unknown(self, shape: tuple[int, ...]) -> FactorGraphState:
         """Return the belief of ``shape`` tracks before the first bearings."""
         none, zero, one = np.zeros(shape, np.int64), np.zeros((*shape, 2)), np.ones((*shape, 2))
         nowhere = np.full((*shape, 2), np.nan)
         start = self.start_acceleration_variance * one
-        return FactorGraphState(none, none, nowhere, _diagonal(nowhere), zero, one, zero, start)
+        return FactorGraphState(math.nan, none, none, nowhere, _diagonal(nowhere), zero, one, zero, start)
 
-    def step(self, state: FactorGraphState, measurement: BearingSet | None, rng: Generator) -> FactorGraphState:
-        """Return the belief one step later and with its bearings; None: the prediction.
+    def step(
+        self, state: FactorGraphState, time_s: float, measurement: BearingSet | None, rng: Generator
+    ) -> FactorGraphState:
+        """Return the belief one step later, whatever its time, and with its bearings; None: the prediction.
 
         Raises
         ------
@@ -86,7 +90,7 @@ class FactorGraphFilter(FactorGraphFix):
             If a bearing cannot be used.
         """
         azimuth, variance = self._by_sensor([] if measurement is None else [measurement])
-        return self.advance(state, self.locate(azimuth[-1], variance[-1]))
+        return self.advance(state._replace(time_s=time_s), self.locate(azimuth[-1], variance[-1]))
 
     def advance(self, state: FactorGraphState, fix: Fixes) -> FactorGraphState:
         """Return the beliefs of any number of tracks one step later, ``fix`` with NaN where there is none."""
@@ -100,7 +104,9 @@ class FactorGraphFilter(FactorGraphFix):
         at_first = first[..., None]
         belief[0], belief[1] = np.where(at_first, fix.mean, belief[0]), np.where(at_first, fix.variance, belief[1])
         mean, variance, *rates = belief
-        return FactorGraphState(np.where(first, 1, begun.fixes), waited, mean, _diagonal(variance), *rates)
+        return FactorGraphState(
+            state.time_s, np.where(first, 1, begun.fixes), waited, mean, _diagonal(variance), *rates
+        )
 
     def _begin(self, state: FactorGraphState, fix: Fixes, waited: NDArray[np.int64], second: Flags) -> FactorGraphState:
         """Two fixes make a velocity: s = j1, v = j2 - j1."""
@@ -206,7 +212,7 @@ class FactorGraphFilter(FactorGraphFix):
 
 
 def _belief(state: FactorGraphState) -> tuple[Array, ...]:
-    return (state.mean, state.variance, *state[4:])
+    return (state.mean, state.variance, *state[5:])
 
 
 def _diagonal(variance: Array) -> Array:

@@ -62,15 +62,15 @@ class FixedLagSmoother(BearingProblem):
     lag_s: Positive = Field(2.0, description="Time over which later bearings still correct a state [s]")
     iterations: int = Field(5, gt=0, le=100, description="Most steps of the descent at each time")
 
-    def init(self, rng: Generator) -> FixedLagState:
+    def init(self, rng: Generator, time_s: float = np.nan) -> FixedLagState:
         """Return the belief before the first bearing; nothing is drawn."""
         at, information, _ = self.anchor()
         wide = np.asarray(np.linalg.inv(information))
         none = np.empty((0, len(at)))
         return FixedLagState(np.nan, at, wide, np.empty(0), none, np.empty((0, *wide.shape)), none, None, False)
 
-    def step(self, state: FixedLagState, measurement: PlaceSet | None, rng: Generator) -> FixedLagState:
-        """Return the beliefs at the time of the bearings; None: one interval of the motion later, without any.
+    def step(self, state: FixedLagState, time_s: float, measurement: PlaceSet | None, rng: Generator) -> FixedLagState:
+        """Return the beliefs at the time of the bearings; None: the prediction.
 
         Raises
         ------
@@ -81,7 +81,7 @@ class FixedLagSmoother(BearingProblem):
         if measurement is None:
             if window is None:
                 return state
-            measurement = self.sensor.nothing(state.time_s + self.motion.interval_s)
+            measurement = self.sensor.nothing(time_s)
         if window is None:
             return self._begun(tabulated((measurement,), self.sensor))
         if measurement.time_s <= state.time_s:
@@ -106,7 +106,7 @@ class FixedLagSmoother(BearingProblem):
         rng = np.random.default_rng(0)
         state, left, bearings = self.init(rng), list[tuple[Array, Array, Array]](), 0
         for measurement in sets:
-            state = self.step(state, measurement, rng)
+            state = self.step(state, measurement.time_s, measurement, rng)
             bearings += int(state.window is not None and state.window.table.first[-1] > 0)
             left.append((state.left_times_s, state.left_means, state.left_covariances))
         if not bearings or state.window is None:

@@ -64,8 +64,6 @@ class InteractingFilter(BearingSetting):
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
-        if len({motion.interval_s for motion in self.motions}) > 1:
-            raise ValueError("motions: have several intervals; give all the same interval_s")
         self.problems  # noqa: B018 - each refuses what does not fit it
         return self
 
@@ -91,14 +89,16 @@ class InteractingFilter(BearingSetting):
             row[: len(each)] = [every.index(name) for name in each]
         return columns, np.array([len(each) for each in names]), np.array([every.index(n) for n in self.state_names])
 
-    def init(self, rng: Generator) -> InteractingState:
+    def init(self, rng: Generator, time_s: float = np.nan) -> InteractingState:
         """Return the belief before the first bearing; nothing is drawn."""
         anchors = [problem.anchor() for problem in self.problems]
         bank = self._bank([(anchor.at, np.asarray(np.linalg.inv(anchor.information))) for anchor in anchors])
         return InteractingState(np.nan, *combined(bank, self._columns[2]), 0.0, bank, ())
 
-    def step(self, state: InteractingState, measurement: PlaceSet | None, rng: Generator) -> InteractingState:
-        """Return the belief at the time of the bearings, with them; None: one interval of the motions later.
+    def step(
+        self, state: InteractingState, time_s: float, measurement: PlaceSet | None, rng: Generator
+    ) -> InteractingState:
+        """Return the belief at the time of the bearings, with them; None: the prediction.
 
         Raises
         ------
@@ -108,7 +108,7 @@ class InteractingFilter(BearingSetting):
         if measurement is None and np.isnan(state.time_s):
             return state
         if measurement is None:
-            measurement = self.sensor.nothing(state.time_s + self.motions[0].interval_s)
+            measurement = self.sensor.nothing(time_s)
         if measurement.time_s <= state.time_s:
             raise DataError(f"bearings at {measurement.time_s:g} s: come after {state.time_s:g} s; sort them by time.")
         columns, sizes, common = self._columns

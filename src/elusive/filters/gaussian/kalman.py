@@ -15,7 +15,7 @@ from numpy.random import Generator
 from pydantic import Field, SerializeAsAny, model_validator
 from scipy.linalg import cho_factor, cho_solve
 
-from elusive.contracts import Array
+from elusive.contracts import Array, interval_since
 from elusive.errors import DataError
 from elusive.filters.particle.sir import GaussianPrior
 from elusive.model import Model
@@ -27,6 +27,7 @@ LOG_TURN = math.log(2 * math.pi)
 class GaussianState(NamedTuple):
     """A Gaussian belief, and what the measurement was worth."""
 
+    time_s: float  # NaN before the first measurement, where no time was given
     mean: Array  # (d,)
     covariance: Array  # (d, d)
     log_evidence: float  # log p(measurement | earlier ones); 0 without one
@@ -57,38 +58,40 @@ class KalmanFilter(Model):
         """Names of the state's components."""
         return self.motion.state_names
 
-    def init(self, rng: Generator) -> GaussianState:
+    def init(self, rng: Generator, time_s: float = math.nan) -> GaussianState:
         """Return the belief before the first measurement; nothing is drawn."""
-        return GaussianState(np.array(self.prior.mean), np.array(self.prior.covariance), 0.0)
+        return GaussianState(time_s, np.array(self.prior.mean), np.array(self.prior.covariance), 0.0)
 
-    def step(self, state: GaussianState, measurement: Array | None, rng: Generator) -> GaussianState:
-        """Return the belief one interval later and after its measurement ``(m,)``; None: the prediction.
+    def step(self, state: GaussianState, time_s: float, measurement: Array | None, rng: Generator) -> GaussianState:
+        """Return the belief at a time and after its measurement ``(m,)``; None: the prediction.
 
         Raises
         ------
         DataError
-            If the measurement has another length, or a number is not finite.
+            If time runs backwards, the measurement has another length, or a number is not finite.
         """
-        mean, covariance = predicted(self.motion, state.mean, state.covariance)
+        later = predicted(self.motion, state, time_s)
         if measurement is None:
-            return GaussianState(mean, covariance, 0.0)
-        return updated(
-            mean, covariance, np.asarray(measurement, np.float64), np.array(self.observed), np.array(self.noise)
-        )
+            return later
+        return updated(later, np.asarray(measurement, np.float64), np.array(self.observed), np.array(self.noise))
 
 
-def predicted(motion: LinearMotion, mean: Array, covariance: Array) -> tuple[Array, Array]:
-    """Carry a Gaussian belief one interval on: mean ``(d,)``, covariance ``(d, d)``."""
-    return motion.F @ mean, motion.F @ covariance @ motion.F.T + motion.Q
+def predicted(motion: LinearMotion, state: GaussianState, time_s: float) -> GaussianState:
+    """Carry a Gaussian belief on to a time."""
+    interval_s = interval_since(state.time_s, time_s)
+    if interval_s == 0:
+        return state._replace(time_s=time_s, log_evidence=0.0)
+    F = motion.F(interval_s)
+    return GaussianState(time_s, F @ state.mean, F @ state.covariance @ F.T + motion.Q(interval_s), 0.0)
 
 
-def updated(mean: Array, covariance: Array, measurement: Array, observed: Array, noise: Array) -> GaussianState:
+def updated(state: GaussianState, measurement: Array, observed: Array, noise: Array) -> GaussianState:
     """Update a Gaussian belief with ``z = H s + w``, w of covariance R.
 
     Parameters
     ----------
-    mean, covariance
-        ``(d,)`` and ``(d, d)``.
+    state
+        Mean ``(d,)`` and covariance ``(d, d)`` at the measurement's time.
     measurement
         z, ``(m,)``.
     observed, noise
@@ -101,12 +104,14 @@ def updated(mean: Array, covariance: Array, measurement: Array, observed: Array,
     """
     if measurement.shape != (len(observed),) or not np.isfinite(measurement).all():
         raise DataError(f"measurement: {measurement!s:.60} is not {len(observed)} finite numbers; leave it out.")
+    time_s, mean, covariance, _ = state
     residual = measurement - observed @ mean
     factor = cho_factor(observed @ covariance @ observed.T + noise, lower=True)
     gain = cho_solve(factor, observed @ covariance).T
     left = np.eye(len(mean)) - gain @ observed
     log_evidence = -0.5 * float(residual @ cho_solve(factor, residual)) - float(np.log(np.diag(factor[0])).sum())
     return GaussianState(
+        time_s,
         mean + gain @ residual,
         left @ covariance @ left.T + gain @ noise @ gain.T,
         log_evidence - 0.5 * len(residual) * LOG_TURN,
@@ -119,7 +124,7 @@ def smoothed(motion: LinearMotion, states: Sequence[GaussianState]) -> list[Gaus
     Parameters
     ----------
     motion
-        That of the filter, one interval between two states.
+        That of the filter.
     states
         What the filter yielded.
 
@@ -133,11 +138,13 @@ def smoothed(motion: LinearMotion, states: Sequence[GaussianState]) -> list[Gaus
     later = states[-1]
     backwards = [later]
     for state in reversed(states[:-1]):
-        mean, covariance = predicted(motion, state.mean, state.covariance)
-        gain = np.linalg.solve(covariance, motion.F @ state.covariance).T
+        ahead = predicted(motion, state, later.time_s)
+        F = motion.F(later.time_s - state.time_s)
+        gain = np.linalg.solve(ahead.covariance, F @ state.covariance).T
         later = GaussianState(
-            state.mean + gain @ (later.mean - mean),
-            state.covariance + gain @ (later.covariance - covariance) @ gain.T,
+            state.time_s,
+            state.mean + gain @ (later.mean - ahead.mean),
+            state.covariance + gain @ (later.covariance - ahead.covariance) @ gain.T,
             state.log_evidence,
         )
         backwards.append(later)

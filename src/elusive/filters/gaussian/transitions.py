@@ -101,10 +101,9 @@ def _step(
     if isinstance(motion, ConstantTurnRateVelocity):
         # the arc replaces what depends on the turn rate
         F, Q = np.eye(5), np.zeros((5, 5))
-        F[:4, :4] = ConstantVelocity(interval_s=T).F
+        F[:4, :4] = ConstantVelocity().F(T)
     elif isinstance(motion, LinearMotion):
-        stepped = motion.replace(interval_s=T)
-        F, Q = stepped.F, stepped.Q.copy()
+        F, Q = motion.F(T), motion.Q(T)
     else:
         raise ParameterError(f"motion: {type(motion).__name__} is neither linear nor the constant turn rate; take one.")
     Q[X, X] += position_noise_m**2

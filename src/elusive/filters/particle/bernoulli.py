@@ -15,11 +15,11 @@ import numpy as np
 from numpy.random import Generator
 from pydantic import Field, model_validator
 
-from elusive.contracts import Array, Knowledge
+from elusive.contracts import Array, Knowledge, interval_since
 from elusive.errors import DataError
 from elusive.filters.particle import _kernels
 from elusive.filters.particle.births import MeasurementBirth
-from elusive.filters.particle.parts import AnyBirth, AnyMotion, AnySensor, check_amplitude
+from elusive.filters.particle.parts import AnyBirth, AnyMotion, AnySensor, check_amplitude, switching
 from elusive.filters.particle.resampling import Scheme, resample
 from elusive.model import Model, Probability
 from elusive.motion import WithIntensity
@@ -31,6 +31,7 @@ LEAST_LOG_ODDS = -700.0  # of existence, below which it is zero
 class BernoulliState(NamedTuple):
     """Belief after a frame: is there a target, and where it is if there is one."""
 
+    time_s: float  # NaN before the first frame, where no time was given
     existence: float  # P(present | frames so far)
     particles: Array  # (N, d) states given presence, not yet resampled
     weights: Array  # (N,) summing to one
@@ -49,8 +50,8 @@ class BernoulliFilter(Model):
     motion: AnyMotion = Field(WithIntensity(), description="How the target moves")
     sensor: AnySensor = Field(ImageSensor(), description="What a frame says of a state")
     birth: AnyBirth = Field(MeasurementBirth(), description="Where a target appears, p_b and q_b")
-    birth_probability: Probability = Field(0.05, description="Probability that a target appears in a step, P_b, eq. 3")
-    death_probability: Probability = Field(0.05, description="Probability that it disappears in a step, P_d, eq. 4")
+    birth_probability: Probability = Field(0.05, description="Probability that a target appears in 1 s, P_b, eq. 3")
+    death_probability: Probability = Field(0.05, description="Probability that it disappears in 1 s, P_d, eq. 4")
     initial_existence: Probability = Field(0.05, description="Probability of existence before the first frame, mu_1")
     particles: int = Field(1500, gt=0, description="Particles that continue, N_c")
     newborns: int = Field(500, gt=0, description="Particles born at each step, N_b")
@@ -70,28 +71,36 @@ class BernoulliFilter(Model):
     def _has_edges(self) -> bool:
         return isinstance(self.sensor, Knowledge)
 
-    def init(self, rng: Generator) -> BernoulliState:
+    def init(self, rng: Generator, time_s: float = math.nan) -> BernoulliState:
         """Return the belief before the first frame: the birth density, and the initial existence."""
         births = self.birth.draw(self.particles, None, self.sensor, self.state_names, rng)
-        return self._posterior(births.states, births.log_ratio - math.log(self.particles), None, self.initial_existence)
+        weights, _ = _kernels.weigh(births.log_ratio - math.log(self.particles))
+        moments = _kernels.moments(births.states, weights)
+        return BernoulliState(time_s, self.initial_existence, births.states, weights, *moments)
 
-    def step(self, state: BernoulliState, measurement: Any | None, rng: Generator) -> BernoulliState:
-        """Return the belief after one more frame; without a frame (``None``), the prediction.
+    def step(self, state: BernoulliState, time_s: float, measurement: Any | None, rng: Generator) -> BernoulliState:
+        """Return the belief at a frame's time and after it; without a frame (``None``), the prediction.
 
         Raises
         ------
         DataError
-            If the sensor refuses the frame, or the motion or the birth gives states of another shape.
+            If time runs backwards, the sensor refuses the frame, or motion or birth give states of another shape.
         """
+        interval_s = interval_since(state.time_s, time_s)
+        if interval_s == 0:
+            with np.errstate(divide="ignore"):
+                log_prior = np.log(state.weights) + _log(state.existence)
+            return self._posterior(time_s, state.particles, log_prior, measurement, 1 - state.existence)
+        appears, disappears = switching(self.birth_probability, self.death_probability, interval_s)
         n = self.particles
         survivors = resample(state.weights, n, rng, self.resampling)
         states = _kernels.gather(state.particles, survivors, n + self.newborns)
-        _fill(states[:n], self.motion.propagate(states[:n], rng), "motion")
+        _fill(states[:n], self.motion.propagate(states[:n], interval_s, rng), "motion")
         births = self.birth.draw(self.newborns, measurement, self.sensor, self.state_names, rng)
         _fill(states[n:], births.states, "birth")
 
-        alive = (1 - self.death_probability) * state.existence
-        born = self.birth_probability * (1 - state.existence)
+        alive = (1 - disappears) * state.existence
+        born = appears * (1 - state.existence)
         log_prior = np.empty(n + self.newborns)
         log_prior[:n] = _log(alive / n)
         log_prior[n:] = births.log_ratio + _log(born / self.newborns)
@@ -101,21 +110,20 @@ class BernoulliFilter(Model):
             if stay.any():
                 log_prior[:n] += stay
                 left = alive * (1 - float(np.exp(stay).sum()) / n)
-        absent = self.death_probability * state.existence + (1 - self.birth_probability) * (1 - state.existence) + left
-        return self._posterior(states, log_prior, measurement, None, absent)
+        absent = disappears * state.existence + (1 - appears) * (1 - state.existence) + left
+        return self._posterior(time_s, states, log_prior, measurement, absent)
 
     def _posterior(
-        self, states: Array, log_prior: Array, measurement: Any | None, existence: float | None, absent: float = 0.0
+        self, time_s: float, states: Array, log_prior: Array, measurement: Any | None, absent: float
     ) -> BernoulliState:
         log_likelihood = (
             np.zeros(len(states)) if measurement is None else self.sensor.log_likelihood(states, measurement)
         )
         weights, log_present = _kernels.weigh(log_likelihood + log_prior)
         mean, covariance = _kernels.moments(states, weights)
-        if existence is None:
-            log_odds = log_present - _log(absent) if log_present > -math.inf else -math.inf
-            existence = 1 / (1 + math.exp(-log_odds)) if log_odds > LEAST_LOG_ODDS else 0.0
-        return BernoulliState(existence, states, weights, mean, covariance)
+        log_odds = log_present - _log(absent) if log_present > -math.inf else -math.inf
+        existence = 1 / (1 + math.exp(-log_odds)) if log_odds > LEAST_LOG_ODDS else 0.0
+        return BernoulliState(time_s, existence, states, weights, mean, covariance)
 
 
 def _fill(rows: Array, states: Array, part: str) -> None:

@@ -6,6 +6,7 @@ Amrouche, Khenchaf and Berkani (2018), table 1 and eqs. 17-21. Kept as the refer
 
 from __future__ import annotations
 
+import math
 from typing import Any, Literal, NamedTuple, Self
 
 import numpy as np
@@ -13,10 +14,10 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from elusive.contracts import Array, Knowledge
+from elusive.contracts import Array, Knowledge, interval_since
 from elusive.filters.particle import _kernels
 from elusive.filters.particle.births import UniformBirth
-from elusive.filters.particle.parts import AnyBirth, AnyMotion, AnySensor, check_amplitude
+from elusive.filters.particle.parts import AnyBirth, AnyMotion, AnySensor, check_amplitude, switching
 from elusive.filters.particle.resampling import Scheme, resample
 from elusive.model import Model, Probability
 from elusive.motion import WithIntensity
@@ -26,6 +27,7 @@ from elusive.sensors.image import ImageSensor
 class ExistenceState(NamedTuple):
     """Belief after a frame, not yet resampled."""
 
+    time_s: float  # NaN before the first frame, where no time was given
     existence: float  # P(present | frames so far), eq. 20
     present: NDArray[np.bool_]  # (N,) existence variable E of each particle
     particles: Array  # (N, d) states; meaningless where not present
@@ -41,8 +43,8 @@ class ExistenceParticleFilter(Model):
     motion: AnyMotion = Field(WithIntensity(), description="How the target moves")
     sensor: AnySensor = Field(ImageSensor(), description="What a frame says of a state")
     birth: AnyBirth = Field(UniformBirth(), description="Where a target appears, p_b and q_b")
-    birth_probability: Probability = Field(0.05, description="Probability that a target appears in a step, P_b, eq. 3")
-    death_probability: Probability = Field(0.05, description="Probability that it disappears in a step, P_d, eq. 4")
+    birth_probability: Probability = Field(0.05, description="Probability that a target appears in 1 s, P_b, eq. 3")
+    death_probability: Probability = Field(0.05, description="Probability that it disappears in 1 s, P_d, eq. 4")
     initial_existence: Probability = Field(0.05, description="Probability of existence before the first frame, mu_1")
     particles: int = Field(2000, gt=0, description="Number of particles, N")
     resampling: Scheme = Field("systematic", description="Resampling scheme")
@@ -57,28 +59,34 @@ class ExistenceParticleFilter(Model):
         """Names of the state's components."""
         return self.motion.state_names
 
-    def init(self, rng: Generator) -> ExistenceState:
+    def init(self, rng: Generator, time_s: float = math.nan) -> ExistenceState:
         """Return the belief before the first frame."""
         present = rng.random(self.particles) < self.initial_existence
         births = self.birth.draw(self.particles, None, self.sensor, self.state_names, rng)
-        return self._posterior(present, births.states, births.log_ratio)
+        return self._posterior(time_s, present, births.states, births.log_ratio)
 
-    def step(self, state: ExistenceState, measurement: Any | None, rng: Generator) -> ExistenceState:
-        """Return the belief after one more frame; without a frame (``None``), the prediction.
+    def step(self, state: ExistenceState, time_s: float, measurement: Any | None, rng: Generator) -> ExistenceState:
+        """Return the belief at a frame's time and after it; without a frame (``None``), the prediction.
 
         Raises
         ------
         DataError
-            If the sensor refuses the frame.
+            If time runs backwards, or the sensor refuses the frame.
         """
+        interval_s = interval_since(state.time_s, time_s)
+        if interval_s == 0:
+            with np.errstate(divide="ignore"):
+                log_weight = np.log(state.weights)
+            return self._updated(time_s, state.present, state.particles, log_weight, measurement)
+        appears, disappears = switching(self.birth_probability, self.death_probability, interval_s)
         chosen = resample(state.weights, self.particles, rng, self.resampling)
         was = state.present[chosen]
-        present = _regime_transition(was, self.birth_probability, self.death_probability, rng)
+        present = _regime_transition(was, appears, disappears, rng)
         particles = _kernels.gather(state.particles, chosen, self.particles)
         log_weight = np.zeros(self.particles)
 
         old = np.flatnonzero(was & present)
-        particles[old] = self.motion.propagate(particles[old], rng)
+        particles[old] = self.motion.propagate(particles[old], interval_s, rng)
         if isinstance(self.sensor, Knowledge):
             # a target that left the field of view is absent
             present[old] &= np.log(rng.random(len(old))) < self.sensor.log_probability(particles[old])
@@ -86,25 +94,30 @@ class ExistenceParticleFilter(Model):
         births = self.birth.draw(len(new), measurement, self.sensor, self.state_names, rng)
         particles[new] = births.states
         log_weight[new] = births.log_ratio
+        return self._updated(time_s, present, particles, log_weight, measurement)
+
+    def _updated(
+        self, time_s: float, present: NDArray[np.bool_], particles: Array, log_weight: Array, measurement: Any | None
+    ) -> ExistenceState:
         if measurement is not None:
             here = np.flatnonzero(present)
             log_weight[here] += self.sensor.log_likelihood(particles[here], measurement)
-        return self._posterior(present, particles, log_weight)
+        return self._posterior(time_s, present, particles, log_weight)
 
     @staticmethod
-    def _posterior(present: NDArray[np.bool_], particles: Array, log_weight: Array) -> ExistenceState:
+    def _posterior(time_s: float, present: NDArray[np.bool_], particles: Array, log_weight: Array) -> ExistenceState:
         weights = np.exp(log_weight - log_weight.max())
         weights /= weights.sum()
         # over the sum once more: exactly one where all are present
         existence = float(weights[present].sum() / weights.sum())
         given = np.where(present, weights, 0.0) / existence if existence > 0 else weights
         mean, covariance = _kernels.moments(particles, given)
-        return ExistenceState(min(existence, 1.0), present, particles, weights, mean, covariance)
+        return ExistenceState(time_s, min(existence, 1.0), present, particles, weights, mean, covariance)
 
 
 def _regime_transition(
-    present: NDArray[np.bool_], birth_probability: float, death_probability: float, rng: Generator
+    present: NDArray[np.bool_], appears: float, disappears: float, rng: Generator
 ) -> NDArray[np.bool_]:
     """Draw the next existence of each particle from the Markov chain of eq. 7."""
     u = rng.random(len(present))
-    return np.where(present, u >= death_probability, u < birth_probability)
+    return np.where(present, u >= disappears, u < appears)

@@ -30,6 +30,7 @@ class LinkPerson(NamedTuple):
 class LinkPeopleState(NamedTuple):
     """Belief after a frame."""
 
+    time_s: float  # NaN before the first frame, where no time was given
     people: tuple[LinkPerson, ...]
     mean: Array  # (P, 4) of each person given existence
     covariance: Array  # (P, 4, 4)
@@ -48,11 +49,11 @@ def summary_of(track: int, status: Status, existence: float, age: int, sure: int
     return LinkPerson(track, status, existence, (x, y), (vx, vy), (sd_x, sd_y), age, sure, particles)
 
 
-def state_of(people: list[LinkPerson], born: int) -> LinkPeopleState:
+def state_of(time_s: float, people: list[LinkPerson], born: int) -> LinkPeopleState:
     """Return the belief in some people."""
     mean = np.array([person.particles.mean(axis=0) for person in people]).reshape(-1, 4)
     covariance = np.array([np.cov(person.particles.T, bias=True) for person in people]).reshape(-1, 4, 4)
-    return LinkPeopleState(tuple(people), mean, covariance, born)
+    return LinkPeopleState(time_s, tuple(people), mean, covariance, born)
 
 
 def posterior(prior: float, log_ratio: float) -> float:

@@ -80,7 +80,7 @@ class LinkPeople(Model):
             )
         return sensor
 
-    def init(self, rng: Generator) -> LinkPeopleState:
+    def init(self, rng: Generator, time_s: float = math.nan) -> LinkPeopleState:
         """Return the belief before the first frame: nobody.
 
         Raises
@@ -92,15 +92,17 @@ class LinkPeople(Model):
             raise ParameterError(
                 "LinkPeople.sensor: is not set; set LinkShadowing or LinkRadiation on a network first."
             )
-        return state_of([], 0)
+        return state_of(time_s, [], 0)
 
-    def step(self, state: LinkPeopleState, measurement: Array | None, rng: Generator) -> LinkPeopleState:
+    def step(self, state: LinkPeopleState, time_s: float, measurement: Array | None, rng: Generator) -> LinkPeopleState:
         """Return the belief after one more frame.
 
         Parameters
         ----------
         state
             The belief before.
+        time_s
+            Time of the frame.
         measurement
             What the sensor reports: changes of the links, NaN where missing. ``None``: only predict.
         rng
@@ -124,11 +126,11 @@ class LinkPeople(Model):
             newborn = self._births(found, measurement, total, state.born, rng)
         people = [self._person(*pair) for pair in zip(known, found, strict=True)] + newborn
         remembered = [person for person in people if person.existence >= self.least_existence]
-        return state_of(remembered, state.born + len(newborn))
+        return state_of(time_s, remembered, state.born + len(newborn))
 
     def _predict(self, person: LinkPerson, rng: Generator) -> _Found | None:
         """Move a person's particles; who walks out of the area is gone."""
-        moved = self.walk.propagate(person.particles, rng)
+        moved = self.walk.propagate(person.particles, 1.0, rng)
         places = moved[:, [X, Y]]
         inside = np.flatnonzero(self._inside(places))
         if not len(inside):

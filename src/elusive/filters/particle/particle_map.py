@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator
 
-from elusive.contracts import Array
+from elusive.contracts import Array, interval_since
 from elusive.errors import DataError, ParameterError
 from elusive.filters.particle import _density, _kernels, _particle_kernels
 from elusive.filters.particle.estimates import marginal_map
 from elusive.filters.particle.resampling import resample
 from elusive.filters.particle.sir import ParticleFilter, ParticleState
-from elusive.motion import square_root
+from elusive.motion import square_root, transition
 
 
 def map_estimate(
@@ -86,7 +86,7 @@ def map_estimate(
     states, weights = before.particles, before.weights
     if parents < len(states):
         states, weights = states[resample(weights, parents, rng)], np.full(parents, 1 / parents)
-    centres, noise = _prediction(filter.motion, states, rng)
+    centres, noise = _prediction(filter.motion, states, interval_since(before.time_s, after.time_s), rng)
     of = after.particles
     if candidates < len(of):
         best = np.argpartition(-(score + _log_gaussian(of, centres, weights, noise)), candidates)[:candidates]
@@ -109,11 +109,12 @@ def marginal_mode(state: ParticleState, component: int) -> float:
     return float(marginal_map(state.particles[:, [component]], state.weights)[0])
 
 
-def _prediction(motion: Any, parents: Array, rng: Generator) -> tuple[Array, Array]:
+def _prediction(motion: Any, parents: Array, interval_s: float, rng: Generator) -> tuple[Array, Array]:
     """Where each parent goes, and the covariance of the noise about that, ``(d, d)``; zero where it is drawn."""
-    if hasattr(motion, "F") and hasattr(motion, "Q"):
-        return parents @ motion.F.T, motion.Q
-    return motion.propagate(parents, rng), np.zeros((parents.shape[1],) * 2)
+    linear = transition(motion, interval_s)
+    if linear is not None:
+        return parents @ linear[0].T, linear[1]
+    return motion.propagate(parents, interval_s, rng), np.zeros((parents.shape[1],) * 2)
 
 
 def _log_gaussian(at: Array, centres: Array, weights: Array, noise: Array) -> Array:

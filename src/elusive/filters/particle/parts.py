@@ -25,6 +25,19 @@ else:
     AnyBirth = Annotated[SerializeAsAny[ImageBirth], or_own(Birth)]
 
 
+def switching(birth_probability: float, death_probability: float, interval_s: float) -> tuple[float, float]:
+    """Probabilities that an absent target appears and a present one disappears over an interval.
+
+    The chain of Amrouche et al. (2018), eqs. 3 and 4, whose probabilities are those of a second, in continuous time.
+    Probabilities that add up to one or more forget at once: over any other interval, they give the long run's.
+    """
+    both = birth_probability + death_probability
+    if interval_s == 1.0 or both == 0.0:
+        return birth_probability, death_probability
+    lost = 1.0 - max(1.0 - both, 0.0) ** interval_s
+    return birth_probability / both * lost, death_probability / both * lost
+
+
 def check_amplitude(motion: Motion, birth: Birth, sensor: Sensor) -> None:
     """Refuse parameters of the intensity where the sensor integrates it out: they would have no effect.
 

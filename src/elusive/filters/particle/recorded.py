@@ -7,6 +7,7 @@ whitened against earlier ones (:class:`~elusive.preprocess.Whitener`), turned in
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 from typing import Any, NamedTuple, Self
 
@@ -14,7 +15,7 @@ import numpy as np
 from numpy.random import Generator
 from pydantic import Field, model_validator
 
-from elusive.contracts import Array, X, Y
+from elusive.contracts import Array, X, Y, interval_since
 from elusive.filters.particle import _kernels
 from elusive.filters.particle.bernoulli import BernoulliFilter, BernoulliState
 from elusive.filters.particle.existence import ExistenceParticleFilter, ExistenceState
@@ -27,6 +28,7 @@ from elusive.sensors.clutter import ClutterSensor
 class RecordedState(NamedTuple):
     """Belief after a frame. The estimate is of the densest clump of particles, not between clumps."""
 
+    time_s: float  # NaN before the first frame, where no time was given
     existence: float  # P(present | frames so far)
     mean: Array  # (d,) given presence
     covariance: Array  # (d, d) given presence
@@ -68,19 +70,20 @@ class RecordedFilter(RecordedFrames):
         sensor: Any = self.detector.sensor
         return self.background.replace(sigmas_px=sensor.widths_px)
 
-    def init(self, rng: Generator) -> RecordedState:
+    def init(self, rng: Generator, time_s: float = math.nan) -> RecordedState:
         """Return the belief before the first frame."""
-        belief = self.detector.init(rng)
-        return RecordedState(belief.existence, belief.mean, belief.covariance, self.background.init(), belief)
+        return _read(self.detector.init(rng, time_s), self.background.init())
 
-    def step(self, state: RecordedState, measurement: Array | None, rng: Generator) -> RecordedState:
-        """Return the belief after one more raw frame; without a frame (``None``), the prediction.
+    def step(self, state: RecordedState, time_s: float, measurement: Array | None, rng: Generator) -> RecordedState:
+        """Return the belief at a raw frame's time and after it; without a frame (``None``), the prediction.
 
         Raises
         ------
         DataError
-            If the frame cannot be whitened: another shape, too small, no overlap with earlier frames.
+            If time runs backwards, or the frame cannot be whitened: another shape, too small, no overlap with
+            earlier frames.
         """
+        interval_since(state.time_s, time_s)
         evidence = None
         belief: Any = state.belief
         whitener = state.whitener
@@ -93,13 +96,17 @@ class RecordedFilter(RecordedFrames):
                 sensor: Any = self.detector.sensor
                 evidence = sensor.evidence(seen.response, seen.tail, seen.earlier)
             if whitener.frames_seen <= self.background.least_seen:
-                return state._replace(whitener=whitener)
+                return state._replace(time_s=time_s, whitener=whitener, belief=belief._replace(time_s=time_s))
         detector: Any = self.detector
-        belief = detector.step(belief, evidence, rng)
+        belief = detector.step(belief, time_s, evidence, rng)
         weights = belief.weights * getattr(belief, "present", 1.0)
         if not weights.any():
-            return RecordedState(belief.existence, belief.mean, belief.covariance, whitener, belief)
+            return _read(belief, whitener)
         centre = densest(belief.particles, weights / weights.sum(), self.clump_px)
         near = np.hypot(*(belief.particles[:, [X, Y]] - centre[[X, Y]]).T) <= self.clump_px
         mean, covariance = _kernels.moments(belief.particles[near], weights[near] / weights[near].sum())
-        return RecordedState(belief.existence, mean, covariance, whitener, belief)
+        return _read(belief, whitener)._replace(mean=mean, covariance=covariance)
+
+
+def _read(belief: BernoulliState | ExistenceState, whitener: WhitenerState) -> RecordedState:
+    return RecordedState(belief.time_s, belief.existence, belief.mean, belief.covariance, whitener, belief)

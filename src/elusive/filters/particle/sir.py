@@ -13,7 +13,7 @@ import numpy as np
 from numpy.random import Generator
 from pydantic import ConfigDict, Field, SerializeAsAny, model_validator
 
-from elusive.contracts import Array, Knowledge, Motion, Sensor
+from elusive.contracts import Array, Knowledge, Motion, Sensor, interval_since
 from elusive.errors import DataError
 from elusive.filters.particle import _kernels, _particle_kernels
 from elusive.filters.particle.resampling import Scheme, resample
@@ -24,12 +24,13 @@ from elusive.motion import square_root
 class ParticleState(NamedTuple):
     """Belief after a measurement, and what it says of the measurement."""
 
+    time_s: float  # NaN before the first measurement, where no time was given
     particles: Array  # (N, d)
     weights: Array  # (N,) summing to one
     mean: Array  # (d,)
     covariance: Array  # (d, d)
     log_evidence: float  # log p(measurement | earlier ones, map); minus infinity: no particle explains it
-    allowed: float = 1.0  # P(the map allows the target | earlier measurements and the map until then)
+    allowed: float = 1.0  # P(the map allows the target | earlier measurements, map until then); NaN: not asked yet
     forbidden: bool = False  # the map forbade what the measurements say, and was left out of this step
 
 
@@ -96,7 +97,7 @@ class ParticleFilter(Model):
         """Names of the state's components."""
         return self.motion.state_names
 
-    def init(self, rng: Generator) -> ParticleState:
+    def init(self, rng: Generator, time_s: float = math.nan) -> ParticleState:
         """Return the belief before the first measurement.
 
         Raises
@@ -111,22 +112,35 @@ class ParticleFilter(Model):
                 f"prior: drew states of shape {particles.shape}, the motion needs {expected} "
                 f"({', '.join(self.state_names)}); give the prior one entry a component."
             )
-        return self._posterior(particles, np.full(self.particles, 1 / self.particles), None)
+        return self._posterior(time_s, particles, np.full(self.particles, 1 / self.particles), None)
 
-    def step(self, state: ParticleState, measurement: Any | None, rng: Generator) -> ParticleState:
-        """Return the belief after one more measurement; without one (``None``), the prediction under the map.
+    def step(self, state: ParticleState, time_s: float, measurement: Any | None, rng: Generator) -> ParticleState:
+        """Return the belief at a measurement's time and after it; without one (``None``), the prediction under the map.
+
+        The map is asked once at each time: a second measurement at the same time only updates.
 
         Raises
         ------
         DataError
-            If the sensor or the map does not give one logarithm a state, or gives NaN or plus infinity.
+            If time runs backwards, or the sensor or the map does not give one logarithm a state, or gives NaN or plus
+            infinity.
         """
-        return self._posterior(*self._moved(state, rng), measurement)
+        interval_s = interval_since(state.time_s, time_s)
+        particles, weights = self._moved(state, interval_s, rng)
+        return self._posterior(time_s, particles, weights, measurement, mapped=interval_s > 0)
 
-    def predict(self, state: ParticleState, rng: Generator) -> ParticleState:
-        """Return the belief one interval later, before a measurement and without the map: the first half of a step."""
-        particles, weights = self._moved(state, rng)
-        return ParticleState(particles, weights, *_kernels.moments(particles, weights), 0.0)
+    def predict(self, state: ParticleState, time_s: float, rng: Generator) -> ParticleState:
+        """Return the belief at a time, before its measurement and without the map: the first half of a step.
+
+        Raises
+        ------
+        DataError
+            If time runs backwards.
+        """
+        interval_s = interval_since(state.time_s, time_s)
+        particles, weights = self._moved(state, interval_s, rng)
+        allowed = math.nan if interval_s > 0 else 1.0
+        return ParticleState(time_s, particles, weights, *_kernels.moments(particles, weights), 0.0, allowed)
 
     def update(self, predicted: ParticleState, measurement: Any | None) -> ParticleState:
         """Return the belief after a measurement, under the map: the second half of a step.
@@ -136,23 +150,28 @@ class ParticleFilter(Model):
         DataError
             As :meth:`step`.
         """
-        return self._posterior(predicted.particles, predicted.weights, measurement)
+        unasked = math.isnan(predicted.allowed)
+        return self._posterior(predicted.time_s, predicted.particles, predicted.weights, measurement, mapped=unasked)
 
-    def _moved(self, state: ParticleState, rng: Generator) -> tuple[Array, Array]:
-        """Particles and weights one interval later, resampled first where few of them count."""
+    def _moved(self, state: ParticleState, interval_s: float, rng: Generator) -> tuple[Array, Array]:
+        """Particles and weights an interval later, resampled first where few of them count."""
         particles, weights = state.particles, state.weights
+        if interval_s == 0:
+            return particles, weights
         least = self.resample_below * self.particles
         if self.resample_below == 1.0 or _particle_kernels.effective_size(weights) < least:
             survivors = resample(weights, self.particles, rng, self.resampling)
             particles = _kernels.gather(particles, survivors, self.particles)
             weights = np.full(self.particles, 1 / self.particles)
-        return self.motion.propagate(particles, rng), weights
+        return self.motion.propagate(particles, interval_s, rng), weights
 
-    def _posterior(self, particles: Array, weights: Array, measurement: Any | None) -> ParticleState:
+    def _posterior(
+        self, time_s: float, particles: Array, weights: Array, measurement: Any | None, *, mapped: bool = True
+    ) -> ParticleState:
         seen = chart = np.empty(0)
         if measurement is not None:
             seen = _checked(self.sensor.log_likelihood(particles, measurement), particles, "log_likelihood")
-        if self.knowledge is not None:
+        if self.knowledge is not None and mapped:
             chart = _checked(self.knowledge.log_probability(particles), particles, "log_probability")
         # a map that may be wrong altogether never says less than its floor, and says that of land
         least = max(self.recover_below, 2 * getattr(self.knowledge, "floor", 0.0))
@@ -162,9 +181,8 @@ class ParticleFilter(Model):
                 "log_likelihood or log_probability: is NaN or plus infinity for some state; check the sensor and the "
                 "map."
             )
-        return ParticleState(
-            particles, weights, *_kernels.moments(particles, weights), log_evidence, allowed, forbidden
-        )
+        moments = _kernels.moments(particles, weights)
+        return ParticleState(time_s, particles, weights, *moments, log_evidence, allowed, forbidden)
 
 
 def _checked(values: Array, particles: Array, source: str) -> Array:

@@ -165,8 +165,8 @@ class _Live:
     def step(self, measurement: BearingSet) -> tuple[Array, Array, bool]:
         """Return mean, covariance and whether a place is told."""
         for _ in range(self._skipped(measurement.time_s) if self._graph else 0):
-            self._state = self._filter.step(self._state, None, self._rng)
-        state = self._state = self._filter.step(self._state, measurement, self._rng)
+            self._state = self._filter.step(self._state, measurement.time_s, None, self._rng)
+        state = self._state = self._filter.step(self._state, measurement.time_s, measurement, self._rng)
         if isinstance(state, FactorGraphState):
             return _of_graph(state, self._interval or 1.0)
         told = state.begun if hasattr(state, "begun") else state.pending is None

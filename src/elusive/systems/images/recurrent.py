@@ -37,6 +37,7 @@ UNTESTED = {"confirm_risk": 1.0, "deletion_frames": 1e300}
 class SeveralState(NamedTuple):
     """Tracks after a frame, and what they come from."""
 
+    time_s: float  # NaN before the first frame, where no time was given
     existence: float  # 1 - P(a target-free map holds so high a score as the highest of this one)
     mean: Array  # x, vx, y, vy of the best cell of the map
     tracks: tuple[PeakTrack, ...]
@@ -138,17 +139,17 @@ class SeveralTargets:
     def _source(self) -> str:
         return self.model.threshold_from or ("likelihood" if self._white is None else "simulation")
 
-    def init(self, rng: Generator) -> SeveralState:
+    def init(self, rng: Generator, time_s: float = math.nan) -> SeveralState:
         """Return the state before the first frame; white noise is simulated here, where that is asked for."""
         null = None
         if self._source == "simulation" and self._white is not None:
             null = simulate_null(self.model, FromNormal(self._white), self.model.sensor.shape, rng)
-        nothing, recurrent = self._tracker.init(), self.model.init(rng)
+        nothing, recurrent = self._tracker.init(), self.model.init(rng, time_s)
         return SeveralState(
-            0.0, np.full(4, np.nan), (), (), math.inf, recurrent, 0.0, nothing, self._whitener.init(), null
+            time_s, 0.0, np.full(4, np.nan), (), (), math.inf, recurrent, 0.0, nothing, self._whitener.init(), null
         )
 
-    def step(self, state: SeveralState, measurement: Array | None, rng: Generator) -> SeveralState:
+    def step(self, state: SeveralState, time_s: float, measurement: Array | None, rng: Generator) -> SeveralState:
         """Return the state after one more frame; without a frame (``None``), the prediction.
 
         Raises
@@ -160,11 +161,13 @@ class SeveralTargets:
         if measurement is not None:
             state, seen = self._evidence(state, measurement)
             if seen is None:
-                return state
+                # the trajectories start with the first evidence
+                waiting = state.recurrent._replace(time_s=time_s, start_s=time_s)
+                return state._replace(time_s=time_s, recurrent=waiting)
         model = self.model
-        recurrent = model.step(state.recurrent, None if seen is None else seen.centred, rng)
+        recurrent = model.step(state.recurrent, time_s, None if seen is None else seen.centred, rng)
         if recurrent.belief is None:
-            return state._replace(recurrent=recurrent)
+            return state._replace(time_s=time_s, recurrent=recurrent)
         offset = state.offset
         if seen is not None:
             offset = model.smoothing * offset + (1 - model.smoothing) * seen.mean
@@ -186,7 +189,7 @@ class SeveralTargets:
         existences = tuple(1 - law.probability(_score_at(recurrent.score, track)) for track in links.tracks)
         highest = 1 - law.probability(float(recurrent.score.max()))
         return SeveralState(
-            highest, recurrent.mean, links.tracks, existences, threshold, recurrent, offset, links,
+            time_s, highest, recurrent.mean, links.tracks, existences, threshold, recurrent, offset, links,
             state.whitener, state.null,
         )  # fmt: skip
 

@@ -112,7 +112,7 @@ def draw_images(scene: ImageScene) -> DrawnImages:
         if not (-0.5 <= x <= scene.columns - 0.5 and -0.5 <= y <= scene.rows - 0.5):
             break
         path[k] = state[0]
-        state = scene.motion.propagate(state, rng)
+        state = scene.motion.propagate(state, 1.0, rng)
     frames = [sensor.simulate(row[None] if np.isfinite(row[X]) else path[:0], rng) for row in path]
     return DrawnImages(np.stack(frames), path[:, [X, Y]])
 

@@ -154,7 +154,7 @@ def track_images(
     lifecycle = parameters.lifecycle
     life, born = Life(), 0
     rng = np.random.default_rng(parameters.seed)
-    for state in run(parameters.build(), frames, rng):
+    for state in run(parameters.build(), frames, rng, start_s=-1.0):
         if on_state is not None:
             on_state(state)
         if isinstance(state, SeveralState):

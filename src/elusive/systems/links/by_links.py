@@ -111,7 +111,7 @@ class LinksChain:
         DataError
             If the frame is not of the calibration's links and channels.
         """
-        belief = self._filter.step(state.belief, change, rng)
+        belief = self._filter.step(state.belief, state.frames * self._interval_s, change, rng)
         now = {one.track: one for one in belief.tracks}
         before = {one.track: one for one in state.shown if one.status != "deleted"}
         shown, tracks = [], []

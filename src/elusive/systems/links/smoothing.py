@@ -43,7 +43,7 @@ class _TrackSmoothing(Model):
     @cached_property
     def motion(self) -> ConstantVelocity:
         """The state transition A and its noise."""
-        return ConstantVelocity(q=self.q, interval_s=self.interval_s)
+        return ConstantVelocity(q=self.q)
 
     def first(self, place: Array) -> tuple[Array, Array]:
         """Return mean and covariance after a track's first place."""
@@ -66,12 +66,12 @@ class KalmanSmoothing(_TrackSmoothing):
             if old is None:
                 if place is None:
                     continue
-                belief = GaussianState(*self.first(np.asarray(place)), 0.0)
+                belief = GaussianState(0.0, *self.first(np.asarray(place)), 0.0)
             else:
-                mean, covariance = predicted(self.motion, old.belief.mean, old.belief.covariance)
-                belief = GaussianState(mean, covariance, 0.0)
+                assert isinstance(old.belief, GaussianState)
+                belief = predicted(self.motion, old.belief, old.belief.time_s + self.interval_s)
                 if place is not None:
-                    belief = updated(mean, covariance, np.asarray(place, np.float64), observed, noise)
+                    belief = updated(belief, np.asarray(place, np.float64), observed, noise)
             found[track] = _read(belief)
         return found
 
@@ -100,11 +100,12 @@ class ParticleSmoothing(_TrackSmoothing):
         for track, place in places.items():
             old = state.get(track)
             if old is not None:
-                found[track] = _read(self._filter.step(_particles(old.belief), place, rng))
+                belief = _particles(old.belief)
+                found[track] = _read(self._filter.step(belief, belief.time_s + self.interval_s, place, rng))
             elif place is not None:
                 mean, covariance = self.first(np.asarray(place))
                 prior = GaussianPrior(mean=tuple(mean), covariance=tuple(map(tuple, covariance)))
-                found[track] = _read(self._filter.replace(prior=prior).init(rng))
+                found[track] = _read(self._filter.replace(prior=prior).init(rng, 0.0))
         return found
 
     @cached_property

@@ -107,7 +107,7 @@ def noise_law(
         return simulate_null(recurrent, evidence, frame.shape, rng, background_deviation=deviation)
     memory = math.ceil(1 / (1 - recurrent.smoothing) - 1e-9)
     if len(calibration) // memory * len(block_maxima(frame)[0]) >= ENOUGH_MAXIMA:
-        maps = [state.score for state in run(recurrent, evidence.crossed(calibration), rng)]
+        maps = [state.score for state in run(recurrent, evidence.crossed(calibration), rng, start_s=-1.0)]
         return calibrated_null(maps, recurrent.smoothing)
     return _calibrated_law(recurrent, evidence, evidence.standard.deviation, len(calibration), rng)
 
@@ -127,10 +127,10 @@ def _calibrated_law(
     moments = np.zeros((last + 1, 2))  # second and third of what accumulates at rest, where errors of calibration stay
     for _ in range(-(-SIMULATED_MAXIMA // len(block_maxima(part)[0]))):
         evidence = evidence.calibrated(list(part * rng.standard_normal((calibration, part.size))))
-        state, resting = recurrent.init(rng), np.zeros(part.size)
+        state, resting = recurrent.init(rng, 0.0), np.zeros(part.size)
         for age in range(1, last + 1):
             fresh = evidence.evidence(part * rng.standard_normal(part.size))
-            state = recurrent.step(state, fresh, rng)
+            state = recurrent.step(state, float(age), fresh, rng)
             resting = recurrent.smoothing * resting + fresh
             moments[age] += (resting**2).sum(), (resting**3).sum()
             if age in found:

@@ -88,16 +88,16 @@ def _follow(
 ) -> Iterator[SignalResult]:
     """Accumulate, find peaks and track them, once it is known what noise does."""
     flt, tracker = parameters.filter, parameters.tracker
-    vectors, tracks, state = flt.motion_vectors(1), tracker.init(), flt.init(rng)
+    vectors, tracks, state = flt.motion_vectors(1), tracker.init(), flt.init(rng, -1.0)
     before: deque[Any] = deque()
     confirmed: set[int] = set()
-    for frame in frames:
+    for number, frame in enumerate(frames):
         taken = evidence.taken(frame)
         found = evidence.statistic.evidence(taken)
         if before.maxlen is None:
             before = deque(maxlen=_remembered(flt.smoothing, found.size))
         before.append(found.astype(np.float32))
-        state = flt.step(state, found, rng)
+        state = flt.step(state, float(number), found, rng)
         law = frame_law(state.score) if null is None else null.at(state.frames)
         threshold = law.threshold(parameters.false_alarm.probability)
         peaks = find_peaks(

@@ -18,7 +18,7 @@ from elusive.workbench.parts import Form
 
 KIND = ("motion", "motion", "kind")
 MAIN = (("snr_db",), KIND, ("appears",), ("leaves",), ("frames",))
-UNITS = (("motion", "motion", "interval_s"), ("sensor", "dx"), ("sensor", "dy"))  # pixels and frames
+UNITS = (("sensor", "dx"), ("sensor", "dy"))  # pixels
 INNER = (("motion",), ("sensor",), ("tracking",))
 FILTER = ("tracking", "filter")
 RECORDED_ONLY = tuple(("tracking", name) for name in ("background", "jitter_px", "clump_px"))
