@@ -31,12 +31,15 @@ class Option(NamedTuple):
     kinds: Mapping[tuple[str, ...], tuple[str, ...]]  # unions on the way, and the kinds of each that have this field
     annotation: Any
     help: str
+    stands: bool = True  # whether its model stands there by default
 
 
 def options_of(model: type[Model]) -> list[Option]:
     """List the options of a model, outermost fields first."""
     merged: dict[tuple[str, ...], Option] = {}
+    same: dict[tuple[str, ...], list[Option]] = {}
     for option in sorted(_leaves(model, None, (), {}), key=lambda leaf: len(leaf.path)):
+        same.setdefault(option.path, []).append(option)
         before = merged.get(option.path)
         if before is None:
             merged[option.path] = option
@@ -55,8 +58,22 @@ def options_of(model: type[Model]) -> list[Option]:
                 break
             name = "_".join(option.path[-depth:])
         taken.add(name)
-        named.append(option._replace(name=name))
+        named.append(option._replace(name=name, help=_help_of(same[option.path])))
     return named
+
+
+def _help_of(same: list[Option]) -> str:
+    """Help of an option that several kinds have: of the kind that stands there by default, then where it differs."""
+    texts: dict[str, list[str]] = {}
+    told = set[str]()
+    for option in sorted(same, key=lambda option: not option.stands):
+        kinds = [kind for kind in (list(option.kinds.values()) or [()])[-1] if kind not in told]
+        told |= set(kinds)
+        if kinds or not texts:
+            texts.setdefault(option.help, []).extend(kinds)
+    if len(texts) == 1:
+        return next(iter(texts))
+    return "; ".join(f"{', '.join(kinds)}: {text}" for text, kinds in texts.items())
 
 
 def nested(model: type[Model], given: Mapping[str, Any], base: Mapping[str, Any]) -> dict[str, Any]:
@@ -136,6 +153,7 @@ def _leaves(
     model: type[Model], usual: Model | None, path: tuple[str, ...], kinds: dict[tuple[str, ...], tuple[str, ...]]
 ) -> Iterator[Option]:
     """Leaves of a model; ``usual`` is what stands there by default, if a model of this class does."""
+    stands = usual is not None or not path
     for name, field in model.model_fields.items():
         here = (*path, name)
         if field.json_schema_extra == FROM_RECORDING:
@@ -146,12 +164,15 @@ def _leaves(
         described = field.description or name
         text = f"{described} [{'default: none' if default is None and 'none:' in described else _words(default)}]"
         if len(inner) > 1 and len(tags) == len(inner):
-            yield Option(name, (*here, "kind"), {**kinds}, Literal[tuple(tags)], text)
+            yield Option(name, (*here, "kind"), {**kinds}, Literal[tuple(tags)], text, stands)
         for found in inner:
             tag = {here: (tags[inner.index(found)],)} if len(inner) == len(tags) > 1 else {}
-            yield from _leaves(found, default if type(default) is found else None, here, {**kinds, **tag})
+            leaves = _leaves(found, default if type(default) is found else None, here, {**kinds, **tag})
+            # what is not there unless an option of it is given is named by what it is
+            optional = default is None and len(inner) == 1
+            yield from (leaf._replace(name=f"{name}_{leaf.name}") if optional else leaf for leaf in leaves)
         if not inner and name != "kind":
-            yield Option(name, here, {**kinds}, _plain(field.annotation), text)
+            yield Option(name, here, {**kinds}, _plain(field.annotation), text, stands)
 
 
 def _kind(model: type[BaseModel]) -> str | None:
