@@ -8,7 +8,7 @@ import os
 
 from elusive.errors import DataError, ParameterError
 from elusive.geometry.areas import Area
-from elusive.io.tracks import read_lines
+from elusive.io.csv_files import read_lines
 
 
 def read_area(path: str | os.PathLike[str]) -> Area:

@@ -15,7 +15,7 @@ import numpy as np
 
 from elusive.errors import DataError
 from elusive.io._link_lines import lines_of
-from elusive.io.tracks import read_lines
+from elusive.io.csv_files import read_lines
 from elusive.io.truth import NUMBER
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 

@@ -1,4 +1,4 @@
-"""Tables as CSV: whole or not at all, one line a row, the same bytes on every system."""
+"""Tables as CSV: written whole or not at all, one line a row, the same bytes on every system; read line by line."""
 
 from __future__ import annotations
 
@@ -6,9 +6,11 @@ import csv
 import io
 import math
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
 from typing import TextIO
 
+from elusive.errors import DataError
 from elusive.io.atomic import atomic_path
 
 Row = Iterable[object]
@@ -54,3 +56,36 @@ def _short(value: object) -> object:
     if not isinstance(value, float):
         return value
     return "" if math.isnan(value) else f"{value:.4g}"
+
+
+def number_text(value: float) -> str:
+    """Write a number so that it reads back exactly, NaN as nothing."""
+    # The repr of a Python float is the shortest text that reads back exactly; a NumPy scalar's names its type.
+    return "" if math.isnan(value) else repr(float(value))
+
+
+def read_lines(path: str | os.PathLike[str]) -> list[str]:
+    """Read a text file's lines, line ends kept; the sentence of a failure says why."""
+    try:
+        with Path(path).open(encoding="utf-8-sig", newline="") as file:
+            return list(file)
+    except OSError as error:
+        raise DataError(f"{path}: cannot be read ({error.strerror}); check the path.") from None
+    except UnicodeDecodeError:
+        raise DataError(f"{path}: is not text in UTF-8; save it as plain text.") from None
+
+
+def records_of(path: str | os.PathLike[str]) -> Iterator[tuple[int, list[str]]]:
+    """Yield the number of each line and its cells, the header's too.
+
+    Raises
+    ------
+    DataError
+        If the file is no CSV; the sentence gives the line.
+    """
+    reader = csv.reader(read_lines(path), strict=True)
+    try:
+        for cells in reader:
+            yield reader.line_num, cells
+    except csv.Error as error:
+        raise DataError(f"{path}, line {reader.line_num}: is not CSV ({error}); repair the line.") from None

@@ -10,7 +10,7 @@ import re
 import numpy as np
 
 from elusive.errors import DataError
-from elusive.io.tracks import read_lines
+from elusive.io.csv_files import read_lines
 from elusive.sensors.radio_network import RadioNodes, radio_nodes
 
 COLUMNS = ("node", "x_m", "y_m")

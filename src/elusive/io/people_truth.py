@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from elusive.contracts import Array
 from elusive.errors import DataError
-from elusive.io.tracks import read_lines
+from elusive.io.csv_files import read_lines
 from elusive.io.truth import NUMBER
 
 COLUMNS = ("time_s", "person", "x_m", "y_m")

@@ -19,7 +19,7 @@ import numpy as np
 from elusive.errors import DataError
 from elusive.io.asterix import asterix_plots
 from elusive.io.atomic import atomic_path
-from elusive.io.tracks import number_text
+from elusive.io.csv_files import number_text
 from elusive.io.truth import NUMBER
 from elusive.sensors.radar_scans import TURN_RAD, RadarPlot, RadarScan, scan_of, scans_by_rotation
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from elusive.contracts import Array
 from elusive.errors import DataError
-from elusive.io.tracks import read_lines
+from elusive.io.csv_files import read_lines
 from elusive.io.truth import NUMBER
 
 COLUMNS = ("lon_deg", "lat_deg", "speed_mps")

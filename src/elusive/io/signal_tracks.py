@@ -8,8 +8,8 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from elusive.errors import DataError
-from elusive.io.csv_files import write_csv
-from elusive.io.tracks import NO_TRACK, number_text, records_of
+from elusive.io.csv_files import number_text, write_csv
+from elusive.io.tracks import NO_TRACK, records_of
 
 COLUMNS = ("time_s", "track", "status", "score", "x_sample", "vx_sample")
 

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import csv
 import math
 import os
 from collections.abc import Iterable, Iterator, Sequence
-from pathlib import Path
 from typing import Literal, NamedTuple
 
 from elusive.errors import DataError
-from elusive.io.csv_files import write_csv
+from elusive.io import csv_files
+from elusive.io.csv_files import number_text, write_csv
 
 Unit = Literal["px", "m"]
 NO_TRACK = "none"
@@ -121,17 +120,6 @@ def fault_of(row: TrackRow) -> str | None:
     return None
 
 
-def read_lines(path: str | os.PathLike[str]) -> list[str]:
-    """Read a text file's lines, line ends kept; the sentence of a failure says why."""
-    try:
-        with Path(path).open(encoding="utf-8-sig", newline="") as file:
-            return list(file)
-    except OSError as error:
-        raise DataError(f"{path}: cannot be read ({error.strerror}); check the path.") from None
-    except UnicodeDecodeError:
-        raise DataError(f"{path}: is not text in UTF-8; save it as plain text.") from None
-
-
 class Record(NamedTuple):
     """A line of a table of tracks."""
 
@@ -151,7 +139,7 @@ def records_of(path: str | os.PathLike[str], headers: Sequence[tuple[str, ...]],
     DataError
         If the columns are others, or a line cannot be read; the sentence gives the line and its text.
     """
-    records = _csv_lines(path)
+    records = csv_files.records_of(path)
     _, header = next(records, (1, []))
     if tuple(header) not in headers:
         held = ",".join(header) or "missing"
@@ -165,25 +153,10 @@ def records_of(path: str | os.PathLike[str], headers: Sequence[tuple[str, ...]],
         yield Record(where, text, numbers[0], track, cells[2], numbers[2:])
 
 
-def _csv_lines(path: str | os.PathLike[str]) -> Iterator[tuple[int, list[str]]]:
-    reader = csv.reader(read_lines(path), strict=True)
-    try:
-        for cells in reader:
-            yield reader.line_num, cells
-    except csv.Error as error:
-        raise DataError(f"{path}, line {reader.line_num}: is not CSV ({error}); repair the line.") from None
-
-
 def cells_of(row: TrackRow) -> list[str]:
     """Write a row as the cells of a line, longitude and latitude last."""
     track = "" if row.track is None else str(int(row.track))
     return [number_text(row.time_s), track, row.status, *map(number_text, row[3:])]
-
-
-def number_text(value: float) -> str:
-    """Write a number so that it reads back exactly, NaN as nothing."""
-    # The repr of a Python float is the shortest text that reads back exactly; a NumPy scalar's names its type.
-    return "" if math.isnan(value) else repr(float(value))
 
 
 def _numbers(cells: list[str], header: list[str], where: str) -> list[float]:

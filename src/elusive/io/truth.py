@@ -11,7 +11,7 @@ import numpy as np
 
 from elusive.contracts import Array
 from elusive.errors import DataError
-from elusive.io.tracks import read_lines
+from elusive.io.csv_files import read_lines
 
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?nan", re.ASCII | re.IGNORECASE)
 

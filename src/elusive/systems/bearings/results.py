@@ -11,9 +11,8 @@ import numpy as np
 
 from elusive.contracts import Array
 from elusive.io import TrackRow, write_netcdf, write_tracks_csv
-from elusive.io.csv_files import write_csv
+from elusive.io.csv_files import number_text, write_csv
 from elusive.io.path_truth import PathTruth
-from elusive.io.tracks import number_text
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.systems.bearings.parameters import BearingTracking, Estimates
 from elusive.systems.bearings.report import BearingsTracked, write_bearings_html, write_bearings_png

@@ -19,8 +19,8 @@ from elusive.errors import DataError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io import RadarScan, write_radar_plots_csv
 from elusive.io.atomic import atomic_path
+from elusive.io.csv_files import number_text
 from elusive.io.routes import Route
-from elusive.io.tracks import number_text
 from elusive.model import Model, Positive
 from elusive.sensors.radar import RadarSensor
 

@@ -19,7 +19,7 @@ from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io import read_ais
-from elusive.io.tracks import read_lines
+from elusive.io.csv_files import read_lines
 from elusive.io.truth import NUMBER
 
 METRES, DEGREES = ("time_s", "x_m", "y_m"), ("time_s", "lon_deg", "lat_deg")

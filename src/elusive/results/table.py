@@ -1,0 +1,151 @@
+"""The columns that a track has at a time, by the names of the states: their units, their cells, their sentences."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from elusive.contracts import Array
+from elusive.errors import DataError, ParameterError
+from elusive.results.spool import Records
+from elusive.tracking.track import Status, Step, Track
+
+Unit = Literal["m", "px", "samples"]
+SPEEDS = {"m": "mps", "px": "pxps", "samples": "samplesps"}
+STATUSES: tuple[Status, ...] = ("candidate", "confirmed", "deleted")
+HEAD = ("time_s", "track", "status", "existence")
+
+
+class Columns(NamedTuple):
+    """What a table of tracks holds.
+
+    Rows are records with ``step`` (number of the step, from 0), ``time_s``, ``track``, ``status`` (a number among
+    STATUSES), ``existence``, ``position`` (k,), ``velocity`` (k,), ``covariance`` (k, k) of the position and ``added``.
+    """
+
+    state_names: tuple[str, ...]
+    unit: Unit
+    added: tuple[str, ...] = ()  # names with units; "score" is the track's own, others come from its ``extra``
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Those of x, y, z that the states have."""
+        return tuple(name for name in self.state_names if name in ("x", "y", "z"))
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        """Type of a row."""
+        k = len(self.axes)
+        numbers = (("position", (k,)), ("velocity", (k,)), ("covariance", (k, k)), ("added", (len(self.added),)))
+        head = [("step", np.int64), ("time_s", np.float64), ("track", np.int64), ("status", np.int8)]
+        return np.dtype([*head, ("existence", np.float64), *((name, np.float64, shape) for name, shape in numbers)])
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The head of the table; a third axis stands among what is added."""
+        u, speed = self.unit, SPEEDS[self.unit]
+        flat = [axis for axis in self.axes if axis != "z"]
+        return (
+            *HEAD,
+            *(f"{axis}_{u}" for axis in flat),
+            *(f"v{axis}_{speed}" for axis in flat),
+            *(f"sd_{axis}_{u}" for axis in flat),
+            *(("correlation_xy",) if "y" in flat else ()),
+            *((f"z_{u}", f"vz_{speed}", f"sd_z_{u}") if "z" in self.axes else ()),
+            *self.added,
+        )
+
+    def checked(self) -> Columns:
+        """Refuse names and units that make no table.
+
+        Raises
+        ------
+        ParameterError
+            If so.
+        """
+        if self.unit not in SPEEDS:
+            raise ParameterError(f"unit={self.unit!r}: tracks are in {', '.join(SPEEDS)}.")
+        if "x" not in self.axes or len(set(self.names)) < len(self.names):
+            raise ParameterError(f"tracks: states {self.state_names} and {self.added} do not make a table; name an x.")
+        return self
+
+    def rows(self, step: Step, number: int) -> Records:
+        """Lay the tracks of a step out as rows.
+
+        Raises
+        ------
+        DataError
+            If a track contradicts itself.
+        """
+        at = [self.state_names.index(axis) for axis in self.axes]
+        moves = [self.state_names.index(f"v{axis}") if f"v{axis}" in self.state_names else None for axis in self.axes]
+        rows = np.empty(len(step.tracks), self.dtype)
+        for k, track in enumerate(step.tracks):
+            fault = _fault(track, len(self.state_names), at, set(self.added))
+            if fault:
+                raise DataError(f"track {track.track} at {step.time_s:g} s: {fault}.")
+            mean, status = track.mean, STATUSES.index(track.status)
+            velocity = [math.nan if j is None else mean[j] for j in moves]
+            added = [track.score if name == "score" else track.extra.get(name, math.nan) for name in self.added]
+            covariance = track.covariance[np.ix_(at, at)]
+            rows[k] = (number, step.time_s, track.track, status, track.existence, mean[at], velocity, covariance, added)
+        if len({track.track for track in step.tracks}) < len(rows):
+            raise DataError(f"tracks at {step.time_s:g} s: a number is there twice; give each target its own.")
+        return rows
+
+    def cells(self, rows: Records) -> Iterator[list[str]]:
+        """Write rows as the cells of lines; what is not known is empty, and numbers read back exactly."""
+        deviation, correlation = spread(rows["covariance"])
+        flat = [k for k, axis in enumerate(self.axes) if axis != "z"]
+        parts = [rows["position"][:, flat], rows["velocity"][:, flat], deviation[:, flat]]
+        if "y" in self.axes:
+            parts.append(correlation[:, None])
+        if "z" in self.axes:
+            z = self.axes.index("z")
+            parts.append(np.column_stack([rows["position"][:, z], rows["velocity"][:, z], deviation[:, z]]))
+        numbers = np.column_stack([rows["existence"], *parts, rows["added"]]).tolist()
+        head = zip(rows["time_s"].tolist(), rows["track"].tolist(), rows["status"].tolist(), strict=True)
+        for (time_s, track, status), values in zip(head, numbers, strict=True):
+            # the repr of a float is the shortest text that reads back exactly
+            cells = ["" if math.isnan(value) else repr(value) for value in values]
+            yield [repr(time_s), str(track), STATUSES[status], *cells]
+
+
+def spread(covariance: Array) -> tuple[Array, Array]:
+    """Return deviations ``(n, k)`` and the correlation of the first two axes ``(n,)``, NaN where there is none."""
+    deviation = np.sqrt(np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 0.0))
+    if covariance.shape[1] < 2:
+        return deviation, np.full(len(covariance), np.nan)
+    product = deviation[:, 0] * deviation[:, 1]
+    return deviation, np.divide(covariance[:, 0, 1], product, out=np.full(len(product), np.nan), where=product > 0)
+
+
+def columns_of(header: Sequence[str]) -> Columns | None:
+    """Find the columns by their names; None where they are none of a table of tracks."""
+    for unit in SPEEDS:
+        for axes in ("x", "xy", "xyz"):
+            bare = Columns(tuple(name for axis in axes for name in (axis, f"v{axis}")), unit)  # type: ignore[arg-type]
+            if tuple(header[: len(bare.names)]) == bare.names and f"z_{unit}" not in header[len(bare.names) :]:
+                return bare._replace(added=tuple(header[len(bare.names) :]))
+    return None
+
+
+def _fault(track: Track, d: int, places: list[int], added: set[str]) -> str | None:
+    """Say how a track contradicts itself, or None."""
+    mean, covariance = track.mean, track.covariance
+    if track.track < 1:
+        return "its number is below 1; count from 1"
+    if not (math.isnan(track.existence) or 0.0 <= track.existence <= 1.0):
+        return f"has the existence {track.existence}; a probability is from 0 to 1, NaN where it is not known"
+    if mean.shape != (d,) or covariance.shape != (d, d):
+        return f"has a mean of shape {mean.shape} and a covariance of {covariance.shape} for {d} names of states"
+    if np.isnan(mean[places]).any() or np.isinf(mean).any() or np.isinf(covariance).any():
+        return "has no finite place; leave out targets whose place is not known"
+    if (np.diagonal(covariance) < 0).any():
+        return "has a negative variance"
+    if not track.extra.keys() <= added:
+        return f"has {', '.join(sorted(track.extra.keys() - added))}, which the log was not told of"
+    return None

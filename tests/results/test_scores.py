@@ -1,0 +1,71 @@
+"""Scores of a log are those of the metrics on the whole recording at once, whatever its length."""
+
+import math
+
+import numpy as np
+import pytest
+
+from elusive.errors import DataError
+from elusive.metrics import clear_mot, gospa, identity, ospa, sightings, sightings_of
+from elusive.results import TrackLog, score
+from elusive.tracking import Step, Track
+
+
+def made(steps, seed=2, offset=0.5):
+    """Two targets on paths, tracks near them that change hands, and a stray one."""
+    rng = np.random.default_rng(seed)
+    truth = np.cumsum(rng.normal(0, 0.2, (steps, 2, 2)), axis=0) + np.array([[0, 0], [50, 0]])
+    truth[: steps // 3, 1] = np.nan
+    log = TrackLog(("x", "vx", "y", "vy"), "m")
+    for k in range(steps):
+        tracks = []
+        for target in range(2):
+            if np.isfinite(truth[k, target, 0]) and rng.random() < 0.9:
+                x, y = truth[k, target] + rng.normal(0, offset, 2)
+                tracks.append(Track(1 + target + 2 * (k // 40), "confirmed", 0.9, np.array([x, 0, y, 0]), np.eye(4)))
+        if k % 7 == 0:
+            tracks.append(Track(10_000, "confirmed", 0.9, np.array([500.0, 0, 0, 0]), np.eye(4)))
+        tracks.append(Track(10_001, "candidate", 0.9, np.array([-500.0, 0, 0, 0]), np.eye(4)))
+        log.append(Step(float(k), None, None, tuple(tracks)))
+    return log, truth
+
+
+def test_a_long_recording_is_scored_as_a_whole():
+    log, truth = made(2500)
+    found = score(log, truth, 2.0)
+    rows = log.rows[log.rows["status"] == 1]
+    true, tracks = sightings_of(truth), sightings(rows["step"], rows["track"], rows["position"])
+    mot, same = clear_mot(true, tracks, 2.0, 2500), identity(true, tracks, 2.0)
+    assert (found.misses, found.false, found.mismatches) == (
+        mot.misses.sum(), mot.false_positives.sum(), mot.mismatches.sum(),
+    )  # fmt: skip
+    assert found.mota == pytest.approx(mot.mota)
+    assert found.deviation == pytest.approx(mot.motp)
+    assert found.greatest == pytest.approx(mot.max_deviation)
+    assert found.rmse == pytest.approx(math.sqrt(np.mean(mot.deviations**2)))
+    assert found.identity == same
+    assert found.ospa == pytest.approx(ospa(true, tracks, 2.0, 2.0, 2500).mean())
+    assert found.gospa == pytest.approx(gospa(true, tracks, 2.0, 2.0, 2500).distance.mean())
+    assert found.strays == 1
+    assert score(log, truth, 2.0, ("confirmed", "candidate")).strays == 2
+    assert dict(found.lines())["Tracks that never met a target"] == "1"
+
+
+def test_on_a_ring_the_way_is_the_shorter_one():
+    log = TrackLog(("x", "vx"), "samples")
+    for k in range(5):
+        log.append(Step(float(k), None, None, (Track(1, "confirmed", 0.9, np.array([599.5, 0.0]), np.eye(2)),)))
+    truth = np.full((5, 1, 1), 1.5)
+    assert score(log, truth, 5.0).misses == 5
+    found = score(log, truth, 5.0, period=600.0)
+    assert found.misses == 0
+    assert found.rmse == pytest.approx(2.0, rel=(5 / 600) ** 2)
+
+
+def test_nothing_to_score_is_said():
+    empty = TrackLog(("x", "vx", "y", "vy"), "px")
+    found = score(empty, np.empty((0, 1, 2)), 4.0)
+    assert math.isnan(found.mota)
+    assert dict(found.lines())["Error"] == "no pair within 4 px"
+    with pytest.raises(DataError, match=r"truth: has shape \(3, 1, 2\) for 0 steps of 2 axes"):
+        score(empty, np.zeros((3, 1, 2)), 4.0)
