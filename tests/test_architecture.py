@@ -7,8 +7,11 @@ import shutil
 import subprocess
 import sys
 import tomllib
+from graphlib import TopologicalSorter
 from importlib.metadata import requires
 from pathlib import Path
+
+import grimp
 
 ROOT = Path(__file__).parents[1]
 NAME = re.compile(r"[A-Za-z0-9._-]+")
@@ -19,6 +22,12 @@ def test_imports_run_one_way() -> None:
     assert command, "lint-imports is not installed beside the interpreter; run make test."
     found = subprocess.run([command, "--no-cache"], cwd=ROOT, capture_output=True, text=True, check=False)
     assert found.returncode == 0, found.stdout + found.stderr
+
+
+def test_imports_form_no_circle() -> None:
+    graph = grimp.build_graph("elusive", exclude_type_checking_imports=True, cache_dir=None)
+    imported = {module: graph.find_modules_directly_imported_by(module) for module in graph.modules}
+    TopologicalSorter(imported).prepare()  # a CycleError names the circle
 
 
 def test_every_dependency_is_pinned() -> None:

@@ -30,13 +30,14 @@ from elusive.campaign import (
 )
 from elusive.errors import ParameterError, StoreError
 from tests import campaign_trials as trials
+from tests.processes import HUNG_S, wait_until
 
 ROOT = Path(__file__).parents[1]
-SLOW = "tests.campaign_trials:slow"
+HELD = "tests.campaign_trials:held"
 
 
 def configuration(**changes: Any) -> CampaignConfig:
-    given = {"scenario": SLOW, "grid": {"birth.snr_db": [1.0, 2.5], "bias": [0, 1, 2]}, "trials": 10, "chunk": 4}
+    given = {"scenario": HELD, "grid": {"birth.snr_db": [1.0, 2.5], "bias": [0, 1, 2]}, "trials": 10, "chunk": 4}
     return CampaignConfig(**(given | changes))
 
 
@@ -122,31 +123,24 @@ def test_executors_that_make_no_sense_are_refused(workers: int, scheduler: str |
         pass
 
 
-def start(store: Path, workers: int) -> subprocess.Popen[bytes]:
+def start(store: Path, workers: int) -> subprocess.Popen[str]:
+    """Start a campaign that stays where half of it is done."""
     program = (
-        "import sys\n"
+        "import signal, sys\n"
         "from pathlib import Path\n"
-        "from tests.campaign_trials import slow\n"
+        "from tests.campaign_trials import held\n"
         "from tests.test_campaign import configuration\n"
         "from elusive.campaign import make_executor, run_campaign\n"
         "if __name__ == '__main__':\n"
+        "    signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # a shell's background ignores it
         f"    with make_executor({workers}) as executor:\n"
-        "        run_campaign(slow, configuration(), Path(sys.argv[1]), executor=executor)\n"
+        "        run_campaign(held, configuration(), Path(sys.argv[1]), executor=executor)\n"
     )
     script = store.parent / "campaign_script.py"
     script.write_text(program)
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
-    return subprocess.Popen(
-        [sys.executable, str(script), str(store)], env=environment, stderr=subprocess.PIPE, start_new_session=True
-    )
-
-
-def wait_for_blocks(store: Path, blocks: int, process: subprocess.Popen[bytes]) -> None:
-    until = time.monotonic() + 30
-    while len([path for path in (store / "done").rglob("*") if path.is_file()]) < blocks + 1:
-        assert process.poll() is None
-        assert time.monotonic() < until
-        time.sleep(0.005)
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), *sys.path]), trials.HOLD: "1"}
+    command = [sys.executable, str(script), str(store)]
+    return subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True, start_new_session=True)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals and sessions")
@@ -154,18 +148,19 @@ def wait_for_blocks(store: Path, blocks: int, process: subprocess.Popen[bytes]) 
 def test_a_campaign_killed_goes_on_to_the_same_bytes(serial: Path, tmp_path: Path, workers: int, blow: int) -> None:
     store = tmp_path / "store"
     with start(store, workers) as process:
-        wait_for_blocks(store, 3, process)
+        # nine blocks, and the metadata of the array of flags
+        wait_until(lambda: sum(path.is_file() for path in (store / "done").rglob("*")) == 9 + 1, process)
         os.kill(process.pid, blow)
-        _, stderr = process.communicate(timeout=30)
+        _, stderr = process.communicate(timeout=HUNG_S)
     assert process.returncode == -blow
     if blow == signal.SIGINT:
-        assert stderr.count(b"Traceback") == 1, stderr.decode()  # the workers end quietly
-    until = time.monotonic() + 10
+        assert stderr.count("Traceback") == 1, stderr  # the workers end quietly
+    until = time.monotonic() + HUNG_S
     while Path("/proc").exists() and not no_process_left(process.pid):
         assert time.monotonic() < until
         time.sleep(0.02)
     done = int(open_campaign(store).done.sum())
-    assert 0 < done < 60
+    assert done == 30  # of 60
     (store / "error" / "c" / "0" / "0" / "0.0123.partial").write_bytes(b"half")
     reports: list[Progress] = []
     run_campaign(trials.noisy, configuration(), store, on_progress=reports.append)
@@ -186,14 +181,14 @@ def test_a_flag_half_written_is_a_block_not_done(serial: Path, tmp_path: Path) -
 
 def test_progress_counts_what_was_found_and_rates_only_what_is_new(tmp_path: Path) -> None:
     reports: list[Progress] = []
-    run_campaign(trials.slow, configuration(grid={}), tmp_path / "a", on_progress=reports.append)
+    run_campaign(trials.held, configuration(grid={}), tmp_path / "a", on_progress=reports.append)
     assert [report.done for report in reports] == [0, 4, 8, 10]
     assert {report.total for report in reports} == {10}
     assert reports[0].remaining_s is None
     assert reports[1].remaining_s == pytest.approx(reports[1].elapsed_s / 4 * 6)
     assert reports[-1].remaining_s == 0.0
     assert all(a.elapsed_s <= b.elapsed_s for a, b in pairwise(reports))
-    run_campaign(trials.slow, configuration(grid={}), tmp_path / "a", on_progress=reports.append)
+    run_campaign(trials.held, configuration(grid={}), tmp_path / "a", on_progress=reports.append)
     assert reports[-1][:2] == (10, 10)
     assert reports[-1].remaining_s == 0.0
 

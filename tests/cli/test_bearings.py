@@ -8,7 +8,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 
 import numpy as np
 import pytest
@@ -17,6 +16,7 @@ import xarray as xr
 from elusive.cli import main
 from elusive.io.tracks import read_tracks_csv
 from tests.bearing_flight import NAMES, STEPS, path, write_flight
+from tests.processes import HUNG_S, wait_until
 
 WRITTEN = {"config.yaml", "report.html", "report.png", "result.nc", "tracks.csv"}
 
@@ -166,14 +166,10 @@ def test_interrupted_while_it_follows_it_leaves_whole_files(flight, tmp_path):
         "--out", out, "--filter", "iekf",
     ]  # fmt: skip
     process = subprocess.Popen(list(map(str, command)), stderr=subprocess.PIPE, text=True)
-    until = time.monotonic() + 120
-    while time.monotonic() < until and process.poll() is None:
-        table = out / "tracks.csv"
-        if table.exists() and table.read_text().count("\n") >= STEPS:
-            break
-        time.sleep(0.05)
+    table = out / "tracks.csv"
+    wait_until(lambda: table.exists() and table.read_text().count("\n") >= STEPS, process)
     process.send_signal(signal.SIGINT)
-    _, said = process.communicate(timeout=60)
+    _, said = process.communicate(timeout=HUNG_S)
     assert "Interrupted." in said
     # the last time waits for its end
     assert len(read_tracks_csv(out / "tracks.csv", unit="m")) == STEPS - 1

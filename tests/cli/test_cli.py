@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import io
-import os
-import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -30,6 +27,7 @@ from elusive.experiments.amrouche2018.scenario import WeakTarget
 from elusive.io import read_tracks_csv
 from elusive.sensors.image import ImageSensor
 
+ROOT = Path(__file__).parents[2]
 PROGRAM = [sys.executable, "-c", "from elusive.cli import main; main()"]
 HEADER = "time_s,track,status,existence,x_px,y_px,vx_px,vy_px,sd_x_px,sd_y_px"
 WRITTEN = ["config.yaml", "report.html", "report.png", "result.nc", "tracks.csv", "tracks_mot.csv"]
@@ -158,14 +156,14 @@ def test_the_nearest_command_is_suggested(elusive_in: Callable[..., Ran], typed:
 
 
 @pytest.mark.parametrize("is_terminal", [True, False])
-def test_a_compilation_is_told_once_and_in_a_terminal_alone(monkeypatch: pytest.MonkeyPatch, is_terminal: bool) -> None:
+def test_a_compilation_is_announced_once_and_in_a_terminal_alone(monkeypatch: pytest.MonkeyPatch, is_terminal: bool) -> None:
     written = io.StringIO()
-    monkeypatch.setattr("elusive.cli.compiling.console", Console(file=written, force_terminal=is_terminal, width=200))
+    monkeypatch.setattr("elusive.cli.terminal.console", Console(file=written, force_terminal=is_terminal, width=200))
     with bar("frames", 2):
         for step in (1, 2):
             numba.njit(lambda x, step=step: x + step)(1.0)
-    told = "Compiling: the first run of a filter takes up to a minute longer.\n"
-    assert written.getvalue() == (told if is_terminal else "")
+    announced = "Compiling: the first run of a filter takes up to a minute longer.\n"
+    assert written.getvalue() == (announced if is_terminal else "")
     with bar("frames", 2):
         pass
     assert written.getvalue().count("Compiling") == is_terminal
@@ -516,59 +514,39 @@ def test_out_that_is_a_file_is_left_alone(
 # interruptions and campaigns
 
 
-def wait_until(happened: Callable[[], bool], process: subprocess.Popen[str]) -> None:
-    until = time.monotonic() + 60
-    while not happened():
-        assert process.poll() is None, process.communicate()
-        assert time.monotonic() < until
-        time.sleep(0.005)
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
-def test_ctrl_c_leaves_nothing(tmp_path: Path) -> None:
-    rng = np.random.default_rng(4)
-    np.save(tmp_path / "long.npy", 3 * rng.standard_normal((4000, 40, 40)).astype(np.float32))
-    command = [*PROGRAM, "track", "images", "long.npy", "--out", "deep/out", *WHITE]
-    with subprocess.Popen(
-        command, cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, start_new_session=True
-    ) as process:
-        wait_until(lambda: any((tmp_path / "deep").glob(".*.part")), process)
-        time.sleep(0.3)
-        assert process.poll() is None  # in the middle of it
-        os.kill(process.pid, signal.SIGINT)
-        out, err = process.communicate(timeout=30)
-    assert process.returncode == 130
-    assert "Traceback" not in err
-    assert "Written" not in out + err
-    assert [path.name for path in tmp_path.iterdir()] == ["long.npy"]
+def test_ctrl_c_leaves_nothing(
+    elusive_in: Callable[..., Ran], ctrl_c: Callable[[int], list[int]], tmp_path: Path
+) -> None:
+    good(tmp_path)
+    before, frames = everything_in(tmp_path), ctrl_c(4)
+    ran = elusive_in("track", "images", "frames.npy", "--out", "deep/out", *WHITE)
+    assert ran.code == 130
+    assert len(frames) == 4  # of 6: in the middle of it
+    assert "Traceback" not in ran.said
+    assert "Written" not in ran.said
+    assert everything_in(tmp_path) == before
 
 
 CAMPAIGN = {
-    "scenario": "amrouche2018",
-    "grid": {"snr_db": [6.71, 12.0], "filter": ["bernoulli-measurement", "paper"]},
-    "trials": 30,
+    "scenario": "tests.campaign_trials:noisy",
+    "grid": {"birth.snr_db": [1.0, 2.5], "bias": [0, 1]},
+    "trials": 8,
     "seed": 5,
-    "chunk": 3,
+    "chunk": 4,
 }
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
-@pytest.mark.parametrize("blow", [signal.SIGKILL, signal.SIGINT])
 def test_a_campaign_stopped_goes_on_to_the_same_bytes(
-    elusive_in: Callable[..., Ran], tmp_path: Path, blow: signal.Signals
+    elusive_in: Callable[..., Ran], ctrl_c: Callable[[int], list[int]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.syspath_prepend(ROOT)
     (tmp_path / "c.yaml").write_text(yaml.safe_dump(CAMPAIGN, sort_keys=False))
-    command = [*PROGRAM, "campaign", "c.yaml", "--out", "stopped.zarr", "--workers", "2"]
-    with subprocess.Popen(
-        command, cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, start_new_session=True
-    ) as process:
-        done = tmp_path / "stopped.zarr" / "done" / "c"
-        wait_until(lambda: sum(path.is_file() for path in done.rglob("*")) >= 2, process)
-        os.kill(process.pid, blow)
-        _, err = process.communicate(timeout=60)
-    assert process.returncode == (130 if blow == signal.SIGINT else -signal.SIGKILL)
-    assert "Traceback" not in err
-    assert sum(path.is_file() for path in done.rglob("*")) < 40
+    ctrl_c(4)
+    ran = elusive_in("campaign", "c.yaml", "--out", "stopped.zarr")
+    assert ran.code == 130
+    assert "Traceback" not in ran.err
+    done = tmp_path / "stopped.zarr" / "done" / "c"
+    assert sum(path.is_file() for path in done.rglob("*")) == 3  # of 8
     ran = elusive_in("campaign", "c.yaml", "--out", "stopped.zarr")
     assert ran.code == 0, ran.err
     assert elusive_in("campaign", "c.yaml", "--out", "whole.zarr").code == 0
@@ -588,8 +566,8 @@ def test_a_campaign_stopped_goes_on_to_the_same_bytes(
     [
         ({"scenario": "amrouche2081"}, "did you mean 'amrouche2018'"),
         ({"trails": 3}, "did you mean 'trials'"),
-        ({"grid": {"snr": [1]}}, "did you mean 'snr_db'"),
-        ({"grid": {"filter": ["best"]}}, "filter: must be 'paper'"),
+        ({"scenario": "amrouche2018", "grid": {"snr": [1]}}, "did you mean 'snr_db'"),
+        ({"scenario": "amrouche2018", "grid": {"filter": ["best"]}}, "filter: must be 'paper'"),
         ({"trials": 0}, "trials: must be greater than 0"),
     ],
 )

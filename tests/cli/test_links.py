@@ -7,13 +7,13 @@ import os
 import signal
 import subprocess
 import sys
-import time
 
 import numpy as np
 import pytest
 
 from elusive.cli import main
 from elusive.io.tracks import read_tracks_csv
+from tests.processes import HUNG_S, wait_until
 from tests.walked_room import EMPTY, FRAMES, all_missing, changed, walker, write_room
 
 
@@ -100,20 +100,13 @@ def test_a_growing_file_is_followed_and_ctrl_c_ends_it(network, tmp_path):
     def rows():
         return (out / "tracks.csv").read_text().count("\n") - 1 if (out / "tracks.csv").exists() else 0
 
-    def wait_for(count):
-        end = time.monotonic() + 120
-        while rows() < count:
-            assert process.poll() is None
-            assert time.monotonic() < end
-            time.sleep(0.05)
-
     try:
-        wait_for(EMPTY + 9)
+        wait_until(lambda: rows() >= EMPTY + 9, process)
         with log.open("a") as file:
             file.write("".join(lines[EMPTY + 10 : EMPTY + 20]))
-        wait_for(EMPTY + 19)
+        wait_until(lambda: rows() >= EMPTY + 19, process)
         os.kill(process.pid, signal.SIGINT)
-        _, said = process.communicate(timeout=60)
+        _, said = process.communicate(timeout=HUNG_S)
     finally:
         process.kill()
     assert process.returncode == 0

@@ -4,12 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
-import os
 import re
-import signal
-import subprocess
-import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -26,7 +21,6 @@ from elusive.systems.radar.truth import truth_at, truth_in_frame
 from tests.charts.scenes import head
 from tests.systems.radar.test_truth import ais_line
 
-PROGRAM = [sys.executable, "-c", "from elusive.cli import main; main()"]
 WRITTEN = ["config.yaml", "report.html", "report.png", "result.nc", "tracks.csv", "tracks.geojson"]
 FRAME = LocalFrame.at(4.0, 52.0)
 RADAR = ["--radar-lat", "52", "--radar-lon", "4"]
@@ -370,28 +364,15 @@ def test_simulation_is_the_same_for_the_same_seed(elusive_in: Run, tmp_path: Pat
     assert found[0] == found[1] != found[2]
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
-def test_ctrl_c_leaves_nothing(elusive_in: Run, tmp_path: Path) -> None:
+def test_ctrl_c_leaves_nothing(elusive_in: Run, ctrl_c: Callable[[int], list[int]], tmp_path: Path) -> None:
     coast(tmp_path)
-    lines = [f"{k},3000,40,0" for k in range(20_000)]
-    plots(*lines)(tmp_path)
-    before = sorted(tmp_path.iterdir())
-    with subprocess.Popen(
-        [*PROGRAM, *TRACK], cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-        start_new_session=True,
-    ) as process:  # fmt: skip
-        until = time.monotonic() + 60
-        while not any((tmp_path / "deep").glob(".*.part")):
-            assert process.poll() is None, process.communicate()
-            assert time.monotonic() < until
-            time.sleep(0.005)
-        time.sleep(1.0)
-        assert process.poll() is None  # in the middle of it
-        os.kill(process.pid, signal.SIGINT)
-        out, err = process.communicate(timeout=60)
-    assert process.returncode == 130
-    assert "Traceback" not in err
-    assert "Written" not in out + err
+    plots(*[f"{k},3000,40,0" for k in range(20)])(tmp_path)
+    before, scans = sorted(tmp_path.iterdir()), ctrl_c(10)
+    code, said = elusive_in(*TRACK)
+    assert code == 130
+    assert len(scans) == 10  # in the middle of it
+    assert "Traceback" not in said
+    assert "Written" not in said
     assert sorted(tmp_path.iterdir()) == before
 
 

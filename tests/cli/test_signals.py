@@ -2,12 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import re
-import signal
-import subprocess
-import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -22,7 +17,6 @@ from elusive.cli import main
 from elusive.io import read_signal_tracks_csv
 from elusive.sensors.waveform import NoiseObject, NoiseObjectPath
 
-PROGRAM = [sys.executable, "-c", "from elusive.cli import main; main()"]
 WRITTEN = ["config.yaml", "report.html", "report.png", "result.nc", "tracks.csv"]
 QUICK = ["--smoothing", "0.9", "--max-velocity", "3"]  # a short memory: the law of noise is soon simulated
 SAMPLES, FRAMES = 300, 60
@@ -215,26 +209,15 @@ def test_out_that_is_a_file_is_left_alone(elusive_in: Run, tmp_path: Path) -> No
     assert (tmp_path / "out").read_text() == "precious"
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
-def test_ctrl_c_leaves_nothing(tmp_path: Path) -> None:
-    np.save(tmp_path / "long.npy", np.random.default_rng(4).standard_normal((15_000, 1000)).astype(np.float32))
-    command = [*PROGRAM, "track", "signal", "long.npy", "--out", "deep/out"]
-    with subprocess.Popen(
-        command, cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, start_new_session=True
-    ) as process:
-        until = time.monotonic() + 60
-        while not any((tmp_path / "deep").glob(".*.part")):
-            assert process.poll() is None, process.communicate()
-            assert time.monotonic() < until
-            time.sleep(0.005)
-        time.sleep(1.0)
-        assert process.poll() is None  # in the middle of it
-        os.kill(process.pid, signal.SIGINT)
-        out, err = process.communicate(timeout=60)
-    assert process.returncode == 130
-    assert "Traceback" not in err
-    assert "Written" not in out + err
-    assert [path.name for path in tmp_path.iterdir()] == ["long.npy"]
+def test_ctrl_c_leaves_nothing(elusive_in: Run, ctrl_c: Callable[[int], list[int]], tmp_path: Path) -> None:
+    np.save(tmp_path / "signal.npy", np.random.default_rng(4).standard_normal((60, 300)))
+    frames = ctrl_c(20)
+    code, said = elusive_in("track", "signal", "signal.npy", "--out", "deep/out")
+    assert code == 130
+    assert len(frames) == 20  # in the middle of it
+    assert "Traceback" not in said
+    assert "Written" not in said
+    assert [path.name for path in tmp_path.iterdir()] == ["signal.npy"]
 
 
 def test_help_names_what_the_documentation_names(elusive_in: Run) -> None:

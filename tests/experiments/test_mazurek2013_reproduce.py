@@ -3,11 +3,7 @@
 from __future__ import annotations
 
 import csv
-import os
-import signal
-import subprocess
-import sys
-import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +22,6 @@ from elusive.experiments.mazurek2013.trial import METHODS as EVERY_METHOD
 from elusive.experiments.mazurek2013.trial import NoiseObjectTrial, trial
 from tests.reference.waveform import accumulated
 
-PROGRAM = [sys.executable, "-c", "from elusive.cli import main; main()"]
 COLUMNS = ["object_size", "window", "smoothing", "statistic", "background_sigma", "mean_error", "standard_error"]
 PAPER = {
     "fig3": (3, 0.95),
@@ -208,26 +203,24 @@ def test_a_fault_while_drawing_leaves_nothing_half_written(tmp_path: Path, monke
     assert visible(tmp_path) == ["campaign-size3-alpha0.95-2-seed2013.zarr"]
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
-def test_interrupted_between_two_workers_it_goes_on_in_one_to_the_same_files(tmp_path: Path) -> None:
+def test_stopped_between_two_threads_it_goes_on_in_one_to_the_same_files(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A case depends on its number alone: not on who runs it, how many there are, or which figures are drawn."""
     stopped, whole = tmp_path / "stopped", tmp_path / "whole"
-    command = [*PROGRAM, "reproduce", "mazurek2013", "fig3", "--trials", "40", "--workers", "2", "--out", str(stopped)]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True) as process:
-        until = time.monotonic() + 120
-        while not [path for path in stopped.glob("*.zarr/done/c/**/*") if path.is_file()]:
-            assert process.poll() is None
-            assert time.monotonic() < until
-            time.sleep(0.01)
-        os.kill(process.pid, signal.SIGINT)
-        said = process.communicate(timeout=60)[1]
-    assert process.returncode == 130
-    assert "Traceback" not in said
-    assert visible(stopped) == ["campaign-size3-alpha0.95-40-seed2013.zarr"]
+    monkeypatch.setattr("elusive.experiments.mazurek2013.reproduce.CHUNK", 2)
+
+    def stop(progress: Progress) -> None:
+        if progress.done:
+            raise KeyboardInterrupt
+
+    with ThreadPoolExecutor(2) as pair, pytest.raises(KeyboardInterrupt):
+        reproduce(stopped, ["fig3"], trials=6, executor=pair, on_progress=stop)
+    assert visible(stopped) == ["campaign-size3-alpha0.95-6-seed2013.zarr"]
     reports: list[Progress] = []
-    reproduce(stopped, ["fig3"], trials=40, on_progress=reports.append)
+    reproduce(stopped, ["fig3"], trials=6, on_progress=reports.append)
     assert 0 < reports[0].done < reports[0].total  # what was done is not done again
-    reproduce(whole, ["fig3", "fig4"], trials=40)
+    reproduce(whole, ["fig3", "fig4"], trials=6)
     for name in ("fig3.csv", "fig3.png"):
         assert (stopped / name).read_bytes() == (whole / name).read_bytes()
     assert (whole / "fig3.csv").read_bytes() != (whole / "fig4.csv").read_bytes()

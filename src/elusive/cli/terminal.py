@@ -43,11 +43,11 @@ def heed_interrupt() -> None:
 @contextmanager
 def bar(what: str, total: int | None) -> Iterator[Callable[[int], None]]:
     """Show how many are done; gives what is to be called with that number."""
-    from elusive.cli.compiling import compilation_told
+    from elusive.cli.compiling import announced_compilation  # loads Numba, which not every command needs
 
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     shown = Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
-    with compilation_told(), shown as progress:
+    with announced_compilation(_say_compiling), shown as progress:
         task = progress.add_task(what, total=total)
 
         def advance(done: int) -> None:
@@ -55,6 +55,11 @@ def bar(what: str, total: int | None) -> Iterator[Callable[[int], None]]:
             progress.update(task, completed=done)
 
         yield advance
+
+
+def _say_compiling() -> None:
+    if console.is_terminal:
+        console.print("Compiling: the first run of a filter takes up to a minute longer.", highlight=False)
 
 
 @contextmanager

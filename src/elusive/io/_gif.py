@@ -10,7 +10,7 @@ from typing import IO, Any, NamedTuple
 import numpy as np
 
 from elusive.errors import DataError
-from elusive.io._images import open_pillow
+from elusive.io._pillow import open_pillow
 from elusive.io._stack import Stack, check_size, decoding
 
 ADVICE = "export the GIF again, or pass stop to end before it."

@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 import io
-import warnings
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from elusive.errors import DataError
 from elusive.io._order import natural_key
-from elusive.io._stack import Stack, check_same, check_size, decoding
+from elusive.io._pillow import open_pillow, pixels
+from elusive.io._stack import EXPORT_AGAIN, Stack, check_same, check_size, decoding
 from elusive.io._tiff import read_single_tiff, tiff_shape
-
-if TYPE_CHECKING:
-    from PIL import Image
 
 TIFF = (".tif", ".tiff")
 IMAGES = (".png", *TIFF, ".jpg", ".jpeg", ".bmp", ".pgm")
 # Named, because Pillow left to guess would hand a hostile file to decoders such as EPS, which runs Ghostscript.
 FORMATS = ("PNG", "JPEG", "BMP", "PPM")
-EXPORT_AGAIN = "copy or export it again, or leave it out with start and stop."
 
 
 def find_images(folder: Path, pattern: str | None) -> list[Path]:
@@ -80,23 +76,3 @@ def _read(path: Path, shape: tuple[int, int], where: str) -> np.ndarray[Any, Any
             image.verify()  # decoding alone passes over a wrong checksum of the pixels
     with open_pillow(io.BytesIO(data), FORMATS) as image:
         return pixels(image)
-
-
-def open_pillow(file: Any, formats: tuple[str, ...]) -> Image.Image:
-    """Open an image of one of the formats; a decompression bomb raises, small or large."""
-    from PIL import Image
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", Image.DecompressionBombWarning)
-        return Image.open(file, formats=formats)
-
-
-def pixels(image: Image.Image) -> np.ndarray[Any, Any]:
-    """Return the pixels, ``(rows, cols)`` or ``(rows, cols, 3 or 4)``, at the depth they are stored in."""
-    if image.mode in ("LA", "La"):
-        image = image.getchannel(0)
-    elif image.mode in ("P", "PA"):
-        image = image.convert("RGBA")
-    elif image.mode not in ("1", "L", "I", "F", "RGB", "RGBA") and not image.mode.startswith("I;16"):
-        image = image.convert("RGB")
-    return np.array(image)

@@ -12,6 +12,7 @@ import numpy as np
 from elusive.errors import DataError, ElusiveError
 
 MAX_PIXELS = 2**26
+EXPORT_AGAIN = "copy or export it again, or leave it out with start and stop."
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,9 @@ from typing import Any, Literal
 import numpy as np
 
 from elusive.errors import DataError
-from elusive.io._stack import Stack, check_same, check_size, decoding
+from elusive.io._pillow import open_pillow, pixels
+from elusive.io._stack import EXPORT_AGAIN, Stack, check_same, check_size, decoding
 
-EXPORT_AGAIN = "copy or export it again, or leave it out with start and stop."
 SAVE_GREY = "save it as grey pages, uncompressed or deflated."
 UNHEARD = logging.NullHandler()
 MINISWHITE, MINISBLACK, RGB, YCBCR = 0, 1, 2, 6
@@ -125,8 +125,6 @@ def _page(page: Any, shape: tuple[int, int], where: str, path: Path, k: int, sta
 
 def _page_by_pillow(page: Any, where: str, path: Path, k: int, stack: ExitStack) -> np.ndarray[Any, Any]:
     """Decode what tifffile alone cannot (LZW, JPEG), where Pillow keeps the depth and the polarity."""
-    from elusive.io._images import open_pillow, pixels
-
     if page.photometric == MINISWHITE or (page.samplesperpixel > 1 and page.bitspersample > 8):
         raise DataError(
             f"{where}: its {page.compression.name} compression needs the package imagecodecs; or {SAVE_GREY}"
