@@ -13,11 +13,11 @@ from elusive.cli import main
 from elusive.errors import DataError, ParameterError
 from elusive.systems.radar.page.maps import chart_shapes, grades_of, raster_of, view_of, water_raster
 from elusive.systems.radar.page.panels import watch_spec
-from elusive.systems.radar.page.run import Used, lost, record, sail
-from elusive.systems.radar.page.scene import EXAMPLE_NAME, ChartScene, example_chart
 from elusive.systems.radar.page.state import ChartsState, example, opened
 from elusive.systems.radar.report import RadarPath, RadarTracked
 from elusive.systems.radar.results import RadarOutcome
+from elusive.systems.radar.scene import EXAMPLE_NAME, RadarScene, example_chart
+from elusive.systems.radar.scene_run import Used, lost, record, sail
 from tests.charts.shapes import DATA
 from tests.workbench.conftest import Served
 from tests.workbench.test_bearings_page import played_to_the_end, unpacked
@@ -146,23 +146,23 @@ def test_a_route_and_the_radar_are_placed_by_keys_alone(served: Served, open_tab
 
 
 def test_what_cannot_be_sailed_is_refused() -> None:
-    chart, scene = example(), ChartScene.example()
-    with pytest.raises(DataError, match="route: there is none; draw one"):
-        record(scene.replace(route_deg=()), chart.file)
+    chart, scene = example(), RadarScene.example()
+    with pytest.raises(DataError, match="routes_deg: has no route of two waypoints or more; draw"):
+        record(scene.replace(routes_deg=()), chart.file)
     with pytest.raises(ParameterError, match=r"RadarSimulation\.interval_s: the route takes .* scans, more than 2000"):
         scene.replace(simulation=scene.simulation.replace(interval_s=0.01))
 
 
 def test_a_use_that_refuses_leaves_the_others_and_a_job_is_called_off() -> None:
-    chart, scene = example(), ChartScene.example()
-    short = scene.replace(route_deg=scene.route_deg[:5], methods=("none", "field"))
+    chart, scene = example(), RadarScene.example()
+    short = scene.replace(routes_deg=(scene.routes_deg[0][:5],), methods=("none", "field"))
     fine = short.tracking.charted.replace(imprecision=short.tracking.charted.imprecision.replace(coast_sigma_m=0.01))
     costly = short.replace(tracking=short.tracking.replace(charted=fine), methods=("none", "grid"))
     taken, refused = sail(costly, chart.file, lambda done: None).each
     assert taken.outcome is not None
     assert refused.outcome is None
     assert refused.refusal.startswith("grid: the map takes")
-    away = short.replace(route_deg=tuple((lon, lat - 0.02) for lon, lat in short.route_deg))
+    away = short.replace(routes_deg=(tuple((lon, lat - 0.02) for lon, lat in short.routes_deg[0]),))
     with pytest.raises(DataError, match=r"^plots\.csv: none of its .* plots falls on a chart"):
         sail(away, chart.file, lambda done: None)
 
@@ -183,11 +183,11 @@ def test_a_use_that_refuses_leaves_the_others_and_a_job_is_called_off() -> None:
 
 
 def test_the_trackers_radar_follows_the_simulated_one_until_they_differ() -> None:
-    scene = ChartScene.example()
+    scene = RadarScene.example()
 
-    def seen(one: ChartScene, sd_m: float) -> ChartScene:
+    def seen(one: RadarScene, sd_m: float) -> RadarScene:
         radar = one.simulation.radar.replace(range_sd_m=sd_m)
-        return one.replace(simulation=one.simulation.replace(radar=radar)).heeding(one)
+        return one.replace(simulation=one.simulation.replace(radar=radar)).with_radar_followed(one)
 
     followed = seen(scene, 20.0)
     assert followed.tracking.radar.range_sd_m == 20.0
@@ -212,8 +212,8 @@ def test_lost_is_ten_scans_on_end(off: list[int], expected: int) -> None:
         1, times, places, np.ones((40, 2)), np.ones((40, 2)), np.ones(40, bool), np.zeros(40, bool), np.zeros(40)
     )
     tracked = RadarTracked("", "", times, np.zeros((0, 3)), [path], [], truth, [], [], [])
-    scene = ChartScene.example()
-    used = Used("none", scene.tracking_by("none"), RadarOutcome([], tracked), "", 0.0)
+    scene = RadarScene.example()
+    used = Used("none", scene.tracking_by("none"), RadarOutcome([], tracked, {"": truth}), "", 0.0)
     assert lost(used).sum() == expected
     assert used.rmse_m == pytest.approx(50 * np.sqrt(np.mean(off)))
 
@@ -225,7 +225,7 @@ def test_the_ready_chart_is_a_coast_that_a_reader_takes(tmp_path: Path) -> None:
     assert len(chart.land) >= 2
     assert example_chart() == path.read_bytes()  # the same each time
     state = ChartsState()
-    state.open(EXAMPLE_NAME, opened(path), ChartScene.example())
+    state.open(EXAMPLE_NAME, opened(path), RadarScene.example())
     raster = water_raster(state, view_of(state))
     assert water_raster(state, view_of(state)) is raster  # kept
 
@@ -251,7 +251,7 @@ def test_a_real_cell_shows_its_quality_zones() -> None:
         pytest.skip("the charts' folder is not there")
     state = ChartsState()
     state.open(path.name, opened(path))
-    assert state.scene.route_deg == ()
+    assert state.scene.routes_deg == ()
     assert state.scene.tracking.charted.imprecision.coast_sigma_m is None  # as the chart states it
     assert grades_of(state)
     shapes = chart_shapes(state, view_of(state))

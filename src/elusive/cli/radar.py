@@ -34,9 +34,11 @@ def track_radar_command(
     config: Config = None,
     truth: Annotated[
         Path | None,
-        typer.Option("--truth", help="Where a ship truly was: .csv of time_s, lon_deg, lat_deg or x_m, y_m; AIS log."),
+        typer.Option(
+            "--truth", help="Where ships truly were: .csv of time_s, (ship,) lon_deg, lat_deg or x_m, y_m; AIS log."
+        ),
     ] = None,
-    truth_mmsi: Annotated[int | None, typer.Option("--truth-mmsi", help="The ship, in an AIS log of several.")] = None,
+    truth_mmsi: Annotated[int | None, typer.Option("--truth-mmsi", help="The only ship to read of an AIS log.")] = None,
     rotation_s: Annotated[
         float | None, typer.Option("--rotation-s", help="Period of the antenna; else plots of equal times are a scan.")
     ] = None,

@@ -14,6 +14,8 @@ from elusive.model import read_yaml
 from elusive.systems.images.scene import ImageScene, track_image_scene
 from elusive.systems.links.scene import LinkScene
 from elusive.systems.links.scene_results import track_scene
+from elusive.systems.radar.scene import RadarScene
+from elusive.systems.radar.scene_run import HEADER, track_radar_scene
 from elusive.systems.signals.scene import SignalScene, track_signal_scene
 
 
@@ -55,4 +57,19 @@ def _signals(scene: Path, given: dict[str, Any], out: Path) -> None:
     console.print(f"Written to {out}: tracks.csv, result.nc, report.html, report.png, signal.npy, scene.yaml")
 
 
-SCENES = {"links": _links, "images": _images, "signals": _signals}  # by the scene's key `system`
+def _radar(scene: Path, given: dict[str, Any], out: Path) -> None:
+    parameters = RadarScene(**given)
+    total = len(parameters.voyage().times_s) * len(parameters.methods)
+    with bar("scans", total) as advance:
+        sailed = track_radar_scene(parameters, out, folder=scene.parent, on_scan=advance)
+    show(scene.name, HEADER, [used.row for used in sailed.each if used.outcome is not None])
+    for used in sailed.each:
+        if used.refusal:
+            console.print(f"{used.name}: {escape(used.refusal)}", highlight=False)
+    console.print(
+        f"Written to {out}: plots.csv, plots_truth.csv, scene.yaml, the chart, and for each use of it a folder",
+        soft_wrap=True,
+    )
+
+
+SCENES = {"links": _links, "images": _images, "signals": _signals, "radar": _radar}  # by the scene's key `system`

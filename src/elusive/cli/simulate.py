@@ -33,7 +33,11 @@ def _root() -> None:
 @accepts(RadarSimulation)
 def simulate_radar_command(
     route: Annotated[
-        Path, typer.Option("--route", help="Waypoints: .csv of lon_deg, lat_deg, perhaps speed_mps; or a GeoJSON line.")
+        list[Path],
+        typer.Option(
+            "--route",
+            help="Waypoints of a ship: .csv of lon_deg, lat_deg, perhaps speed_mps; or a GeoJSON line. One or several.",
+        ),
     ],
     radar_lat: Annotated[float, typer.Option("--radar-lat", help="Latitude of the radar, WGS 84, in degrees.")],
     radar_lon: Annotated[float, typer.Option("--radar-lon", help="Longitude of the radar, WGS 84, in degrees.")],
@@ -45,11 +49,11 @@ def simulate_radar_command(
     ] = None,
     config: Config = None,
 ) -> None:
-    """Sail a route near a coast and write what a radar sees of it."""
+    """Sail ships along routes near a coast and write what a radar sees of them."""
     parameters = RadarSimulation(**nested(RadarSimulation, given, read_yaml(config) if config else {}))
     with bar("scans", None) as advance:
         simulated = simulate_radar(
-            read_route(route), parameters, out, radar_lon_deg=radar_lon, radar_lat_deg=radar_lat,
+            [read_route(path) for path in route], parameters, out, radar_lon_deg=radar_lon, radar_lat_deg=radar_lat,
             charts=chart or (), on_scan=advance,
         )  # fmt: skip
     show(out.name, ("", ""), simulated.rows)

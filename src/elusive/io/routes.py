@@ -12,8 +12,7 @@ import numpy as np
 
 from elusive.contracts import Array
 from elusive.errors import DataError
-from elusive.io.csv_files import read_lines
-from elusive.io.truth import NUMBER
+from elusive.io.named_columns import finite, read_columns
 
 COLUMNS = ("lon_deg", "lat_deg", "speed_mps")
 GEOJSON = (".geojson", ".json")
@@ -24,7 +23,7 @@ class Route(NamedTuple):
     """Waypoints in the order in which they are sailed."""
 
     lonlat_deg: Array  # (W, 2), WGS 84
-    speed_mps: Array  # (W,) from each waypoint to the next; NaN where it is not told
+    speed_mps: Array  # (W,) from each waypoint to the next; NaN where it is not known
 
 
 def read_route(path: str | os.PathLike[str]) -> Route:
@@ -59,38 +58,18 @@ def read_route(path: str | os.PathLike[str]) -> Route:
 
 
 def _table(path: Path) -> list[Waypoint]:
-    names: list[str] = []
-    mark = ","
-    rows: list[Waypoint] = []
-    for number, line in enumerate(read_lines(path), 1):
-        if not line.strip() or line.startswith("#"):
-            continue
-        where = f"{path}, line {number}"
-        if not names:
-            mark = next((mark for mark in ";\t" if mark in line), ",")
-            names = [cell.strip().strip('"') for cell in line.split(mark)]
-            if not set(COLUMNS[:2]) <= set(names) <= set(COLUMNS) or len(set(names)) < len(names):
-                raise DataError(
-                    f"{where}: the columns are {','.join(names)!r:.80}; name them {','.join(COLUMNS[:2])} and, where "
-                    f"it is told, {COLUMNS[2]}."
-                )
-            continue
-        cells = [cell.strip() for cell in line.split(mark)]
-        if len(cells) != len(names):
-            raise DataError(f"{where}: has {len(cells)} cells for {len(names)} columns; repair it.")
-        record = dict(zip(names, cells, strict=True))
-        lon, lat, speed = (_number(record.get(name, ""), name, where) for name in COLUMNS)
-        rows.append((lon, lat, speed))
-    return rows
+    names, rows = read_columns(path)
+    if not set(COLUMNS[:2]) <= set(names) <= set(COLUMNS) or len(set(names)) < len(names):
+        raise DataError(
+            f"{path}: the columns are {','.join(names)!r:.80}; name them {','.join(COLUMNS[:2])} and, where it is "
+            f"known, {COLUMNS[2]}."
+        )
+    return [(*(finite(row, name, where) for name in COLUMNS[:2]), _speed(row, where)) for where, row in rows]  # type: ignore[misc]
 
 
-def _number(cell: str, name: str, where: str) -> float:
-    if name == COLUMNS[2] and cell.lower() in ("", "nan"):
-        return math.nan
-    value = float(cell) if NUMBER.fullmatch(cell) else math.nan
-    if not math.isfinite(value):
-        raise DataError(f"{where}, column {name}: {cell!r:.60} is no number; write a finite one.")
-    return value
+def _speed(row: dict[str, str], where: str) -> float:
+    absent = row.get(COLUMNS[2], "").lower() in ("", "nan")
+    return math.nan if absent else finite(row, COLUMNS[2], where)
 
 
 def _line(path: Path) -> list[Waypoint]:
@@ -104,9 +83,9 @@ def _line(path: Path) -> list[Waypoint]:
     if len(lines) != 1:
         raise DataError(f"{path}: holds {len(lines)} LineStrings; a route is one.")
     ((coordinates, properties),) = lines
-    told = properties.get(COLUMNS[2])
+    stated = properties.get(COLUMNS[2])
     try:
-        speed = math.nan if told is None else float(told)
+        speed = math.nan if stated is None else float(stated)
         table = [(float(place[0]), float(place[1]), speed) for place in coordinates]
     except (TypeError, ValueError, OverflowError, IndexError, KeyError):
         raise DataError(f"{path}: its coordinates or its speed are no numbers; write [longitude, latitude].") from None

@@ -35,21 +35,43 @@ def route(corners, speeds=None):
     return Route(FRAME.to_lonlat(corners), speed)
 
 
+def one_voyage(route, frame, parameters):
+    times, (states,) = voyage([route], frame, parameters)
+    return times, states
+
+
+def test_ships_of_several_routes_are_seen_until_they_arrive(tmp_path):
+    sure = RadarSimulation(speed_mps=10.0, radar=RadarSensor(range_sd_m=1.0, bearing_sd_mrad=0.1))
+    routes = [route(CORNERS), route(CORNERS[:2] + 500.0)]
+    times, states = voyage(routes, FRAME, sure)
+    assert times[-1] == 140.0
+    assert np.isfinite(states[0]).all()
+    assert np.isfinite(states[1, :61]).all()
+    assert np.isnan(states[1, 61:]).all()
+    found = simulate_radar(routes, sure, tmp_path / "plots.csv", **RADAR)
+    assert found.rows[0] == ("Voyage", "140 s, 141 scans, 2 ships")
+    truth = truth_in_frame(found.truth, FRAME)
+    assert {ship: len(table) for ship, table in truth.items()} == {"1": 141, "2": 61}
+    np.testing.assert_allclose(truth["2"][:, 1:], states[1, :61][:, [0, 2]], atol=1e-6)
+    scans = list(open_radar_plots(tmp_path / "plots.csv"))
+    assert [len(scan.range_m) for scan in scans] == [2] * 61 + [1] * 80
+
+
 def test_a_voyage_keeps_its_route_and_speed():
-    times, states = voyage(route(CORNERS), FRAME, RadarSimulation(speed_mps=5.0, interval_s=0.7))
+    times, states = one_voyage(route(CORNERS), FRAME, RadarSimulation(speed_mps=5.0, interval_s=0.7))
     assert times[-1] == pytest.approx(280.0, abs=0.7)
     along = [shapely.LineString(CORNERS).interpolate(5.0 * time_s) for time_s in times]
     np.testing.assert_allclose(states[:, [0, 2]], [(point.x, point.y) for point in along], atol=1e-4)
     np.testing.assert_allclose(np.hypot(states[:, 1], states[:, 3]), 5.0)
-    times, states = voyage(route(CORNERS, [3.0, 8.0, np.nan]), FRAME, RadarSimulation(interval_s=10.0))
+    times, states = one_voyage(route(CORNERS, [3.0, 8.0, np.nan]), FRAME, RadarSimulation(interval_s=10.0))
     assert times[-1] == 300.0  # 200 s and 100 s
     np.testing.assert_allclose(states[[0, 19, 20, 30], 1], [3.0, 3.0, 0.0, 0.0], atol=1e-6)
 
 
 def test_simulated_plots_err_as_the_radar_does(tmp_path):
     out = tmp_path / "plots.csv"
-    found = simulate_radar(route(CORNERS), RadarSimulation(speed_mps=2.0, seed=4), out, **RADAR)
-    truth = truth_in_frame(found.truth, FRAME)
+    found = simulate_radar([route(CORNERS)], RadarSimulation(speed_mps=2.0, seed=4), out, **RADAR)
+    truth = truth_in_frame(found.truth, FRAME)["1"]
     scans = list(open_radar_plots(out))
     assert len(scans) == len(truth) == 701
     (range_m, bearing_rad) = np.array([(scan.range_m[0], scan.bearing_rad[0]) for scan in scans]).T
@@ -66,7 +88,7 @@ def test_a_route_on_land_or_out_of_view_is_said(tmp_path):
     (tmp_path / "coast.geojson").write_text(shapely.to_geojson(lonlat))
     rows = dict(
         simulate_radar(
-            route(CORNERS),
+            [route(CORNERS)],
             RadarSimulation(radar=sight),
             tmp_path / "p.csv",
             charts=[tmp_path / "coast.geojson"],
@@ -118,7 +140,7 @@ def test_the_bias_is_said():
 def test_a_real_chart_is_used_and_everything_is_written(tmp_path):
     """A ship 12 m off the shore of a real bay, its plots at 5 km."""
     corners = np.array([[-5090.0, 3160.0], [-4990.0, 3105.0], [-4900.0, 3056.0], [-4830.0, 3060.0]])
-    simulate_radar(route(corners), RadarSimulation(speed_mps=4.0, seed=1), tmp_path / "plots.csv", **RADAR)
+    simulate_radar([route(corners)], RadarSimulation(speed_mps=4.0, seed=1), tmp_path / "plots.csv", **RADAR)
     source = open_radar_plots(tmp_path / "plots.csv")
     charts = [cell_path("US5MD1MC")]
     errors, files = {}, {}
@@ -134,7 +156,7 @@ def test_a_real_chart_is_used_and_everything_is_written(tmp_path):
         files[kind] = sorted(path.name for path in out.iterdir())
         rows = [row for row in read_tracks_csv(out / "tracks.csv", unit="m") if row.status == "confirmed"]
         assert [line[0] for line in outcome.tracked.tracks] == ["1"]
-        truth = truth_at(truth_in_frame(tmp_path / "plots_truth.csv", FRAME), [row.time_s for row in rows])
+        truth = truth_at(truth_in_frame(tmp_path / "plots_truth.csv", FRAME)["1"], [row.time_s for row in rows])
         errors[kind] = np.sqrt(np.mean(np.sum((np.array([(row.x, row.y) for row in rows]) - truth) ** 2, axis=1)))
         with xr.open_dataset(out / "result.nc", engine="h5netcdf") as dataset:
             sure = dataset.status == "confirmed"
@@ -150,7 +172,7 @@ def test_a_real_chart_is_used_and_everything_is_written(tmp_path):
 @pytest.mark.parametrize("kind", ["none", "hard", "nearest", "grid", "exact", "field"])
 def test_every_knowledge_and_every_coast_error(kind):
     coast = Coast.of(CoastPart(shapely.box(1600, -9000, 9000, 9000), 20.0, None))
-    times, states = voyage(route([[1560.0, 2000.0], [1560.0, 2140.0]]), FRAME, RadarSimulation())
+    times, states = one_voyage(route([[1560.0, 2000.0], [1560.0, 2140.0]]), FRAME, RadarSimulation())
     sensor = RadarSensor(detection_probability=0.9, false_alarms=2, max_range_m=5000, max_doppler_mps=30)
     rng = np.random.default_rng(3)
     looks = [sensor.simulate(state[None], rng, time_s=time) for state, time in zip(states, times, strict=True)]
@@ -162,7 +184,7 @@ def test_every_knowledge_and_every_coast_error(kind):
 
 
 def test_refusals(tmp_path):
-    simulate_radar(route(CORNERS), RadarSimulation(), tmp_path / "plots.csv", **RADAR)
+    simulate_radar([route(CORNERS)], RadarSimulation(), tmp_path / "plots.csv", **RADAR)
     source = open_radar_plots(tmp_path / "plots.csv")
     with pytest.raises(ParameterError, match="knowledge: is 'field', and no chart is given"):
         track_radar_recording(source, RadarTracking(), tmp_path / "out", **RADAR)

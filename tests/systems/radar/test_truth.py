@@ -55,13 +55,13 @@ def path_of(times_s):
     ],
 )
 def test_tables_in_metres(tmp_path, text):
-    np.testing.assert_array_equal(truth_in_frame(saved(tmp_path, text), FRAME), [[1, 10, 20], [2.5, -11, 20]])
+    np.testing.assert_array_equal(truth_in_frame(saved(tmp_path, text), FRAME)[""], [[1, 10, 20], [2.5, -11, 20]])
 
 
 def test_tables_in_degrees(tmp_path):
     places = np.array([[-500.0, 2500.0], [12.0, -8000.0]])
     rows = [f"{k},{lon!r},{lat!r},x" for k, (lon, lat) in enumerate(FRAME.to_lonlat(places).tolist())]
-    found = truth_in_frame(saved(tmp_path, "\n".join(["time_s,lon_deg,lat_deg,name", *rows])), FRAME)
+    found = truth_in_frame(saved(tmp_path, "\n".join(["time_s,lon_deg,lat_deg,name", *rows])), FRAME)[""]
     np.testing.assert_allclose(found, np.column_stack([[0, 1], places]), atol=1e-6)
 
 
@@ -94,13 +94,16 @@ def test_what_does_not_fit_is_refused(tmp_path):
         truth_in_frame(saved(tmp_path, "time_s,x_m,y_m\n1,2,3\n"), FRAME, mmsi=5)
     other = ais_line(MIDNIGHT, (5.0, 53.0), OTHER)
     log = ais_log(tmp_path, [0.0, 1.0], np.zeros((2, 2)), others=[other])
-    with pytest.raises(
-        DataError, match=rf"holds the positions of 2 ships \({SHIP} with 2, {OTHER} with 1\); say which"
-    ):
-        truth_in_frame(log, FRAME)
-    assert len(truth_in_frame(log, FRAME, mmsi=OTHER)) == 1
+    assert {ship: len(table) for ship, table in truth_in_frame(log, FRAME).items()} == {str(SHIP): 2, str(OTHER): 1}
+    assert list(truth_in_frame(log, FRAME, mmsi=OTHER)) == [str(OTHER)]
     with pytest.raises(DataError, match="no AIS position of 7"):
         truth_in_frame(log, FRAME, mmsi=7)
+
+
+def test_several_ships_in_a_table(tmp_path):
+    text = "time_s,ship,x_m,y_m\n1,a,1,2\n1,b,3,4\n2,a,5,6\n"
+    found = truth_in_frame(saved(tmp_path, text), FRAME)
+    assert {ship: table.tolist() for ship, table in found.items()} == {"a": [[1, 1, 2], [2, 5, 6]], "b": [[1, 3, 4]]}
 
 
 def test_times_of_a_log(tmp_path):
@@ -108,10 +111,12 @@ def test_times_of_a_log(tmp_path):
     places = path_of(times)
     later = [ais_line(MIDNIGHT + 20, FRAME.to_lonlat(path_of(np.array([20.0])))[0])]  # relayed late
     log = ais_log(tmp_path, times, places, others=later)
-    found = truth_in_frame(log, FRAME)
+    found = truth_in_frame(log, FRAME)[str(SHIP)]
     assert found[:, 0].tolist() == [5, 15, 20, 25]
-    assert truth_in_frame(log, FRAME, midnight_unix_s=0.0)[:, 0].tolist() == [MIDNIGHT + t for t in (5, 15, 20, 25)]
-    assert truth_in_frame(log, FRAME, midnight_unix_s=MIDNIGHT - 3600)[0, 0] == 3605
+    assert truth_in_frame(log, FRAME, midnight_unix_s=0.0)[str(SHIP)][:, 0].tolist() == [
+        MIDNIGHT + t for t in (5, 15, 20, 25)
+    ]
+    assert truth_in_frame(log, FRAME, midnight_unix_s=MIDNIGHT - 3600)[str(SHIP)][0, 0] == 3605
     # a position is told to 1e-4 minutes, .19 m
     np.testing.assert_allclose(found[[0, 1, 3], 1:], places[[0, 1, 3]], atol=0.14)
 
@@ -133,14 +138,12 @@ def test_a_radar_track_beside_ais(tmp_path):
     velocity = np.gradient(places, times, axis=0)
     states = np.column_stack([places, velocity])[:, [0, 2, 1, 3]]
     log = ais_log(tmp_path, times[::4], places[::4])
-    truth = truth_at(truth_in_frame(log, FRAME), times)
+    truth = truth_at(truth_in_frame(log, FRAME)[str(SHIP)], times)
     np.testing.assert_allclose(truth, places, atol=0.3)  # straight between reports: 4^2 x 10^2 / 8000 m beside the arc
     sensor, rng = RadarSensor(), np.random.default_rng(0)
     scans = [sensor.simulate(state[None], rng, time) for state, time in zip(states, times, strict=True)]
-    tracker = ParticleFilter(
-        motion=ConstantVelocity(q=0.02, interval_s=2.5), sensor=sensor, prior=ScanPrior(sensor, scans[0])
-    )
-    tracked = list(run(tracker, scans[1:], rng))
+    tracker = ParticleFilter(motion=ConstantVelocity(q=0.02), sensor=sensor, prior=ScanPrior(sensor, scans[0]))
+    tracked = list(run(tracker, scans[1:], rng, start_s=times[0]))
     mean = np.array([state.mean[[X, Y]] for state in tracked])
     covariance = np.array([state.covariance[np.ix_([X, Y], [X, Y])] for state in tracked])
 
@@ -149,6 +152,6 @@ def test_a_radar_track_beside_ais(tmp_path):
         return (off * np.linalg.solve(covariance[20:], off[:, :, None])[:, :, 0]).sum(axis=1).mean()
 
     assert 0.7 < squared(truth[1:]) < 3.5  # 2 where all is right; errors persist, so that 100 are worth about 20
-    late = truth_at(truth_in_frame(log, FRAME, midnight_unix_s=MIDNIGHT + 10), times)
+    late = truth_at(truth_in_frame(log, FRAME, midnight_unix_s=MIDNIGHT + 10)[str(SHIP)], times)
     assert np.nanmean(np.hypot(*(late - truth).T)) == pytest.approx(40, abs=1)
     assert squared(places[1:] + 8.0) > 6

@@ -29,6 +29,7 @@ from elusive.systems.radar.report import (
     write_radar_png,
 )
 from elusive.systems.radar.summary import RadarPoint, bias_row, header, line_of, remarks, rows_of, verdict
+from elusive.systems.radar.truth import Truth
 from elusive.tracking.radar_claims import plot_places
 from elusive.tracking.radar_tracks import RadarTrack, RadarTracks
 
@@ -50,6 +51,7 @@ class RadarOutcome(NamedTuple):
 
     rows: list[TrackRow]
     tracked: RadarTracked
+    truth: Truth  # empty where it is not known
 
 
 class RadarRun:
@@ -116,12 +118,12 @@ class RadarRun:
         share = anchored_probability(names, track.state.particles, track.state.weights)
         return math.nan if share is None else share
 
-    def outcome(self, source: RadarSource, truth: Array | None) -> RadarOutcome:
+    def outcome(self, source: RadarSource, truth: Truth) -> RadarOutcome:
         """Return the table and what the report shows."""
         times = np.array(self._times)
         confirmed = {n: points for n, points in self._tracks.items() if any(p.status == "confirmed" for p in points)}
         paths = [self._path(number, points, times) for number, points in confirmed.items()]
-        lines = [line_of(path, confirmed[path.track], truth) for path in paths]
+        lines = [line_of(path, confirmed[path.track], truth or None) for path in paths]
         tracked = RadarTracked(
             title=Path(source.name).name or source.name,
             verdict=" ".join([verdict(paths), *remarks(paths, confirmed)]),
@@ -129,18 +131,18 @@ class RadarRun:
             plots=self._keeper.plots,
             paths=paths,
             clouds=self._keeper.clouds,
-            truth=truth,
+            truth=next(iter(truth.values())) if len(truth) == 1 else None,
             rows=[
                 *rows_of(self._parameters, self._sensor, self._around.charted, self._seen, source.counts),
                 *([] if self._bias is None else [bias_row(self._bias)]),
                 ("Candidates never confirmed", f"{len(self._tracks) - len(paths)}"),
             ],
-            header=header(truth is not None),
+            header=header(bool(truth)),
             tracks=lines,
             lonlat=self._around.frame.to_lonlat,
             estimate="MAP" if self._parameters.estimate == "map" else "mean",
         )
-        return RadarOutcome(list(self._rows()), self._charted(tracked))
+        return RadarOutcome(list(self._rows()), self._charted(tracked), truth)
 
     def _charted(self, tracked: RadarTracked) -> RadarTracked:
         charted, water = self._around.charted, self._around.water

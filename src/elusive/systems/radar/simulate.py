@@ -1,4 +1,4 @@
-"""A ship along a route, and what a radar sees of it: plots to try a tracker on, near a real coast.
+"""Ships along routes, and what a radar sees of them: plots to try a tracker on, near a real coast.
 
 The measurements of Bootsveld (2012), section 5.1.1; missed detections and false alarms where they are asked for.
 """
@@ -14,7 +14,7 @@ from pydantic import Field
 
 from elusive.charts import HardWater
 from elusive.charts.charted_area import ChartedAreaParameters, lay_charts, read_charts
-from elusive.contracts import Array, X, Y
+from elusive.contracts import VX, VY, Array, X, Y
 from elusive.errors import DataError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io import RadarScan, write_radar_plots_csv
@@ -29,12 +29,19 @@ FURTHEST_M = 500_000.0  # of a waypoint from the radar: beyond it the frame is n
 
 
 class RadarSimulation(Model):
-    """Everything `elusive simulate radar` can be told."""
+    """Parameters of `elusive simulate radar`."""
 
-    speed_mps: Positive = Field(7.0, description="Speed where the route tells none [m/s]")
+    speed_mps: Positive = Field(7.0, description="Speed where a route has none [m/s]")
     interval_s: Positive = Field(1.0, description="Time from scan to scan [s]")
     radar: RadarSensor = Field(RadarSensor(), description="The radar")
     seed: int = Field(0, ge=0, description="Root of all random numbers")
+
+
+class Voyage(NamedTuple):
+    """Where ships are at each scan; NaN for a ship that has arrived."""
+
+    times_s: Array  # (T,)
+    states: Array  # (ships, T, 4) x, vx, y, vy [m, m/s]
 
 
 class RadarSimulated(NamedTuple):
@@ -45,7 +52,7 @@ class RadarSimulated(NamedTuple):
 
 
 def simulate_radar(
-    route: Route,
+    routes: Sequence[Route],
     parameters: RadarSimulation,
     out: Path,
     *,
@@ -54,15 +61,15 @@ def simulate_radar(
     charts: Sequence[str | Path] = (),
     on_scan: Callable[[int], None] | None = None,
 ) -> RadarSimulated:
-    """Sail a route and write a radar's plots as CSV, the truth beside them.
+    """Sail a ship along each route and write a radar's plots as CSV, the truth beside them.
 
-    The truth's file has the plots' name and ``_truth``, and the columns ``time_s, lon_deg, lat_deg, vx_mps, vy_mps``.
-    The legs are straight in the radar's frame, and sailed at constant speed.
+    The truth's file has the plots' name and ``_truth``, and the columns ``time_s, ship, lon_deg, lat_deg, vx_mps,
+    vy_mps``; ships are numbered from 1. The legs are straight in the radar's frame, and sailed at constant speed.
 
     Parameters
     ----------
-    route
-        From :func:`~elusive.io.routes.read_route`.
+    routes
+        From :func:`~elusive.io.routes.read_route`; all ships start at time 0, and are gone once they arrive.
     parameters
         The radar, the time between scans, the seed.
     out
@@ -70,7 +77,7 @@ def simulate_radar(
     radar_lon_deg, radar_lat_deg
         The radar's place, WGS 84.
     charts
-        S-57 base cells, GeoJSON or shapefiles, against which the route is compared. It may cross charted land:
+        S-57 base cells, GeoJSON or shapefiles, against which the routes are compared. They may cross charted land:
         charts are imprecise.
     on_scan
         Called with the number of scans done.
@@ -78,27 +85,26 @@ def simulate_radar(
     Raises
     ------
     DataError
-        If a waypoint is further than 500 km from the radar, the voyage has no length or takes over a million scans, a
+        If a waypoint is further than 500 km from the radar, a voyage has no length or takes over a million scans, a
         chart cannot be read, or a file cannot be written.
     """
     frame = LocalFrame.at(radar_lon_deg, radar_lat_deg)
-    times, states = voyage(route, frame, parameters)
+    times, ships = voyage(routes, frame, parameters)
+    sailed = ships[np.isfinite(ships[:, :, X])]
     rows = [
-        ("Voyage", f"{times[-1]:.0f} s, {len(times)} scans"),
-        (
-            "Distance from the radar",
-            "{:.0f} to {:.0f} m".format(*np.quantile(np.hypot(states[:, X], states[:, Y]), [0, 1])),
-        ),
+        ("Voyage", f"{times[-1]:.0f} s, {len(times)} scans" + (f", {len(ships)} ships" if len(ships) > 1 else "")),
+        ("Distance from the radar", "{:.0f} to {:.0f} m".format(*_bounds(np.hypot(sailed[:, X], sailed[:, Y])))),
     ]
     if charts:
-        rows += _on_charts(states, charts, frame)
+        rows += _on_charts(sailed[:, [X, Y]], charts, frame)
     seen = 0
 
     def scans() -> Iterator[RadarScan]:
         nonlocal seen
         rng = np.random.default_rng(parameters.seed)
-        for number, (time_s, state) in enumerate(zip(times, states, strict=True), 1):
-            scan = parameters.radar.simulate(state[None], rng, time_s=float(time_s))
+        for number, time_s in enumerate(times.tolist(), 1):
+            states = ships[:, number - 1]
+            scan = parameters.radar.simulate(states[np.isfinite(states[:, X])], rng, time_s=time_s)
             seen += len(scan.range_m)
             if on_scan is not None:
                 on_scan(number)
@@ -107,24 +113,37 @@ def simulate_radar(
     truth = out.with_name(f"{out.stem}_truth.csv")
     with atomic_path(truth) as beside, atomic_path(out) as temporary:
         write_radar_plots_csv(temporary, scans())
-        places = frame.to_lonlat(states[:, [X, Y]])
         with beside.open("w", encoding="utf-8", newline="") as file:
-            file.write("time_s,lon_deg,lat_deg,vx_mps,vy_mps\n")
-            for time_s, place, state in zip(times, places, states, strict=True):
-                file.write(",".join(number_text(float(value)) for value in (time_s, *place, state[1], state[3])) + "\n")
-    if not parameters.radar.sees(*parameters.radar.measured(states)[:2]).all():
+            file.write("time_s,ship,lon_deg,lat_deg,vx_mps,vy_mps\n")
+            for ship, states in enumerate(ships, 1):
+                there = np.isfinite(states[:, X])
+                table = np.column_stack(
+                    [times[there], frame.to_lonlat(states[there][:, [X, Y]]), states[there][:, [VX, VY]]]
+                )
+                for time_s, *rest in table.tolist():
+                    file.write(",".join([number_text(time_s), str(ship), *map(number_text, rest)]) + "\n")
+    if not parameters.radar.sees(*parameters.radar.measured(sailed)[:2]).all():
         rows.append(("In the radar's view", "not all the way"))
     return RadarSimulated([*rows, ("Plots", f"{seen}")], truth)
 
 
-def voyage(route: Route, frame: LocalFrame, parameters: RadarSimulation) -> tuple[Array, Array]:
-    """Return the times of the scans ``(T,)`` [s] and the ship's states then, ``(T, 4)`` x, vx, y, vy.
+def voyage(routes: Sequence[Route], frame: LocalFrame, parameters: RadarSimulation) -> Voyage:
+    """Return where the ships are at each scan, until the last of them arrives.
 
     Raises
     ------
     DataError
         As :func:`simulate_radar`.
     """
+    tracks = [_sailed(route, frame, parameters) for route in routes]
+    states = np.full((len(tracks), max(map(len, tracks)), 4), np.nan)
+    for ship, track in enumerate(tracks):
+        states[ship, : len(track)] = track
+    return Voyage(parameters.interval_s * np.arange(states.shape[1], dtype=np.float64), states)
+
+
+def _sailed(route: Route, frame: LocalFrame, parameters: RadarSimulation) -> Array:
+    """States of a ship at the scans until it arrives, ``(T, 4)``."""
     corners = frame.to_local(route.lonlat_deg)
     furthest = float(np.hypot(*corners.T).max())
     if not furthest <= FURTHEST_M:
@@ -135,24 +154,25 @@ def voyage(route: Route, frame: LocalFrame, parameters: RadarSimulation) -> tupl
     lengths = np.hypot(*legs.T)
     speeds = np.where(np.isnan(route.speed_mps), parameters.speed_mps, route.speed_mps)[:-1]
     arrivals = np.concatenate([[0.0], np.cumsum(lengths / speeds)])
-    if not arrivals[-1] >= parameters.interval_s:
+    scans = arrivals[-1] / parameters.interval_s
+    if not scans >= 1:
         raise DataError(f"route: is sailed in {arrivals[-1]:.3g} s, less than from scan to scan; give a longer one.")
-    if arrivals[-1] / parameters.interval_s > MOST_SCANS:
-        raise DataError(
-            f"route: takes {arrivals[-1] / parameters.interval_s:.3g} scans, more than {MOST_SCANS}; give a greater "
-            "speed or interval_s."
-        )
-    times = parameters.interval_s * np.arange(int(arrivals[-1] / parameters.interval_s + 1e-9) + 1, dtype=np.float64)
+    if scans > MOST_SCANS:
+        raise DataError(f"route: takes {scans:.3g} scans, more than {MOST_SCANS}; give a greater speed or interval_s.")
+    times = parameters.interval_s * np.arange(int(scans + 1e-9) + 1, dtype=np.float64)
     leg = np.minimum(np.searchsorted(arrivals, times, side="right") - 1, len(legs) - 1)
     velocity = legs[leg] * (speeds / np.maximum(lengths, 1e-300))[leg, None]
     places = corners[leg] + velocity * (times - arrivals[leg])[:, None]
-    return times, np.column_stack([places[:, 0], velocity[:, 0], places[:, 1], velocity[:, 1]])
+    return np.column_stack([places[:, 0], velocity[:, 0], places[:, 1], velocity[:, 1]])
 
 
-def _on_charts(states: Array, charts: Sequence[str | Path], frame: LocalFrame) -> list[tuple[str, str]]:
-    """Say how much of a voyage leads over charted land, and how much off the charts."""
+def _bounds(values: Array) -> tuple[float, float]:
+    return float(values.min()), float(values.max())
+
+
+def _on_charts(places: Array, charts: Sequence[str | Path], frame: LocalFrame) -> list[tuple[str, str]]:
+    """Say how much of the voyages leads over charted land, and how much off the charts."""
     water = HardWater().bind(lay_charts(read_charts(*charts), ChartedAreaParameters(), frame).coast)
-    places = states[:, [X, Y]]
     known = water.known(places)
     land = known & (water.probability(places) == 0)
     rows = [("On charted land", f"{100 * land.mean():.1f} % of the scans")] if land.any() else []

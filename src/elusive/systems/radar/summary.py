@@ -22,7 +22,7 @@ from elusive.contracts import Array
 from elusive.sensors.radar import RadarSensor
 from elusive.systems.radar.parameters import RadarSurvey, RadarTracking
 from elusive.systems.radar.report import RadarPath
-from elusive.systems.radar.truth import truth_at
+from elusive.systems.radar.truth import Truth, truth_at
 
 JUDGED = 20  # plots in a row by which chart and radar are compared
 UNLIKELY = math.log(0.05)  # mean logarithm of P(water) at them under which they contradict each other
@@ -64,7 +64,7 @@ def header(scored: bool) -> tuple[str, ...]:
     return (*names, "RMSE [m]") if scored else names
 
 
-def line_of(path: RadarPath, points: Sequence[RadarPoint], truth: Array | None) -> tuple[str, ...]:
+def line_of(path: RadarPath, points: Sequence[RadarPoint], truth: Truth | None) -> tuple[str, ...]:
     """Return a track's line of the table; the error's where the track is confirmed."""
     alive = np.array([point.status != "deleted" for point in points])
     vx, vy = path.velocity[alive].mean(axis=0)
@@ -85,10 +85,11 @@ def line_of(path: RadarPath, points: Sequence[RadarPoint], truth: Array | None) 
     return (*line, f"{math.sqrt(np.mean(errors**2)):.1f}" if len(errors) else "-")
 
 
-def errors_of(path: RadarPath, truth: Array) -> Array:
-    """Distance to the truth in each scan in which a track is confirmed, ``(k,)`` [m]; NaN where it is not known."""
-    error = np.hypot(*(path.places - truth_at(truth, path.times_s)).T)
-    return np.asarray(np.where(path.confirmed, error, np.nan))
+def errors_of(path: RadarPath, truth: Truth) -> Array:
+    """Distance to the nearest ship in each scan in which a track is confirmed, ``(k,)`` [m]; NaN: none is known."""
+    ships = [np.hypot(*(path.places - truth_at(ship, path.times_s)).T) for ship in truth.values()]
+    nearest = np.fmin.reduce([np.full(len(path.times_s), np.nan), *ships])
+    return np.asarray(np.where(path.confirmed, nearest, np.nan))
 
 
 def verdict(paths: Sequence[RadarPath]) -> str:

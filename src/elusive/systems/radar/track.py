@@ -93,9 +93,9 @@ def track_radar_recording(
     charts
         S-57 base cells, GeoJSON or shapefiles; none with ``knowledge`` ``none`` only.
     truth
-        Where a ship truly was, see :func:`~elusive.systems.radar.truth.truth_in_frame`; scores only.
+        Where ships truly were, see :func:`~elusive.systems.radar.truth.truth_in_frame`; scores only.
     truth_mmsi
-        The ship, where that is an AIS log of several.
+        The only ship to read, where that is an AIS log.
     on_scan
         Called with the number of scans done.
 
@@ -104,7 +104,7 @@ def track_radar_recording(
     DataError
         If a chart, a plot or the truth cannot be used, or no plot falls on a chart.
     ParameterError
-        If a chart is to be used and none is given, or a ship of the truth is chosen and there is no truth.
+        If a chart is to be used and none is given, or a ship of the truth is chosen and there is none.
     """
     if not charts and not isinstance(parameters.knowledge, NoMap):
         raise ParameterError(
@@ -121,7 +121,7 @@ def track_radar_recording(
             f"{source.name}: none of its {seen.plots} plots falls on a chart, seen from a radar at longitude "
             f"{radar_lon_deg:g}, latitude {radar_lat_deg:g}; check the radar's place and the charts."
         )
-    known = None if truth is None else truth_in_frame(truth, frame, midnight_unix_s=_midnight(source), mmsi=truth_mmsi)
+    known = {} if truth is None else truth_in_frame(truth, frame, midnight_unix_s=_midnight(source), mmsi=truth_mmsi)
     sensor = parameters.radar.sensor(seen)
     flt = parameters.filter(sensor, None if charted is None else charted.coast)
     run = RadarRun(parameters, sensor, Surroundings(frame, charted, _water(parameters, flt, charted)), seen)

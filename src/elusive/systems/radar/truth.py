@@ -1,4 +1,4 @@
-"""Where a ship truly was, in a radar's frame: a table of places, or the AIS positions that it reported.
+"""Where ships truly were, in a radar's frame: a table of places, or the AIS positions that they reported.
 
 ITU-R M.1371: a ship under way reports every 2 to 10 s, one at anchor every 3 minutes.
 """
@@ -7,9 +7,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections import Counter
-from collections.abc import Iterable
-from itertools import islice
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -19,51 +17,52 @@ from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io import read_ais
-from elusive.io.csv_files import read_lines
-from elusive.io.truth import NUMBER
+from elusive.io.named_columns import finite, names_in, read_columns, says_something
 
 METRES, DEGREES = ("time_s", "x_m", "y_m"), ("time_s", "lon_deg", "lat_deg")
+SHIP = "ship"  # column that tells several ships apart
 DAY_S = 86_400
 LONGEST_GAP_S = 200.0  # somewhat longer than between the reports of a ship at anchor
-NAMED = 5  # ships listed where one must be chosen
+
+Truth = Mapping[str, Array]  # of each ship (K, 3) time_s, x, y [m], times increasing
 
 
 def truth_in_frame(
     path: str | os.PathLike[str], frame: LocalFrame, *, midnight_unix_s: float = math.nan, mmsi: int | None = None
-) -> Array:
-    """Read a ship's places in the frame of a radar's tracks.
+) -> Truth:
+    """Read ships' places in the frame of a radar's tracks.
 
     Parameters
     ----------
     path
         A table whose first line names ``time_s,x_m,y_m`` (metres east and north of the frame's origin) or
-        ``time_s,lon_deg,lat_deg`` (WGS 84), and other columns as it likes; or else a log of AIS sentences.
+        ``time_s,lon_deg,lat_deg`` (WGS 84), ``ship`` where there are several, and other columns as it likes; or else a
+        log of AIS sentences.
     frame
         Of the tracks: its origin is the radar's place.
     midnight_unix_s
         Of an AIS log, what the plots' times count from, in seconds after 1970 began: 0 where they are such times
         themselves. NaN: the midnight (UTC) before the first position, from which ASTERIX times count.
     mmsi
-        The ship, where a log holds several.
+        The only ship to read of an AIS log.
 
     Returns
     -------
-    ndarray
-        ``(K, 3)`` time_s, x, y [m], times increasing.
+    dict
+        By the ship's name or MMSI; the only ship of a table without such a column has the name ``""``.
 
     Raises
     ------
     DataError
-        If the file cannot be read, a number is missing, out of its bounds or times do not increase, or the log holds
-        several ships and none is named; the sentence says where.
+        If the file cannot be read, a number is missing, out of its bounds or a ship's times do not increase; the
+        sentence says where.
     """
     path = Path(path)
-    mark, names = _names(_first_line(path))
-    if "time_s" in names:
-        if mmsi is not None:
-            raise DataError(f"{path}: is a table, and mmsi={mmsi} chooses in an AIS log; leave it out.")
-        return _table(path, mark, names, frame)
-    return _reported(path, frame, midnight_unix_s, mmsi)
+    if "time_s" not in names_in(_first_line(path))[1]:
+        return _reported(path, frame, midnight_unix_s, mmsi)
+    if mmsi is not None:
+        raise DataError(f"{path}: is a table, and mmsi={mmsi} chooses in an AIS log; leave it out.")
+    return _table(path, frame)
 
 
 def truth_at(truth: ArrayLike, times_s: ArrayLike, longest_gap_s: float = LONGEST_GAP_S) -> Array:
@@ -97,71 +96,50 @@ def _first_line(path: Path) -> str:
     """Return the first line with something on it; a log of AIS sentences may hold any octets."""
     try:
         with path.open(encoding="utf-8-sig", errors="replace") as file:
-            return next((line for line in file if _says(line)), "")
+            return next((line for line in file if says_something(line)), "")
     except OSError as error:
         raise DataError(f"{path}: cannot be read ({error.strerror}); check the path.") from None
 
 
-def _says(line: str) -> bool:
-    return bool(line.strip()) and not line.startswith("#")
-
-
-def _names(line: str) -> tuple[str, list[str]]:
-    mark = next((mark for mark in ";\t" if mark in line), ",")
-    return mark, [name.strip().strip('"') for name in line.split(mark)]
-
-
-def _table(path: Path, mark: str, names: list[str], frame: LocalFrame) -> Array:
+def _table(path: Path, frame: LocalFrame) -> Truth:
     """Read the columns that are named."""
+    names, lines = read_columns(path)
     wanted = next((columns for columns in (METRES, DEGREES) if set(columns) <= set(names)), None)
-    if wanted is None or any(names.count(name) > 1 for name in wanted):
+    if wanted is None or any(names.count(name) > 1 for name in (*wanted, SHIP)):
         raise DataError(
             f"{path}: its columns are {','.join(names)!r:.80}; name them {','.join(METRES)} or {','.join(DEGREES)}."
         )
-    columns = [names.index(name) for name in wanted]
-    rows: list[list[float]] = []
-    lines = ((number, line) for number, line in enumerate(read_lines(path), 1) if _says(line))
-    for number, line in islice(lines, 1, None):
-        where = f"{path}, line {number}"
-        cells = [cell.strip() for cell in line.split(mark)]
-        if len(cells) != len(names):
-            raise DataError(f"{where}: has {len(cells)} cells for {len(names)} columns; repair it.")
-        rows.append([_number(cells[k], name, where) for k, name in zip(columns, wanted, strict=True)])
-        time_s, first, second = rows[-1]
-        if len(rows) > 1 and time_s <= rows[-2][0]:
+    ships: dict[str, list[list[float]]] = {}
+    for where, record in lines:
+        rows = ships.setdefault(record.get(SHIP, ""), [])
+        time_s, first, second = (finite(record, name, where) for name in wanted)
+        if rows and time_s <= rows[-1][0]:
             raise DataError(
-                f"{where}, column time_s: {time_s:g} comes after {rows[-2][0]:g}; sort the lines by time, one a time."
+                f"{where}, column time_s: {time_s:g} comes after {rows[-1][0]:g}; sort a ship's lines by time, a line "
+                "for each time."
             )
         if wanted is DEGREES and not (abs(first) <= 360 and abs(second) <= 90):
             raise DataError(f"{where}: ({first:g}, {second:g}) is no longitude and latitude in degrees.")
-    if not rows:
-        raise DataError(f"{path}: holds no place; write {','.join(wanted)}, one a line.")
-    table = np.array(rows)
-    return np.column_stack([table[:, 0], frame.to_local(table[:, 1:])]) if wanted is DEGREES else table
+        rows.append([time_s, first, second])
+    if not ships:
+        raise DataError(f"{path}: holds no place; write {','.join(wanted)}, a line for each.")
+    tables = {ship: np.array(rows) for ship, rows in ships.items()}
+    if wanted is METRES:
+        return tables
+    return {ship: np.column_stack([table[:, 0], frame.to_local(table[:, 1:])]) for ship, table in tables.items()}
 
 
-def _number(cell: str, name: str, where: str) -> float:
-    value = float(cell) if NUMBER.fullmatch(cell) else math.nan
-    if not math.isfinite(value):
-        raise DataError(f"{where}, column {name}: {cell!r:.60} is no number; write a finite one.")
-    return value
-
-
-def _reported(path: Path, frame: LocalFrame, midnight_unix_s: float, mmsi: int | None) -> Array:
-    """Take one ship's positions, in the order of time and one for each time."""
-    counts: Counter[str] = Counter()
-    found = list(read_ais(path, mmsi=mmsi, counts=counts))
-    ships = Counter(position.mmsi for position in found)
-    if len(ships) > 1:
-        raise DataError(f"{path}: holds the positions of {len(ships)} ships ({_listed(ships)}); say which by its MMSI.")
+def _reported(path: Path, frame: LocalFrame, midnight_unix_s: float, mmsi: int | None) -> Truth:
+    """Read the ships' positions, in the order of time and a single position for each time."""
+    found = list(read_ais(path, mmsi=mmsi))
     if math.isnan(midnight_unix_s):
         midnight_unix_s = DAY_S * (min(position.time_s for position in found) // DAY_S)
-    table = np.array([(position.time_s, position.lon_deg, position.lat_deg) for position in found])
-    times, first = np.unique(table[:, 0], return_index=True)
-    return np.column_stack([times - midnight_unix_s, frame.to_local(table[first, 1:])])
-
-
-def _listed(ships: Counter[int]) -> str:
-    """Name the ships with most positions."""
-    named: Iterable[str] = (f"{mmsi} with {count}" for mmsi, count in islice(ships.most_common(), NAMED))
-    return ", ".join(named) + (", ..." if len(ships) > NAMED else "")
+    ships: dict[str, list[tuple[float, float, float]]] = {}
+    for position in found:
+        ships.setdefault(str(position.mmsi), []).append((position.time_s, position.lon_deg, position.lat_deg))
+    truth = {}
+    for ship, positions in ships.items():
+        table = np.array(positions)
+        times, first = np.unique(table[:, 0], return_index=True)
+        truth[ship] = np.column_stack([times - midnight_unix_s, frame.to_local(table[first, 1:])])
+    return truth

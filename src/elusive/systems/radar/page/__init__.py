@@ -5,9 +5,9 @@ from __future__ import annotations
 from elusive.systems.radar.page.chart import ChartWindow
 from elusive.systems.radar.page.compare import compare_window
 from elusive.systems.radar.page.route import RouteWindow
-from elusive.systems.radar.page.scene import EXAMPLE_NAME, ChartScene
 from elusive.systems.radar.page.state import ChartsState, example
 from elusive.systems.radar.page.track import WAYS
+from elusive.systems.radar.scene import EXAMPLE_NAME, RadarScene
 from elusive.workbench.jobs import Job, away
 from elusive.workbench.parts import told
 from elusive.workbench.session import state_of
@@ -30,7 +30,7 @@ async def build(ready: bool) -> None:
         words = "Sailing and tracking the ready route ..." if ready else "Drawing the coast ..."
         with waiting(words), told():
             if state.chart is None:
-                state.open(EXAMPLE_NAME, await away(example), ChartScene.example())
+                state.open(EXAMPLE_NAME, await away(example), RadarScene.example())
             if ready and state.run is None:
                 await run(state, WAYS, Job())
         steps = Steps(

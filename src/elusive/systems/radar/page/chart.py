@@ -9,8 +9,8 @@ from nicegui import ui
 from elusive.errors import ElusiveError
 from elusive.systems.radar.page.describe import description
 from elusive.systems.radar.page.maps import ZONES, chart_floor, grades_of, view_of, water_raster, zoomed
-from elusive.systems.radar.page.scene import EXAMPLE_NAME, ChartScene
 from elusive.systems.radar.page.state import KINDS, ChartsState, OpenedChart, example, opened
+from elusive.systems.radar.scene import EXAMPLE_NAME, RadarScene
 from elusive.workbench.exports import table_html
 from elusive.workbench.jobs import away
 from elusive.workbench.opener import opener
@@ -55,7 +55,7 @@ class ChartWindow:
     async def _ready(self) -> None:
         with told():
             chart = await away(example)
-            self._state.open(EXAMPLE_NAME, chart, ChartScene.example())
+            self._state.open(EXAMPLE_NAME, chart, RadarScene.example())
             self._form.show(self._state.scene)
             self._more.show(self._state.scene)
             await self._show()
@@ -66,7 +66,7 @@ class ChartWindow:
         self._more.show(self._state.scene)
         ui.timer(0.01, self._show, once=True)
 
-    def _take(self, scene: ChartScene) -> ChartScene:
+    def _take(self, scene: RadarScene) -> RadarScene:
         kept = self._state.take(scene)
         self._form.model = self._more.model = kept
         ui.timer(0.01, self._show, once=True)

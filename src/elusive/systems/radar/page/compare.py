@@ -12,12 +12,10 @@ import numpy as np
 from nicegui import ui
 
 from elusive.io import write_tracks_csv
-from elusive.systems.radar.page.run import Used, archive, lost
 from elusive.systems.radar.page.state import ChartsState
+from elusive.systems.radar.scene_run import HEADER, Used, archive
 from elusive.workbench.exports import Export, export_buttons, table_html
 from elusive.workbench.parts import Drawing
-
-HEADER = ["Use of the chart", "Tracks", "RMSE [m]", "Lost [scans]", "Chart left out [scans]", "Time [s]"]
 
 
 def compare_window(state: ChartsState) -> None:
@@ -37,10 +35,12 @@ def compare_window(state: ChartsState) -> None:
             if one.refusal:
                 ui.label(f"{one.name}: {one.refusal}").classes("ew-fault")
         with ui.element("div").classes("ew-scroll"):
-            ui.html(table_html(HEADER, [_row(one) for one in shown]), sanitize=False)
+            ui.html(
+                table_html([*HEADER, "Time [s]"], [(*one.row, f"{one.seconds:.2f}") for one in shown]), sanitize=False
+            )
         ui.label(
-            "RMSE where a track is confirmed. Lost: ten scans on end or more in which no confirmed track's own 99.9 % "
-            "region holds the ship. One voyage tells little of a few tenths of a metre: change the seed."
+            "RMSE where a track is confirmed. Lost: ten scans in a row or more in which no confirmed track's own 99.9 "
+            "% region holds the ship. One voyage tells little of a few tenths of a metre: change the seed."
         ).classes("ew-note")
         ui.label("How far off?").classes("ew-section")
         Drawing("chart", _errors(shown))
@@ -51,14 +51,6 @@ def compare_window(state: ChartsState) -> None:
 
 def _metres(value: float) -> str:
     return "-" if math.isnan(value) else f"{value:.1f} m"
-
-
-def _row(one: Used) -> tuple[str, ...]:
-    assert one.outcome is not None
-    paths = one.outcome.tracked.paths
-    rmse = "-" if math.isnan(one.rmse_m) else f"{one.rmse_m:.1f}"
-    left_out = sum(int(path.forbidden.sum()) for path in paths)
-    return one.name, f"{len(paths)}", rmse, f"{int(lost(one).sum())}", f"{left_out}", f"{one.seconds:.2f}"
 
 
 def _errors(shown: list[Used]) -> dict[str, Any]:

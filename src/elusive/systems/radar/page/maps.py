@@ -34,9 +34,9 @@ def view_of(state: ChartsState) -> Extent:
 
 def about_route(state: ChartsState) -> Extent:
     """Return what shows the route, with room; the whole chart where there is none."""
-    if len(state.scene.route_deg) < 2:
+    if not state.scene.routes_deg:
         return view_of(state)
-    places = state.frame.to_local(np.array(state.scene.route_deg))
+    places = state.frame.to_local(np.concatenate(state.scene.routes_deg))
     middle, half = 0.5 * (places.min(axis=0) + places.max(axis=0)), 0.65 * float(np.ptp(places, axis=0).max())
     return tuple(float(value) for value in (middle[0] - half, middle[0] + half, middle[1] - half, middle[1] + half))  # type: ignore[return-value]
 
@@ -130,8 +130,7 @@ def chart_floor(state: ChartsState, mode: str, raster: dict[str, Any] | None = N
         spec["raster"] = raster
     if way:
         frame, scene = state.frame, state.scene
-        route = frame.to_local(np.array(scene.route_deg)) if scene.route_deg else np.zeros((0, 2))
-        spec["paths"] = [np.round(route, 1).tolist()]
+        spec["paths"] = [np.round(frame.to_local(np.array(route)), 1).tolist() for route in scene.routes_deg]
         x, y = np.round(frame.to_local([[scene.radar.lon_deg, scene.radar.lat_deg]])[0], 1).tolist()
         spec["nodes"] = [{"name": "radar", "x": x, "y": y, "selected": True}]
         if state.recorded is not None:

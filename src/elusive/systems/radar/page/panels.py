@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from elusive.charts import ExactWater, GridWater, HardWater, Water, WaterModel
 from elusive.contracts import Array
 from elusive.systems.radar.page.maps import raster_of
-from elusive.systems.radar.page.run import Sailed, Used
 from elusive.systems.radar.page.state import Extent
+from elusive.systems.radar.scene_run import Sailed, Used
 from elusive.workbench.blocks import Panel, player_spec
 
 SIDE = 220  # pixels along the longer side

@@ -11,17 +11,24 @@ from elusive.geometry.local_frame import LocalFrame
 from elusive.geometry.places import along_path
 from elusive.systems.radar.page.chart import ZOOM, zoom_buttons
 from elusive.systems.radar.page.maps import about_route, chart_floor, view_of, zoomed
-from elusive.systems.radar.page.run import record
-from elusive.systems.radar.page.scene import ChartScene
 from elusive.systems.radar.page.state import ChartsState
+from elusive.systems.radar.scene import RadarScene
+from elusive.systems.radar.scene_run import record
 from elusive.workbench.exports import table_html
 from elusive.workbench.jobs import away
 from elusive.workbench.parts import Drawing, Form, are_right, told
 from elusive.workbench.shell import window
 
-MODES = {"path": "Draw the route", "node": "Place the radar", "zoom": "See nearer", "view": "Look"}
+MODES = {
+    "path": "Draw the route",
+    "another": "Draw another ship's",
+    "node": "Place the radar",
+    "zoom": "See nearer",
+    "view": "Look",
+}
 HOW = {
     "path": "Draw with the pointer held down; or move a cross with the arrow keys, Enter for each waypoint, C to end.",
+    "another": "Draw the route of one more ship in the same ways.",
     "node": "Click where the radar stands, or drag it.",
     "zoom": "Click to see a place from nearer.",
     "view": "",
@@ -72,7 +79,7 @@ class RouteWindow:
     def _forms(self) -> tuple[Form, ...]:
         return self._voyage, self._place, self._radar, self._more
 
-    def _take(self, scene: ChartScene) -> ChartScene:
+    def _take(self, scene: RadarScene) -> RadarScene:
         kept = self._state.take(scene)
         for form in self._forms():
             form.model = kept
@@ -89,7 +96,9 @@ class RouteWindow:
             length = float(np.hypot(*np.diff(points, axis=0).T).sum())
             corners = np.concatenate([along_path(points, max(length / WAYPOINTS, 1.0)), points[-1:]])
             degrees = np.round(self._state.frame.to_lonlat(corners), 7)
-            self._take(self._state.scene.replace(route_deg=tuple(map(tuple, degrees.tolist()))))
+            scene = self._state.scene
+            others = scene.routes_deg if self._mode == "another" else scene.routes_deg[:-1]
+            self._take(scene.replace(routes_deg=(*others, tuple(map(tuple, degrees.tolist())))))
 
     async def _placed(self, event: Any) -> None:
         x, y = event.args["x"], event.args["y"]
@@ -107,7 +116,7 @@ class RouteWindow:
         await self._placed(event)
 
     def _clear(self) -> None:
-        self._take(self._state.scene.replace(route_deg=()))
+        self._take(self._state.scene.replace(routes_deg=()))
 
     async def _create(self) -> None:
         state, scene = self._state, self._state.scene
@@ -132,11 +141,11 @@ class RouteWindow:
         if state.chart is None:
             self._told.text = "Open a chart first, under Chart."
             return
-        mode = "node" if self._mode == "zoom" else self._mode
+        mode = {"zoom": "node", "another": "path"}.get(self._mode, self._mode)
         self._floor.show(await away(lambda: chart_floor(state, mode, way=True)))
         self._how.text = HOW[self._mode]  # once the map does it
-        route = state.scene.route_deg
-        self._told.text = "No route yet." if len(route) < 2 else f"A route of {len(route)} waypoints, {_length(route)}."
+        routes = (f"A route of {len(route)} waypoints, {_length(route)}." for route in state.scene.routes_deg)
+        self._told.text = " ".join(routes) or "No route yet."
         self._box.clear()
         if state.recorded is not None:
             with self._box:

@@ -12,8 +12,8 @@ import numpy as np
 from elusive.charts.chart import Chart
 from elusive.charts.charted_area import read_charts
 from elusive.geometry.local_frame import LocalFrame
-from elusive.systems.radar.page.run import ChartFile, Recorded, Sailed
-from elusive.systems.radar.page.scene import EXAMPLE_NAME, ChartScene, example_chart
+from elusive.systems.radar.scene import EXAMPLE_NAME, RadarScene, example_chart
+from elusive.systems.radar.scene_run import ChartFile, Recorded, Sailed
 from elusive.workbench.files import PLAIN
 from elusive.workbench.side_by_side import TrackedState
 
@@ -48,18 +48,18 @@ def example() -> OpenedChart:
         return opened(path)
 
 
-class ChartsState(TrackedState[ChartScene, Sailed]):
+class ChartsState(TrackedState[RadarScene, Sailed]):
     """Changes of the scene throw away what no longer follows from it."""
 
     def __init__(self) -> None:
-        super().__init__(ChartScene.example())
+        super().__init__(RadarScene.example())
         self.chart: OpenedChart | None = None
         self.recorded: Recorded | None = None
         self.raster: tuple[Any, dict[str, Any]] | None = None  # what it is of, and what a map is told
         self.view: Extent | None = None  # None: the whole chart
         self.shows_water = False
 
-    def open(self, name: str, chart: OpenedChart, scene: ChartScene | None = None) -> None:
+    def open(self, name: str, chart: OpenedChart, scene: RadarScene | None = None) -> None:
         """Take another chart; a route drawn on the last one is gone with it.
 
         One that states its quality is taken at its word, until a deviation of the coast is told.
@@ -75,7 +75,7 @@ class ChartsState(TrackedState[ChartScene, Sailed]):
             if any(len(one.zones) for one in chart.charts):
                 stated = tracking.charted.imprecision.replace(coast_sigma_m=None)
                 tracking = tracking.replace(charted=tracking.charted.replace(imprecision=stated))
-            scene = self.scene.replace(route_deg=(), radar=radar, tracking=tracking)
+            scene = self.scene.replace(routes_deg=(), radar=radar, tracking=tracking)
         self.scene = scene
         self.recorded = None
         self.forget_run()
@@ -98,11 +98,11 @@ class ChartsState(TrackedState[ChartScene, Sailed]):
         (west, south), (east, north) = places.min(axis=0), places.max(axis=0)
         return float(west), float(east), float(south), float(north)
 
-    def take(self, scene: ChartScene) -> ChartScene:
+    def take(self, scene: RadarScene) -> RadarScene:
         """Take a changed scene; return it as it is kept."""
         before = self.scene
-        scene = scene.heeding(before)
-        here, there = ((one.simulation, one.radar, one.route_deg) for one in (scene, before))
+        scene = scene.with_radar_followed(before)
+        here, there = ((one.simulation, one.radar, one.routes_deg) for one in (scene, before))
         if here != there:
             self.recorded = None
         return super().take(scene)

@@ -6,9 +6,8 @@ from collections.abc import Callable
 
 from elusive.errors import DataError
 from elusive.systems.radar.page.panels import watch_spec
-from elusive.systems.radar.page.run import Sailed, sail
-from elusive.systems.radar.page.scene import sailing
 from elusive.systems.radar.page.state import ChartsState
+from elusive.systems.radar.scene_run import Sailed, sail
 from elusive.workbench.jobs import Job
 from elusive.workbench.side_by_side import Ways
 
@@ -40,8 +39,7 @@ def prepare(state: ChartsState) -> Callable[[Job], Sailed]:
     chart = state.chart.file
 
     def work(job: Job) -> Sailed:
-        if len(scene.route_deg) > 1:
-            job.total = len(sailing(scene).times_s) * len(scene.methods)
+        job.total = len(scene.voyage().times_s) * len(scene.methods)
         return sail(scene, chart, job.advance)
 
     return work

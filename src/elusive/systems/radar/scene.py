@@ -1,9 +1,9 @@
-"""A ship's route past a coast, the radar that sees it, and what the tracker takes the chart to say."""
+"""A scene of ships near a coast: routes, a radar, and what the tracker takes the chart to say; the page's example."""
 
 from __future__ import annotations
 
 import json
-from typing import Any, Literal, NamedTuple, Self, get_args
+from typing import Any, Literal, Self, get_args
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -12,15 +12,14 @@ from elusive.charts import WATER_MODELS
 from elusive.charts.charted_area import ChartedAreaParameters
 from elusive.charts.delta import synthetic_delta
 from elusive.charts.quality import Imprecision
-from elusive.contracts import Array
-from elusive.errors import ParameterError
+from elusive.errors import DataError, ParameterError
 from elusive.filters.particle.coast_error import CoastError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io.routes import Route
 from elusive.model import Model
 from elusive.sensors.radar import RadarSensor
 from elusive.systems.radar.parameters import NoMap, RadarTracking, RecordedRadar
-from elusive.systems.radar.simulate import RadarSimulation, voyage
+from elusive.systems.radar.simulate import RadarSimulation, Voyage, voyage
 
 Method = Literal["none", "hard", "nearest", "grid", "exact", "field"]
 METHODS: tuple[Method, ...] = get_args(Method)
@@ -57,8 +56,8 @@ def example_chart() -> bytes:
         for part in shapely.transform(shapely.get_parts(land), frame.to_lonlat)
         if part.geom_type == "Polygon"
     ]
-    told = {"type": "FeatureCollection", "bbox": [west, south, east, north], "features": features}
-    return json.dumps(told).encode()
+    collection = {"type": "FeatureCollection", "bbox": [west, south, east, north], "features": features}
+    return json.dumps(collection).encode()
 
 
 def _example_degrees(places: Any) -> tuple[tuple[float, float], ...]:
@@ -73,10 +72,14 @@ class Place(Model):
     lat_deg: float = Field(0.0, ge=-90, le=90, description="Latitude, WGS 84 [deg]")
 
 
-class ChartScene(Model):
-    """Everything a run of the page can be told, but the chart itself."""
+class RadarScene(Model):
+    """Ships' routes past a coast, the radar that sees them, and the uses of the chart that they are tracked with."""
 
-    route_deg: tuple[tuple[float, float], ...] = Field((), description="Waypoints, longitude and latitude [deg]")
+    system: Literal["radar"] = Field("radar", description="What kind of scene this is")
+    chart: str = Field("", description="File of the chart, beside the scene's own; none: a synthetic delta")
+    routes_deg: tuple[tuple[tuple[float, float], ...], ...] = Field(
+        (), description="Waypoints of each ship, longitude and latitude [deg]"
+    )
     radar: Place = Field(Place(), description="Where the radar stands")
     simulation: RadarSimulation = Field(RadarSimulation(), description="The voyage, and what the radar sees")
     tracking: RadarTracking = Field(RadarTracking(), description="How it is tracked")
@@ -88,7 +91,7 @@ class ChartScene(Model):
         lon, lat = _example_degrees(RADAR_M)[0]
         seen = {"bearing_sd_mrad": 4.0, "detection_probability": 0.95}
         return cls(
-            route_deg=_example_degrees(WAY_M),
+            routes_deg=(_example_degrees(WAY_M),),
             radar=Place(lon_deg=lon, lat_deg=lat),
             simulation=RadarSimulation(speed_mps=10.0, seed=3, radar=RadarSensor(**seen)),
             tracking=RadarTracking(
@@ -100,17 +103,17 @@ class ChartScene(Model):
 
     @model_validator(mode="after")
     def _few_scans(self) -> Self:
-        if len(self.route_deg) > 1:
-            corners = LocalFrame.at(*self.route_deg[0]).to_local(np.array(self.route_deg))
+        for route in self.routes_deg:
+            corners = LocalFrame.at(*route[0]).to_local(np.array(route)) if route else np.zeros((0, 2))
             scans = np.hypot(*np.diff(corners, axis=0).T).sum() / self.simulation.speed_mps / self.simulation.interval_s
             if scans > SCANS_MOST:
                 raise ParameterError(
-                    f"RadarSimulation.interval_s: the route takes {scans:.0f} scans, more than {SCANS_MOST} on this "
-                    "page; give a longer interval, a greater speed or a shorter route."
+                    f"RadarSimulation.interval_s: the route takes {scans:.0f} scans, more than {SCANS_MOST} of a "
+                    "scene; give a longer interval, a greater speed or a shorter route."
                 )
         return self
 
-    def heeding(self, before: ChartScene) -> ChartScene:
+    def with_radar_followed(self, before: RadarScene) -> RadarScene:
         """Return it with the tracker's radar following the simulated one in what the two agreed on before."""
         simulated, assumed = self.simulation.radar, {}
         for name in type(simulated).model_fields:
@@ -122,31 +125,30 @@ class ChartScene(Model):
             return self
         return self.replace(tracking=self.tracking.replace(radar=self.tracking.radar.replace(**assumed)))
 
-    def route(self) -> Route:
-        """Return the route as a reader gives it."""
-        return Route(np.array(self.route_deg, np.float64).reshape(-1, 2), np.full(len(self.route_deg), np.nan))
+    def routes(self) -> list[Route]:
+        """Return the routes as a reader gives them.
+
+        Raises
+        ------
+        DataError
+            If there is none, or it has a single waypoint.
+        """
+        if not self.routes_deg or any(len(route) < 2 for route in self.routes_deg):
+            raise DataError("routes_deg: has no route of two waypoints or more; draw or write a route.")
+        return [Route(np.array(route, np.float64), np.full(len(route), np.nan)) for route in self.routes_deg]
 
     def tracking_by(self, method: str) -> RadarTracking:
-        """Return what the tracker is told for one use of the chart."""
-        changes: dict[str, Any] = {"knowledge": NoMap() if method == "none" else WATER_MODELS[method]()}
-        if method == "none":
-            changes["coast"] = CoastError()  # nothing of it takes effect
-        return self.tracking.replace(**changes)
+        """Return the parameters of tracking with a use of the chart."""
+        if method == "none":  # nothing of the coast's error takes effect
+            return self.tracking.replace(knowledge=NoMap(), coast=CoastError())
+        return self.tracking.replace(knowledge=WATER_MODELS[method]())
 
+    def voyage(self) -> Voyage:
+        """Return where the ships are at each scan, in the radar's frame.
 
-class Sailing(NamedTuple):
-    """The voyage in the radar's frame."""
-
-    times_s: Array  # (T,)
-    states: Array  # (T, 4) x, vx, y, vy
-
-
-def sailing(scene: ChartScene) -> Sailing:
-    """Return when and where the ship is at each scan.
-
-    Raises
-    ------
-    DataError
-        If the route is too short or leads too far away.
-    """
-    return Sailing(*voyage(scene.route(), LocalFrame.at(scene.radar.lon_deg, scene.radar.lat_deg), scene.simulation))
+        Raises
+        ------
+        DataError
+            If a route is too short or leads too far away.
+        """
+        return voyage(self.routes(), LocalFrame.at(self.radar.lon_deg, self.radar.lat_deg), self.simulation)

@@ -1,4 +1,4 @@
-"""Runs of the charts page: one recording, tracked with every use of the chart; the pipelines do it."""
+"""Runs a scene: a simulated recording, tracked with each use of the chart as `elusive track radar` does."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import tempfile
 import time
 import zipfile
 from collections.abc import Callable
+from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -16,21 +17,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elusive.charts.charted_area import ChartedArea, lay_charts, read_charts
-from elusive.contracts import Array
+from elusive.contracts import Array, X, Y
 from elusive.errors import DataError, ElusiveError
 from elusive.geometry.local_frame import LocalFrame
-from elusive.io import open_radar_plots
-from elusive.io.routes import read_route
-from elusive.systems.radar.page.scene import ChartScene, sailing
+from elusive.io import atomic_folder, open_radar_plots
 from elusive.systems.radar.parameters import RadarTracking
+from elusive.systems.radar.report import RadarTracked
 from elusive.systems.radar.results import RadarOutcome
+from elusive.systems.radar.scene import EXAMPLE_NAME, RadarScene, example_chart
 from elusive.systems.radar.simulate import simulate_radar
 from elusive.systems.radar.summary import errors_of
 from elusive.systems.radar.track import track_radar_recording
 from elusive.systems.radar.truth import truth_at
 
-LOST_AFTER = 10  # scans on end outside of the tracks' own regions
+LOST_AFTER = 10  # scans in a row outside of the tracks' own regions
 REGION_999 = 13.816  # chi-square of two degrees of freedom
+HEADER = ("Use of the chart", "Tracks", "RMSE [m]", "Lost [scans]", "Chart left out [scans]")
 
 
 class ChartFile(NamedTuple):
@@ -41,7 +43,7 @@ class ChartFile(NamedTuple):
 
 
 class Used(NamedTuple):
-    """One use of the chart on the recording."""
+    """A use of the chart on the recording."""
 
     name: str
     parameters: RadarTracking
@@ -53,20 +55,27 @@ class Used(NamedTuple):
     def rmse_m(self) -> float:
         """Root mean square error where a track is confirmed [m]; NaN where none is."""
         assert self.outcome is not None
-        tracked = self.outcome.tracked
-        assert tracked.truth is not None
-        errors = [errors_of(path, tracked.truth) for path in tracked.paths]
+        errors = [errors_of(path, self.outcome.truth) for path in self.outcome.tracked.paths]
         known = np.concatenate([np.zeros(0), *(error[np.isfinite(error)] for error in errors)])
         return math.sqrt(float(np.mean(known**2))) if len(known) else math.nan
 
+    @property
+    def row(self) -> tuple[str, ...]:
+        """Its line under ``HEADER``."""
+        assert self.outcome is not None
+        paths = self.outcome.tracked.paths
+        rmse = "-" if math.isnan(self.rmse_m) else f"{self.rmse_m:.1f}"
+        left_out = sum(int(path.forbidden.sum()) for path in paths)
+        return self.name, f"{len(paths)}", rmse, f"{int(lost(self).sum())}", f"{left_out}"
+
 
 class Sailed(NamedTuple):
-    """A run of the page."""
+    """A run of a scene."""
 
-    scene: ChartScene
+    scene: RadarScene
     rows: list[tuple[str, str]]  # of the simulation
     surroundings: ChartedArea  # in the radar's frame
-    truth: Array  # (T, 2) at the scans [m]
+    truth: Array  # (T, 2) at the scans, of the ship that sails longest [m]
     times_s: Array  # (T,)
     each: list[Used]
 
@@ -78,27 +87,42 @@ class Recorded(NamedTuple):
     plots_deg: Array  # (P, 2)
 
 
-def lay(scene: ChartScene, chart: ChartFile, folder: Path) -> list[tuple[str, str]]:
-    """Write chart, route, plots and truth into a folder, as the commands read and write them.
+def chart_of(scene: RadarScene, folder: Path) -> ChartFile:
+    """Return a scene's chart, from the folder that its file lies in.
+
+    Raises
+    ------
+    DataError
+        If it cannot be read.
+    """
+    if not scene.chart:
+        return ChartFile(EXAMPLE_NAME, example_chart())
+    path = folder / scene.chart
+    try:
+        return ChartFile(path.name, path.read_bytes())
+    except OSError as error:
+        raise DataError(f"{path}: cannot be read ({error.strerror}); put the chart beside the scene.") from None
+
+
+def lay(scene: RadarScene, chart: ChartFile, folder: Path) -> list[tuple[str, str]]:
+    """Write chart, plots, truth and the scene into a folder, as the commands read and write them.
 
     Raises
     ------
     DataError
         If there is no route, it cannot be sailed, or the chart cannot be read.
     """
-    if len(scene.route_deg) < 2:
-        raise DataError("route: there is none; draw one under Route.")
+    routes = scene.routes()
     (folder / chart.name).write_bytes(chart.data)
-    lines = [f"{lon!r},{lat!r}" for lon, lat in scene.route_deg]
-    (folder / "route.csv").write_text("\n".join(["lon_deg,lat_deg", *lines, ""]), encoding="utf-8")
+    (folder / "scene.yaml").write_text(scene.replace(chart=chart.name).to_yaml(), encoding="utf-8")
     simulated = simulate_radar(
-        read_route(folder / "route.csv"), scene.simulation, folder / "plots.csv", radar_lon_deg=scene.radar.lon_deg,
+        routes, scene.simulation, folder / "plots.csv", radar_lon_deg=scene.radar.lon_deg,
         radar_lat_deg=scene.radar.lat_deg, charts=[folder / chart.name],
     )  # fmt: skip
     return simulated.rows
 
 
-def record(scene: ChartScene, chart: ChartFile) -> Recorded:
+def record(scene: RadarScene, chart: ChartFile) -> Recorded:
     """Let the radar see the voyage.
 
     Raises
@@ -115,39 +139,63 @@ def record(scene: ChartScene, chart: ChartFile) -> Recorded:
     return Recorded(rows, LocalFrame.at(scene.radar.lon_deg, scene.radar.lat_deg).to_lonlat(places))
 
 
-def sail(scene: ChartScene, chart: ChartFile, advance: Callable[[int], None]) -> Sailed:
+def sail(scene: RadarScene, chart: ChartFile, advance: Callable[[int], None], out: Path | None = None) -> Sailed:
     """Record the voyage and track it with every use of the chart.
 
-    ``advance`` is called with the number of scans done, those of all uses together.
+    Parameters
+    ----------
+    scene
+        What to run.
+    chart
+        Its chart.
+    advance
+        Called with the number of scans done, those of all uses together.
+    out
+        Folder for the recording and, in a folder for each use of the chart, what `elusive track radar` writes.
 
     Raises
     ------
     DataError
         As :func:`lay`, or if every use is refused.
     """
-    with tempfile.TemporaryDirectory(prefix="elusive-") as name:
+    with tempfile.TemporaryDirectory(prefix="elusive-") if out is None else nullcontext(out) as name:
         folder = Path(name)
         rows = lay(scene, chart, folder)
-        way = sailing(scene)
+        way = scene.voyage()
         source, each = open_radar_plots(folder / "plots.csv"), []
         for number, method in enumerate(scene.methods):
             parameters = scene.tracking_by(method)
-            before, began = number * len(way.times_s), time.perf_counter()
+            before, started = number * len(way.times_s), time.perf_counter()
             outcome, refusal = None, ""
             try:
                 outcome = track_radar_recording(
-                    source, parameters, None, radar_lon_deg=scene.radar.lon_deg, radar_lat_deg=scene.radar.lat_deg,
-                    charts=[folder / chart.name], truth=folder / "plots_truth.csv",
+                    source, parameters, None if out is None else folder / method, radar_lon_deg=scene.radar.lon_deg,
+                    radar_lat_deg=scene.radar.lat_deg, charts=[folder / chart.name], truth=folder / "plots_truth.csv",
                     on_scan=partial(_on_scan, advance, before),
                 )  # fmt: skip
             except ElusiveError as error:
                 refusal = str(error).replace(f"{folder}/", "")
-            each.append(Used(method, parameters, outcome, refusal, time.perf_counter() - began))
-        if each and all(one.outcome is None for one in each):
+            each.append(Used(method, parameters, outcome, refusal, time.perf_counter() - started))
+        if each and all(used.outcome is None for used in each):
             raise DataError(each[0].refusal)
         frame = LocalFrame.at(scene.radar.lon_deg, scene.radar.lat_deg)
         around = lay_charts(read_charts(folder / chart.name), scene.tracking.charted, frame)
-    return Sailed(scene, rows, around, way.states[:, [0, 2]], way.times_s, each)
+    longest = np.isfinite(way.states[:, :, X]).sum(axis=1).argmax()
+    return Sailed(scene, rows, around, way.states[longest][:, [X, Y]], way.times_s, each)
+
+
+def track_radar_scene(
+    scene: RadarScene, out: Path, *, folder: Path, on_scan: Callable[[int], None] | None = None
+) -> Sailed:
+    """Run a scene whose chart lies in a folder, and write everything: see :func:`sail`.
+
+    Raises
+    ------
+    DataError
+        As :func:`sail`; then nothing is written.
+    """
+    with atomic_folder(out) as writing:
+        return sail(scene, chart_of(scene, folder), on_scan or (lambda scans: None), writing)
 
 
 def _on_scan(advance: Callable[[int], None], before: int, scan: int) -> None:
@@ -155,26 +203,31 @@ def _on_scan(advance: Callable[[int], None], before: int, scan: int) -> None:
 
 
 def lost(used: Used) -> NDArray[np.bool_]:
-    """Tell at which of the recording's scans the ship is lost, ``(T,)``, from the first confirmed track on.
+    """Tell at which of the recording's scans each ship is lost, ``(ships, T)``, from the first confirmed track on.
 
-    That is, in ten scans on end no confirmed track's own 99.9 % region holds it, or there is no such track.
+    That is, in ten scans in a row no confirmed track's own 99.9 % region holds it, or there is no such track.
     """
     assert used.outcome is not None
     tracked = used.outcome.tracked
-    assert tracked.truth is not None
-    held = np.zeros(len(tracked.times_s), dtype=bool)
-    begun = len(held)
+    found = [_away(tracked, ship) for ship in used.outcome.truth.values()]
+    return np.array(found).reshape(-1, len(tracked.times_s))
+
+
+def _away(tracked: RadarTracked, ship: Array) -> NDArray[np.bool_]:
+    """Tell at which scans a ship is lost, ``(T,)``."""
+    held = np.isnan(truth_at(ship, tracked.times_s)[:, 0])
+    started = len(held)
     for path in tracked.paths:
         at = np.searchsorted(tracked.times_s, path.times_s)
-        off = path.places - truth_at(tracked.truth, path.times_s)
+        off = path.places - truth_at(ship, path.times_s)
         cross = np.zeros(len(off)) if path.covariance is None else path.covariance
         spread = np.stack([np.column_stack([path.deviation[:, 0] ** 2, cross]),
                            np.column_stack([cross, path.deviation[:, 1] ** 2])], axis=1) + 1e-6 * np.eye(2)  # fmt: skip
         squared = (off * np.linalg.solve(spread, off[..., None])[..., 0]).sum(axis=1)
         held[at[path.confirmed & (squared < REGION_999)]] = True
-        begun = min(begun, int(at[path.confirmed].min(initial=begun)))
+        started = min(started, int(at[path.confirmed].min(initial=started)))
     away = ~held
-    away[:begun] = False
+    away[:started] = False
     edges = np.flatnonzero(np.diff(np.concatenate([[0], away.astype(int), [0]])))
     for first, after in edges.reshape(-1, 2):
         if after - first < LOST_AFTER:
@@ -182,8 +235,8 @@ def lost(used: Used) -> NDArray[np.bool_]:
     return away
 
 
-def archive(scene: ChartScene, chart: ChartFile) -> bytes:
-    """Pack chart, plots, truth and the settings of each use, as the command reads them."""
+def archive(scene: RadarScene, chart: ChartFile) -> bytes:
+    """Pack chart, plots, truth, the scene and the settings of each use, as the commands read them."""
     with tempfile.TemporaryDirectory(prefix="elusive-") as name:
         folder = Path(name)
         lay(scene, chart, folder)
@@ -191,7 +244,6 @@ def archive(scene: ChartScene, chart: ChartFile) -> bytes:
         with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as into:
             for path in sorted(folder.iterdir()):
                 into.write(path, path.name)
-            into.writestr("simulation.yaml", scene.simulation.to_yaml())
             for method in scene.methods:
                 into.writestr(f"config-{method}.yaml", scene.tracking_by(method).to_yaml())
     return packed.getvalue()
