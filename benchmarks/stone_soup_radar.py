@@ -40,7 +40,7 @@ class RadarOpponent:
         for k, plot in enumerate(plots, 1):
             # its bearing runs from east to north
             seen = StateVector([Bearing(np.pi / 2 - plot.bearing_rad), plot.range_m, plot.doppler_mps])
-            time = START + datetime.timedelta(seconds=k * motion.interval_s)
+            time = START + datetime.timedelta(seconds=k)
             self.seen.append(Detection(seen, timestamp=time, measurement_model=radar))
 
     def __call__(self):

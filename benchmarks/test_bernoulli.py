@@ -20,7 +20,7 @@ from elusive.motion import square_root
 from tests.reference.filters import bernoulli_step
 
 MODEL = BernoulliFilter()
-ROOT = square_root(MODEL.motion.Q)
+ROOT = square_root(MODEL.motion.Q(1.0))
 FRAMES = WeakTarget().simulate(np.random.default_rng(0)).frames
 
 
@@ -41,20 +41,20 @@ def numpy_step(state, frame, rng):
 @pytest.fixture
 def belief():
     rng = np.random.default_rng(1)
-    *_, state = run(MODEL, FRAMES[:15], rng)
+    *_, state = run(MODEL, FRAMES[:15], rng, start_s=-1.0)
     return state
 
 
 def test_step_against_numpy(benchmark, belief, best_of, report):
     frame, rng = FRAMES[15], np.random.default_rng(2)
     ours, twin = (
-        MODEL.step(belief, frame, np.random.default_rng(3)),
+        MODEL.step(belief, 15.0, frame, np.random.default_rng(3)),
         numpy_step(belief, frame, np.random.default_rng(3)),
     )
-    np.testing.assert_allclose(ours.weights, twin[2], rtol=1e-10, atol=1e-12)
-    mine, theirs = best_of(lambda: MODEL.step(belief, frame, rng), lambda: numpy_step(belief, frame, rng))
+    np.testing.assert_allclose(ours.weights, twin[3], rtol=1e-10, atol=1e-12)
+    mine, theirs = best_of(lambda: MODEL.step(belief, 15.0, frame, rng), lambda: numpy_step(belief, frame, rng))
     report("Bernoulli step, 1500 + 500 particles, against NumPy", theirs / mine, 6)
-    benchmark(MODEL.step, belief, frame, rng)
+    benchmark(MODEL.step, belief, 15.0, frame, rng)
 
 
 @pytest.mark.parametrize(
@@ -64,14 +64,14 @@ def test_step_against_numpy(benchmark, belief, best_of, report):
 def test_step_against_stone_soup(benchmark, belief, best_of, report, image, how):
     frame, rng = FRAMES[15], np.random.default_rng(2)
     opponent = Opponent(image(MODEL.sensor), belief.particles, frame)
-    mine, theirs = best_of(lambda: MODEL.step(belief, frame, rng), opponent)
+    mine, theirs = best_of(lambda: MODEL.step(belief, 15.0, frame, rng), opponent)
     report(f"the same, against Stone Soup's ParticleUpdater, {how}", theirs / mine, 20)
     benchmark.pedantic(opponent, rounds=10)
 
 
 def one_run(seed):
     """Existence at the end of one run over the 30 frames."""
-    *_, state = run(MODEL, FRAMES, np.random.default_rng(seed))
+    *_, state = run(MODEL, FRAMES, np.random.default_rng(seed), start_s=-1.0)
     return state.existence
 
 
@@ -81,10 +81,10 @@ def some_runs(seeds):
 
 def numpy_run(seed):
     rng = np.random.default_rng(seed)
-    state = tuple(MODEL.init(rng))
+    state = tuple(MODEL.init(rng, -1.0))
     for frame in FRAMES:
         state = numpy_step(state, frame, rng)
-    return state[0]
+    return state[1]
 
 
 def test_batch_of_runs_against_numpy(benchmark, report):

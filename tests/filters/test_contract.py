@@ -1,4 +1,4 @@
-"""Every public filter has init(rng) and step(state, measurement, rng), and a state that is a NamedTuple."""
+"""Every public filter has init(rng, time_s) and step(state, time_s, measurement, rng), and a state with a time."""
 
 from __future__ import annotations
 
@@ -80,13 +80,13 @@ def test_there_are_filters():
 
 @pytest.mark.parametrize(("name", "kind"), public_filters())
 def test_the_signatures_are_the_contract(name, kind):
-    assert list(inspect.signature(kind.init).parameters) == ["self", "rng"]
-    assert list(inspect.signature(kind.step).parameters) == ["self", "state", "measurement", "rng"]
+    assert list(inspect.signature(kind.init).parameters) == ["self", "rng", "time_s"]
+    assert list(inspect.signature(kind.step).parameters) == ["self", "state", "time_s", "measurement", "rng"]
     returned = [inspect.signature(method, eval_str=True).return_annotation for method in (kind.init, kind.step)]
     state = inspect.signature(kind.step, eval_str=True).parameters["state"].annotation
     assert returned == [state, state]
     assert issubclass(state, tuple)
-    assert state._fields
+    assert state._fields[0] == "time_s"
     assert set(state._fields) >= ({"mean"} if name in NO_COVARIANCE else {"mean", "covariance"})
 
 
@@ -105,6 +105,11 @@ def measurements(model):
     return [scene + rng.normal(size=scene.shape) for _ in range(14)]
 
 
+def times(model):
+    """Times of the measurements, uneven."""
+    return [float(k) for k in range(len(measurements(model)))]
+
+
 def leaves(state):
     """Every array and number of a state, those of states within it too."""
     if isinstance(state, tuple | list):
@@ -116,7 +121,9 @@ def leaves(state):
 @pytest.mark.parametrize(("name", "kind"), public_filters())
 def test_the_same_seed_gives_the_same_numbers_and_another_does_not(name, kind):
     model = BUILT[name](kind) if name in BUILT else kind()
-    first, again, other = (list(run(model, measurements(model), np.random.default_rng(seed))) for seed in (5, 5, 6))
+    first, again, other = (
+        list(run(model, measurements(model), np.random.default_rng(seed), times(model))) for seed in (5, 5, 6)
+    )
     for one, two in zip(first, again, strict=True):
         for a, b in zip(leaves(one), leaves(two), strict=True):
             np.testing.assert_array_equal(a, b)
@@ -127,9 +134,9 @@ def test_the_same_seed_gives_the_same_numbers_and_another_does_not(name, kind):
 def test_a_step_changes_nothing_it_was_given(name, kind):
     model = BUILT[name](kind) if name in BUILT else kind()
     state = model.init(np.random.default_rng(1))
-    for measurement in measurements(model):
+    for time_s, measurement in zip(times(model), measurements(model), strict=True):
         kept = copy.deepcopy(leaves(state))
-        later = model.step(state, measurement, np.random.default_rng(2))
+        later = model.step(state, time_s, measurement, np.random.default_rng(2))
         for part, before in zip(leaves(state), kept, strict=True):
             np.testing.assert_array_equal(part, before)
         state = later

@@ -30,7 +30,7 @@ def test_linear_measurements_give_the_kalman_covariance(motion, q):
     information = H.T @ np.linalg.inv(R) @ H
     rng = np.random.default_rng(1)
     bound = posterior_bound(model, START[None], np.linalg.inv(P), constant_information(information), 30, rng)
-    oracle = slow.kalman_covariances(model.F, model.Q, H, R, P, 30)
+    oracle = slow.kalman_covariances(model.F(1.0), model.Q(1.0), H, R, P, 30)
     np.testing.assert_allclose(bound.covariance, oracle, rtol=1e-8, atol=1e-11)
     np.testing.assert_allclose(bound.position_rmse, np.sqrt(oracle[:, 0, 0] + oracle[:, 2, 2]), rtol=1e-9)
 
@@ -42,9 +42,9 @@ def test_recursion_equals_the_printed_form():
     bound = posterior_bound(model, START[None], prior, measure, 2, rng)
     again = np.random.default_rng(2)
     again.permutation(1)
-    root = np.linalg.eigh(model.Q)
-    moved = model.F @ START + root.eigenvectors * np.sqrt(root.eigenvalues) @ again.standard_normal(5)
-    oracle = slow.tichavsky(model.F, model.Q, prior + measure(START[None])[0], measure(moved[None])[0])
+    root = np.linalg.eigh(model.Q(1.0))
+    moved = model.F(1.0) @ START + root.eigenvectors * np.sqrt(root.eigenvalues) @ again.standard_normal(5)
+    oracle = slow.tichavsky(model.F(1.0), model.Q(1.0), prior + measure(START[None])[0], measure(moved[None])[0])
     np.testing.assert_allclose(bound.information[1], oracle, rtol=1e-8, atol=1e-10)
 
 
@@ -52,10 +52,10 @@ def test_without_process_noise_the_bound_is_the_batch_fisher_information():
     model = moving(0.0, 0.0)
     measure = partial(pixel_information, **CAMERA)
     bound = posterior_bound(model, START[None], np.zeros((5, 5)), measure, 12, np.random.default_rng(3))
-    total, state, back = np.zeros((5, 5)), START.copy(), np.linalg.inv(model.F)
+    total, state, back = np.zeros((5, 5)), START.copy(), np.linalg.inv(model.F(1.0))
     for frame in range(12):
         if frame:
-            state, total = model.F @ state, back.T @ total @ back
+            state, total = model.F(1.0) @ state, back.T @ total @ back
         total = total + measure(state[None])[0]
         np.testing.assert_allclose(bound.information[frame], total, rtol=1e-10, atol=1e-10)
     assert np.isfinite(bound.position_rmse).all()

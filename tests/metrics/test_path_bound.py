@@ -27,7 +27,7 @@ def paths(runs, K, rng):
 def told(states):
     N, K, d = states.shape
     measured = SENSOR.information(states.reshape(-1, d)).reshape(N, K, d, d)
-    F, Q = (np.broadcast_to(part, (N, K - 1, d, d)) for part in (MOTION.F, MOTION.Q))
+    F, Q = (np.broadcast_to(part, (N, K - 1, d, d)) for part in (MOTION.F(1.0), MOTION.Q(1.0)))
     return F, Q, measured
 
 

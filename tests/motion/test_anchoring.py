@@ -16,9 +16,8 @@ from elusive.motion import ConstantVelocity, MovingOrAnchored, complete
 from elusive.motion.anchoring import swing
 from tests.reference.motion import van_loan
 
-MOTION = MovingOrAnchored(
-    interval_s=10.0, q=0.05, mean_moving_s=60.0, mean_anchored_s=90.0, swing_mps=0.3, swing_s=15.0
-)
+T = 10.0
+MOTION = MovingOrAnchored(q=0.05, mean_moving_s=60.0, mean_anchored_s=90.0, swing_mps=0.3, swing_s=15.0)
 
 
 @pytest.mark.parametrize("interval_s", [1e-3, 0.1, 9.9, 10.1, 60.0, 2000.0])
@@ -39,11 +38,11 @@ def test_the_swing_is_the_exact_solution(interval_s):
 def test_the_switch_is_the_exponential_of_its_rates():
     rates = np.array([[-1 / 60, 1 / 60], [1 / 90, -1 / 90]])
     stays = expm(10.0 * rates)
-    assert MOTION.switching == pytest.approx((stays[0, 1], stays[1, 0]))
+    assert MOTION.switching(T) == pytest.approx((stays[0, 1], stays[1, 0]))
     assert MOTION.anchored_share == pytest.approx(0.6)
     states = np.zeros((200_000, 5))
     states[100_000:, 4] = 1.0
-    anchored = MOTION.propagate(states, np.random.default_rng(1))[:, 4].reshape(2, -1)
+    anchored = MOTION.propagate(states, T, np.random.default_rng(1))[:, 4].reshape(2, -1)
     assert set(np.unique(anchored)) == {0.0, 1.0}
     assert anchored.mean(axis=1) == pytest.approx(stays[:, 1], abs=4 * 0.5 / np.sqrt(100_000))
 
@@ -53,12 +52,12 @@ def test_each_mode_moves_as_its_own_motion(mode):
     motion = MOTION.replace(mean_moving_s=1e12, mean_anchored_s=1e12)
     n = 200_000
     states = np.tile([3.0, 2.0, -5.0, -1.0, mode], (n, 1))
-    moved = motion.propagate(states, np.random.default_rng(2))[:, :4]
+    moved = motion.propagate(states, T, np.random.default_rng(2))[:, :4]
     if mode:
         F, Q = (block_diag(part, part) for part in swing(10.0, 0.3, 15.0))
     else:
-        cv = ConstantVelocity(interval_s=10.0, q=0.05)
-        F, Q = cv.F, cv.Q
+        cv = ConstantVelocity(q=0.05)
+        F, Q = cv.F(T), cv.Q(T)
     deviation = np.sqrt(np.diag(Q))
     assert (moved.mean(axis=0) - F @ states[0, :4]) / deviation == pytest.approx(0, abs=4.5 / np.sqrt(n))
     scale = np.outer(deviation, deviation)
@@ -84,10 +83,10 @@ START = np.diag([9.0, 1.0, 9.0, 1.0])
 
 def all_histories(measurements):
     """P(at anchor | measurements): a Kalman filter for every sequence of modes."""
-    stops, leaves = MOTION.switching
+    stops, leaves = MOTION.switching(T)
     change = np.array([[1 - stops, stops], [leaves, 1 - leaves]])
-    cv = ConstantVelocity(interval_s=MOTION.interval_s, q=MOTION.q)
-    models = [(cv.F, cv.Q), [block_diag(part, part) for part in swing(10.0, 0.3, 15.0)]]
+    cv = ConstantVelocity(q=MOTION.q)
+    models = [(cv.F(T), cv.Q(T)), [block_diag(part, part) for part in swing(10.0, 0.3, 15.0)]]
     H, R = np.eye(4)[[0, 2]], 4.0 * np.eye(2)
     total = np.zeros(2)
     for modes in product((0, 1), repeat=len(measurements)):
@@ -115,10 +114,10 @@ def test_the_probability_of_an_anchor_is_that_of_all_histories(speed, about):
     found = []
     for seed in range(4):
         rng = np.random.default_rng(seed)
-        state = filter_.init(rng)
+        state = filter_.init(rng, 0.0)
         state = state._replace(weights=likely(state.particles, measurements[0]))
         for z in measurements[1:]:
-            state = filter_.step(state, z, rng)
+            state = filter_.step(state, state.time_s + T, z, rng)
         found.append(anchored_probability(filter_.state_names, state.particles, state.weights))
     expected = all_histories(measurements)
     assert np.mean(found) == pytest.approx(expected, abs=max(4 * np.std(found, ddof=1) / 2, 0.01))
@@ -134,7 +133,7 @@ def test_a_motion_without_an_anchor_has_no_probability_of_one():
     assert anchored_probability(("x", "vx", "y", "vy"), np.zeros((2, 4)), np.full(2, 0.5)) is None
 
 
-@pytest.mark.parametrize("field", ["mean_moving_s", "mean_anchored_s", "swing_s", "interval_s"])
+@pytest.mark.parametrize("field", ["mean_moving_s", "mean_anchored_s", "swing_s"])
 def test_times_must_be_positive(field):
     with pytest.raises(ParameterError, match=field):
         MovingOrAnchored(**{field: 0.0})

@@ -14,7 +14,6 @@ from elusive.motion import (
     WithCoastError,
     complete,
     kinematic_names,
-    with_interval,
 )
 
 STILL = ConstantVelocity(q=0.0)
@@ -30,15 +29,15 @@ def carried(speed, seed=1):
 
 def test_a_target_at_rest_keeps_its_draw():
     states = carried(0.0)
-    moved = WithCoastError(motion=STILL).propagate(states, np.random.default_rng(2))
+    moved = WithCoastError(motion=STILL).propagate(states, 1.0, np.random.default_rng(2))
     assert np.array_equal(moved, states)
 
 
 @pytest.mark.parametrize(("speed", "metres"), [(7.0, 50.0), (500.0, 10.0)])
 def test_the_error_fades_with_the_way_and_stays_standard_normal(speed, metres):
     states = carried(speed)
-    moved = WithCoastError(motion=STILL, correlation_m=metres).propagate(states, np.random.default_rng(2))
-    assert np.array_equal(moved[:, :4], STILL.propagate(states[:, :4], np.random.default_rng(2)))
+    moved = WithCoastError(motion=STILL, correlation_m=metres).propagate(states, 1.0, np.random.default_rng(2))
+    assert np.array_equal(moved[:, :4], STILL.propagate(states[:, :4], 1.0, np.random.default_rng(2)))
     kept = np.exp(-speed / metres)
     both = np.cov(np.hstack([states[:, 4:], moved[:, 4:]]).T)
     expected = np.eye(4) + kept * np.array([[0, 0, 1, 0], [0, 0, 0, 1], [1, 0, 0, 0], [0, 1, 0, 0]])
@@ -51,8 +50,8 @@ def test_steps_of_any_length_give_one_process():
     rng = np.random.default_rng(3)
     many = carried(7.0)
     for _ in range(10):
-        many = WithCoastError(motion=STILL, correlation_m=90.0).propagate(many, rng)
-    one = WithCoastError(motion=STILL.replace(interval_s=10.0), correlation_m=90.0).propagate(carried(7.0), rng)
+        many = WithCoastError(motion=STILL, correlation_m=90.0).propagate(many, 1.0, rng)
+    one = WithCoastError(motion=STILL, correlation_m=90.0).propagate(carried(7.0), 10.0, rng)
     start = carried(7.0)
     for moved in (many, one):
         assert (moved[:, 4] * start[:, 4]).mean() == pytest.approx(np.exp(-70 / 90), abs=4.5 * np.sqrt(2 / N))
@@ -78,7 +77,7 @@ def test_newborns_are_completed(motion, carries):
     born = np.random.default_rng(5).normal(size=(50, len(names)))
     whole = complete(motion, born, np.random.default_rng(6))
     assert np.array_equal(whole[:, : len(names)], born)
-    assert motion.propagate(whole, np.random.default_rng(7)).shape == whole.shape == (50, len(motion.state_names))
+    assert motion.propagate(whole, 1.0, np.random.default_rng(7)).shape == whole.shape == (50, len(motion.state_names))
 
 
 def test_what_newborns_carry_is_what_holds_beforehand():
@@ -87,29 +86,19 @@ def test_what_newborns_carry_is_what_holds_beforehand():
     assert np.cov(whole[:, 5:].T) == pytest.approx(np.eye(2), abs=4.5 * np.sqrt(2 / N))
 
 
-def test_another_interval_reaches_the_motion_inside():
-    assert with_interval(ConstantVelocity(q=3.0), 2.5) == ConstantVelocity(q=3.0, interval_s=2.5)
-    changed = with_interval(WRAPPED, 4.0)
-    assert changed.motion.interval_s == 4.0
-    assert changed.motion.mean_anchored_s == 30.0
-    assert changed.correlation_m == WRAPPED.correlation_m
-
-
 class Own:
-    """A motion of the user's, without an interval."""
+    """A motion of the user's."""
 
     state_names = ("x", "vx", "y", "vy")
 
-    def propagate(self, states, rng):
-        return states + 1.0
+    def propagate(self, states, interval_s, rng):
+        return states + interval_s
 
 
 def test_a_motion_of_ones_own_is_carried_along():
     motion = WithCoastError(motion=Own(), correlation_m=1e9)
-    moved = motion.propagate(np.zeros((3, 6)), np.random.default_rng(9))
+    moved = motion.propagate(np.zeros((3, 6)), 1.0, np.random.default_rng(9))
     assert np.array_equal(moved[:, :4], np.ones((3, 4)))
-    with pytest.raises(ParameterError, match="Own has no interval_s to change"):
-        with_interval(motion, 2.0)
 
 
 def test_states_of_other_components_are_refused():

@@ -22,7 +22,7 @@ def test_the_density_is_that_of_the_draws(walk):
     assert walk.state_names == ("x", "vx", "y", "vy")
     rng, n = np.random.default_rng(0), 40_000
     before = np.tile([1.0, 0.8, -2.0, 0.3], (n, 1))
-    after = walk.propagate(before, rng)
+    after = walk.propagate(before, 1.0, rng)
     np.testing.assert_allclose(after[:, [1, 3]], after[:, [0, 2]] - before[:, [0, 2]], atol=1e-12)
     axis = np.arange(-4, 4, 0.04) + 0.02
     x, y = np.meshgrid(1 + axis, -2 + axis)

@@ -30,7 +30,7 @@ def moved(problem, state, T):
         still = motion.replace(q_speed=0.0, q_turn=0.0)
         kinematic = still.propagate(state[None, :d], np.random.default_rng(0))[0]
     else:
-        kinematic = motion.F @ state[:d]
+        kinematic = motion.F(1.0) @ state[:d]
     kept = np.exp(-T / problem.bias.memory_s) if problem.bias else 0.0
     return np.concatenate([kinematic, kept * state[d:]])
 
@@ -47,7 +47,7 @@ def noise(problem, state, T):
             push = motion._flow(state[None, :d], T, unit)[0] - moved(problem, state, T)[:d]
             Q[:d, :d] += np.outer(push, push)
     else:
-        Q[:d, :d] = motion.Q
+        Q[:d, :d] = motion.Q(1.0)
     Q[[0, 2], [0, 2]] += problem.position_noise_m**2
     Q[range(d), range(d)] += FLOOR
     if problem.bias:

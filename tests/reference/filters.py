@@ -29,13 +29,13 @@ def newborns(birth, n, frame, sensor, names, rng, log_map=birth_map):
 
 
 def bernoulli_step(model, root, state, frame, rng, log_map=birth_map):
-    """One step of the Bernoulli filter with a linear motion: (existence, particles, weights, mean, covariance).
+    """Step the Bernoulli filter of a linear motion by 1 s: (time, existence, particles, weights, mean, covariance).
 
     ``root`` is the lower-triangular root of Q.
     """
-    existence, particles, weights = state[:3]
+    time_s, existence, particles, weights = state[:4]
     chosen = systematic(weights, model.particles, rng.random())
-    old = propagate_linear(particles[chosen], model.motion.F, root, rng)
+    old = propagate_linear(particles[chosen], model.motion.F(1.0), root, rng)
     new, log_ratio = newborns(model.birth, model.newborns, frame, model.sensor, model.state_names, rng, log_map)
     sensor, p = model.sensor, model.sensor.truncation
     x, y = old[:, 0] / sensor.dx, old[:, 2] / sensor.dy
@@ -46,7 +46,7 @@ def bernoulli_step(model, root, state, frame, rng, log_map=birth_map):
     mass *= np.exp(log_ratio_by_patch(states, frame, sensor))
     present, absent = mass.sum(), 1 - survive - appear + survive * (1 - stays.mean())
     weights = mass / present
-    return (present / (present + absent), states, weights, *moments(states, weights))
+    return (time_s + 1, present / (present + absent), states, weights, *moments(states, weights))
 
 
 def transition(present, birth_probability, death_probability, rng):

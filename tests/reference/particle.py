@@ -32,7 +32,9 @@ def reweigh(weights, seen, chart, least):
 def map_index(after, score, before, weights, motion):
     """Index of the particle of greatest posterior density: every candidate, every parent, densities by SciPy."""
     prediction = [
-        logsumexp(multivariate_normal(np.zeros(len(state)), motion.Q).logpdf(state - before @ motion.F.T), b=weights)
+        logsumexp(
+            multivariate_normal(np.zeros(len(state)), motion.Q(1.0)).logpdf(state - before @ motion.F(1.0).T), b=weights
+        )
         for state in after
     ]
     return int(np.argmax(score + prediction))
@@ -51,15 +53,15 @@ def plot_log_likelihood(sensor, states, plot):
 
 
 def step(model, root, state, plot, rng):
-    """One step with a linear motion and one plot: (particles, weights, mean, covariance, log evidence, allowed).
+    """Step by 1 s to one plot: (time, particles, weights, mean, covariance, log evidence, allowed).
 
     ``root`` is the lower-triangular root of Q; the draws are those of the filter, in its order.
     """
-    particles, weights = state[:2]
+    time_s, particles, weights = state[:3]
     if 1 / (weights @ weights) < model.resample_below * len(weights):
         particles = particles[systematic_by_repeat(weights, len(weights), rng.random())]
         weights = np.full(len(weights), 1 / len(weights))
-    particles = propagate_linear(particles, model.motion.F, root, rng)
+    particles = propagate_linear(particles, model.motion.F(1.0), root, rng)
     allowed, log_ratio = 1.0, plot_log_likelihood(model.sensor, particles, plot)
     if model.knowledge is not None:
         chart = model.knowledge.log_probability(particles)
@@ -69,4 +71,4 @@ def step(model, root, state, plot, rng):
     weights = weights * np.exp(log_ratio - best)
     total = weights.sum()
     weights = weights / total
-    return (particles, weights, *moments(particles, weights), best + np.log(total / allowed), allowed)
+    return (time_s + 1, particles, weights, *moments(particles, weights), best + np.log(total / allowed), allowed)

@@ -133,14 +133,14 @@ def test_height_rides_on_any_plane():
     motion = WithAltitude(motion=ConstantVelocity(q=0.3), q_vertical=0.2, interval_s=0.5)
     assert motion.state_names == ("x", "vx", "y", "vy", "z", "vz")
     plane, up = ConstantVelocity(q=0.3, interval_s=0.5), ConstantVelocity(q=0.2, interval_s=0.5)
-    for whole, part, vertical in ((motion.F, plane.F, up.F), (motion.Q, plane.Q, up.Q)):
+    for whole, part, vertical in ((motion.F(1.0), plane.F(1.0), up.F(1.0)), (motion.Q(1.0), plane.Q(1.0), up.Q(1.0))):
         np.testing.assert_array_equal(whole[:4, :4], part)
         np.testing.assert_array_equal(whole[4:, 4:], vertical[:2, :2])
         assert not whole[:4, 4:].any()
         assert not whole[4:, :4].any()
     accelerating = WithAltitude(motion={"kind": "ca"})
     assert accelerating.state_names == ("x", "vx", "y", "vy", "z", "vz", "ax", "ay")
-    moved = accelerating.F @ np.array([0, 1, 0, 2, 5, 3, 4, 0.0])
+    moved = accelerating.F(1.0) @ np.array([0, 1, 0, 2, 5, 3, 4, 0.0])
     np.testing.assert_allclose(moved, [3, 5, 2, 2, 8, 3, 4, 0])
 
 

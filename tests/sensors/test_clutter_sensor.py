@@ -81,12 +81,12 @@ def test_the_filter_finds_a_mover_and_nothing_else(z):
         motion=ConstantVelocity(q=0.0025), sensor=SENSOR, birth=MeasurementBirth(max_speed=2.0), particles=1500
     )
     rng = np.random.default_rng(4)
-    state = model.init(rng)
+    state = model.init(rng, 0.0)
     y, x = np.mgrid[:40, :50]
     existence = []
     for k in range(20):
         response = rng.standard_normal((40, 50)) + z * np.exp(-((x - 8 - 1.3 * k) ** 2 + (y - 20) ** 2) / 4)
-        state = model.step(state, SENSOR.evidence(response, fit_tail(response)), rng)
+        state = model.step(state, state.time_s + 1, SENSOR.evidence(response, fit_tail(response)), rng)
         existence.append(state.existence)
     if z:
         assert min(existence[6:]) > 0.9

@@ -282,7 +282,7 @@ def test_births_fill_other_components():
 def test_a_particle_filter_reaches_the_kalman_deviation(km, published):
     """Across the line of sight the filter is linear: T = 1 s, q = (5/3)^2, sigma_b R; x and its filtered deviation."""
     motion, sensor = ConstantVelocity(q=(5 / 3) ** 2), RadarSensor()
-    F, Q, H = motion.F[:2, :2], motion.Q[:2, :2], np.array([[1.0, 0.0]])
+    F, Q, H = motion.F(1.0)[:2, :2], motion.Q(1.0)[:2, :2], np.array([[1.0, 0.0]])
     P = solve_discrete_are(F.T, H.T, Q, np.array([[km**2]]))
     exact = np.sqrt(P[0, 0] * km**2 / (P[0, 0] + km**2))
     assert exact == pytest.approx(published, rel=0.006)
@@ -291,7 +291,7 @@ def test_a_particle_filter_reaches_the_kalman_deviation(km, published):
     for _ in range(3):
         looks = [sensor.simulate(truth, rng, time_s=k) for k in range(40)]
         model = ParticleFilter(motion=motion, sensor=sensor, prior=ScanPrior(sensor, looks[0]), particles=6000)
-        deviations += [np.sqrt(state.covariance[0, 0]) for state in list(run(model, looks[1:], rng))[19:]]
+        deviations += [np.sqrt(state.covariance[0, 0]) for state in list(run(model, looks[1:], rng, start_s=-1.0))[19:]]
     assert np.mean(deviations) == pytest.approx(exact, rel=0.02)
 
 
@@ -300,7 +300,7 @@ def test_a_particle_filter_follows_the_converted_measurement_kalman_filter():
     truth = np.array([[-37.0, 0.0, 5_000.0 + 7.0 * k, 7.0] for k in range(60)])[:, None]
     looks = [sensor.simulate(state, rng, time_s=k) for k, state in enumerate(truth)]
     model = ParticleFilter(motion=motion, sensor=sensor, prior=ScanPrior(sensor, looks[0]), particles=6000)
-    states = list(run(model, looks[1:], rng))
+    states = list(run(model, looks[1:], rng, start_s=-1.0))
     m, P = None, None
     differences = []
     for k, looked in enumerate(looks):
@@ -313,7 +313,7 @@ def test_a_particle_filter_follows_the_converted_measurement_kalman_filter():
             P[np.ix_([0, 2], [0, 2])] = 100 * np.outer(u, u) + (r * 1e-3) ** 2 * np.outer(w, w)
             P[np.ix_([1, 3], [1, 3])] = 9 * np.outer(u, u) + 25 * np.outer(w, w)
             continue
-        m, P = motion.F @ m, motion.F @ P @ motion.F.T + motion.Q
+        m, P = motion.F(1.0) @ m, motion.F(1.0) @ P @ motion.F(1.0).T + motion.Q(1.0)
         S = turn @ P @ turn.T + np.diag([100, (r * 1e-3) ** 2, 9])
         K = P @ turn.T @ np.linalg.inv(S)
         m, P = m + K @ (np.array([r, 0, d]) - turn @ m), P - K @ S @ K.T
@@ -337,11 +337,11 @@ def test_a_bernoulli_filter_finds_a_ship_in_clutter_and_none_without():
     )
     rng = np.random.default_rng(15)
     ship = [np.array([[2_000.0 + 5.0 * k, 5.0, 4_000.0 - 6.0 * k, -6.0]]) for k in range(30)]
-    states = list(run(model, [sensor.simulate(state, rng) for state in ship], rng))
+    states = list(run(model, [sensor.simulate(state, rng) for state in ship], rng, start_s=-1.0))
     errors = [np.hypot(*(s.mean - truth[0])[[0, 2]]) for s, truth in zip(states, ship, strict=True)]
     assert min(state.existence for state in states[-15:]) > 0.9
     assert max(errors[-15:]) < 60
-    empty = list(run(model, [sensor.simulate(np.zeros((0, 4)), rng) for _ in range(30)], rng))
+    empty = list(run(model, [sensor.simulate(np.zeros((0, 4)), rng) for _ in range(30)], rng, start_s=-1.0))
     assert np.mean([state.existence for state in empty]) < 0.3
 
 

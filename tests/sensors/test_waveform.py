@@ -184,13 +184,15 @@ def test_a_particle_filter_follows_it_in_one_dimension() -> None:
     recording = sensor.simulate_sequence(40, [path], np.random.default_rng(7))
     prior = GaussianPrior(mean=(20, 0.5), covariance=((16, 0), (0, 0.1)))
     model = ParticleFilter(motion=Walk(), sensor=sensor, prior=prior, knowledge=sensor, particles=1500)
-    *_, state = run(model, recording.frames, np.random.default_rng(8))
+    *_, state = run(model, recording.frames, np.random.default_rng(8), start_s=-1.0)
     assert abs(state.mean[0] - recording.truth[-1, 0, 0]) < 2
     # the filter's evidence is what tells a wrong deviation
     total = {}
     for deviation in (1.5, 3.0, 6.0):
         other = model.replace(sensor=sensor.replace(object_deviation=deviation))
-        total[deviation] = sum(state.log_evidence for state in run(other, recording.frames, np.random.default_rng(9)))
+        total[deviation] = sum(
+            state.log_evidence for state in run(other, recording.frames, np.random.default_rng(9), start_s=-1.0)
+        )
     assert max(total, key=total.__getitem__) == 3.0
 
 
@@ -201,10 +203,10 @@ def test_the_filters_follow_it_in_two_dimensions() -> None:
     at = recording.truth[-1, 0, [0, 2]]
     prior = GaussianPrior(mean=(8, 0.5, 20, -0.3), covariance=tuple(np.diag([4.0, 0.1, 4.0, 0.1]).tolist()))
     known = ParticleFilter(motion=ConstantVelocity(), sensor=sensor, prior=prior)
-    *_, state = run(known, recording.frames[10:], np.random.default_rng(11))
+    *_, state = run(known, recording.frames[10:], np.random.default_rng(11), start_s=-1.0)
     assert np.hypot(*(state.mean[[0, 2]] - at)) < 1.5
     unknown = BernoulliFilter(motion=ConstantVelocity(), sensor=sensor, birth=Anywhere(), particles=3000, newborns=3000)
-    states = list(run(unknown, recording.frames, np.random.default_rng(12)))
+    states = list(run(unknown, recording.frames, np.random.default_rng(12), start_s=-1.0))
     assert max(state.existence for state in states[:10]) < 0.5
     assert states[-1].existence > 0.95
     assert np.hypot(*(states[-1].mean[[0, 2]] - at)) < 1.5

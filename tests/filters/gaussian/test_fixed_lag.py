@@ -93,7 +93,7 @@ def test_live_and_recorded_are_the_same():
     np.testing.assert_allclose(last.mean, last.path[-1])
     later = filter.step(last, None, RNG)
     assert later.time_s == times[-1] + 1.0
-    np.testing.assert_allclose(later.mean, filter.motion.F @ last.mean, rtol=1e-6, atol=1e-4)
+    np.testing.assert_allclose(later.mean, filter.motion.F(1.0) @ last.mean, rtol=1e-6, atol=1e-4)
     assert (np.diag(later.covariance) > np.diag(last.covariance)).all()
 
 

@@ -64,7 +64,7 @@ def far_off(estimator, seeds):
             filter = ExtendedKalmanFilter(**shared, iterations=1 if estimator == "ekf" else 10)
             found = filter.track(sets, smooth=estimator == "rts")
         steps = len(TIMES) - 1
-        F, Q = (np.broadcast_to(part, (steps, 4, 4)) for part in (MOTION.F, MOTION.Q))
+        F, Q = (np.broadcast_to(part, (steps, 4, 4)) for part in (MOTION.F(1.0), MOTION.Q(1.0)))
         bound = path_bound(F, Q, sensor.information(path), filter.anchor().information)
         least = np.sqrt(((bound.filter_rmse if live else bound.smoother_rmse) ** 2).mean())
         rmse = np.sqrt(((found.states - path)[:, [0, 2]] ** 2).sum(axis=1).mean())

@@ -36,13 +36,13 @@ def test_a_step_equals_its_twin(motion, masked):
     birth = {"acceleration_sd": 0.0} if motion.motion.kind == "ca" else {}
     model = BernoulliFilter(motion=motion, sensor=sensor, particles=600, newborns=200)
     model = model.replace(birth=model.birth.replace(**birth))
-    root = square_root(motion.Q)
-    state = model.init(np.random.default_rng(0))
+    root = square_root(motion.Q(1.0))
+    state = model.init(np.random.default_rng(0), 0.0)
     for k, frame in enumerate(film(sensor, 6, seed=1)):
         if masked:
             frame[5:7, 4] = np.nan, np.inf
         twin = bernoulli_step(model, root, state, frame, np.random.default_rng(k))
-        state = model.step(state, frame, np.random.default_rng(k))
+        state = model.step(state, state.time_s + 1, frame, np.random.default_rng(k))
         for name, found, expected in zip(state._fields, state, twin, strict=True):
             np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-10, err_msg=name)
     assert state.existence > 0.5
@@ -56,7 +56,7 @@ class Grid:
     def __init__(self, n, pictures):
         self.n, self.pictures = n, pictures
 
-    def propagate(self, states, rng):
+    def propagate(self, states, interval_s, rng):
         # with a chance of a fifth it hops to the next place
         return (states + (rng.random(states.shape) < 0.2)) % self.n
 
@@ -96,7 +96,7 @@ def test_existence_and_place_agree_with_the_exact_filter():
         initial_existence=0.3, particles=1500, newborns=500,
     )  # fmt: skip
     runs = 40
-    every = [list(run(model, frames, np.random.default_rng(seed))) for seed in range(runs)]
+    every = [list(run(model, frames, np.random.default_rng(seed), start_s=-1.0)) for seed in range(runs)]
     for k, (existence, places) in enumerate(exact_existence(grid, frames, 0.3)):
         found = np.array([states[k].existence for states in every])
         shares = np.array([np.bincount(s[k].particles[:, 0].astype(int), s[k].weights, minlength=9) for s in every])
@@ -115,7 +115,7 @@ def test_a_missing_frame_is_a_prediction_in_closed_form():
         initial_existence=0.6, particles=300, newborns=100,
     )  # fmt: skip
     existence = 0.6
-    for state in run(model, [None] * 8, np.random.default_rng(3)):
+    for state in run(model, [None] * 8, np.random.default_rng(3), start_s=-1.0):
         existence = (1 - P_DEATH) * existence + P_BIRTH * (1 - existence)
         assert state.existence == pytest.approx(existence, rel=1e-12)
         # survivors and newborns hold the mass that is theirs
@@ -136,14 +136,14 @@ def test_without_births_and_deaths_existence_stays(initial, expected):
         motion=grid, sensor=grid, birth=grid, birth_probability=0.0, death_probability=0.0, initial_existence=initial,
         particles=300, newborns=100,
     )  # fmt: skip
-    states = list(run(model, [np.ones(5), -np.ones(5), np.eye(5)[2], None], np.random.default_rng(5)))
+    states = list(run(model, [np.ones(5), -np.ones(5), np.eye(5)[2], None], np.random.default_rng(5), start_s=-1.0))
     assert [state.existence for state in states] == [expected] * 4
     assert all(np.isfinite(state.mean).all() for state in states)
 
 
 def test_certain_birth_and_death():
     model = BernoulliFilter(initial_existence=0.3, birth_probability=1.0, death_probability=1.0, particles=50)
-    state = next(run(model, [None], np.random.default_rng(6)))
+    state = next(run(model, [None], np.random.default_rng(6), start_s=-1.0))
     assert state.existence == pytest.approx(0.7, rel=1e-12)
     assert state.weights[:50].sum() == 0.0
 
@@ -156,10 +156,10 @@ def test_a_likelihood_beyond_all_numbers_is_weighed():
     grid = Overwhelming(5, np.eye(5))
     model = BernoulliFilter(motion=grid, sensor=grid, birth=grid, particles=300, newborns=100)
     for log_ratio, existence in [(5000.0, 1.0), (-5000.0, 0.0), (-np.inf, 0.0)]:
-        state = next(run(model, [log_ratio], np.random.default_rng(7)))
+        state = next(run(model, [log_ratio], np.random.default_rng(7), start_s=-1.0))
         assert state.existence == pytest.approx(existence, abs=1e-12)
         assert np.isfinite(state.weights).all()
-    strong = next(run(model, [5000.0], np.random.default_rng(7)))
+    strong = next(run(model, [5000.0], np.random.default_rng(7), start_s=-1.0))
     assert (strong.particles[strong.weights > 0] == 2).all()
 
 
@@ -171,12 +171,12 @@ def test_a_target_that_leaves_the_frame_is_absent():
         motion=quiet, sensor=sensor, birth=UniformBirth(max_speed=0.0), birth_probability=0.0, death_probability=0.0,
         initial_existence=1.0, particles=200, newborns=50,
     )  # fmt: skip
-    state = model.init(np.random.default_rng(8))
+    state = model.init(np.random.default_rng(8), 0.0)
     eastward = np.tile([6.5, 1.0, 4.0, 0.0, 20.0], (200, 1))
     state = state._replace(particles=eastward, weights=np.full(200, 1 / 200))
     existence = []
     for _ in range(4):
-        state = model.step(state, None, np.random.default_rng(9))
+        state = model.step(state, state.time_s + 1, None, np.random.default_rng(9))
         existence.append(state.existence)
     # 7.5, 8.5 are within 7 + 2; 9.5 is not
     assert existence == [1.0, 1.0, 0.0, 0.0]
@@ -184,7 +184,7 @@ def test_a_target_that_leaves_the_frame_is_absent():
         existence=1.0, particles=np.repeat([[6.5, 0, 4, 0, 20.0], [8.5, 1.0, 4, 0, 20.0]], 100, axis=0)
     )
     half = half._replace(weights=np.full(200, 1 / 200))
-    assert model.step(half, None, np.random.default_rng(10)).existence == pytest.approx(0.5, rel=1e-12)
+    assert model.step(half, half.time_s + 1, None, np.random.default_rng(10)).existence == pytest.approx(0.5, rel=1e-12)
 
 
 def test_it_finds_a_bright_target_and_loses_it_again():
@@ -195,7 +195,7 @@ def test_it_finds_a_bright_target_and_loses_it_again():
     frames = [sensor.simulate(np.array([at]) if at else np.empty((0, 5)), rng) for at in path]
     model = BernoulliFilter()
     model = model.replace(birth=model.birth.replace(snr_db=12.0))
-    data = collect(run(model, frames, rng), state_names=model.state_names)
+    data = collect(run(model, frames, rng, start_s=-1.0), state_names=model.state_names)
     existence, mean = data["existence"].values, data["mean"].values
     assert existence[8:16].min() > 0.95
     assert existence[:3].max() < 0.5
@@ -209,15 +209,15 @@ def test_it_finds_a_bright_target_and_loses_it_again():
 
 def test_a_frame_of_another_size_is_refused():
     model = BernoulliFilter(particles=10, newborns=10)
-    state = model.init(np.random.default_rng(0))
+    state = model.init(np.random.default_rng(0), 0.0)
     with pytest.raises(DataError, match=r"frame: has shape \(3, 3\), the sensor expects \(20, 20\)"):
-        model.step(state, np.zeros((3, 3)), np.random.default_rng(0))
+        model.step(state, state.time_s + 1, np.zeros((3, 3)), np.random.default_rng(0))
 
 
 @pytest.mark.parametrize(("part", "name"), [("propagate", "motion"), ("draw", "birth")])
 def test_a_part_that_gives_states_of_another_shape_is_refused(part, name):
     class Shapeless(Grid):
-        def propagate(self, states, rng):
+        def propagate(self, states, interval_s, rng):
             return states[:, 0] if part == "propagate" else states
 
         def draw(self, n, measurement, sensor, state_names, rng):
@@ -227,13 +227,13 @@ def test_a_part_that_gives_states_of_another_shape_is_refused(part, name):
     grid = Shapeless(5, np.eye(5))
     model = BernoulliFilter(motion=grid, sensor=grid, birth=grid, particles=60, newborns=20)
     with pytest.raises(DataError, match=rf"^{name}: gave states of shape \(.*\), the filter needs \(.0, 1\), one row"):
-        next(run(model, [None], np.random.default_rng(0)))
+        next(run(model, [None], np.random.default_rng(0), start_s=-1.0))
 
 
 def test_memory_stays_flat_over_a_long_stream():
     model = BernoulliFilter(particles=60, newborns=20)
     frame, rng = film(model.sensor, 1, seed=12)[0], np.random.default_rng(13)
-    stream = run(model, (frame for _ in range(5200)), rng)
+    stream = run(model, (frame for _ in range(5200)), rng, start_s=-1.0)
     for _ in range(200):
         next(stream)
     tracemalloc.start()

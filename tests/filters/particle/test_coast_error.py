@@ -29,7 +29,7 @@ class Drifting:
     state_names = ("x", "vx", "y", "vy")
     step_m = 1.0
 
-    def propagate(self, states, rng):
+    def propagate(self, states, interval_s, rng):
         moved = np.array(states)
         moved[:, 0] += self.step_m * rng.standard_normal(len(states))
         return moved
@@ -63,10 +63,10 @@ def followed(parameters, measurements, seed, particles=4000):
         motion=motion, sensor=Place(), prior=Start(motion), knowledge=knowledge, particles=particles
     )
     rng = np.random.default_rng(seed)
-    state = filter_.init(rng)
+    state = filter_.init(rng, 0.0)
     found = []
     for z in measurements:
-        state = filter_.step(state, z, rng)
+        state = filter_.step(state, state.time_s + 1, z, rng)
         found.append((state.mean[0], np.sqrt(state.covariance[0, 0])))
     return np.array(found)
 
@@ -180,7 +180,7 @@ def in_a_channel(seed, steps=200):
     motion = ConstantVelocity(q=0.2)
     state, way = np.array([[0.0, SPEED_MPS, 0.0, 0.0]]), []
     for _ in range(steps):
-        state = motion.propagate(state, rng)
+        state = motion.propagate(state, 1.0, rng)
         way.append(state[0, [0, 2]])
     way = np.array(way)
     middle = shapely.LineString([way[0] - [60, 0], *way[::10], way[-1], way[-1] + [60, 0]])
@@ -200,9 +200,12 @@ def test_a_chart_30_m_off_is_found_out():
         parameters = CoastError(coast_error="bias", bias_sd_m=30.0)
         motion, knowledge = with_coast(motion, HardWater() if seed % 2 else FieldWater(), coast, parameters)
         filter_ = ParticleFilter(motion=motion, sensor=Fix(), prior=Departure(), particles=500, knowledge=knowledge)
-        state = filter_.init(rng)
+        state = filter_.init(rng, 0.0)
         for place in way:
-            before, state = state, filter_.step(state, place + Fix.deviation * rng.standard_normal(2), rng)
+            before, state = (
+                state,
+                filter_.step(state, state.time_s + 1, place + Fix.deviation * rng.standard_normal(2), rng),
+            )
             filter_ = filter_.replace(knowledge=learn_bias(filter_.knowledge, [(before, state)], parameters))
         found = coast_bias(filter_.knowledge)
         error = found.mean_m - bias

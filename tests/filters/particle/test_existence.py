@@ -27,7 +27,7 @@ def test_the_update_equals_its_twin():
     rng = np.random.default_rng(2)
     present, particles = rng.random(300) < 0.4, rng.normal(size=(300, 5))
     log_weight = np.where(present, rng.normal(scale=2, size=300), 0.0)
-    state = ExistenceParticleFilter._posterior(present, particles, log_weight)
+    state = ExistenceParticleFilter._posterior(0.0, present, particles, log_weight)
     existence, mean, covariance = existence_update(present, particles, np.exp(log_weight))
     assert state.existence == pytest.approx(existence, rel=1e-12)
     np.testing.assert_allclose(state.mean, mean, atol=1e-12)
@@ -44,7 +44,12 @@ def test_it_agrees_with_the_bernoulli_filter():
     ours = ExistenceParticleFilter(particles=8000, birth=MeasurementBirth(), **common)
     other = BernoulliFilter(particles=4000, newborns=1000, **common)
     curves = [
-        np.array([[s.existence for s in run(model, frames, np.random.default_rng(seed))] for seed in range(runs)])
+        np.array(
+            [
+                [s.existence for s in run(model, frames, np.random.default_rng(seed), start_s=-1.0)]
+                for seed in range(runs)
+            ]
+        )
         for model in (ours, other)
     ]
     error = np.sqrt(sum(curve.var(axis=0, ddof=1) for curve in curves) / runs)
@@ -57,10 +62,10 @@ def test_a_missing_frame_is_a_prediction():
     model = ExistenceParticleFilter(
         particles=40_000, initial_existence=0.3, birth_probability=0.1, death_probability=0.2
     )
-    state = model.init(np.random.default_rng(4))
+    state = model.init(np.random.default_rng(4), 0.0)
     present = state.existence
     assert abs(present - 0.3) < 5 * np.sqrt(0.21 / 40_000)
-    after = model.step(state, None, np.random.default_rng(5))
+    after = model.step(state, state.time_s + 1, None, np.random.default_rng(5))
     stays = np.exp(model.sensor.log_probability(state.particles[state.present]))
     assert stays.all()
     expected = 0.8 * present + 0.1 * (1 - present)
@@ -73,6 +78,6 @@ def test_without_births_and_deaths_existence_stays(initial, expected):
         particles=500, initial_existence=initial, birth_probability=0.0, death_probability=0.0
     )
     frame = model.sensor.simulate(np.array([[9.0, 0, 9.0, 0, 30.0]]), np.random.default_rng(6))
-    states = list(run(model, [frame, None, frame], np.random.default_rng(7)))
+    states = list(run(model, [frame, None, frame], np.random.default_rng(7), start_s=-1.0))
     assert [state.existence for state in states] == [expected] * 3
     assert all(np.isfinite(state.mean).all() for state in states)

@@ -54,7 +54,7 @@ def test_one_person_is_where_an_exact_filter_on_a_grid_says():
     model = LinkPeople(
         sensor=sensor, walk=walk, particles=n, birth_probability=0.0, death_probability=died, least_existence=0.0
     )
-    state = state_of([summary_of(1, "candidate", 0.5, 0, 0, start)], 1)
+    state = state_of(0.0, [summary_of(1, "candidate", 0.5, 0, 0, start)], 1)
     for frame in frames:
         there = (1 - died) * (move.T @ belief.reshape(x.shape) @ move).ravel()
         absent += belief.sum() - there.sum()  # gone, or out of the area
@@ -62,7 +62,7 @@ def test_one_person_is_where_an_exact_filter_on_a_grid_says():
             there = there * np.exp(sensor.log_ratio(cells, frame, sensor.nobody()))
         total = there.sum() + absent
         belief, absent = there / total, absent / total
-        state = model.step(state, frame, rng)
+        state = model.step(state, state.time_s + 1, frame, rng)
         person = state.people[0]
         mean = belief @ cells / belief.sum()
         sd = np.sqrt(belief @ (cells - mean) ** 2 / belief.sum())
@@ -79,7 +79,7 @@ def test_crossing_people_keep_their_numbers_and_who_leaves_is_forgotten():
     sensor, paths = linear_links(), crossing()
     walk = Walk(step_m=0.4, straight_sd_m=0.05, turn_probability=0.2)
     model = LinkPeople(sensor=sensor, walk=walk, particles=200, birth_pitch_m=0.5)
-    states = list(run(model, simulated(sensor, paths, rng), rng))
+    states = list(run(model, simulated(sensor, paths, rng), rng, start_s=-1.0))
     for state, places in zip(states, paths, strict=True):
         assert len(state.tracks) == np.isfinite(places[:, 0]).sum()
         assert max(deviations(state, places)) < 0.3
@@ -99,7 +99,7 @@ def test_two_people_are_told_apart_in_a_room_with_fading():
     angle = np.linspace(0, 2 * np.pi, 60)
     paths = np.stack([2 * np.column_stack([np.cos(angle), np.sin(angle)]), np.tile([-0.3, 0.2], (60, 1))], axis=1)
     model = LinkPeople(sensor=sensor, walk=Walk(step_m=0.25), particles=300)
-    states = list(run(model, simulated(sensor, paths, rng), rng))[15:]
+    states = list(run(model, simulated(sensor, paths, rng), rng, start_s=-1.0))[15:]
     errors = [deviations(state, places) for state, places in zip(states, paths[15:], strict=True)]
     assert np.mean([len(state.tracks) == 2 for state in states]) > 0.9
     assert np.median(errors) < 0.3
@@ -109,7 +109,9 @@ def test_two_people_are_told_apart_in_a_room_with_fading():
 def test_nobody_is_found_where_nobody_is(sensor):
     rng = np.random.default_rng(3)
     model = LinkPeople(sensor=sensor, particles=100)
-    assert all(not s.tracks for s in run(model, (sensor.simulate(np.empty((0, 4)), rng) for _ in range(60)), rng))
+    assert all(
+        not s.tracks for s in run(model, (sensor.simulate(np.empty((0, 4)), rng) for _ in range(60)), rng, start_s=-1.0)
+    )
 
 
 def test_missing_links_and_frames_are_borne():
@@ -117,15 +119,15 @@ def test_missing_links_and_frames_are_borne():
     sensor = linear_links()
     model = LinkPeople(sensor=sensor, particles=200)
     place = np.array([[1.0, 2.0]])
-    state: LinkPeopleState = model.init(rng)
+    state: LinkPeopleState = model.init(rng, 0.0)
     failed = np.zeros(190, dtype=bool)
     for _ in range(12):
         failed[rng.integers(190, size=10)] = True
         frame = np.where(failed, np.nan, sensor.simulate(states_of(place), rng))
-        state = model.step(state, frame, rng)
+        state = model.step(state, state.time_s + 1, frame, rng)
         assert deviations(state, place)[0] < 0.3
-    blind = model.step(state, np.full(190, np.nan), rng)
-    skipped = model.step(state, None, rng)
+    blind = model.step(state, state.time_s + 1, np.full(190, np.nan), rng)
+    skipped = model.step(state, state.time_s + 1, None, rng)
     for after in (blind, skipped):
         assert after.people[0].existence == pytest.approx(0.99 * state.people[0].existence, abs=1e-6)
         assert after.people[0].sd[0] > state.people[0].sd[0]
@@ -137,11 +139,11 @@ def test_nobody_is_looked_for_out_of_the_area_or_beyond_the_most():
     places = np.array([[-3.0, 0.0], [3.0, 0.0], [3.0, 3.0]])
     frames = [sensor.simulate(states_of(places), rng) for _ in range(5)]
     left = Area(corners_m=((-6, -6), (0, -6), (0, 6), (-6, 6)))
-    for state in run(LinkPeople(sensor=sensor, area=left, particles=100), frames, rng):
+    for state in run(LinkPeople(sensor=sensor, area=left, particles=100), frames, rng, start_s=-1.0):
         assert all(person.particles[:, 0].max() <= 0 for person in state.people)
         # those on the other side, whom nobody may explain, pull a little
         assert deviations(state, places[:1])[0] < 1.0
-    for state in run(LinkPeople(sensor=sensor, most_people=1, particles=100), frames, rng):
+    for state in run(LinkPeople(sensor=sensor, most_people=1, particles=100), frames, rng, start_s=-1.0):
         assert len(state.people) == 1
 
 
@@ -149,7 +151,7 @@ def test_what_does_not_fit_is_refused():
     rng, sensor = np.random.default_rng(6), linear_links()
     model = LinkPeople(sensor=sensor)
     with pytest.raises(DataError, match="frame: has shape"):
-        model.step(model.init(rng), np.zeros(7), rng)
+        model.step(model.init(rng, 0.0), 1.0, np.zeros(7), rng)
     with pytest.raises(ParameterError, match=r"LinkPeople\.sensor: a str is no sensor"):
         LinkPeople(sensor="links")
     with pytest.raises(ParameterError, match="is not set"):

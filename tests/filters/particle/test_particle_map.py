@@ -27,10 +27,15 @@ class Line:
     """A position alone, that goes on from where it is with Gaussian noise."""
 
     state_names = ("x",)
-    F, Q = np.array([[1.0]]), np.array([[50.0]])
 
-    def propagate(self, states, rng):
-        return states + np.sqrt(50.0) * rng.standard_normal(states.shape)
+    def F(self, interval_s):
+        return np.eye(1)
+
+    def Q(self, interval_s):
+        return 50.0 * interval_s * np.eye(1)
+
+    def propagate(self, states, interval_s, rng):
+        return states + np.sqrt(50.0 * interval_s) * rng.standard_normal(states.shape)
 
 
 class Far:
@@ -49,9 +54,9 @@ def two_steps(motion, knowledge, n, rng):
     model = ParticleFilter(
         motion=motion, sensor=SENSOR, prior=prior, knowledge=knowledge, particles=n, resample_below=0.1
     )
-    before = model.update(model.init(rng), SENSOR.simulate(SHIP, rng))
+    before = model.update(model.init(rng, 0.0), SENSOR.simulate(SHIP, rng))
     seen = SENSOR.simulate(SHIP + np.array([0, 0, 7.0, 0]), rng)
-    return model, before, model.step(before, seen, rng), seen
+    return model, before, model.step(before, before.time_s + 1, seen, rng), seen
 
 
 @pytest.mark.parametrize("knowledge", [None, IntervalWater()], ids=["no map", "map"])
@@ -80,8 +85,8 @@ def test_what_the_restriction_costs():
         model, before, after, seen = two_steps(ConstantVelocity(q=2.0), IntervalWater(), 1500, rng)
         found = [map_estimate(model, before, after, seen, rng, *few) for few in ((EVERY, EVERY), (200, EVERY), ())]
         score = SENSOR.log_likelihood(np.array(found), seen) + IntervalWater().log_probability(np.array(found))
-        off = np.array(found)[:, None] - before.particles @ model.motion.F.T
-        exponents = np.einsum("cji,ik,cjk->cj", off, np.linalg.inv(model.motion.Q), off)
+        off = np.array(found)[:, None] - before.particles @ model.motion.F(1.0).T
+        exponents = np.einsum("cji,ik,cjk->cj", off, np.linalg.inv(model.motion.Q(1.0)), off)
         density = score + np.log(np.exp(-0.5 * exponents) @ before.weights)
         losses.append(density[0] - density[1:])
     losses = np.array(losses)
@@ -114,8 +119,8 @@ def test_modes_of_the_canal(mean, sigma, mode):
         recover_below=0.0,
     )
     rng = np.random.default_rng(3)
-    before = model.update(model.init(rng)._replace(weights=np.full(20_000, 1 / 20_000)), None)
-    after = model.step(before, mean, rng)
+    before = model.update(model.init(rng, 0.0)._replace(weights=np.full(20_000, 1 / 20_000)), None)
+    after = model.step(before, before.time_s + 1, mean, rng)
     found = map_estimate(model, before, after, mean, rng)
 
     def cost(x):
@@ -138,8 +143,8 @@ def test_a_parent_anywhere_counts_by_its_weight():
     )
     states = np.array([[0.0], [100.0]])
     for weights, kept in (((0.6, 0.4), 0.0), ((0.4, 0.6), 100.0)):
-        state = ParticleState(states, np.array(weights), states[0], np.eye(1), 0.0)
-        assert map_estimate(model, state, state, 50.0, np.random.default_rng(0)) == [kept]
+        state = ParticleState(0.0, states, np.array(weights), states[0], np.eye(1), 0.0)
+        assert map_estimate(model, state, state._replace(time_s=1.0), 50.0, np.random.default_rng(0)) == [kept]
 
 
 def test_the_map_left_out_of_a_step_is_left_out_of_the_estimate():
@@ -170,12 +175,12 @@ def test_motions_without_a_density_take_a_kernel_estimate(motion):
 
 def test_without_a_measurement_or_one_that_fits_it_is_the_predictions_mode():
     model, before, _, _ = two_steps(ConstantVelocity(q=2.0), None, 2000, np.random.default_rng(6))
-    after = model.step(before, None, np.random.default_rng(7))
+    after = model.step(before, before.time_s + 1, None, np.random.default_rng(7))
     found = map_estimate(model, before, after, None, np.random.default_rng(8))
     assert (np.abs(found - after.mean) < 1.2 * np.sqrt(np.diag(after.covariance))).all()
     nothing = model.replace(sensor=SENSOR.replace(detection_probability=0.0))
     seen = SENSOR.simulate(SHIP, np.random.default_rng(9))
-    assert nothing.step(before, seen, np.random.default_rng(7)).log_evidence == -np.inf
+    assert nothing.step(before, before.time_s + 1, seen, np.random.default_rng(7)).log_evidence == -np.inf
     again = map_estimate(nothing, before, after, seen, np.random.default_rng(8))
     np.testing.assert_array_equal(again, found)
 

@@ -34,9 +34,9 @@ class OwnMotion:
 
     state_names = ("x", "vx", "y", "vy")
 
-    def propagate(self, states, rng):
+    def propagate(self, states, interval_s, rng):
         builtin = ConstantVelocity(q=0.05)
-        return states @ builtin.F.T + rng.multivariate_normal(np.zeros(4), builtin.Q, len(states))
+        return states @ builtin.F(1.0).T + rng.multivariate_normal(np.zeros(4), builtin.Q(1.0), len(states))
 
 
 class Shore:
@@ -58,7 +58,7 @@ def kalman(measurements):
     motion = ConstantVelocity(q=0.05)
     m, P, states = np.array([0.0, 0.3, 0.0, -0.2]), P0, []
     for z in measurements:
-        m, P = motion.F @ m, motion.F @ P @ motion.F.T + motion.Q
+        m, P = motion.F(1.0) @ m, motion.F(1.0) @ P @ motion.F(1.0).T + motion.Q(1.0)
         evidence = 0.0
         if z is not None:
             S = H @ P @ H.T + R
@@ -74,7 +74,7 @@ def track(n=8):
     state, seen = rng.multivariate_normal([0, 0.3, 0, -0.2], P0), []
     motion = ConstantVelocity(q=0.05)
     for k in range(n):
-        state = rng.multivariate_normal(motion.F @ state, motion.Q)
+        state = rng.multivariate_normal(motion.F(1.0) @ state, motion.Q(1.0))
         seen.append(None if k == 4 else rng.multivariate_normal(H @ state, R))
     return seen
 
@@ -92,7 +92,7 @@ def track(n=8):
 def test_it_agrees_with_the_kalman_filter(motion, resampling):
     model = ParticleFilter(motion=motion, sensor=Fix(), prior=prior(), particles=5000, resampling=resampling)
     runs, seen = 10, track()
-    every = [list(run(model, seen, np.random.default_rng(seed))) for seed in range(runs)]
+    every = [list(run(model, seen, np.random.default_rng(seed), start_s=-1.0)) for seed in range(runs)]
     exact = kalman(seen)
     for k, (m, P, _) in enumerate(exact):
         means = np.array([states[k].mean for states in every])
@@ -115,7 +115,7 @@ def test_it_agrees_with_the_kalman_filter(motion, resampling):
 
 def test_without_a_measurement_the_evidence_is_one():
     model = ParticleFilter(motion=ConstantVelocity(), sensor=Fix(), prior=prior())
-    state = next(run(model, [None], np.random.default_rng(0)))
+    state = next(run(model, [None], np.random.default_rng(0), start_s=-1.0))
     assert state.log_evidence == pytest.approx(0, abs=1e-12)
 
 
@@ -123,14 +123,14 @@ def test_a_map_keeps_the_belief_off_the_land():
     n = 20_000
     still = {"motion": ConstantVelocity(q=0.0), "sensor": Fix(), "particles": n, "knowledge": Shore(0.5)}
     model = ParticleFilter(prior=prior(np.diag([1.0, 0, 1.0, 0]), (0.0,) * 4), **still)
-    state = model.init(np.random.default_rng(1))
+    state = model.init(np.random.default_rng(1), 0.0)
     assert (state.particles[state.weights > 0, 0] > 0.5).all()
     # a standard normal above .5: probability .30854, mean 1.14108
     share = 0.30853754
     assert state.allowed == pytest.approx(share, abs=5 * np.sqrt(share * (1 - share) / n))
     assert (state.log_evidence, state.forbidden) == (pytest.approx(0, abs=1e-12), False)
     assert state.mean[0] == pytest.approx(1.1410777, abs=5 * 0.52 / np.sqrt(share * n))
-    after = model.step(state, None, np.random.default_rng(2))
+    after = model.step(state, state.time_s + 1, None, np.random.default_rng(2))
     assert after.log_evidence == pytest.approx(0, abs=1e-9)
     assert after.allowed == pytest.approx(1, abs=1e-9)
     assert (after.particles[after.weights > 0, 0] > 0.5).all()
@@ -147,14 +147,14 @@ def test_evidence_and_what_the_map_allows_in_closed_form():
         prior=prior(np.diag([4.0, 0, 1.0, 0]), (0.0,) * 4),
         particles=n,
     )
-    state = still.init(np.random.default_rng(8))
+    state = still.init(np.random.default_rng(8), 0.0)
     mean, variance = 4 / 4.5 * fix[0], 4 * 0.5 / 4.5
     allowed = norm.cdf(-bank / np.hypot(2, sigma))
     phi = knowledge.probability(state.particles[:, [0, 2]])
     assert state.allowed == pytest.approx(allowed, abs=5 * phi.std() / np.sqrt(n))
     # one measurement under the map, the map's own evidence not counted twice
-    free = still.replace(knowledge=None).init(np.random.default_rng(8))
-    state = still.step(free, fix, np.random.default_rng(9))
+    free = still.replace(knowledge=None).init(np.random.default_rng(8), 0.0)
+    state = still.step(free, free.time_s + 1, fix, np.random.default_rng(9))
     seen = norm.pdf(fix[0], 0, np.sqrt(4.5)) * norm.pdf(fix[1], 0, np.sqrt(1.5))
     joint = seen * norm.cdf((mean - bank) / np.sqrt(variance + sigma**2))
     error = 5 * np.std(np.exp(Fix().log_likelihood(free.particles, fix)) * phi) / joint / np.sqrt(n)
@@ -162,7 +162,7 @@ def test_evidence_and_what_the_map_allows_in_closed_form():
     assert state.log_evidence + np.log(state.allowed) == pytest.approx(np.log(joint), abs=error)
     assert state.log_evidence == pytest.approx(np.log(joint / allowed), abs=error)
     assert not state.forbidden
-    unmapped = still.replace(knowledge=None).step(free, fix, np.random.default_rng(9))
+    unmapped = still.replace(knowledge=None).step(free, free.time_s + 1, fix, np.random.default_rng(9))
     assert unmapped.log_evidence == pytest.approx(np.log(seen), abs=error)
     assert (unmapped.allowed, unmapped.forbidden) == (1.0, False)
 
@@ -190,7 +190,7 @@ def test_a_ship_where_the_map_has_land_is_followed_and_it_is_said(name):
     rng = np.random.default_rng(10)
     truth = 5.0 * np.arange(1, 81)
     fixes = [np.array([x, 0.0]) + rng.normal(0, np.sqrt(0.5), 2) for x in truth]
-    states = list(run(model, fixes, rng))
+    states = list(run(model, fixes, rng, start_s=-1.0))
     forbidden = np.array([state.forbidden for state in states])
     inland = (truth > 45) & ((truth < 285) | (name == "minus infinity"))
     assert forbidden[inland].all()
@@ -221,7 +221,9 @@ def test_a_ship_that_crosses_a_hard_coast_slowly_is_not_lost_for_good():
     truth = 20 + 0.5 * np.arange(1, 101)
     fixes = [np.array([x, 0.0]) + rng.normal(0, np.sqrt(0.5), 2) for x in truth]
     for clings in (True, False):
-        states = list(run(model.replace(recover_below=0.0) if clings else model, fixes, np.random.default_rng(13)))
+        states = list(
+            run(model.replace(recover_below=0.0) if clings else model, fixes, np.random.default_rng(13), start_s=-1.0)
+        )
         assert any(state.forbidden for state in states) != clings
         assert (states[-1].mean[0] < 31) == clings
         assert states[-1].forbidden != clings
@@ -233,15 +235,16 @@ def test_a_step_is_a_prediction_and_an_update():
     model = ParticleFilter(
         motion=ConstantVelocity(q=0.05), sensor=Fix(), prior=prior(), knowledge=Shore(0.2), particles=300
     )
-    state, seen = model.init(np.random.default_rng(14)), np.array([0.4, 0.1])
-    predicted = model.predict(state, np.random.default_rng(15))
+    state, seen = model.init(np.random.default_rng(14), 0.0), np.array([0.4, 0.1])
+    predicted = model.predict(state, 1.0, np.random.default_rng(15))
     mean, covariance = moments(predicted.particles, predicted.weights)
     np.testing.assert_allclose(predicted.mean, mean, atol=1e-12)
     np.testing.assert_allclose(predicted.covariance, covariance, atol=1e-12)
-    assert predicted[4:] == (0.0, 1.0, False)
+    assert (predicted.time_s, predicted.log_evidence, predicted.forbidden) == (1.0, 0.0, False)
+    assert np.isnan(predicted.allowed)
     assert (predicted.particles[predicted.weights > 0, 0] < 0.2).any()
     for halves, whole in zip(
-        model.update(predicted, seen), model.step(state, seen, np.random.default_rng(15)), strict=True
+        model.update(predicted, seen), model.step(state, state.time_s + 1, seen, np.random.default_rng(15)), strict=True
     ):
         np.testing.assert_array_equal(halves, whole)
 
@@ -249,10 +252,10 @@ def test_a_step_is_a_prediction_and_an_update():
 def test_a_map_that_forbids_the_whole_start_is_left_out():
     """A prior on land, and no measurement yet: the filter begins without the map."""
     model = ParticleFilter(motion=ConstantVelocity(), sensor=Fix(), prior=prior(), knowledge=Shore(1e6), particles=500)
-    state = model.init(np.random.default_rng(4))
+    state = model.init(np.random.default_rng(4), 0.0)
     assert (state.allowed, state.forbidden, state.log_evidence) == (0.0, True, pytest.approx(0.0, abs=1e-12))
     assert state.weights == pytest.approx(np.full(500, 1 / 500))
-    below = model.replace(recover_below=0.0).init(np.random.default_rng(4))
+    below = model.replace(recover_below=0.0).init(np.random.default_rng(4), 0.0)
     assert below.forbidden
 
 
@@ -268,7 +271,7 @@ def test_where_nothing_explains_the_measurement_it_says_so_and_goes_on(knowledge
     model = ParticleFilter(
         motion=ConstantVelocity(q=0.05), sensor=Blind(), prior=prior(), knowledge=knowledge, particles=500
     )
-    states = list(run(model, [1e5, 1e5, -1e5], np.random.default_rng(4)))
+    states = list(run(model, [1e5, 1e5, -1e5], np.random.default_rng(4), start_s=-1.0))
     for state in states[:2]:
         assert state.log_evidence == -np.inf
         assert np.isfinite(state.mean).all()
@@ -300,11 +303,11 @@ class Broken:
 def test_logarithms_that_are_none_are_refused(values, said):
     model = ParticleFilter(motion=ConstantVelocity(), sensor=Broken(values), prior=prior(), particles=2)
     with pytest.raises(DataError, match=said):
-        model.step(model.init(np.random.default_rng(0)), 1, np.random.default_rng(1))
+        model.step(model.init(np.random.default_rng(0), 0.0), 1.0, 1, np.random.default_rng(1))
     wrong = Shore(0.0)
     wrong.log_probability = lambda states: values
     with pytest.raises(DataError, match=said.replace("likelihood", "probability")):
-        model.replace(knowledge=wrong).init(np.random.default_rng(0))
+        model.replace(knowledge=wrong).init(np.random.default_rng(0), 0.0)
 
 
 def test_the_kernel_agrees_with_its_twin():
@@ -331,8 +334,8 @@ def test_it_resamples_when_told_to(below, resampled):
         motion=ConstantVelocity(q=0.0), sensor=Fix(), prior=prior(), particles=400, resample_below=below
     )
     rng = np.random.default_rng(6)
-    state = model.step(model.init(rng), np.array([2.0, 0.0]), rng)
-    after = model.step(state, None, rng)
+    state = model.step(model.init(rng, 0.0), 1.0, np.array([2.0, 0.0]), rng)
+    after = model.step(state, state.time_s + 1, None, rng)
     assert (len(np.unique(after.particles[:, 0])) < 400) == resampled
     np.testing.assert_array_equal(np.ptp(after.weights) < 1e-15, resampled)
 
@@ -341,7 +344,7 @@ def test_a_prior_that_does_not_fit_is_refused():
     short = GaussianPrior(mean=(0.0,), covariance=((1.0,),))
     model = ParticleFilter(motion=ConstantVelocity(), sensor=Fix(), prior=short, particles=10)
     with pytest.raises(DataError, match=r"prior: drew states of shape \(10, 1\), the motion needs \(10, 4\) \(x, vx"):
-        model.init(np.random.default_rng(0))
+        model.init(np.random.default_rng(0), 0.0)
     with pytest.raises(ParameterError, match="covariance must have 2 rows of 2 numbers"):
         GaussianPrior(mean=(0.0, 0.0), covariance=((1.0,),))
     for bad in ([[1.0, 2.0], [2.0, 1.0]], [[1.0, 0.5], [0.0, 1.0]]):

@@ -79,12 +79,12 @@ def test_false_alarms_come_at_the_wanted_rate(noise: Any) -> None:
     sensor = ImageSensor(rows=20, columns=20, noise=noise)
     parameters = tracking(sensor, false_alarm=0.1, smoothing=0.5, velocity_step=0.5, target_snr_db=3.0)
     flt, rng = parameters.build(), np.random.default_rng(7)
-    begun: Any = flt.init(rng)
+    begun: Any = flt.init(rng, 0.0)
     alarms = 0
     for _ in range(200):
-        state = begun._replace(recurrent=parameters.filter.init(rng))
+        state = begun._replace(recurrent=parameters.filter.init(rng, 0.0))
         for _ in range(4):
-            state = flt.step(state, sensor.simulate(np.empty((0, 5)), rng), rng)
+            state = flt.step(state, state.time_s + 1, sensor.simulate(np.empty((0, 5)), rng), rng)
         alarms += float(state.recurrent.score.max()) > state.threshold
     assert abs(alarms - 20) < 3 * np.hypot(4.2, 5.0)
 

@@ -69,7 +69,7 @@ def accumulated(changes: np.ndarray, calibration: int, smoothing: float) -> tupl
     links = [np.clip(standard.apply(row), -CLIP, CLIP) for standard, row in zip(standard_of, changes, strict=True)]
     evidence = np.array([statistic.statistic(row) for row in links])
     evidence -= evidence[:calibration].mean()
-    states = run(RecurrentFilter(smoothing=smoothing, max_velocity=0), evidence, np.random.default_rng(0))
+    states = run(RecurrentFilter(smoothing=smoothing, max_velocity=0), evidence, np.random.default_rng(0), start_s=-1.0)
     # not the filter's own scale: that grows where all links change at once
     score = np.array([(state.score * state.deviation).max() for state in states])
     settled = round(1 / (1 - smoothing))
