@@ -156,7 +156,9 @@ def test_the_nearest_command_is_suggested(elusive_in: Callable[..., Ran], typed:
 
 
 @pytest.mark.parametrize("is_terminal", [True, False])
-def test_a_compilation_is_announced_once_and_in_a_terminal_alone(monkeypatch: pytest.MonkeyPatch, is_terminal: bool) -> None:
+def test_a_compilation_is_announced_once_and_in_a_terminal_alone(
+    monkeypatch: pytest.MonkeyPatch, is_terminal: bool
+) -> None:
     written = io.StringIO()
     monkeypatch.setattr("elusive.cli.terminal.console", Console(file=written, force_terminal=is_terminal, width=200))
     with bar("frames", 2):

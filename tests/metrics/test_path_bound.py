@@ -19,7 +19,7 @@ def paths(runs, K, rng):
     states = np.tile([[5.0, 4.0, -8.0, 3.0]], (runs, 1))
     out = [states]
     for _ in range(K - 1):
-        states = MOTION.propagate(states, rng)
+        states = MOTION.propagate(states, 1.0, rng)
         out.append(states)
     return np.stack(out, axis=1)
 

@@ -23,31 +23,38 @@ def kinematics(problem):
     return len(problem.motion.state_names)
 
 
+class Given:
+    """A generator whose normal numbers are known."""
+
+    def __init__(self, numbers):
+        self.numbers = numbers
+
+    def standard_normal(self, shape):
+        return self.numbers.reshape(shape)
+
+
 def moved(problem, state, T):
     d = kinematics(problem)
-    motion = problem.motion.replace(interval_s=T)
+    motion = problem.motion
     if isinstance(motion, ConstantTurnRateVelocity):
-        still = motion.replace(q_speed=0.0, q_turn=0.0)
-        kinematic = still.propagate(state[None, :d], np.random.default_rng(0))[0]
+        kinematic = motion.propagate(state[None, :d], T, Given(np.zeros((1, 2))))[0]
     else:
-        kinematic = motion.F(1.0) @ state[:d]
+        kinematic = motion.F(T) @ state[:d]
     kept = np.exp(-T / problem.bias.memory_s) if problem.bias else 0.0
     return np.concatenate([kinematic, kept * state[d:]])
 
 
 def noise(problem, state, T):
     d, whole = kinematics(problem), len(problem.state_names)
-    motion = problem.motion.replace(interval_s=T)
+    motion = problem.motion
     Q = np.zeros((whole, whole))
     if isinstance(motion, ConstantTurnRateVelocity):
         # a model's own draw, a unit of each noise at a time
-        for column, size in enumerate((motion.q_speed, motion.q_turn)):
-            unit = np.zeros((1, 2))
-            unit[0, column] = np.sqrt(size)
-            push = motion._flow(state[None, :d], T, unit)[0] - moved(problem, state, T)[:d]
+        for unit in np.eye(2):
+            push = motion.propagate(state[None, :d], T, Given(unit[None]))[0] - moved(problem, state, T)[:d]
             Q[:d, :d] += np.outer(push, push)
     else:
-        Q[:d, :d] = motion.Q(1.0)
+        Q[:d, :d] = motion.Q(T)
     Q[[0, 2], [0, 2]] += problem.position_noise_m**2
     Q[range(d), range(d)] += FLOOR
     if problem.bias:

@@ -130,10 +130,10 @@ def test_information_is_the_curvature_of_the_exact_measurement(sensors):
 
 
 def test_height_rides_on_any_plane():
-    motion = WithAltitude(motion=ConstantVelocity(q=0.3), q_vertical=0.2, interval_s=0.5)
+    motion = WithAltitude(motion=ConstantVelocity(q=0.3), q_vertical=0.2)
     assert motion.state_names == ("x", "vx", "y", "vy", "z", "vz")
-    plane, up = ConstantVelocity(q=0.3, interval_s=0.5), ConstantVelocity(q=0.2, interval_s=0.5)
-    for whole, part, vertical in ((motion.F(1.0), plane.F(1.0), up.F(1.0)), (motion.Q(1.0), plane.Q(1.0), up.Q(1.0))):
+    plane, up = ConstantVelocity(q=0.3), ConstantVelocity(q=0.2)
+    for whole, part, vertical in ((motion.F(0.5), plane.F(0.5), up.F(0.5)), (motion.Q(0.5), plane.Q(0.5), up.Q(0.5))):
         np.testing.assert_array_equal(whole[:4, :4], part)
         np.testing.assert_array_equal(whole[4:, 4:], vertical[:2, :2])
         assert not whole[:4, 4:].any()

@@ -291,7 +291,7 @@ def test_a_particle_filter_reaches_the_kalman_deviation(km, published):
     for _ in range(3):
         looks = [sensor.simulate(truth, rng, time_s=k) for k in range(40)]
         model = ParticleFilter(motion=motion, sensor=sensor, prior=ScanPrior(sensor, looks[0]), particles=6000)
-        deviations += [np.sqrt(state.covariance[0, 0]) for state in list(run(model, looks[1:], rng, start_s=-1.0))[19:]]
+        deviations += [np.sqrt(state.covariance[0, 0]) for state in list(run(model, looks[1:], rng, start_s=0.0))[19:]]
     assert np.mean(deviations) == pytest.approx(exact, rel=0.02)
 
 
@@ -300,7 +300,7 @@ def test_a_particle_filter_follows_the_converted_measurement_kalman_filter():
     truth = np.array([[-37.0, 0.0, 5_000.0 + 7.0 * k, 7.0] for k in range(60)])[:, None]
     looks = [sensor.simulate(state, rng, time_s=k) for k, state in enumerate(truth)]
     model = ParticleFilter(motion=motion, sensor=sensor, prior=ScanPrior(sensor, looks[0]), particles=6000)
-    states = list(run(model, looks[1:], rng, start_s=-1.0))
+    states = list(run(model, looks[1:], rng, start_s=0.0))
     m, P = None, None
     differences = []
     for k, looked in enumerate(looks):
@@ -337,11 +337,13 @@ def test_a_bernoulli_filter_finds_a_ship_in_clutter_and_none_without():
     )
     rng = np.random.default_rng(15)
     ship = [np.array([[2_000.0 + 5.0 * k, 5.0, 4_000.0 - 6.0 * k, -6.0]]) for k in range(30)]
-    states = list(run(model, [sensor.simulate(state, rng) for state in ship], rng, start_s=-1.0))
+    states = list(
+        run(model, [sensor.simulate(state, rng, float(k)) for k, state in enumerate(ship)], rng, start_s=-1.0)
+    )
     errors = [np.hypot(*(s.mean - truth[0])[[0, 2]]) for s, truth in zip(states, ship, strict=True)]
     assert min(state.existence for state in states[-15:]) > 0.9
     assert max(errors[-15:]) < 60
-    empty = list(run(model, [sensor.simulate(np.zeros((0, 4)), rng) for _ in range(30)], rng, start_s=-1.0))
+    empty = list(run(model, [sensor.simulate(np.zeros((0, 4)), rng, float(k)) for k in range(30)], rng, start_s=-1.0))
     assert np.mean([state.existence for state in empty]) < 0.3
 
 

@@ -162,7 +162,7 @@ class Walk(Model):
     def state_names(self) -> tuple[str, ...]:
         return ("x", "vx")
 
-    def propagate(self, states: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    def propagate(self, states: np.ndarray, interval_s: float, rng: np.random.Generator) -> np.ndarray:
         moved = states + np.sqrt(self.q) * rng.standard_normal(states.shape)
         moved[:, 0] += states[:, 1]
         return moved

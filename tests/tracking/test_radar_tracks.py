@@ -79,7 +79,7 @@ def test_one_plot_a_scan_is_the_particle_filter_itself():
     flt, tracker, rng = follower(ALONE, Shore(20.0)), RadarTracker(), np.random.default_rng(2)
     state = tracker.step(tracker.init(), looks[0], flt, rng).tracks[0].state
     for look, tracks in zip(looks[1:], track(looks, flt, tracker, seed=2)[1:], strict=True):
-        state = flt.step(state, look, rng)
+        state = flt.step(state, look.time_s, look, rng)
         (one,) = tracks.tracks
         np.testing.assert_array_equal(one.state.particles, state.particles)
         np.testing.assert_array_equal(one.state.weights, state.weights)
@@ -148,7 +148,7 @@ def test_claims_are_those_of_the_plain_formulas():
     ships = [[3000, 0, 4000, 7], [3030, 0, 4010, 7], [-2000, 3, 5000, 0]]
     looks, _ = sail(ships, CLUTTER, 2, seed=7)
     flt = follower(CLUTTER, particles=300)
-    states = [flt.replace(prior=_Cloud(np.array(ship))).init(rng) for ship in ships]
+    states = [flt.replace(prior=_Cloud(np.array(ship))).init(rng, 0.0) for ship in ships]
     gates = gated(states, looks[1], CLUTTER, 6.0)
     assert gates.any(axis=1).all()
     ratio = densities(states, looks[1], gates, CLUTTER)

@@ -113,9 +113,9 @@ def alarms(recurrent: RecurrentFilter, statistic: Statistic, shape: tuple[int, .
     ages, rng = (1, 4, 20), np.random.default_rng(11)
     maxima = np.empty((runs, 20))
     for run in range(runs):
-        state = recurrent.init(rng)
+        state = recurrent.init(rng, 0.0)
         for frame in range(20):
-            state = recurrent.step(state, statistic.evidence(rng.standard_normal(shape)), rng)
+            state = recurrent.step(state, state.time_s + 1, statistic.evidence(rng.standard_normal(shape)), rng)
             maxima[run, frame] = state.score.max()
     return [int(np.sum(maxima[:, age - 1] > null.threshold(p, age))) for age in ages]
 

@@ -26,14 +26,14 @@ def accumulated(
     """Run over frames of noise, with an object or without; return the last state and the object's centre, x, y."""
     reach = int(recurrent.max_velocity)
     start, velocity = rng.integers(0, side, 2), rng.integers(-reach, reach + 1, 2)
-    state = recurrent.init(rng)
+    state = recurrent.init(rng, 0.0)
     for frame in range(FRAMES):
         place = (start + velocity * frame) % side
         image = rng.standard_normal((side, side))
         if target:
             x, y = (place[:, None] + np.arange(-(SIZE // 2), SIZE // 2 + 1)) % side
             image[np.ix_(y, x)] += rng.standard_normal((SIZE, SIZE))
-        state = recurrent.step(state, STATISTIC.evidence(image), rng)
+        state = recurrent.step(state, state.time_s + 1, STATISTIC.evidence(image), rng)
     return state, place
 
 

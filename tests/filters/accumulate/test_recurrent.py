@@ -44,12 +44,12 @@ def frames_with_gaps(shape, count=11, seed=1):
 
 
 def assert_same(model, frames, scene=None):
-    state, switches = model.init(RNG), model.switching > 0 or model.markov_matrix is not None
+    state, switches = model.init(RNG, 0.0), model.switching > 0 or model.markov_matrix is not None
     room = 2e-6 if model.precision == "single" else 1e-14
     for k, (planes, score, velocity, deviation) in enumerate(recurrent(model, frames, scene)):
         if scene is not None:
             state = model.carried(state, scene[k])
-        state = model.step(state, frames[k], RNG)
+        state = model.step(state, state.time_s + 1, frames[k], RNG)
         found = standing(state)
         if switches:
             np.testing.assert_allclose(found, planes, rtol=0, atol=room)
@@ -107,7 +107,7 @@ def test_the_score_is_the_largest_sum_along_a_trajectory():
         smoothing=0.7, max_velocity=1.6, velocity_step=0.8, border="bounded", precision="double"
     )  # fmt: skip
     frames = np.random.default_rng(4).standard_normal((7, 6, 8))
-    *_, state = run(model, frames, RNG)
+    *_, state = run(model, frames, RNG, start_s=-1.0)
     k = len(frames)
     deviation = np.sqrt(sum(0.7 ** (2 * (k - j)) * 0.3**2 * np.mean(frames[j - 1] ** 2) for j in range(1, k + 1)))
     assert state.deviation == pytest.approx(deviation, rel=1e-12)
@@ -132,7 +132,7 @@ def test_constant_evidence_accumulates_to_one_minus_alpha_to_the_k(switching):
     model = RecurrentFilter(smoothing=0.9, max_velocity=2.0, precision="double", **SWITCHING[switching])
     frames = [np.full((5, 6), 3.0)] * 4 + [None] * 2 + [np.full((5, 6), 3.0)] * 20
     seen = 0
-    for frame, state in zip(frames, run(model, frames, RNG), strict=True):
+    for frame, state in zip(frames, run(model, frames, RNG, start_s=-1.0), strict=True):
         seen += frame is not None
         # a missing frame moves what is accumulated and forgets nothing
         np.testing.assert_allclose(standing(state), 3 * (1 - 0.9**seen), rtol=1e-12)
@@ -148,13 +148,13 @@ def test_the_score_of_white_noise_has_unit_variance(precision):
     one = RecurrentFilter(velocities=((3.3,),), smoothing=0.9, precision=precision)
     rng = np.random.default_rng(5)
     frames = [rng.normal(scale=2.5, size=n) if k != 4 else None for k in range(40)]
-    for k, state in enumerate(run(one, frames, RNG)):
+    for k, state in enumerate(run(one, frames, RNG, start_s=-1.0)):
         if k in (0, 4, 39):
             assert abs(state.score.var() - 1) < 4 * error
             assert abs(state.score.mean()) < 4 / np.sqrt(n)
     # mixing averages over paths as well: the deviation is a bound
     mixed = one.replace(velocities=((-1.0,), (0.0,), (1.0,)), switching=0.3)
-    *_, state = run(mixed, frames, RNG)
+    *_, state = run(mixed, frames, RNG, start_s=-1.0)
     variance = (standing(state) / state.deviation).var(axis=1)
     assert (variance < 0.9).all()
     assert (variance > 0.1).all()
@@ -166,7 +166,8 @@ def test_it_finds_a_weak_target_of_fractional_velocity():
     for k, frame in enumerate(frames, 1):
         frame[(40 - round(0.5 * k)) % 48, (5 + round(1.5 * k)) % 64] += 2.0
     data = collect(
-        run(RecurrentFilter(max_velocity=2.0, velocity_step=0.5), frames, RNG), state_names=["x", "vx", "y", "vy"]
+        run(RecurrentFilter(max_velocity=2.0, velocity_step=0.5), frames, RNG, start_s=-1.0),
+        state_names=["x", "vx", "y", "vy"],
     )
     np.testing.assert_array_equal(data["mean"].values[-1], [(5 + 90) % 64, 1.5, 10, -0.5])
     assert data["mean"].dims == ("time", "state")
@@ -179,43 +180,43 @@ def test_what_leaves_a_bounded_frame_is_gone(switching):
     )  # fmt: skip
     first = np.zeros((7, 10))
     first[3, 5] = 1.0
-    state = model.step(model.init(RNG), first, RNG)
+    state = model.step(model.init(RNG, 0.0), 1.0, first, RNG)
     reached = []
     for k in range(40):
-        state = model.step(state, np.zeros_like(first) if k % 2 else None, RNG)
+        state = model.step(state, state.time_s + 1, np.zeros_like(first) if k % 2 else None, RNG)
         reached.append(state.score.max() > 0)
     # one step is within the frame, a third cannot be, unless a target may turn round
     assert reached[0]
     assert not any(reached[2:]) or switching == "any"
     # carried out of the frame and back, nothing is left either
-    state = model.step(model.init(RNG), first, RNG)
-    out = model.step(model.carried(state, (0, 9)), None, RNG)
-    back = model.step(model.carried(out, (0, -9)), None, RNG)
+    state = model.step(model.init(RNG, 0.0), 1.0, first, RNG)
+    out = model.step(model.carried(state, (0, 9)), state.time_s + 1, None, RNG)
+    back = model.step(model.carried(out, (0, -9)), out.time_s + 1, None, RNG)
     assert out.score.max() == back.score.max() == 0.0
 
 
 def test_the_scene_is_carried_along_and_fractions_add_up():
     model = RecurrentFilter(max_velocity=1.0)
     frames = np.random.default_rng(7).standard_normal((8, 12, 15))
-    still, moving = model.init(RNG), model.init(RNG)
+    still, moving = model.init(RNG, 0.0), model.init(RNG, 0.0)
     for k, frame in enumerate(frames, 1):
-        still = model.step(still, frame, RNG)
+        still = model.step(still, still.time_s + 1, frame, RNG)
         moved = (round(-0.71 * k), round(0.28 * k))
-        moving = model.step(model.carried(moving, (0.28, -0.71)), np.roll(frame, moved, (0, 1)), RNG)
+        moving = model.step(model.carried(moving, (0.28, -0.71)), moving.time_s + 1, np.roll(frame, moved, (0, 1)), RNG)
         np.testing.assert_array_equal(moving.score, np.roll(still.score, moved, (0, 1)))
         np.testing.assert_array_equal(moving.velocity, np.roll(still.velocity, moved, (0, 1)))
     np.testing.assert_allclose(moving.scene_px, (2.24, -5.68))
 
 
 def test_evidence_of_zeros_scores_zero():
-    *_, state = run(RecurrentFilter(), [np.zeros(50)] * 3, RNG)
+    *_, state = run(RecurrentFilter(), [np.zeros(50)] * 3, RNG, start_s=-1.0)
     assert not state.score.any()
     assert state.deviation == 0.0
 
 
 def test_frames_missing_before_the_first_are_counted():
     model = RecurrentFilter()
-    states = list(run(model, [None, None, np.ones(30), None], RNG))
+    states = list(run(model, [None, None, np.ones(30), None], RNG, start_s=-1.0))
     assert [state.frames for state in states] == [1, 2, 3, 4]
     assert [state.score.size for state in states] == [0, 0, 30, 30]
     assert np.isnan(states[0].mean).all()
@@ -228,19 +229,19 @@ def test_memory_is_as_stated_and_stays(kinds, precision, shape):
     model = RecurrentFilter(max_velocity=2.0, precision=precision, **kinds)
     tracemalloc.start()
     try:
-        state = model.step(model.init(RNG), np.ones(shape), RNG)
+        state = model.step(model.init(RNG, 0.0), 1.0, np.ones(shape), RNG)
         belief = state.belief
         sets = [belief.planes] if belief.later is None else [belief.planes, belief.later]
         held = sum(part.nbytes for part in (*sets, *belief.work, state.score, state.velocity))
         assert held == model.memory_bytes(shape) == model.check_memory(shape, machine_bytes=2 * held)
         frame = np.ones(shape, model._dtype)
-        state = model.step(state, frame, RNG)
+        state = model.step(state, state.time_s + 1, frame, RNG)
         before = tracemalloc.get_traced_memory()[0]
         # vectors and shares are small beside the planes
         assert held < before < 1.1 * held + 100_000
         tracemalloc.reset_peak()
         for _ in range(20):
-            state = model.step(state, frame, RNG)
+            state = model.step(state, state.time_s + 1, frame, RNG)
         after, peak = tracemalloc.get_traced_memory()
     finally:
         tracemalloc.stop()
@@ -256,7 +257,7 @@ def test_too_much_memory_is_refused_before_it_is_taken():
     with pytest.raises(DataError, match=says):
         model.check_memory((256, 256), machine_bytes=2 * needed - 2)
     with pytest.raises(DataError, match="more than half of the machine's"):
-        next(run(model.replace(max_velocity=1e6), [np.ones((20, 20))], RNG))
+        next(run(model.replace(max_velocity=1e6), [np.ones((20, 20))], RNG, start_s=-1.0))
 
 
 @pytest.mark.parametrize(
@@ -297,50 +298,50 @@ def test_bad_parameters_are_refused(fields, says):
 def test_bad_evidence_is_refused(evidence, says):
     model = RecurrentFilter()
     with pytest.raises(DataError, match=says):
-        model.step(model.init(RNG), evidence, RNG)
+        model.step(model.init(RNG, 0.0), 1.0, evidence, RNG)
 
 
 def test_refused_evidence_changes_nothing():
     for kinds in SWITCHING.values():
         model = RecurrentFilter(**kinds)
         frames = np.random.default_rng(8).standard_normal((2, 40))
-        *_, expected = run(model, frames, RNG)
-        state = model.step(model.init(RNG), frames[0], RNG)
+        *_, expected = run(model, frames, RNG, start_s=-1.0)
+        state = model.step(model.init(RNG, 0.0), 1.0, frames[0], RNG)
         with pytest.raises(DataError, match="not finite"):
-            model.step(state, np.full(40, np.nan), RNG)
+            model.step(state, state.time_s + 1, np.full(40, np.nan), RNG)
         with pytest.raises(DataError, match=re.escape("evidence: has shape (41,), earlier frames (40,)")):
-            model.step(state, np.ones(41), RNG)
-        np.testing.assert_array_equal(model.step(state, frames[1], RNG).score, expected.score)
+            model.step(state, state.time_s + 1, np.ones(41), RNG)
+        np.testing.assert_array_equal(model.step(state, state.time_s + 1, frames[1], RNG).score, expected.score)
 
 
 def test_dimensions_that_do_not_fit_are_refused():
     with pytest.raises(DataError, match="velocities: have 1 components, but the evidence has 2 axes"):
-        next(run(RecurrentFilter(velocities=((1.0,),)), [np.ones((3, 3))], RNG))
+        next(run(RecurrentFilter(velocities=((1.0,),)), [np.ones((3, 3))], RNG, start_s=-1.0))
     with pytest.raises(DataError, match="markov_matrix: has 2 rows for 11 velocities"):
-        next(run(RecurrentFilter(markov_matrix=((1.0, 0.0), (0.0, 1.0))), [np.ones(9)], RNG))
+        next(run(RecurrentFilter(markov_matrix=((1.0, 0.0), (0.0, 1.0))), [np.ones(9)], RNG, start_s=-1.0))
 
 
 def test_a_scene_step_that_does_not_fit_is_refused():
     model = RecurrentFilter()
-    start = model.init(RNG)
-    state = model.step(start, np.ones(9), RNG)
+    start = model.init(RNG, 0.0)
+    state = model.step(start, start.time_s + 1, np.ones(9), RNG)
     for step in [(1.0, 2.0), 1.0, (np.nan,), ()]:
         with pytest.raises(DataError, match="step_px: must be 1 finite numbers"):
             model.carried(state, step)
     with pytest.raises(DataError, match="step_px: must be 2 finite numbers"):
         model.carried(start, (1.0, 2.0, 3.0))
     with pytest.raises(DataError, match="evidence: has 1 axes, but the scene was carried along 2"):
-        model.step(model.carried(start, (1.0, 2.0)), np.ones(9), RNG)
+        model.step(model.carried(start, (1.0, 2.0)), start.time_s + 1, np.ones(9), RNG)
 
 
 def test_a_state_is_stepped_once_and_a_copy_of_it_again():
     model = RecurrentFilter()
     frames = np.random.default_rng(9).standard_normal((3, 40))
-    state = model.step(model.init(RNG), frames[0], RNG)
+    state = model.step(model.init(RNG, 0.0), 1.0, frames[0], RNG)
     kept = copy.deepcopy(state)
     score = state.score.copy()
-    one = model.step(state, frames[1], RNG)
+    one = model.step(state, state.time_s + 1, frames[1], RNG)
     with pytest.raises(DataError, match="state: has been stepped already"):
-        model.step(state, frames[2], RNG)
+        model.step(state, state.time_s + 1, frames[2], RNG)
     np.testing.assert_array_equal(state.score, score)
-    np.testing.assert_array_equal(model.step(kept, frames[1], RNG).score, one.score)
+    np.testing.assert_array_equal(model.step(kept, kept.time_s + 1, frames[1], RNG).score, one.score)

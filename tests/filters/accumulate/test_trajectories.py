@@ -61,9 +61,9 @@ def test_is_the_recurrent_filter_as_alpha_goes_to_one(shape: tuple[int, ...], bo
     smoothing = 1 - 1e-9
     recurrent = RecurrentFilter(max_velocity=2, border=border, smoothing=smoothing, precision="double")
     rng = np.random.default_rng(0)
-    state = recurrent.init(rng)
+    state = recurrent.init(rng, 0.0)
     for frame in evidence:
-        state = recurrent.step(state, frame, rng)
+        state = recurrent.step(state, state.time_s + 1, frame, rng)
     best = BatchMaximum(max_velocity=2, border=border).trajectories(evidence)
     np.testing.assert_allclose(state.score * state.deviation / (1 - smoothing), best.score, rtol=1e-6)
     np.testing.assert_array_equal(state.velocity, best.velocity)

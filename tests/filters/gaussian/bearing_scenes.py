@@ -39,7 +39,7 @@ def recorded(parameters, steps=15, seed=0):
     state = np.array([[start.get(name, 0.0) for name in motion.state_names]])
     path = [state[0]]
     for T in np.diff(times):
-        state = motion.replace(interval_s=float(T)).propagate(state, rng)
+        state = motion.propagate(state, float(T), rng)
         path.append(state[0])
     path = np.array(path)
     return times, path, sensor.simulate(path, times, rng)

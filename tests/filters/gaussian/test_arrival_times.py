@@ -31,7 +31,7 @@ def track(rng, start=(20.0, 4.0, 30.0, 3.0), motion=MOTION):
     state = np.array([start])
     path = [state[0]]
     for _ in TIMES[1:]:
-        state = motion.propagate(state, rng)
+        state = motion.propagate(state, 1.0, rng)
         path.append(state[0])
     return np.array(path)
 

@@ -60,13 +60,13 @@ def test_live_steps_are_the_recordings():
 
 def test_without_a_bearing_the_belief_is_carried_on():
     filter = made("cv")
-    assert filter.step(filter.init(RNG), None, RNG).pending == ()
+    assert filter.step(filter.init(RNG), 0.0, None, RNG).pending == ()
     *_, state = run(filter, recorded(PROBLEMS["cv"])[2], RNG)
-    later = filter.step(state, None, RNG)
-    motion = filter.motion
-    np.testing.assert_allclose(later.mean, motion.F @ state.mean)
-    np.testing.assert_allclose(later.covariance, motion.F @ state.covariance @ motion.F.T + motion.Q, atol=1e-8)
-    assert (later.time_s, later.log_evidence) == (state.time_s + motion.interval_s, 0.0)
+    later = filter.step(state, state.time_s + 1.5, None, RNG)
+    F, Q = filter.motion.F(1.5), filter.motion.Q(1.5)
+    np.testing.assert_allclose(later.mean, F @ state.mean)
+    np.testing.assert_allclose(later.covariance, F @ state.covariance @ F.T + Q, atol=1e-8)
+    assert (later.time_s, later.log_evidence) == (state.time_s + 1.5, 0.0)
 
 
 def test_smoothed_beliefs_of_an_almost_linear_problem_are_the_most_probable_path():
@@ -107,7 +107,7 @@ def test_errors_are_as_large_as_claimed(estimator, sigma_deg):
         state = np.array([[rng.normal(0, 40), rng.normal(0, 8), rng.normal(30, 40), rng.normal(0, 8)]])
         path = [state[0]]
         for _ in times[1:]:
-            state = parameters["motion"].propagate(state, rng)
+            state = parameters["motion"].propagate(state, 1.0, rng)
             path.append(state[0])
         path = np.array(path)
         sets = sensor.simulate(path, times, rng)
@@ -160,10 +160,10 @@ def test_an_unlikely_bearing_has_its_whole_gain_scaled():
     *_, state = run(filter, sets[:8], RNG)
     vague = state._replace(covariance=state.covariance + np.diag([400.0, 1, 400, 1]))
     azimuth = sets[8].azimuth_rad[:1] + np.deg2rad(50)
-    after = filter.step(vague, BearingSet(sets[8].time_s, sets[8].sensor[:1], azimuth, np.full(1, np.nan)), RNG)
+    seen = BearingSet(sets[8].time_s, sets[8].sensor[:1], azimuth, np.full(1, np.nan))
+    after = filter.step(vague, seen.time_s, seen, RNG)
 
-    motion = filter.motion.replace(interval_s=sets[8].time_s - sets[7].time_s)
-    F, Q = motion.F, motion.Q
+    F, Q = (part(sets[8].time_s - sets[7].time_s) for part in (filter.motion.F, filter.motion.Q))
     mean, P = F @ vague.mean, F @ vague.covariance @ F.T + Q
     east, north = mean[[0, 2]] - filter.sensor.positions_m[0][:2]
     squared = east**2 + north**2
@@ -201,7 +201,7 @@ def test_refused():
     sets = recorded(PROBLEMS["cv"])[2]
     *_, state = run(filter, sets, RNG)
     with pytest.raises(DataError, match="sort them by time"):
-        filter.step(state, sets[-1], RNG)
+        filter.step(state, sets[-1].time_s, sets[-1], RNG)
     with pytest.raises(DataError, match="there is none; a path needs at least one"):
         filter.track([BearingSet(0.0, np.empty(0, int), np.empty(0), np.empty(0))])
     with pytest.raises(Exception, match="neither linear nor"):

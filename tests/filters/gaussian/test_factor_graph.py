@@ -151,7 +151,7 @@ def test_live_steps_are_the_recording() -> None:
     times, whole = graph.track_sets(sets)
     np.testing.assert_array_equal(times, case.times_s)
     live = [*sets[:10], None, None, None, *sets[10:]]
-    states = list(run(graph, live, np.random.default_rng(0)))
+    states = list(run(graph, live, np.random.default_rng(0), times))
     np.testing.assert_allclose([state.mean for state in states], whole.mean)
     np.testing.assert_allclose([state.variance for state in states], whole.variance)
     before = states[9]

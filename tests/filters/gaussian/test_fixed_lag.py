@@ -91,7 +91,7 @@ def test_live_and_recorded_are_the_same():
     assert last.time_s == times[-1]
     assert last.window.table.times_s[0] > times[-1] - 2.0 - np.diff(times).max()
     np.testing.assert_allclose(last.mean, last.path[-1])
-    later = filter.step(last, None, RNG)
+    later = filter.step(last, times[-1] + 1.0, None, RNG)
     assert later.time_s == times[-1] + 1.0
     np.testing.assert_allclose(later.mean, filter.motion.F(1.0) @ last.mean, rtol=1e-6, atol=1e-4)
     assert (np.diag(later.covariance) > np.diag(last.covariance)).all()
@@ -109,7 +109,7 @@ def test_of_one_sensor_nothing_leaves_before_a_second_one_tells_the_place():
     assert not any(len(s.left_times_s) for s in states[:8])
     assert len(states[8].left_times_s) > 3
     assert np.hypot(*(states[-1].mean - path[-1])[[0, 2]]) < 5.0
-    assert filter.step(filter.init(RNG), None, RNG).window is None
+    assert filter.step(filter.init(RNG), 0.0, None, RNG).window is None
 
 
 def test_the_inverse_from_a_factor():
@@ -123,7 +123,7 @@ def test_refused():
     _, _, sets = recorded(PROBLEMS["cv"])
     *_, state = run(filter, sets, RNG)
     with pytest.raises(DataError, match="sort them by time"):
-        filter.step(state, sets[-1], RNG)
+        filter.step(state, sets[-1].time_s, sets[-1], RNG)
     nothing = BearingSet(0.0, np.empty(0, int), np.empty(0), np.empty(0))
     for none in ([], [nothing]):
         with pytest.raises(DataError, match="there is none; a path needs at least one"):

@@ -89,7 +89,7 @@ def test_live_steps_are_the_recordings():
     np.testing.assert_allclose([s.mean for s in states], whole.states, rtol=1e-8, atol=1e-8)
     np.testing.assert_allclose([s.bank.probabilities for s in states], whole.probabilities, atol=1e-8)
     np.testing.assert_allclose(whole.probabilities.sum(axis=1), 1.0)
-    assert filter.step(filter.init(RNG), None, RNG).pending == ()
+    assert filter.step(filter.init(RNG), 0.0, None, RNG).pending == ()
 
 
 def test_a_manoeuvre_need_not_be_known_beforehand():
@@ -107,7 +107,7 @@ def test_a_manoeuvre_need_not_be_known_beforehand():
             path.append(state)
             turning = 20 <= k < 35
             start = np.append(state, np.deg2rad(9.0)) if turning else state
-            state = (turn if turning else straight).propagate(start[None], rng)[0, :4]
+            state = (turn if turning else straight).propagate(start[None], 1.0, rng)[0, :4]
         path = np.array(path)
         sets = sensor.simulate(path, times, rng)
         for each, filter in enumerate(filters):
@@ -133,13 +133,11 @@ def test_refused():
     filter = InteractingFilter(sensor=FLAT)
     _, _, sets = recorded(PROBLEMS["cv"])
     *_, state = run(filter, sets, RNG)
-    assert filter.step(state, None, RNG).time_s == state.time_s + 1.0
+    assert filter.step(state, state.time_s + 1.0, None, RNG).time_s == state.time_s + 1.0
     with pytest.raises(DataError, match="sort them by time"):
-        filter.step(state, sets[-1], RNG)
+        filter.step(state, sets[-1].time_s, sets[-1], RNG)
     with pytest.raises(DataError, match="there is none; a path needs at least one"):
         filter.track([FLAT.nothing(0.0)])
-    with pytest.raises(ParameterError, match="have several intervals"):
-        InteractingFilter(sensor=FLAT, motions=(ConstantVelocity(), ConstantVelocity(interval_s=2.0)))
     with pytest.raises(ParameterError, match="has no height"):
         InteractingFilter(sensor=SOLID)
     with pytest.raises(ParameterError, match="motions"):

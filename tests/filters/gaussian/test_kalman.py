@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pydantic import ValidationError
+from scipy.linalg import block_diag
 from scipy.stats import multivariate_normal
 
 from elusive import run
@@ -16,12 +17,14 @@ from elusive.motion import ConstantAcceleration, ConstantVelocity, CoordinatedTu
 RNG = np.random.default_rng(0)
 BY_AXIS = [[1.0, 0, 0, 0], [0, 0, 1.0, 0]]
 CASES = {
-    "cv": (ConstantVelocity(q=0.3, interval_s=0.7), BY_AXIS),
+    "cv": (ConstantVelocity(q=0.3), BY_AXIS),
     "turn": (CoordinatedTurn(q=0.3, turn_rate_deg=20.0), BY_AXIS),
     "acceleration": (ConstantAcceleration(q=0.1), [[*row, 0.0, 0.0] for row in BY_AXIS]),
     "mixed": (ConstantVelocity(q=0.3), [[1.0, 0.5, 0, 0], [0, 0, 1.0, -1.0], [1.0, 0, 1.0, 0]]),
 }
 STEPS = 7
+INTERVALS = [0.7, 1.0, 0.2, 2.5, 1.3, 0.5, 2.0]
+TIMES = np.cumsum(INTERVALS)
 
 
 def made(name):
@@ -35,22 +38,21 @@ def made(name):
 
 def all_at_once(filter, measurements, upto):
     """Mean and covariance of every state given the measurements before ``upto``, by conditioning the whole path."""
-    d, F, Q = len(filter.state_names), filter.motion.F, filter.motion.Q
-    steps = len(measurements)
+    d, steps = len(filter.state_names), len(measurements)
+    sources = [np.array(filter.prior.covariance)]
     H = np.array(filter.observed)
-    mean, covariance = np.array(filter.prior.mean), np.array(filter.prior.covariance)
-    path = [mean]
+    path = [np.array(filter.prior.mean)]
     # every state is linear in the prior and the noises of each step
     blocks = [np.hstack([np.eye(d), np.zeros((d, d * steps))])]
     for k in range(steps):
+        F = filter.motion.F(INTERVALS[k])
+        sources.append(filter.motion.Q(INTERVALS[k]))
         path.append(F @ path[-1])
         block = F @ blocks[-1]
         block[:, d * (k + 1) : d * (k + 2)] += np.eye(d)
         blocks.append(block)
     whole = np.vstack(blocks[1:])
-    sources = np.kron(np.eye(steps + 1), Q)
-    sources[:d, :d] = covariance
-    mean, covariance = np.concatenate(path[1:]), whole @ sources @ whole.T
+    mean, covariance = np.concatenate(path[1:]), whole @ block_diag(*sources) @ whole.T
     seen = [k for k in range(upto) if measurements[k] is not None]
     if not seen:
         return mean.reshape(steps, d), covariance
@@ -67,7 +69,7 @@ def test_filter_and_smoother_are_the_conditioned_gaussian(name):
     d = len(filter.state_names)
     measurements = [RNG.normal(size=len(filter.observed)) * 3 for _ in range(STEPS)]
     measurements[3] = None
-    states = list(run(filter, measurements, np.random.default_rng(1)))
+    states = list(run(filter, measurements, np.random.default_rng(1), TIMES, start_s=0.0))
     for k, state in enumerate(states):
         mean, covariance = all_at_once(filter, measurements, k + 1)
         np.testing.assert_allclose(state.mean, mean[k], atol=1e-9)
@@ -82,7 +84,7 @@ def test_evidence_is_the_density_of_the_measurement():
     filter = made("mixed")
     H, noise = np.array(filter.observed), np.array(filter.noise)
     measurements = [RNG.normal(size=3) for _ in range(3)]
-    states = list(run(filter, measurements, np.random.default_rng(1)))
+    states = list(run(filter, measurements, np.random.default_rng(1), TIMES, start_s=0.0))
     d = len(filter.state_names)
     for k, state in enumerate(states):
         mean, covariance = all_at_once(filter, measurements, k)
@@ -95,7 +97,7 @@ def test_refused():
     state = filter.init(RNG)
     for bad in ([1.0], [np.nan, 0.0]):
         with pytest.raises(DataError, match="is not 2 finite numbers"):
-            filter.step(state, bad, RNG)
+            filter.step(state, 0.0, bad, RNG)
     with pytest.raises(DataError, match="there is none to smooth"):
         smoothed(filter.motion, [])
     for wrong, sentence in (

@@ -34,7 +34,7 @@ def scene(seed):
     state, path = np.array([start[0], velocity[0], start[1], velocity[1]]), []
     for _ in TIMES:
         path.append(state)
-        state = MOTION.propagate(state[None], rng)[0]
+        state = MOTION.propagate(state[None], 1.0, rng)[0]
     path = np.array(path)
     sensor = BearingSensors(positions_m=[(x, y, 0) for x, y in places], sigma_deg=sigma)
     sets = sensor.simulate(path, TIMES, rng)

@@ -44,12 +44,13 @@ def test_kalman_is_the_kalman_filter():
     for track, first, last in ((1, 0, FRAMES), (7, 5, 30)):
         mean, covariance = smoothing.first(frames[first][track])
         whole = KalmanFilter(
-            motion=ConstantVelocity(q=0.4, interval_s=0.5),
+            motion=ConstantVelocity(q=0.4),
             observed=((1.0, 0, 0, 0), (0, 0, 1.0, 0)),
             noise=((0.09, 0), (0, 0.09)),
             prior=GaussianPrior(mean=tuple(mean), covariance=tuple(map(tuple, covariance))),
         )
-        expected = run(whole, [frame[track] for frame in frames[first + 1 : last]], np.random.default_rng(0))
+        seen = [frame[track] for frame in frames[first + 1 : last]]
+        expected = run(whole, seen, np.random.default_rng(0), 0.5 * np.arange(1, len(seen) + 1), start_s=0.0)
         for state, one in zip(states[first + 1 : last], expected, strict=True):
             np.testing.assert_allclose(state[track].position, one.mean[[0, 2]], atol=1e-12)
             np.testing.assert_allclose(state[track].velocity, one.mean[[1, 3]], atol=1e-12)
