@@ -12,7 +12,6 @@ from elusive.filters.gaussian.interacting import InteractingFilter
 from elusive.filters.gaussian.map_smoother import MapSmoother
 from elusive.filters.gaussian.track_batch import filter_tracks
 from elusive.motion import ConstantVelocity
-from elusive.sensors.bearing_table import tabulated
 from elusive.sensors.bearings import BearingSensors
 
 PLACES = ((0.0, 0.0, 0.0), (70.0, 12.0, 0.0), (-60.0, 81.0, 0.0))
@@ -44,12 +43,9 @@ def test_batch_map_against_gtsam(benchmark, best_of, report):
         loss="squares",
         tolerance=1e-6,
     )
-    table, transitions, anchor = (
-        tabulated(sets, SENSOR),
-        smoother.transitions(np.arange(float(steps))),
-        smoother.anchor(),
-    )
-    start = smoother.guess(table, transitions, anchor)
+    stretch, anchor = smoother.stretch((each.time_s, each) for each in sets), smoother.anchor()
+    table, transitions = stretch.table, stretch.transitions
+    start = smoother.guess(stretch, anchor)
     graph, values = gtsam.NonlinearFactorGraph(), gtsam.Values()
     fixed = gtsam.noiseModel.Constrained.All(3)
     for k, (east, north, _) in enumerate(PLACES):
@@ -74,7 +70,7 @@ def test_batch_map_against_gtsam(benchmark, best_of, report):
         return gtsam.LevenbergMarquardtOptimizer(graph, values, settings).optimize()
 
     def mine():
-        return smoother.descend(start, table, transitions, anchor)
+        return smoother.descend(start, stretch, anchor, np.empty(0))
 
     solved = theirs()
     found = mine().states[:, [0, 2]]
@@ -118,7 +114,7 @@ def test_a_batch_of_tracks_against_numpy(benchmark, best_of, report):
     azimuth = np.array([[each.azimuth_rad for each in sets] for _, sets in paths])
     times = np.arange(float(steps))
     filtered = filter_tracks(filter, times, azimuth)
-    assert (filtered.begun == 0).all()
+    assert (filtered.started == 0).all()
     starts = [(filtered.states[k, 0], filtered.covariances[k, 0]) for k in range(tracks)]
 
     def theirs():

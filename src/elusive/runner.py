@@ -49,14 +49,15 @@ def run(
         If there are fewer times than measurements, or a missing measurement among some that have a time has none.
     """
     state = filter.init(rng, start_s)
-    for measurement, time_s in _timed(measurements, times_s):
+    for measurement, time_s in timed(measurements, times_s):
         state = filter.step(state, time_s, measurement, rng)
         yield state
 
 
-def _timed(
-    measurements: Iterable[Measurement | None], times_s: Iterable[float] | None
+def timed(
+    measurements: Iterable[Measurement | None], times_s: Iterable[float] | None = None
 ) -> Iterator[tuple[Measurement | None, float]]:
+    """Yield measurements with their times, as :func:`run` takes them."""
     given = None if times_s is None else iter(times_s)
     own = False
     for number, measurement in enumerate(measurements):

@@ -21,6 +21,7 @@ from elusive.model import Model
 from elusive.motion import ConstantVelocity
 from elusive.sensors.bearings import BearingSensors
 from elusive.sensors.clutter import ClutterSensor
+from elusive.sensors.linear import LinearSensor
 from tests.filters.particle.link_scenes import linear_links
 
 BEARINGS = BearingSensors(positions_m=((0.0, 0.0, 0.0), (70.0, 12.0, 0.0), (-60.0, 81.0, 0.0)))
@@ -29,8 +30,7 @@ PRIOR = GaussianPrior(mean=(0.0,) * 4, covariance=tuple(map(tuple, np.eye(4).tol
 BUILT = {
     "KalmanFilter": lambda kind: kind(
         motion=ConstantVelocity(),
-        observed=((1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0)),
-        noise=((1.0, 0.0), (0.0, 1.0)),
+        sensor=LinearSensor(observed=((1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0)), covariance=((1.0, 0.0), (0.0, 1.0))),
         prior=PRIOR,
     ),
     "RecordedFilter": lambda kind: kind(

@@ -10,7 +10,7 @@ from elusive.errors import DataError, ParameterError
 from elusive.motion import ConstantVelocity
 from elusive.motion.altitude import WithAltitude
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
-from elusive.sensors.bearing_table import averaged, tabulated
+from elusive.sensors.bearing_table import tabulated
 from elusive.sensors.bearings import BearingSensors, wrapped
 
 PLACES = ((0.0, 0.0, 1.0), (70.0, 12.0, 0.0), (-60.0, 81.0, 5.0))
@@ -61,7 +61,7 @@ def test_averaging_is_circular_and_divides_the_variance():
     sensors = FLAT.replace(samples=20, sigma_deg=8.0)
     north = np.array([[0.0, 0, 500.0, 0]])
     (measurement,) = sensors.simulate(north, [0.0], rng)
-    row, azimuth, elevation, variance = averaged(measurement, sensors)
+    row, azimuth, elevation, variance = sensors.averaged(measurement)
     assert row.tolist() == [0, 1, 2]
     for k in range(3):
         expected = circmean(measurement.azimuth_rad[measurement.sensor == k], high=np.pi, low=-np.pi)
@@ -75,7 +75,7 @@ def test_averaging_is_circular_and_divides_the_variance():
 
 def test_a_sample_without_elevation_leaves_the_others_mean():
     measurement = BearingSet(0.0, np.array([1, 1]), np.array([0.1, 0.3]), np.array([0.2, np.nan]))
-    _, azimuth, elevation, _ = averaged(measurement, SOLID)
+    _, azimuth, elevation, _ = SOLID.averaged(measurement)
     assert (azimuth[0], elevation[0]) == (pytest.approx(0.2), pytest.approx(0.2))
 
 
@@ -157,7 +157,8 @@ def test_refused():
         with pytest.raises(DataError, match=sentence):
             FLAT.log_likelihood(STATE, bad)
     with pytest.raises(DataError, match="come after 0 s; sort"):
-        tabulated([good, good], FLAT)
+        tabulated([good, good._replace(time_s=-1.0)], FLAT)
+    assert tabulated([good, good], FLAT).first.tolist() == [0, 2]
     with pytest.raises(DataError, match="have shapes"):
         SOLID.simulate(STATE[:, :4], [0.0], rng)
     with pytest.raises(ParameterError, match="has 1 numbers for 3 sensors"):

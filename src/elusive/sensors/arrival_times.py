@@ -1,4 +1,4 @@
-"""Times of arrival and their differences at several places, alone or beside bearings.
+"""Times of arrival and their differences at several places.
 
 Chan and Ho (1994), IEEE Trans. Signal Process. 42(8), section II: without the time of emission only differences count,
 and their noises are correlated. Here that time is summed out: contrasts of the arrivals with independent noises are
@@ -9,18 +9,17 @@ Process. 50(12), on the equality of the bounds).
 from __future__ import annotations
 
 import math
-from typing import Literal, NamedTuple, Self
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from elusive.contracts import Array, X, Y
 from elusive.errors import DataError
 from elusive.model import FROM_RECORDING, Model, Positive, Probability
-from elusive.sensors.bearing_sets import BearingSet
-from elusive.sensors.bearings import LEAST_RANGE_M, BearingSensors, Z
+from elusive.sensors.bearings import LEAST_RANGE_M, Z
 
 LIGHT_MPS = 299_792_458.0
 
@@ -31,14 +30,6 @@ class ArrivalSet(NamedTuple):
     time_s: float
     sensor: NDArray[np.intp]  # (m,) rows of the table of sensors
     arrival_s: Array  # (m,) since the emission or, where that is unknown, since any common instant
-
-
-class HybridSet(NamedTuple):
-    """Bearings and arrivals of one emitter at one time."""
-
-    time_s: float
-    bearings: BearingSet
-    arrivals: ArrivalSet
 
 
 class ArrivalTimeSensors(Model):
@@ -131,6 +122,40 @@ class ArrivalTimeSensors(Model):
         weights[:, each] = basis
         return weights, reach, variance
 
+    def residual(self, state: Array, measurement: ArrivalSet) -> Array:
+        """Distances or their contrasts, measured less expected, ``(m,)`` [m].
+
+        Raises
+        ------
+        DataError
+            If an arrival is not finite or its sensor unknown.
+        """
+        weights, reach, _ = self.contrasted(measurement)
+        return np.asarray(reach - weights @ self._ranges(state[None])[0][0])
+
+    def jacobian(self, state: Array, measurement: ArrivalSet) -> Array:
+        """Return the derivative of the expected distances or contrasts, ``(m, d)``."""
+        weights, _, _ = self.contrasted(measurement)
+        slope = np.zeros((len(weights), len(state)))
+        for column, unit in zip((X, Y, Z), self._ranges(state[None])[1], strict=False):
+            slope[:, column] = weights @ unit[0]
+        return slope
+
+    def noise(self, measurement: ArrivalSet) -> Array:
+        """Covariance of the distances or contrasts, ``(m, m)`` [m^2]."""
+        return np.diag(self.contrasted(measurement)[2])
+
+    def parts(self, measurement: ArrivalSet) -> NDArray[np.intp]:
+        """Each distance or contrast strays alone."""
+        return np.arange(len(self.contrasted(measurement)[1]))
+
+    def bend(self, state: Array, covariance: Array, measurement: ArrivalSet) -> Array:
+        """How far each bends within a belief: half the variance of the place over the range, ``(m,)`` [m]."""
+        weights, _, _ = self.contrasted(measurement)
+        places = [X, Y, Z][: self.dimensions]
+        spread = 0.5 * np.trace(covariance[np.ix_(places, places)])
+        return np.asarray(np.abs(weights) @ (spread / self._ranges(state[None])[0][0]))
+
     def log_likelihood(self, states: Array, measurement: ArrivalSet) -> Array:
         """Log density of one time's arrivals at each state ``(N, d)``: ``(N,)``, of distances or their contrasts.
 
@@ -160,65 +185,6 @@ class ArrivalTimeSensors(Model):
         offsets = [states[:, c, None] - self.places[:, axis] for axis, c in enumerate((X, Y, Z)[: self.dimensions])]
         ranges = np.maximum(np.sqrt(np.sum(np.square(offsets), axis=0)), LEAST_RANGE_M)
         return ranges, [offset / ranges for offset in offsets]
-
-
-class HybridSensors(Model):
-    """Bearings and times of arrival together, at the same places or at others."""
-
-    kind: Literal["hybrid"] = "hybrid"
-    bearings: BearingSensors = Field(description="Where and how well directions are measured")
-    arrivals: ArrivalTimeSensors = Field(description="Where and how well times of arrival are measured")
-
-    @model_validator(mode="after")
-    def _fits(self) -> Self:
-        if self.bearings.dimensions != self.arrivals.dimensions:
-            raise ValueError("bearings, arrivals: give both 2 or both 3 dimensions")
-        return self
-
-    @property
-    def dimensions(self) -> Literal[2, 3]:
-        """2 in the plane, 3 with heights."""
-        return self.bearings.dimensions
-
-    @property
-    def positions_m(self) -> tuple[tuple[float, float, float], ...]:
-        """Places of those that measure directions, then of the others [m]."""
-        return self.bearings.positions_m + self.arrivals.positions_m
-
-    @property
-    def places(self) -> Array:
-        """The same, ``(n, 3)``."""
-        return np.array(self.positions_m)
-
-    def nothing(self, time_s: float) -> HybridSet:
-        """Return a time without a measurement."""
-        return HybridSet(time_s, self.bearings.nothing(time_s), self.arrivals.nothing(time_s))
-
-    def simulate(self, states: Array, times_s: Array, rng: Generator) -> list[HybridSet]:
-        """Draw what both report of a path ``(T, d)`` at times ``(T,)`` [s].
-
-        Raises
-        ------
-        DataError
-            If the arrays do not fit each other.
-        """
-        both = (self.bearings.simulate(states, times_s, rng), self.arrivals.simulate(states, times_s, rng))
-        return [HybridSet(angles.time_s, angles, times) for angles, times in zip(*both, strict=True)]
-
-    def log_likelihood(self, states: Array, measurement: HybridSet) -> Array:
-        """Log density of both at each state ``(N, d)``: ``(N,)``.
-
-        Raises
-        ------
-        DataError
-            If one of them cannot be used.
-        """
-        told = self.bearings.log_likelihood(states, measurement.bearings)
-        return told + self.arrivals.log_likelihood(states, measurement.arrivals)
-
-    def information(self, states: Array) -> Array:
-        """Fisher information of both, ``(N, d, d)``."""
-        return self.bearings.information(states) + self.arrivals.information(states)
 
 
 def _contrasts(scale: Array) -> Array:

@@ -1,13 +1,18 @@
-"""Bearings of one time, and where the sensors that took them stand."""
+"""Bearings of one time, several samples of a sensor averaged, and where the sensors that took them stand.
+
+Circular mean of N samples, of variance sigma^2 / N: Mardia and Jupp (2000), Directional statistics, section 2.2.
+"""
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from elusive.contracts import Array
+from elusive.errors import DataError
 
 
 class BearingSet(NamedTuple):
@@ -24,3 +29,49 @@ class SensorSites(NamedTuple):
 
     names: tuple[str, ...]
     positions_m: Array  # (n, 3) east, north, up; up is 0 where the table has none
+
+
+def checked(measurement: object, sensors: int) -> tuple[NDArray[np.intp], Array, Array]:
+    """Sensors, azimuths and elevations of a time.
+
+    Raises
+    ------
+    DataError
+        If the arrays differ in length, an azimuth is not finite, an elevation infinite, or a sensor unknown.
+    """
+    if not isinstance(measurement, BearingSet):
+        raise DataError(f"bearings: measurement is {type(measurement).__name__}; give a BearingSet.")
+    time_s, sensor, azimuth, elevation = measurement
+    sensor = np.asarray(sensor, np.intp)
+    azimuth, elevation = np.asarray(azimuth, np.float64), np.asarray(elevation, np.float64)
+    if sensor.ndim != 1 or not azimuth.shape == elevation.shape == sensor.shape:
+        raise DataError(f"bearings at {time_s:g} s: give each a sensor, an azimuth, and an elevation or NaN.")
+    if not (math.isfinite(time_s) and np.isfinite(azimuth).all() and not np.isinf(elevation).any()):
+        raise DataError(f"bearings at {time_s:g} s: a number is not finite; leave that bearing out.")
+    if ((sensor < 0) | (sensor >= sensors)).any():
+        raise DataError(f"bearings at {time_s:g} s: sensors are numbered 0 to {sensors - 1} (got {sensor!s:.60}).")
+    return sensor, azimuth, elevation
+
+
+def averaged(measurement: object, sensors: int) -> tuple[NDArray[np.intp], Array, Array, NDArray[np.intp]]:
+    """Sensors, mean azimuths and elevations of a time, each sensor once, and how many samples it took.
+
+    Raises
+    ------
+    DataError
+        As :func:`checked`.
+    """
+    sensor, azimuth, elevation = checked(measurement, sensors)
+    if len(set(sensor.tolist())) == len(sensor):
+        return sensor, azimuth, elevation, np.ones(len(sensor), np.intp)
+    found, place, count = np.unique(sensor, return_inverse=True, return_counts=True)
+    mean = [_circular_mean(part, place, len(found)) for part in (azimuth, elevation)]
+    return found, mean[0], mean[1], count
+
+
+def _circular_mean(angle: Array, place: NDArray[np.intp], n: int) -> Array:
+    """Circular mean of the angles of each place; of those that are NaN none is counted."""
+    known = np.isfinite(angle)
+    sine = np.bincount(place[known], np.sin(angle[known]), n)
+    cosine = np.bincount(place[known], np.cos(angle[known]), n)
+    return np.where(np.bincount(place[known], minlength=n) > 0, np.arctan2(sine, cosine), np.nan)

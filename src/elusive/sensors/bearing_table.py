@@ -1,11 +1,8 @@
-"""Bearings and arrivals of many times as flat arrays, several samples of a sensor averaged: what compiled filters read.
-
-Circular mean of N samples, of variance sigma^2 / N: Mardia and Jupp (2000), Directional statistics, section 2.2.
-"""
+"""Bearings and arrivals of many times as flat arrays, a sensor's samples averaged: what compiled filters read."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -14,9 +11,10 @@ from pydantic import Field
 
 from elusive.contracts import Array
 from elusive.errors import DataError
-from elusive.sensors.arrival_times import ArrivalSet, ArrivalTimeSensors, HybridSensors, HybridSet
+from elusive.sensors.arrival_times import ArrivalSet, ArrivalTimeSensors
 from elusive.sensors.bearing_sets import BearingSet
-from elusive.sensors.bearings import BearingSensors, checked
+from elusive.sensors.bearings import BearingSensors
+from elusive.sensors.hybrid import HybridSensors, HybridSet
 
 PlaceSensor = Annotated[BearingSensors | ArrivalTimeSensors | HybridSensors, Field(discriminator="kind")]
 PlaceSet = BearingSet | ArrivalSet | HybridSet
@@ -46,42 +44,57 @@ class BearingTable(NamedTuple):
         return self._replace(times_s=self.times_s[start:stop], first=self.first[start : stop + 1] - low, **rows)
 
     def joined(self, later: BearingTable) -> BearingTable:
-        """Return the times of this table, then those of a later one."""
+        """Return the times of this table, then those of a later one, whose first may be this one's last."""
         rows = {name: np.concatenate([getattr(self, name), getattr(later, name)]) for name in ROW_COLUMNS}
-        first = np.concatenate([self.first, self.first[-1] + later.first[1:]])
-        return self._replace(times_s=np.concatenate([self.times_s, later.times_s]), first=first, **rows)
+        same = int(self.times_s[-1] == later.times_s[0])
+        first = np.concatenate([self.first[: len(self.first) - same], self.first[-1] + later.first[1:]])
+        return self._replace(times_s=np.concatenate([self.times_s, later.times_s[same:]]), first=first, **rows)
 
 
 ROW_COLUMNS = ("sensor", "places", "azimuth_rad", "elevation_rad", "variance", "range_m", "weights")
 
 
-def tabulated(sets: Iterable[PlaceSet], sensors: PlaceSensor) -> BearingTable:
+def tabulated(
+    sets: Iterable[PlaceSet | None], sensors: PlaceSensor, times_s: Sequence[float] | None = None
+) -> BearingTable:
     """Check measurements and write them one after another, a sensor's samples at a time averaged.
 
     Parameters
     ----------
     sets
-        In the order of time; equal times are refused.
+        In the order of time, None where one is missing; those of equal times are taken as of one.
     sensors
         Their places and deviations. In two dimensions elevations are passed over.
+    times_s
+        Their times; None: their own.
 
     Raises
     ------
     DataError
-        If a bearing or an arrival cannot be used, or times do not go forwards.
+        If a bearing or an arrival cannot be used, or times run backwards.
     """
     times, counts, parts = list[float](), [0], list[Rows]()
-    for measurement in sets:
-        if times and not measurement.time_s > times[-1]:
-            raise DataError(f"bearings at {measurement.time_s:g} s: come after {times[-1]:g} s; sort them by time.")
-        rows = _rows(measurement, sensors)
-        times.append(measurement.time_s)
-        counts.append(counts[-1] + len(rows.sensor))
+    for number, measurement in enumerate(sets):
+        if times_s is not None:
+            time_s = float(times_s[number])
+        elif measurement is not None:
+            time_s = float(measurement.time_s)
+        else:
+            raise DataError(f"measurement {number}: is missing, and so is its time; give times_s.")
+        if times and time_s < times[-1]:
+            raise DataError(f"bearings at {time_s:g} s: come after {times[-1]:g} s; sort them by time.")
+        rows = _rows(sensors.nothing(time_s) if measurement is None else measurement, sensors)
+        if times and time_s == times[-1]:
+            counts[-1] += len(rows.sensor)
+        else:
+            times.append(time_s)
+            counts.append(counts[-1] + len(rows.sensor))
         parts.append(rows)
     stations = sensors.places
     rows = _stacked(parts or [_rows(sensors.nothing(0.0), sensors)])
-    places = stations[rows.sensor]
-    return BearingTable(np.array(times), np.array(counts, np.intp), rows.sensor, places, *rows[1:], stations)
+    return BearingTable(
+        np.array(times), np.array(counts, np.intp), rows.sensor, stations[rows.sensor], *rows[1:], stations
+    )
 
 
 class Rows(NamedTuple):
@@ -97,7 +110,7 @@ class Rows(NamedTuple):
 
 def _rows(measurement: PlaceSet, sensors: PlaceSensor) -> Rows:
     if isinstance(sensors, BearingSensors):
-        sensor, *angles = averaged(measurement, sensors)
+        sensor, *angles = sensors.averaged(measurement)  # type: ignore[arg-type]  # it refuses any other itself
         m = len(sensor)
         return Rows(
             sensor, angles[0], angles[1], angles[2], np.full(m, np.nan), np.zeros((m, len(sensors.positions_m)))
@@ -124,30 +137,3 @@ def _rows(measurement: PlaceSet, sensors: PlaceSensor) -> Rows:
 
 def _stacked(parts: list[Rows]) -> Rows:
     return parts[0] if len(parts) == 1 else Rows(*(np.concatenate(part) for part in zip(*parts, strict=True)))
-
-
-def averaged(measurement: PlaceSet, sensors: BearingSensors) -> tuple[NDArray[np.intp], Array, Array, Array]:
-    """Sensor, azimuth, elevation [rad] and variance [rad^2] of one time, each sensor once.
-
-    Raises
-    ------
-    DataError
-        If a bearing cannot be used.
-    """
-    sensor, azimuth, elevation = checked(measurement, len(sensors.positions_m))
-    if sensors.dimensions == 2:
-        elevation = np.full(len(sensor), np.nan)
-    rows = sensor.astype(np.intp)
-    if len(set(rows.tolist())) == len(rows):
-        return rows, azimuth, elevation, sensors.sigmas_rad[rows] ** 2
-    each, place, count = np.unique(rows, return_inverse=True, return_counts=True)
-    mean = [_circular_mean(part, place, len(each)) for part in (azimuth, elevation)]
-    return each, mean[0], mean[1], sensors.sigmas_rad[each] ** 2 / count
-
-
-def _circular_mean(angle: Array, place: NDArray[np.intp], n: int) -> Array:
-    """Circular mean of the angles of each place; of those that are NaN none is counted."""
-    known = np.isfinite(angle)
-    sine = np.bincount(place[known], np.sin(angle[known]), n)
-    cosine = np.bincount(place[known], np.cos(angle[known]), n)
-    return np.where(np.bincount(place[known], minlength=n) > 0, np.arctan2(sine, cosine), np.nan)

@@ -9,7 +9,7 @@ as upwards.
 from __future__ import annotations
 
 import math
-from typing import Literal, Self
+from typing import Literal, Self, TypeVar
 
 import numpy as np
 from numpy.random import Generator
@@ -19,9 +19,10 @@ from pydantic import Field, model_validator
 from elusive.contracts import Array, X, Y
 from elusive.errors import DataError
 from elusive.model import FROM_RECORDING, Model, NonNegative, Positive, Probability
-from elusive.sensors.bearing_sets import BearingSet, SensorSites
+from elusive.sensors.bearing_sets import BearingSet, SensorSites, averaged, checked
 
 Z = 4  # column of the height in a state of three dimensions
+Number = TypeVar("Number", np.float64, np.intp)
 LEAST_RANGE_M = 1e-9  # the direction to a sensor's own place is undefined
 
 
@@ -53,9 +54,9 @@ class BearingSensors(Model):
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
-        told = self.sensor_sigma_deg
-        if told is not None and len(told) != len(self.positions_m):
-            raise ValueError(f"sensor_sigma_deg: has {len(told)} numbers for {len(self.positions_m)} sensors")
+        given = self.sensor_sigma_deg
+        if given is not None and len(given) != len(self.positions_m):
+            raise ValueError(f"sensor_sigma_deg: has {len(given)} numbers for {len(self.positions_m)} sensors")
         return self
 
     @classmethod
@@ -71,8 +72,7 @@ class BearingSensors(Model):
     @property
     def sigmas_rad(self) -> Array:
         """Deviation of each sensor's sample, ``(n,)`` [rad]."""
-        told = self.sensor_sigma_deg or (self.sigma_deg,) * len(self.positions_m)
-        return np.deg2rad(told)
+        return np.deg2rad(self.sensor_sigma_deg or (self.sigma_deg,) * len(self.positions_m))
 
     def measured(self, states: Array) -> tuple[Array, Array]:
         """Azimuth and elevation [rad] at each sensor without noise, each ``(N, n)``; elevation 0 in two dimensions."""
@@ -166,30 +166,81 @@ class BearingSensors(Model):
             log_density = np.logaddexp(math.log1p(-self.outlier_probability) + log_density, stray)
         return np.asarray(log_density.sum(axis=1))
 
+    def averaged(self, measurement: BearingSet) -> tuple[NDArray[np.intp], Array, Array, Array]:
+        """Sensor, azimuth, elevation [rad] and variance [rad^2] of one time, each sensor once.
+
+        Raises
+        ------
+        DataError
+            If a bearing cannot be used.
+        """
+        sensor, azimuth, elevation, count = averaged(measurement, len(self.positions_m))
+        if self.dimensions == 2:
+            elevation = np.full(len(sensor), np.nan)
+        return sensor, azimuth, elevation, self.sigmas_rad[sensor] ** 2 / count
+
+    def residual(self, state: Array, measurement: BearingSet) -> Array:
+        """Angles between measured and expected directions, across and upwards of each sensor in turn, ``(m,)`` [rad].
+
+        Raises
+        ------
+        DataError
+            If a bearing cannot be used.
+        """
+        sensor, azimuth, elevation, _ = self.averaged(measurement)
+        east, north, up = (part[0, sensor] for part in self._offsets(state[None]))
+        slant = np.where(np.isfinite(elevation), np.cos(elevation), 1.0)
+        across = wrapped(azimuth - np.arctan2(east, north)) * slant
+        return _in_turn(across, elevation - np.arctan2(up, np.hypot(east, north)), elevation)
+
+    def jacobian(self, state: Array, measurement: BearingSet) -> Array:
+        """Return the derivative of the expected angles, ``(m, d)``."""
+        sensor, _, elevation, _ = self.averaged(measurement)
+        across, upwards = (slope[0, sensor] for slope in self._slopes(state[None]))
+        slant = np.where(np.isfinite(elevation), np.cos(elevation), 1.0)
+        return _in_turn(across * slant[:, None], upwards, elevation)
+
+    def noise(self, measurement: BearingSet) -> Array:
+        """Covariance of the angles, ``(m, m)`` [rad^2]."""
+        _, _, elevation, variance = self.averaged(measurement)
+        return np.diag(_in_turn(variance, variance, elevation))
+
+    def parts(self, measurement: BearingSet) -> NDArray[np.intp]:
+        """Sensor of each angle: an azimuth and an elevation stray together."""
+        sensor, _, elevation, _ = self.averaged(measurement)
+        return _in_turn(sensor, sensor, elevation)
+
+    def bend(self, state: Array, covariance: Array, measurement: BearingSet) -> Array:
+        """How far each angle bends within a belief, half the variance of the place over the range squared, ``(m,)``."""
+        sensor, _, elevation, _ = self.averaged(measurement)
+        places = [X, Y, Z][: self.dimensions]
+        squared = sum(offset[0, sensor] ** 2 for offset in self._offsets(state[None])) + LEAST_RANGE_M**2
+        bend = np.asarray(0.5 * np.trace(covariance[np.ix_(places, places)]) / squared)
+        return _in_turn(bend, bend, elevation)
+
     def information(self, states: Array) -> Array:
         """Fisher information of one time's bearings, all sensors reporting ``samples`` each: ``(N, d, d)``.
 
         For :func:`elusive.metrics.posterior_bound`; outliers and biases are left out.
         """
-        east, north, up = self._offsets(states)
+        across, upwards = self._slopes(states)
         weight = self.samples / self.sigmas_rad**2
-        level2 = np.maximum(east**2 + north**2, LEAST_RANGE_M**2)
-        level, range2 = np.sqrt(level2), level2 + up**2
-        information = np.zeros((len(states), states.shape[1], states.shape[1]))
-        rows: list[tuple[tuple[int, Array], ...]]
         if self.dimensions == 2:
-            rows = [((X, north / level2), (Y, -east / level2))]
-        else:
-            slant = np.sqrt(level2 / range2)
-            rows = [
-                ((X, slant * north / level2), (Y, -slant * east / level2)),
-                ((X, -up * east / (level * range2)), (Y, -up * north / (level * range2)), (Z, level / range2)),
-            ]
-        for row in rows:
-            for i, first in row:
-                for j, second in row:
-                    information[:, i, j] += (first * second * weight).sum(axis=1)
-        return information
+            return np.asarray(np.einsum("n,kni,knj->kij", weight, across, across))
+        across = across * np.cos(self.measured(states)[1])[:, :, None]
+        return np.asarray(sum(np.einsum("n,kni,knj->kij", weight, slope, slope) for slope in (across, upwards)))
+
+    def _slopes(self, states: Array) -> tuple[Array, Array]:
+        """Slopes of azimuth and elevation at each sensor, ``(N, n, d)`` each; of elevation 0 in the plane."""
+        east, north, up = self._offsets(states)
+        azimuth, elevation = (np.zeros((*east.shape, states.shape[1])) for _ in range(2))
+        level2 = np.maximum(east**2 + north**2, LEAST_RANGE_M**2)
+        azimuth[:, :, X], azimuth[:, :, Y] = north / level2, -east / level2
+        if self.dimensions == 3:
+            level, range2 = np.sqrt(level2), level2 + up**2
+            elevation[:, :, X], elevation[:, :, Y] = -up * east / (level * range2), -up * north / (level * range2)
+            elevation[:, :, Z] = level / range2
+        return azimuth, elevation
 
     def _offsets(self, states: Array) -> tuple[Array, Array, Array]:
         """East, north and up from each sensor to each state, ``(N, n)`` each."""
@@ -203,23 +254,8 @@ def wrapped(angle_rad: Array) -> Array:
     return np.asarray((angle_rad + np.pi) % (2 * np.pi) - np.pi)
 
 
-def checked(measurement: object, sensors: int) -> tuple[NDArray[np.intp], Array, Array]:
-    """Sensors, azimuths and elevations of a time.
-
-    Raises
-    ------
-    DataError
-        If the arrays differ in length, an azimuth is not finite, an elevation infinite, or a sensor unknown.
-    """
-    if not isinstance(measurement, BearingSet):
-        raise DataError(f"bearings: measurement is {type(measurement).__name__}; give a BearingSet.")
-    time_s, sensor, azimuth, elevation = measurement
-    sensor = np.asarray(sensor, np.intp)
-    azimuth, elevation = np.asarray(azimuth, np.float64), np.asarray(elevation, np.float64)
-    if sensor.ndim != 1 or not azimuth.shape == elevation.shape == sensor.shape:
-        raise DataError(f"bearings at {time_s:g} s: give each a sensor, an azimuth, and an elevation or NaN.")
-    if not (math.isfinite(time_s) and np.isfinite(azimuth).all() and not np.isinf(elevation).any()):
-        raise DataError(f"bearings at {time_s:g} s: a number is not finite; leave that bearing out.")
-    if ((sensor < 0) | (sensor >= sensors)).any():
-        raise DataError(f"bearings at {time_s:g} s: sensors are numbered 0 to {sensors - 1} (got {sensor!s:.60}).")
-    return sensor, azimuth, elevation
+def _in_turn(across: NDArray[Number], upwards: NDArray[Number], elevation: Array) -> NDArray[Number]:
+    """Rows of what is across and upwards, each sensor's next to each other; upwards only where it is measured."""
+    rows: NDArray[Number] = np.stack([across, upwards], axis=1)
+    found: NDArray[Number] = rows[np.column_stack([np.ones(len(elevation), np.bool_), np.isfinite(elevation)])]
+    return found

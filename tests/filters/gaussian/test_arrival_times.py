@@ -13,9 +13,10 @@ from elusive.filters.gaussian.fixed_lag import FixedLagSmoother
 from elusive.filters.gaussian.map_smoother import MapSmoother
 from elusive.motion import ConstantVelocity
 from elusive.motion.altitude import WithAltitude
-from elusive.sensors.arrival_times import ArrivalSet, ArrivalTimeSensors, HybridSensors, HybridSet
+from elusive.sensors.arrival_times import ArrivalSet, ArrivalTimeSensors
 from elusive.sensors.bearing_table import tabulated
 from elusive.sensors.bearings import BearingSensors
+from elusive.sensors.hybrid import HybridSensors, HybridSet
 from tests.reference import bearings as twin
 
 PLACES = ((0.0, 0.0, 1.0), (70.0, 12.0, 0.0), (-60.0, 81.0, 5.0), (20.0, -50.0, 2.0))

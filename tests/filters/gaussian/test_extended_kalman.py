@@ -34,7 +34,7 @@ def test_beliefs_are_those_of_the_textbook(name, iterations):
     filter = made(name, iterations=iterations)
     _, _, sets = recorded(PROBLEMS[name], steps=9)
     table, live, smooth = tabulated(sets, filter.sensor), filter.track(sets), filter.track(sets, smooth=True)
-    b = live.begun
+    b = live.started
     rest = tabulated(sets[b:], filter.sensor)
     beliefs, log_evidence = twin.filtered(filter, rest, live.states[b], live.covariances[b], iterations)
     assert live.log_evidence == pytest.approx(log_evidence, rel=1e-5, abs=1e-4)
@@ -55,7 +55,7 @@ def test_live_steps_are_the_recordings():
     np.testing.assert_allclose([s.mean for s in states], whole.states, rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose([s.covariance for s in states], whole.covariances, rtol=1e-6, atol=1e-9)
     assert sum(s.log_evidence for s in states) == pytest.approx(whole.log_evidence)
-    assert [s.pending is None for s in states] == [k >= whole.begun for k in range(12)]
+    assert [s.pending is None for s in states] == [k >= whole.started for k in range(12)]
 
 
 def test_without_a_bearing_the_belief_is_carried_on():
@@ -81,7 +81,7 @@ def test_smoothed_beliefs_of_an_almost_linear_problem_are_the_most_probable_path
     sets = [*first, *sets[4:]]
     smooth = ExtendedKalmanFilter(**parameters).track(sets, smooth=True)
     best = MapSmoother(**parameters).smooth(sets)
-    assert smooth.begun == 4
+    assert smooth.started == 4
     deviation = np.sqrt(np.diagonal(best.covariances, axis1=1, axis2=2))
     assert (np.abs(smooth.states - best.states) < 0.2 * deviation).all()
     smooth_deviation = np.sqrt(np.diagonal(smooth.covariances, axis1=1, axis2=2))
@@ -183,7 +183,7 @@ def test_a_filter_waits_until_a_place_beside_a_sensor_is_told(seed):
     sensor, path, sets = scene(seed)
     found = ExtendedKalmanFilter(motion=MOTION, sensor=sensor, start_speed_sd_mps=10.0).track(sets)
     assert np.sqrt(np.trace(found.covariances[0][np.ix_([0, 2], [0, 2])])) > 100
-    assert found.begun == 1
+    assert found.started == 1
     assert np.hypot(*(found.states - path)[1:, [0, 2]].T).max() < 10
 
 
@@ -200,8 +200,8 @@ def test_refused():
     filter = made("cv")
     sets = recorded(PROBLEMS["cv"])[2]
     *_, state = run(filter, sets, RNG)
-    with pytest.raises(DataError, match="sort them by time"):
-        filter.step(state, sets[-1].time_s, sets[-1], RNG)
+    with pytest.raises(DataError, match="sort the measurements by time"):
+        filter.step(state, sets[-2].time_s, sets[-2], RNG)
     with pytest.raises(DataError, match="there is none; a path needs at least one"):
         filter.track([BearingSet(0.0, np.empty(0, int), np.empty(0), np.empty(0))])
     with pytest.raises(Exception, match="neither linear nor"):
@@ -247,7 +247,7 @@ def test_errors_on_a_turn_that_is_hardly_told_are_as_large_as_claimed(smooth):
     for number in range(100):
         filter, flight = turning_flight(number)
         found = filter.track(flight.sets, smooth=smooth)
-        assert found.begun >= 2
+        assert found.started >= 2
         each.append(ground_nees(found, flight).mean())
     assert np.mean(each) == pytest.approx(2.0, abs=3.5 * np.std(each) / 10)
     assert np.mean(each) < 2.5

@@ -89,8 +89,8 @@ def test_live_and_recorded_are_the_same():
     np.testing.assert_allclose(left, whole.states[: len(left)])
     last = states[-1]
     assert last.time_s == times[-1]
-    assert last.window.table.times_s[0] > times[-1] - 2.0 - np.diff(times).max()
-    np.testing.assert_allclose(last.mean, last.path[-1])
+    assert last.window.stretch.times_s[0] > times[-1] - 2.0 - np.diff(times).max()
+    np.testing.assert_allclose(last.mean, last.window.path[-1])
     later = filter.step(last, times[-1] + 1.0, None, RNG)
     assert later.time_s == times[-1] + 1.0
     np.testing.assert_allclose(later.mean, filter.motion.F(1.0) @ last.mean, rtol=1e-6, atol=1e-4)
@@ -105,7 +105,7 @@ def test_of_one_sensor_nothing_leaves_before_a_second_one_tells_the_place():
     ]
     filter = made("cv", lag_s=1.0)
     states = list(run(filter, [*alone, *sets[8:]], RNG))
-    assert [s.begun for s in states] == [False] * 8 + [True] * 8
+    assert [s.started for s in states] == [False] * 8 + [True] * 8
     assert not any(len(s.left_times_s) for s in states[:8])
     assert len(states[8].left_times_s) > 3
     assert np.hypot(*(states[-1].mean - path[-1])[[0, 2]]) < 5.0
@@ -122,8 +122,8 @@ def test_refused():
     filter = made("cv")
     _, _, sets = recorded(PROBLEMS["cv"])
     *_, state = run(filter, sets, RNG)
-    with pytest.raises(DataError, match="sort them by time"):
-        filter.step(state, sets[-1].time_s, sets[-1], RNG)
+    with pytest.raises(DataError, match="sort the measurements by time"):
+        filter.step(state, sets[-2].time_s, sets[-2], RNG)
     nothing = BearingSet(0.0, np.empty(0, int), np.empty(0), np.empty(0))
     for none in ([], [nothing]):
         with pytest.raises(DataError, match="there is none; a path needs at least one"):

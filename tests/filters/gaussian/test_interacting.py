@@ -76,7 +76,7 @@ def test_a_single_model_is_the_extended_filter():
     extended = ExtendedKalmanFilter(**PROBLEMS["height"]).track(sets)
     np.testing.assert_allclose(alone.states, extended.states, atol=1e-9)
     np.testing.assert_allclose(alone.covariances, extended.covariances, atol=1e-9)
-    assert (alone.begun, alone.log_evidence) == (extended.begun, pytest.approx(extended.log_evidence))
+    assert (alone.started, alone.log_evidence) == (extended.started, pytest.approx(extended.log_evidence))
 
 
 def test_live_steps_are_the_recordings():
@@ -134,8 +134,8 @@ def test_refused():
     _, _, sets = recorded(PROBLEMS["cv"])
     *_, state = run(filter, sets, RNG)
     assert filter.step(state, state.time_s + 1.0, None, RNG).time_s == state.time_s + 1.0
-    with pytest.raises(DataError, match="sort them by time"):
-        filter.step(state, sets[-1].time_s, sets[-1], RNG)
+    with pytest.raises(DataError, match="sort the measurements by time"):
+        filter.step(state, sets[-2].time_s, sets[-2], RNG)
     with pytest.raises(DataError, match="there is none; a path needs at least one"):
         filter.track([FLAT.nothing(0.0)])
     with pytest.raises(ParameterError, match="has no height"):

@@ -7,8 +7,8 @@ import pytest
 
 from elusive import run
 from elusive.filters.gaussian.kalman import KalmanFilter
-from elusive.filters.particle.sir import GaussianPrior
 from elusive.motion import ConstantVelocity
+from elusive.sensors.linear import LinearSensor
 from elusive.systems.links.smoothing import KalmanSmoothing, ParticleSmoothing
 
 FRAMES = 40
@@ -42,12 +42,10 @@ def test_kalman_is_the_kalman_filter():
     smoothing = KalmanSmoothing(q=0.4, place_sd_m=0.3, interval_s=0.5)
     states = follow(smoothing, frames)
     for track, first, last in ((1, 0, FRAMES), (7, 5, 30)):
-        mean, covariance = smoothing.first(frames[first][track])
         whole = KalmanFilter(
             motion=ConstantVelocity(q=0.4),
-            observed=((1.0, 0, 0, 0), (0, 0, 1.0, 0)),
-            noise=((0.09, 0), (0, 0.09)),
-            prior=GaussianPrior(mean=tuple(mean), covariance=tuple(map(tuple, covariance))),
+            sensor=LinearSensor(observed=((1.0, 0, 0, 0), (0, 0, 1.0, 0)), covariance=((0.09, 0), (0, 0.09))),
+            prior=smoothing.prior(frames[first][track]),
         )
         seen = [frame[track] for frame in frames[first + 1 : last]]
         expected = run(whole, seen, np.random.default_rng(0), 0.5 * np.arange(1, len(seen) + 1), start_s=0.0)

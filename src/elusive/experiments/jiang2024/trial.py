@@ -11,10 +11,10 @@ from numpy.random import Generator
 from elusive.campaign import Scenario
 from elusive.contracts import Array, X, Y
 from elusive.experiments.jiang2024.scenario import STEP_NOISE_M, Flight, FlightCase, MotionName
-from elusive.filters.gaussian.bearing_problem import BearingMotion
 from elusive.filters.gaussian.extended_kalman import ExtendedKalmanFilter
 from elusive.filters.gaussian.factor_graph import FactorGraphFilter
 from elusive.filters.gaussian.map_smoother import MapSmoother
+from elusive.filters.gaussian.parts import BuiltInMotion
 from elusive.motion import ConstantAcceleration, ConstantTurnRateVelocity, ConstantVelocity
 
 EstimatorName = Literal["fg-ekf", "fg-eks", "iekf", "rts", "map"]
@@ -27,7 +27,7 @@ ESTIMATORS: dict[EstimatorName, str] = {
 }
 GROUND = [X, Y]
 # each flight's own motion; the noise is in the displacements, so what drives the velocities is next to nothing
-MOVES: dict[MotionName, BearingMotion] = {
+MOVES: dict[MotionName, BuiltInMotion] = {
     "cv": ConstantVelocity(q=1e-4),
     "ca": ConstantAcceleration(q=1e-6),
     "ctrv": ConstantTurnRateVelocity(q_speed=1e-4, q_turn=1e-8),

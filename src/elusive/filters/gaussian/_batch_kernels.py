@@ -10,7 +10,7 @@ from elusive.contracts import Array
 from elusive.filters.gaussian._block_kernels import marginals
 from elusive.filters.gaussian._extended_kernels import filtered, smoothed, smoothed_start
 from elusive.filters.gaussian._map_kernels import Anchor, Loss
-from elusive.filters.gaussian._start_kernels import Start, begun
+from elusive.filters.gaussian._start_kernels import Start, started
 from elusive.filters.gaussian.transitions import Transitions
 from elusive.sensors.bearing_table import BearingTable
 
@@ -36,16 +36,16 @@ def tracked(
         table = _first(shared, azimuth_rad[track], elevation_rad[track], K)
         for k in range(K):
             first = _first(shared, azimuth_rad[track], elevation_rad[track], k + 1)
-            path, L, Y, _, _, _, told = begun(first, T, anchor, loss, start)
-            means[track, k], covariances[track, k] = path[-1], marginals(L, Y)[-1]
+            found, placed = started(first, T, anchor, loss, start)
+            means[track, k], covariances[track, k] = found.path[-1], marginals(found.L, found.Y)[-1]
             since[track] = k
-            if told:
+            if placed:
                 break
         k = since[track]
         filtered(table, T, loss, iterations, k, means[track], covariances[track], np.empty(K))
         if smooth:
             smoothed(T, k, means[track], covariances[track])
-            smoothed_start(path, L, Y, means[track, : k + 1], covariances[track, : k + 1])
+            smoothed_start(found.path, found.L, found.Y, means[track, : k + 1], covariances[track, : k + 1])
 
 
 @njit(cache=True, nogil=True)

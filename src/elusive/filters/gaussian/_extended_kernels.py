@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from elusive.contracts import Array, X, Y
 from elusive.filters.gaussian._bearing_kernels import HEIGHT, bearing_rows, curvature, loss_of, move
@@ -36,8 +37,9 @@ def update(
     covariance: Array,
 ) -> float:
     """Update a belief, in place, with the bearings of a time, linearised first at ``at``; return their log density."""
-    d = len(mean)
-    residual, H, PH = np.empty(2), np.empty((2, d)), np.empty(d)
+    low, high = table.first[time], table.first[time + 1]
+    d, most = len(mean), 2 * (high - low)
+    residual, H, noise, part = np.empty(most), np.empty((most, d)), np.empty(most), np.empty(most, np.intp)
     prior_mean, prior, at = mean.copy(), covariance.copy(), at.copy()
     log_density = 0.0
     for iteration in range(iterations):
@@ -46,70 +48,86 @@ def update(
         if transitions.solid:
             spread += covariance[HEIGHT, HEIGHT]
         mean[:], covariance[:] = prior_mean, prior
-        log_density = 0.0
-        for row in range(table.first[time], table.first[time + 1]):
-            count = bearing_rows(table, row, at, transitions, residual, H)
-            noise = table.variance[row] + curvature(table, row, at, spread, transitions.solid) ** 2
-            weight = 1.0
-            if loss.kind:
-                # at first as far as the belief may be wrong, then as far as the bearing itself
-                if iteration == 0:
-                    weight = _weight(residual, H, count, at, mean, covariance, noise, loss)
-                else:
-                    weight = _own_weight(residual, count, noise, loss)
-            for r in range(count):
-                innovation = residual[r]
-                for i in range(d):
-                    innovation += H[r, i] * (at[i] - mean[i])
-                predicted = 0.0
-                for i in range(d):
-                    PH[i] = 0.0
-                    for j in range(d):
-                        PH[i] += covariance[i, j] * H[r, j]
-                    predicted += H[r, i] * PH[i]
-                # at first the whole gain is scaled: a vague belief would follow a stray of any larger noise
-                variance = (noise + predicted) / weight if iteration == 0 else noise / weight + predicted
-                for i in range(d):
-                    mean[i] += PH[i] * innovation / variance
-                    for j in range(i + 1):
-                        covariance[i, j] -= PH[i] * PH[j] / variance
-                        covariance[j, i] = covariance[i, j]
-                log_density -= 0.5 * (innovation * innovation / variance + math.log(variance) + LOG_TURN)
-        if _moved(at, mean, covariance) < SETTLED:
+        n = 0
+        for row in range(low, high):
+            count = bearing_rows(table, row, at, transitions, residual[n : n + 2], H[n : n + 2])
+            noise[n : n + count] = table.variance[row] + curvature(table, row, at, spread, transitions.solid) ** 2
+            part[n : n + count] = row
+            n += count
+        log_density = absorb(residual[:n], H[:n], noise[:n], part[:n], at, loss, iteration == 0, mean, covariance)
+        if advance(at, mean, covariance, iteration):
             break
-        share = 1.0 if iteration < FULL_STEPS else 0.5
-        for i in range(d):
-            at[i] += share * (mean[i] - at[i])
     return log_density
 
 
 @njit(cache=True, nogil=True)
-def _weight(
-    residual: Array, H: Array, count: int, at: Array, mean: Array, covariance: Array, noise: float, loss: Loss
+def absorb(
+    residual: Array,
+    H: Array,
+    noise: Array,
+    part: NDArray[np.intp],
+    at: Array,
+    loss: Loss,
+    first: bool,
+    mean: Array,
+    covariance: Array,
 ) -> float:
-    """Weight of a bearing that lies far from where the belief, as sure as it is, expects it."""
-    squared = 0.0
-    for r in range(count):
-        innovation = residual[r] + H[r] @ (at - mean)
-        squared += innovation * innovation / (H[r] @ covariance @ H[r] + noise)
-    return max(loss_of(squared, loss.kind, loss.k)[1], 1e-6)
+    """Update a belief, in place, with rows linearised at ``at``, of independent noise; return their log density.
+
+    Rows of one ``part``, next to each other, share a robust weight; ``first`` says that ``at`` is the prediction.
+    """
+    d, n = len(mean), len(residual)
+    PH = np.empty(d)
+    log_density, start = 0.0, 0
+    while start < n:
+        stop = start + 1
+        while stop < n and part[stop] == part[start]:
+            stop += 1
+        weight = 1.0
+        if loss.kind:
+            squared = 0.0
+            for r in range(start, stop):
+                if first:
+                    # as far as the belief may be wrong: later as far as the bearing itself, as in a descent
+                    innovation = residual[r] + H[r] @ (at - mean)
+                    squared += innovation * innovation / (H[r] @ covariance @ H[r] + noise[r])
+                else:
+                    squared += residual[r] ** 2 / noise[r]
+            weight = max(loss_of(squared, loss.kind, loss.k)[1], 1e-6)
+        for r in range(start, stop):
+            innovation = residual[r]
+            for i in range(d):
+                innovation += H[r, i] * (at[i] - mean[i])
+            predicted = 0.0
+            for i in range(d):
+                PH[i] = 0.0
+                for j in range(d):
+                    PH[i] += covariance[i, j] * H[r, j]
+                predicted += H[r, i] * PH[i]
+            # at first the whole gain is scaled: a vague belief would follow a stray of any larger noise
+            variance = (noise[r] + predicted) / weight if first else noise[r] / weight + predicted
+            for i in range(d):
+                mean[i] += PH[i] * innovation / variance
+                for j in range(i + 1):
+                    covariance[i, j] -= PH[i] * PH[j] / variance
+                    covariance[j, i] = covariance[i, j]
+            log_density -= 0.5 * (innovation * innovation / variance + math.log(variance) + LOG_TURN)
+        start = stop
+    return log_density
 
 
 @njit(cache=True, nogil=True)
-def _own_weight(residual: Array, count: int, noise: float, loss: Loss) -> float:
-    """Weight of a bearing that lies far from the estimate of the last iteration, as in a descent."""
+def advance(at: Array, mean: Array, covariance: Array, iteration: int) -> bool:
+    """Move the place of linearisation, in place, towards the updated mean; True: it is there already."""
     squared = 0.0
-    for r in range(count):
-        squared += residual[r] ** 2 / noise
-    return max(loss_of(squared, loss.kind, loss.k)[1], 1e-6)
-
-
-@njit(cache=True, nogil=True)
-def _moved(at: Array, mean: Array, covariance: Array) -> float:
-    total = 0.0
     for i in range(len(at)):
-        total += (mean[i] - at[i]) ** 2 / covariance[i, i]
-    return total
+        squared += (mean[i] - at[i]) ** 2 / covariance[i, i]
+    if squared < SETTLED:
+        return True
+    share = 1.0 if iteration < FULL_STEPS else 0.5
+    for i in range(len(at)):
+        at[i] += share * (mean[i] - at[i])
+    return False
 
 
 @njit(cache=True, nogil=True)
@@ -126,25 +144,25 @@ def filtered(
     transitions: Transitions,
     loss: Loss,
     iterations: int,
-    begun: int,
+    started: int,
     means: Array,
     covariances: Array,
     log_densities: Array,
 ) -> None:
-    """Filter from time ``begun``, whose belief is given, to the last one, in place."""
+    """Filter from time ``started``, whose belief is given, to the last one, in place."""
     F = np.empty_like(covariances[0])
-    for k in range(begun + 1, len(means)):
+    for k in range(started + 1, len(means)):
         mean, covariance = predict(transitions, k - 1, means[k - 1], covariances[k - 1], F)
         log_densities[k] = update(table, k, transitions, loss, iterations, mean, mean, covariance)
         means[k], covariances[k] = mean, covariance
 
 
 @njit(cache=True, nogil=True)
-def smoothed(transitions: Transitions, begun: int, means: Array, covariances: Array) -> None:
-    """Smooth filtered beliefs, in place, back to time ``begun``."""
+def smoothed(transitions: Transitions, started: int, means: Array, covariances: Array) -> None:
+    """Smooth filtered beliefs, in place, back to time ``started``."""
     F = np.empty_like(covariances[0])
     d = len(F)
-    for k in range(len(means) - 2, begun - 1, -1):
+    for k in range(len(means) - 2, started - 1, -1):
         mean, predicted = predict(transitions, k, means[k], covariances[k], F)
         root = predicted.copy()
         cholesky(root)

@@ -79,26 +79,26 @@ def advanced(
     iterations: int,
 ) -> tuple[Bank, float]:
     """Return the beliefs after a step and the measurements at its end, and the log density of these."""
-    begun = mixed(bank, columns, sizes, math.exp(-models[0].interval_s[step] / memory_s))
+    started = mixed(bank, columns, sizes, math.exp(-models[0].interval_s[step] / memory_s))
     m = len(sizes)
-    worth = np.empty(m)
+    log_evidence = np.empty(m)
     for j in range(m):
         d = sizes[j]
         mean, covariance, F = np.empty(d), np.empty((d, d)), np.empty((d, d))
         for c in range(d):
-            mean[c] = begun.means[j, columns[j, c]]
+            mean[c] = started.means[j, columns[j, c]]
             for e in range(d):
-                covariance[c, e] = begun.covariances[j, columns[j, c], columns[j, e]]
+                covariance[c, e] = started.covariances[j, columns[j, c], columns[j, e]]
         mean, covariance = predict(models[j], step, mean, covariance, F)
-        worth[j] = update(table, time, models[j], loss, iterations, mean, mean, covariance)
+        log_evidence[j] = update(table, time, models[j], loss, iterations, mean, mean, covariance)
         for c in range(d):
-            begun.means[j, columns[j, c]] = mean[c]
+            started.means[j, columns[j, c]] = mean[c]
             for e in range(d):
-                begun.covariances[j, columns[j, c], columns[j, e]] = covariance[c, e]
-    most = worth.max()
-    weight = begun.probabilities * np.exp(worth - most)
+                started.covariances[j, columns[j, c], columns[j, e]] = covariance[c, e]
+    most = log_evidence.max()
+    weight = started.probabilities * np.exp(log_evidence - most)
     total = weight.sum()
-    return Bank(weight / total, begun.means, begun.covariances), most + math.log(total)
+    return Bank(weight / total, started.means, started.covariances), most + math.log(total)
 
 
 @njit(cache=True, nogil=True)

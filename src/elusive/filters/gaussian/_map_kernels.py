@@ -35,6 +35,17 @@ class Loss(NamedTuple):
     k: float
 
 
+class Descent(NamedTuple):
+    """A path of least cost, and Cholesky's factor of its normal equations."""
+
+    path: Array  # (K, d)
+    L: Array  # (K, d, d)
+    Y: Array  # (K - 1, d, d)
+    cost: float
+    iterations: int
+    converged: bool
+
+
 @njit(cache=True, nogil=True)
 def inverse_noise(transitions: Transitions) -> Array:
     """Inverse of each Q of the tables, ``(U, d, d)``."""

@@ -1,4 +1,4 @@
-"""Compiled kernels of a start: a first path that needs no guess, the most probable one from it, and whether it tells.
+"""Compiled kernels of a start: a first path that needs no guess, the most probable one from it, and whether it places.
 
 Bearings as lines, each weighed by its range: Stansfield (1947); Nardone, Lindgren and Gong (1984), IEEE Trans. Automat.
 Contr. 29(9), the pseudolinear estimator, here with the motion between the times. With arrivals, alone or beside
@@ -17,15 +17,15 @@ from elusive.contracts import VX, VY, Array, X, Y
 from elusive.filters.gaussian._bearing_kernels import HEIGHT, curvature, distance
 from elusive.filters.gaussian._block_kernels import marginals
 from elusive.filters.gaussian._extended_kernels import filtered, smoothed
-from elusive.filters.gaussian._map_kernels import Anchor, Loss, inverse_noise, optimise
+from elusive.filters.gaussian._map_kernels import Anchor, Descent, Loss, inverse_noise, optimise
 from elusive.filters.gaussian.transitions import Transitions
 from elusive.sensors.bearing_table import BearingTable
 
 REWEIGHTED = 4  # times that the lines are weighed by the ranges just found
 GUESSED = 0.01  # a guess is settled once a step is this share of the deviation
 START_TOLERANCE = 1e-3
-TOLD = 0.3  # a place is told once its deviation is this share of its distance and the sensors' extent
-TURN_TOLD = 0.1  # a turn rate is, at this share of what it may be at the start: until then turns are far from linear
+PLACED = 0.3  # a place is known once its deviation is this share of its distance and the sensors' extent
+TURN_KNOWN = 0.1  # a turn rate is, at this share of what it may be at the start: until then turns are far from linear
 BENT = 0.1  # bend of a bearing over its place that is no longer small [rad]
 PATIENCE = 50  # times after which a filter starts all the same
 AROUND = 3  # places on each side of the sensors' centre, an extent apart, from which arrivals are tried
@@ -42,7 +42,7 @@ class Start(NamedTuple):
 
     extent_m: float  # greatest distance between two sensors
     centre: Array  # (3,) of the sensors [m]
-    fewest: int  # sensors that must have reported before a place can be told
+    fewest: int  # sensors that must have reported before a place can be known
     turned: float  # change of velocity by the turn that is expected [m/s^2]
     most_turn: float  # [rad/s]
 
@@ -138,10 +138,8 @@ def _turn_rate(path: Array, T: Transitions, most: float) -> float:
 
 
 @njit(cache=True, nogil=True)
-def begun(
-    table: BearingTable, T: Transitions, anchor: Anchor, loss: Loss, start: Start
-) -> tuple[Array, Array, Array, float, int, bool, bool]:
-    """Most probable path of the first bearings, its Cholesky factor, and last whether a filter can begin with it."""
+def started(table: BearingTable, T: Transitions, anchor: Anchor, loss: Loss, start: Start) -> tuple[Descent, bool]:
+    """Most probable path of the first bearings, and whether a filter can start with it."""
     K, d = len(table.times_s), len(anchor.at)
     path = guessed(table, T, anchor, loss, start)
     W, L, Y = inverse_noise(T), np.empty((K, d, d)), np.empty((K - 1, d, d))
@@ -156,12 +154,12 @@ def begun(
         )
         spread = marginals(L, Y)
         placed = _placed(path, spread, table, T.solid, start)
-    told = placed
+    known = placed
     if T.turn >= 0:
         # what its own noise added since is no reason to wait
         added = T.q_turn * (T.interval_s[: K - 1] ** 2).sum()
-        told &= spread[-1, T.turn, T.turn] < (TURN_TOLD * start.most_turn) ** 2 + added
-    return path, L, Y, cost, taken, settled, told or K >= PATIENCE
+        known &= spread[-1, T.turn, T.turn] < (TURN_KNOWN * start.most_turn) ** 2 + added
+    return Descent(path, L, Y, cost, taken, settled), known or K >= PATIENCE
 
 
 @njit(cache=True, nogil=True)
@@ -176,7 +174,7 @@ def _placed(path: Array, spread: Array, table: BearingTable, solid: bool, start:
     for axis in range(3 if solid else 2):
         variance += spread[-1, 2 * axis, 2 * axis]
         away += (path[-1, 2 * axis] - start.centre[axis]) ** 2
-    return math.sqrt(variance) < TOLD * (math.sqrt(away) + start.extent_m)
+    return math.sqrt(variance) < PLACED * (math.sqrt(away) + start.extent_m)
 
 
 @njit(cache=True, nogil=True)

@@ -25,7 +25,7 @@ class FilteredTracks(NamedTuple):
     times_s: Array  # (K,)
     states: Array  # (N, K, d)
     covariances: Array  # (N, K, d, d)
-    begun: NDArray[np.intp]  # (N,) rows of the times from which on the filters ran
+    started: NDArray[np.intp]  # (N,) rows of the times from which on the filters ran
 
 
 def filter_tracks(
@@ -60,9 +60,11 @@ def filter_tracks(
         If the arrays do not fit the sensors, times do not increase, a number is infinite, or a track has no bearing.
     """
     sensor = filter.sensor
-    if not isinstance(sensor, BearingSensors):
+    if not (filter.compiled and isinstance(sensor, BearingSensors) and filter.prior is None):
         raise DataError(
-            f"sensor: a batch is of bearings alone, and this is {sensor.kind}; filter its tracks one by one."
+            "filter: a batch is of bearings alone, with a linear motion or ctrv and without a prior, and this has "
+            f"{type(sensor).__name__}, {type(filter.motion).__name__} and {'no' if filter.prior is None else 'a'} "
+            "prior; filter its tracks one by one."
         )
     times, azimuth = np.asarray(times_s, np.float64), np.asarray(azimuth_rad, np.float64)
     elevation = np.full(azimuth.shape, np.nan) if elevation_rad is None else np.asarray(elevation_rad, np.float64)
@@ -80,12 +82,12 @@ def filter_tracks(
     if len(silent):
         raise DataError(f"azimuth_rad: track {silent[0]} has no bearing; leave it out.")
     spread = np.broadcast_to(sensor.sigmas_rad**2 if variance is None else np.asarray(variance, np.float64), (K, n))
-    each = np.tile(np.arange(n), K)
+    sensors = np.tile(np.arange(n), K)
     shared = BearingTable(
         times,
         n * np.arange(K + 1),
-        each,
-        sensor.places[each],
+        sensors,
+        sensor.places[sensors],
         azimuth[0].ravel(),
         elevation[0].ravel(),
         spread.ravel(),
@@ -94,10 +96,10 @@ def filter_tracks(
         sensor.places,
     )
     N, d = len(azimuth), len(filter.state_names)
-    means, covariances, begun = np.empty((N, K, d)), np.empty((N, K, d, d)), np.empty(N, np.intp)
+    means, covariances, started = np.empty((N, K, d)), np.empty((N, K, d, d)), np.empty(N, np.intp)
     around, up = (np.ascontiguousarray(part.reshape(N, -1)) for part in (azimuth, elevation))
     transitions, anchor, steps = filter.transitions(times), filter.anchor(), filter.iterations
     tracked(
-        shared, around, up, transitions, anchor, filter.robust, filter.start, steps, smooth, means, covariances, begun
+        shared, around, up, transitions, anchor, filter.robust, filter.start, steps, smooth, means, covariances, started
     )
-    return FilteredTracks(times, means, covariances, begun)
+    return FilteredTracks(times, means, covariances, started)

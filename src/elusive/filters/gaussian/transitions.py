@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from pydantic import Field
 from scipy.linalg import block_diag
 
-from elusive.contracts import Array, X, Y
+from elusive.contracts import Array, Motion, X, Y
 from elusive.errors import ParameterError
 from elusive.model import Model, Positive
-from elusive.motion import ConstantTurnRateVelocity, ConstantVelocity, LinearMotion
+from elusive.motion import ConstantTurnRateVelocity, ConstantVelocity, transition
 
 FLOOR = 1e-10  # least variance of a step's noise: a motion without noise in some component stays invertible
 
@@ -46,8 +46,13 @@ class Transitions(NamedTuple):
     bias_scale: float  # [rad]
 
 
+def tabled(motion: Motion) -> bool:
+    """Say whether a motion can stand in such tables: a linear one, a user's own too, or the constant turn rate."""
+    return type(motion) is ConstantTurnRateVelocity or transition(motion, 1.0) is not None
+
+
 def transitions_of(
-    motion: LinearMotion | ConstantTurnRateVelocity,
+    motion: Motion,
     times_s: Array,
     *,
     position_noise_m: float = 0.0,
@@ -61,7 +66,7 @@ def transitions_of(
     motion
         A linear one, or the constant turn rate and velocity.
     times_s
-        ``(K,)``, increasing.
+        ``(K,)``; where two are equal, nothing moves between them.
     position_noise_m
         Deviation of a white displacement at each step, on each axis of the ground (jiang2024, eq. 26) [m].
     bias
@@ -74,13 +79,13 @@ def transitions_of(
     """
     steps = np.diff(np.asarray(times_s, np.float64))
     # times written to a microsecond differ in their last digits
-    each, which = np.unique(np.round(steps, 9), return_inverse=True)
-    tables = [_step(motion, float(T), position_noise_m, bias, sensors) for T in each]
+    intervals, which = np.unique(np.round(steps, 9), return_inverse=True)
+    tables = [_step(motion, float(T), position_noise_m, bias, sensors) for T in intervals]
     d = len(motion.state_names)
     whole = d + (2 * sensors if bias else 0)
     F = np.array([F for F, _ in tables]).reshape(-1, whole, whole)
     Q = np.array([Q for _, Q in tables]).reshape(-1, whole, whole)
-    turning = isinstance(motion, ConstantTurnRateVelocity)
+    turning = type(motion) is ConstantTurnRateVelocity
     return Transitions(
         steps,
         which.astype(np.intp),
@@ -96,22 +101,25 @@ def transitions_of(
 
 
 def _step(
-    motion: object, T: float, position_noise_m: float, bias: AngleBias | None, sensors: int
+    motion: Motion, interval_s: float, position_noise_m: float, bias: AngleBias | None, sensors: int
 ) -> tuple[Array, Array]:
-    if isinstance(motion, ConstantTurnRateVelocity):
+    if type(motion) is ConstantTurnRateVelocity:
         # the arc replaces what depends on the turn rate
         F, Q = np.eye(5), np.zeros((5, 5))
-        F[:4, :4] = ConstantVelocity().F(T)
-    elif isinstance(motion, LinearMotion):
-        F, Q = motion.F(T), motion.Q(T)
+        F[:4, :4] = ConstantVelocity().F(interval_s)
     else:
-        raise ParameterError(f"motion: {type(motion).__name__} is neither linear nor the constant turn rate; take one.")
-    Q[X, X] += position_noise_m**2
-    Q[Y, Y] += position_noise_m**2
+        linear = transition(motion, interval_s)
+        if linear is None:
+            raise ParameterError(
+                f"motion: {type(motion).__name__} is neither linear nor the constant turn rate; take one."
+            )
+        F, Q = (np.array(part, np.float64) for part in linear)
+    if interval_s:
+        Q[[X, Y], [X, Y]] += position_noise_m**2
     Q[np.diag_indices_from(Q)] += FLOOR
     if bias is None:
         return F, Q
-    kept = math.exp(-T / bias.memory_s)
-    forgotten = -math.expm1(-2 * T / bias.memory_s)
+    kept = math.exp(-interval_s / bias.memory_s)
+    forgotten = max(-math.expm1(-2 * interval_s / bias.memory_s), FLOOR)
     n = 2 * sensors
     return np.asarray(block_diag(F, kept * np.eye(n))), np.asarray(block_diag(Q, forgotten * np.eye(n)))

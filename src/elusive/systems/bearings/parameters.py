@@ -13,12 +13,12 @@ from pydantic import Field
 
 from elusive.contracts import Array
 from elusive.errors import ParameterError
-from elusive.filters.gaussian.bearing_problem import BearingMotion
 from elusive.filters.gaussian.extended_kalman import ExtendedKalmanFilter
 from elusive.filters.gaussian.factor_graph import FactorGraphFilter
 from elusive.filters.gaussian.fixed_lag import FixedLagSmoother
 from elusive.filters.gaussian.interacting import InteractingFilter
 from elusive.filters.gaussian.map_smoother import MapSmoother
+from elusive.filters.gaussian.parts import BuiltInMotion
 from elusive.filters.gaussian.transitions import AngleBias
 from elusive.model import Model, NonNegative, Positive
 from elusive.motion import ConstantAcceleration, ConstantTurnRateVelocity, ConstantVelocity
@@ -172,16 +172,16 @@ class BearingTracking(Model):
             return Estimates(lagged.times_s, names, lagged.states, lagged.covariances, 0, math.nan)
         if isinstance(estimator, InteractingFilter):
             mixed = estimator.track(sets)
-            return Estimates(mixed.times_s, names, mixed.states, mixed.covariances, mixed.begun, mixed.log_evidence)
+            return Estimates(mixed.times_s, names, mixed.states, mixed.covariances, mixed.started, mixed.log_evidence)
         smooth = self.choice(live=False) == "rts"
         filtered = estimator.track(sets, smooth=smooth)
-        begun = 0 if smooth else filtered.begun
+        begun = 0 if smooth else filtered.started
         return Estimates(filtered.times_s, names, filtered.states, filtered.covariances, begun, filtered.log_evidence)
 
     def _solid(self, name: FilterName, *, elevations: bool) -> bool:
         return elevations and self.elevations == "use" and name not in FACTOR_GRAPH and self.motion != "ctrv"
 
-    def _motion(self, name: str, solid: bool) -> BearingMotion:
+    def _motion(self, name: str, solid: bool) -> BuiltInMotion:
         if name == "ctrv":
             return ConstantTurnRateVelocity(q_speed=self.q_speed, q_turn=self.q_turn)
         motion = ConstantAcceleration(q=self.q_jerk) if name == "ca" else ConstantVelocity(q=self.q)

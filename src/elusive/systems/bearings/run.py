@@ -169,7 +169,7 @@ class _Live:
         state = self._state = self._filter.step(self._state, measurement.time_s, measurement, self._rng)
         if isinstance(state, FactorGraphState):
             return _of_graph(state, self._interval or 1.0)
-        told = state.begun if hasattr(state, "begun") else state.pending is None
+        told = state.started if hasattr(state, "started") else state.pending is None
         return state.mean, state.covariance, bool(told)
 
     def _skipped(self, time_s: float) -> int:

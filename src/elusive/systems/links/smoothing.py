@@ -7,18 +7,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.random import Generator
 from pydantic import Field
 
 from elusive.contracts import VX, VY, Array, X, Y
-from elusive.filters.gaussian.kalman import GaussianState, predicted, updated
+from elusive.filters.gaussian.kalman import GaussianState, KalmanFilter
 from elusive.filters.particle.resampling import Scheme
 from elusive.filters.particle.sir import GaussianPrior, ParticleFilter, ParticleState
 from elusive.model import Model, NonNegative, Positive
 from elusive.motion import ConstantVelocity
+from elusive.sensors.linear import LinearSensor
 
 Places = Mapping[int, Array | None]  # by track: (2,) [m], None where a frame has none
 
@@ -45,10 +46,35 @@ class _TrackSmoothing(Model):
         """The state transition A and its noise."""
         return ConstantVelocity(q=self.q)
 
-    def first(self, place: Array) -> tuple[Array, Array]:
-        """Return mean and covariance after a track's first place."""
+    @cached_property
+    def sensor(self) -> LinearSensor:
+        """The place, H, and its variance, R."""
+        R = self.place_sd_m**2 * np.eye(2)
+        return LinearSensor(observed=np.eye(4)[[X, Y]].tolist(), covariance=R.tolist())
+
+    def prior(self, place: Array) -> GaussianPrior:
+        """Return the belief after a track's first place."""
         variance = np.array([self.place_sd_m, self.speed_sd_mps, self.place_sd_m, self.speed_sd_mps]) ** 2
-        return np.array([place[0], 0.0, place[1], 0.0]), np.diag(variance)
+        return GaussianPrior(mean=(place[0], 0.0, place[1], 0.0), covariance=np.diag(variance).tolist())
+
+    def filter(self, prior: GaussianPrior) -> KalmanFilter | ParticleFilter:
+        """Return the filter of a track."""
+        raise NotImplementedError
+
+    @cached_property
+    def _filter(self) -> Any:
+        return self.filter(GaussianPrior(mean=(0.0,) * 4, covariance=np.eye(4).tolist()))
+
+    def step(self, state: Mapping[int, SmoothedTrack], places: Places, rng: Generator) -> dict[int, SmoothedTrack]:
+        """Return the tracks a frame later: those in ``places``, others are forgotten."""
+        found: dict[int, SmoothedTrack] = {}
+        for track, place in places.items():
+            if track in state:
+                old = state[track].belief
+                found[track] = _read(self._filter.step(old, old.time_s + self.interval_s, place, rng))
+            elif place is not None:
+                found[track] = _read(self.filter(self.prior(np.asarray(place))).init(rng, 0.0))
+        return found
 
 
 class KalmanSmoothing(_TrackSmoothing):
@@ -56,35 +82,9 @@ class KalmanSmoothing(_TrackSmoothing):
 
     kind: Literal["kalman"] = "kalman"
 
-    def step(self, state: Mapping[int, SmoothedTrack], places: Places, rng: Generator) -> dict[int, SmoothedTrack]:
-        """Return the tracks a frame later: those in ``places``, others are forgotten."""
-        observed = np.eye(4)[[X, Y]]
-        noise = self.place_sd_m**2 * np.eye(2)
-        found: dict[int, SmoothedTrack] = {}
-        for track, place in places.items():
-            old = state.get(track)
-            if old is None:
-                if place is None:
-                    continue
-                belief = GaussianState(0.0, *self.first(np.asarray(place)), 0.0)
-            else:
-                assert isinstance(old.belief, GaussianState)
-                belief = predicted(self.motion, old.belief, old.belief.time_s + self.interval_s)
-                if place is not None:
-                    belief = updated(belief, np.asarray(place, np.float64), observed, noise)
-            found[track] = _read(belief)
-        return found
-
-
-class PlaceSensor(Model):
-    """A place with Gaussian error."""
-
-    place_sd_m: Positive = Field(0.3, description="Deviation along each axis [m]")
-
-    def log_likelihood(self, states: Array, measurement: Array) -> Array:
-        """Log likelihood of each state ``(N, d)``, up to a constant, ``(N,)``."""
-        off = (states[:, X] - measurement[0]) ** 2 + (states[:, Y] - measurement[1]) ** 2
-        return np.asarray(-0.5 * off / self.place_sd_m**2)
+    def filter(self, prior: GaussianPrior) -> KalmanFilter:
+        """Return the filter of a track."""
+        return KalmanFilter(motion=self.motion, sensor=self.sensor, prior=prior)
 
 
 class ParticleSmoothing(_TrackSmoothing):
@@ -94,35 +94,14 @@ class ParticleSmoothing(_TrackSmoothing):
     particles: int = Field(1000, gt=0, description="Number of particles, 'n_particles' (table 3.9)")
     resampling: Scheme = Field("systematic", description="Resampling, 'ResamplingMethod' (table 3.9)")
 
-    def step(self, state: Mapping[int, SmoothedTrack], places: Places, rng: Generator) -> dict[int, SmoothedTrack]:
-        """Return the tracks a frame later: those in ``places``, others are forgotten."""
-        found: dict[int, SmoothedTrack] = {}
-        for track, place in places.items():
-            old = state.get(track)
-            if old is not None:
-                belief = _particles(old.belief)
-                found[track] = _read(self._filter.step(belief, belief.time_s + self.interval_s, place, rng))
-            elif place is not None:
-                mean, covariance = self.first(np.asarray(place))
-                prior = GaussianPrior(mean=tuple(mean), covariance=tuple(map(tuple, covariance)))
-                found[track] = _read(self._filter.replace(prior=prior).init(rng, 0.0))
-        return found
-
-    @cached_property
-    def _filter(self) -> ParticleFilter:
+    def filter(self, prior: GaussianPrior) -> ParticleFilter:
+        """Return the filter of a track."""
         return ParticleFilter(
-            motion=self.motion, sensor=PlaceSensor(place_sd_m=self.place_sd_m), particles=self.particles,
-            prior=GaussianPrior(mean=(0.0,) * 4, covariance=tuple(map(tuple, np.eye(4)))), resampling=self.resampling,
-        )  # fmt: skip
+            motion=self.motion, sensor=self.sensor, particles=self.particles, prior=prior, resampling=self.resampling
+        )
 
 
 TrackSmoothing = Annotated[KalmanSmoothing | ParticleSmoothing, Field(discriminator="kind")]
-
-
-def _particles(belief: GaussianState | ParticleState) -> ParticleState:
-    if not isinstance(belief, ParticleState):
-        raise TypeError("a particle filter goes on from its own states only")
-    return belief
 
 
 def _read(belief: GaussianState | ParticleState) -> SmoothedTrack:
