@@ -41,15 +41,15 @@ def model(particles, knowledge=None):
     return ParticleFilter(motion=MOTION, sensor=SENSOR, prior=prior, knowledge=knowledge, particles=particles)
 
 
-def follow(radar, begun, rng):
-    state = begun
+def follow(radar, started, rng):
+    state = started
     for plot in PLOTS[1:]:
         state = radar.step(state, plot.time_s, plot, rng)
     return state
 
 
-def follow_in_numpy(radar, begun, rng):
-    state = begun
+def follow_in_numpy(radar, started, rng):
+    state = started[1:]  # without its time
     for plot in PLOTS[1:]:
         state = reference.step(radar, ROOT, state, plot, rng)
     return state
@@ -58,28 +58,26 @@ def follow_in_numpy(radar, begun, rng):
 @pytest.mark.parametrize("particles", [2000, 6000])
 def test_steps_against_numpy(benchmark, best_of, report, particles):
     radar, rng = model(particles), np.random.default_rng(1)
-    begun = radar.init(rng, 0.0)
-    ours, twin = (way(radar, begun, np.random.default_rng(2)) for way in (follow, follow_in_numpy))
-    np.testing.assert_allclose(ours.weights, twin[2], rtol=1e-8)
-    np.testing.assert_allclose(ours.log_evidence, twin[5], rtol=1e-10)
-    mine, theirs = best_of(lambda: follow(radar, begun, rng), lambda: follow_in_numpy(radar, begun, rng))
+    started = radar.init(rng, 0.0)
+    ours, twin = (way(radar, started, np.random.default_rng(2)) for way in (follow, follow_in_numpy))
+    np.testing.assert_allclose(ours.weights, twin[1], rtol=1e-8)
+    np.testing.assert_allclose(ours.log_evidence, twin[4], rtol=1e-10)
+    mine, theirs = best_of(lambda: follow(radar, started, rng), lambda: follow_in_numpy(radar, started, rng))
     report(f"radar particle filter, {particles} particles, against NumPy", theirs / mine, 3)
-    benchmark(follow, radar, begun, rng)
+    benchmark(follow, radar, started, rng)
 
 
 @pytest.mark.parametrize("particles", [2000, 6000])
 def test_steps_against_stone_soup(benchmark, best_of, report, particles):
     radar, rng = model(particles), np.random.default_rng(1)
-    begun = radar.init(rng, 0.0)
-    opponent = RadarOpponent(radar, begun.particles, PLOTS[1:])
-    ours = np.array(
-        [[s.mean for s in list(run(radar, PLOTS[1:], np.random.default_rng(k), start_s=0.0))[4:]] for k in range(4)]
-    )
+    started = radar.init(rng, 0.0)
+    opponent = RadarOpponent(radar, started.particles, PLOTS[1:])
+    ours = np.array([[s.mean for s in list(run(radar, PLOTS[1:], np.random.default_rng(k)))[4:]] for k in range(4)])
     theirs = np.array([opponent()[4:] for _ in range(4)])
-    deviations = np.sqrt(np.diag(follow(radar, begun, rng).covariance))
+    deviations = np.sqrt(np.diag(follow(radar, started, rng).covariance))
     # two clouds about the same means, an effective size of some hundreds
     assert np.abs((ours.mean(axis=0) - theirs.mean(axis=0)) / deviations).max() < 0.2
-    mine, other = best_of(lambda: follow(radar, begun, rng), opponent, rounds=3)
+    mine, other = best_of(lambda: follow(radar, started, rng), opponent, rounds=3)
     report(f"the same, {particles} particles, against Stone Soup's ParticleUpdater", other / mine, 10)
     benchmark.pedantic(opponent, rounds=3)
 
@@ -89,16 +87,16 @@ def test_a_map_in_the_step(benchmark, best_of, report, particles):
     east = [(-15.0, 4_000.0), (400.0, 4_000.0), (400.0, 6_000.0), (-15.0, 6_000.0)]
     field = FieldWater().bind(land(shapely.Polygon(east), sigma=7.0))
     free, charted, rng = model(particles), model(particles, field), np.random.default_rng(1)
-    begun = free.init(rng, 0.0)
-    without, within = best_of(lambda: follow(free, begun, rng), lambda: follow(charted, begun, rng))
+    started = free.init(rng, 0.0)
+    without, within = best_of(lambda: follow(free, started, rng), lambda: follow(charted, started, rng))
     report(f"the same, {particles} particles: time without a map over with the field", without / within, 0.5)
-    benchmark(follow, charted, begun, rng)
+    benchmark(follow, charted, started, rng)
 
 
 def test_particle_map(benchmark, best_of, report):
     radar, rng = model(2000), np.random.default_rng(1)
     before = follow(radar, radar.init(rng, 0.0), rng)
-    after = radar.step(before, STEPS + 1.0, PLOTS[-1], rng)
+    after = radar.step(before, PLOTS[-1].time_s, PLOTS[-1], rng)
     score = SENSOR.log_likelihood(after.particles, PLOTS[-1])
 
     def restricted():

@@ -16,7 +16,7 @@ import yaml
 
 from elusive.cli import main
 from elusive.geometry.local_frame import LocalFrame
-from elusive.io import read_tracks_csv
+from elusive.results import STATUSES, read_tracks_csv
 from elusive.systems.radar.truth import truth_at, truth_in_frame
 from tests.charts.scenes import head
 from tests.systems.radar.test_truth import ais_line
@@ -25,7 +25,7 @@ WRITTEN = ["config.yaml", "report.html", "report.png", "result.nc", "tracks.csv"
 FRAME = LocalFrame.at(4.0, 52.0)
 RADAR = ["--radar-lat", "52", "--radar-lon", "4"]
 TRACK = ["track", "radar", "plots.csv", "--chart", "coast.geojson", *RADAR, "--out", "deep/out"]
-THESIS = ["--detection-probability", "1", "--false-alarms", "0", "--max-acceleration-mps2", "5"]
+THESIS = ["--detection-probability", "1", "--false-alarms", "0", "--q", "2.7777777777777777"]
 Run = Callable[..., tuple[int, str]]
 
 
@@ -125,20 +125,22 @@ def test_a_simulated_ship_is_found_where_it_was(elusive_in: Run, tmp_path: Path)
     assert "One ship was found, from 0.0 to 60.0 s" in said
     assert "Written to deep/out: tracks.csv, tracks.geojson, result.nc, report.html, report.png, config.yaml" in said
     assert sorted(path.name for path in (tmp_path / "deep" / "out").iterdir()) == WRITTEN
-    rows = read_tracks_csv(tmp_path / "deep/out/tracks.csv", unit="m")
-    sure = [row for row in rows if row.status == "confirmed"]
+    log = read_tracks_csv(tmp_path / "deep/out/tracks.csv")
+    rows = log.rows
+    sure = rows[rows["status"] == STATUSES.index("confirmed")]
     assert len(sure) == 59
     truth = truth_in_frame(tmp_path / "plots_truth.csv", FRAME)["1"]
-    off = np.array([(row.x, row.y) for row in sure]) - truth_at(truth, [row.time_s for row in sure])
+    off = sure["position"] - truth_at(truth, sure["time_s"])
     assert np.sqrt((off**2).sum(axis=1).mean()) < 10
-    at = FRAME.to_local([(row.lon_deg, row.lat_deg) for row in sure])
-    np.testing.assert_allclose(at, [(row.x, row.y) for row in sure], atol=1e-3)
+    assert log.columns.added[:2] == ("lon_deg", "lat_deg")
+    np.testing.assert_allclose(FRAME.to_local(sure["added"][:, :2]), sure["position"], atol=1e-3)
     lines = json.loads((tmp_path / "deep/out/tracks.geojson").read_text())["features"]
-    assert lines[0]["geometry"]["coordinates"][5] == pytest.approx([rows[5].lon_deg, rows[5].lat_deg])
+    assert lines[0]["geometry"]["coordinates"][5] == pytest.approx(rows["added"][5, :2])
     with (tmp_path / "deep/out/tracks.csv").open() as file:
         assert next(csv.reader(file)) == [
-            "time_s", "track", "status", "existence", "x_m", "y_m", "vx_mps", "vy_mps", "sd_x_m", "sd_y_m", "lon_deg",
-            "lat_deg",
+            "time_s", "track", "status", "existence", "x_m", "y_m", "vx_mps", "vy_mps", "sd_x_m", "sd_y_m",
+            "correlation_xy", "lon_deg", "lat_deg", "log_evidence", "allowed", "map_left_out", "plot_on_water",
+            "at_anchor",
         ]  # fmt: skip
 
 
@@ -222,8 +224,7 @@ def test_a_recording_without_ships(elusive_in: Run, tmp_path: Path) -> None:
     assert code == 0
     assert "No ship was found" in said
     assert sorted(path.name for path in (tmp_path / "deep/out").iterdir()) == WRITTEN
-    rows = read_tracks_csv(tmp_path / "deep/out/tracks.csv", unit="m")
-    assert [(row.time_s, row.status) for row in rows] == [(0, "none"), (1, "none"), (2, "none")]
+    assert not len(read_tracks_csv(tmp_path / "deep/out/tracks.csv").rows)  # times without a track have no row
     assert json.loads((tmp_path / "deep/out/tracks.geojson").read_text())["features"] == []
 
 

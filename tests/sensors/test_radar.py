@@ -8,7 +8,7 @@ from scipy.linalg import solve_discrete_are
 from scipy.stats import kstest, norm
 
 from elusive import run
-from elusive.contracts import Birth, Sensor
+from elusive.contracts import Birth, DetectionSensor, Sensor
 from elusive.errors import DataError, ParameterError
 from elusive.filters.particle.bernoulli import BernoulliFilter
 from elusive.filters.particle.sir import ParticleFilter, Prior
@@ -56,7 +56,7 @@ def test_it_equals_the_twin(name):
         many[::5, 3] = np.nan
         scans.append(scan(*many, time_s=7.0))
     for looked in scans:
-        kept = sensor.in_view(looked)
+        kept = sensor.detections_in_view(looked)
         with np.errstate(invalid="ignore"):
             expected = reference.log_ratio(sensor, states, kept)
         np.testing.assert_allclose(sensor.log_likelihood(states, looked), expected, rtol=1e-9, atol=2e-9)
@@ -65,6 +65,29 @@ def test_it_equals_the_twin(name):
     inside = reference.in_view(sensor, *reference.measured(sensor, states)[:2])
     if name not in ("the thesis's", "elsewhere"):
         assert 0.05 < inside.mean() < 0.95
+
+
+@pytest.mark.parametrize("name", SENSORS)
+def test_it_is_a_detection_sensor(name):
+    sensor, rng = SENSORS[name], np.random.default_rng(21)
+    assert isinstance(sensor, DetectionSensor)
+    states = states_near(sensor, n=50)
+    looked = sensor.simulate(states[:3], rng) if sensor.false_alarms else sensor.simulate(states[:1], rng)
+    there = sensor.in_view(states)
+    densities, clutter = sensor.log_densities(states, looked), sensor.log_clutter(looked)
+    assert densities.shape == (50, looked.detections)
+    for found, time_s, *plot in zip(densities.T, *looked[1:5], strict=True):
+        known = reference.log_density(sensor, states[there], plot, time_s)
+        np.testing.assert_allclose(found[there], known, rtol=1e-9, atol=1e-9)
+        assert (found[~there] == -np.inf).all()
+    if sensor.false_alarms:  # the ratio is made of these
+        with np.errstate(divide="ignore"):
+            missed = np.log(1 - sensor.detection_probability * there)
+        terms = np.log(sensor.detection_probability) + densities - clutter
+        expected = np.logaddexp.reduce(np.column_stack([missed, terms]), axis=1)
+        np.testing.assert_allclose(sensor.log_likelihood(states, looked), expected, rtol=1e-9, atol=1e-9)
+    else:
+        assert (clutter == -np.inf).all()
 
 
 def test_a_plot_alone_is_three_gaussians_with_the_thesis_deviations():
@@ -337,13 +360,11 @@ def test_a_bernoulli_filter_finds_a_ship_in_clutter_and_none_without():
     )
     rng = np.random.default_rng(15)
     ship = [np.array([[2_000.0 + 5.0 * k, 5.0, 4_000.0 - 6.0 * k, -6.0]]) for k in range(30)]
-    states = list(
-        run(model, [sensor.simulate(state, rng, float(k)) for k, state in enumerate(ship)], rng, start_s=-1.0)
-    )
+    states = list(run(model, [sensor.simulate(state, rng, time_s=k) for k, state in enumerate(ship)], rng))
     errors = [np.hypot(*(s.mean - truth[0])[[0, 2]]) for s, truth in zip(states, ship, strict=True)]
     assert min(state.existence for state in states[-15:]) > 0.9
     assert max(errors[-15:]) < 60
-    empty = list(run(model, [sensor.simulate(np.zeros((0, 4)), rng, float(k)) for k in range(30)], rng, start_s=-1.0))
+    empty = list(run(model, [sensor.simulate(np.zeros((0, 4)), rng, time_s=k) for k in range(30)], rng))
     assert np.mean([state.existence for state in empty]) < 0.3
 
 

@@ -15,7 +15,7 @@ from elusive.filters.particle.sir import GaussianPrior, ParticleFilter
 from elusive.motion import ConstantVelocity
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarPlot, scan_of
-from elusive.tracking.radar_claims import claims, densities, gated, plot_places
+from elusive.tracking.radar_claims import claims, densities, gated
 from elusive.tracking.radar_tracks import RadarTracker
 from tests.reference import radar as reference
 from tests.reference import radar_claims as reference_claims
@@ -57,9 +57,9 @@ def sail(ships, sensor, scans, seed, interval_s=1.0):
 def track(looks, flt, tracker=None, seed=0):
     """Tracks after each scan."""
     tracker, rng = tracker or RadarTracker(), np.random.default_rng(seed)
-    tracks, found = tracker.init(), []
+    tracks, found = tracker.init(flt), []
     for look in looks:
-        tracks = tracker.step(tracks, look, flt, rng)
+        tracks = tracker.step(tracks, look.time_s, look, rng)
         found.append(tracks)
     return found
 
@@ -68,7 +68,7 @@ def confirmed(found):
     """Scan and place of each track where it is confirmed."""
     paths = {}
     for number, tracks in enumerate(found):
-        for one in tracks.tracks:
+        for one in tracks.targets:
             if one.life.status == "confirmed":
                 paths.setdefault(one.life.track, []).append((number, *one.state.mean[[0, 2]]))
     return {track: np.array(path) for track, path in paths.items()}
@@ -77,10 +77,10 @@ def confirmed(found):
 def test_one_plot_a_scan_is_the_particle_filter_itself():
     looks, _ = sail([[4000, 3, 5000, -6]], ALONE, 30, seed=1)
     flt, tracker, rng = follower(ALONE, Shore(20.0)), RadarTracker(), np.random.default_rng(2)
-    state = tracker.step(tracker.init(), looks[0], flt, rng).tracks[0].state
+    state = tracker.step(tracker.init(flt), looks[0].time_s, looks[0], rng).targets[0].state
     for look, tracks in zip(looks[1:], track(looks, flt, tracker, seed=2)[1:], strict=True):
         state = flt.step(state, look.time_s, look, rng)
-        (one,) = tracks.tracks
+        (one,) = tracks.targets
         np.testing.assert_array_equal(one.state.particles, state.particles)
         np.testing.assert_array_equal(one.state.weights, state.weights)
         assert one.existence == pytest.approx(1.0)
@@ -92,18 +92,18 @@ def test_existence_follows_its_formula(knowledge):
     """Odds of existence: the survivors', times the scan's ratio, averaged over the particles that the map allows."""
     looks, _ = sail([[25, 1, 5000, -6]], CLUTTER, 8, seed=3)
     flt = follower(CLUTTER, knowledge, q=0.0)  # without process noise the prediction can be repeated
-    tracker = RadarTracker(mean_life_s=50.0, forget_below=1e-9, gate=50.0, merge_within=0.0, births=1e-3)
+    tracker = RadarTracker(mean_life_s=50.0, forget_below=1e-9, gate=50.0, merge_within=0.0, births_per_s=1e-3)
     before = None
     checked = 0
     for tracks in track(looks, flt.replace(resample_below=0.0), tracker):
-        for one in tracks.tracks:
+        for one in tracks.targets:
             if before is None or one.before is one.state:
                 continue
-            (old,) = (other for other in before.tracks if other.state is one.before)
+            (old,) = (other for other in before.targets if other.state is one.before)
             particles = old.state.particles.copy()
             interval_s = tracks.time_s - before.time_s
             particles[:, [0, 2]] += interval_s * particles[:, [1, 3]]
-            seen = reference.log_ratio(CLUTTER, particles, one.seen)
+            seen = reference.log_ratio(CLUTTER, particles, one.scan)
             chart = np.ones(len(particles)) if knowledge is None else np.exp(knowledge.log_probability(particles))
             weights = old.state.weights * chart
             ratio = float(weights @ np.exp(seen) / weights.sum())
@@ -116,20 +116,20 @@ def test_existence_follows_its_formula(knowledge):
 
 
 def test_a_beginning_is_as_likely_as_births_false_alarms_and_water_say():
-    shore, tracker = Shore(100.0), RadarTracker(births=0.2)
+    shore, tracker = Shore(100.0), RadarTracker(births_per_s=0.2)
     places = [(-60.0, 4000.0), (20.0, 5000.0), (900.0, 6000.0)]
     scan = scan_of(0.0, [RadarPlot(0.0, math.hypot(*place), math.atan2(*place) % math.tau, 1.0) for place in places])
     (tracks,) = track([scan], follower(CLUTTER, shore, particles=20_000), tracker)
-    assert len(tracks.tracks) == 3
-    _, errors = plot_places(scan, CLUTTER)
-    for one, (x, _), error in zip(tracks.tracks, places, errors, strict=True):
+    assert len(tracks.targets) == 3
+    _, errors = CLUTTER.places(scan)
+    for one, (x, _), error in zip(tracks.targets, places, errors, strict=True):
         water = norm.cdf(x / math.hypot(shore.sigma_m, math.sqrt(error[0, 0])))
         assert one.existence == pytest.approx(0.2 * water / (0.2 * water + 3.0), rel=0.02)
 
 
 def test_on_land_no_track_begins():
     looks, _ = sail([[-200, 0, 5000, -6]], ALONE, 10, seed=4)
-    assert all(not tracks.tracks for tracks in track(looks, follower(ALONE, Shore(10.0))))
+    assert all(not tracks.targets for tracks in track(looks, follower(ALONE, Shore(10.0))))
     assert confirmed(track(looks, follower(ALONE, Shore(200.0))))
 
 
@@ -138,7 +138,7 @@ def test_a_ship_that_goes_far_inland_is_followed_and_it_is_said():
     found = track(looks, follower(ALONE, Shore(5.0), q=2.8, particles=2000))
     (path,) = confirmed(found).values()
     assert np.abs(path[-10:, 1:] - places[-10:, 0]).max() < 40
-    left_out = [any(one.state.forbidden for one in tracks.tracks) for tracks in found]
+    left_out = [any(one.state.forbidden for one in tracks.targets) for tracks in found]
     assert not any(left_out[:18])  # on water
     assert all(left_out[-20:])  # 170 m inland and more, 34 deviations
 
@@ -148,7 +148,7 @@ def test_claims_are_those_of_the_plain_formulas():
     ships = [[3000, 0, 4000, 7], [3030, 0, 4010, 7], [-2000, 3, 5000, 0]]
     looks, _ = sail(ships, CLUTTER, 2, seed=7)
     flt = follower(CLUTTER, particles=300)
-    states = [flt.replace(prior=_Cloud(np.array(ship))).init(rng, 0.0) for ship in ships]
+    states = [flt.replace(prior=_Cloud(np.array(ship))).init(rng) for ship in ships]
     gates = gated(states, looks[1], CLUTTER, 6.0)
     assert gates.any(axis=1).all()
     ratio = densities(states, looks[1], gates, CLUTTER)
@@ -224,12 +224,12 @@ def test_two_tracks_of_one_ship_become_one():
     looks, _ = sail([[3000, 0, 4000, 7]], CLUTTER, 12, seed=13)
     flt, tracker, rng = follower(CLUTTER), RadarTracker(), np.random.default_rng(0)
     found = track(looks[:6], flt, tracker)[-1]
-    (one,) = [one for one in found.tracks if one.life.track is not None]
+    (one,) = [one for one in found.targets if one.life.track is not None]
     twin = one._replace(life=one.life._replace(track=2), existence=0.99)
-    doubled = found._replace(tracks=(*found.tracks, twin), born=2)
+    doubled = found._replace(targets=(*found.targets, twin), born=2)
     for look in looks[6:]:
-        doubled = tracker.step(doubled, look, flt, rng)
-    assert [other.life.track for other in doubled.tracks if other.life.track is not None] == [1]
+        doubled = tracker.step(doubled, look.time_s, look, rng)
+    assert [other.life.track for other in doubled.targets if other.life.track is not None] == [1]
 
 
 def test_a_ship_that_goes_away_loses_its_track_and_a_number_is_never_given_twice():
@@ -239,7 +239,7 @@ def test_a_ship_that_goes_away_loses_its_track_and_a_number_is_never_given_twice
     gone = [look._replace(time_s=20.0 + k, times_s=look.times_s + 20) for k, look in enumerate(empty)]
     back = [look._replace(time_s=32.0 + k, times_s=look.times_s + 32) for k, look in enumerate(later)]
     found = track([*looks, *gone, *back], follower(CLUTTER))
-    statuses = [{one.life.track: one.life.status for one in tracks.tracks if one.life.track} for tracks in found]
+    statuses = [{one.life.track: one.life.status for one in tracks.targets if one.life.track} for tracks in found]
     assert statuses[19][1] == "confirmed"
     ended = [number for number, status in enumerate(statuses) if status.get(1) == "deleted"]
     assert len(ended) == 1  # shown once
@@ -267,13 +267,47 @@ def test_scans_at_irregular_times_and_plots_with_times_of_their_own():
 def test_refusals():
     looks, _ = sail([[3000, 0, 4000, 7], [-3000, 0, 4000, 7]], CLUTTER, 2, seed=18)
     tracker, rng, flt = RadarTracker(), np.random.default_rng(0), follower(CLUTTER, particles=100)
-    tracks = tracker.step(tracker.init(), looks[1], flt, rng)
+    tracks = tracker.step(tracker.init(flt), 1.0, looks[1], rng)
     with pytest.raises(DataError, match="comes after 1 s; sort"):
-        tracker.step(tracks, looks[0], flt, rng)
+        tracker.step(tracks, 0.0, looks[0], rng)
     with pytest.raises(DataError, match="give false_alarms, however few"):
-        tracker.step(tracker.init(), looks[0], follower(ALONE, particles=100), rng)
-    with pytest.raises(ParameterError, match="its sensor is a _Blind; give it a RadarSensor"):
-        tracker.step(tracks, looks[1], flt.replace(sensor=_Blind()), rng)
+        tracker.step(tracker.init(follower(ALONE, particles=100)), 0.0, looks[0], rng)
+    with pytest.raises(ParameterError, match="its sensor is a _Blind, which does not report detections"):
+        tracker.init(flt.replace(sensor=_Blind()))
+
+
+def test_a_sensor_of_ones_own_is_tracked_with():
+    """What delegates to the radar, plain, gives the same as the radar."""
+    looks, _ = sail([[3000, 0, 4000, 7]], CLUTTER, 8, seed=19)
+    ours, theirs = (track(looks, follower(sensor, particles=200)) for sensor in (CLUTTER, _Own()))
+    for mine, other in zip(ours, theirs, strict=True):
+        assert [one.existence for one in mine.targets] == [one.existence for one in other.targets]
+
+
+def test_over_no_time_nothing_moves_and_without_a_scan_targets_are_predicted():
+    looks, _ = sail([[3000, 0, 4000, 7]], CLUTTER, 6, seed=20)
+    last = track(looks, follower(CLUTTER))[-1]
+    (ship,) = [one for one in last.targets if one.life.status == "confirmed"]
+    again = RadarTracker().step(last, last.time_s, looks[-1], np.random.default_rng(0))
+    (same,) = [one for one in again.targets if one.life.track == ship.life.track]
+    np.testing.assert_array_equal(same.state.particles, ship.state.particles)
+    assert np.trace(same.state.covariance) < np.trace(ship.state.covariance)
+    later = RadarTracker(mean_life_s=60.0).step(last, last.time_s + 30.0, None, np.random.default_rng(0))
+    (gone_on,) = [one for one in later.targets if one.life.track == ship.life.track]
+    assert gone_on.existence == pytest.approx(math.exp(-0.5) * ship.existence)
+    ahead = ship.state.mean[[0, 2]] + 30.0 * ship.state.mean[[1, 3]]
+    np.testing.assert_allclose(gone_on.state.mean[[0, 2]], ahead, atol=15.0)
+
+
+class _Own:
+    """A user's sensor: the methods alone."""
+
+    detection_probability = CLUTTER.detection_probability
+
+    def __init__(self):
+        for name in ("log_likelihood", "log_densities", "log_clutter", "log_uniform", "detections_in_view", "places"):
+            setattr(self, name, getattr(CLUTTER, name))
+        self.draw_births = CLUTTER.draw_births
 
 
 class _Blind:

@@ -47,17 +47,20 @@ class RadarSensor(RadarView):
     )
 
     @model_validator(mode="after")
-    def _told(self) -> Self:
-        if self.false_alarms and self.max_range_m is None:
-            raise ParameterError(
-                "max_range_m: is not given; false alarms are uniform up to it, so give it or false_alarms=0."
-            )
+    def _fits(self) -> Self:
+        self._check_range()
         if self.max_doppler_mps is not None and self.max_doppler_mps < 2 * math.pi * self.doppler_sd_mps:
             raise ParameterError(
                 f"max_doppler_mps: {self.max_doppler_mps:g} m/s is less than 2 pi doppler_sd_mps, too narrow to tell a "
                 "range rate from a folded one; give a greater one, or none."
             )
         return self
+
+    def _check_range(self) -> None:
+        if self.false_alarms and self.max_range_m is None:
+            raise ParameterError(
+                "max_range_m: is not given; false alarms are uniform up to it, so give it or false_alarms=0."
+            )
 
     def log_likelihood(self, states: Array, measurement: RadarScan | RadarPlot) -> Array:
         """Log likelihood ratio of one target at each state against none; without false alarms, the log likelihood.
@@ -82,19 +85,56 @@ class RadarSensor(RadarView):
         DataError
             If a plot is no measurement, a state not finite, or several plots come without false alarms.
         ParameterError
-            If a plot has a Doppler, and that of false alarms is not told.
+            If a plot has a Doppler, and that of false alarms is not known.
         """
-        from elusive.sensors._radar_kernels import scan_log_ratio
-
-        scan = self.in_view(measurement)
+        scan = self.detections_in_view(measurement)
+        if scan.detections > 1 and not self.false_alarms:
+            raise DataError(
+                f"scan at {scan.time_s:g} s: holds {scan.detections} plots, and without false alarms one target makes "
+                "one at most; give false_alarms."
+            )
         check_finite(states)
-        low, high, half = self.limits
-        field = low, high, math.sin(self.middle_rad), math.cos(self.middle_rad), half
-        sd = self.range_sd_m, self.bearing_sd_rad
-        fold = 2 * self.max_doppler_mps if self.max_doppler_mps is not None else 0.0
-        log_missed = _log(1 - self.detection_probability)
-        place, clutter = (float(self.x_m), float(self.y_m)), self.false_alarms > 0
-        return scan_log_ratio(states, place, self._table(scan), sd, fold, field, log_missed, clutter)
+        log_scale = log_doppler = 0.0
+        if self.false_alarms:
+            log_scale, log_doppler = self._log_volumes(scan)
+            log_scale -= math.log(self.false_alarms)
+        table = self._table(scan, log_scale + _log(self.detection_probability), log_doppler)
+        return self._log_ratio(states, table, _log(1 - self.detection_probability), clutter=self.false_alarms > 0)
+
+    def log_densities(self, states: Array, measurement: RadarScan | RadarPlot) -> Array:
+        """Log density of each plot if it is that of a target at each state, ``(N, d) -> (N, m)``.
+
+        Minus infinity for states and plots out of the field of view. Raises as :meth:`log_likelihood`.
+        """
+        scan, inside = self.judged(measurement)
+        check_finite(states)
+        table = self._table(scan._replace(claimed=None), 0.0, 0.0)
+        found = np.full((len(states), len(inside)), -np.inf)
+        for row, column in enumerate(np.flatnonzero(inside)):
+            found[:, column] = self._log_ratio(states, table[row : row + 1], -math.inf, clutter=False)
+        return found
+
+    def log_uniform(self, measurement: RadarScan | RadarPlot) -> Array:
+        """Log density of a plot that lies anywhere in view, with any Doppler, at each plot, ``(m,)``.
+
+        Minus infinity out of view, and everywhere where the view has no bounds.
+
+        Raises
+        ------
+        ParameterError
+            If a plot has a Doppler, there are false alarms, and their greatest is not known.
+        """
+        scan, inside = self.judged(measurement)
+        volume, doppler_volume = self._log_volumes(scan)
+        found = np.full(len(inside), -np.inf)
+        found[inside] = -volume - np.where(np.isfinite(scan.doppler_mps), doppler_volume, 0.0)
+        return found
+
+    def log_clutter(self, measurement: RadarScan | RadarPlot) -> Array:
+        """Log density of false alarms at each plot, ``(m,)``; minus infinity where there are none."""
+        if not self.false_alarms:
+            return np.full(len(self.judged(measurement)[1]), -np.inf)
+        return math.log(self.false_alarms) + self.log_uniform(measurement)
 
     def simulate(self, states: Array, rng: Generator, time_s: float = 0.0) -> RadarScan:
         """Draw a scan, its plots in the order of bearing and all at one time; targets out of view are not seen.
@@ -122,7 +162,7 @@ class RadarSensor(RadarView):
         distance, bearing = self.scattered(distance[seen], bearing[seen], rng)
         plots = np.stack([distance, bearing, rng.normal(doppler[seen], self.doppler_sd_mps)])
         if self.false_alarms:
-            fold = self._told_folds("simulation") if self.doppler_probability else 0.0
+            fold = self._greatest_doppler("simulation") if self.doppler_probability else 0.0
             edges = np.array([[low, high], [self.middle_rad - half, self.middle_rad + half], [-fold, fold]])[:, :, None]
             false = rng.uniform(edges[:, 0], edges[:, 1], (3, rng.poisson(self.false_alarms)))
             plots = np.concatenate([plots, false], axis=1)
@@ -134,28 +174,37 @@ class RadarSensor(RadarView):
         bearing[bearing == TURN_RAD] = 0.0  # just below zero it is rounded to a whole turn
         return RadarScan(time_s, np.full(len(bearing), time_s), distance, bearing, doppler)
 
-    def _table(self, scan: RadarScan) -> Array:
+    def _log_ratio(self, states: Array, table: Array, log_missed: float, *, clutter: bool) -> Array:
+        from elusive.sensors._radar_kernels import scan_log_ratio
+
+        low, high, half = self.limits
+        field = low, high, math.sin(self.middle_rad), math.cos(self.middle_rad), half
+        sd = self.range_sd_m, self.bearing_sd_rad
+        fold = 2 * self.max_doppler_mps if self.max_doppler_mps is not None else 0.0
+        return scan_log_ratio(states, (float(self.x_m), float(self.y_m)), table, sd, fold, field, log_missed, clutter)
+
+    def _table(self, scan: RadarScan, log_scale: float, log_doppler: float) -> Array:
         """Rows of plots as the kernel takes them, each with the logarithm of its constant factor."""
         from elusive.sensors._radar_kernels import tabulate
 
-        n = len(scan.range_m)
-        if n > 1 and not self.false_alarms:
-            raise DataError(
-                f"scan at {scan.time_s:g} s: holds {n} plots, and without false alarms one target makes one at most; "
-                "give false_alarms."
-            )
-        log_scale = _log(self.detection_probability) - math.log(TURN_RAD * self.range_sd_m * self.bearing_sd_rad)
-        log_doppler = -math.log(self.doppler_sd_mps) - 0.5 * math.log(TURN_RAD)
-        if self.false_alarms:
-            low, high, half = self.limits
-            log_scale += math.log(2 * half * (high - low) / self.false_alarms)
-            if np.isfinite(scan.doppler_mps).any():
-                log_doppler += math.log(2 * self._told_folds(f"scan at {scan.time_s:g} s"))
-        claimed = np.zeros(n) if scan.claimed is None else scan.claimed
+        log_scale -= math.log(TURN_RAD * self.range_sd_m * self.bearing_sd_rad)
+        log_doppler -= math.log(self.doppler_sd_mps) + 0.5 * math.log(TURN_RAD)
+        claimed = np.zeros(scan.detections) if scan.claimed is None else scan.claimed
         plots = scan.times_s, scan.range_m, scan.bearing_rad, scan.doppler_mps, claimed
         return tabulate(plots, scan.time_s, self.doppler_sd_mps, log_scale, log_doppler)
 
-    def _told_folds(self, where: str) -> float:
+    def _log_volumes(self, scan: RadarScan) -> tuple[float, float]:
+        """Logarithms of what a plot in view can be: range times bearing, and Doppler where the scan has any."""
+        low, high, half = self.limits
+        doppler = np.isfinite(scan.doppler_mps).any()
+        widest = 1.0
+        if doppler and self.false_alarms:
+            widest = 2 * self._greatest_doppler(f"scan at {scan.time_s:g} s")
+        elif doppler:
+            widest = 2 * (self.max_doppler_mps or math.inf)
+        return math.log(2 * half * (high - low)), math.log(widest)
+
+    def _greatest_doppler(self, where: str) -> float:
         if self.max_doppler_mps is None:
             raise ParameterError(
                 f"{where}: false alarms have Doppler, uniform up to max_doppler_mps; give it, or leave Doppler out."

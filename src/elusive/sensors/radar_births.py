@@ -62,8 +62,8 @@ class RadarBirth(Model):
         if sensor.max_range_m is None:
             raise ParameterError("max_range_m: is not given; newborns are drawn over the area in view, so give it.")
         places = [state_names.index(name) for name in ("x", "vx", "y", "vy")]
-        scan = None if measurement is None else sensor.in_view(measurement)
-        plots = 0 if scan is None else len(scan.range_m)
+        scan = None if measurement is None else sensor.detections_in_view(measurement)
+        plots = 0 if scan is None else scan.detections
         uniform = int(rng.binomial(n, self.uniform_share)) if plots else n
         drawn = self._uniform(uniform, sensor, rng)
         log_ratio = np.zeros(n)
@@ -71,7 +71,7 @@ class RadarBirth(Model):
             drawn = np.concatenate([drawn, sensor.draw_births(scan, n - uniform, rng, self.speed_sd_mps)])
             log_birth = self._log_birth(drawn, sensor)
             # what was drawn in view stays there, though its place is rounded
-            log_birth[uniform:][~sensor.sees(*sensor.measured(drawn[uniform:])[:2])] = -np.inf
+            log_birth[uniform:][~sensor.in_view(drawn[uniform:])] = -np.inf
             about_plots = math.log1p(-self.uniform_share) + self._log_proposal(drawn, scan, sensor)
             log_ratio = log_birth - np.logaddexp(math.log(self.uniform_share) + log_birth, about_plots)
         states = np.empty((n, len(state_names)))

@@ -71,8 +71,18 @@ class RadarView(Model):
         distance = drawn(range_m, self.range_sd_m, lambda v: self.sees(v, self.middle_rad))
         return distance, drawn(bearing_rad, self.bearing_sd_rad, lambda v: self.sees(distance, v))
 
-    def in_view(self, measurement: RadarScan | RadarPlot) -> RadarScan:
+    def detections_in_view(self, measurement: RadarScan | RadarPlot) -> RadarScan:
         """Check a scan, or a plot alone, and leave out the plots that lie out of the field of view.
+
+        Raises
+        ------
+        DataError
+            As :meth:`judged`.
+        """
+        return self.judged(measurement)[0]
+
+    def judged(self, measurement: RadarScan | RadarPlot) -> tuple[RadarScan, NDArray[np.bool_]]:
+        """Return a scan's plots in view, and which of all they are, ``(m,)``.
 
         Raises
         ------
@@ -104,7 +114,15 @@ class RadarView(Model):
                 "bearing from 0 to below 2 pi, a Doppler or NaN, and claims from 0."
             )
         every = [*table, claimed]
-        return RadarScan(float(scan.time_s), *(every if count == inside.size else [part[inside] for part in every]))
+        kept = every if count == inside.size else [part[inside] for part in every]
+        return RadarScan(float(scan.time_s), *kept), inside
+
+    def places(self, scan: RadarScan) -> tuple[Array, Array]:
+        """Where plots lie, ``(m, 2)`` x and y [m], and the covariances of their errors, ``(m, 2, 2)``."""
+        sin, cos = np.sin(scan.bearing_rad), np.cos(scan.bearing_rad)
+        along, across = np.stack([sin, cos], axis=-1), np.stack([cos, -sin], axis=-1)
+        axes = np.stack([self.range_sd_m * along, (self.bearing_sd_rad * scan.range_m)[:, None] * across], axis=-1)
+        return np.array([self.x_m, self.y_m]) + scan.range_m[:, None] * along, axes @ axes.transpose(0, 2, 1)
 
     def draw_births(self, scan: RadarScan | RadarPlot, n: int, rng: Generator, speed_sd_mps: float = 5.0) -> Array:
         """Draw states that explain a scan: each of a plot taken at random, within the radar's errors and its view.
@@ -132,13 +150,15 @@ class RadarView(Model):
         DataError
             If a plot is no measurement, or none lies in the field of view.
         """
-        scan = self.in_view(scan)
-        if not len(scan.range_m):
+        scan = self.detections_in_view(scan)
+        if not scan.detections:
             raise DataError(f"scan at {scan.time_s:g} s: has no plot in the field of view; draw from one that has.")
-        of = rng.integers(len(scan.range_m), size=n)
+        of = rng.integers(scan.detections, size=n)
         distance, bearing = self.scattered(scan.range_m[of], scan.bearing_rad[of], rng)
-        told = np.isfinite(scan.doppler_mps)[of]
-        along = rng.normal(np.where(told, scan.doppler_mps[of], 0.0), np.where(told, self.doppler_sd_mps, speed_sd_mps))
+        known = np.isfinite(scan.doppler_mps)[of]
+        along = rng.normal(
+            np.where(known, scan.doppler_mps[of], 0.0), np.where(known, self.doppler_sd_mps, speed_sd_mps)
+        )
         across = rng.normal(0.0, speed_sd_mps, n)
         sin, cos = np.sin(bearing), np.cos(bearing)
         vx, vy = along * sin + across * cos, along * cos - across * sin
@@ -162,6 +182,10 @@ class RadarView(Model):
         width = self.to_bearing_deg - self.from_bearing_deg
         half = math.pi if width == 360 else math.radians(width % 360 / 2)
         return float(self.min_range_m), math.inf if self.max_range_m is None else self.max_range_m, half
+
+    def in_view(self, states: Array) -> NDArray[np.bool_]:
+        """Whether states lie in the field of view, ``(N,)``."""
+        return self.sees(*self.measured(states)[:2])
 
     def sees(self, range_m: ArrayLike, bearing_rad: ArrayLike) -> NDArray[np.bool_]:
         """Whether places lie in the field of view, ``(N,)``."""

@@ -14,13 +14,14 @@ from elusive.charts import Coast, CoastPart
 from elusive.charts.biased import CoastBias
 from elusive.errors import DataError, ParameterError
 from elusive.geometry.local_frame import LocalFrame
-from elusive.io import open_radar_plots, read_tracks_csv
+from elusive.io import open_radar_plots
 from elusive.io.routes import Route
+from elusive.results import STATUSES, read_tracks_csv
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarPlot, scan_of
 from elusive.systems.radar.parameters import RecordedRadar, survey
 from elusive.systems.radar.simulate import RadarSimulation, simulate_radar, voyage
-from elusive.systems.radar.summary import RadarPoint, bias_row, contradicts
+from elusive.systems.radar.summary import bias_row, contradicts
 from elusive.systems.radar.track import RadarTracking, track_radar, track_radar_recording
 from elusive.systems.radar.truth import truth_at, truth_in_frame
 from tests.charts.scenes import cell_path
@@ -109,25 +110,21 @@ def test_limits_are_those_of_the_recording_or_told():
     ]
     seen = survey(scans)
     assert seen[:4] == (3, 3, 4000.0, 20.0)
-    sensor = RecordedRadar().sensor(seen)
+    sensor = RecordedRadar().bind(seen)
     assert (sensor.max_range_m, sensor.max_doppler_mps, sensor.false_alarms) == (4200.0, 30.0, 1.0)
-    told = RecordedRadar(max_range_m=9000.0, max_doppler_mps=50.0, detection_probability=0.7).sensor(seen)
+    told = RecordedRadar(max_range_m=9000.0, max_doppler_mps=50.0, detection_probability=0.7).bind(seen)
     assert (told.max_range_m, told.max_doppler_mps, told.detection_probability) == (9000.0, 50.0, 0.7)
-    empty = RecordedRadar(min_range_m=500.0, false_alarms=0.0).sensor(survey([]))
+    empty = RecordedRadar(min_range_m=500.0, false_alarms=0.0).bind(survey([]))
     assert empty.max_range_m == 520.0
-
-
-def point(on_water):
-    return RadarPoint(0, "confirmed", 1.0, np.zeros(4), np.eye(4), 0.0, 1.0, False, on_water)
 
 
 def test_chart_and_radar_contradict_where_plots_lie_on_land_and_never_by_chance():
     rng = np.random.default_rng(1)
-    assert not contradicts([point(value) for value in rng.random(20_000)]).any()  # a ship on the coast itself
-    inland = [point(0.9)] * 30 + [point(0.01)] * 5 + [point(math.nan)] * 7 + [point(0.01)] * 20 + [point(1.0)] * 30
+    assert not contradicts(rng.random(20_000)).any()  # a ship on the coast itself
+    inland = np.repeat([0.9, 0.01, math.nan, 0.01, 1.0], [30, 5, 7, 20, 30])
     np.testing.assert_array_equal(np.flatnonzero(contradicts(inland)), np.arange(30, 62))
-    assert not contradicts([point(0.0)] * 19).any()  # too few to judge
-    assert contradicts([point(0.0)] * 20).all()
+    assert not contradicts(np.zeros(19)).any()  # too few to judge
+    assert contradicts(np.zeros(20)).all()
 
 
 def test_the_bias_is_said():
@@ -154,16 +151,17 @@ def test_a_real_chart_is_used_and_everything_is_written(tmp_path):
         out = tmp_path / kind
         outcome = track_radar_recording(source, parameters, out, charts=charts if kind == "field" else (), **RADAR)
         files[kind] = sorted(path.name for path in out.iterdir())
-        rows = [row for row in read_tracks_csv(out / "tracks.csv", unit="m") if row.status == "confirmed"]
+        rows = read_tracks_csv(out / "tracks.csv").rows
+        rows = rows[rows["status"] == STATUSES.index("confirmed")]
         assert [line[0] for line in outcome.tracked.tracks] == ["1"]
-        truth = truth_at(truth_in_frame(tmp_path / "plots_truth.csv", FRAME)["1"], [row.time_s for row in rows])
-        errors[kind] = np.sqrt(np.mean(np.sum((np.array([(row.x, row.y) for row in rows]) - truth) ** 2, axis=1)))
+        truth = truth_at(truth_in_frame(tmp_path / "plots_truth.csv", FRAME)["1"], rows["time_s"])
+        errors[kind] = np.sqrt(np.mean(np.sum((rows["position"] - truth) ** 2, axis=1)))
         with xr.open_dataset(out / "result.nc", engine="h5netcdf") as dataset:
-            sure = dataset.status == "confirmed"
-            np.testing.assert_allclose(dataset.state[sure].sel(component="x"), [row.x for row in rows])
-            np.testing.assert_allclose(dataset.time[sure], [row.time_s for row in rows])
-            assert float(dataset.allowed.max()) <= 1.0 + 1e-9
-            assert (float(dataset.allowed.min()) < 0.99) == (kind == "field")
+            sure = dataset.status == STATUSES.index("confirmed")
+            np.testing.assert_allclose(dataset.x[sure], rows["position"][:, 0])
+            np.testing.assert_allclose(dataset.time[sure], rows["time_s"])
+            assert bool(dataset.allowed.isnull().all()) == (kind == "none")
+            assert kind == "none" or float(dataset.allowed.min()) < 0.99
     assert files["none"] == files["field"]
     assert errors["field"] < 12
     assert errors["none"] < 15
@@ -179,8 +177,8 @@ def test_every_knowledge_and_every_coast_error(kind):
     for error in ("fresh", "persistent", "bias") if kind in ("hard", "field") else ("fresh",):
         parameters = RadarTracking(knowledge={"kind": kind}, coast={"coast_error": error}, particles=800)
         *_, last = track_radar(looks, parameters.filter(sensor, coast), parameters)
-        (ship,) = [one for one in last.tracks if one.life.status == "confirmed"]
-        np.testing.assert_allclose(ship.state.mean[[0, 2]], states[-1, [0, 2]], atol=25)
+        (ship,) = [one for one in last.tracks if one.status == "confirmed"]
+        np.testing.assert_allclose(ship.mean[[0, 2]], states[-1, [0, 2]], atol=25)
 
 
 def test_refusals(tmp_path):
@@ -192,7 +190,7 @@ def test_refusals(tmp_path):
         track_radar_recording(
             source, RadarTracking(knowledge={"kind": "none"}), tmp_path / "out", radar_lon_deg=0, radar_lat_deg=95
         )
-    parameters, sensor = RadarTracking(knowledge={"kind": "hard"}), RecordedRadar().sensor(survey(source))
+    parameters, sensor = RadarTracking(knowledge={"kind": "hard"}), RecordedRadar().bind(survey(source))
     with pytest.raises(ParameterError, match="knowledge: is 'hard', and no chart is given"):
         parameters.filter(sensor, None)
     assert not (tmp_path / "out").exists()

@@ -15,22 +15,26 @@ from elusive.contracts import Knowledge, Motion
 from elusive.errors import ParameterError
 from elusive.filters.particle.coast_error import CoastError, with_coast
 from elusive.filters.particle.sir import ParticleFilter
-from elusive.model import Model, NonNegative, Positive, Probability
+from elusive.model import FROM_RECORDING, Model, NonNegative, Positive, Probability
 from elusive.motion import ConstantVelocity, MovingOrAnchored
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_births import ScanPrior
 from elusive.sensors.radar_scans import RadarScan, scan_of
-from elusive.sensors.radar_view import RadarView
 from elusive.tracking.radar_tracks import RadarTracker
 
 ROOM = 1.05  # greatest range in view, to the greatest of a plot
 HALF = 0.5  # P(water) below which a plot is on charted land
 DOPPLER_ROOM = 1.5  # greatest range rate, to the greatest of a plot
-HEEDED = {  # which parameter of the coast's error counts with which behaviour
+BEHAVIOURS = {  # of the coast's error, with which each of its parameters counts
     "coast_correlation_m": ("persistent", "bias"),
     "coast_share": ("persistent",),
     "bias_sd_m": ("bias",),
 }
+SHIP_Q = Field(
+    (2 / 3) ** 2,
+    description="Power of the white acceleration while under way, (a_max / 3)^2 of a greatest acceleration a_max, "
+    "2 m/s^2 by default [m^2 / s^3]",
+)
 
 
 class NoMap(Model):
@@ -39,40 +43,53 @@ class NoMap(Model):
     kind: Literal["none"] = "none"
 
 
+class UnderWay(ConstantVelocity):
+    """A ship that is under way all the time."""
+
+    q: NonNegative = SHIP_Q
+
+
+class UnderWayOrAnchored(MovingOrAnchored):
+    """A ship that lies at anchor at times."""
+
+    q: NonNegative = SHIP_Q
+
+
 MapUse = Annotated[NoMap | HardWater | NearestWater | GridWater | ExactWater | FieldWater, Field(discriminator="kind")]
+ShipMotion = Annotated[UnderWay | UnderWayOrAnchored, Field(discriminator="kind")]
 
 
 class RadarSurvey(NamedTuple):
-    """What a look through a recording's scans tells before they are tracked."""
+    """What a look through a recording's scans says before they are tracked."""
 
     scans: int
     plots: int
     max_range_m: float
     max_doppler_mps: float  # 0 where there is none
-    covered: int  # plots on a chart
+    on_chart: int  # plots on a chart
     on_land: int  # plots on charted land
-    radar_covered: bool  # whether the radar stands on one
+    radar_on_chart: bool
 
 
 def survey(scans: Iterable[RadarScan], water: Water | None = None) -> RadarSurvey:
     """Look through the scans of a radar at the origin, and where its plots fall on a chart."""
-    count, plots, furthest, fastest, covered, on_land = 0, 0, 0.0, 0.0, 0, 0
+    count, plots, furthest, fastest, on_chart, on_land = 0, 0, 0.0, 0.0, 0, 0
     for scan in scans:
-        count, plots = count + 1, plots + len(scan.range_m)
+        count, plots = count + 1, plots + scan.detections
         if water is not None:
             places = np.column_stack([np.sin(scan.bearing_rad), np.cos(scan.bearing_rad)]) * scan.range_m[:, None]
             known = water.known(places)
-            covered += int(known.sum())
+            on_chart += int(known.sum())
             on_land += int((known & (water.probability(places) < HALF)).sum())
         furthest = max(furthest, float(scan.range_m.max(initial=0.0)))
         doppler = scan.doppler_mps[np.isfinite(scan.doppler_mps)]
         fastest = max(fastest, float(np.abs(doppler).max(initial=0.0)))
-    on_chart = water is not None and bool(water.known(np.zeros((1, 2)))[0])
-    return RadarSurvey(count, plots, furthest, fastest, covered, on_land, on_chart)
+    itself = water is not None and bool(water.known(np.zeros((1, 2)))[0])
+    return RadarSurvey(count, plots, furthest, fastest, on_chart, on_land, itself)
 
 
-class RecordedRadar(RadarView):
-    """A radar as it is told of; its limits, where they are not, are those of the recording."""
+class RecordedRadar(RadarSensor):
+    """The radar of a recording; its limits, where they are not given, are those of the plots."""
 
     detection_probability: Probability = Field(0.9, description="Probability that a scan sees a ship, P_D")
     false_alarms: NonNegative = Field(
@@ -82,30 +99,30 @@ class RecordedRadar(RadarView):
     max_doppler_mps: Positive | None = Field(
         None, description="Greatest range rate told apart, either sign: beyond it Doppler folds [m/s]"
     )
+    doppler_probability: Probability = Field(1.0, description="Of simulations", json_schema_extra=FROM_RECORDING)
 
-    def sensor(self, seen: RadarSurvey) -> RadarSensor:
-        """Return the sensor, with the limits of a recording where none are told."""
-        told = {name: getattr(self, name) for name in type(self).model_fields}
+    def _check_range(self) -> None:
+        """Take none as that of the recording."""
+
+    def bind(self, seen: RadarSurvey) -> RadarSensor:
+        """Return the sensor, with the limits of a recording where none are given."""
+        fields = {name: getattr(self, name) for name in type(self).model_fields}
         if self.max_range_m is None:
-            told["max_range_m"] = max(ROOM * seen.max_range_m, self.min_range_m + 2 * self.range_sd_m)
+            fields["max_range_m"] = max(ROOM * seen.max_range_m, self.min_range_m + 2 * self.range_sd_m)
         if self.max_doppler_mps is None:
-            told["max_doppler_mps"] = max(DOPPLER_ROOM * seen.max_doppler_mps, 2.01 * math.pi * self.doppler_sd_mps)
-        return RadarSensor(**told)
+            fields["max_doppler_mps"] = max(DOPPLER_ROOM * seen.max_doppler_mps, 2.01 * math.pi * self.doppler_sd_mps)
+        return RadarSensor(**fields)
 
 
 class RadarTracking(Model):
-    """Everything `elusive track radar` can be told."""
+    """Parameters of `elusive track radar`."""
 
     knowledge: MapUse = Field(FieldWater(), description="How the chart is used")
     charted: ChartedAreaParameters = Field(ChartedAreaParameters(), description="What the charts are taken to say")
     coast: CoastError = Field(CoastError(), description="How the coast's error behaves over time")
     radar: RecordedRadar = Field(RecordedRadar(), description="The radar")
-    max_acceleration_mps2: Positive = Field(
-        2.0,
-        description="A ship's greatest acceleration, a_max: white noise of power (a_max / 3)^2 a second [m/s^2]",
-    )
-    motion: Literal["cv", "anchoring"] = Field(
-        "cv", description="How ships move: under way all the time, or lying at anchor at times"
+    motion: ShipMotion = Field(
+        UnderWay(), description="How ships move: under way all the time, or lying at anchor at times"
     )
     particles: int = Field(2000, ge=100, description="Number of particles of each track, N")
     estimate: Literal["mean", "map"] = Field("mean", description="What is written as a track's place: mean or MAP")
@@ -116,19 +133,13 @@ class RadarTracking(Model):
     def _takes_effect(self) -> Self:
         fields = type(self.coast).model_fields
         behaviour = self.coast.coast_error
-        unused = {name: f"coast_error {behaviour!r}" for name, kinds in HEEDED.items() if behaviour not in kinds}
+        unused = {name: f"coast_error {behaviour!r}" for name, kinds in BEHAVIOURS.items() if behaviour not in kinds}
         if isinstance(self.knowledge, NoMap):
             unused = dict.fromkeys(fields, "knowledge 'none'")
         for name, reason in unused.items():
             if getattr(self.coast, name) != fields[name].default:
                 raise ParameterError(f"{name}: has no meaning for {reason}; leave it out.")
         return self
-
-    @property
-    def ship(self) -> ConstantVelocity | MovingOrAnchored:
-        """How a ship moves; its interval is set at each scan."""
-        q = (self.max_acceleration_mps2 / 3) ** 2
-        return ConstantVelocity(q=q) if self.motion == "cv" else MovingOrAnchored(q=q)
 
     def filter(self, sensor: RadarSensor, coast: Coast | None) -> ParticleFilter:
         """Return what each track is followed with.
@@ -138,7 +149,7 @@ class RadarTracking(Model):
         ParameterError
             If a map is to be used and there is no coast.
         """
-        motion: Motion = self.ship
+        motion: Motion = self.motion
         knowledge: Knowledge | None = None
         if isinstance(self.knowledge, WaterModel):
             if coast is None:

@@ -18,7 +18,7 @@ from elusive.geometry.local_frame import LocalFrame
 from elusive.io.routes import Route
 from elusive.model import Model
 from elusive.sensors.radar import RadarSensor
-from elusive.systems.radar.parameters import NoMap, RadarTracking, RecordedRadar
+from elusive.systems.radar.parameters import NoMap, RadarTracking, RecordedRadar, UnderWay
 from elusive.systems.radar.simulate import RadarSimulation, Voyage, voyage
 
 Method = Literal["none", "hard", "nearest", "grid", "exact", "field"]
@@ -97,7 +97,7 @@ class RadarScene(Model):
             tracking=RadarTracking(
                 charted=ChartedAreaParameters(imprecision=Imprecision(coast_sigma_m=5.0)),
                 radar=RecordedRadar(**seen),
-                max_acceleration_mps2=5.0,
+                motion=UnderWay(q=(5 / 3) ** 2),
             ),
         )
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,31 +29,22 @@ EVEN = 0.5
 LEAST = 1e-12  # P(water) below which it does not count less
 
 
-class RadarPoint(NamedTuple):
-    """A track after one scan."""
+def contradicts(on_water: Array) -> NDArray[np.bool_]:
+    """Tell in which scans a track's plots lie where the chart has land, judged by so many in a row, ``(k,)``.
 
-    scan: int  # from 0
-    status: str
-    existence: float
-    place: Array  # (d,) x, vx, y, vy, ... as estimated
-    covariance: Array  # (d, d)
-    log_evidence: float
-    allowed: float  # P(the map allows the target) before the scan
-    forbidden: bool  # whether the map was left out
-    on_water: float  # P(water) where its plot says it is, over the plot's error; NaN without a plot or a chart
-    anchored: float = math.nan  # P(the ship lies at anchor); NaN where its motion knows no anchor
-
-
-def contradicts(points: Sequence[RadarPoint]) -> NDArray[np.bool_]:
-    """Tell in which scans a track's plots lie where the chart has land, judged by so many in a row, ``(k,)``."""
-    found = np.zeros(len(points), dtype=bool)
-    told = [number for number, point in enumerate(points) if not math.isnan(point.on_water)]
-    logs = np.array([math.log(max(points[number].on_water, LEAST)) for number in told])
-    for last in range(JUDGED, len(told) + 1):
+    Parameters
+    ----------
+    on_water
+        P(water) where the track's plot says that it is, over the plot's error, ``(k,)``; NaN without a plot or a chart.
+    """
+    found = np.zeros(len(on_water), dtype=bool)
+    known = np.flatnonzero(~np.isnan(on_water))
+    logs = np.log(np.maximum(on_water[known], LEAST))
+    for last in range(JUDGED, len(known) + 1):
         window = logs[last - JUDGED : last]
         if window.mean() < UNLIKELY:
             unlikely = last - JUDGED + np.flatnonzero(window < UNLIKELY)
-            found[told[unlikely[0]] : told[unlikely[-1]] + 1] = True
+            found[known[unlikely[0]] : known[unlikely[-1]] + 1] = True
     return found
 
 
@@ -64,21 +54,21 @@ def header(scored: bool) -> tuple[str, ...]:
     return (*names, "RMSE [m]") if scored else names
 
 
-def line_of(path: RadarPath, points: Sequence[RadarPoint], truth: Truth | None) -> tuple[str, ...]:
-    """Return a track's line of the table; the error's where the track is confirmed."""
-    alive = np.array([point.status != "deleted" for point in points])
+def line_of(path: RadarPath, ended: bool, truth: Truth) -> tuple[str, ...]:
+    """Return a track's line of the table; the error's where the track is confirmed. ``ended``: it was deleted."""
+    alive = slice(-1) if ended else slice(None)
     vx, vy = path.velocity[alive].mean(axis=0)
     line = (
         str(path.track),
         f"{path.times_s[0]:.1f}",
         f"{path.times_s[path.confirmed][0]:.1f}",
-        f"{path.times_s[-1]:.1f}" if not alive[-1] else "the end",
+        f"{path.times_s[-1]:.1f}" if ended else "the end",
         f"{np.hypot(*path.velocity[alive].T).mean():.1f}",
         f"{math.degrees(math.atan2(vx, vy)) % 360:.0f}",
         f"{np.median(path.spread[alive]):.1f}",
         f"{int(path.forbidden.sum())}",
     )
-    if truth is None:
+    if not truth:
         return line
     errors = errors_of(path, truth)
     errors = errors[np.isfinite(errors)]
@@ -105,28 +95,24 @@ def verdict(paths: Sequence[RadarPath]) -> str:
     return f"One ship was found, from {path.times_s[0]:.1f} to {path.times_s[-1]:.1f} s, at {speed:.1f} m/s."
 
 
-def remarks(paths: Sequence[RadarPath], points: Mapping[int, Sequence[RadarPoint]]) -> list[str]:
-    """Say where the map was left out, and where chart and radar contradict each other."""
-    said = []
-    for path in paths:
-        at_anchor = np.array([point.anchored > EVEN for point in points[path.track]])
-        if at_anchor.any():
-            said.append(
-                f"Track {path.track}: at anchor, more likely than not, in {100 * at_anchor.mean():.0f} % of its scans."
-            )
-        left_out = int(path.forbidden.sum())
-        if left_out:
-            said.append(
-                f"Track {path.track}: the map left it no room in {left_out} of {len(path.times_s)} scans, first at "
-                f"{path.times_s[path.forbidden][0]:.1f} s, and was not used there."
-            )
-        against = contradicts(points[path.track])
-        if against.any():
-            first, last = path.times_s[against][[0, -1]]
-            said.append(
-                f"Track {path.track}: chart and radar contradict each other from {first:.1f} to {last:.1f} s: its "
-                "plots lie where the chart has land."
-            )
+def remarks(path: RadarPath, anchored: Array, on_water: Array) -> list[str]:
+    """Say where a track was at anchor, where the map was left out, and where chart and radar contradict each other."""
+    said, scans = [], len(path.times_s)
+    if (anchored > EVEN).any():
+        share = 100 * (anchored > EVEN).mean()
+        said.append(f"Track {path.track}: at anchor, more likely than not, in {share:.0f} % of its scans.")
+    if path.forbidden.any():
+        said.append(
+            f"Track {path.track}: the map left it no room in {int(path.forbidden.sum())} of {scans} scans, first at "
+            f"{path.times_s[path.forbidden][0]:.1f} s, and was not used there."
+        )
+    against = contradicts(on_water)
+    if against.any():
+        first, last = path.times_s[against][[0, -1]]
+        said.append(
+            f"Track {path.track}: chart and radar contradict each other from {first:.1f} to {last:.1f} s: its plots "
+            "lie where the chart has land."
+        )
     return said
 
 
@@ -139,7 +125,7 @@ def bias_row(bias: CoastBias) -> tuple[str, str]:
     )
 
 
-def rows_of(
+def run_facts(
     parameters: RadarTracking,
     sensor: RadarSensor,
     charted: ChartedArea | None,
@@ -165,8 +151,8 @@ def rows_of(
         rows.append(("Charts", ", ".join(chart.name for chart in charted.charts)))
         if _knowledge(parameters) != "hard, coast error fresh":  # which takes no notice of it
             rows.append(("Imprecision of the coast", spread))
-        rows.append(("Plots on a chart", f"{seen.covered} of {seen.plots}, of them {seen.on_land} on charted land"))
-        if not seen.radar_covered:
+        rows.append(("Plots on a chart", f"{seen.on_chart} of {seen.plots}, of them {seen.on_land} on charted land"))
+        if not seen.radar_on_chart:
             rows.append(("The radar itself", "stands off the charts"))
         rows += [("Chart", f"{chart.name}: {remark}") for chart in charted.charts for remark in chart.remarks]
     return [(name, value) for name, value in rows if value]

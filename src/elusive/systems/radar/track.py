@@ -21,18 +21,21 @@ from elusive.filters.particle.sir import ParticleFilter
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io import RadarSource, atomic_folder, summarize_asterix
 from elusive.io.radar_plots import TABLES
+from elusive.results import TrackLog
 from elusive.sensors.radar_scans import RadarScan
 from elusive.systems.radar.parameters import NoMap, RadarTracking, survey
-from elusive.systems.radar.results import RadarOutcome, RadarRun, Surroundings
+from elusive.systems.radar.results import ADDED, RadarOutcome, RadarRun, Surroundings, tracks_of
 from elusive.systems.radar.truth import truth_in_frame
-from elusive.tracking.radar_tracks import RadarTracks
+from elusive.tracking.track import Step
 
 UNIX_S = 1e8  # a time from here on counts from 1970, not from a midnight
 
 __all__ = ["RadarTracking", "track_radar", "track_radar_recording"]
 
 
-def track_radar(scans: Iterable[RadarScan], flt: ParticleFilter, parameters: RadarTracking) -> Iterator[RadarTracks]:
+def track_radar(
+    scans: Iterable[RadarScan], flt: ParticleFilter, parameters: RadarTracking, around: Surroundings | None = None
+) -> Iterator[Step]:
     """Track ships through a radar's scans, lazily; a live stream and a file are the same.
 
     Parameters
@@ -42,12 +45,14 @@ def track_radar(scans: Iterable[RadarScan], flt: ParticleFilter, parameters: Rad
     flt
         What each track is followed with: :meth:`RadarTracking.filter`.
     parameters
-        What to do.
+        Of the run.
+    around
+        What a track's longitude, latitude and water are known from.
 
     Yields
     ------
-    RadarTracks
-        One a scan.
+    Step
+        After each scan; its state is :class:`~elusive.tracking.radar_tracks.Targets`.
 
     Raises
     ------
@@ -55,12 +60,14 @@ def track_radar(scans: Iterable[RadarScan], flt: ParticleFilter, parameters: Rad
         If a scan cannot be used.
     """
     rng = np.random.default_rng(parameters.seed)
-    tracks = parameters.tracker.init()
+    mode_rng = np.random.default_rng([parameters.seed, 1])  # estimates do not change what is tracked
+    state = parameters.tracker.init(flt)
     for scan in scans:
-        tracks = parameters.tracker.step(tracks, scan, flt, rng)
-        believed = [(one.before, one.state) for one in tracks.tracks if one.life.status == "confirmed"]
-        flt = flt.replace(knowledge=learn_bias(flt.knowledge, believed, parameters.coast))
-        yield tracks
+        state = parameters.tracker.step(state, scan.time_s, scan, rng)
+        yield Step(scan.time_s, scan, state, tracks_of(state, around, parameters.estimate, mode_rng))
+        believed = [(ship.before, ship.state) for ship in state.targets if ship.life.status == "confirmed"]
+        learnt = learn_bias(state.filter.knowledge, believed, parameters.coast)
+        state = state._replace(filter=state.filter.replace(knowledge=learnt))
 
 
 def track_radar_recording(
@@ -113,49 +120,36 @@ def track_radar_recording(
     if truth_mmsi is not None and truth is None:
         raise ParameterError("truth_mmsi: has no meaning without a truth; give --truth, or leave it out.")
     frame = LocalFrame.at(radar_lon_deg, radar_lat_deg)
-    read = read_charts(*charts) if charts else ()
-    charted = lay_charts(read, parameters.charted, frame) if read else None
-    seen = survey(_heeding(source, on_scan), None if charted is None else HardWater().bind(charted.coast))
-    if charted is not None and not seen.covered:
+    charted = lay_charts(read_charts(*charts), parameters.charted, frame) if charts else None
+    seen = survey(_looked_through(source, on_scan), None if charted is None else HardWater().bind(charted.coast))
+    if charted is not None and not seen.on_chart:
         raise DataError(
             f"{source.name}: none of its {seen.plots} plots falls on a chart, seen from a radar at longitude "
             f"{radar_lon_deg:g}, latitude {radar_lat_deg:g}; check the radar's place and the charts."
         )
     known = {} if truth is None else truth_in_frame(truth, frame, midnight_unix_s=_midnight(source), mmsi=truth_mmsi)
-    sensor = parameters.radar.sensor(seen)
+    sensor = parameters.radar.bind(seen)
     flt = parameters.filter(sensor, None if charted is None else charted.coast)
-    run = RadarRun(parameters, sensor, Surroundings(frame, charted, _water(parameters, flt, charted)), seen)
+    around = Surroundings(frame, charted, _water(parameters, flt, charted))
     with nullcontext() if out is None else atomic_folder(out) as folder:
-        try:
-            for number, (scan, tracks) in enumerate(_with_scans(source, flt, parameters), 1):
-                run.offer(scan, tracks)
-                if on_scan is not None:
-                    on_scan(number)
-        except DataError as error:
-            text = str(error)
-            raise DataError(text if text.startswith(source.name) else f"{source.name}: {text}") from None
+        table = None if folder is None else folder / "tracks.csv"
+        with TrackLog(flt.state_names, "m", ADDED, path=table) as log:
+            run = RadarRun(parameters, sensor, around, seen, log)
+            try:
+                for number, step in enumerate(track_radar(source, flt, parameters, around), 1):
+                    run.append(step)
+                    if on_scan is not None:
+                        on_scan(number)
+            except DataError as error:
+                text = str(error)
+                raise DataError(text if text.startswith(source.name) else f"{source.name}: {text}") from None
         outcome = run.outcome(source, known)
         if folder is not None:
             run.write(folder, outcome, parameters.to_yaml())
     return outcome
 
 
-def _with_scans(
-    source: Iterable[RadarScan], flt: ParticleFilter, parameters: RadarTracking
-) -> Iterator[tuple[RadarScan, RadarTracks]]:
-    """Yield each scan with the tracks after it."""
-    given: list[RadarScan] = []
-
-    def noted() -> Iterator[RadarScan]:
-        for scan in source:
-            given[:] = [scan]
-            yield scan
-
-    for tracks in track_radar(noted(), flt, parameters):
-        yield given[0], tracks
-
-
-def _heeding(scans: Iterable[RadarScan], on_scan: Callable[[int], None] | None) -> Iterator[RadarScan]:
+def _looked_through(scans: Iterable[RadarScan], on_scan: Callable[[int], None] | None) -> Iterator[RadarScan]:
     """Yield scans that are only looked through: none is done yet, but a caller may want to stop."""
     for scan in scans:
         if on_scan is not None:

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import math
-import tempfile
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from nicegui import ui
 
-from elusive.io import write_tracks_csv
 from elusive.systems.radar.page.state import ChartsState
 from elusive.systems.radar.scene_run import HEADER, Used, archive
 from elusive.workbench.exports import Export, export_buttons, table_html
@@ -103,7 +100,4 @@ def command(state: ChartsState, method: str) -> str:
 def tracks_csv(one: Used) -> bytes:
     """Return the tracks as the command writes them."""
     assert one.outcome is not None
-    with tempfile.TemporaryDirectory(prefix="elusive-") as folder:
-        path = Path(folder) / "tracks.csv"
-        write_tracks_csv(path, one.outcome.rows, unit="m")
-        return path.read_bytes()
+    return one.outcome.log.csv_text().encode()

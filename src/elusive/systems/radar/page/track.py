@@ -13,7 +13,7 @@ from elusive.workbench.side_by_side import Ways
 
 TRACKING = ("tracking",)
 MAIN = (
-    *((*TRACKING, name) for name in ("particles", "max_acceleration_mps2", "motion", "estimate", "seed", "coast")),
+    *((*TRACKING, name) for name in ("particles", "motion", "estimate", "seed", "coast")),
     *((*TRACKING, "radar", name) for name in ("detection_probability", "false_alarms")),
     *((*TRACKING, "radar", name) for name in ("range_sd_m", "bearing_sd_mrad")),
 )  # fmt: skip
