@@ -23,7 +23,7 @@ def recorded(motion, steps, rng, start=(20.0, 2.0, 30.0, -1.0)):
     state, path = np.array([start]), []
     for _ in range(steps):
         path.append(state[0])
-        state = motion.propagate(state, rng)
+        state = motion.propagate(state, 1.0, rng)
     return np.array(path), SENSOR.simulate(np.array(path), np.arange(float(steps)), rng)
 
 
@@ -148,8 +148,8 @@ def test_a_live_step(benchmark, best_of, report, kind):
     _, sets = recorded(ConstantVelocity(q=0.2), 40, rng)
     filter = kind(sensor=SENSOR, **({"lag_s": 5.0} if kind is FixedLagSmoother else {}))
     *_, state = run(filter, sets[:-1], rng)
-    (seconds,) = best_of(lambda: filter.step(state, sets[-1], rng), rounds=5)
+    (seconds,) = best_of(lambda: filter.step(state, sets[-1].time_s, sets[-1], rng), rounds=5)
     report(
         f"live step of {kind.__name__}, three sensors, {LIVE_MS:g} ms over what it takes", LIVE_MS / 1e3 / seconds, 1
     )
-    benchmark(filter.step, state, sets[-1], rng)
+    benchmark(filter.step, state, sets[-1].time_s, sets[-1], rng)

@@ -60,16 +60,16 @@ def test_frames_a_second(benchmark, report, nodes, channels, side, people, least
         states[:, [0, 2]] = places
         frames.append(sensor.simulate(states, rng))
     model = LinkPeople(sensor=sensor)
-    state = model.init(rng)
+    state = model.init(rng, 0.0)
     for frame in frames[:8]:
-        state = model.step(state, frame, rng)
+        state = model.step(state, state.time_s + 1, frame, rng)
     start = time.process_time()
     for frame in frames[8:]:
-        state = model.step(state, frame, rng)
+        state = model.step(state, state.time_s + 1, frame, rng)
     rate = len(frames[8:]) / (time.process_time() - start)
     assert len(state.tracks) == people
     report(f"links, {nodes} nodes, {channels} channels, {people} there: frames/s of a core", rate, least)
-    benchmark.pedantic(model.step, (state, frames[-1], rng), rounds=2)
+    benchmark.pedantic(model.step, (state, state.time_s + 1, frames[-1], rng), rounds=2)
 
 
 def test_log_likelihood_against_numpy(benchmark, best_of, report):

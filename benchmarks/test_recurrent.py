@@ -54,10 +54,10 @@ class Ours:
 
     def __init__(self, model, evidence):
         self.model, self.evidence = model, evidence
-        self.state = model.init(RNG)
+        self.state = model.init(RNG, 0.0)
 
     def __call__(self):
-        self.state = self.model.step(self.state, self.evidence, RNG)
+        self.state = self.model.step(self.state, self.state.time_s + 1, self.evidence, RNG)
 
 
 @pytest.mark.parametrize("precision", ["single", "double"])

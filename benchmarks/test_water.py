@@ -101,7 +101,7 @@ def test_a_filter_along_the_coast(benchmark, best_of, report, name):
     measurements = start + 10.0 * rng.standard_normal((STEPS, 2))
 
     def follow(model):
-        *_, state = run(model, measurements, np.random.default_rng(2))
+        *_, state = run(model, measurements, np.random.default_rng(2), start_s=-1.0)
         assert math.isfinite(state.log_evidence)
 
     without, within = best_of(lambda: follow(free), lambda: follow(charted), seconds=0.4)

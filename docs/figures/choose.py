@@ -61,7 +61,7 @@ def bernoulli(frames: NDArray[np.float64], sensor: ImageSensor, snr_db: float, r
         particles=4500,
         newborns=1500,
     )
-    *_, state = run(flt, frames, rng)
+    *_, state = run(flt, frames, rng, start_s=-1.0)
     existence = np.clip(state.existence, 1e-300, 1 - 1e-16)
     return Found(float(np.log(existence / (1 - existence))), state.mean[[0, 2]])
 
@@ -71,7 +71,7 @@ def recurrent(
 ) -> Found:
     """Highest score after the last frame."""
     flt = RecurrentFilter(smoothing=0.9, switching=switching, **BANK)
-    *_, state = run(flt, evidence_of(frames, sensor), rng)
+    *_, state = run(flt, evidence_of(frames, sensor), rng, start_s=-1.0)
     return Found(float(state.score.max()), state.mean[[0, 2]])
 
 

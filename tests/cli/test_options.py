@@ -168,7 +168,7 @@ def test_each_option_alone_changes_its_field_and_no_other(option: Option) -> Non
     ("given", "path", "kind"),
     [
         ({"turn_rate_deg": 3.0}, MOTION, "ct"),
-        ({"turn_rate_deg": 3.0, "q": 0.1, "interval_s": 0.5}, MOTION, "ct"),  # those that fit several kinds follow
+        ({"turn_rate_deg": 3.0, "q": 0.1}, MOTION, "ct"),  # those that fit several kinds follow
         ({"q_turn": 0.1}, MOTION, "ctrv"),
         ({"q": 0.1}, MOTION, "cv"),
         ({"motion": "ca", "q": 0.1}, MOTION, "ca"),

@@ -59,7 +59,7 @@ def test_the_map_of_a_belief_under_a_chart(mean: float, sigma: float, expected: 
 )
 def test_without_a_chart_the_deviation_across_is_that_of_the_riccati_equation(distance: int, expected: float) -> None:
     case = ShipCase()
-    F, Q = case.motion.F[:2, :2], case.motion.Q[:2, :2]
+    F, Q = case.motion.F(1.0)[:2, :2], case.motion.Q(1.0)[:2, :2]
     R = np.array([[(distance * case.radar.bearing_sd_rad) ** 2]])
     H = np.array([[1.0, 0.0]])
     P = solve_discrete_are(F.T, H.T, Q, R)

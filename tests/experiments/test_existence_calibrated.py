@@ -32,7 +32,7 @@ def drawn_from(model: BernoulliFilter | ExistenceParticleFilter, rng: Generator)
             if rng.random() < appears:
                 state = density.draw(1, None, model.sensor, model.state_names, rng).states
         else:
-            state = model.motion.propagate(state, rng)
+            state = model.motion.propagate(state, 1.0, rng)
             if rng.random() < model.death_probability or model.sensor.log_probability(state)[0] < 0:
                 state = None
         present.append(state is not None)
@@ -51,7 +51,7 @@ def calibration(kind: str, trials: int, particles: int) -> Calibration:
             else ExistenceParticleFilter(birth=birth, particles=particles)
         )
         frames, present = drawn_from(model, rng)
-        existence.append([state.existence for state in run(model, frames, rng)])
+        existence.append([state.existence for state in run(model, frames, rng, start_s=-1.0)])
         there.append(present)
     return calibration_curve(np.array(existence), np.array(there), confidence=CERTAINTY)
 
