@@ -158,14 +158,14 @@ def followed(present: list[bool], level: float, velocity: float, seed: int, smoo
     """Filter, peaks and tracks of a target in a signal of 240 samples: its place, peaks and tracks in each frame."""
     recurrent = RecurrentFilter(smoothing=smoothing, max_velocity=3)
     tracker, rng = PeakTracker(smoothing=smoothing), np.random.default_rng(seed)
-    belief, state, found = recurrent.init(rng), tracker.init(), []
+    belief, state, found = recurrent.init(rng, 0.0), tracker.init(), []
     for frame, there in enumerate(present):
         place = round(200 + velocity * frame) % 240
         evidence = rng.standard_normal(240)
         if there:
             evidence[place] += level
             evidence[[place - 1, (place + 1) % 240]] += 0.6 * level
-        belief = recurrent.step(belief, evidence, rng)
+        belief = recurrent.step(belief, belief.time_s + 1, evidence, rng)
         peaks = find_peaks(
             belief.score, belief.velocity, recurrent.motion_vectors(1), 5.5,
             smoothing=smoothing, frames=frame + 1, window=3,

@@ -58,13 +58,13 @@ def without_noise(
     """Score of an object of this size, and constant strength, under a window of 5, and which velocity attains it."""
     recurrent = RecurrentFilter(smoothing=smoothing, max_velocity=2, border=border, precision="double")
     rng = np.random.default_rng(0)
-    state = recurrent.init(rng)
+    state = recurrent.init(rng, 0.0)
     start = [40] * len(shape)
     for frame in range(frames):
         signal = np.zeros(shape)
         places = [p + frame * v + np.arange(-(size // 2), size // 2 + 1) for p, v in zip(start, velocity, strict=True)]
         signal[np.ix_(*(place % n for place, n in zip(places[::-1], shape, strict=True)))] = 1.0
-        state = recurrent.step(state, window_sums(signal, 2, "circular", len(shape)), rng)
+        state = recurrent.step(state, state.time_s + 1, window_sums(signal, 2, "circular", len(shape)), rng)
     return state.score, state.velocity, recurrent.motion_vectors(len(shape))
 
 
@@ -95,13 +95,13 @@ def accumulated(
     """Accumulate objects that add a mean level to windowed white noise, in deviations of it."""
     recurrent = RecurrentFilter(max_velocity=2)
     rng = np.random.default_rng(seed)
-    state = recurrent.init(rng)
+    state = recurrent.init(rng, 0.0)
     for frame in range(frames):
         noise = rng.standard_normal((side, side))
         for place, velocity, level in objects:
             x, y = ((np.add(place, np.multiply(frame, velocity))[:, None] + np.arange(-2, 3)) % side).astype(int)
             noise[np.ix_(y, x)] += level / 5  # twenty-five samples of it make the level in a sum of deviation 5
-        state = recurrent.step(state, window_sums(noise, 2, "circular", 2) / 5, rng)
+        state = recurrent.step(state, state.time_s + 1, window_sums(noise, 2, "circular", 2) / 5, rng)
     return state.score, state.velocity, recurrent.motion_vectors(2)
 
 
@@ -143,12 +143,12 @@ def test_a_lone_target_leaves_no_ghosts_when_its_evidence_fluctuates():
     by_mean_alone = 0
     for seed in range(6):
         recurrent, rng = RecurrentFilter(max_velocity=4), np.random.default_rng(seed)
-        state = recurrent.init(rng)
+        state = recurrent.init(rng, 0.0)
         for _ in range(20):
             noise = rng.standard_normal((96, 96))
             noise[36:45, 56:65] += 3 * rng.standard_normal((9, 9))
             evidence = window_sums(noise**2 - 1, 2, "circular", 2)
-            state = recurrent.step(state, evidence - evidence.mean(), rng)
+            state = recurrent.step(state, state.time_s + 1, evidence - evidence.mean(), rng)
         maps = state.score, state.velocity, recurrent.motion_vectors(2)
         settings = {"smoothing": 0.98, "frames": 20, "object_size": 9}
         (peak,) = find_peaks(*maps, 6.5, **settings)
