@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import base64
-import io
-import json
-import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 
+from elusive.report.drawing import EVENTS_SHOWN
 from elusive.systems.links.report import (
     LinkPath,
     LinksTracked,
@@ -21,8 +18,8 @@ from elusive.systems.links.report import (
     write_links_png,
 )
 from elusive.systems.links.report.contents import Happening
-from elusive.systems.links.report.page import EVENTS_SHOWN, POINTS_SHOWN, TIMES_SHOWN
-from tests.systems.images.test_report import OUTSIDE, Loads, browse, data_in
+from elusive.systems.links.report.page import POINTS_SHOWN, TIMES_SHOWN
+from tests.browsing import data_in, is_drawn, layers, names, numbers, pixels, stands_alone, titles
 
 CORNERS = np.array([[0.0, 0.0], [6.0, 0.0], [6.0, 4.0], [3.0, 5.0], [0.0, 4.0]])
 NODES = np.array([[0.0, 0.0], [6.0, 0.0], [6.0, 4.0], [0.0, 4.0]])
@@ -113,75 +110,71 @@ def test_people_are_counted_and_errors_measured_to_the_nearest_confirmed_track()
     assert not np.isfinite(given._replace(calibrated=40).error).any()
 
 
-def test_the_page_asks_nothing_of_the_network_and_escapes_text(tmp_path: Path) -> None:
-    write_links_html(tmp_path / "r.html", tracked(60, image=True))
-    page = (tmp_path / "r.html").read_text(encoding="utf-8")
-    parser = Loads()
-    parser.feed(page)
-    assert parser.asked == []
-    assert not {"link", "iframe", "object", "embed", "base", "img"} & set(parser.tags)
-    assert OUTSIDE.search(re.sub(r"^const D = \{.*\};$", "", page, flags=re.MULTILINE)) is None
-    data = data_in(page)
-    assert data["scenes"]["url"].startswith("data:image/png;base64,")
-    assert OUTSIDE.search(json.dumps({**data, "scenes": ""})) is None
-    assert "<title>A &lt;b&gt;&amp; title&lt;/b&gt; &lt;/script&gt;</title>" in page
-    assert "<td>60 &lt;i&gt;</td>" in page
-    assert "<td>0 &lt;i&gt;</td>" in page
-    assert '<button type="button" data-track="1"' in page
-    assert page.count("</script>") == 1
+def written(folder: Path, given: LinksTracked) -> Path:
+    write_links_html(folder / "r.html", given)
+    return folder / "r.html"
+
+
+def test_the_page_stands_alone(tmp_path: Path) -> None:
+    page = written(tmp_path, tracked(60, image=True))
+    stands_alone(page)
+    assert '<button type="button" data-track="1"' in page.read_text(encoding="utf-8")
 
 
 def test_the_page_holds_what_was_tracked(tmp_path: Path) -> None:
     given = tracked(60, 2)
-    write_links_html(tmp_path / "r.html", given)
-    data = data_in((tmp_path / "r.html").read_text(encoding="utf-8"))
+    data = data_in(written(tmp_path, given))
     assert data["times"] == given.times_s.tolist()
-    assert (data["people"], data["names"]) == (given.people.tolist(), list(given.names))
-    np.testing.assert_allclose(data["corners"], CORNERS)
-    np.testing.assert_allclose(data["nodes"], NODES)
-    for found, path in zip(data["paths"], given.paths, strict=True):
+    assert data["status"][0]["values"] == given.people.tolist() == layers(data, name="confirmed tracks")[0]["y"]
+    (nodes,) = layers(data, name="nodes")
+    np.testing.assert_allclose(np.column_stack([nodes["x"], nodes["y"]]), NODES)
+    assert nodes["texts"] == list(given.names)
+    np.testing.assert_allclose(np.reshape(layers(data, type="area")[0]["rings"], (-1, 2)), CORNERS)
+    assert len(layers(data, name="links between nodes")[0]["ends"]) == 6
+    for found, path in zip(layers(data, type="track"), given.paths, strict=True):
         assert (found["track"], found["times"]) == (path.track, given.times_s[path.frames].tolist())
         np.testing.assert_allclose(np.column_stack([found["x"], found["y"]]), path.places, atol=0.0051)
         np.testing.assert_allclose(np.column_stack([found["sx"], found["sy"]]), path.deviation, atol=0.0051)
-        np.testing.assert_allclose(found["existence"], path.existence, atol=0.00051)
+        np.testing.assert_allclose(found["values"][0]["values"], path.existence, atol=0.00051)
         assert found["sure"] == path.confirmed.astype(int).tolist()
-    np.testing.assert_allclose(np.array(data["truth"][0]), given.truth[0].points, atol=0.00051)
-    np.testing.assert_allclose(np.array(data["error"], dtype=float), given.error, atol=0.0051, equal_nan=True)
-    assert data["present"] == [0] * 4 + [1] * 53 + [0] * 3
-    assert data["events"] == [[2.5, 1, "appeared", 1.0, 2.0], [4.5, 2, "appeared", 1.0, 2.0]]
-    assert data["calibrated"] == 1.0
-    assert len(data["clouds"]) == len(given.scenes) == len(data["scenes"]["times"])
-    for found, scene in zip(data["clouds"], given.scenes, strict=True):
-        assert {int(track) for track in found} == set(scene.clouds)
-        for track, cm in found.items():
-            np.testing.assert_allclose(np.reshape(cm, (-1, 2)) / 100, scene.clouds[int(track)], atol=0.0051)
+    (truth,) = layers(data, name="truth")
+    np.testing.assert_allclose(
+        np.column_stack([truth[c] for c in ("times", "x", "y")]), given.truth[0].points, atol=0.0051
+    )
+    np.testing.assert_allclose(numbers(data["status"][1]["values"]), given.error, atol=0.0051)
+    assert layers(data, name="truly there")[0]["y"] == [0] * 4 + [1] * 53 + [0] * 3
+    assert data["events"] == [[2.5, "appeared at 1.0, 2.0 m", 1], [4.5, "appeared at 1.0, 2.0 m", 2]]
+    assert layers(data, name="calibration")[0]["spans"] == [[-0.25, 1.25]]
+    assert data["start"] == 36  # the middle of the frames with two people, 12 to 59
+    for found in layers(data, name="particles of each track"):
+        kept = [(one.time_s, one.clouds[found["track"]]) for one in given.scenes if found["track"] in one.clouds]
+        assert found["times"] == [time for time, _ in kept]
+        np.testing.assert_allclose(
+            np.column_stack([found["x"], found["y"]]), np.concatenate([cloud for _, cloud in kept]), atol=0.0051
+        )
 
 
-def test_images_are_tiles_of_one_picture_north_at_the_top(tmp_path: Path) -> None:
+def test_images_are_on_one_scale_at_their_times(tmp_path: Path) -> None:
     given = tracked(30, image=True)
     scenes = [given.scenes[0], given.scenes[1]._replace(image=None), *given.scenes[2:]]
-    write_links_html(tmp_path / "r.html", given._replace(scenes=scenes))
-    found = data_in((tmp_path / "r.html").read_text(encoding="utf-8"))["scenes"]
-    with Image.open(io.BytesIO(base64.b64decode(found["url"].partition(",")[2]))) as picture:
-        pixels = np.asarray(picture)
-    assert (found["rows"], found["columns"], found["brightest"]) == (ROWS, COLUMNS, 3.0)
-    assert found["tile"] == [0, None, *range(1, 29)]
-    for frame, tile in enumerate(found["tile"]):
-        if tile is not None:
-            down, along = divmod(tile, found["across"])
-            part = pixels[down * ROWS : (down + 1) * ROWS, along * COLUMNS : (along + 1) * COLUMNS]
-            expected = np.clip(images(frame), 0, None).reshape(ROWS, COLUMNS)[::-1]
-            np.testing.assert_allclose(part / 255 * 3.0, expected, atol=3 / 255)
+    data = data_in(written(tmp_path, given._replace(scenes=scenes)))
+    (found,) = layers(data, name="image")
+    assert (found["rows"], found["columns"], found["high"]) == (ROWS, COLUMNS, 3.0)
+    frames = [0, *range(2, 30)]
+    assert found["times"] == [0.5 * frame for frame in frames]
+    for part, frame in zip(pixels(data, found), frames, strict=True):
+        expected = np.clip(images(frame), 0, None).reshape(ROWS, COLUMNS)
+        np.testing.assert_allclose(part / 255 * 3.0, expected, atol=3 / 255)
 
 
 def test_a_long_log_is_thinned_for_the_page(tmp_path: Path) -> None:
     given = tracked(2 * TIMES_SHOWN + 5, 30)
     events = [Happening(float(k), 1 + k % 40, "near", 0.0, 0.0) for k in range(4 * EVENTS_SHOWN)]
-    write_links_html(tmp_path / "r.html", given._replace(events=events))
-    data = data_in((tmp_path / "r.html").read_text(encoding="utf-8"))
-    assert len(data["times"]) == len(data["people"]) == len(data["error"]) <= TIMES_SHOWN
-    assert sum(len(path["times"]) for path in data["paths"]) <= POINTS_SHOWN + 30
-    for found, path in zip(data["paths"], given.paths, strict=True):
+    data = data_in(written(tmp_path, given._replace(events=events)))
+    assert len(data["times"]) == len(data["status"][0]["values"]) <= TIMES_SHOWN
+    tracks = layers(data, type="track")
+    assert sum(len(path["times"]) for path in tracks) <= POINTS_SHOWN + 30
+    for found, path in zip(tracks, given.paths, strict=True):
         assert found["times"][-1] == given.times_s[path.frames[-1]]
     assert len(data["events"]) == EVENTS_SHOWN
     assert data["unlisted"] == 2 * EVENTS_SHOWN  # a quarter are of tracks that are not drawn
@@ -206,59 +199,14 @@ def test_the_figure_is_drawn_and_the_same_each_time(
 
 
 @pytest.mark.parametrize(("frames", "tracks", "truth", "image"), CASES)
-def test_a_browser_draws_it_without_complaint(
-    tmp_path: Path, frames: int, tracks: int, truth: bool, image: bool
-) -> None:
-    write_links_html(tmp_path / "r.html", tracked(frames, tracks, truth=truth, image=image))
-    document, console = browse(tmp_path / "r.html", tmp_path / "profile", 800 if image else 1280)
-    assert console == ""
-    for name in ("floor", "people", "existence", "spread") if tracks else ("floor", "people"):
-        canvas = re.search(rf'<canvas[^>]*id="{name}"[^>]*>', document)
-        assert canvas is not None
-        assert re.search(r'width="\d{3,}"', canvas.group())  # the script set it, having come so far
-    for name, there in (
-        ("truthlabel", truth), ("errorfigure", truth and frames > 10), ("imagelabel", image), ("trackkey", tracks > 0),
-        ("cloudlabel", tracks > 0 and not image), ("happened", tracks > 0), ("truepeople", truth),
-    ):  # fmt: skip
-        assert (re.search(rf'id="{name}"[^>]* hidden', document) is None) == there, name
+def test_the_page_shows_what_there_is(tmp_path: Path, frames: int, tracks: int, truth: bool, image: bool) -> None:
+    data = data_in(written(tmp_path, tracked(frames, tracks, truth=truth, image=image)))
+    for name, there in (("truth", truth), ("image", image), ("particles of each track", tracks > 0 and not image)):
+        assert (name in names(data)) == there, name
+    sure = ["Existence of each track", "Deviation of each track's place, both axes together"] if tracks else []
+    assert titles(data) == ["Where", "How many", *sure, *(["How far off"] if truth and frames > 10 else [])]
 
 
-ACTIONS = """
-const told = [], tell = name => told.push([name, now, chosen && chosen.track]);
-const press = key => at("floor").dispatchEvent(new KeyboardEvent("keydown", { key }));
-tell("start"); press("End"); tell("end"); press("Home"); tell("home");
-press("ArrowRight"); tell("right"); press("ArrowLeft"); tell("left");
-at("scrub").value = 20; at("scrub").oninput({ target: at("scrub") }); tell("scrub");
-document.querySelector('[data-track="2"]').click(); tell("chosen");
-document.querySelector('[data-track="2"]').click(); tell("again");
-const { X, Y } = view(), p = D.paths[0];
-at("floor").onclick({ offsetX: X(p.x[30]), offsetY: Y(p.y[30]) }); tell("clicked");
-press("Escape"); tell("escaped");
-document.querySelectorAll("#log button")[1].click(); tell("event");
-at("people").onclick({ offsetX: 42 }); tell("curve");
-press(" "); told.push(["playing", timer !== null, at("play").textContent]);
-at("play").click(); told.push(["paused", timer !== null, at("play").textContent]);
-at("floor").onpointermove({ offsetX: X(1.5), offsetY: Y(0.25) }); told.push(["pointer", at("pointer").textContent, ""]);
-document.title = JSON.stringify(told);
-"""
-
-
-def test_buttons_keys_and_slider_do_what_they_say(tmp_path: Path) -> None:
-    given = tracked(60, 2)
-    write_links_html(tmp_path / "r.html", given)
-    page = (tmp_path / "r.html").read_text(encoding="utf-8")
-    (tmp_path / "r.html").write_text(page.replace("</script>", ACTIONS + "</script>"), encoding="utf-8")
-    document, console = browse(tmp_path / "r.html", tmp_path / "profile")
-    assert console == ""
-    titled = re.search(r"<title>(.*)</title>", document)
-    assert titled is not None
-    told = {name: (one, other) for name, one, other in json.loads(titled.group(1))}
-    assert told["start"] == (36, None)  # the middle of the frames with two people, 12 to 59
-    assert (told["end"], told["home"]) == ((59, None), (0, None))
-    assert (told["right"], told["left"], told["scrub"]) == ((1, None), (0, None), (20, None))
-    assert (told["chosen"], told["again"]) == ((20, 2), (20, None))
-    assert (told["clicked"], told["escaped"]) == ((20, 1), (20, None))
-    assert told["event"] == (9, 2)
-    assert told["curve"] == (0, 2)
-    assert (told["playing"], told["paused"]) == ((True, "Pause"), (False, "Play"))
-    assert told["pointer"][0].startswith("1.50, 0.25 m")
+@pytest.mark.parametrize(("tracks", "image", "width"), [(3, True, 1280), (0, False, 800)])
+def test_a_browser_draws_it_without_complaint(tmp_path: Path, tracks: int, image: bool, width: int) -> None:
+    is_drawn(written(tmp_path, tracked(30, tracks, image=image)), width)

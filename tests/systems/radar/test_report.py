@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import io
-import json
-import re
 from pathlib import Path
 
 import numpy as np
@@ -29,7 +25,7 @@ from elusive.systems.radar.report import (
 from elusive.systems.radar.report.figure import _draw_deviation
 from elusive.systems.radar.report.page import POINTS_SHOWN, SCANS_SHOWN
 from elusive.systems.radar.report.shading import SIDE, TILE, TILES_AT_MOST, VERTICES_AT_MOST
-from tests.systems.images.test_report import OUTSIDE, Loads, browse, data_in
+from tests.browsing import data_in, is_drawn, layers, names, pixels, stands_alone, titles
 
 SHORE = np.array([[-4000.0, 1000.0], [4000.0, 1000.0], [4000.0, 9000.0], [-4000.0, 9000.0]])  # land in the north
 LAKE = np.array([[-200.0, 1200.0], [-200.0, 1300.0], [-100.0, 1300.0], [-100.0, 1200.0]])
@@ -262,81 +258,65 @@ def test_a_cell_without_width_is_refused(cell: float) -> None:
         chart_map([], None, tracked(2, chart=False), cell)
 
 
-def test_the_page_asks_nothing_of_the_network_and_escapes_text(tmp_path: Path) -> None:
-    write_radar_html(tmp_path / "r.html", tracked(60))
-    page = (tmp_path / "r.html").read_text(encoding="utf-8")
-    parser = Loads()
-    parser.feed(page)
-    assert parser.asked == []
-    assert not {"link", "iframe", "object", "embed", "base", "img"} & set(parser.tags)
-    assert OUTSIDE.search(re.sub(r"^const D = \{.*\};$", "", page, flags=re.MULTILINE)) is None
-    data = data_in(page)
-    assert data["chart"]["rasters"]
-    assert all(one["url"].startswith("data:image/png;base64,") for one in data["chart"]["rasters"])
-    assert OUTSIDE.search(json.dumps({**data, "chart": ""})) is None
-    assert "<title>A &lt;b&gt;&amp; title&lt;/b&gt; &lt;/script&gt;</title>" in page
-    assert "<td>60 &lt;i&gt;</td>" in page
-    assert "<td>0 &lt;i&gt;</td>" in page
-    assert '<button type="button" data-track="1"' in page
-    assert page.count("</script>") == 1
+def layers_of(data, **wanted):
+    """Those of the map, without the close view."""
+    return layers({"panels": data["panels"][:1]}, **wanted)
+
+
+def written(folder: Path, given: RadarTracked) -> Path:
+    write_radar_html(folder / "r.html", given)
+    return folder / "r.html"
+
+
+def test_the_page_stands_alone(tmp_path: Path) -> None:
+    page = written(tmp_path, tracked(60))
+    stands_alone(page)
+    assert '<button type="button" data-track="1"' in page.read_text(encoding="utf-8")
 
 
 def test_the_page_holds_what_was_tracked(tmp_path: Path) -> None:
     given = tracked(60, 2)
-    write_radar_html(tmp_path / "r.html", given)
-    data = data_in((tmp_path / "r.html").read_text(encoding="utf-8"))
+    data = data_in(written(tmp_path, given))
     assert data["times"] == given.times_s.tolist()
-    np.testing.assert_allclose(data["plots"], given.plots, atol=0.0051)
-    for found, path in zip(data["paths"], given.paths, strict=True):
+    (plots,) = layers_of(data, name="plots so far")
+    np.testing.assert_allclose(np.column_stack([plots["times"], plots["x"], plots["y"]]), given.plots, atol=0.0051)
+    for found, path in zip(layers_of(data, type="track"), given.paths, strict=True):
         assert (found["track"], found["times"]) == (path.track, path.times_s.tolist())
         np.testing.assert_allclose(np.column_stack([found["x"], found["y"]]), path.places, atol=0.0051)
-        np.testing.assert_allclose(np.column_stack([found["vx"], found["vy"]]), path.velocity, atol=0.0051)
         np.testing.assert_allclose(np.column_stack([found["sx"], found["sy"]]), path.deviation, atol=0.00051)
         assert found["sure"] == path.confirmed.astype(int).tolist()
-        assert found["forbidden"] == path.forbidden.astype(int).tolist()
-        np.testing.assert_allclose(found["allowed"], path.allowed, atol=5.1e-5)
-        np.testing.assert_allclose(found["error"], given.error(path), atol=0.0051)
-    assert len(data["clouds"]) == len(given.clouds)
-    for found, cloud in zip(data["clouds"], given.drawn_clouds(), strict=True):
-        np.testing.assert_allclose(np.reshape(found["cm"], (-1, 2)) / 100 + found["mean"], cloud.particles, atol=0.0051)
-        assert found["water"] == pytest.approx(cloud.water, abs=5.1e-5)
-    assert [data["clouds"][n]["time"] for n in data["telling"]] == [c.time_s for c in given.telling_clouds(6)]
+        assert found["flagged"] == path.forbidden.astype(int).tolist()
+        speed, course, deviation, error, allowed = (np.array(one["values"]) for one in found["values"])
+        np.testing.assert_allclose(speed, np.hypot(*path.velocity.T), atol=0.0051)
+        np.testing.assert_allclose(course, np.rad2deg(np.arctan2(*path.velocity.T)), atol=0.051)
+        np.testing.assert_allclose(deviation, path.spread, atol=0.0051)
+        np.testing.assert_allclose(error, given.error(path), atol=0.0051)
+        np.testing.assert_allclose(allowed, path.allowed, atol=5.1e-4)
+    for found in layers_of(data, name="particles"):
+        kept = [cloud for cloud in given.drawn_clouds() if cloud.track == found["track"]]
+        assert (found["times"], found["counts"]) == ([one.time_s for one in kept], [len(one.particles) for one in kept])
+        places = np.concatenate([cloud.particles for cloud in kept])
+        np.testing.assert_allclose(np.column_stack([found["x"], found["y"]]), places, atol=0.0051)
+    told = [(time, track) for time, words, track in data["events"] if words.startswith("P(water)")]
+    assert told == [(cloud.time_s, cloud.track) for cloud in given.telling_clouds(6)]
 
 
-def test_the_shading_is_stored_to_a_254th_with_north_at_the_top(tmp_path: Path) -> None:
+def test_the_shading_is_stored_to_a_254th(tmp_path: Path) -> None:
     raster = WaterRaster((0.0, 3.0, 0.0, 2.0), np.array([[0.0, 0.25, 1.0], [np.nan, 0.5, 0.75]]))
-    given = tracked(3, chart=False)._replace(chart=ChartMap([SHORE], [raster]))
-    write_radar_html(tmp_path / "r.html", given)
-    (found,) = data_in((tmp_path / "r.html").read_text(encoding="utf-8"))["chart"]["rasters"]
-    with Image.open(io.BytesIO(base64.b64decode(found["url"].partition(",")[2]))) as image:
-        np.testing.assert_array_equal(np.asarray(image), [[255, 127, 190], [0, 64, 254]])
-
-
-def test_longitude_and_latitude_are_right_to_a_metre_over_the_map(tmp_path: Path) -> None:
-    projection = pytest.importorskip("elusive.geometry.local_frame")
-    pytest.importorskip("pyproj")
-    frame = projection.LocalFrame.at(179.99, 61.0)  # the antimeridian crosses the map
-    given = tracked(3000, clouds=False, chart=False)._replace(lonlat=frame.to_lonlat)
-    write_radar_html(tmp_path / "r.html", given)
-    fit = data_in((tmp_path / "r.html").read_text(encoding="utf-8"))["degrees"]
-    rng = np.random.default_rng(0)
-    places = [fit["x"], fit["y"]] + 0.5 * fit["half"] * rng.uniform(-1, 1, (200, 2))
-    u, v = ((places - [fit["x"], fit["y"]]) / fit["half"]).T
-    powers = [(i, j) for i in range(4) for j in range(4 - i)]
-    lon, lat = (sum(c * u**i * v**j for c, (i, j) in zip(fit[name], powers, strict=True)) for name in ("lon", "lat"))
-    back = frame.to_local(np.column_stack([(lon + 180) % 360 - 180, lat]))
-    assert np.abs(back - places).max() < 1.0
+    data = data_in(written(tmp_path, tracked(3, chart=False)._replace(chart=ChartMap([SHORE], [raster]))))
+    shown = layers_of(data, name="P(water)")[0]
+    np.testing.assert_array_equal(pixels(data, shown), [[[0, 64, 254], [255, 127, 190]]])
 
 
 def test_a_long_recording_is_thinned_for_the_page(tmp_path: Path) -> None:
     given = tracked(2 * SCANS_SHOWN + 5, 30, clouds=False, chart=False)
-    write_radar_html(tmp_path / "r.html", given)
-    data = data_in((tmp_path / "r.html").read_text(encoding="utf-8"))
+    data = data_in(written(tmp_path, given))
     assert len(data["times"]) <= SCANS_SHOWN
-    assert sum(len(path["times"]) for path in data["paths"]) <= POINTS_SHOWN + 30
-    for found, path in zip(data["paths"], given.paths, strict=True):
-        assert found["times"][-1] == path.times_s[-1]
-        assert set(found["times"][:-1]) <= set(data["times"])
+    found = layers_of(data, type="track")
+    assert sum(len(path["times"]) for path in found) <= POINTS_SHOWN + 30
+    for one, path in zip(found, given.paths, strict=True):
+        assert one["times"][-1] == path.times_s[-1]
+        assert set(one["times"][:-1]) <= set(data["times"])
 
 
 CASES = [(100, 1, True, True), (60, 3, False, True), (1, 1, True, True), (40, 1, True, False), (5, 0, False, True)]
@@ -364,81 +344,22 @@ def test_the_figure_is_drawn_and_the_same_each_time(
 
 
 @pytest.mark.parametrize(("scans", "tracks", "truth", "chart"), CASES)
-def test_a_browser_draws_it_without_complaint(
-    tmp_path: Path, scans: int, tracks: int, truth: bool, chart: bool
-) -> None:
-    write_radar_html(tmp_path / "r.html", tracked(scans, tracks, truth=truth, chart=chart))
-    document, console = browse(tmp_path / "r.html", tmp_path / "profile", 800 if scans == 100 else 1280)
-    assert console == ""
-    for name in ("map", "speed", "spread") if tracks else ("map",):
-        canvas = re.search(rf'<canvas[^>]*id="{name}"[^>]*>', document)
-        assert canvas is not None
-        assert re.search(r'width="\d{3,}"', canvas.group())  # the script set it, having come so far
-    for name, there in (
-        ("truthlabel", truth), ("errorfigure", truth), ("waterlabel", chart), ("unknownkey", chart and scans > 1),
-        ("allowedfigure", tracks > 0), ("closefigure", tracks > 0), ("moments", tracks > 0), ("curves", tracks > 0),
-        ("forbiddenkey", tracks > 0 and scans > 51),
-    ):  # fmt: skip
-        assert re.search(rf'id="{name}"[^>]* hidden', document) is None if there else True, name
-        assert re.search(rf'id="{name}"[^>]* hidden', document) is not None if not there else True, name
+def test_the_page_shows_what_there_is(tmp_path: Path, scans: int, tracks: int, truth: bool, chart: bool) -> None:
+    data = data_in(written(tmp_path, tracked(scans, tracks, truth=truth, chart=chart)))
+    for name, there in (("truth", truth and tracks > 0), ("P(water)", chart), ("particles", tracks > 0)):
+        assert (name in names(data)) == there, name
+    expected = ["Where", *(["Close up", "How fast", "How sure"] if tracks else [])]
+    expected += ["How far off"] * (truth and tracks > 0) + ["Does the chart agree"] * (tracks > 0)
+    assert titles(data) == expected
 
 
-ACTIONS = """
-const told = [], seen = () => [now, chosen && chosen.track, ...Object.values(view ?? whole()).map(v => +v.toFixed(4))];
-const press = key => at("map").dispatchEvent(new KeyboardEvent("keydown", { key }));
-const tell = name => told.push([name, ...seen()]);
-tell("start"); at("in").click(); tell("in"); at("out").click(); tell("out"); at("home").click(); tell("home");
-press("+"); press("ArrowRight"); tell("right"); press("0"); tell("all");
-press(","); tell("back"); press("."); tell("on");
-at("map").dispatchEvent(new WheelEvent("wheel", { deltaY: -100, cancelable: true })); tell("wheel");
-at("scrub").value = 20; at("scrub").oninput({ target: at("scrub") }); tell("scrub");
-document.querySelector('[data-track="2"]').click(); tell("track");
-document.querySelector("#moments button").click(); tell("moment");
-at("speed").onclick({ offsetX: 46 }); tell("curve");
-at("follow").checked = true; at("scrub").oninput({ target: { value: "55" } }); tell("follow");
-at("play").click(); told.push(["playing", timer !== null, at("play").textContent]);
-at("play").click(); told.push(["paused", timer === null]);
-document.title = JSON.stringify(told);
-"""
-
-
-def test_buttons_keys_and_slider_do_what_they_say(tmp_path: Path) -> None:
-    given = tracked(60, 2)
-    write_radar_html(tmp_path / "r.html", given)
-    page = (tmp_path / "r.html").read_text(encoding="utf-8")
-    (tmp_path / "r.html").write_text(page.replace("</script>", ACTIONS + "</script>"), encoding="utf-8")
-    document, console = browse(tmp_path / "r.html", tmp_path / "profile")
-    assert console == ""
-    titled = re.search(r"<title>(.*)</title>", document)
-    assert titled is not None
-    told = {name: rest for name, *rest in json.loads(titled.group(1))}
-    now, chosen, x, y, scale = told["start"]
-    assert (now, chosen) == (59, None)
-    west, east, south, north = given.extent
-    assert (x, y) == pytest.approx(((west + east) / 2, (south + north) / 2), abs=1e-3)
-    assert told["in"][4] == pytest.approx(1.5 * scale, rel=1e-3)
-    assert told["out"][2:] == pytest.approx([x, y, scale], rel=1e-3)
-    assert told["home"] == told["start"] == told["all"]
-    assert told["right"][2] > x
-    assert told["right"][3] == y
-    assert (told["back"][0], told["on"][0], told["scrub"][0]) == (58, 59, 20)
-    assert told["wheel"][4] > scale
-    second = given.paths[1]
-    assert told["track"][1] == 2
-    assert told["track"][2:4] == pytest.approx(second.places[np.searchsorted(second.times_s, 40.0)], abs=0.01)
-    first = given.telling_clouds(6)[0]
-    assert told["moment"][:2] == [int(first.time_s) // 2, first.track]
-    assert told["moment"][4] > scale
-    assert told["curve"][0] == 0
-    path = next(path for path in given.paths if path.track == told["follow"][1])
-    assert told["follow"][2:4] == pytest.approx(path.places[np.searchsorted(path.times_s, 110.0)], abs=0.01)
-    assert told["playing"] == [True, "Pause"]
-    assert told["paused"] == [True]
+@pytest.mark.parametrize(("scans", "tracks", "width"), [(60, 3, 1280), (5, 0, 800)])
+def test_a_browser_draws_it_without_complaint(tmp_path: Path, scans: int, tracks: int, width: int) -> None:
+    is_drawn(written(tmp_path, tracked(scans, tracks)), width)
 
 
 def test_a_cloud_of_a_track_that_is_not_drawn_is_left_out(tmp_path: Path) -> None:
     given = tracked(10)
     stray = Cloud(2.0, 99, np.zeros((5, 2)), np.zeros(2), None, np.zeros((0, 2)), 0.1)
-    write_radar_html(tmp_path / "r.html", given._replace(clouds=[*given.clouds, stray]))
-    data = data_in((tmp_path / "r.html").read_text(encoding="utf-8"))
-    assert {cloud["track"] for cloud in data["clouds"]} == {1}
+    data = data_in(written(tmp_path, given._replace(clouds=[*given.clouds, stray])))
+    assert {cloud["track"] for cloud in layers(data, name="particles")} == {1}

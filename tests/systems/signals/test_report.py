@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import io
-import json
-import re
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +17,7 @@ from elusive.systems.signals.report import (
     write_signal_html,
     write_signal_png,
 )
-from tests.systems.images.test_report import OUTSIDE, Loads, browse, data_in
+from tests.browsing import data_in, is_drawn, layers, names, numbers, pixels, stands_alone
 
 
 def tracked(
@@ -73,44 +69,41 @@ def test_a_waterfall_keeps_the_largest_or_the_first_of_each_block(frames: int, s
         assert len(expected) > 4 or frames <= 4
 
 
-def test_the_page_asks_nothing_of_the_network_and_escapes_text(tmp_path: Path) -> None:
-    write_signal_html(tmp_path / "r.html", tracked(40), *kept(40))
-    page = (tmp_path / "r.html").read_text(encoding="utf-8")
-    parser = Loads()
-    parser.feed(page)
-    assert parser.asked == []
-    assert not {"link", "iframe", "object", "embed", "base", "img"} & set(parser.tags)
-    assert OUTSIDE.search(re.sub(r"^const D = \{.*\};$", "", page, flags=re.MULTILINE)) is None
-    data = data_in(page)
-    for name in ("signal", "score"):
-        assert data[name]["url"].startswith("data:image/png;base64,")
-    assert OUTSIDE.search(json.dumps({**data, "signal": "", "score": ""})) is None
-    assert "<title>A &lt;b&gt;&amp; title&lt;/b&gt; &lt;/script&gt;</title>" in page
-    assert "<td>40 &lt;i&gt;</td>" in page
-    assert "<td>3 &lt;i&gt;</td>" in page
-    assert page.count("</script>") == 1
+def written(folder: Path, given: SignalTracked, pictures: tuple[Waterfall, Waterfall]) -> Path:
+    write_signal_html(folder / "r.html", given, *pictures)
+    return folder / "r.html"
+
+
+def test_the_page_stands_alone_and_escapes_text(tmp_path: Path) -> None:
+    page = written(tmp_path, tracked(40), kept(40))
+    stands_alone(page)
+    assert "<td>3 &lt;i&gt;</td>" in page.read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("frames", [1, 30, TIMES_SHOWN, TIMES_SHOWN + 1, 2345])
-def test_the_page_holds_what_was_tracked_on_the_pictures_own_grid(tmp_path: Path, frames: int) -> None:
+def test_the_page_holds_what_was_tracked_and_the_pictures_own_grid(tmp_path: Path, frames: int) -> None:
     given, (signal, score) = tracked(frames, calibrated=min(frames - 1, 3)), kept(frames)
-    write_signal_html(tmp_path / "r.html", given, signal, score)
-    data = data_in((tmp_path / "r.html").read_text(encoding="utf-8"))
+    data = data_in(written(tmp_path, given, (signal, score)))
     t = score.stride
     assert data["times"] == given.times[::t].tolist()
     assert len(data["times"]) <= TIMES_SHOWN
-    highest = [given.highest[k : k + t] for k in range(0, frames, t)]
-    for found, block in zip(data["highest"], highest, strict=True):
+    (highest,) = layers(data, name="highest score")
+    blocks = [given.highest[k : k + t] for k in range(0, frames, t)]
+    for found, block in zip(highest["y"], blocks, strict=True):
         wanted = block[np.isfinite(block)]
-        assert found == (pytest.approx(wanted.max(), abs=0.006) if wanted.size else None)
-    (path,) = data["tracks"]
-    assert path["track"] == 1
-    last = {int(frame) // t: x for frame, x in zip(given.paths[0].frames, given.paths[0].x, strict=True)}
-    assert {k: x for k, x in enumerate(path["x"]) if x is not None} == pytest.approx(last, abs=0.006)
-    image = Image.open(io.BytesIO(base64.b64decode(data["score"]["url"].partition(",")[2])))
-    assert image.size == (len(data["times"]), 120)
-    shown = np.asarray(image)[::-1].T * data["scale"] / 255
-    np.testing.assert_allclose(shown, np.minimum(score.picture(), data["scale"]), atol=1.01 * data["scale"] / 255)
+        assert found == (pytest.approx(wanted.max(), abs=0.0006) if wanted.size else None)
+    (path,) = layers(data, type="track")
+    mine = given.paths[0]
+    assert (path["track"], path["times"]) == (1, given.times[mine.frames].tolist())
+    np.testing.assert_allclose(path["values"][0]["values"], mine.x, atol=0.0051)
+    drawn = np.isfinite(numbers(path["y"]))  # broken where it leaves the ring at one end
+    np.testing.assert_allclose(numbers(path["y"])[drawn], mine.x[drawn], atol=0.0051)
+    assert (~drawn).sum() == (np.abs(np.diff(mine.x)) > 60).sum()
+    shown, _ = layers(data, type="image")
+    cells = pixels(data, shown)[0].T * shown["high"] / 255
+    np.testing.assert_allclose(cells, np.minimum(score.picture(), shown["high"]), atol=0.51 * shown["high"] / 255)
+    # a column is as wide as the frames in it, and stands about their middle
+    assert shown["extent"][1] - shown["extent"][0] == pytest.approx((0.5 if frames > 1 else 1.0) * t * len(cells))
 
 
 def test_wide_frames_are_shrunk() -> None:
@@ -132,16 +125,13 @@ def test_the_figure_is_drawn_and_the_same_each_time(tmp_path: Path, frames: int,
     assert (orange > 50) == (tracks > 0)
 
 
-@pytest.mark.parametrize(("frames", "tracks", "truth"), [(40, 1, True), (1, 0, False), (1500, 3, True), (60, 0, False)])
-def test_a_browser_draws_it_without_complaint(tmp_path: Path, frames: int, tracks: int, truth: bool) -> None:
-    given = tracked(frames, tracks=tracks, truth=truth, calibrated=(frames > 1) * 5)
-    write_signal_html(tmp_path / "r.html", given, *kept(frames))
-    document, console = browse(tmp_path / "r.html", tmp_path / "profile")
-    assert console == ""
-    for name in ("score", "highest", "signal"):
-        canvas = re.search(rf'<canvas[^>]*id="{name}"[^>]*>', document)
-        assert canvas is not None
-        assert re.search(r'width="\d{3,}"', canvas.group())  # the script set it, having come so far
-    assert ('id="truthlabel" hidden' in document) == (not truth)
-    assert ('id="bar" hidden' in document) == (not truth and not tracks)
-    assert ('id="note" hidden' in document) == (not tracks)
+@pytest.mark.parametrize(("tracks", "truth"), [(1, True), (0, False), (3, False)])
+def test_the_page_shows_what_there_is(tmp_path: Path, tracks: int, truth: bool) -> None:
+    data = data_in(written(tmp_path, tracked(40, tracks=tracks, truth=truth), kept(40)))
+    assert ("truth" in names(data)) == ("object truly there" in names(data)) == truth
+    assert len(layers(data, type="track")) == tracks
+
+
+@pytest.mark.parametrize(("frames", "tracks"), [(1500, 3), (1, 0)])
+def test_a_browser_draws_it_without_complaint(tmp_path: Path, frames: int, tracks: int) -> None:
+    is_drawn(written(tmp_path, tracked(frames, tracks=tracks, calibrated=(frames > 1) * 5), kept(frames)))

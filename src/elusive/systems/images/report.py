@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elusive.contracts import Array
+from elusive.report import drawing as draw
 from elusive.report import plots
-from elusive.report.page import facts, picture_url, rounded, write_page
+from elusive.report.page import write_page
 
 SHOWN_AT_MOST = 240  # frames kept for the report, whatever the recording's length
 SIDE_AT_MOST = 320  # pixels a side
@@ -109,23 +110,72 @@ def write_png(path: Path, tracked: Tracked, frames: FrameKeeper) -> None:
 
 def write_html(path: Path, tracked: Tracked, frames: FrameKeeper) -> None:
     """Write a page that plays the frames with truth and estimate, beside existence and error over time."""
-    truth = None if tracked.truth is None else rounded(tracked.truth)
-    data = {
-        "times": rounded(tracked.times),
-        "unit": tracked.time_unit,
-        "existence": rounded(tracked.existence, 4),
-        "estimate": rounded(tracked.estimate),
-        "deviation": rounded(tracked.deviation),
-        "truth": truth,
-        "error": None if tracked.error is None else rounded(tracked.error),
-        "tracks": None if tracked.tracks is None else [_track(*track) for track in tracked.tracks.items()],
-        "extra": {name: rounded(curve, 4) for name, curve in tracked.extra.items()},
-        "shown": frames.numbers,
-        "shrink": frames.shrink,
-        "frame": list(frames.kept[0].shape),
-        "strip": _strip(frames.kept),
-    }
-    write_page(path, "report.html", data, {"title": tracked.title}, table=facts(tracked.rows))
+    write_page(path, tracked.title, "", images_drawing(tracked, frames), rows=tracked.rows)
+
+
+def images_drawing(tracked: Tracked, frames: FrameKeeper) -> draw.Drawing:
+    """Return what a report draws."""
+    times, shown = tracked.times, np.array(frames.numbers)
+    grey = {"block": np.stack(frames.kept), "low": 0.0, "high": 255.0}
+    played = frame_panel("The frames", grey, tracked, times[shown], frames.shrink, span=6, rows=3)
+    return draw.drawing(
+        "The frames with the estimate and the truth", times[shown], [played, *curves(tracked)],
+        unit="s" if tracked.time_unit == "s" else "frame", start=_best_shown(tracked, frames.numbers),
+    )  # fmt: skip
+
+
+def frame_panel(
+    title: str, values: Mapping[str, Any], tracked: Tracked, times: Array, shrink: int,
+    more: Sequence[draw.Layer] = (), colours: str = "grey", **panel: Any,
+) -> draw.Panel:  # fmt: skip
+    """Return frames, bytes ``(T, rows, columns)`` at times, with the truth and the tracks over them."""
+    *_, rows, columns = values["block"].shape
+    edges = (-0.5, columns * shrink - 0.5, -0.5, rows * shrink - 0.5)
+    layers = [draw.image(values, edges, colours, times=draw.rounded(times, 4), down=True), *more]
+    return draw.plane(
+        title, edges, [*layers, *marks(tracked)], unit="px", axes=("x", "y"), down=True, night=True, bare=True, **panel
+    )  # fmt: skip
+
+
+def marks(tracked: Tracked) -> list[draw.Layer]:
+    """Return the truth and the tracks over the frames, a place a frame."""
+    layers, found = [], {1: tracked.estimate} if tracked.tracks is None else tracked.tracks
+    if tracked.truth is not None:
+        at = {"times": draw.rounded(tracked.times, 4), "show": "now", "width": 2, "name": "truth"}
+        layers.append(draw.points(tracked.truth, "--truth", marker="ring", size=14, **at))
+    for number, places in found.items():
+        there = np.isfinite(places[:, 0])
+        colour = "--accent" if tracked.tracks is None else plots.track_colour(number)
+        one = {"deviation": tracked.deviation[there]} if tracked.tracks is None else {}
+        values = [] if tracked.tracks is not None else [draw.numbers("existence", tracked.existence[there], digits=2)]
+        layers.append(
+            draw.track(
+                number, tracked.times[there], places[there], colour, box=True, values=values, **one,
+                text="" if tracked.tracks is None else str(number),
+            )
+        )  # fmt: skip
+    return layers
+
+
+def curves(tracked: Tracked) -> list[draw.Panel]:
+    """Return existence and, where the truth is known, the error over time."""
+    times, several = tracked.times, tracked.tracks is not None
+    there = None
+    if tracked.truth is not None:
+        there = draw.spans(np.isfinite(tracked.truth[:, 0]), times, "target truly there")
+    lines = [
+        draw.line(times, curve, colour, 4, width=1.2, name=name)
+        for colour, (name, curve) in zip(plots.SERIES[1:], tracked.extra.items(), strict=False)
+    ]
+    lines.append(draw.line(times, tracked.existence, "--accent", 4))
+    title = "Is it there? 1 - P(so strong a track by chance)" if several else "Is it there?"
+    panels = [draw.chart(title, times, [there, *lines], axis="probability", reach=(0.0, 1.02))]
+    error = tracked.error
+    if error is not None and np.isfinite(error).any():
+        top = 1.05 * max(0.96, float(np.nanmax(error)))
+        far = draw.line(times, error, "--accent")
+        panels.append(draw.chart("How far off?", times, [far], axis="error", unit="px", reach=(0.0, top)))
+    return panels
 
 
 def _best_shown(tracked: Tracked, numbers: Sequence[int]) -> int:
@@ -134,24 +184,3 @@ def _best_shown(tracked: Tracked, numbers: Sequence[int]) -> int:
     if tracked.tracks:
         worth = np.sum([np.isfinite(path[:, 0]) for path in tracked.tracks.values()], axis=0)
     return int(np.argmax(np.nan_to_num(np.asarray(worth, dtype=np.float64)[list(numbers)])))
-
-
-def _track(number: int, path: Array) -> dict[str, object]:
-    """Write a track for the page, without the frames before and after its life."""
-    alive = np.flatnonzero(np.isfinite(path[:, 0]))
-    first, after = (int(alive[0]), int(alive[-1]) + 1) if alive.size else (0, 0)
-    places = rounded(path[first:after])
-    return {"name": number, "colour": plots.track_colour(number), "first": first, "places": places}
-
-
-def _strip(frames: Sequence[NDArray[np.uint8]]) -> str:
-    """Stack the frames, one under the other, into one grey PNG as a data URL."""
-    # several columns, since a browser refuses images taller than some 32 000 pixels
-    rows, columns = frames[0].shape
-    per_column = max(1, 16_000 // rows)
-    count = -(-len(frames) // per_column)
-    sheet = np.zeros((min(len(frames), per_column) * rows, count * columns), dtype=np.uint8)
-    for number, one in enumerate(frames):
-        r, c = number % per_column, number // per_column
-        sheet[r * rows : (r + 1) * rows, c * columns : (c + 1) * columns] = one
-    return picture_url(sheet)

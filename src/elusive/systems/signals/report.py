@@ -10,11 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elusive.contracts import Array
+from elusive.report import drawing as draw
 from elusive.report import plots
-from elusive.report.page import facts, picture_url, rounded, track_table, write_page
+from elusive.report.page import track_table, write_page
 
 TIMES_SHOWN = 1000  # columns of a picture at most
 SAMPLES_SHOWN = 400  # rows of a picture at most
+NOTE = "By chance: how probable it is that noise alone raises so high a score in a frame."
 DARK, MIDDLE, BRIGHT = (13, 20, 40), (37, 99, 175), (236, 246, 255)  # a score of zero, half and all of the scale
 
 
@@ -144,36 +146,85 @@ def _draw_highest(axes: Any, tracked: SignalTracked) -> None:
 
 
 def write_signal_html(path: Path, tracked: SignalTracked, signal: Waterfall, score: Waterfall) -> None:
-    """Write a page with the signal, the scores with the tracks and the highest score, one above the other."""
-    columns = -(-len(tracked.times) // score.stride)
-    starts = np.arange(columns) * score.stride
-    ends = np.minimum(starts + score.stride, len(tracked.times)) - 1
-    data = {
-        "times": rounded(tracked.times[starts], 4),
-        "end": rounded(tracked.times[-1:], 4)[0],
-        "frames": len(tracked.times),
-        "unit": tracked.time_unit,
-        "samples": tracked.samples,
-        "highest": rounded(np.fmax.reduceat(tracked.highest, starts)),
-        "threshold": rounded(tracked.threshold[ends]),
-        "tracks": [_drawn(one, score.stride, columns) for one in tracked.paths],
-        "truth": [] if tracked.truth is None else [rounded(x) for x in tracked.truth[ends].T],
-        "scale": _score_scale(tracked),
-        "colours": [f"rgb{DARK}", f"rgb{MIDDLE}", f"rgb{BRIGHT}"],
-        "signal": _picture(signal, *_grey_scale(signal), None),
-        "score": _picture(score, 0.0, _score_scale(tracked), _palette()),
+    """Write a page with the scores and the tracks, the highest score and the signal, one above the other."""
+    table = track_table(tracked.header, tracked.tracks, {str(one.track) for one in tracked.paths})
+    drawn = signal_drawing(tracked, signal, score)
+    write_page(path, tracked.title, tracked.verdict, drawn, table, tracked.rows, NOTE)
+
+
+def signal_drawing(tracked: SignalTracked, signal: Waterfall, score: Waterfall, **more: Any) -> draw.Drawing:
+    """Return what a report draws; a column of a picture holds as many frames as it merged."""
+    starts = np.arange(0, len(tracked.times), score.stride)
+    truth = _truth(tracked)
+    top = _score_scale(tracked)
+    found = _waterfall(
+        "Accumulated evidence: the highest score over the velocities", tracked, score, (0.0, top), "score"
+    )
+    found["layers"] += [*truth, *(_drawn(one, tracked) for one in tracked.paths)]
+    seen = _waterfall("Signal, as the filter takes it", tracked, signal, _grey_scale(signal), "grey")
+    return draw.drawing(
+        "Signal, accumulated evidence and tracks over time", tracked.times[starts],
+        [found, _highest(tracked, starts, score.stride), seen], unit="s" if tracked.time_unit == "s" else "frame",
+        start=len(starts) - 1, **more,
+    )  # fmt: skip
+
+
+def _waterfall(
+    title: str, tracked: SignalTracked, kept: Waterfall, scale: tuple[float, float], colours: str
+) -> draw.Panel:  # fmt: skip
+    """Return cells over time and place; what is later than the time shown is still to come where it plays."""
+    cells = kept.picture()
+    step = float(np.median(np.diff(tracked.times))) if len(tracked.times) > 1 else 1.0
+    first = float(tracked.times[0]) - step / 2
+    ends = first, first + step * len(cells) * kept.stride
+    values = draw.scaled(cells.T.astype(np.float64), *scale)
+    edges = (*ends, -0.5, cells.shape[1] * kept.shrink - 0.5)
+    layers = [draw.image(values, edges, colours, unit="deviations" if colours == "score" else "")]
+    panel = draw.chart(title, tracked.times, layers, axis="x", unit="sample", reach=(-0.5, tracked.samples - 0.5))
+    panel["y"]["group"] = "samples"
+    last = float(tracked.times[-1]) + step / 2
+    return panel | {
+        "extent": [first, last, *panel["extent"][2:]],
+        "span": 12,
+        "height": 320,
+        "night": True,
+        "bare": True,
     }
-    table = track_table(tracked.header, tracked.tracks)
-    texts = {"title": tracked.title, "verdict": tracked.verdict}
-    write_page(path, "report_signal.html", data, texts, tracks=table, table=facts(tracked.rows))
 
 
-def _drawn(path: Path1D, stride: int, columns: int) -> dict[str, object]:
-    """Lay a track out a column of the picture to a value; the last of a column's frames stands for it."""
-    x, sure = np.full(columns, np.nan), np.zeros(columns, dtype=np.int64)
-    x[path.frames // stride] = path.x
-    sure[path.frames // stride] = path.sure
-    return {"track": path.track, "x": rounded(x), "sure": sure.tolist()}
+def _truth(tracked: SignalTracked) -> list[draw.Layer]:
+    if tracked.truth is None:
+        return []
+    style: Any = {"width": 4, "alpha": 0.5, "name": "truth"}
+    places = [_broken_at_ends(x, tracked.samples) for x in tracked.truth.T]
+    return [draw.line(tracked.times, x, "--truth", **style) for x in places]
+
+
+def _drawn(path: Path1D, tracked: SignalTracked) -> draw.Layer:
+    """Return a track over time and place, broken where it leaves the ring at one end."""
+    x = _broken_at_ends(path.x, tracked.samples)
+    times = tracked.times[path.frames]
+    return draw.track(
+        path.track, times, np.column_stack([np.where(np.isfinite(x), times, np.nan), x]), "--accent",
+        sure=path.sure, values=[draw.numbers("at sample", path.x)],
+    )  # fmt: skip
+
+
+def _highest(tracked: SignalTracked, starts: NDArray[np.int64], stride: int) -> draw.Panel:
+    times, ends = tracked.times[starts], np.minimum(starts + stride, len(tracked.times)) - 1
+    highest, threshold = np.fmax.reduceat(tracked.highest, starts), tracked.threshold[ends]
+    there = None
+    if tracked.truth is not None:
+        there = draw.spans(np.asarray(np.isfinite(tracked.truth).any(axis=1)), tracked.times, "object truly there")
+    lines = [
+        draw.line(times, threshold, "--soft", dash=[5, 4], width=1.5, name="threshold"),
+        draw.line(times, highest, "--mark", name="highest score"),
+    ]
+    known = np.concatenate([[1.0], highest[np.isfinite(highest)], threshold[np.isfinite(threshold)]])
+    top = 1.08 * float(known.max())
+    unit = "deviations of noise"
+    layers = [there, *lines]
+    return draw.chart("Is something there?", tracked.times, layers, axis="score", unit=unit, reach=(0.0, top), span=12)
 
 
 def _broken_at_ends(x: Array, samples: int) -> Array:
@@ -201,17 +252,3 @@ def _palette() -> NDArray[np.uint8]:
     place = np.linspace(0.0, 1.0, 256)
     channels = [np.interp(place, [0.0, 0.5, 1.0], ends) for ends in zip(DARK, MIDDLE, BRIGHT, strict=True)]
     return np.column_stack(channels).astype(np.uint8)
-
-
-def _picture(kept: Waterfall, low: float, high: float, palette: NDArray[np.uint8] | None) -> dict[str, object]:
-    """Write a waterfall as a PNG in a data URL: time to the right, the first sample at the bottom."""
-    from PIL import Image
-
-    cells = kept.picture()
-    grey = np.clip(255.0 * (cells.T[::-1] - low) / max(high - low, 1e-12), 0, 255).astype(np.uint8)
-    image = Image.fromarray(grey)
-    if palette is not None:
-        image = image.convert("P")
-        image.putpalette(palette.tobytes())
-    # how much of the run and of a frame the picture covers: its last block may be incomplete
-    return {"url": picture_url(image), "frames": len(cells) * kept.stride, "samples": cells.shape[1] * kept.shrink}

@@ -1,115 +1,145 @@
-"""The page of a radio network's report: the floor over time, people and events."""
+"""The drawing of a radio network's report: the floor over time, people, their existence, the error, and the events."""
 
 from __future__ import annotations
 
-import math
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from elusive.contracts import Array
-from elusive.report import plots
-from elusive.report.page import facts, picture_url, rounded, stored, track_table, write_page
-from elusive.systems.links.report.contents import Happening, LinkPath, LinksTracked, Scene
+from elusive.report import drawing as draw
+from elusive.report.page import track_table, write_page
+from elusive.report.plots import track_colour
+from elusive.systems.links.report.contents import LinkPath, LinksTracked
 
 TIMES_SHOWN = 2000
 POINTS_SHOWN = 40_000  # of all tracks together
-EVENTS_SHOWN = 1000
+LINKS_AT_MOST = 20_000
+NODES_NAMED = 60
+TRAIL_FRAMES, TRAIL_S = 20, 30.0  # of the way that is drawn strongly
 
 
 def write_links_html(path: Path, tracked: LinksTracked) -> None:
     """Write a page with the floor over time, the number of people, their existence, the error, and the events."""
+    table = track_table(tracked.header, tracked.tracks, {str(one.track) for one in tracked.paths})
+    write_page(path, tracked.title, tracked.verdict, links_drawing(tracked), table, tracked.rows)
+
+
+def links_drawing(tracked: LinksTracked) -> draw.Drawing:
+    """Return what a report draws."""
     points = sum(len(one.frames) for one in tracked.paths)
-    stride = max(1, -(-len(tracked.times_s) // TIMES_SHOWN), -(-points // POINTS_SHOWN))
+    stride = max(draw.stride_of(len(tracked.times_s), TIMES_SHOWN), draw.stride_of(points, POINTS_SHOWN))
+    times, people = tracked.times_s[::stride], tracked.people[::stride]
     drawn = {one.track for one in tracked.paths}
-    events = [event for event in tracked.events if event.track in drawn]
-    true, error = tracked.true_places, tracked.error
-    data = {
-        "times": rounded(tracked.times_s[::stride], 3),
-        "calibrated": float(tracked.times_s[tracked.calibrated - 1]) if tracked.calibrated else None,
-        "extent": tracked.extent,
-        "corners": rounded(tracked.corners),
-        "nodes": rounded(tracked.nodes),
-        "names": list(tracked.names),
-        "paths": [_path(one, tracked.times_s, stride) for one in tracked.paths],
-        "people": tracked.people[::stride].tolist(),
-        "truth": None if tracked.truth is None else [rounded(one.points, 3) for one in tracked.truth],
-        "called": [] if tracked.truth is None else [one.name for one in tracked.truth],
-        "present": None if true is None else np.isfinite(true[::stride, :, 0]).sum(axis=1).tolist(),
-        "error": None if error is None else rounded(error[::stride]),
-        "events": [_event(event) for event in events[-EVENTS_SHOWN:]],
-        "unlisted": max(0, len(events) - EVENTS_SHOWN) + tracked.unlisted,
-        "scenes": {"times": [round(one.time_s, 3) for one in tracked.scenes], **_images(tracked)},
-        "clouds": [_clouds(scene, drawn) for scene in tracked.scenes],
-    }
-    write_page(
-        path,
-        "report_links.html",
-        data,
-        {"title": tracked.title, "verdict": tracked.verdict},
-        tracks=track_table(tracked.header, tracked.tracks, {str(one) for one in drawn}, "Highlight it"),
-        table=facts(tracked.rows),
-        floor=stored("report_links_floor.js"),
-        player=stored("report_player.css"),
-        script=stored("report_links.js"),
-    )
+    events = [(one.time_s, f"{one.what} at {one.x_m:.1f}, {one.y_m:.1f} m", one.track) for one in tracked.events
+              if one.track in drawn]  # fmt: skip
+    layers = [*_ground(tracked), *_truth(tracked), *_nodes(tracked), *_clouds(tracked), *_paths(tracked, stride)]
+    floor = draw.plane("Where?", tracked.extent, layers, span=8, rows=2, ground="--shade")
+    # a page that opens on an empty floor shows nothing: the middle of the times at which most people are there
+    busiest = np.flatnonzero(people == people.max(initial=0))
+    status = [draw.numbers("people", people, digits=0)]
+    if tracked.error is not None:
+        status.append(draw.numbers("error", tracked.error[::stride], "m", 2))
+    return draw.drawing(
+        "The floor with nodes, tracks and people", times, [floor, *_charts(tracked, stride)], events=events, log=4,
+        unlisted=tracked.unlisted, start=int(busiest[len(busiest) // 2]) if len(busiest) else 0, status=status,
+    )  # fmt: skip
 
 
-def _path(path: LinkPath, times_s: Array, stride: int) -> dict[str, object]:
-    """Lay a track out by column, at the times shown and at its last."""
+def _ground(tracked: LinksTracked) -> Iterable[draw.Layer]:
+    yield draw.area([tracked.corners], fill="--ground")
+    kept = [(one.time_s, one.image, one.peak) for one in tracked.scenes if one.image is not None]
+    if tracked.grid is not None and kept:
+        (rows, columns), extent = tracked.grid
+        brightest = max(peak for _, _, peak in kept)
+        stack = np.stack([np.round(image * (peak / brightest if brightest else 0.0)) for _, image, peak in kept])
+        values = {"block": stack.astype(np.uint8).reshape(-1, rows, columns), "low": 0.0, "high": round(brightest, 3)}
+        times = draw.rounded([time for time, _, _ in kept], 3)
+        within = [draw.rounded(np.ravel(tracked.corners))]
+        yield draw.image(values, extent, "glow", unit="dB", name="image", times=times, within=within)
+    first, second = np.triu_indices(len(tracked.nodes), 1)
+    if 0 < len(first) <= LINKS_AT_MOST:
+        ends = np.column_stack([tracked.nodes[first], tracked.nodes[second]])
+        yield draw.segments(ends, "--link", alpha=max(0.03, min(0.4, 25 / len(first))), name="links between nodes")
+    yield draw.area([tracked.corners], colour="--wall", width=1.8)
+
+
+def _nodes(tracked: LinksTracked) -> Iterable[draw.Layer]:
+    names = {"texts": list(tracked.names)} if len(tracked.nodes) <= NODES_NAMED else {}
+    yield draw.points(tracked.nodes, "--wall", marker="square", size=3.5, name="nodes", **names)
+
+
+def _truth(tracked: LinksTracked) -> Iterable[draw.Layer]:
+    for one in tracked.truth or ():
+        time, x, y = one.points.T
+        path: dict[str, Any] = {"times": draw.rounded(time, 3), "head": "diamond", "width": 5, "alpha": 0.55}
+        text = {"text": one.name} if len(tracked.truth or ()) > 1 else {}
+        yield draw.line(x, y, "--truth", 2, **path, **text, name="truth")
+
+
+def _clouds(tracked: LinksTracked) -> Iterable[draw.Layer]:
+    gaps = np.diff([one.time_s for one in tracked.scenes])
+    reach = 1.01 * float(gaps.mean()) if len(gaps) else 1.0
+    for path in tracked.paths:
+        kept = [(one.time_s, one.clouds[path.track]) for one in tracked.scenes if path.track in one.clouds]
+        if kept:
+            colour, more = track_colour(path.track), {"track": path.track, "name": "particles of each track"}
+            yield draw.clouds(kept, colour, reach=reach, size=1.3, alpha=0.45, **more)
+
+
+def _shown(path: LinkPath, stride: int) -> np.ndarray:
+    """At the times shown and at its last."""
     shown = path.frames % stride == 0
     shown[-1:] = True
-    return {
-        "track": path.track,
-        "colour": plots.track_colour(path.track),
-        "times": rounded(times_s[path.frames[shown]], 3),
-        "x": rounded(path.places[shown, 0]),
-        "y": rounded(path.places[shown, 1]),
-        "sx": rounded(path.deviation[shown, 0]),
-        "sy": rounded(path.deviation[shown, 1]),
-        "existence": rounded(path.existence[shown], 3),
-        "sure": path.confirmed[shown].astype(int).tolist(),
-    }
+    return np.asarray(shown)
 
 
-def _event(event: Happening) -> list[object]:
-    return [round(event.time_s, 3), event.track, event.what, round(event.x_m, 2), round(event.y_m, 2)]
+def _paths(tracked: LinksTracked, stride: int) -> Iterable[draw.Layer]:
+    span = float(tracked.times_s[-1] - tracked.times_s[0])
+    gap = span / max(1, len(tracked.times_s) - 1)
+    for path in tracked.paths:
+        at = _shown(path, stride)
+        yield draw.track(
+            path.track, tracked.times_s[path.frames[at]], path.places[at], track_colour(path.track),
+            deviation=path.deviation[at], sure=path.confirmed[at],
+            trail=max(TRAIL_FRAMES * gap, min(TRAIL_S, span / 8)),
+            values=[
+                draw.numbers("existence", path.existence[at], digits=2),
+                draw.numbers("deviation", np.hypot(*path.deviation[at].T), "m", 2),
+            ],
+        )  # fmt: skip
 
 
-def _clouds(scene: Scene, drawn: set[int]) -> dict[str, list[int]]:
-    """Lay the particles of the tracks that are drawn out, x and y in turn in whole centimetres."""
-    return {
-        str(track): np.round(100 * cloud).astype(int).ravel().tolist()
-        for track, cloud in scene.clouds.items()
-        if track in drawn
-    }
+def _charts(tracked: LinksTracked, stride: int) -> Iterable[draw.Panel]:
+    times, true = tracked.times_s[::stride], tracked.true_places
+    calibrated = np.arange(len(tracked.times_s)) < tracked.calibrated
+    calibration = draw.spans(calibrated, tracked.times_s, "calibration", "--soft") if tracked.calibrated else None
+    counts = [tracked.people[::stride]]
+    layers = [draw.line(times, counts[0], "--accent", 0, step=True, name="confirmed tracks")]
+    if true is not None:
+        counts.append(np.isfinite(true[::stride, :, 0]).sum(axis=1))
+        layers.insert(0, draw.line(times, counts[1], "--truth", 0, step=True, width=4.5, alpha=0.5, name="truly there"))
+    top = 1.15 * max(1, *(int(one.max(initial=0)) for one in counts))
+    people = draw.chart("How many?", tracked.times_s, [calibration, *layers], axis="people", reach=(0.0, top))
+    people["y"]["least"] = 1  # a number of people is whole
+    yield people
 
+    def curves(of: str) -> list[draw.Layer]:
+        lines = []
+        for path in tracked.paths:
+            at = _shown(path, stride)
+            values: Array = path.existence if of == "existence" else np.hypot(*path.deviation.T)
+            more: dict[str, Any] = {"track": path.track, "text": f"track {path.track}"}
+            lines.append(draw.line(tracked.times_s[path.frames[at]], values[at], track_colour(path.track), **more))
+        return lines
 
-def _images(tracked: LinksTracked) -> dict[str, object]:
-    """Write all images as tiles of one grey PNG in a data URL, north at the top; 255 is the brightest of them."""
-    kept = [scene.image for scene in tracked.scenes if scene.image is not None]
-    if tracked.grid is None or not kept:
-        return {"url": None}
-    (rows, columns), extent = tracked.grid
-    brightest = max(scene.peak for scene in tracked.scenes)
-    across = max(1, min(len(kept), round(math.sqrt(len(kept) * rows / columns))))
-    picture = np.zeros((-(-len(kept) // across) * rows, across * columns), dtype=np.uint8)
-    tile = 0
-    number: list[int | None] = []  # of each scene's tile
-    for scene in tracked.scenes:
-        number.append(None if scene.image is None else tile)
-        if scene.image is not None:
-            down, along = divmod(tile, across)
-            picture[down * rows : (down + 1) * rows, along * columns : (along + 1) * columns] = _grey(
-                scene.image.reshape(rows, columns)[::-1], scene.peak / brightest if brightest else 0.0
-            )
-            tile += 1
-    return {
-        "url": picture_url(picture), "tile": number, "across": across, "rows": rows, "columns": columns,
-        "extent": extent, "brightest": round(brightest, 3),
-    }  # fmt: skip
-
-
-def _grey(image: NDArray[np.uint8], share: float) -> NDArray[np.uint8]:
-    return np.asarray(np.round(image * share), dtype=np.uint8)
+    if tracked.paths:
+        yield draw.chart("Existence of each track", tracked.times_s, curves("existence"), reach=(0.0, 1.02))
+        spreads = "Deviation of each track's place, both axes together"
+        yield draw.chart(spreads, tracked.times_s, curves("deviation"), unit="m")
+    error = tracked.error
+    if error is not None and np.isfinite(error).any():
+        title = f"How far off? Distance from a person to the nearest track, {np.nanmean(error):.2f} m on average"
+        yield draw.chart(title, tracked.times_s, [draw.line(times, error[::stride], "--truth")], unit="m")

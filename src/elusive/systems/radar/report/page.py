@@ -1,120 +1,169 @@
-"""The radar report's page: map, tracks and clouds over time."""
+"""The radar report's drawing: map, tracks and clouds over time, speed, deviation, error, and the chart's consent."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from elusive.contracts import Array
-from elusive.report import plots
-from elusive.report.page import facts, picture_url, rounded, stored, track_table, write_page
-from elusive.systems.radar.report.contents import ChartMap, Cloud, Extent, RadarPath, RadarTracked, WaterRaster
+from elusive.report import drawing as draw
+from elusive.report.page import track_table, write_page
+from elusive.report.plots import track_colour
+from elusive.systems.radar.report.contents import AT_COAST, ChartMap, RadarPath, RadarTracked
 
 SCANS_SHOWN = 2000
 POINTS_SHOWN = 40_000  # of all tracks together
 TELLING = 6  # clouds that the page leads to
-DEGREE = 3  # of the polynomial that gives longitude and latitude: right to a metre over 100 km
+CLOSE = 9.0  # deviations that the close view is wide
+CLOSEST_M = 12.0
 
 
 def write_radar_html(path: Path, tracked: RadarTracked) -> None:
     """Write a page with the map, the tracks and clouds over time, and their speed, deviation and error."""
+    drawn = {str(one.track) for one in tracked.paths}
+    table = track_table(tracked.header, tracked.tracks, drawn)
+    write_page(path, tracked.title, tracked.verdict, radar_drawing(tracked), table, tracked.rows)
+
+
+def radar_drawing(tracked: RadarTracked) -> draw.Drawing:
+    """Return what a report draws."""
     points = sum(len(one.times_s) for one in tracked.paths)
-    stride = max(1, -(-len(tracked.times_s) // SCANS_SHOWN), -(-points // POINTS_SHOWN))
+    stride = max(draw.stride_of(len(tracked.times_s), SCANS_SHOWN), draw.stride_of(points, POINTS_SHOWN))
     times = tracked.times_s[::stride]
-    clouds = tracked.drawn_clouds()
-    telling = {id(cloud) for cloud in tracked.telling_clouds(TELLING)}
-    data = {
-        "times": times.tolist(),
-        "plots": rounded(tracked.plots),
-        "paths": [_path(one, tracked.error(one), times) for one in tracked.paths],
-        "clouds": [_cloud(cloud) for cloud in clouds],
-        "telling": [number for number, cloud in enumerate(clouds) if id(cloud) in telling],
-        "truth": None if tracked.truth is None else rounded(tracked.truth),
-        "extent": tracked.extent,
-        "chart": None if tracked.chart is None else _chart(tracked.chart),
-        "degrees": None if tracked.lonlat is None else _degrees(tracked.lonlat, tracked.extent),
-        "estimate": tracked.estimate,
-    }
-    write_page(
-        path,
-        "report_radar.html",
-        data,
-        {"title": tracked.title, "verdict": tracked.verdict},
-        tracks=track_table(tracked.header, tracked.tracks, {str(one.track) for one in tracked.paths}, "Centre on it"),
-        table=facts(tracked.rows),
-        map=stored("report_radar_map.js"),
-        player=stored("report_player.css"),
-        script=stored("report_radar.js"),
+    layers = radar_layers(tracked, times)
+    axes = ("east of the radar", "north of the radar")
+    degrees: dict[str, Any] = {}
+    if tracked.lonlat is not None:
+        degrees["degrees"] = draw.lonlat_fit(tracked.lonlat, tracked.extent)
+        {} if tracked.lonlat is None else {"degrees": draw.lonlat_fit(tracked.lonlat, tracked.extent)}
     )
+    ground: dict[str, Any] = {"ground": "--water"} if tracked.chart is not None else {}
+    spread = [one.deviation.max(axis=1) for one in tracked.paths]
+    near = max(CLOSEST_M, CLOSE * float(np.median(np.concatenate(spread)))) if spread else CLOSEST_M
+    close = draw.plane(
+        "Close up", tracked.extent, layers, axes=axes, group="close", span=4, follow=near, **ground
+    )  # fmt: skip
+    whole = draw.plane("Where?", tracked.extent, layers, axes=axes, span=8, rows=2, **ground, **degrees)
+    events = _events(tracked)
+    return draw.drawing(
+        "Map of the tracks, north up", times, [whole, close if spread else None, *_charts(tracked, times)],
+        events=events, log=4 if events else 0, start=len(times) - 1,
+        note=f"Track: {tracked.estimate}; dotted while it is not confirmed.",
+    )  # fmt: skip
 
 
-def _path(path: RadarPath, error: Array | None, times: Array) -> dict[str, object]:
-    """Lay a track out by column, at the scans shown and at its last."""
+def radar_layers(tracked: RadarTracked, times: np.ndarray) -> list[draw.Layer]:
+    """Return what a map shows: the chart, plots, truth, clouds, tracks and the radar."""
+    seen, now = tracked.plots[:, 1:], {"times": draw.rounded(tracked.plots[:, 0], 4)}
+    size = 1.0 if len(seen) > 3000 else 1.5
+    layers = [] if tracked.chart is None else chart_layers(tracked.chart)
+    layers.append(draw.points(seen, "--plot", **now, show="past", size=size, alpha=0.6, name="plots so far"))
+    if tracked.truth is not None:
+        time, x, y = tracked.truth.T
+        path = {"times": draw.rounded(time, 4), "head": "diamond", "width": 5, "alpha": 0.55}
+        layers.append(draw.line(x, y, "--truth", 2, **path, name="truth"))
+    layers += _clouds(tracked)
+    layers += [radar_track(one, tracked, times) for one in tracked.paths]
+    layers.append(draw.points(seen, "--now", **now, show="now", marker="cross", size=6, width=2, name="plots of now"))
+    layers.append(draw.points([[0.0, 0.0]], "--now", marker="triangle", size=6, texts=["radar"]))
+    return layers
+
+
+def chart_layers(chart: ChartMap) -> list[draw.Layer]:
+    """Return land, P(water) where it was used, and the shore."""
+    land = draw.area(chart.land, fill="--land")
+    water = [
+        draw.image(
+            draw.shares(raster.probability), raster.extent, "water", unit="P(water)", name="P(water)", smooth=True
+        )
+        for raster in chart.rasters
+    ]
+    cut = {} if chart.window is None else {"cut": np.round(chart.window, 2).tolist()}
+    return [land, *water, draw.area(chart.land, colour="--shore", name="charted shore", **cut)]
+
+
+def _clouds(tracked: RadarTracked) -> Iterable[draw.Layer]:
+    """Return the particles kept of each track, near in time, with their mean and mode."""
+    gap = float(np.median(np.diff(tracked.times_s))) if len(tracked.times_s) > 1 else 1.0
+    reach = max(gap, (tracked.times_s[-1] - tracked.times_s[0]) / 60) if len(tracked.times_s) else gap
+    for number in sorted({one.track for one in tracked.paths}):
+        clouds = [one for one in tracked.drawn_clouds() if one.track == number]
+        if not clouds:
+            continue
+        shown = {"reach": reach, "track": number}
+        kept = [(one.time_s, one.particles) for one in clouds]
+        yield draw.clouds(kept, "--particle", size=1.0, alpha=0.6, name="particles", **shown)
+        means, modes = ([(one.time_s, at[None]) for one in clouds if (at := getattr(one, of)) is not None]
+                        for of in ("mean", "mode"))  # fmt: skip
+        for estimates, marker in ((means, "plus"), (modes, "ring")):
+            yield draw.clouds(estimates, "--mark", marker=marker, size=7, width=2, name="mean and mode", **shown)
+
+
+def radar_track(path: RadarPath, tracked: RadarTracked, times: np.ndarray) -> draw.Layer:
+    """Return a track at the scans shown and at its last."""
     shown = np.isin(path.times_s, times)
     shown[-1:] = True
-    across = np.zeros(len(path.times_s)) if path.covariance is None else path.covariance
-    return {
-        "track": path.track,
-        "colour": plots.track_colour(path.track),
-        "times": path.times_s[shown].tolist(),
-        "x": rounded(path.places[shown, 0]),
-        "y": rounded(path.places[shown, 1]),
-        "vx": rounded(path.velocity[shown, 0]),
-        "vy": rounded(path.velocity[shown, 1]),
-        "sx": rounded(path.deviation[shown, 0], 3),
-        "sy": rounded(path.deviation[shown, 1], 3),
-        "cxy": rounded(across[shown], 3),
-        "sure": path.confirmed[shown].astype(int).tolist(),
-        "forbidden": path.forbidden[shown].astype(int).tolist(),
-        "allowed": None if path.allowed is None else rounded(path.allowed[shown], 4),
-        "error": None if error is None else rounded(error[shown]),
-    }
+    error = tracked.error(path)
+    values = [*draw.course(path.velocity[shown]), draw.numbers("deviation", path.spread[shown], "m")]
+    if error is not None:
+        values.append(draw.numbers("error", error[shown], "m"))
+    if path.allowed is not None:
+        values.append(draw.numbers("the chart allows it with P =", path.allowed[shown], digits=2))
+    return draw.track(
+        path.track, path.times_s[shown], path.places[shown], track_colour(path.track), deviation=path.deviation[shown],
+        cross=None if path.covariance is None else path.covariance[shown], sure=path.confirmed[shown], values=values,
+        flagged=path.forbidden[shown].astype(int).tolist(),
+    )  # fmt: skip
 
 
-def _cloud(cloud: Cloud) -> dict[str, object]:
-    """Lay a cloud out; particles in whole centimetres from the mean."""
-    return {
-        "time": cloud.time_s,
-        "track": cloud.track,
-        "mean": rounded(cloud.mean),
-        "mode": None if cloud.mode is None else rounded(cloud.mode),
-        "plots": rounded(cloud.plots),
-        "cm": np.round(100 * (cloud.particles - np.round(cloud.mean, 2))).astype(int).ravel().tolist(),
-        "water": None if np.isnan(cloud.water) else round(cloud.water, 4),
-    }
+def _charts(tracked: RadarTracked, times: np.ndarray) -> Iterable[draw.Panel]:
+    span = tracked.times_s
+
+    def curves(of: dict[int, np.ndarray]) -> list[draw.Layer]:
+        found = []
+        for one in tracked.paths:
+            shown = np.isin(one.times_s, times)
+            shown[-1:] = True
+            if one.track in of:
+                x, y = one.times_s[shown], of[one.track][shown]
+                found.append(draw.line(x, y, track_colour(one.track), track=one.track, text=f"track {one.track}"))
+        return found
+
+    if not tracked.paths:
+        return
+    speeds = {one.track: np.hypot(*one.velocity.T) for one in tracked.paths}
+    yield draw.chart("How fast?", span, curves(speeds), axis="speed", unit="m/s")
+    spreads = {one.track: one.spread for one in tracked.paths}
+    yield draw.chart("How sure? Deviation of the place, both axes together", span, curves(spreads), unit="m")
+    nearest = tracked.nearest_error
+    if nearest is not None:
+        when, errors = nearest
+        error = np.where(np.isin(span, when), np.interp(span, when, errors), np.nan)
+        title = f"How far off? Distance of the nearest track to the truth, at most {errors.max():.1f} m"
+        yield draw.chart(title, span, [draw.line(span, error, "--truth")], unit="m")
+    allowed = {one.track: one.allowed for one in tracked.paths if one.allowed is not None}
+    if allowed:
+        out = [np.column_stack([one.times_s[one.forbidden], np.zeros(one.forbidden.sum())]) for one in tracked.paths]
+        left = draw.points(np.concatenate(out), "--forbidden", marker="plus", size=5, name="map left out")
+        yield draw.chart(
+            "Does the chart agree? P(the chart allows the ship)", span, [*curves(allowed), left], reach=(0.0, 1.02)
+        )
 
 
-def _chart(chart: ChartMap) -> dict[str, object]:
-    return {
-        "window": None if chart.window is None else np.round(chart.window, 1).tolist(),
-        "land": [rounded(ring.ravel(), 1) for ring in chart.land],
-        "rasters": [{"extent": raster.extent, "url": _picture(raster)} for raster in chart.rasters],
-    }
-
-
-def _picture(raster: WaterRaster) -> str:
-    """Write P(water) as a grey PNG in a data URL, north at the top: 0 to 254 for P, 255 where nothing is known."""
-    known = np.isfinite(raster.probability)
-    grey = np.where(known, np.round(254 * np.clip(np.nan_to_num(raster.probability), 0.0, 1.0)), 255)
-    return picture_url(np.ascontiguousarray(grey[::-1]).astype(np.uint8))
-
-
-def _degrees(lonlat: Callable[[Array], Array], extent: Extent) -> dict[str, object]:
-    """Fit polynomials of x and y to longitude and latitude over four times what is shown."""
-    west, east, south, north = extent
-    x0, y0, half = 0.5 * (west + east), 0.5 * (south + north), 2.0 * max(east - west, north - south)
-    u, v = (axis.ravel() for axis in np.meshgrid(*[np.linspace(-1.0, 1.0, 9)] * 2))
-    degrees = lonlat(np.column_stack([x0 + half * u, y0 + half * v]))
-    lon = degrees[len(u) // 2, 0] + np.mod(degrees[:, 0] - degrees[len(u) // 2, 0] + 180.0, 360.0) - 180.0
-    terms = np.column_stack([u**i * v**j for i in range(DEGREE + 1) for j in range(DEGREE + 1 - i)])
-    fitted, *_ = np.linalg.lstsq(terms, np.column_stack([lon, degrees[:, 1]]), rcond=None)
-    return {
-        "x": x0,
-        "y": y0,
-        "half": half,
-        "degree": DEGREE,
-        "lon": fitted[:, 0].tolist(),
-        "lat": fitted[:, 1].tolist(),
-    }
+def _events(tracked: RadarTracked) -> list[tuple[float, str, int | None]]:
+    """Return when tracks start, are confirmed and end, when the map was left out, and where water is least likely."""
+    found: list[tuple[float, str, int | None]] = []
+    for one in tracked.paths:
+        found.append((float(one.times_s[0]), "starts", one.track))
+        if one.confirmed.any():
+            found.append((float(one.times_s[np.argmax(one.confirmed)]), "is confirmed", one.track))
+        if one.times_s[-1] < tracked.times_s[-1]:
+            found.append((float(one.times_s[-1]), "ends", one.track))
+        first = np.flatnonzero(np.diff(np.concatenate([[0], one.forbidden.astype(int)])) > 0)
+        found += [(float(one.times_s[k]), "the map was left out: it forbade every particle", one.track) for k in first]
+    for cloud in tracked.telling_clouds(TELLING):
+        words = f"P(water) {cloud.water:.2f}" if cloud.water < AT_COAST else "particle cloud"
+        found.append((cloud.time_s, words, cloud.track))
+    return sorted(found, key=lambda one: one[0])
