@@ -37,8 +37,6 @@ def radar_drawing(tracked: RadarTracked) -> draw.Drawing:
     degrees: dict[str, Any] = {}
     if tracked.lonlat is not None:
         degrees["degrees"] = draw.lonlat_fit(tracked.lonlat, tracked.extent)
-        {} if tracked.lonlat is None else {"degrees": draw.lonlat_fit(tracked.lonlat, tracked.extent)}
-    )
     ground: dict[str, Any] = {"ground": "--water"} if tracked.chart is not None else {}
     spread = [one.deviation.max(axis=1) for one in tracked.paths]
     near = max(CLOSEST_M, CLOSE * float(np.median(np.concatenate(spread)))) if spread else CLOSEST_M
