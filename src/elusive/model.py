@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import yaml
 from pydantic import (
@@ -16,6 +16,7 @@ from pydantic import (
     ValidationError,
     ValidatorFunctionWrapHandler,
     WrapValidator,
+    model_validator,
 )
 
 from elusive.errors import DataError, ParameterError
@@ -37,7 +38,18 @@ class Model(BaseModel):
         If a field is missing, unknown or out of its bounds; the message names the model and the field.
     """
 
+    main_options: ClassVar[tuple[str, ...]] = ()  # of a command's parameters: the options that help shows first
+
     model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, allow_inf_nan=False)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _over_defaults(cls, given: Any) -> Any:
+        """Let what is not given of an inner model stay as in the default that stands there."""
+        if not isinstance(given, Mapping):
+            return given
+        standing = {name: field.default for name, field in cls.model_fields.items() if isinstance(field.default, Model)}
+        return {name: over_default(standing[name], it) if name in standing else it for name, it in given.items()}
 
     if not TYPE_CHECKING:
 

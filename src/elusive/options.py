@@ -1,8 +1,9 @@
 """Command-line options made from a model's fields, so that a parameter is declared once.
 
 Each leaf field of a model and of the models inside it becomes an option; a field that is one of several models
-(told apart by ``kind``) becomes an option that chooses, and the leaves of each. A leaf's option is its own name
-where no earlier leaf has taken it, else its name behind the field that holds it.
+(distinguished by ``kind``) becomes an option that chooses, and the leaves of each. A leaf's option is its own name
+where no earlier leaf has taken it, else its name behind the field that holds it. Help shows the options that matter
+first, `Model.main_options`, then the others by the model that they belong to.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from rich.markup import escape
 from elusive.errors import ParameterError
 from elusive.model import FROM_RECORDING, Model, models_in
 
-PANEL = "Parameters (also keys of --config)"
+MAIN = "Parameters that matter first (all parameters are keys of --config, too)"
 
 
 class Option(NamedTuple):
@@ -31,49 +32,65 @@ class Option(NamedTuple):
     kinds: Mapping[tuple[str, ...], tuple[str, ...]]  # unions on the way, and the kinds of each that have this field
     annotation: Any
     help: str
-    stands: bool = True  # whether its model stands there by default
+    panel: str  # heading in the help under which it stands
+
+
+class _Leaf(NamedTuple):
+    """A field with the models round it of one kind each; several become one option."""
+
+    name: str
+    path: tuple[str, ...]
+    kinds: Mapping[tuple[str, ...], str]
+    chosen: int  # how many of these kinds do not stand by default
+    annotation: Any
+    description: str
+    default: Any  # of the model that stands there, given these kinds
 
 
 def options_of(model: type[Model]) -> list[Option]:
-    """List the options of a model, outermost fields first."""
-    merged: dict[tuple[str, ...], Option] = {}
-    same: dict[tuple[str, ...], list[Option]] = {}
-    for option in sorted(_leaves(model, None, (), {}), key=lambda leaf: len(leaf.path)):
-        same.setdefault(option.path, []).append(option)
-        before = merged.get(option.path)
-        if before is None:
-            merged[option.path] = option
-        else:
-            kinds = {
-                union: tuple(dict.fromkeys([*names, *option.kinds.get(union, ())]))
-                for union, names in before.kinds.items()
-            }
-            merged[option.path] = before._replace(kinds=kinds)
-    taken: set[str] = set()
-    named = []
-    for option in merged.values():
-        name = option.name
-        for depth in range(2, len(option.path) + 1):
-            if name not in taken:
+    """List the options of a model: those that matter first, then the outermost fields first."""
+    same: dict[tuple[str, ...], list[_Leaf]] = {}
+    for leaf in sorted(_leaves(model, {}, (), {}), key=lambda leaf: len(leaf.path)):
+        same.setdefault(leaf.path, []).append(leaf)
+    options: dict[str, Option] = {}
+    for path, leaves in same.items():
+        first = leaves[0]
+        kinds = {union: tuple(dict.fromkeys(leaf.kinds[union] for leaf in leaves)) for union in first.kinds}
+        name = first.name
+        for depth in range(2, len(path) + 1):
+            if name not in options:
                 break
-            name = "_".join(option.path[-depth:])
-        taken.add(name)
-        named.append(option._replace(name=name, help=_help_of(same[option.path])))
-    return named
+            name = "_".join(path[-depth:])
+        panel = MAIN if name in model.main_options else _panel(model, path)
+        options[name] = Option(name, path, kinds, first.annotation, _help(leaves), panel)
+    main = [options.pop(name) for name in model.main_options]
+    return [*main, *options.values()]
 
 
-def _help_of(same: list[Option]) -> str:
-    """Help of an option that several kinds have: of the kind that stands there by default, then where it differs."""
-    texts: dict[str, list[str]] = {}
-    told = set[str]()
-    for option in sorted(same, key=lambda option: not option.stands):
-        kinds = [kind for kind in (list(option.kinds.values()) or [()])[-1] if kind not in told]
-        told |= set(kinds)
-        if kinds or not texts:
-            texts.setdefault(option.help, []).extend(kinds)
-    if len(texts) == 1:
-        return next(iter(texts))
-    return "; ".join(f"{', '.join(kinds)}: {text}" for text, kinds in texts.items())
+def _panel(model: type[Model], path: tuple[str, ...]) -> str:
+    """Heading of the model that holds a field, at most two fields deep, by its key in a configuration."""
+    inside = path[:-1][:2]
+    return f"Parameters: {'.'.join(inside)}" if inside else "Parameters"
+
+
+def _help(leaves: list[_Leaf]) -> str:
+    """Describe an option and its default; where those differ between kinds, the kind that stands by default first."""
+    by_kind: dict[str, tuple[str, str]] = {}
+    for leaf in sorted(leaves, key=lambda leaf: leaf.chosen):
+        by_kind.setdefault(list(leaf.kinds.values() or [""])[-1], _text(leaf))
+    kinds_of: dict[tuple[str, str], list[str]] = {}
+    for kind, text in by_kind.items():
+        kinds_of.setdefault(text, []).append(kind)
+    (about, default), *others = kinds_of
+    if all(other == about for other, _ in others):
+        rest = (f"; {', '.join(kinds_of[text])}: {text[1].removeprefix('default: ')}" for text in others)
+        return f"{about} [{default}{''.join(rest)}]"
+    return "; ".join(f"{', '.join(kinds)}: {about} [{default}]" for (about, default), kinds in kinds_of.items())
+
+
+def _text(leaf: _Leaf) -> tuple[str, str]:
+    nothing = leaf.default is None and "none:" in leaf.description
+    return leaf.description, "default: none" if nothing else _words(leaf.default)
 
 
 def nested(model: type[Model], given: Mapping[str, Any], base: Mapping[str, Any]) -> dict[str, Any]:
@@ -130,7 +147,7 @@ def accepts(model: type[Model]) -> Callable[[Callable[..., Any]], Callable[..., 
                 default=None,
                 annotation=Annotated[
                     option.annotation | None,
-                    typer.Option(f"--{_flag(option)}", help=escape(option.help), rich_help_panel=PANEL),
+                    typer.Option(f"--{_flag(option)}", help=escape(option.help), rich_help_panel=option.panel),
                 ],
             )
             for option in options
@@ -150,29 +167,52 @@ def accepts(model: type[Model]) -> Callable[[Callable[..., Any]], Callable[..., 
 
 
 def _leaves(
-    model: type[Model], usual: Model | None, path: tuple[str, ...], kinds: dict[tuple[str, ...], tuple[str, ...]]
-) -> Iterator[Option]:
-    """Leaves of a model; ``usual`` is what stands there by default, if a model of this class does."""
-    stands = usual is not None or not path
+    model: type[Model],
+    tree: dict[str, Any],
+    path: tuple[str, ...],
+    kinds: dict[tuple[str, ...], str],
+    chosen: int = 0,
+    outermost: type[Model] | None = None,
+) -> Iterator[_Leaf]:
+    """Leaves of a model, whose kinds and those of the models round it stand in the tree."""
+    outermost = outermost or model
+    usual = _at(_standing(outermost, tree), path)
     for name, field in model.model_fields.items():
-        here = (*path, name)
         if field.json_schema_extra == FROM_RECORDING:
             continue
-        default = field.get_default(call_default_factory=True) if usual is None else getattr(usual, name)
+        here = (*path, name)
+        default = getattr(usual, name) if isinstance(usual, model) else field.get_default(call_default_factory=True)
         inner = [found for found in models_in(field.annotation) if issubclass(found, Model)]
         tags = [kind for found in inner if (kind := _kind(found)) is not None]
         described = field.description or name
-        text = f"{described} [{'default: none' if default is None and 'none:' in described else _words(default)}]"
-        if len(inner) > 1 and len(tags) == len(inner):
-            yield Option(name, (*here, "kind"), {**kinds}, Literal[tuple(tags)], text, stands)
-        for found in inner:
-            tag = {here: (tags[inner.index(found)],)} if len(inner) == len(tags) > 1 else {}
-            leaves = _leaves(found, default if type(default) is found else None, here, {**kinds, **tag})
+        several = len(tags) == len(inner) > 1
+        if several:
+            yield _Leaf(name, (*here, "kind"), kinds, chosen, Literal[tuple(tags)], described, default)
+        for number, found in enumerate(inner):
+            inside, deeper, others = _copy(tree), dict(kinds), chosen
+            if several:
+                _node(inside, here)["kind"] = deeper[here] = tags[number]
+                others += tags[number] != getattr(default, "kind", None)
             # what is not there unless an option of it is given is named by what it is
             optional = default is None and len(inner) == 1
-            yield from (leaf._replace(name=f"{name}_{leaf.name}") if optional else leaf for leaf in leaves)
+            for leaf in _leaves(found, inside, here, deeper, others, outermost):
+                yield leaf._replace(name=f"{name}_{leaf.name}") if optional else leaf
         if not inner and name != "kind":
-            yield Option(name, here, {**kinds}, _plain(field.annotation), text, stands)
+            yield _Leaf(name, here, kinds, chosen, _plain(field.annotation), described, default)
+
+
+def _standing(model: type[Model], tree: Mapping[str, Any]) -> Model | None:
+    """Make the model with some kinds chosen: it may have rules of its own about what stands where."""
+    try:
+        return model(**tree)
+    except ParameterError:
+        return None
+
+
+def _at(standing: Any, path: tuple[str, ...]) -> Any:
+    for part in path:
+        standing = getattr(standing, part, None)
+    return standing
 
 
 def _kind(model: type[BaseModel]) -> str | None:
@@ -203,22 +243,14 @@ def _words(default: Any) -> str:
 
 
 def _usual_kind(model: type[Model], union: tuple[str, ...], tree: Mapping[str, Any]) -> str | None:
-    """Kind of the model that stands at a path by default, given the kinds chosen on the way to it.
-
-    The model itself is asked, made with those kinds alone: it may have rules of its own about what stands where.
-    """
+    """Kind of the model that stands at a path by default, given the kinds chosen on the way to it."""
     chosen: dict[str, Any] = {}
     for depth in range(1, len(union)):
         node = _found(tree, union[:depth])
         if node is not None and "kind" in node:
             _node(chosen, union[:depth])["kind"] = node["kind"]
-    try:
-        standing: Any = model(**chosen)
-    except ParameterError:
-        return None
-    for part in union:
-        standing = getattr(standing, part, None)
-    return getattr(standing, "kind", None)
+    kind: str | None = _at(_standing(model, chosen), (*union, "kind"))
+    return kind
 
 
 def _found(tree: Mapping[str, Any], path: tuple[str, ...]) -> dict[str, Any] | None:
