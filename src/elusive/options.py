@@ -63,7 +63,7 @@ def options_of(model: type[Model]) -> list[Option]:
             name = "_".join(path[-depth:])
         panel = MAIN if name in model.main_options else _panel(model, path)
         options[name] = Option(name, path, kinds, first.annotation, _help(leaves), panel)
-    main = [options.pop(name) for name in model.main_options]
+    main = [options.pop(name) for name in model.main_options if name in options]
     return [*main, *options.values()]
 
 

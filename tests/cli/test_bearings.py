@@ -271,9 +271,9 @@ def test_an_emitter_is_located(flight, tmp_path, capsys):
         sensors,
         "--out",
         out,
-        "--origin-lat",
+        "--origin-lat-deg",
         60,
-        "--origin-lon",
+        "--origin-lon-deg",
         10,
         command=("locate",),
     )
@@ -318,7 +318,7 @@ def test_what_tells_no_place_is_said(flight, tmp_path, capsys, rows, sentence):
     else:
         assert "look like radians" in said or code == 2
     code, said = run(
-        capsys, file, "--sensors", flight / "sensors.csv", "--origin-lat", "3", "--out", out, command=("locate",)
+        capsys, file, "--sensors", flight / "sensors.csv", "--origin-lat-deg", "3", "--out", out, command=("locate",)
     )
     assert code == 2
     assert "one is missing; give both or none" in said

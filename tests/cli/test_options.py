@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Iterator
+from importlib import import_module
 from typing import Annotated, Any, Literal, get_args, get_origin
 
 import pytest
+import typer
 from pydantic import Field
 
+from elusive.cli import app
 from elusive.errors import ParameterError
 from elusive.model import FROM_RECORDING, Model
-from elusive.options import Option, accepts, nested, options_of
+from elusive.options import MAIN, Option, accepts, nested, options_of
 from elusive.systems.images.track import ImageTracking
 
 FILTER = ("filter",)
@@ -282,6 +286,85 @@ def test_a_file_need_not_name_the_usual_kind(base: dict[str, Any]) -> None:
 def test_a_file_with_a_fault_is_a_sentence(base: dict[str, Any], sentence: str) -> None:
     with pytest.raises(ParameterError, match=sentence):
         ImageTracking(**nested(ImageTracking, {}, base))
+
+
+MODELS = [
+    "systems.images.track:ImageTracking", "systems.signals.parameters:SignalTracking",
+    "systems.radar.parameters:RadarTracking", "systems.links.track:LinkTracking", "systems.links.fit:LinkFitting",
+    "systems.bearings.parameters:BearingTracking", "systems.radar.simulate:RadarSimulation",
+    "systems.links.simulate:LinkSimulation", "filters.gaussian.geolocation:Geolocation",
+    "systems.radar.chart:ChartParameters",
+]  # fmt: skip
+UNITS = re.compile(r"_(m|s|px|samples|frames|db|dbm|hz|deg|rad|mrad|mps|mps2|mm)(_|$)")
+# what has no unit says what it is
+PURE = re.compile(
+    r"probability|share|quantile|weight|existence|factor|times|multiple|power\b|exponent|relative|mean number|"
+    r"degrees of freedom|amplitudes fall|\bP\b", re.IGNORECASE
+)  # fmt: skip
+
+
+def commands(group: Any, *words: str) -> Iterator[tuple[tuple[str, ...], Any]]:
+    """Every command under a group, with the words that call it."""
+    for name in group.commands:
+        command = group.commands.get(name)
+        if hasattr(command, "commands"):
+            yield from commands(command, *words, name)
+        else:
+            yield (*words, name), command
+
+
+def test_every_number_that_a_command_takes_says_its_unit() -> None:
+    seen = 0
+    for words, command in commands(typer.main.get_group(app)):
+        for option in (taken for taken in command.params if taken.param_type_name == "option"):
+            assert re.fullmatch(r"--[a-z0-9-]+", option.opts[0]), (words, option)
+            if option.type_descriptor.annotation is float:
+                text = option.help.replace("\\[", "[").partition("[default")[0]
+                assert UNITS.search(option.opts[0].replace("-", "_")) or "[" in text or PURE.search(text), (
+                    words,
+                    option.opts,
+                    text,
+                )
+                seen += 1
+    assert seen > 200
+
+
+@pytest.mark.parametrize("place", MODELS)
+def test_help_shows_the_default_that_acts(place: str) -> None:
+    module, _, name = place.partition(":")
+    model: type[Model] = getattr(import_module(f"elusive.{module}"), name)
+    options = options_of(model)
+    choosers = {option.path[:-1]: option for option in options if option.path[-1] == "kind"}
+    seen = 0
+    for option in options:
+        # as a user chooses: each kind of the innermost union alone
+        unions = list(option.kinds)
+        for kind in option.kinds[unions[-1]] if unions else [""]:
+            given = {choosers[unions[-1]].name: kind} if unions else {}
+            try:
+                made = model(**nested(model, given, {}))
+                acts = at(made, option.path)
+            except (ParameterError, AttributeError):
+                continue  # that kind needs more to stand there
+            if acts is not None and not isinstance(acts, Model):
+                shown = " ".join(map(str, acts)) if isinstance(acts, tuple) else str(acts)
+                assert re.search(rf"(: |; ){re.escape(shown)}[;\]]", option.help), (option.name, kind, option.help)
+                seen += 1
+    assert seen > len(options) / 2
+
+
+@pytest.mark.parametrize("place", MODELS)
+def test_what_matters_first_is_named_and_the_rest_stands_in_groups(place: str) -> None:
+    module, _, name = place.partition(":")
+    model: type[Model] = getattr(import_module(f"elusive.{module}"), name)
+    options = options_of(model)
+    main = [option.name for option in options if option.panel == MAIN]
+    assert main == list(model.main_options)  # all of them, first and in their order
+    assert len(main) <= 10
+    assert main or len(options) < 20
+    assert {option.path[0] for option in options if len(option.path) == 1 and option.name not in main} <= {
+        option.path[0] for option in options if option.panel == "Parameters"
+    }
 
 
 def test_a_command_takes_the_options_and_is_handed_what_was_given() -> None:

@@ -23,7 +23,7 @@ from tests.systems.radar.test_truth import ais_line
 
 WRITTEN = ["config.yaml", "report.html", "report.png", "result.nc", "tracks.csv", "tracks.geojson"]
 FRAME = LocalFrame.at(4.0, 52.0)
-RADAR = ["--radar-lat", "52", "--radar-lon", "4"]
+RADAR = ["--radar-lat-deg", "52", "--radar-lon-deg", "4"]
 TRACK = ["track", "radar", "plots.csv", "--chart", "coast.geojson", *RADAR, "--out", "deep/out"]
 THESIS = ["--detection-probability", "1", "--false-alarms", "0", "--q", "2.7777777777777777"]
 Run = Callable[..., tuple[int, str]]
@@ -255,9 +255,9 @@ CELL = ["--chart", "AA5TEST.000"]
         (chart("{}"), [], "coast.geojson"),
         (nothing, ["--chart", "none.000"], "none.000"),
         (nothing, ["--chart", "coast.geojson"], "coast.geojson: is given twice"),
-        (nothing, ["--radar-lat", "12"], "none of its 61 plots falls on a chart, seen from a radar at longitude 4"),
-        (nothing, ["--radar-lat", "95"], "(4, 95): is no longitude and latitude in degrees"),
-        (nothing, ["--radar-lon", "nan"], "(nan, 52): is no longitude and latitude in degrees"),
+        (nothing, ["--radar-lat-deg", "12"], "none of its 61 plots falls on a chart, seen from a radar at longitude 4"),
+        (nothing, ["--radar-lat-deg", "95"], "(4, 95): is no longitude and latitude in degrees"),
+        (nothing, ["--radar-lon-deg", "nan"], "(nan, 52): is no longitude and latitude in degrees"),
         (plots("0,3000,400,1"), [], "plots.csv, line 2, column bearing_deg: 400 is not from 0 to 360 degrees"),
         (plots("5,3000,40,1", "4,3000,40,1"), [], "plots.csv, line 3, column time_s: 4 comes after 5"),
         (plots("0,-3,40,1"), [], "column range_m: -3 is below 0"),
@@ -335,7 +335,7 @@ def test_knowledge_needs_a_chart(elusive_in: Run, tmp_path: Path) -> None:
         ("lon_deg,lat_deg\n4,52\n4,52\n", [], "route: is sailed in 0 s"),
         ("lon_deg,lat_deg\n4,52\n4,53\n", ["--interval-s", "0.001"], "more than 1000000; give a greater speed"),
         ("lon_deg,lat_deg\n4,52\n4,52.01\n", ["--false-alarms", "2"], "max_range_m: is not given"),
-        ("lon_deg,lat_deg\n4,52\n4,52.01\n", ["--radar-lat", "-91"], "is no longitude and latitude in degrees"),
+        ("lon_deg,lat_deg\n4,52\n4,52.01\n", ["--radar-lat-deg", "-91"], "is no longitude and latitude in degrees"),
         ("lon_deg,lat_deg\n4,52\n4,52.01\n", ["--chart", "none.000"], "none.000"),
         ("lon_deg,lat_deg\n4,52\n4,52.01\n", ["--out", "none/plots.csv"], "there is no folder"),
     ],

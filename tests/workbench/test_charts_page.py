@@ -47,7 +47,7 @@ def test_the_ready_example_runs_by_one_click_and_the_command_finds_its_numbers(
     radar = re.findall(r"--radar-(?:lat|lon) (\S+)", told_by)
     files = ["--chart", str(folder / EXAMPLE_NAME), "--truth", str(folder / "plots_truth.csv")]
     settings = ["--config", str(folder / "config-exact.yaml"), "--out", str(tmp_path / "out")]
-    plots = [str(folder / "plots.csv"), "--radar-lat", radar[0], "--radar-lon", radar[1]]
+    plots = [str(folder / "plots.csv"), "--radar-lat-deg", radar[0], "--radar-lon-deg", radar[1]]
     with pytest.raises(SystemExit):
         main(["track", "radar", *plots, *files, *settings])
     assert tracks.read_bytes() == (tmp_path / "out" / "tracks.csv").read_bytes()

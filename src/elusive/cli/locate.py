@@ -32,14 +32,15 @@ def locate_command(
         float, typer.Option(help="Probability that the ellipse holds the emitter.", min=0.01, max=0.9999)
     ] = 0.95,
     origin_lat: Annotated[
-        float | None, typer.Option("--origin-lat", help="Latitude of the sensors' (0, 0): the GeoJSON is geographic.")
+        float | None,
+        typer.Option("--origin-lat-deg", help="Latitude of the sensors' (0, 0): GeoJSON is geographic."),
     ] = None,
-    origin_lon: Annotated[float | None, typer.Option("--origin-lon", help="Its longitude.")] = None,
+    origin_lon: Annotated[float | None, typer.Option("--origin-lon-deg", help="Its longitude.")] = None,
 ) -> None:
     """Locate an emitter that stands still."""
     parameters = Geolocation(**nested(Geolocation, given, read_yaml(config) if config else {}))
     if (origin_lat is None) != (origin_lon is None):
-        raise ParameterError("--origin-lat, --origin-lon: one is missing; give both or none.")
+        raise ParameterError("--origin-lat-deg, --origin-lon-deg: one is missing; give both or none.")
     origin = None if origin_lat is None or origin_lon is None else (origin_lon, origin_lat)
     sites = read_sensors(sensors)
     located = locate_recording(

@@ -23,8 +23,8 @@ def track_radar_command(
             help="Plots: .csv of time_s, range_m, bearing_deg, perhaps doppler_mps; or ASTERIX CAT048, raw or pcap."
         ),
     ],
-    radar_lat: Annotated[float, typer.Option("--radar-lat", help="Latitude of the radar, WGS 84, in degrees.")],
-    radar_lon: Annotated[float, typer.Option("--radar-lon", help="Longitude of the radar, WGS 84, in degrees.")],
+    radar_lat: Annotated[float, typer.Option("--radar-lat-deg", help="Latitude of the radar, WGS 84, in degrees.")],
+    radar_lon: Annotated[float, typer.Option("--radar-lon-deg", help="Longitude of the radar, WGS 84, in degrees.")],
     out: Out,
     given: dict[str, Any],
     chart: Annotated[

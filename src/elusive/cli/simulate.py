@@ -39,8 +39,8 @@ def simulate_radar_command(
             help="Waypoints of a ship: .csv of lon_deg, lat_deg, perhaps speed_mps; or a GeoJSON line. One or several.",
         ),
     ],
-    radar_lat: Annotated[float, typer.Option("--radar-lat", help="Latitude of the radar, WGS 84, in degrees.")],
-    radar_lon: Annotated[float, typer.Option("--radar-lon", help="Longitude of the radar, WGS 84, in degrees.")],
+    radar_lat: Annotated[float, typer.Option("--radar-lat-deg", help="Latitude of the radar, WGS 84, in degrees.")],
+    radar_lon: Annotated[float, typer.Option("--radar-lon-deg", help="Longitude of the radar, WGS 84, in degrees.")],
     out: Annotated[Path, typer.Option("--out", help="CSV of the plots; the truth is written beside it.")],
     given: dict[str, Any],
     chart: Annotated[

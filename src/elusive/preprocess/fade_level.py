@@ -51,7 +51,7 @@ class RssChange(Model):
     empty_s: Positive | None = Field(
         120.0, description="Time constant of the calibration while nobody is inside; none: it stays [s]"
     )
-    clip_sd: Positive = Field(3.0, description="A reading moves the calibration by no more than so many deviations")
+    clip_sd: Positive = Field(3.0, description="A reading moves the calibration by no more than this [deviations]")
 
     def init(self, calibration: Calibration) -> RssState:
         """Return the state before the first frame.

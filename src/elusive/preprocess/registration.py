@@ -30,7 +30,7 @@ class Registration(Model):
     iterations: int = Field(8, ge=0, description="Most Gauss-Newton steps")
     reach_px: Positive = Field(3.0, description="A refinement further than this from the start is refused [px]")
     sureness: NonNegative = Field(
-        6.0, description="A shift is believed if its mirror image fits worse by so many deviations; else none is taken"
+        6.0, description="A shift is believed if its mirror image fits worse by this, else none is taken [deviations]"
     )
 
     def offset(self, reference: Array, frame: Array, previous: Array | None = None) -> Array:

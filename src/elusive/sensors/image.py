@@ -28,12 +28,12 @@ class ImageSensor(Model):
     columns: int = Field(20, gt=0, description="Number of columns, n", json_schema_extra=FROM_RECORDING)
     psf_sigma: Positive = Field(0.7, description="Width of the Gaussian point spread, Sigma [units of dx]")
     noise_sigma: Positive = Field(
-        3.0, description="Noise deviation of a cell (of each quadrature for an envelope), sigma"
+        3.0, description="Noise deviation of a cell (of each quadrature for an envelope), sigma [the frames' units]"
     )
     noise: Literal["gaussian", "rayleigh"] = Field("gaussian", description="Distribution of a cell without target")
     swerling: Literal[0, 1] = Field(0, description="Envelope only: steady target (0), or redrawn each frame (1)")
-    dx: Positive = Field(1.0, description="Width of a cell, Delta_x")
-    dy: Positive = Field(1.0, description="Height of a cell, Delta_y")
+    dx: Positive = Field(1.0, description="Width of a cell, Delta_x [px]")
+    dy: Positive = Field(1.0, description="Height of a cell, Delta_y [px]")
     truncation: int = Field(2, ge=0, le=15, description="Half-width of the patch of cells a target affects, p")
 
     @property

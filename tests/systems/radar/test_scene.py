@@ -30,7 +30,7 @@ def test_a_scene_and_the_command_on_its_recording_find_the_same(tmp_path, capsys
     run("scene", tmp_path / "scene.yaml", "--out", out)
     assert "field" in capsys.readouterr().out
     assert RadarScene(**read_yaml(out / "scene.yaml")) == BRIEF.replace(chart=EXAMPLE_NAME)
-    radar = ["--radar-lat", repr(BRIEF.radar.lat_deg), "--radar-lon", repr(BRIEF.radar.lon_deg)]
+    radar = ["--radar-lat-deg", repr(BRIEF.radar.lat_deg), "--radar-lon-deg", repr(BRIEF.radar.lon_deg)]
     for method in BRIEF.methods:
         config = ["--config", out / method / "config.yaml", "--chart", out / EXAMPLE_NAME]
         run("track", "radar", out / "plots.csv", *radar, *config, "--out", again / method)

@@ -38,7 +38,7 @@ class UniformBirth(Model):
         round(PAPER_SPREAD, 4), description="Half-width of the peak amplitude's range [noise deviations]"
     )
     max_speed: NonNegative = Field(1.0, description="Largest speed on each axis, v_max [cells / s]")
-    acceleration_sd: NonNegative = Field(0.01, description="Deviation of a newborn's acceleration, if it has one")
+    acceleration_sd: NonNegative = Field(0.01, description="Deviation of a newborn's acceleration, if any [px / s^2]")
     turn_rate_sd_deg: NonNegative = Field(
         6.0, description="Deviation of a newborn's turn rate, if it has one [deg / s]"
     )

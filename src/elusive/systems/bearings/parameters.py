@@ -6,7 +6,7 @@ Jiang, Keerativoranan, Matsumoto and Takada (2024), and what its filters are to 
 from __future__ import annotations
 
 import math
-from typing import Any, Literal, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -48,6 +48,10 @@ class Estimates(NamedTuple):
 
 class BearingTracking(Model):
     """What to do with a recording of bearings."""
+
+    main_options: ClassVar[tuple[str, ...]] = (
+        "filter", "motion", "sigma_deg", "q", "bias_sd_deg", "elevations", "loss", "start_sd_m", "lag_s",
+    )  # fmt: skip
 
     filter: FilterName | None = Field(
         None, description="Estimator; none: map of a recording (iekf with imm), fixed-lag live (iekf with imm)"

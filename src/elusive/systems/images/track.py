@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple, Self
+from typing import Annotated, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -37,6 +37,11 @@ class ImageTracking(RecordedFrames):
     (velocities are then relative to the scene); ``white``, as they are, with white noise of a known deviation about
     zero. What is given in part keeps these defaults for the rest.
     """
+
+    main_options: ClassVar[tuple[str, ...]] = (
+        "filter", "sensor", "noise_sigma", "psf_sigma", "snr_db", "birth_probability", "motion", "max_speed",
+        "particles", "seed",
+    )  # fmt: skip
 
     filter: Annotated[BernoulliFilter | ExistenceParticleFilter | RecurrentImages, Field(discriminator="kind")] = Field(
         BernoulliFilter(

@@ -10,7 +10,7 @@ import csv
 from collections.abc import Callable, Iterator
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.random import Generator
@@ -55,6 +55,11 @@ class SimulatedLinks(NamedTuple):
 
 class LinkSimulation(Model):
     """Everything `elusive simulate links` can be told."""
+
+    main_options: ClassVar[tuple[str, ...]] = (
+        "users", "total_positions", "network", "nodes", "calibration_steps", "interval_s", "fade_sd_db",
+        "amplitude_db", "link_noise_db", "seed",
+    )  # fmt: skip
 
     walks: Walks = Field(Walks(), description="How people walk")
     network: Network = Field(BorderNodes(), description="Where the nodes stand")

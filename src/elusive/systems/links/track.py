@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from itertools import chain, islice
-from typing import Annotated, NamedTuple
+from typing import Annotated, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.random import Generator
@@ -48,6 +48,11 @@ class LinkResult(NamedTuple):
 
 class LinkTracking(Model):
     """How people are tracked through a radio network."""
+
+    main_options: ClassVar[tuple[str, ...]] = (
+        "method", "effect", "calibration_frames", "voxel_m", "particles", "most_people", "birth_probability",
+        "confirm_frames", "q", "seed",
+    )  # fmt: skip
 
     method: AnyMethod = Field(
         LinksMethod(), description="Straight on the links, by way of an image, or of one decision a link"

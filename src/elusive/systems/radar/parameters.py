@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Annotated, Literal, NamedTuple, Self
+from typing import Annotated, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -116,6 +116,11 @@ class RecordedRadar(RadarSensor):
 
 class RadarTracking(Model):
     """Parameters of `elusive track radar`."""
+
+    main_options: ClassVar[tuple[str, ...]] = (
+        "motion", "max_acceleration_mps2", "range_sd_m", "bearing_sd_mrad", "detection_probability", "false_alarms",
+        "coast_sigma_m", "coast_error", "knowledge", "seed",
+    )  # fmt: skip
 
     knowledge: MapUse = Field(FieldWater(), description="How the chart is used")
     charted: ChartedAreaParameters = Field(ChartedAreaParameters(), description="What the charts are taken to say")

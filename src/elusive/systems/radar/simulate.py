@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -30,6 +30,11 @@ FURTHEST_M = 500_000.0  # of a waypoint from the radar: beyond it the frame is n
 
 class RadarSimulation(Model):
     """Parameters of `elusive simulate radar`."""
+
+    main_options: ClassVar[tuple[str, ...]] = (
+        "speed_mps", "interval_s", "range_sd_m", "bearing_sd_mrad", "detection_probability", "false_alarms",
+        "max_range_m", "seed",
+    )  # fmt: skip
 
     speed_mps: Positive = Field(7.0, description="Speed where a route has none [m/s]")
     interval_s: Positive = Field(1.0, description="Time from scan to scan [s]")

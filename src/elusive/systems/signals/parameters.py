@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 from pydantic import Field, model_validator
 
@@ -27,6 +27,11 @@ class SignalTracking(Model):
     given it is so small that the nearest velocity strays from an object's path by a quarter of the object over the
     filter's memory of ``1 / (1 - alpha)`` frames, and at most one.
     """
+
+    main_options: ClassVar[tuple[str, ...]] = (
+        "object_size", "statistic", "max_velocity", "velocity_step", "smoothing", "border", "probability",
+        "calibration_frames", "miss_frames", "seed",
+    )  # fmt: skip
 
     object_size: int = Field(
         5, ge=1, description="Samples that an object covers: sets the window, and how near two objects may be"
