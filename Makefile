@@ -63,8 +63,8 @@ $(VENV)/.dev: $(VENV)/.python $(PINS)
 	@touch $(VENV)/.core $@
 
 $(VENV)/.python:
-	@$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null || { \
-	    echo "elusive needs Python 3.11, 3.12 or 3.13, and '$(PYTHON)' is" \
+	@$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 14))' 2>/dev/null || { \
+	    echo "elusive needs Python 3.11 to 3.14, and '$(PYTHON)' is" \
 	         "$$($(PYTHON) --version 2>&1 | head -n 1). Name another: make $(or $(MAKECMDGOALS),demo) PYTHON=python3.12" >&2; \
 	    exit 1; }
 	@$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); \
