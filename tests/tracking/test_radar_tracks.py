@@ -151,7 +151,7 @@ def test_claims_are_those_of_the_plain_formulas():
     states = [flt.replace(prior=_Cloud(np.array(ship))).init(rng) for ship in ships]
     gates = gated(states, looks[1], CLUTTER, 6.0)
     assert gates.any(axis=1).all()
-    ratio = densities(states, looks[1], gates, CLUTTER)
+    ratio = densities(states, looks[1], gates, CLUTTER, CLUTTER.log_clutter(looks[1]))
     for row, state in enumerate(states):
         for plot in range(gates.shape[1]):
             known = reference_claims.density(CLUTTER, state.particles, state.weights, looks[1], plot)

@@ -77,20 +77,19 @@ def gated(
 
 
 def densities(
-    tracks: Sequence[ParticleState], scan: Detections, gates: NDArray[np.bool_], sensor: DetectionSensor
+    tracks: Sequence[ParticleState],
+    scan: Detections,
+    gates: NDArray[np.bool_],
+    sensor: DetectionSensor,
+    log_clutter: Array,
 ) -> Array:
-    """Density of each detection if it is a track's, to that of false alarms, ``(tracks, m)``; 0 out of its gate.
-
-    Without false alarms, the density itself.
-    """
-    clutter = sensor.log_clutter(scan)
-    clutter = np.where(clutter > -math.inf, clutter, 0.0)
+    """Density of each detection if it is a track's, to that of false alarms, ``(tracks, m)``; 0 out of its gate."""
     ratio = np.zeros(gates.shape)
     for row in np.flatnonzero(gates.any(axis=1)).tolist():
         values = sensor.log_densities(tracks[row].particles, scan.select_detections(gates[row]))
         best = values.max(axis=0)
         best[best == -math.inf] = 0.0
-        ratio[row, gates[row]] = np.exp(best - clutter[gates[row]]) * (tracks[row].weights @ np.exp(values - best))
+        ratio[row, gates[row]] = np.exp(best - log_clutter[gates[row]]) * (tracks[row].weights @ np.exp(values - best))
     return ratio
 
 

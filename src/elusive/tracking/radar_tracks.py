@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 from scipy.special import expit
 
-from elusive.contracts import Array, Motion, interval_since
+from elusive.contracts import Array, interval_since
 from elusive.errors import DataError, ParameterError
 from elusive.filters.particle.sir import ParticleFilter, ParticleState
 from elusive.model import Model, NonNegative, Positive
@@ -123,7 +123,8 @@ class RadarTracker(Model):
             return self._aged(state, followed)
         sensor: ScanningSensor = flt.sensor  # type: ignore[assignment]
         scan = sensor.detections_in_view(scan)
-        clutter = np.exp(sensor.log_clutter(scan))
+        log_clutter = sensor.log_clutter(scan)
+        clutter = np.exp(log_clutter)
         sure = not clutter.any()  # that a detection is a target's
         if sure and scan.detections > 1:
             raise DataError(
@@ -136,7 +137,9 @@ class RadarTracker(Model):
             shares = np.zeros(gates.shape)
         else:
             gates = gated(expected, scan, sensor, self.gate)
-            shares = claims(densities(expected, scan, gates, sensor), existence, sensor.detection_probability)
+            shares = claims(
+                densities(expected, scan, gates, sensor, log_clutter), existence, sensor.detection_probability
+            )
         followed = []
         for number, target in enumerate(alive):
             mine = gates[number]
@@ -154,7 +157,8 @@ class RadarTracker(Model):
     ) -> NDArray[np.bool_]:
         """Tell which target made the detection without false alarms: the likeliest, or none but a new one."""
         m = scan.detections
-        density = existence[:, None] * densities(expected, scan, np.ones((len(expected), m), dtype=bool), sensor)
+        everywhere = np.ones((len(expected), m), dtype=bool)
+        density = existence[:, None] * densities(expected, scan, everywhere, sensor, np.zeros(m))
         owner = np.zeros(density.shape, dtype=bool)
         if len(expected) and m:
             likeliest = int(density[:, 0].argmax())
@@ -166,11 +170,12 @@ class RadarTracker(Model):
         self, scan: Any, free: NDArray[np.bool_], born: Array, clutter: Array, flt: ParticleFilter, rng: Generator
     ) -> list[Target]:
         """Start a track at each detection where a target may be and that no other track explains."""
+        sensor: ScanningSensor = flt.sensor  # type: ignore[assignment]
         started = []
         for number in np.flatnonzero(free & (born >= HARDLY * (born + clutter))).tolist():
             own = scan.select_detections(np.arange(scan.detections) == number)
-            about = _AboutDetection(flt.sensor, own, self.speed_sd_mps, flt.motion)
-            state = flt.replace(prior=about).init(rng, scan.time_s)
+            drawn = sensor.draw_births(own, flt.particles, rng, self.speed_sd_mps)
+            state = flt.start(complete(flt.motion, drawn, rng), scan.time_s)
             existence = CERTAIN  # without false alarms
             if clutter[number] > 0:
                 likely = float(born[number]) * state.allowed
@@ -214,18 +219,6 @@ def _exists(before: float, log_evidence: float) -> float:
     if before <= 0.0 or log_evidence == -math.inf:
         return 0.0
     return min(float(expit(math.log(before) - math.log1p(-before) + log_evidence)), CERTAIN)
-
-
-class _AboutDetection(NamedTuple):
-    """The belief of what a detection alone says, for any motion."""
-
-    sensor: Any
-    scan: Any
-    speed_sd_mps: float
-    motion: Motion
-
-    def sample(self, n: int, rng: Generator) -> Array:
-        return complete(self.motion, self.sensor.draw_births(self.scan, n, rng, self.speed_sd_mps), rng)
 
 
 def _apart(first: ParticleState, second: ParticleState) -> float:

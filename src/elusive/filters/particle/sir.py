@@ -105,7 +105,16 @@ class ParticleFilter(Model):
         DataError
             If the prior's states do not have the motion's components.
         """
-        particles = self.prior.sample(self.particles, rng)
+        return self.start(self.prior.sample(self.particles, rng), time_s)
+
+    def start(self, particles: Array, time_s: float = math.nan) -> ParticleState:
+        """Return the belief in states ``(N, d)`` of equal weight, under the map.
+
+        Raises
+        ------
+        DataError
+            If they do not have the motion's components.
+        """
         expected = (self.particles, len(self.state_names))
         if particles.shape != expected:
             raise DataError(

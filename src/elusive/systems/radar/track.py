@@ -67,7 +67,8 @@ def track_radar(
         yield Step(scan.time_s, scan, state, tracks_of(state, around, parameters.estimate, mode_rng))
         believed = [(ship.before, ship.state) for ship in state.targets if ship.life.status == "confirmed"]
         learnt = learn_bias(state.filter.knowledge, believed, parameters.coast)
-        state = state._replace(filter=state.filter.replace(knowledge=learnt))
+        if learnt is not state.filter.knowledge:
+            state = state._replace(filter=state.filter.replace(knowledge=learnt))
 
 
 def track_radar_recording(
