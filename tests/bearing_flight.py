@@ -6,6 +6,7 @@ import csv
 
 import numpy as np
 
+from elusive.sensors.arrival_times import LIGHT_MPS
 from elusive.sensors.bearings import BearingSensors
 
 PLACES_M = ((0.0, 0.0, 1.0), (70.0, 12.0, 2.0), (-60.0, 81.0, 3.0))
@@ -23,7 +24,7 @@ def path(solid=False):
 
 
 def write_flight(folder, *, solid=False, seed=0, sigma_deg=0.5):
-    """Write bearings.csv, sensors.csv and truth.csv."""
+    """Write bearings.csv, arrivals.csv, sensors.csv and truth.csv."""
     times, states = path(solid)
     sensors = BearingSensors(positions_m=PLACES_M, sigma_deg=sigma_deg, dimensions=3 if solid else 2)
     folder.mkdir(exist_ok=True)
@@ -34,6 +35,12 @@ def write_flight(folder, *, solid=False, seed=0, sigma_deg=0.5):
             for sensor, azimuth, elevation in zip(one.sensor, one.azimuth_rad, one.elevation_rad, strict=True):
                 row = [one.time_s, NAMES[sensor], round(np.rad2deg(azimuth), 4)]
                 writer.writerow([*row, round(np.rad2deg(elevation), 4)] if solid else row)
+    reach = np.hypot(*(states[:, [0, 2]].T[:, :, None] - np.array(PLACES_M).T[:2, None]))
+    with (folder / "arrivals.csv").open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(("time_s", "sensor", "arrival_s"))
+        for time_s, delays in zip(times.tolist(), (reach / LIGHT_MPS).tolist(), strict=True):
+            writer.writerows(zip([time_s] * len(NAMES), NAMES, delays, strict=True))
     rows = [(name, *place) for name, place in zip(NAMES, PLACES_M, strict=True)]
     lines = [",".join(map(str, row)) for row in [("sensor", "x_m", "y_m", "z_m"), *rows]]
     (folder / "sensors.csv").write_text("\n".join(lines) + "\n")

@@ -98,7 +98,7 @@ def test_command_runs(
             walks=walks, network=BorderNodes(nodes=8), radiation={"amplitude_db": 1.0}, calibration_steps=30
         )
         simulate_links(room, tmp_path / "room")
-    if "bearings.csv" in line:
+    if "bearings.csv" in line or "arrivals.csv" in line:
         write_flight(tmp_path)
     for other in blocks(COMMANDS[line].page):
         name = re.match(r"# (\S+\.yaml)\n", other.text)

@@ -7,13 +7,9 @@ import zipfile
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from elusive.cli import main
-from elusive.errors import DataError, ParameterError
-from elusive.systems.bearings.page.run import bounds_of, fly, locate, nees
-from elusive.systems.bearings.page.scene import BearingScene
 from elusive.systems.bearings.page.state import BearingsState
 from tests.workbench.conftest import Served
 from tests.workbench.test_links_page import READY, OpenTab, at, button, download, field, picture, step, told
@@ -70,7 +66,7 @@ def test_a_scene_of_ones_own_and_a_still_emitter(
 ) -> None:
     page = open_tab(800, "dark").page
     page.goto(f"{served.address}/bearings")
-    sigma = field(page, "sensors.sigma_deg")
+    sigma = field(page, "simulation.sensors.sigma_deg")
     sigma.fill("0")
     told(page, "BearingSensors.sigma_deg: must be greater than 0")
     sigma.fill("1")
@@ -151,63 +147,16 @@ def numbers(words: str) -> list[str]:
     return re.findall(r"-?[0-9.]+", words)
 
 
-def test_what_cannot_be_flown_is_refused() -> None:
-    scene = BearingScene()
-    with pytest.raises(DataError, match="sensors: there is none; place one or more"):
-        fly(scene.replace(sites=()), lambda done: None)
-    with pytest.raises(DataError, match="path: is 1 m long, less than two steps of 4 m; draw a longer one"):
-        scene.replace(way_m=((0.0, 0.0), (1.0, 0.0))).flight()
-    with pytest.raises(DataError, match="path: is 0 m long"):
-        scene.replace(way_m=()).flight()
-    with pytest.raises(ParameterError, match=r"BearingScene\.interval_s: the path takes .* steps, more than 2000"):
-        scene.replace(interval_s=1e-3)
-    with pytest.raises(DataError, match="all are taken at one place"):
-        locate(scene.replace(sites=scene.sites[:1]))
-
-
-def test_an_estimator_that_refuses_leaves_the_others() -> None:
-    scene = BearingScene()
-    tracking = scene.tracking.replace(motion="imm")
-    flown = fly(scene.replace(tracking=tracking, estimators=("iekf", "map")), lambda done: None)
-    filtered, refused = flown.each
-    assert filtered.outcome is not None
-    assert refused.outcome is None
-    assert "map does not take it" in refused.refusal
-    assert flown.bounds is None  # of no single motion
-
-
-def test_the_bound_of_one_step_is_that_of_its_bearings() -> None:
-    """Bearings of two sensors at right angles, hardly any prior: the bound is that of their intersection."""
-    scene = BearingScene()
-    sites = tuple(one.replace(**place) for one, place in zip(
-        scene.sites, ({"x_m": -100.0, "y_m": 0.0}, {"x_m": 0.0, "y_m": -50.0}), strict=False
-    ))  # fmt: skip
-    sensors = scene.sensors.replace(outlier_probability=0.0, sigma_deg=1.0)
-    tracking = scene.tracking.replace(q=1e9, start_sd_m=1e6)  # so that no time tells of another
-    # eleven times within a millimetre of the crossing
-    way = ((0.0, 0.0), (1e-3, 0.0))
-    scene = scene.replace(sites=sites, sensors=sensors, tracking=tracking, way_m=way, speed_mps=2e-4, interval_s=0.5)
-    flown = fly(scene.replace(estimators=()), lambda done: None)
-    found = bounds_of(scene, flown.sets)
-    assert found is not None
-    exact = np.deg2rad(1.0) * np.hypot(100.0, 50.0)
-    assert found.filter_m == pytest.approx(exact, rel=1e-3)
-    assert found.smoother_m == pytest.approx(exact, rel=1e-2)
-
-
 def test_what_is_assumed_follows_what_is_heard_until_they_differ() -> None:
     state = BearingsState()
-    scene = state.scene
-    state.take(scene.replace(sensors=scene.sensors.replace(sigma_deg=5.0)))
+
+    def hear(sigma_deg: float) -> None:
+        simulation = state.scene.simulation
+        sensors = simulation.sensors.replace(sigma_deg=sigma_deg)
+        state.take(state.scene.replace(simulation=simulation.replace(sensors=sensors)))
+
+    hear(5.0)
     assert state.scene.tracking.sigma_deg == 5.0
     state.take(state.scene.replace(tracking=state.scene.tracking.replace(sigma_deg=3.0)))
-    state.take(state.scene.replace(sensors=state.scene.sensors.replace(sigma_deg=4.0)))
+    hear(4.0)
     assert state.scene.tracking.sigma_deg == 3.0
-
-
-def test_the_squared_error_in_deviations_is_the_tables() -> None:
-    flown = fly(BearingScene(estimators=("map",)), lambda done: None)
-    outcome = flown.each[0].outcome
-    assert outcome is not None
-    words = dict(outcome.table)["NEES"]
-    assert words.startswith(f"{np.nanmean(nees(outcome, flown.truth)):.2f} on average")

@@ -1,36 +1,37 @@
-"""`elusive track bearings`: one emitter, tracked through its bearings at a few places."""
+"""`elusive track bearings`, `elusive simulate bearings`: an emitter by what is heard of it at a few places."""
 
 from __future__ import annotations
 
+import shlex
 import signal
 import statistics
 from collections import deque
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import typer
 from rich.markup import escape
 
 from elusive.cli.terminal import Config, Out, bar, console, show
 from elusive.errors import ParameterError
+from elusive.geometry.places import NamedPlace
 from elusive.io.bearings import open_bearings, read_sensors
-from elusive.io.path_truth import read_path_truth
+from elusive.io.path_truth import read_path_truth, read_way
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
-from elusive.systems.bearings.parameters import BearingTracking
+from elusive.systems.bearings.parameters import BearingTracking, usual_filter
 from elusive.systems.bearings.run import LiveFix, follow_bearings, track_bearings_recording
+from elusive.systems.bearings.simulate import BearingSimulation, simulate_bearings
 
 LATENCIES = 10_000  # kept
+HEARD = "time_s, sensor, azimuth_deg (from north), perhaps elevation_deg; arrival_s with or without it; - is stdin."
 
 
 @accepts(BearingTracking)
 def track_bearings_command(
-    bearings: Annotated[
-        str,
-        typer.Argument(
-            help="Bearings: .csv of time_s, sensor, azimuth_deg (from north), perhaps elevation_deg; - is stdin."
-        ),
-    ],
+    bearings: Annotated[str, typer.Argument(help=f"What is heard: .csv of {HEARD}")],
     sensors: Annotated[
         Path, typer.Option("--sensors", help="Where the sensors stand: .csv of sensor, x_m, y_m, perhaps z_m.")
     ],
@@ -47,25 +48,32 @@ def track_bearings_command(
         float | None, typer.Option("--idle-s", help="With --follow: end after so many seconds without a line.")
     ] = None,
 ) -> None:
-    """Track a fast emitter by the directions from which it is heard."""
-    parameters = BearingTracking(**nested(BearingTracking, given, read_yaml(config) if config else {}))
+    """Track a fast emitter by the directions from which it is heard, or by when it is heard."""
+    parameters = _tracking(given, read_yaml(config) if config else {}, live=follow)
     if idle_s is not None and not follow:
         raise ParameterError("--idle-s: has no meaning without --follow; leave it out.")
     if follow and truth is not None:
         raise ParameterError("--truth: has no meaning with --follow; score a recording once it is whole.")
-    sites = read_sensors(sensors)
     known = None if truth is None else read_path_truth(truth)
-    source = open_bearings(bearings, sites, follow=follow, idle_s=idle_s)
+    source = open_bearings(bearings, read_sensors(sensors), follow=follow, idle_s=idle_s)
     if follow:
-        _live(lambda told: follow_bearings(source, sites, parameters, out, told), out)
+        _live(lambda report: follow_bearings(source, parameters, out, report), out)
         return
     with bar("times", None) as advance:
-        outcome = track_bearings_recording(source, sites, parameters, out, truth=known, on_time=advance)
+        outcome = track_bearings_recording(source, parameters, out, truth=known, on_time=advance)
     _warn(outcome.remarks)
     console.print(escape(outcome.verdict), highlight=False)
     show(outcome.tracked.title, ("", ""), outcome.table)
-    heights = ", heights.csv" if outcome.tracked.heights is not None else ""
-    console.print(f"Written to {out}: report.html, report.png, tracks.csv{heights}, result.nc, config.yaml")
+    console.print(f"Written to {out}: report.html, report.png, tracks.csv, result.nc, config.yaml")
+
+
+def _tracking(given: dict[str, Any], base: dict[str, Any], *, live: bool) -> BearingTracking:
+    """Return the parameters, by the usual filter where none is chosen."""
+    flt, motion = base.get("filter", {}), base.get("motion", {})
+    if isinstance(flt, dict) and "kind" not in flt and given.get("filter") is None:
+        kind = given.get("motion") or (motion.get("kind") if isinstance(motion, dict) else None)
+        base = {**base, "filter": {"kind": usual_filter(kind, live=live), **flt}}
+    return BearingTracking(**nested(BearingTracking, given, base))
 
 
 def _warn(remarks: tuple[str, ...]) -> None:
@@ -73,30 +81,66 @@ def _warn(remarks: tuple[str, ...]) -> None:
         console.print(f"[yellow]{escape(remark)}[/]", highlight=False, soft_wrap=True)
 
 
-def _live(run: Any, out: Path) -> None:
-    """Tell the track as it goes, and the latency at the end, which is Ctrl-C's or the bearings'."""
+def _live(run: Callable[[Callable[[LiveFix], None]], None], out: Path) -> None:
+    """Say the track as it goes, and the latency at the end, which is Ctrl-C's or the bearings'."""
     times, tracking = 0, False
     latencies_s = deque[float](maxlen=LATENCIES)
 
-    def told(fix: LiveFix) -> None:
+    def report(fix: LiveFix) -> None:
         nonlocal times, tracking
         _warn(fix.remarks)
         times += 1
         latencies_s.append(fix.latency_s)
-        row = fix.row
-        if row.status == "confirmed":
-            place = f"{row.x:.1f} m east, {row.y:.1f} m north (± {row.sd_x:.2g}, {row.sd_y:.2g})"
-            console.print(f"{row.time_s:g} s: {place}, {fix.sensors} sensors", highlight=False)
+        step = fix.step
+        if step.state.started:
+            x, y = (step.state.state_names.index(name) for name in "xy")
+            (east, north), sd = step.state.mean[[x, y]], np.sqrt(np.diag(step.state.covariance)[[x, y]])
+            place = f"{east:.1f} m east, {north:.1f} m north (± {sd[0]:.2g}, {sd[1]:.2g})"
+            console.print(f"{step.time_s:g} s: {place}", highlight=False)
         elif not tracking:
-            console.print(f"{row.time_s:g} s: no place is told yet", highlight=False)
-        tracking = row.status == "confirmed"
+            console.print(f"{step.time_s:g} s: no place is known yet", highlight=False)
+        tracking = step.state.started
 
     signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
-        run(told)
+        run(report)
     except KeyboardInterrupt:
         console.print("Interrupted.")
     if times:
         words = f"{1e3 * statistics.median(latencies_s):.2f} ms in the median, {1e3 * max(latencies_s):.1f} ms at most"
         console.print(f"{times} times; from a time's bearings to its row {words}.", highlight=False)
         console.print(f"Written to {out}: tracks.csv, config.yaml")
+
+
+@accepts(BearingSimulation)
+def simulate_bearings_command(
+    out: Out,
+    given: dict[str, Any],
+    config: Config = None,
+    place: Annotated[
+        Path | None, typer.Option("--sensors", help="Where the sensors stand: .csv of sensor, x_m, y_m.")
+    ] = None,
+    path: Annotated[
+        list[Path] | None,
+        typer.Option("--path", help="Corners of an emitter's path: .csv of x_m, y_m. One or several."),
+    ] = None,
+) -> None:
+    """Fly emitters past sensors and write the bearings of each, and where it was."""
+    parameters = BearingSimulation(**nested(BearingSimulation, given, read_yaml(config) if config else {}))
+    if place is not None:
+        sites = read_sensors(place)
+        rows = zip(sites.names, sites.positions_m[:, :2].tolist(), strict=True)
+        parameters = parameters.replace(sites=tuple(NamedPlace(name=name, x_m=x, y_m=y) for name, (x, y) in rows))
+    if path:
+        parameters = parameters.replace(ways_m=tuple(tuple(map(tuple, read_way(file).tolist())) for file in path))
+    with bar("emitters", len(parameters.ways_m)) as advance:
+        written = simulate_bearings(parameters, out, on_emitter=advance)
+    names = ", ".join(file.name for files in written for file in (files.bearings, files.truth))
+    console.print(f"Written to {out}: {names}, sensors.csv, config.yaml", highlight=False, soft_wrap=True)
+    for files in written:
+        quoted = [shlex.quote(str(file)) for file in files]
+        command = f"elusive track bearings {quoted[0]} --sensors {quoted[1]} --truth {quoted[2]}"
+        console.print(
+            f"To track: {escape(command)} --sigma-deg {parameters.sensors.sigma_deg:g} --out tracks", highlight=False,
+            soft_wrap=True,
+        )  # fmt: skip

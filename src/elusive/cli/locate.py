@@ -8,20 +8,18 @@ from typing import Annotated, Any
 import typer
 from rich.markup import escape
 
+from elusive.cli.bearings import HEARD
 from elusive.cli.terminal import Config, console, show
 from elusive.errors import ParameterError
-from elusive.filters.gaussian.geolocation import Geolocation
 from elusive.io.bearings import open_bearings, read_sensors
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
-from elusive.systems.bearings.locate import locate_recording
+from elusive.systems.bearings.locate import EmitterLocation, locate_recording
 
 
-@accepts(Geolocation)
+@accepts(EmitterLocation)
 def locate_command(
-    bearings: Annotated[
-        str, typer.Argument(help="Bearings: .csv of time_s, sensor, azimuth_deg clockwise from north; - is stdin.")
-    ],
+    bearings: Annotated[str, typer.Argument(help=f"What is heard: .csv of {HEARD}")],
     sensors: Annotated[Path, typer.Option("--sensors", help="Where the sensors stand: .csv of sensor, x_m, y_m.")],
     given: dict[str, Any],
     out: Annotated[
@@ -38,14 +36,12 @@ def locate_command(
     origin_lon: Annotated[float | None, typer.Option("--origin-lon-deg", help="Its longitude.")] = None,
 ) -> None:
     """Locate an emitter that stands still."""
-    parameters = Geolocation(**nested(Geolocation, given, read_yaml(config) if config else {}))
+    parameters = EmitterLocation(**nested(EmitterLocation, given, read_yaml(config) if config else {}))
     if (origin_lat is None) != (origin_lon is None):
         raise ParameterError("--origin-lat-deg, --origin-lon-deg: one is missing; give both or none.")
     origin = None if origin_lat is None or origin_lon is None else (origin_lon, origin_lat)
-    sites = read_sensors(sensors)
-    located = locate_recording(
-        open_bearings(bearings, sites), sites, parameters, out, confidence=confidence, origin_deg=origin
-    )
+    source = open_bearings(bearings, read_sensors(sensors))
+    located = locate_recording(source, parameters, out, confidence=confidence, origin_deg=origin)
     for remark in located.remarks:
         console.print(f"[yellow]{escape(remark)}[/]", highlight=False, soft_wrap=True)
     show("Emitter", ("", ""), located.table)

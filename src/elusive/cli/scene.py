@@ -11,6 +11,7 @@ from rich.markup import escape
 from elusive.cli.terminal import Out, bar, console, show
 from elusive.errors import DataError
 from elusive.model import read_yaml
+from elusive.systems.bearings.scene import BearingScene, track_bearing_scene
 from elusive.systems.images.scene import ImageScene, track_image_scene
 from elusive.systems.links.scene import LinkScene
 from elusive.systems.links.scene_results import track_scene
@@ -72,4 +73,24 @@ def _radar(scene: Path, given: dict[str, Any], out: Path) -> None:
     )
 
 
-SCENES = {"links": _links, "images": _images, "signals": _signals, "radar": _radar}  # by the scene's key `system`
+def _bearings(scene: Path, given: dict[str, Any], out: Path) -> None:
+    parameters = BearingScene(**given)
+    with bar("estimators", len(parameters.estimators)) as advance:
+        flown = track_bearing_scene(parameters, out, on_estimator=advance)
+    show(scene.name, *flown.table)
+    for used in flown.each:
+        if used.refusal:
+            console.print(f"{used.name}: {escape(used.refusal)}", highlight=False)
+    console.print(
+        f"Written to {out}: bearings.csv, sensors.csv, truth.csv, scene.yaml, and for each estimator a folder",
+        soft_wrap=True,
+    )
+
+
+SCENES = {
+    "links": _links,
+    "images": _images,
+    "signals": _signals,
+    "radar": _radar,
+    "bearings": _bearings,
+}  # by the scene's key `system`

@@ -9,6 +9,7 @@ from typing import Annotated, Any, cast
 import typer
 from rich.markup import escape
 
+from elusive.cli.bearings import simulate_bearings_command
 from elusive.cli.terminal import Config, Out, bar, console, show
 from elusive.errors import ParameterError
 from elusive.geometry.areas import Area
@@ -22,6 +23,9 @@ from elusive.systems.radar.simulate import RadarSimulation, simulate_radar
 TRACKED_WITH = (("", "log.csv"), ("--nodes", "nodes.csv"), ("--truth", "truth.csv"))  # of a simulated log
 
 app = typer.Typer(no_args_is_help=True)
+
+
+app.command("bearings")(simulate_bearings_command)
 
 
 @app.callback()

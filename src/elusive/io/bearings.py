@@ -1,4 +1,4 @@
-"""Bearings from files, gathered by time, and the places of the sensors that took them: tables in CSV, read lazily."""
+"""Bearings and times of arrival from files, gathered by time, and the places of the sensors: read lazily."""
 
 from __future__ import annotations
 
@@ -14,35 +14,38 @@ from pathlib import Path
 import numpy as np
 
 from elusive.errors import DataError
-from elusive.io._link_lines import lines_of
-from elusive.io.csv_files import read_lines
-from elusive.io.truth import NUMBER
+from elusive.io._table_lines import table_lines
+from elusive.sensors.arrival_times import ArrivalSet
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
+from elusive.sensors.bearing_table import PlaceSet
+from elusive.sensors.hybrid import HybridSet
 
-COLUMNS = ("time_s", "sensor", "azimuth_deg", "elevation_deg")
-SENSOR_COLUMNS = ("sensor", "x_m", "y_m", "z_m")
+NEEDED, AZIMUTH, ELEVATION, ARRIVAL = ("time_s", "sensor"), "azimuth_deg", "elevation_deg", "arrival_s"
+SENSOR_COLUMNS = ("x_m", "y_m", "z_m")
+BEARING_A_LINE = "one bearing a line"
 SUSPECT_AFTER = 50  # azimuths, none of them above 2 pi, after which radians are suspected
-DEGREE = math.pi / 180
+Row = tuple[int, float, float, float]  # sensor, azimuth, elevation [rad], arrival [s]; NaN where there is none
 
 
 @dataclass(frozen=True)
 class BearingSource:
-    """Bearings of one emitter in the order of time, read afresh at each iteration and never held whole in memory."""
+    """What sensors report of one emitter in the order of time, read afresh at each iteration and never held whole."""
 
     name: str
     sites: SensorSites
     follow: bool = False
     idle_s: float | None = None
 
-    def __iter__(self) -> Iterator[BearingSet]:
-        """Yield the bearings of each time.
+    def __iter__(self) -> Iterator[PlaceSet]:
+        """Yield what is reported at each time.
 
-        A time is complete once a later one comes, or at the end.
+        A time is complete once a later one comes, or at the end. The columns decide what is yielded: a BearingSet, an
+        ArrivalSet, or with both kinds of column a HybridSet.
 
         Warns
         -----
         UserWarning
-            If the azimuths look like radians, or all are of one sensor, whose distance cannot be told.
+            If the azimuths look like radians, or all are of one sensor, which gives no distance.
 
         Raises
         ------
@@ -50,26 +53,26 @@ class BearingSource:
             If a line cannot be read, names an unknown sensor or goes back in time, or there is none; the sentence
             says where.
         """
-        time_s, gathered = math.nan, list[tuple[int, float, float]]()
-        count, greatest, seen = 0, 0.0, set[int]()
-        with closing(_rows(self)) as rows:
-            for now_s, sensor, azimuth, elevation in rows:
+        gathered, time_s, seen = list[Row](), math.nan, set[int]()
+        azimuths, greatest = 0, 0.0
+        kind: type = BearingSet
+        with closing(self._rows()) as rows:
+            for now_s, kind, row in rows:
                 if gathered and now_s != time_s:
-                    yield _set_of(time_s, gathered)
+                    yield _set_of(kind, time_s, gathered)
                     gathered = []
                 time_s = now_s
-                gathered.append((sensor, azimuth * DEGREE, elevation * DEGREE))
-                count, greatest = count + 1, max(greatest, abs(azimuth))
-                seen.add(sensor)
-                if count == SUSPECT_AFTER and greatest <= 2 * math.pi:
-                    warnings.warn(
-                        f"{self.name}: none of the first {count} azimuths is above {greatest:.3g}; they are read as "
-                        "degrees and look like radians. Convert them if they are.",
-                        stacklevel=2,
-                    )
+                gathered.append(row)
+                seen.add(row[0])
+                if math.isfinite(row[1]):
+                    azimuths, greatest = azimuths + 1, max(greatest, abs(math.degrees(row[1])))
+                    if azimuths == SUSPECT_AFTER and greatest <= 2 * math.pi:
+                        warnings.warn(
+                            radians_suspected(self.name, f"the first {azimuths} azimuths", greatest), stacklevel=2
+                        )
         if not gathered:
-            raise DataError(f"{self.name}: holds no bearing; write {','.join(COLUMNS[:3])}, one bearing a line.")
-        yield _set_of(time_s, gathered)
+            raise DataError(f"{self.name}: holds no bearing; write {','.join((*NEEDED, AZIMUTH))}, {BEARING_A_LINE}.")
+        yield _set_of(kind, time_s, gathered)
         if len(seen) == 1:
             warnings.warn(
                 f"{self.name}: all bearings are of sensor {self.sites.names[seen.pop()]!r}; one sensor gives no "
@@ -77,18 +80,52 @@ class BearingSource:
                 stacklevel=2,
             )
 
+    def _rows(self) -> Generator[tuple[float, type, Row], None, None]:
+        index = {name: row for row, name in enumerate(self.sites.names)}
+        before = -math.inf
+        lines = table_lines(
+            self.name,
+            NEEDED,
+            (ELEVATION,),
+            BEARING_A_LINE,
+            either=(AZIMUTH, ARRIVAL),
+            follow=self.follow,
+            idle_s=self.idle_s,
+        )
+        with closing(lines):
+            for line in lines:
+                angles, arrivals = AZIMUTH in line.cells, ARRIVAL in line.cells
+                time_s = line.number("time_s")
+                if time_s < before:
+                    raise DataError(
+                        f"{line.where}, column time_s: {time_s:g} comes after {before:g}; sort the lines by time."
+                    )
+                before = time_s
+                if line.cells["sensor"] not in index:
+                    raise DataError(f"{line.where}: {_unknown(line.cells['sensor'], self.sites.names)}")
+                may_lack = math.nan if arrivals else None
+                row = (
+                    index[line.cells["sensor"]],
+                    math.radians(line.number(AZIMUTH, most=360, absent=may_lack)) if angles else math.nan,
+                    math.radians(line.number(ELEVATION, most=90, absent=math.nan)),
+                    line.number(ARRIVAL, absent=math.nan if angles else None) if arrivals else math.nan,
+                )
+                yield time_s, HybridSet if angles and arrivals else BearingSet if angles else ArrivalSet, row
+
 
 def open_bearings(
     path: str | os.PathLike[str], sites: SensorSites, *, follow: bool = False, idle_s: float | None = None
 ) -> BearingSource:
-    """Open a table of bearings without reading it.
+    """Open a table of bearings, of times of arrival, or of both, without reading it.
 
     Parameters
     ----------
     path
         CSV, its first line ``time_s,sensor,azimuth_deg`` and, where measured, ``elevation_deg``; a bearing a line.
         Times do not go back; ``sensor`` is a name of the table of sensors; the azimuth is clockwise from north (-360
-        to 360), the elevation above the horizon (-90 to 90, or empty). ``-``: standard input.
+        to 360), the elevation above the horizon (-90 to 90, or empty). ``arrival_s`` beside or in place of
+        ``azimuth_deg`` is when a signal came in: since its emission or, where that is not known, since any instant
+        that is common to the sensors at that time. ``-``: standard input.
     sites
         From :func:`read_sensors`.
     follow
@@ -119,80 +156,27 @@ def read_sensors(path: str | os.PathLike[str]) -> SensorSites:
     DataError
         If the file cannot be read, a line is no place, a name comes twice, or there is none; the sentence says where.
     """
-    header: list[str] | None = None
-    names: list[str] = []
-    places: list[list[float]] = []
-    for number, line in enumerate(read_lines(path), 1):
-        if not line.strip() or line.startswith("#"):
-            continue
-        where = f"{path}, line {number}"
-        if header is None:
-            header = _header(line, SENSOR_COLUMNS, where)
-            continue
-        record = _record(line, header, where)
-        if not record["sensor"] or record["sensor"] in names:
-            raise DataError(f"{where}: the sensor's name {record['sensor']!r:.60} is empty or taken; give another.")
-        names.append(record["sensor"])
-        places.append([_number(record.get(name, "0"), name, where) for name in SENSOR_COLUMNS[1:]])
-    if not names:
-        raise DataError(f"{path}: holds no sensor; write {','.join(SENSOR_COLUMNS[:3])}, one sensor a line.")
-    return SensorSites(tuple(names), np.array(places))
+    needed = ("sensor", *SENSOR_COLUMNS[:2])
+    places = dict[str, list[float]]()
+    for line in table_lines(path, needed, SENSOR_COLUMNS[2:], "one sensor a line"):
+        name = line.cells["sensor"]
+        if not name or name in places:
+            raise DataError(f"{line.where}: the sensor's name {name!r:.60} is empty or taken; give another.")
+        places[name] = [line.number(column) for column in SENSOR_COLUMNS if column in line.cells]
+    if not places:
+        raise DataError(f"{path}: holds no sensor; write {','.join(needed)}, one sensor a line.")
+    table = np.zeros((len(places), 3))
+    for row, place in zip(table, places.values(), strict=True):
+        row[: len(place)] = place
+    return SensorSites(tuple(places), table)
 
 
-def _rows(source: BearingSource) -> Generator[tuple[float, int, float, float], None, None]:
-    header: list[str] | None = None
-    index = {name: row for row, name in enumerate(source.sites.names)}
-    before = -math.inf
-    with closing(lines_of(source.name, source.follow, source.idle_s)) as lines:
-        for number, line in lines:
-            if line.startswith("#"):
-                continue
-            where = f"{source.name}, line {number}"
-            if header is None:
-                header = _header(line, COLUMNS, where)
-                continue
-            record = _record(line, header, where)
-            time_s = _number(record["time_s"], "time_s", where)
-            if time_s < before:
-                raise DataError(f"{where}, column time_s: {time_s:g} comes after {before:g}; sort the lines by time.")
-            before = time_s
-            if record["sensor"] not in index:
-                raise DataError(f"{where}: {_unknown(record['sensor'], source.sites.names)}")
-            azimuth = _number(record["azimuth_deg"], "azimuth_deg", where)
-            if abs(azimuth) > 360:
-                raise DataError(f"{where}, column azimuth_deg: {azimuth:g} is not from -360 to 360 degrees.")
-            cell = record.get("elevation_deg", "")
-            elevation = math.nan if cell.lower() in ("", "nan") else _number(cell, "elevation_deg", where)
-            if abs(elevation) > 90:
-                raise DataError(f"{where}, column elevation_deg: {elevation:g} is not from -90 to 90 degrees.")
-            yield time_s, index[record["sensor"]], azimuth, elevation
-    if header is None:
-        raise DataError(f"{source.name}: is empty; write {','.join(COLUMNS[:3])}, one bearing a line.")
-
-
-def _header(line: str, columns: tuple[str, ...], where: str) -> list[str]:
-    names = [cell.strip().strip('"') for cell in line.split(",")]
-    missing = [name for name in columns[:3] if name not in names]
-    if missing or len(set(names)) < len(names) or not set(names) <= set(columns):
-        raise DataError(
-            f"{where}: the columns are {','.join(names)!r:.80}; name them {','.join(columns[:3])} and perhaps "
-            f"{columns[3]}."
-        )
-    return names
-
-
-def _record(line: str, header: list[str], where: str) -> dict[str, str]:
-    cells = [cell.strip().strip('"') for cell in line.split(",")]
-    if len(cells) != len(header):
-        raise DataError(f"{where}: has {len(cells)} cells for {len(header)} columns: {line!r:.80}; repair it.")
-    return dict(zip(header, cells, strict=True))
-
-
-def _number(cell: str, name: str, where: str) -> float:
-    value = float(cell) if NUMBER.fullmatch(cell) else math.nan
-    if not math.isfinite(value):
-        raise DataError(f"{where}, column {name}: {cell!r:.60} is no number; write a finite one.")
-    return value
+def radians_suspected(name: str, which: str, greatest: float) -> str:
+    """Say that azimuths of a file look like radians."""
+    return (
+        f"{name}: none of {which} is above {greatest:.3g}; they are read as degrees and look like radians. Convert "
+        "them if they are."
+    )
 
 
 def _unknown(name: str, names: tuple[str, ...]) -> str:
@@ -201,6 +185,9 @@ def _unknown(name: str, names: tuple[str, ...]) -> str:
     return f"there is no sensor {name!r:.60}; {hint}"
 
 
-def _set_of(time_s: float, rows: list[tuple[int, float, float]]) -> BearingSet:
-    sensor, azimuth, elevation = zip(*rows, strict=True)
-    return BearingSet(time_s, np.array(sensor), np.array(azimuth), np.array(elevation))
+def _set_of(kind: type, time_s: float, rows: list[Row]) -> PlaceSet:
+    sensor, azimuth, elevation, arrival = (np.array(column) for column in zip(*rows, strict=True))
+    bearing, came = np.isfinite(azimuth), np.isfinite(arrival)
+    bearings = BearingSet(time_s, sensor[bearing], azimuth[bearing], elevation[bearing])
+    arrivals = ArrivalSet(time_s, sensor[came], arrival[came])
+    return bearings if kind is BearingSet else arrivals if kind is ArrivalSet else HybridSet(time_s, bearings, arrivals)

@@ -1,8 +1,7 @@
-"""Reads where one target truly was: a table of times and places, in metres, with heights where they are known."""
+"""Reads where one target truly was, or is to go: tables of times and places in metres."""
 
 from __future__ import annotations
 
-import csv
 import math
 import os
 from typing import NamedTuple
@@ -12,10 +11,10 @@ from numpy.typing import ArrayLike
 
 from elusive.contracts import Array
 from elusive.errors import DataError
-from elusive.io.csv_files import read_lines
-from elusive.io.truth import NUMBER
+from elusive.io._table_lines import table_lines
 
-COLUMNS = ("time_s", "x_m", "y_m", "z_m")
+PLACE = ("x_m", "y_m")
+A_TIME = "a time a line"
 
 
 class PathTruth(NamedTuple):
@@ -24,7 +23,7 @@ class PathTruth(NamedTuple):
     times_s: Array  # (K,), increasing
     places_m: Array  # (K, 3) east, north, up; up is NaN where the table has none
 
-    def at(self, times_s: ArrayLike) -> Array:
+    def interpolated(self, times_s: ArrayLike) -> Array:
         """Interpolate the place, ``(T,) -> (T, 3)`` [m]; NaN before the first time and after the last."""
         times = np.asarray(times_s, np.float64)
         axes = (np.interp(times, self.times_s, axis, left=np.nan, right=np.nan) for axis in self.places_m.T)
@@ -46,29 +45,27 @@ def read_path_truth(path: str | os.PathLike[str]) -> PathTruth:
         If the header lacks a column, a line is no such row, times do not increase, or there is none; the sentence
         gives the line.
     """
-    rows: list[list[float]] = []
-    header: list[str] | None = None
-    for line, text in enumerate(read_lines(path), 1):
-        if not text.strip() or text.startswith("#"):
-            continue
-        cells = [cell.strip() for cell in next(csv.reader([text]))]
-        where = f"{path}, line {line}"
-        if header is None:
-            header = cells
-            if not set(COLUMNS[:3]) <= set(header) or len(set(header)) < len(header):
-                raise DataError(f"{where}: the columns are {text.strip()!r:.80}; name them {','.join(COLUMNS[:3])}.")
-            continue
-        if len(cells) != len(header):
-            raise DataError(f"{where}: has {len(cells)} cells, the header {len(header)}; write one a column.")
-        record = dict(zip(header, cells, strict=True))
-        told = [record[name] for name in COLUMNS if name in record]
-        values = [float(cell) if NUMBER.fullmatch(cell) else math.nan for cell in told]
-        if not all(map(math.isfinite, values)):
-            raise DataError(f"{where}: {text.strip()!r:.80} has no time and place; write finite numbers.")
-        if rows and values[0] <= rows[-1][0]:
-            raise DataError(f"{where}: the time {values[0]:g} s comes after {rows[-1][0]:g} s; times increase.")
-        rows.append(values if len(values) == len(COLUMNS) else [*values, math.nan])
+    rows: list[tuple[float, ...]] = []
+    for line in table_lines(path, ("time_s", *PLACE), None, A_TIME):
+        row = (*(line.number(name) for name in ("time_s", *PLACE)), line.number("z_m", absent=math.nan))
+        if rows and row[0] <= rows[-1][0]:
+            raise DataError(f"{line.where}: the time {row[0]:g} s comes after {rows[-1][0]:g} s; times increase.")
+        rows.append(row)
     if not rows:
-        raise DataError(f"{path}: holds no place; write {','.join(COLUMNS[:3])}, a time a line.")
+        raise DataError(f"{path}: holds no place; write time_s,{','.join(PLACE)}, {A_TIME}.")
     table = np.array(rows)
     return PathTruth(table[:, 0], table[:, 1:])
+
+
+def read_way(path: str | os.PathLike[str]) -> Array:
+    """Read the corners of a path, ``(n, 2)`` east and north [m]: CSV under a header that names ``x_m`` and ``y_m``.
+
+    Raises
+    ------
+    DataError
+        If the header lacks a column, a line is no place, or there is none.
+    """
+    corners = [[line.number(name) for name in PLACE] for line in table_lines(path, PLACE, None, "a corner a line")]
+    if not corners:
+        raise DataError(f"{path}: holds no place; write {','.join(PLACE)}, a corner a line.")
+    return np.array(corners)

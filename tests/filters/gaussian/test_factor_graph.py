@@ -148,15 +148,30 @@ def test_live_steps_are_the_recording() -> None:
     graph = FactorGraphFilter(sensor=case.mean_sensors)
     sets = list(flight.sets)
     del sets[10:13]
-    times, whole = graph.track_sets(sets)
-    np.testing.assert_array_equal(times, case.times_s)
-    live = [*sets[:10], None, None, None, *sets[10:]]
-    states = list(run(graph, live, np.random.default_rng(0), times))
+    whole = graph.track_sets(sets)
+    states = list(run(graph, sets, np.random.default_rng(0)))
+    np.testing.assert_array_equal(whole.times_s, [state.time_s for state in states])
     np.testing.assert_allclose([state.mean for state in states], whole.mean)
     np.testing.assert_allclose([state.variance for state in states], whole.variance)
     before = states[9]
-    np.testing.assert_allclose(states[10].mean, before.mean + before.velocity)
-    assert (states[12].variance > states[9].variance).all()
+    waited = graph.step(before, before.time_s + 2.5, None, np.random.default_rng(0))
+    np.testing.assert_allclose(waited.mean, before.mean + 2.5 * before.velocity)
+    assert (waited.variance > before.variance).all()
+    again = graph.step(before, before.time_s, sets[9], np.random.default_rng(0))
+    np.testing.assert_array_equal(again.velocity, before.velocity)
+    assert (again.variance < before.variance).all()
+
+
+@pytest.mark.parametrize("smooth", [False, True])
+def test_a_straight_flight_at_uneven_times_is_followed_in_seconds(smooth: bool) -> None:
+    rng = np.random.default_rng(0)
+    times = rng.uniform(0.2, 8.0, 60).cumsum()
+    states = np.column_stack([20 + 0.1 * times, np.full(60, 0.1), 30 - 0.05 * times, np.full(60, -0.05)])
+    sensors = FlightCase(sigma_deg=0.01).sensors.replace(samples=1)
+    graph = FactorGraphFilter(sensor=sensors, smooth=smooth, accelerates=False, step_noise_m=0.01)
+    found = graph.track_sets(sensors.simulate(states, times, rng))
+    assert np.abs(found.mean - states[:, [0, 2]]).max() < 0.1
+    np.testing.assert_allclose(found.velocity[20:], np.tile([0.1, -0.05], (40, 1)), atol=0.01)
 
 
 def test_a_track_begins_with_its_first_two_fixes() -> None:
@@ -189,8 +204,10 @@ def test_refusals() -> None:
             graph.locate(np.ones(3), spread)
     with pytest.raises(DataError, match=r"azimuth_rad: has shape \(3,\); give \(..., T, n\)"):
         graph.track(np.ones(3))
-    sets = [BearingSet(t, np.arange(3), np.ones(3), np.full(3, np.nan)) for t in (0.0, 1.0, 2.4)]
-    with pytest.raises(DataError, match="not whole steps of 1 s apart"):
+    sets = [BearingSet(t, np.arange(3), np.ones(3), np.full(3, np.nan)) for t in (0.0, 1.0, 0.4)]
+    with pytest.raises(DataError, match="sort"):
         graph.track_sets(sets)
+    with pytest.raises(DataError, match="times_s: has shape"):
+        graph.track(np.ones((4, 3)), times_s=np.arange(3.0))
     with pytest.raises(DataError, match=r"azimuth_rad: has shape|bearings"):
         graph.track(np.empty((0, 3)))

@@ -3,22 +3,30 @@
 from __future__ import annotations
 
 import math
-import warnings
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 
-from elusive.contracts import Array
+from elusive.contracts import Array, X, Y
+from elusive.errors import DataError, ParameterError
 from elusive.filters.gaussian.geolocation import Ellipse, Fix, Geolocation
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io import atomic_folder
-from elusive.io.bearings import BearingSource
+from elusive.io.bearings import BearingSource, radians_suspected
 from elusive.io.csv_files import write_csv
 from elusive.io.emitter import write_emitter_geojson
 from elusive.report import plots
-from elusive.sensors.bearing_sets import SensorSites
+from elusive.sensors.arrival_times import ArrivalSet
+from elusive.sensors.bearing_sets import BearingSet, SensorSites
+from elusive.sensors.bearing_table import PlaceSet
+from elusive.sensors.bearings import wrapped
+from elusive.systems.bearings.parameters import Arrivals, BatchMap, BearingTracking, Cruise, angles_of, sensors_of
+from elusive.systems.bearings.run import warnings_heard
+from elusive.systems.bearings.track import Emitter, track
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,6 +34,8 @@ if TYPE_CHECKING:
 FEW = 30  # bearings that are drawn one by one
 RADIANS_AFTER = 3  # azimuths, none of them above 2 pi, after which radians are suspected
 CORNERS = 72
+STANDING_Q, STANDING_MPS = 1e-12, 1e-6  # of an emitter that stays
+WIDE = 1e3  # deviation of its place before it is heard, to the sensors' extent
 
 
 class Located(NamedTuple):
@@ -38,23 +48,61 @@ class Located(NamedTuple):
     table: list[tuple[str, str]]
 
 
+class EmitterLocation(Geolocation):
+    """Everything `elusive locate` can be told."""
+
+    arrivals: Arrivals = Field(Arrivals(), description="Times of arrival, where the table has them")
+
+    def of_arrivals(self, heard: Sequence[PlaceSet], sites: SensorSites) -> Fix:
+        """Estimate the place from times of arrival, with bearings or without: the path of an emitter that stays.
+
+        Raises
+        ------
+        ParameterError
+            If the estimator is of bearings alone.
+        DataError
+            If an arrival cannot be used, or they are too few to tell a place.
+        """
+        if self.estimator == "stansfield":
+            raise ParameterError(
+                "--estimator stansfield: is of bearings alone; with times of arrival take ml or huber."
+            )
+        count = len(np.unique(np.concatenate([sensors_of(times) for times in heard])))
+        least = 2 + (isinstance(heard[0], ArrivalSet) and not self.arrivals.emission_known)
+        if count < least:
+            raise DataError(f"arrivals: are of {count} sensors, and a place needs {least}; add a sensor.")
+        extent = float(np.linalg.norm(sites.positions_m[:, None] - sites.positions_m[None], axis=2).max())
+        tracking = BearingTracking(
+            motion=Cruise(q=STANDING_Q), sigma_deg=self.sigma_deg or 1.0, arrivals=self.arrivals,
+            filter=BatchMap(
+                loss="squares" if self.estimator == "ml" else "cauchy" if self.estimator == "andrews" else "huber",
+                start_sd_m=WIDE * extent, start_speed_sd_mps=STANDING_MPS,
+            ),
+        )  # fmt: skip
+        emitter: Emitter = list(track(heard, tracking, sites))[-1].state
+        angles = [angles_of(times) for times in heard]
+        sensor, azimuth = (np.concatenate([part[k] for part in angles]) for k in (1, 2))
+        east, north = (emitter.mean[[X, Y]] - sites.positions_m[sensor.astype(np.intp), :2]).T
+        residual = wrapped(azimuth - np.arctan2(east, north))
+        sigma = math.radians(tracking.sigma_deg) if len(azimuth) else math.nan
+        covariance = emitter.covariance[np.ix_([X, Y], [X, Y])]
+        return Fix(emitter.mean[[X, Y]], covariance, sigma, np.ones(len(azimuth)), residual, 1, ())
+
+
 def locate_recording(
     source: BearingSource,
-    sites: SensorSites,
-    parameters: Geolocation,
+    parameters: EmitterLocation,
     out: Path | None = None,
     *,
     confidence: float = 0.95,
     origin_deg: tuple[float, float] | None = None,
 ) -> Located:
-    """Locate the emitter of all bearings of a recording; elevations are passed over.
+    """Locate the emitter of all bearings or times of arrival of a recording; elevations are passed over.
 
     Parameters
     ----------
     source
         From :func:`~elusive.io.bearings.open_bearings`.
-    sites
-        Where the sensors stand.
     parameters
         How.
     out
@@ -67,21 +115,22 @@ def locate_recording(
     Raises
     ------
     DataError
-        If a line cannot be used, or the bearings tell no place (parallel, of one sensor, diverging).
+        If a line cannot be used, or what is heard tells no place (bearings parallel, of one sensor, diverging).
     """
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        sets = list(source)
-    sensor = np.concatenate([each.sensor for each in sets])
-    azimuth = np.concatenate([each.azimuth_rad for each in sets])
-    said = [str(warning.message) for warning in caught]
-    if len(azimuth) >= RADIANS_AFTER and np.rad2deg(np.abs(azimuth)).max() <= 2 * math.pi and not said:
-        said.append(
-            f"{source.name}: no azimuth is above {np.rad2deg(np.abs(azimuth)).max():.3g}; they are read as degrees and "
-            "look like radians. Convert them if they are."
-        )
+    with warnings_heard() as warned:
+        heard = list(source)
+        said = list(warned())
+    sites = source.sites
+    angles = [angles_of(times) for times in heard]
+    sensor, azimuth = (np.concatenate([part[k] for part in angles]) for k in (1, 2))
+    greatest = float(np.rad2deg(np.abs(azimuth)).max(initial=0.0))
+    if len(azimuth) >= RADIANS_AFTER and greatest <= 2 * math.pi and not said:
+        said.append(radians_suspected(source.name, f"{len(azimuth)} azimuths", greatest))
     frame = None if origin_deg is None else LocalFrame.at(*origin_deg)
-    fix = parameters.locate(azimuth, sites.positions_m[sensor, :2])
+    if isinstance(heard[0], BearingSet):
+        fix = parameters.locate(azimuth, sites.positions_m[sensor, :2])
+    else:
+        fix = parameters.of_arrivals(heard, sites)
     ellipse = fix.ellipse(confidence)
     lonlat = None if frame is None else frame.to_lonlat(fix.position_m)[0]
     located = Located(fix, ellipse, lonlat, (*said, *fix.remarks), _table(fix, ellipse, lonlat, parameters, sites))
@@ -90,30 +139,31 @@ def locate_recording(
             numbers = _numbers(located)
             write_csv(folder / "emitter.csv", list(numbers), [numbers.values()])
             _write_geojson(folder / "emitter.geojson", located, frame)
-            _draw(folder / "emitter.png", located, sites, sensor, azimuth, Path(source.name).name)
+            reporting = np.concatenate([sensors_of(times) for times in heard])
+            _draw(folder / "emitter.png", located, sites, reporting, sensor, azimuth, Path(source.name).name)
             (folder / "config.yaml").write_text(parameters.to_yaml(), encoding="utf-8")
     return located
 
 
 def _table(
-    fix: Fix, ellipse: Ellipse, lonlat: Array | None, parameters: Geolocation, sites: SensorSites
+    fix: Fix, ellipse: Ellipse, lonlat: Array | None, parameters: EmitterLocation, sites: SensorSites
 ) -> list[tuple[str, str]]:
     how = "given" if parameters.sigma_deg is not None else "estimated from the bearings"
-    told = math.isfinite(fix.sigma_rad)
+    told, sure = bool(np.isfinite(fix.covariance).all()), math.isfinite(fix.sigma_rad)
     rows = [("Place", f"{fix.position_m[0]:.2f} m east, {fix.position_m[1]:.2f} m north")]
     if lonlat is not None:
         rows.append(("Longitude, latitude", f"{lonlat[0]:.6f}, {lonlat[1]:.6f}"))
     sd = np.sqrt(np.diag(fix.covariance))
     rows += [
-        ("Deviation", f"{sd[0]:.2f} m east, {sd[1]:.2f} m north" if told else "not told"),
+        ("Deviation", f"{sd[0]:.2f} m east, {sd[1]:.2f} m north" if told else "not known"),
         (
             f"Error ellipse, {100 * ellipse.confidence:g} %",
             f"half axes {ellipse.semi_major_m:.2f} and {ellipse.semi_minor_m:.2f} m, the longer one towards "
             f"{ellipse.azimuth_deg:.0f} degrees; {ellipse.area_m2:.4g} m²"
             if told
-            else "not told",
+            else "not known",
         ),
-        ("Deviation of a bearing", f"{math.degrees(fix.sigma_rad):.2f} degrees, {how}" if told else "not told"),
+        ("Deviation of a bearing", f"{math.degrees(fix.sigma_rad):.2f} degrees, {how}" if sure else "not known"),
         ("Bearings", f"{len(fix.weights)}, of {len(sites.names)} sensors in the table"),
         ("Estimator", f"{parameters.estimator}, {fix.iterations} steps"),
     ]
@@ -159,19 +209,20 @@ def _outline(fix: Fix, confidence: float) -> Array | None:
 
 
 def _draw(
-    path: Path, located: Located, sites: SensorSites, sensor: NDArray[np.intp], azimuth: Array, name: str
-) -> None:
+    path: Path, located: Located, sites: SensorSites, reporting: NDArray[np.intp], sensor: NDArray[np.intp],
+    azimuth: Array, name: str,
+) -> None:  # fmt: skip
     fix = located.fix
     outline = _outline(fix, located.ellipse.confidence)
-    places = sites.positions_m[:, :2]
-    shown = np.concatenate([places[np.unique(sensor)], fix.position_m[None]])
+    places, used = sites.positions_m[:, :2], np.unique(reporting)
+    shown = np.concatenate([places[used], fix.position_m[None]])
     middle, half = 0.5 * (shown.min(axis=0) + shown.max(axis=0)), 0.6 * np.ptp(shown, axis=0).max()
     with plots.figure(path, 10.0, 5.2, 1, 2) as (figure, ((whole, near),)):
         _draw_lines(whole, located, places[sensor], azimuth, 4 * half)
         for label, place in zip(sites.names, places, strict=True):
             if np.abs(place - middle).max() <= half:
                 whole.annotate(label, tuple(place), (5, 4), textcoords="offset points", color=plots.MUTED, size=8)
-        whole.plot(*places[np.unique(sensor)].T, "s", color="#334155", markersize=5.5, label="sensor", zorder=4)
+        whole.plot(*places[used].T, "s", color="#334155", markersize=5.5, label="sensor", zorder=4)
         whole.set(xlim=(middle[0] - half, middle[0] + half), ylim=(middle[1] - half, middle[1] + half))
         _draw_lines(near, located, places[sensor], azimuth, 4 * half)
         reach = 0.05 * half if outline is None else 1.4 * float(np.abs(outline - fix.position_m).max())
@@ -194,7 +245,7 @@ def _draw(
 def _draw_lines(axes: Axes, located: Located, places: Array, azimuth: Array, length: float) -> None:
     """Draw the bearings; what is taken for a stray is dotted, and of many only some are drawn."""
     named = set[str]()
-    for row in range(0, len(azimuth), -(-len(azimuth) // FEW)):
+    for row in range(0, len(azimuth), max(1, -(-len(azimuth) // FEW))):
         weight = float(located.fix.weights[row])
         label = "bearing" if weight > 0.5 else "bearing of little weight"
         far = places[row] + length * np.array([math.sin(azimuth[row]), math.cos(azimuth[row])])

@@ -1,17 +1,17 @@
-"""Bearings to the track of one emitter: which estimator, how it moves, how precise the bearings are.
+"""What to do with bearings and arrivals of one emitter: how it moves, by which filter, how precise they are.
 
 Jiang, Keerativoranan, Matsumoto and Takada (2024), and what its filters are to be measured against.
 """
 
 from __future__ import annotations
 
-import math
-from typing import Any, ClassVar, Literal, NamedTuple
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
 
-from elusive.contracts import Array
 from elusive.errors import ParameterError
 from elusive.filters.gaussian.extended_kalman import ExtendedKalmanFilter
 from elusive.filters.gaussian.factor_graph import FactorGraphFilter
@@ -19,199 +19,304 @@ from elusive.filters.gaussian.fixed_lag import FixedLagSmoother
 from elusive.filters.gaussian.interacting import InteractingFilter
 from elusive.filters.gaussian.map_smoother import MapSmoother
 from elusive.filters.gaussian.parts import BuiltInMotion
+from elusive.filters.gaussian.problem import Setting
 from elusive.filters.gaussian.transitions import AngleBias
 from elusive.model import Model, NonNegative, Positive
-from elusive.motion import ConstantAcceleration, ConstantTurnRateVelocity, ConstantVelocity
+from elusive.motion import ConstantAcceleration, ConstantTurnRateVelocity, ConstantVelocity, CoordinatedTurn
 from elusive.motion.altitude import WithAltitude
+from elusive.sensors.arrival_times import ArrivalSet, ArrivalTimeSensors
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
+from elusive.sensors.bearing_table import PlaceSensor, PlaceSet
 from elusive.sensors.bearings import BearingSensors
+from elusive.sensors.hybrid import HybridSensors, HybridSet
 
-FilterName = Literal["fg-eks", "fg-ekf", "ekf", "iekf", "rts", "map", "fixed-lag"]
-MotionName = Literal["cv", "ca", "ctrv", "imm"]
+Estimator = ExtendedKalmanFilter | InteractingFilter | FixedLagSmoother | FactorGraphFilter | MapSmoother
+FilterName = Literal["map", "fixed-lag", "iekf", "ekf", "rts", "fg-ekf", "fg-eks"]
 FACTOR_GRAPH = ("fg-eks", "fg-ekf")
 WHOLE = ("rts", "map")  # they need all bearings
-ONE_PASS = ("ekf", "iekf")
-IEKF_ITERATIONS = 10
-Estimator = ExtendedKalmanFilter | InteractingFilter | FixedLagSmoother | FactorGraphFilter | MapSmoother
+ONE_PASS = ("ekf", "iekf")  # they take several motions at once
+FLAT = ("ctrv",)  # motions over the ground alone
 
 
-class Estimates(NamedTuple):
-    """The track of a recording."""
+def _as_in(model: type[Model], name: str) -> Any:
+    """Return a field as another model declares it."""
+    return model.model_fields[name]
 
-    times_s: Array  # (K,)
-    names: tuple[str, ...]  # of the state's components
-    states: Array  # (K, d), NaN before there is any
-    covariances: Array  # (K, d, d)
-    begun: int  # row from which on a place is told
-    log_evidence: float  # NaN where an estimator has none
+
+class Cruise(ConstantVelocity):
+    """An emitter of nearly constant velocity."""
+
+    q: Positive = Field(1.0, description="Power of the white acceleration [m^2 / s^3]")
+
+
+class Manoeuvre(ConstantAcceleration):
+    """An emitter of nearly constant acceleration."""
+
+    q: Positive = Field(0.1, description="Power of the white jerk [m^2 / s^5]")
+
+
+class KnownTurn(CoordinatedTurn):
+    """An emitter that turns at a known rate."""
+
+    q: Positive = Field(1.0, description="Power of the white acceleration [m^2 / s^3]")
+
+
+class Turn(ConstantTurnRateVelocity):
+    """An emitter that turns at a rate to be found."""
+
+    q_speed: Positive = Field(0.1, description="Variance of the acceleration along the track [m^2 / s^4]")
+    q_turn: Positive = Field(1e-3, description="Variance of the angular acceleration [rad^2 / s^4]")
+
+
+class Interacting(Model):
+    """Several motions at once, each as probable as it predicts the bearings; with heights without the turn."""
+
+    kind: Literal["imm"] = "imm"
+    cv: Cruise = Field(Cruise(), description="Nearly constant velocity")
+    ca: Manoeuvre = Field(Manoeuvre(), description="Nearly constant acceleration")
+    ctrv: Turn = Field(Turn(), description="Turn at a rate to be found")
+    stay_s: Positive = _as_in(InteractingFilter, "stay_s")
+
+
+EmitterMotion = Annotated[Cruise | Manoeuvre | KnownTurn | Turn | Interacting, Field(discriminator="kind")]
+
+
+class Estimation(Model):
+    """What all estimators of the Gaussian family can be told."""
+
+    position_noise_m: NonNegative = _as_in(Setting, "position_noise_m")
+    bias: AngleBias | None = _as_in(Setting, "bias")
+    loss: Literal["squares", "cauchy", "huber"] = _as_in(Setting, "loss")
+    loss_k: float = _as_in(Setting, "loss_k")
+    start_sd_m: Positive | None = _as_in(Setting, "start_sd_m")
+    start_speed_sd_mps: Positive = _as_in(Setting, "start_speed_sd_mps")
+
+
+class BatchMap(Estimation):
+    """The most probable path given all bearings at once."""
+
+    kind: Literal["map"] = "map"
+    iterations: int = _as_in(MapSmoother, "iterations")
+    tolerance: Positive = _as_in(MapSmoother, "tolerance")
+
+
+class FixedLag(Estimation):
+    """The same over the last seconds, again at each time."""
+
+    kind: Literal["fixed-lag"] = "fixed-lag"
+    lag_s: Positive = _as_in(FixedLagSmoother, "lag_s")
+    iterations: int = _as_in(FixedLagSmoother, "iterations")
+
+
+class IteratedKalman(Estimation):
+    """The iterated extended Kalman filter."""
+
+    kind: Literal["iekf"] = "iekf"
+    iterations: int = _as_in(ExtendedKalmanFilter, "iterations")
+
+
+class PlainKalman(Estimation):
+    """The plain extended Kalman filter."""
+
+    kind: Literal["ekf"] = "ekf"
+
+
+class RtsSmoother(Estimation):
+    """The iterated filter and Rauch, Tung and Striebel's smoother behind it."""
+
+    kind: Literal["rts"] = "rts"
+    iterations: int = _as_in(ExtendedKalmanFilter, "iterations")
+
+
+class GraphFilter(Model):
+    """The paper's messages on a factor graph, FG-EKF."""
+
+    kind: Literal["fg-ekf"] = "fg-ekf"
+    iterations: int = Field(50, gt=0, le=10_000, description="Exchanges of messages of a fix")
+    forgetting: float = _as_in(FactorGraphFilter, "forgetting")
+    step_noise_m: Positive = _as_in(FactorGraphFilter, "step_noise_m")
+
+
+class GraphSmoother(GraphFilter):
+    """The same looking back one step, FG-EKS."""
+
+    kind: Literal["fg-eks"] = "fg-eks"  # type: ignore[assignment]
+
+
+EmitterFilter = Annotated[
+    BatchMap | FixedLag | IteratedKalman | PlainKalman | RtsSmoother | GraphFilter | GraphSmoother,
+    Field(discriminator="kind"),
+]
+
+
+class UseElevations(Model):
+    """The track has heights where the bearings have elevations."""
+
+    kind: Literal["use"] = "use"
+    q_vertical: Positive = Field(0.5, description="Power of the white vertical acceleration [m^2 / s^3]")
+
+
+class IgnoreElevations(Model):
+    """Elevations are passed over."""
+
+    kind: Literal["ignore"] = "ignore"
+
+
+class Arrivals(Model):
+    """How precise times of arrival are."""
+
+    sigma_s: Positive = _as_in(ArrivalTimeSensors, "sigma_s")
+    speed_mps: Positive = _as_in(ArrivalTimeSensors, "speed_mps")
+    emission_known: bool = Field(
+        False, description="Whether times count from the emission (TOA); if not, only their differences do (TDOA)"
+    )
+
+
+def angles_of(measurement: PlaceSet) -> BearingSet:
+    """Return the bearings of a measurement, none of times of arrival alone."""
+    if isinstance(measurement, BearingSet):
+        return measurement
+    if isinstance(measurement, HybridSet):
+        return measurement.bearings
+    return BearingSet(measurement.time_s, np.empty(0, np.intp), np.empty(0), np.empty(0))
+
+
+def sensors_of(measurement: PlaceSet) -> NDArray[np.intp]:
+    """Return the sensors that report a measurement, a sensor as often as it does."""
+    if isinstance(measurement, HybridSet):
+        return np.concatenate([measurement.bearings.sensor, measurement.arrivals.sensor])
+    return measurement.sensor
+
+
+def usual_filter(motion: str | None, *, live: bool = False) -> str:
+    """Name the filter where none is chosen."""
+    return "iekf" if motion == "imm" else "fixed-lag" if live else "map"
 
 
 class BearingTracking(Model):
-    """What to do with a recording of bearings."""
+    """Everything `elusive track bearings` can be told."""
 
     main_options: ClassVar[tuple[str, ...]] = (
-        "filter", "motion", "sigma_deg", "q", "bias_sd_deg", "elevations", "loss", "start_sd_m", "lag_s",
+        "filter", "motion", "sigma_deg", "q", "bias_sd_deg", "elevations", "loss", "start_sd_m", "lag_s", "sigma_s",
     )  # fmt: skip
 
-    filter: FilterName | None = Field(
-        None, description="Estimator; none: map of a recording (iekf with imm), fixed-lag live (iekf with imm)"
+    motion: EmitterMotion = Field(
+        Cruise(), description="How the emitter moves; imm: cv and manoeuvres, as probable as each predicts the bearings"
     )
-    motion: MotionName = Field(
-        "cv", description="How the target moves; imm: cv and a manoeuvre, told from the bearings"
+    filter: EmitterFilter = Field(
+        BatchMap(), description="Estimator; where none is chosen fixed-lag live, and iekf with imm"
     )
     sigma_deg: Positive = Field(1.0, le=90, description="Deviation of a bearing [deg]")
-    elevations: Literal["use", "ignore"] = Field(
-        "use", description="What to do with elevations, where the bearings have them; used, the track has heights"
+    elevations: Annotated[UseElevations | IgnoreElevations, Field(discriminator="kind")] = Field(
+        UseElevations(), description="What to do with elevations, where the bearings have them"
     )
-    q: Positive = Field(1.0, description="cv: power of the white acceleration [m^2 / s^3]")
-    q_jerk: Positive = Field(0.1, description="ca: power of the white jerk [m^2 / s^5]")
-    q_speed: Positive = Field(0.1, description="ctrv: variance of the acceleration along the track [m^2 / s^4]")
-    q_turn: Positive = Field(1e-3, description="ctrv: variance of the angular acceleration [rad^2 / s^4]")
-    q_vertical: Positive = Field(0.5, description="Power of the white vertical acceleration [m^2 / s^3]")
-    stay_s: Positive = Field(10.0, description="imm: mean time for which a motion lasts [s]")
-    position_noise_m: NonNegative = Field(
-        0.0, description="Deviation of a displacement at each step, each axis, epsilon of eq. 26 [m]"
-    )
-    bias_sd_deg: NonNegative = Field(0.0, description="Deviation of each sensor's bias, estimated if above 0 [deg]")
-    bias_memory_s: Positive = Field(1e6, description="Time over which a bias is forgotten; 1e6 is a constant one [s]")
-    loss: Literal["squares", "cauchy", "huber"] = Field("cauchy", description="Loss of a bearing's whitened residual")
-    loss_k: float = Field(2.0, gt=1.5, le=100, description="Residual at which the loss bends [deviations]")
-    start_sd_m: Positive | None = Field(
-        None, description="Deviation of the first place about the sensors; none: ten times their extent [m]"
-    )
-    start_speed_sd_mps: Positive = Field(30.0, description="Deviation of the first velocity, each axis [m/s]")
-    lag_s: Positive = Field(2.0, description="fixed-lag: time after which a state is final [s]")
-    graph_iterations: int = Field(50, gt=0, le=10_000, description="fg: exchanges of messages of a fix")
-    forgetting: float = Field(1.0, gt=0, le=1, description="fg: forgetting factor alpha of eq. 12")
+    arrivals: Arrivals = Field(Arrivals(), description="Times of arrival, where the table has them")
 
-    def choice(self, *, live: bool) -> FilterName:
-        """Return the estimator, the usual one where none is named.
+    @model_validator(mode="before")
+    @classmethod
+    def _usual(cls, given: Any) -> Any:
+        """Choose the filter that the motion takes, where none is chosen."""
+        if not isinstance(given, Mapping):
+            return given
+        motion, flt = given.get("motion", {}), given.get("filter", {})
+        if not isinstance(flt, Mapping) or "kind" in flt:
+            return given
+        kind = motion.get("kind") if isinstance(motion, Mapping) else getattr(motion, "kind", None)
+        return {**given, "filter": {"kind": usual_filter(kind), **flt}}
+
+    def by(self, kind: FilterName) -> BearingTracking:
+        """Return the same by another filter, with what all of the Gaussian family are told alike."""
+        if kind == self.filter.kind:
+            return self
+        shared = Estimation.model_fields if isinstance(self.filter, Estimation) and kind not in FACTOR_GRAPH else ()
+        return self.replace(filter={"kind": kind, **{name: getattr(self.filter, name) for name in shared}})
+
+    def check(self, *, live: bool) -> None:
+        """Refuse a filter that does not take the motion or, live, needs all bearings.
 
         Raises
         ------
         ParameterError
-            If it cannot do what is asked.
+            If so.
         """
-        usual: FilterName = "iekf" if self.motion == "imm" else "fixed-lag" if live else "map"
-        name = self.filter or usual
+        name = self.filter.kind
         if live and name in WHOLE:
             raise ParameterError(f"--filter {name}: needs all bearings; live, take fixed-lag or iekf.")
-        if self.motion == "imm" and name not in ONE_PASS:
+        if isinstance(self.motion, Interacting) and name not in ONE_PASS:
             raise ParameterError(f"--motion imm: is filtered, and {name} does not take it; use --filter iekf or ekf.")
-        if name in FACTOR_GRAPH and self.bias_sd_deg > 0:
-            raise ParameterError(f"--bias-sd-deg: {name} estimates no bias; use --filter map, or leave it out.")
-        return name
 
-    def remarks(self, *, elevations: bool, live: bool) -> tuple[str, ...]:
+    def remarks(self, *, elevations: bool) -> tuple[str, ...]:
         """Say what of the bearings is passed over, and what is not to be relied on."""
-        name = self.choice(live=live)
+        name = self.filter.kind
         said = []
-        if elevations and self.elevations == "use" and not self._solid(name, elevations=True):
-            what = name if name in FACTOR_GRAPH else f"motion {self.motion}"
+        if elevations and isinstance(self.elevations, UseElevations) and not self._solid:
+            what = name if name in FACTOR_GRAPH else f"motion {self.motion.kind}"
             said.append(f"Elevations are passed over: {what} is of two dimensions.")
         if name in FACTOR_GRAPH:
             said.append(f"{name} is as its paper has it: its ellipses are too small. To rely on them take map or iekf.")
         return tuple(said)
 
-    def on(self, sites: SensorSites, *, elevations: bool, live: bool) -> Estimator:
-        """Build the estimator.
+    def bind(self, sites: SensorSites, heard: type[PlaceSet], *, elevations: bool) -> Estimator:
+        """Make the estimator of a recording.
 
         Parameters
         ----------
         sites
             Where the sensors stand.
+        heard
+            What they report.
         elevations
-            Whether the bearings have any.
-        live
-            Whether bearings come one time after another.
+            Whether a bearing has any.
 
         Raises
         ------
         ParameterError
-            If the estimator cannot do what is asked.
+            If the estimator cannot take what they report.
         """
-        name = self.choice(live=live)
-        solid = self._solid(name, elevations=elevations)
-        sensor = BearingSensors.at(sites, dimensions=3 if solid else 2, sigma_deg=self.sigma_deg)
-        if name in FACTOR_GRAPH:
-            return FactorGraphFilter(
-                sensor=sensor, iterations=self.graph_iterations, smooth=name == "fg-eks", forgetting=self.forgetting,
-                accelerates=self.motion != "cv", step_noise_m=self.position_noise_m or 0.5,
+        solid = elevations and self._solid
+        sensor = self._sensor(sites, heard, solid)
+        flt = self.filter
+        settings = dict(flt) | ({"iterations": 1} if isinstance(flt, PlainKalman) else {})
+        del settings["kind"]
+        if isinstance(flt, GraphFilter):
+            if not isinstance(sensor, BearingSensors):
+                raise ParameterError(
+                    f"--filter {flt.kind}: is of bearings alone; for times of arrival take map or iekf."
+                )
+            accelerates, smooth = self.motion.kind != "cv", isinstance(flt, GraphSmoother)
+            return FactorGraphFilter(sensor=sensor, accelerates=accelerates, smooth=smooth, **settings)
+        if isinstance(self.motion, Interacting):
+            motions = (self.motion.cv, self.motion.ca) if solid else (self.motion.cv, self.motion.ca, self.motion.ctrv)
+            return InteractingFilter(
+                motions=tuple(self._over_ground(motion, solid) for motion in motions), stay_s=self.motion.stay_s,
+                sensor=sensor, **settings,
             )  # fmt: skip
+        motion = self._over_ground(self.motion, solid)
+        if isinstance(flt, BatchMap):
+            return MapSmoother(motion=motion, sensor=sensor, **settings)
+        if isinstance(flt, FixedLag):
+            return FixedLagSmoother(motion=motion, sensor=sensor, **settings)
+        return ExtendedKalmanFilter(motion=motion, sensor=sensor, **settings)
+
+    @property
+    def _solid(self) -> bool:
+        """Whether there are heights, given elevations."""
+        flat = self.filter.kind in FACTOR_GRAPH or self.motion.kind in FLAT
+        return isinstance(self.elevations, UseElevations) and not flat
+
+    def _sensor(self, sites: SensorSites, heard: type[PlaceSet], solid: bool) -> PlaceSensor:
         shared: dict[str, Any] = {
-            "sensor": sensor, "position_noise_m": self.position_noise_m, "loss": self.loss, "loss_k": self.loss_k,
-            "start_sd_m": self.start_sd_m, "start_speed_sd_mps": self.start_speed_sd_mps,
-            "bias": AngleBias(sd_deg=self.bias_sd_deg, memory_s=self.bias_memory_s) if self.bias_sd_deg else None,
+            "positions_m": [tuple(place) for place in sites.positions_m.tolist()], "dimensions": 3 if solid else 2,
         }  # fmt: skip
-        iterations = 1 if name == "ekf" else IEKF_ITERATIONS
-        if self.motion == "imm":
-            motions = [self._motion(name, solid) for name in (("cv", "ca") if solid else ("cv", "ca", "ctrv"))]
-            return InteractingFilter(motions=motions, stay_s=self.stay_s, iterations=iterations, **shared)
-        motion = self._motion(self.motion, solid)
-        if name == "map":
-            return MapSmoother(motion=motion, **shared)
-        if name == "fixed-lag":
-            return FixedLagSmoother(motion=motion, lag_s=self.lag_s, **shared)
-        return ExtendedKalmanFilter(motion=motion, iterations=iterations, **shared)
+        bearings = BearingSensors(sigma_deg=self.sigma_deg, **shared)
+        if heard is BearingSet:
+            return bearings
+        arrivals = ArrivalTimeSensors(**shared, **dict(self.arrivals))
+        return arrivals if heard is ArrivalSet else HybridSensors(bearings=bearings, arrivals=arrivals)
 
-    def estimate(self, sets: list[BearingSet], sites: SensorSites) -> Estimates:
-        """Estimate the path of a recording.
-
-        Raises
-        ------
-        ParameterError
-            If the estimator cannot do what is asked.
-        DataError
-            If a bearing cannot be used, or the factor graph's times are uneven.
-        """
-        estimator = self.on(sites, elevations=have_elevations(sets), live=False)
-        if isinstance(estimator, FactorGraphFilter):
-            return _by_graph(estimator, sets)
-        names = estimator.state_names
-        if isinstance(estimator, MapSmoother):
-            path = estimator.smooth(sets)
-            return Estimates(path.times_s, names, path.states, path.covariances, 0, path.log_evidence)
-        if isinstance(estimator, FixedLagSmoother):
-            lagged = estimator.track(sets)
-            return Estimates(lagged.times_s, names, lagged.states, lagged.covariances, 0, math.nan)
-        if isinstance(estimator, InteractingFilter):
-            mixed = estimator.track(sets)
-            return Estimates(mixed.times_s, names, mixed.states, mixed.covariances, mixed.started, mixed.log_evidence)
-        smooth = self.choice(live=False) == "rts"
-        filtered = estimator.track(sets, smooth=smooth)
-        begun = 0 if smooth else filtered.started
-        return Estimates(filtered.times_s, names, filtered.states, filtered.covariances, begun, filtered.log_evidence)
-
-    def _solid(self, name: FilterName, *, elevations: bool) -> bool:
-        return elevations and self.elevations == "use" and name not in FACTOR_GRAPH and self.motion != "ctrv"
-
-    def _motion(self, name: str, solid: bool) -> BuiltInMotion:
-        if name == "ctrv":
-            return ConstantTurnRateVelocity(q_speed=self.q_speed, q_turn=self.q_turn)
-        motion = ConstantAcceleration(q=self.q_jerk) if name == "ca" else ConstantVelocity(q=self.q)
-        return WithAltitude(motion=motion, q_vertical=self.q_vertical) if solid else motion
-
-
-def have_elevations(sets: list[BearingSet]) -> bool:
-    """Say whether any bearing has an elevation."""
-    return any(np.isfinite(each.elevation_rad).any() for each in sets)
-
-
-def _by_graph(graph: FactorGraphFilter, sets: list[BearingSet]) -> Estimates:
-    times, path = graph.track_sets(sets)
-    interval = float(times[1] - times[0]) if len(times) > 1 else 1.0
-    told = np.array([each.time_s for each in sets])
-    rows = np.searchsorted(times, told - interval / 2)
-    states = np.stack(
-        [path.mean[:, 0], path.velocity[:, 0] / interval, path.mean[:, 1], path.velocity[:, 1] / interval], axis=1
-    )[rows]
-    spread = np.stack(
-        [
-            path.variance[:, 0], path.velocity_variance[:, 0] / interval**2,
-            path.variance[:, 1], path.velocity_variance[:, 1] / interval**2,
-        ],
-        axis=1,
-    )[rows]  # fmt: skip
-    known = np.isfinite(states[:, 0])
-    begun = int(np.argmax(known)) if known.any() else len(known)
-    return Estimates(told, ("x", "vx", "y", "vy"), states, spread[:, :, None] * np.eye(4), begun, math.nan)
+    def _over_ground(self, motion: Model, solid: bool) -> BuiltInMotion:
+        """Return the motion itself, of the class with rates of its own; with heights where there are some."""
+        own: Any = type(motion).__bases__[0](**dict(motion))
+        if solid and isinstance(self.elevations, UseElevations):
+            return WithAltitude(motion=own, q_vertical=self.elevations.q_vertical)
+        return own  # type: ignore[no-any-return]

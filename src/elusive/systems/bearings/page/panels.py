@@ -9,9 +9,10 @@ import numpy as np
 
 from elusive.contracts import Array
 from elusive.sensors.bearing_sets import BearingSet
-from elusive.systems.bearings.page.run import Estimated, Flown, Found
-from elusive.systems.bearings.page.scene import BearingScene
+from elusive.systems.bearings.parameters import FilterName
 from elusive.systems.bearings.report.contents import half_axes
+from elusive.systems.bearings.results import BearingOutcome
+from elusive.systems.bearings.scene import BearingScene, Flown, Found
 from elusive.workbench.blocks import Panel, player_spec, scaled
 
 SIDE = 180  # pixels along the longer side
@@ -37,12 +38,20 @@ def extent_of(places: Array) -> tuple[float, float, float, float]:
 
 def scene_floor(scene: BearingScene, mode: str, selected: set[str]) -> dict[str, Any]:
     """Return a map of sensors and path; ``mode``: view, node or path."""
-    places = np.concatenate([scene.places, np.array(scene.way_m).reshape(-1, 2), [[-100.0, -60.0], [100.0, 110.0]]])
+    places = np.concatenate(
+        [
+            scene.simulation.places,
+            np.array(scene.simulation.ways_m[0]).reshape(-1, 2),
+            [[-100.0, -60.0], [100.0, 110.0]],
+        ]
+    )
     return {
         "label": "Map of the sensors and the path: arrow keys move a cross, Enter places",
-        "extent": extent_of(places), "corners": [], "mode": mode, "paths": [list(map(list, scene.way_m))],
+        "extent": extent_of(places), "corners": [], "mode": mode,
+        "paths": [list(map(list, way)) for way in scene.simulation.ways_m],
         "nodes": [
-            {"name": one.name, "x": one.x_m, "y": one.y_m, "selected": one.name in selected} for one in scene.sites
+            {"name": site.name, "x": site.x_m, "y": site.y_m, "selected": site.name in selected}
+            for site in scene.simulation.sites
         ],
     }  # fmt: skip
 
@@ -54,7 +63,7 @@ def still_floor(scene: BearingScene, found: Found | None) -> dict[str, Any]:
         "label": "Map of the sensors and the emitter: arrow keys move a cross, Enter places the emitter", "paths": [],
     }  # fmt: skip
     spec["nodes"] = [*spec["nodes"], {"name": "emitter", "x": emitter[0], "y": emitter[1], "selected": True}]
-    x0, x1, y0, y1 = extent_of(np.concatenate([scene.places, [emitter], [[-100.0, -60.0], [100.0, 110.0]]]))
+    x0, x1, y0, y1 = extent_of(np.concatenate([scene.simulation.places, [emitter], [[-100.0, -60.0], [100.0, 110.0]]]))
     spec["extent"] = [x0, x1, y0, y1]
     if found is not None:
         x, y = found.located.fix.position_m.tolist()
@@ -75,7 +84,7 @@ def _lines(scene: BearingScene, sets: list[BearingSet], length: float) -> list[d
     rows = [row for one in sets for row in zip(one.sensor.tolist(), one.azimuth_rad.tolist(), strict=True)]
     lines = []
     for sensor, azimuth in rows[:: max(1, len(rows) // LINES_MOST)]:
-        x, y = scene.places[sensor].tolist()
+        x, y = scene.simulation.places[sensor].tolist()
         far = [x + length * math.sin(azimuth), y + length * math.cos(azimuth)]
         lines.append({"line": [[x, y], far], "stroke": "--ew-quiet", "alpha": 0.5})
     return lines
@@ -86,22 +95,26 @@ def watch_spec(flown: Flown, *, close: bool = False) -> dict[str, Any]:
 
     Places are then told from the true one.
     """
-    scene, shown = flown.scene, [one for one in flown.each if one.outcome is not None]
+    scene, shown = flown.scene, flown.shown
     centres = flown.truth if close else np.zeros_like(flown.truth)
     half = _reach(shown)
-    extent = (-half, half, -half, half) if close else extent_of(np.concatenate([scene.places, flown.truth]))
+    extent = (-half, half, -half, half) if close else extent_of(np.concatenate([scene.simulation.places, flown.truth]))
     beams = _beams(scene, flown.sets, extent, centres)
     bright = scaled("Bearings", beams, "sensors", low=0.0)
     ground = (0.35 * bright.values).astype(np.uint8)  # dim beneath marks, so that these are seen
     panels = [
         bright,
-        *(Panel(one.name, ground, colours="grey") for one in shown),
+        *(Panel(name, ground, colours="grey") for name, _ in shown),
     ]
     truth = [[["truth", x, y, "", "", 0]] for x, y in np.round(flown.truth - centres, 3).tolist()]
-    marks: list[Any] = [truth, *([*map(_both, truth, _tracks(one, flown.truth, centres, close))] for one in shown)]
+    marks: list[Any] = [
+        truth,
+        *([*map(_both, truth, _tracks(outcome, flown.truth, centres, close))] for _, outcome in shown),
+    ]
     return player_spec(
         "Bearings and tracks", panels, extent, marks=marks,
-        nodes=[] if close else np.round(scene.places, 3).tolist(), interval_s=scene.interval_s, legend=list(LEGEND),
+        nodes=[] if close else np.round(scene.simulation.places, 3).tolist(),
+        interval_s=scene.simulation.interval_s, legend=list(LEGEND),
     )  # fmt: skip
 
 
@@ -109,20 +122,18 @@ def _both(first: list[Any], second: list[Any]) -> list[Any]:
     return [*first, *second]
 
 
-def _reach(shown: list[Estimated]) -> float:
+def _reach(shown: list[tuple[FilterName, BearingOutcome]]) -> float:
     """Half the side of what is seen close, three of the usual deviations about the usual error [m]."""
     usual = [5.0]
-    for one in shown:
-        assert one.outcome is not None
-        tracked = one.outcome.tracked
+    for _, outcome in shown:
+        tracked = outcome.tracked
         if tracked.told.any() and tracked.error is not None:
             usual.append(float(np.median(tracked.error[tracked.told]) + 3 * np.median(tracked.deviation[tracked.told])))
     return float(np.median(usual))
 
 
-def _tracks(one: Estimated, truth: Array, centres: Array, close: bool) -> list[list[Any]]:
-    assert one.outcome is not None
-    tracked = one.outcome.tracked
+def _tracks(outcome: BearingOutcome, truth: Array, centres: Array, close: bool) -> list[list[Any]]:
+    tracked = outcome.tracked
     marks: list[list[Any]] = []
     for place, true, told, (along, across, angle) in zip(
         tracked.places - centres, truth - centres, tracked.told, half_axes(tracked.covariances), strict=True
@@ -152,10 +163,10 @@ def _beams(
     pixel = max(x1 - x0, y1 - y0) / SIDE
     columns, rows = max(1, round((x1 - x0) / pixel)), max(1, round((y1 - y0) / pixel))
     x, y = x0 + (np.arange(columns) + 0.5) * (x1 - x0) / columns, y0 + (np.arange(rows) + 0.5) * (y1 - y0) / rows
-    sigma = math.radians(max(scene.sensors.sigma_deg, SHARPEST_DEG))
+    sigma = math.radians(max(scene.simulation.sensors.sigma_deg, SHARPEST_DEG))
     beams = np.zeros((len(sets), rows, columns))
     for image, one, centre in zip(beams, sets, centres, strict=True):
-        toward = [np.arctan2(x[None] - east, y[:, None] - north) for east, north in scene.places - centre]
+        toward = [np.arctan2(x[None] - east, y[:, None] - north) for east, north in scene.simulation.places - centre]
         for sensor, azimuth in zip(one.sensor.tolist(), one.azimuth_rad.tolist(), strict=True):
             off = (toward[sensor] - azimuth + np.pi) % (2 * np.pi) - np.pi
             image += np.exp(-0.5 * (off / sigma) ** 2) / np.count_nonzero(one.sensor == sensor)

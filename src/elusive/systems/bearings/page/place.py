@@ -9,8 +9,9 @@ from nicegui import ui
 
 from elusive.geometry.places import NamedPlace, along_path, with_place
 from elusive.systems.bearings.page.panels import scene_floor
-from elusive.systems.bearings.page.scene import BearingScene
 from elusive.systems.bearings.page.state import BearingsState
+from elusive.systems.bearings.scene import BearingScene
+from elusive.systems.bearings.simulate import length_m
 from elusive.workbench.parts import Drawing, Form, told
 from elusive.workbench.shell import window
 
@@ -20,9 +21,9 @@ HOW = {
     "path": "Draw with the pointer held down; or move a cross with the arrow keys, Enter for each corner, C to end.",
     "view": "",
 }
-FLIGHT = (("speed_mps",), ("interval_s",), ("seed",))
-HEARD = tuple(("sensors", name) for name in ("sigma_deg", "outlier_probability"))
-MORE = tuple(("sensors", name) for name in ("detection_probability", "bias_sd_deg", "samples"))
+FLIGHT = tuple(("simulation", name) for name in ("speed_mps", "interval_s", "seed"))
+HEARD = tuple(("simulation", "sensors", name) for name in ("sigma_deg", "outlier_probability"))
+MORE = tuple(("simulation", "sensors", name) for name in ("detection_probability", "bias_sd_deg", "samples"))
 CORNER_M = 2.0  # between corners kept of a path that is drawn
 
 
@@ -65,22 +66,26 @@ class PlaceWindow:
 
     def _sites(self, sites: tuple[NamedPlace, ...]) -> None:
         self._state.selected &= {one.name for one in sites}
-        self._take(self._state.scene.replace(sites=sites))
+        self._change(sites=sites)
+
+    def _change(self, **changes: Any) -> None:
+        scene = self._state.scene
+        self._take(scene.replace(simulation=scene.simulation.replace(**changes)))
 
     def _add(self) -> None:
         if self._one.is_right:
             one = self._one.model
             with told():
-                self._sites(with_place(self._state.scene.sites, one.x_m, one.y_m, one.name))
+                self._sites(with_place(self._state.scene.simulation.sites, one.x_m, one.y_m, one.name))
 
     def _placed(self, event: Any) -> None:
         with told():
-            self._sites(with_place(self._state.scene.sites, event.args["x"], event.args["y"]))
+            self._sites(with_place(self._state.scene.simulation.sites, event.args["x"], event.args["y"]))
 
     def _moved(self, event: Any) -> None:
         at = {"x_m": event.args["x"], "y_m": event.args["y"]}
         with told():
-            sites = self._state.scene.sites
+            sites = self._state.scene.simulation.sites
             self._sites(tuple(one.replace(**at) if one.name == event.args["name"] else one for one in sites))
 
     def _chosen(self, event: Any) -> None:
@@ -91,13 +96,13 @@ class PlaceWindow:
         if not self._state.selected:
             ui.notify("Select sensors on the map first.", type="warning")
             return
-        self._sites(tuple(one for one in self._state.scene.sites if one.name not in self._state.selected))
+        self._sites(tuple(one for one in self._state.scene.simulation.sites if one.name not in self._state.selected))
 
     def _drawn(self, event: Any) -> None:
         with told():
             points = np.array(event.args["points"], np.float64).reshape(-1, 2)
             corners = np.concatenate([along_path(points, CORNER_M), points[-1:]])
-            self._take(self._state.scene.replace(way_m=tuple(map(tuple, np.round(corners, 3).tolist()))))
+            self._change(ways_m=(tuple(map(tuple, np.round(corners, 3).tolist())),))
 
     def _choose(self, event: Any) -> None:
         self._mode = event.value
@@ -107,8 +112,9 @@ class PlaceWindow:
     def _show(self) -> None:
         scene = self._state.scene
         self._floor.show(scene_floor(scene, self._mode, self._state.selected))
-        seconds = scene.length_m / scene.speed_mps
+        flight = scene.simulation
+        length = length_m(flight.ways_m[0])
         self._told.text = (
-            f"{len(scene.sites)} sensors; a path of {scene.length_m:.0f} m, {seconds:.0f} s long, "
-            f"{int(seconds / scene.interval_s) + 1} times."
+            f"{len(flight.sites)} sensors; a path of {length:.0f} m, {length / flight.speed_mps:.0f} s long, "
+            f"{int(flight.steps) + 1} times."
         )

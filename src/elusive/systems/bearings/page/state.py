@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from elusive.systems.bearings.page.run import Flown, Found
-from elusive.systems.bearings.page.scene import BearingScene
+from elusive.systems.bearings.scene import BearingScene, Flown, Found
 from elusive.workbench.side_by_side import TrackedState
 
 
@@ -21,10 +20,9 @@ class BearingsState(TrackedState[BearingScene, Flown]):
         What is assumed of the bearings' noise follows what is set of it, until the two are told apart.
         """
         before = self.scene
-        if before.tracking.sigma_deg == before.sensors.sigma_deg:
-            sigma = scene.sensors.sigma_deg
-            if sigma != before.sensors.sigma_deg:
-                scene = scene.replace(tracking=scene.tracking.replace(sigma_deg=sigma))
+        was, sigma = before.simulation.sensors.sigma_deg, scene.simulation.sensors.sigma_deg
+        if before.tracking.sigma_deg == was != sigma:
+            scene = scene.replace(tracking=scene.tracking.replace(sigma_deg=sigma))
         self.scene = scene
         if scene.replace(still=before.still) != before:
             self.forget_run()

@@ -9,9 +9,11 @@ import numpy as np
 from nicegui import ui
 
 from elusive.systems.bearings.page.panels import still_floor
-from elusive.systems.bearings.page.run import archive, locate
-from elusive.systems.bearings.page.scene import BearingScene
+from elusive.systems.bearings.page.place import HEARD
 from elusive.systems.bearings.page.state import BearingsState
+from elusive.systems.bearings.page.track import archive
+from elusive.systems.bearings.results import squared_deviations
+from elusive.systems.bearings.scene import BearingScene, locate_still
 from elusive.workbench.exports import table_html
 from elusive.workbench.jobs import away
 from elusive.workbench.parts import Drawing, Form, are_right, told
@@ -30,10 +32,7 @@ class StillWindow:
                 ui.label("Emitter and estimator").classes("ew-section")
                 self._form = Form(state.scene, (("still",),), self._take, grouped=False)
                 ui.label("What is heard").classes("ew-section")
-                self._heard = Form(
-                    state.scene, (("sensors", "sigma_deg"), ("sensors", "outlier_probability"), ("seed",)), self._take,
-                    grouped=False,
-                )  # fmt: skip
+                self._heard = Form(state.scene, (*HEARD, ("simulation", "seed")), self._take, grouped=False)
                 self._button = ui.button("Locate", on_click=self._locate).props("unelevated no-caps")
                 ui.button("Bearings and settings (ZIP)", on_click=self._pack).props("outline no-caps")
                 ui.label(f"Locate it again without a browser: {COMMAND}").classes("ew-note")
@@ -72,7 +71,7 @@ class StillWindow:
         self._button.disable()
         try:
             with told():
-                found = await away(lambda: locate(scene))
+                found = await away(lambda: locate_still(scene))
                 if state.scene == scene:
                     state.found = found
         finally:
@@ -91,13 +90,12 @@ class StillWindow:
             self._told.text = "Press Locate."
             return
         found = heard.located
-        off = float(np.hypot(*(found.fix.position_m - [scene.still.x_m, scene.still.y_m])))
+        off = found.fix.position_m - [scene.still.x_m, scene.still.y_m]
         inside = ""
         if math.isfinite(found.ellipse.semi_major_m):
-            difference = found.fix.position_m - [scene.still.x_m, scene.still.y_m]
-            squared = float(difference @ np.linalg.solve(found.fix.covariance, difference))
+            (squared,) = squared_deviations(off[None], found.fix.covariance[None])
             held = squared <= -2 * math.log1p(-found.ellipse.confidence)
             inside = f", {'inside' if held else 'outside'} the ellipse"
-        self._told.text = " ".join([f"{off:.2f} m from the truth{inside}.", *found.remarks])
+        self._told.text = " ".join([f"{float(np.hypot(*off)):.2f} m from the truth{inside}.", *found.remarks])
         with self._box:
             ui.html(table_html(["", "located"], [*found.table]), sanitize=False)

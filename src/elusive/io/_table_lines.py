@@ -1,0 +1,91 @@
+"""Lines of a table in CSV under a header that names its columns: read lazily, refused with file, line and column."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Generator, Sequence
+from contextlib import closing
+from typing import NamedTuple
+
+from elusive.errors import DataError
+from elusive.io._link_lines import lines_of
+from elusive.io.truth import NUMBER
+
+
+class TableLine(NamedTuple):
+    """A line's cells by column."""
+
+    where: str
+    cells: dict[str, str]
+
+    def number(self, column: str, *, most: float = math.inf, absent: float | None = None) -> float:
+        """Return a cell's number; ``absent`` where there is none, if that may be.
+
+        Raises
+        ------
+        DataError
+            If it is no finite number, or greater than ``most`` either way.
+        """
+        cell = self.cells.get(column, "")
+        if absent is not None and cell.lower() in ("", "nan"):
+            return absent
+        value = float(cell) if NUMBER.fullmatch(cell) else math.nan
+        if not math.isfinite(value):
+            raise DataError(f"{self.where}, column {column}: {cell!r:.60} is no number; write a finite one.")
+        if abs(value) > most:
+            raise DataError(f"{self.where}, column {column}: {value:g} is not from {-most:g} to {most:g}.")
+        return value
+
+
+def table_lines(
+    path: str | os.PathLike[str],
+    needed: Sequence[str],
+    perhaps: Sequence[str] | None,
+    what: str,
+    *,
+    either: Sequence[str] = (),
+    follow: bool = False,
+    idle_s: float | None = None,
+) -> Generator[TableLine, None, None]:
+    """Yield the lines of a table; blank lines and those that begin with ``#`` are passed over.
+
+    Parameters
+    ----------
+    path
+        CSV; ``-``: standard input.
+    needed, perhaps
+        Columns that must be there, in any order, and others that may; None: any other.
+    what
+        What a line holds: ``one bearing a line``.
+    either
+        Columns of which one must be there, the usual one first.
+    follow, idle_s
+        Whether to wait for more where the file ends, and for how long.
+
+    Raises
+    ------
+    DataError
+        If the file cannot be read, is empty, or a line does not fit the header.
+    """
+    header: list[str] | None = None
+    usual = ",".join([*needed, *either[:1]])
+    with closing(lines_of(str(path), follow, idle_s)) as lines:
+        for number, line in lines:
+            if line.startswith("#"):
+                continue
+            where, cells = f"{path}, line {number}", [cell.strip().strip('"') for cell in line.split(",")]
+            if header is None:
+                header = cells
+                unknown = perhaps is not None and not set(header) <= {*needed, *either, *perhaps}
+                lacking = not set(needed) <= set(header) or (either and not set(either) & set(header))
+                if unknown or lacking or len(set(header)) < len(header):
+                    others = [*either[1:], *(perhaps or ())]
+                    more = f" and perhaps {', '.join(others)}" if others else ""
+                    raise DataError(f"{where}: the columns are {line!r:.80}; name them {usual}{more}.")
+            elif len(cells) != len(header):
+                raise DataError(f"{where}: has {len(cells)} cells for {len(header)} columns: {line!r:.80}; repair it.")
+            else:
+                yield TableLine(where, dict(zip(header, cells, strict=True)))
+    if header is None:
+        raise DataError(f"{path}: is empty; write {usual}, {what}.")
