@@ -211,9 +211,9 @@ def test_lost_is_ten_scans_on_end(off: list[int], expected: int) -> None:
     path = RadarPath(
         1, times, places, np.ones((40, 2)), np.ones((40, 2)), np.ones(40, bool), np.zeros(40, bool), np.zeros(40)
     )
-    tracked = RadarTracked("", "", times, np.zeros((0, 3)), [path], [], truth, [], [], [])
+    tracked = RadarTracked("", "", times, np.zeros((0, 3)), [path], [], {"": truth}, [], [], [])
     scene = RadarScene.example()
-    used = Used("none", scene.tracking_by("none"), RadarOutcome([], tracked, {"": truth}), "", 0.0)
+    used = Used("none", scene.tracking_by("none"), RadarOutcome([], tracked), "", 0.0)
     assert lost(used).sum() == expected
     assert used.rmse_m == pytest.approx(50 * np.sqrt(np.mean(off)))
 

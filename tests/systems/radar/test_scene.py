@@ -31,10 +31,9 @@ def test_a_scene_and_the_command_on_its_recording_find_the_same(tmp_path, capsys
     assert "field" in capsys.readouterr().out
     assert RadarScene(**read_yaml(out / "scene.yaml")) == BRIEF.replace(chart=EXAMPLE_NAME)
     radar = ["--radar-lat-deg", repr(BRIEF.radar.lat_deg), "--radar-lon-deg", repr(BRIEF.radar.lon_deg)]
-    for method in BRIEF.methods:
-        config = ["--config", out / method / "config.yaml", "--chart", out / EXAMPLE_NAME]
-        run("track", "radar", out / "plots.csv", *radar, *config, "--out", again / method)
-        assert (again / method / "tracks.csv").read_bytes() == (out / method / "tracks.csv").read_bytes()
+    config = ["--config", out / "field/config.yaml", "--chart", out / EXAMPLE_NAME]
+    run("track", "radar", out / "plots.csv", *radar, *config, "--out", again)
+    assert (again / "tracks.csv").read_bytes() == (out / "field/tracks.csv").read_bytes()
 
 
 def test_a_chart_that_is_not_beside_the_scene_is_refused(tmp_path):

@@ -54,7 +54,6 @@ class RadarOutcome(NamedTuple):
 
     log: TrackLog
     tracked: RadarTracked
-    truth: Truth  # empty where it is not known
 
 
 def tracks_of(
@@ -168,7 +167,7 @@ class RadarRun:
             plots=self._keeper.plots,
             paths=list(paths.values()),
             clouds=self._keeper.clouds,
-            truth=next(iter(truth.values())) if len(truth) == 1 else None,
+            truth=truth,
             rows=[
                 *run_facts(self._parameters, self._sensor, self._around.charted, self._seen, source.counts),
                 *([] if self._bias is None else [bias_row(self._bias)]),
@@ -179,7 +178,7 @@ class RadarRun:
             lonlat=self._around.frame.to_lonlat,
             estimate="MAP" if self._parameters.estimate == "map" else "mean",
         )
-        return RadarOutcome(self._log, self._charted(tracked), truth)
+        return RadarOutcome(self._log, self._charted(tracked))
 
     def write(self, folder: Path, outcome: RadarOutcome, config: str) -> None:
         """Write everything into a folder but the table, which the log writes."""

@@ -55,7 +55,8 @@ class Used(NamedTuple):
     def rmse_m(self) -> float:
         """Root mean square error where a track is confirmed [m]; NaN where none is."""
         assert self.outcome is not None
-        errors = [errors_of(path, self.outcome.truth) for path in self.outcome.tracked.paths]
+        tracked = self.outcome.tracked
+        errors = [errors_of(path, tracked.truth) for path in tracked.paths]
         known = np.concatenate([np.zeros(0), *(error[np.isfinite(error)] for error in errors)])
         return math.sqrt(float(np.mean(known**2))) if len(known) else math.nan
 
@@ -209,7 +210,7 @@ def lost(used: Used) -> NDArray[np.bool_]:
     """
     assert used.outcome is not None
     tracked = used.outcome.tracked
-    found = [_away(tracked, ship) for ship in used.outcome.truth.values()]
+    found = [_away(tracked, ship) for ship in tracked.truth.values()]
     return np.array(found).reshape(-1, len(tracked.times_s))
 
 

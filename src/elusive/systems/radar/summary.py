@@ -21,7 +21,7 @@ from elusive.contracts import Array
 from elusive.sensors.radar import RadarSensor
 from elusive.systems.radar.parameters import RadarSurvey, RadarTracking
 from elusive.systems.radar.report import RadarPath
-from elusive.systems.radar.truth import Truth, truth_at
+from elusive.systems.radar.truth import Truth, nearest_ship
 
 JUDGED = 20  # plots in a row by which chart and radar are compared
 UNLIKELY = math.log(0.05)  # mean logarithm of P(water) at them under which they contradict each other
@@ -77,8 +77,7 @@ def line_of(path: RadarPath, ended: bool, truth: Truth) -> tuple[str, ...]:
 
 def errors_of(path: RadarPath, truth: Truth) -> Array:
     """Distance to the nearest ship in each scan in which a track is confirmed, ``(k,)`` [m]; NaN: none is known."""
-    ships = [np.hypot(*(path.places - truth_at(ship, path.times_s)).T) for ship in truth.values()]
-    nearest = np.fmin.reduce([np.full(len(path.times_s), np.nan), *ships])
+    nearest = nearest_ship(truth, path.times_s, path.places)
     return np.asarray(np.where(path.confirmed, nearest, np.nan))
 
 

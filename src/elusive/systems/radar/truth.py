@@ -92,6 +92,12 @@ def truth_at(truth: ArrayLike, times_s: ArrayLike, longest_gap_s: float = LONGES
     return places
 
 
+def nearest_ship(truth: Truth, times_s: Array, places: Array) -> Array:
+    """Distances ``(k,)`` of places ``(k, 2)`` to the nearest ship at their times [m]; NaN where none is known."""
+    off = [np.hypot(*(places - truth_at(ship, times_s)).T) for ship in truth.values()]
+    return np.asarray(np.fmin.reduce([np.full(len(times_s), np.nan), *off]))
+
+
 def _first_line(path: Path) -> str:
     """Return the first line with something on it; a log of AIS sentences may hold any octets."""
     try:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elusive.contracts import Array
+from elusive.systems.radar.truth import Truth, nearest_ship
 
 Extent = tuple[float, float, float, float]  # west, east, south, north [m]
 AT_COAST = 0.95  # P(water) below which a cloud counts as being at the coast
@@ -70,7 +71,7 @@ class RadarTracked(NamedTuple):
     plots: Array  # (P, 3) time [s], x and y [m]
     paths: Sequence[RadarPath]
     clouds: Sequence[Cloud]
-    truth: Array | None  # (K, 3) time [s], x and y [m], ascending in time; None where it is not known
+    truth: Truth  # of each ship (K, 3) time [s], x and y [m], ascending in time; empty where it is not known
     rows: Sequence[tuple[str, str]]  # what the table about the run says
     header: Sequence[str]  # of the table of tracks
     tracks: Sequence[Sequence[str]]  # its lines; the first cell is the number of the track
@@ -79,12 +80,8 @@ class RadarTracked(NamedTuple):
     estimate: str = "mean"  # what the places are
 
     def error(self, path: RadarPath) -> Array | None:
-        """Distance of a track to the truth, ``(k,)`` [m], NaN outside the truth's times; None without a truth."""
-        if self.truth is None or not len(self.truth):
-            return None
-        time, x, y = self.truth.T
-        there = [np.interp(path.times_s, time, along, left=np.nan, right=np.nan) for along in (x, y)]
-        return np.asarray(np.hypot(*(path.places - np.column_stack(there)).T))
+        """Distance of a track to the nearest ship, ``(k,)`` [m], NaN where none is known; None without a truth."""
+        return nearest_ship(self.truth, path.times_s, path.places) if self.truth else None
 
     @property
     def nearest_error(self) -> tuple[Array, Array] | None:
@@ -101,9 +98,7 @@ class RadarTracked(NamedTuple):
     @property
     def extent(self) -> Extent:
         """What of the plane the tracks and the truth take up, with a margin; without either, the plots."""
-        parts = [path.places for path in self.paths]
-        if self.truth is not None:
-            parts.append(self.truth[:, 1:])
+        parts = [*(path.places for path in self.paths), *(ship[:, 1:] for ship in self.truth.values())]
         if not sum(map(len, parts)):
             parts = [self.plots[:, 1:]] if len(self.plots) else [np.array([[-1000.0, -1000.0], [1000.0, 1000.0]])]
         low, high = np.concatenate(parts).min(axis=0), np.concatenate(parts).max(axis=0)

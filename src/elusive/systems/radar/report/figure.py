@@ -151,13 +151,12 @@ def _fill(figure: Figure, maps: list[Axes]) -> None:
 
 
 def _draw_truth(axes: Axes, tracked: RadarTracked, width: float, time_s: float | None = None) -> None:
-    if tracked.truth is None:
-        return
-    time, *place = tracked.truth.T
-    axes.plot(*place, color=plots.TRUTH, linewidth=width, alpha=0.5, zorder=4, label="truth")
-    if time_s is not None and len(time) and time[0] <= time_s <= time[-1]:
-        there = [np.interp(time_s, time, along) for along in place]
-        axes.plot(*there, "D", color=plots.TRUTH, markersize=6, zorder=6)
+    for number, (time, *place) in enumerate(ship.T for ship in tracked.truth.values()):
+        label = None if number else "truth"
+        axes.plot(*place, color=plots.TRUTH, linewidth=width, alpha=0.5, zorder=4, label=label)
+        if time_s is not None and time[0] <= time_s <= time[-1]:
+            there = [np.interp(time_s, time, along) for along in place]
+            axes.plot(*there, "D", color=plots.TRUTH, markersize=6, zorder=6)
 
 
 def _draw_deviation(axes: Axes, tracked: RadarTracked) -> None:
