@@ -46,7 +46,7 @@ def test_speeds(tmp_path):
 @pytest.mark.parametrize(
     ("name", "text", "sentence"),
     [
-        ("a.csv", "", "name them lon_deg,lat_deg"),
+        ("a.csv", "", "is empty; write lon_deg,lat_deg"),
         ("a.csv", "lon_deg,lat_deg\n4,52,1\n", "line 2: has 3 cells for 2 columns"),
         ("a.csv", "lon_deg,lat_deg\n4,inf\n", "'inf' is no number"),
         ("a.csv", "lon_deg,lon_deg\n4,4\n", "name them lon_deg,lat_deg"),

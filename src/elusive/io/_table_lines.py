@@ -53,7 +53,7 @@ def table_lines(
     Parameters
     ----------
     path
-        CSV; ``-``: standard input.
+        CSV, with commas, semicolons or tabs between; ``-``: standard input.
     needed, perhaps
         Columns that must be there, in any order, and others that may; None: any other.
     what
@@ -69,12 +69,15 @@ def table_lines(
         If the file cannot be read, is empty, or a line does not fit the header.
     """
     header: list[str] | None = None
+    mark = ","  # or a semicolon or a tab, as the header has it
     usual = ",".join([*needed, *either[:1]])
     with closing(lines_of(str(path), follow, idle_s)) as lines:
         for number, line in lines:
             if line.startswith("#"):
                 continue
-            where, cells = f"{path}, line {number}", [cell.strip().strip('"') for cell in line.split(",")]
+            if header is None:
+                mark = next((mark for mark in ";\t" if mark in line), ",")
+            where, cells = f"{path}, line {number}", [cell.strip().strip('"') for cell in line.split(mark)]
             if header is None:
                 header = cells
                 unknown = perhaps is not None and not set(header) <= {*needed, *either, *perhaps}

@@ -12,7 +12,7 @@ import numpy as np
 
 from elusive.contracts import Array
 from elusive.errors import DataError
-from elusive.io.named_columns import finite, read_columns
+from elusive.io._table_lines import table_lines
 
 COLUMNS = ("lon_deg", "lat_deg", "speed_mps")
 GEOJSON = (".geojson", ".json")
@@ -58,18 +58,10 @@ def read_route(path: str | os.PathLike[str]) -> Route:
 
 
 def _table(path: Path) -> list[Waypoint]:
-    names, rows = read_columns(path)
-    if not set(COLUMNS[:2]) <= set(names) <= set(COLUMNS) or len(set(names)) < len(names):
-        raise DataError(
-            f"{path}: the columns are {','.join(names)!r:.80}; name them {','.join(COLUMNS[:2])} and, where it is "
-            f"known, {COLUMNS[2]}."
-        )
-    return [(*(finite(row, name, where) for name in COLUMNS[:2]), _speed(row, where)) for where, row in rows]  # type: ignore[misc]
-
-
-def _speed(row: dict[str, str], where: str) -> float:
-    absent = row.get(COLUMNS[2], "").lower() in ("", "nan")
-    return math.nan if absent else finite(row, COLUMNS[2], where)
+    return [
+        (line.number("lon_deg"), line.number("lat_deg"), line.number("speed_mps", absent=math.nan))
+        for line in table_lines(path, COLUMNS[:2], COLUMNS[2:], "a waypoint a line")
+    ]
 
 
 def _line(path: Path) -> list[Waypoint]:

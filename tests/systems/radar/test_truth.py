@@ -69,7 +69,7 @@ def test_tables_in_degrees(tmp_path):
     ("text", "message"),
     [
         ("time_s,x_m\n1,2\n", "its columns are 'time_s,x_m'; name them time_s,x_m,y_m or time_s,lon_deg,lat_deg"),
-        ("time_s,x_m,y_m,x_m\n1,2,3,4\n", "its columns are"),
+        ("time_s,x_m,y_m,x_m\n1,2,3,4\n", "the columns are"),
         ("time_s,x_m,y_m\n", "holds no place; write time_s,x_m,y_m"),
         ("time_s,x_m,y_m\n1,2\n", "line 2: has 2 cells for 3 columns"),
         ("time_s,x_m,y_m\n1,2,north\n", "line 2, column y_m: 'north' is no number"),

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -17,7 +18,7 @@ from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io import read_ais
-from elusive.io.named_columns import finite, names_in, read_columns, says_something
+from elusive.io._table_lines import table_lines
 
 METRES, DEGREES = ("time_s", "x_m", "y_m"), ("time_s", "lon_deg", "lat_deg")
 SHIP = "ship"  # column that tells several ships apart
@@ -58,11 +59,12 @@ def truth_in_frame(
         sentence says where.
     """
     path = Path(path)
-    if "time_s" not in names_in(_first_line(path))[1]:
+    names = _names(path)
+    if "time_s" not in names:
         return _reported(path, frame, midnight_unix_s, mmsi)
     if mmsi is not None:
         raise DataError(f"{path}: is a table, and mmsi={mmsi} chooses in an AIS log; leave it out.")
-    return _table(path, frame)
+    return _table(path, names, frame)
 
 
 def truth_at(truth: ArrayLike, times_s: ArrayLike, longest_gap_s: float = LONGEST_GAP_S) -> Array:
@@ -98,34 +100,34 @@ def nearest_ship(truth: Truth, times_s: Array, places: Array) -> Array:
     return np.asarray(np.fmin.reduce([np.full(len(times_s), np.nan), *off]))
 
 
-def _first_line(path: Path) -> str:
-    """Return the first line with something on it; a log of AIS sentences may hold any octets."""
+def _names(path: Path) -> list[str]:
+    """Return the names in the first line with something on it; a log of AIS sentences may hold any octets."""
     try:
         with path.open(encoding="utf-8-sig", errors="replace") as file:
-            return next((line for line in file if says_something(line)), "")
+            first = next((line for line in file if line.strip() and not line.startswith("#")), "")
     except OSError as error:
         raise DataError(f"{path}: cannot be read ({error.strerror}); check the path.") from None
+    return [name.strip().strip('"') for name in re.split("[,;\t]", first)]
 
 
-def _table(path: Path, frame: LocalFrame) -> Truth:
+def _table(path: Path, names: list[str], frame: LocalFrame) -> Truth:
     """Read the columns that are named."""
-    names, lines = read_columns(path)
     wanted = next((columns for columns in (METRES, DEGREES) if set(columns) <= set(names)), None)
-    if wanted is None or any(names.count(name) > 1 for name in (*wanted, SHIP)):
+    if wanted is None:
         raise DataError(
             f"{path}: its columns are {','.join(names)!r:.80}; name them {','.join(METRES)} or {','.join(DEGREES)}."
         )
     ships: dict[str, list[list[float]]] = {}
-    for where, record in lines:
-        rows = ships.setdefault(record.get(SHIP, ""), [])
-        time_s, first, second = (finite(record, name, where) for name in wanted)
+    for line in table_lines(path, wanted, None, "a place a line"):
+        rows = ships.setdefault(line.cells.get(SHIP, ""), [])
+        time_s, first, second = (line.number(name) for name in wanted)
         if rows and time_s <= rows[-1][0]:
             raise DataError(
-                f"{where}, column time_s: {time_s:g} comes after {rows[-1][0]:g}; sort a ship's lines by time, a line "
-                "for each time."
+                f"{line.where}, column time_s: {time_s:g} comes after {rows[-1][0]:g}; sort a ship's lines by time, a "
+                "line for each time."
             )
         if wanted is DEGREES and not (abs(first) <= 360 and abs(second) <= 90):
-            raise DataError(f"{where}: ({first:g}, {second:g}) is no longitude and latitude in degrees.")
+            raise DataError(f"{line.where}: ({first:g}, {second:g}) is no longitude and latitude in degrees.")
         rows.append([time_s, first, second])
     if not ships:
         raise DataError(f"{path}: holds no place; write {','.join(wanted)}, a line for each.")
