@@ -14,6 +14,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import NamedTuple
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from PIL import Image
@@ -125,13 +126,38 @@ def test_readme_tells_what_the_demonstration_finds(tmp_path: Path) -> None:
     assert told == pytest.approx(measured, abs=2)  # a processor may round one sum otherwise
 
 
-def test_site_builds_runs_every_cell_and_documents_every_public_name(tmp_path: Path) -> None:
-    """One test, so that the site is built once however the tests are shared out; a warning is an error."""
+CELL = re.compile(r"^```\{code-cell\} python\n(?::.*\n)*(.*?)^```$", re.MULTILINE | re.DOTALL)
+CELLS = {page: found for page in PAGES if (found := CELL.findall((ROOT / page).read_text(encoding="utf-8")))}
+
+
+@pytest.mark.parametrize("page", CELLS)
+def test_every_cell_of_a_page_runs(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One after another, as when the site is built, which runs each page in a process of its own."""
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {"__name__": "page"}
+    with plt.rc_context({"backend": "agg"}):
+        for number, cell in enumerate(CELLS[page]):
+            exec(compile(cell, f"{page}, cell {number}", "exec", dont_inherit=True), names)
+    plt.close("all")
+
+
+def test_every_public_name_is_documented(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(ROOT / "docs" / "_ext")
+    fields = import_module("fields")
+    pages = "\n".join((ROOT / page).read_text(encoding="utf-8") for page in PAGES)
+    shown = set(re.findall(r"automodule:: (\S+)", fields.ROOM.sub(fields.open_room, pages)))
+    missing = [
+        name for name, other in public_names() if not {name.rpartition(".")[0], other.rpartition(".")[0]} & shown
+    ]
+    assert missing == []
+
+
+@pytest.mark.validate
+def test_site_builds(tmp_path: Path) -> None:
+    """A warning is an error, nothing is fetched by a page, and the inventory holds every public name."""
     command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html", "-d", str(tmp_path / "trees")]
     site = tmp_path / "html"
-    found = subprocess.run(
-        [*command, str(ROOT / "docs"), str(site)], capture_output=True, text=True, timeout=400, check=False
-    )
+    found = subprocess.run([*command, str(ROOT / "docs"), str(site)], capture_output=True, text=True, check=False)
     assert found.returncode == 0, found.stdout + found.stderr
 
     fetched = re.compile(r"""<(?:script|link|img|iframe)[^>]*?(?:src|href)=["'](https?:)?//""")
