@@ -241,8 +241,8 @@ def test_truth_that_cannot_be_read(network, tmp_path, capsys):
     for text, sentence in (
         ("a,b\n1,2\n", "line 1: the columns are"),
         ("time_s,x_m,y_m\n1,2\n", "line 2: has 2 cells"),
-        ("time_s,x_m,y_m\n1,2,here\n", "line 2: '1,2,here' has no time and place"),
-        ("time_s,x_m,y_m\n1,2,3\n1,2,3\n", "line 3: the time is 1 s after 1 s"),
+        ("time_s,x_m,y_m\n1,2,here\n", "line 2, column y_m: 'here' is no number"),
+        ("time_s,x_m,y_m\n1,2,3\n1,2,3\n", "line 3: the time 1 s comes after 1 s"),
         ("time_s,x_m,y_m\n", "holds no place"),
     ):
         path = tmp_path / "truth.csv"

@@ -13,10 +13,14 @@ def test_places_are_interpolated_within_their_times(tmp_path):
     file = tmp_path / "truth.csv"
     file.write_text("# made up\ntime_s,name,x_m,y_m,z_m\n1,a,0,10,5\n\n3,a,4,20,7\n")
     truth = read_path_truth(file)
-    np.testing.assert_allclose(truth.interpolated([2.0]), [[2, 15, 6]])
+    np.testing.assert_allclose(truth.interpolated([2.0]), [[[2, 15, 6]]])
     assert np.isnan(truth.interpolated([0.9, 3.1])).all()
     file.write_text("time_s,x_m,y_m\n1,0,10\n3,4,20\n")
-    np.testing.assert_allclose(read_path_truth(file).interpolated([1.5]), [[1, 12.5, np.nan]])
+    np.testing.assert_allclose(read_path_truth(file).interpolated([1.5]), [[[1, 12.5]]])
+    file.write_text("time_s,person,x_m,y_m\n1,Ann,0,10\n1,Bob,1,1\n3,Ann,4,20\n")
+    both = read_path_truth(file)
+    assert both.names == ("Ann", "Bob")
+    np.testing.assert_allclose(both.interpolated([2.0]), [[[2, 15], [np.nan, np.nan]]])
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ from elusive.io._link_formats import LAYOUTS
 from elusive.io.area_files import read_area
 from elusive.io.link_logs import open_link_log
 from elusive.io.node_files import read_nodes
-from elusive.io.people_truth import read_people_truth
+from elusive.io.path_truth import read_path_truth
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
 from elusive.sensors.radio_network import RadioNodes, RssFrame
@@ -78,7 +78,7 @@ def track_links_command(
             raise ParameterError("--truth: has no meaning with --follow; score a log once it is whole.")
         _live(source, network, parameters, out)
         return
-    known = None if truth is None else read_people_truth(truth)
+    known = None if truth is None else read_path_truth(truth)
     with bar("frames", None) as advance:
         outcome = track_links_recording(source, network, parameters, out, truth=known, on_frame=advance)
     _tell(outcome.remarks)

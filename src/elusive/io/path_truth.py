@@ -1,8 +1,7 @@
-"""Reads where one target truly was, or is to go: tables of times and places in metres."""
+"""Reads where targets truly were, or are to go: tables of times, names and places, in metres."""
 
 from __future__ import annotations
 
-import math
 import os
 from typing import NamedTuple
 
@@ -14,47 +13,50 @@ from elusive.errors import DataError
 from elusive.io._table_lines import table_lines
 
 PLACE = ("x_m", "y_m")
-A_TIME = "a time a line"
+TRUTH_COLUMNS = ("time_s", "person", *PLACE)
 
 
 class PathTruth(NamedTuple):
-    """A path."""
+    """Each target's places over time."""
 
-    times_s: Array  # (K,), increasing
-    places_m: Array  # (K, 3) east, north, up; up is NaN where the table has none
+    names: tuple[str, ...]
+    paths: tuple[Array, ...]  # (K, 3) time_s, x, y [m] of each target, times increasing; (K, 4) with heights
 
     def interpolated(self, times_s: ArrayLike) -> Array:
-        """Interpolate the place, ``(T,) -> (T, 3)`` [m]; NaN before the first time and after the last."""
+        """Interpolate all places, ``(T,) -> (T, P, 2 or 3)`` [m]; NaN before a target's first time, after its last."""
         times = np.asarray(times_s, np.float64)
-        axes = (np.interp(times, self.times_s, axis, left=np.nan, right=np.nan) for axis in self.places_m.T)
-        return np.column_stack(list(axes))
+        places = np.full((len(times), len(self.paths), max(path.shape[1] for path in self.paths) - 1), np.nan)
+        for target, path in enumerate(self.paths):
+            for axis, values in enumerate(path.T[1:]):
+                places[:, target, axis] = np.interp(times, path[:, 0], values, left=np.nan, right=np.nan)
+        return places
 
 
 def read_path_truth(path: str | os.PathLike[str]) -> PathTruth:
-    """Read where a target truly was.
+    """Read where targets truly were.
 
     Parameters
     ----------
     path
-        CSV under a header that names ``time_s``, ``x_m``, ``y_m`` and perhaps ``z_m``; other columns are passed over.
-        Times increase.
+        CSV under a header that names ``time_s``, ``x_m``, ``y_m``, perhaps ``z_m``, and ``person`` where there are
+        several targets; other columns are passed over. A target's times increase.
 
     Raises
     ------
     DataError
-        If the header lacks a column, a line is no such row, times do not increase, or there is none; the sentence
-        gives the line.
+        If the header lacks a column, a line is no such row, a target's times do not increase, or there is none; the
+        sentence gives the line.
     """
-    rows: list[tuple[float, ...]] = []
-    for line in table_lines(path, ("time_s", *PLACE), None, A_TIME):
-        row = (*(line.number(name) for name in ("time_s", *PLACE)), line.number("z_m", absent=math.nan))
-        if rows and row[0] <= rows[-1][0]:
-            raise DataError(f"{line.where}: the time {row[0]:g} s comes after {rows[-1][0]:g} s; times increase.")
-        rows.append(row)
+    rows: dict[str, list[list[float]]] = {}
+    for line in table_lines(path, ("time_s", *PLACE), None, "a time a line"):
+        row = [line.number(name) for name in ("time_s", *PLACE, "z_m") if name in line.cells]
+        earlier = rows.setdefault(line.cells.get("person", "1"), [])
+        if earlier and row[0] <= earlier[-1][0]:
+            raise DataError(f"{line.where}: the time {row[0]:g} s comes after {earlier[-1][0]:g} s; times increase.")
+        earlier.append(row)
     if not rows:
-        raise DataError(f"{path}: holds no place; write time_s,{','.join(PLACE)}, {A_TIME}.")
-    table = np.array(rows)
-    return PathTruth(table[:, 0], table[:, 1:])
+        raise DataError(f"{path}: holds no place; write time_s,{','.join(PLACE)}, a time a line.")
+    return PathTruth(tuple(rows), tuple(np.array(path) for path in rows.values()))
 
 
 def read_way(path: str | os.PathLike[str]) -> Array:

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from elusive.io.people_truth import PeopleTruth
+from elusive.io.path_truth import PathTruth
 from elusive.sensors.radio_network import radio_nodes
 from elusive.systems.links.link_tracks import LinkTrack
 from elusive.systems.links.track import LinkResult
@@ -29,7 +29,7 @@ def truth(seconds):
     for person in range(2):
         times = np.arange(person * seconds / 3, seconds, 0.5)
         paths.append(np.array([(time_s, *place(person, time_s)) for time_s in times]))
-    return PeopleTruth(("Ann", "Bob"), tuple(paths))
+    return PathTruth(("Ann", "Bob"), tuple(paths))
 
 
 def results(frames, seed=5):

@@ -15,7 +15,7 @@ from elusive.errors import DataError, ParameterError
 from elusive.geometry.areas import Area
 from elusive.io.link_logs import open_link_log
 from elusive.io.node_files import read_nodes
-from elusive.io.people_truth import read_people_truth
+from elusive.io.path_truth import read_path_truth
 from elusive.preprocess.link_calibration import Calibrate
 from elusive.sensors.radio_network import directed_links_of, links_of
 from elusive.systems.links.by_links import VoxelRadiation
@@ -126,11 +126,11 @@ def test_a_log_is_the_link_budget_less_the_change(tmp_path: Path) -> None:
     for channel, frequency in enumerate((2.45e9, 2.455e9)):
         expected = 4.0 - 20 * np.log10(4 * np.pi * apart * frequency / 299_792_458)
         np.testing.assert_allclose(frames[0].rss_dbm[:, channel], expected, atol=0.006)
-    truth = read_people_truth(out / "truth.csv").at([frame.time_s for frame in frames])
+    truth = read_path_truth(out / "truth.csv").interpolated([frame.time_s for frame in frames])
     drawn = simulation.walks.draw(np.random.default_rng(4))
     assert np.isnan(truth[:10]).all()
     np.testing.assert_allclose(
-        truth[10:], drawn[:, [int(n) - 1 for n in read_people_truth(out / "truth.csv").names]], atol=1e-4
+        truth[10:], drawn[:, [int(n) - 1 for n in read_path_truth(out / "truth.csv").names]], atol=1e-4
     )
     step = int(np.flatnonzero(np.isfinite(drawn[..., 0]).sum(axis=1) == 1)[0])
     place = drawn[step][np.isfinite(drawn[step, :, 0])][0]
@@ -230,7 +230,7 @@ def test_straight_on_the_links_of_a_simulated_log_by_its_own_model(tmp_path: Pat
     parameters = LinkTracking(
         calibration_frames=20, method=LinksMethod(effect=VoxelRadiation(), people={"particles": 200})
     )
-    truth = read_people_truth(tmp_path / "room" / "truth.csv")
+    truth = read_path_truth(tmp_path / "room" / "truth.csv")
     log = open_link_log(tmp_path / "room" / "log.csv", nodes)
     outcome = track_links_recording(log, nodes, parameters, tmp_path / "tracks", truth=truth)
     rows = dict(outcome.table)

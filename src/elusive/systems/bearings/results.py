@@ -55,7 +55,11 @@ def outcome_of(
     places = means[:, :2]
     east, north = (np.repeat(places, counts, axis=0) - sites.positions_m[sensor, :2]).T
     residual = (azimuth - np.arctan2(east, north) + np.pi) % (2 * np.pi) - np.pi
-    true = None if truth is None else truth.interpolated(log.times_s)
+    true = None
+    if truth is not None:
+        true = np.full((len(steps), 3), np.nan)
+        known = truth.interpolated(log.times_s)[:, 0]
+        true[:, : known.shape[1]] = known
     tracked = BearingsTracked(
         Path(name).name or name, "", sites.names, sites.positions_m[:, :2], log.times_s, places, spread[:, :2, :2],
         heights, int(np.argmax(started)) if started.any() else len(steps),

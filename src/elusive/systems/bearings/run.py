@@ -64,6 +64,8 @@ def track_bearings_recording(
         If a line cannot be used.
     """
     parameters.check(live=False)
+    if truth is not None and len(truth.names) > 1:
+        raise DataError(f"--truth: is of {len(truth.names)} targets, and an emitter is one; give its lines alone.")
     heard = list[PlaceSet]()
     with warnings_heard() as said:
         for measurement in source:

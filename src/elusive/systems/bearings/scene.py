@@ -174,7 +174,7 @@ def track_bearing_scene(
             except ElusiveError as error:
                 refusal = str(error)
             each.append(Estimated(name, parameters, outcome, refusal, time.perf_counter() - started_s))
-        places = truth.interpolated([heard.time_s for heard in sets])[:, :2]
+        places = truth.interpolated([heard.time_s for heard in sets])[:, 0]
         return Flown(scene, sets, places, each, bounds_of(scene, sets))
 
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from elusive.geometry.areas import Area
 from elusive.io import TrackRow
-from elusive.io.people_truth import PeopleTruth
+from elusive.io.path_truth import PathTruth
 from elusive.preprocess.voxels import VoxelGrid
 from elusive.sensors.radio_network import RadioNodes
 from elusive.systems.links.report import (
@@ -88,7 +88,7 @@ class LinkRun:
         Where they truly were; scores only.
     """
 
-    def __init__(self, name: str, nodes: RadioNodes, area: Area, truth: PeopleTruth | None = None) -> None:
+    def __init__(self, name: str, nodes: RadioNodes, area: Area, truth: PathTruth | None = None) -> None:
         self.title = Path(name).name or name
         self._nodes, self._area, self._truth = nodes, area, truth
         self._scores = None if truth is None else LinkScores(truth)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from elusive.errors import DataError
 from elusive.io import atomic_folder, existing_folder
 from elusive.io.link_logs import LinkLog
-from elusive.io.people_truth import PeopleTruth
+from elusive.io.path_truth import PathTruth
 from elusive.sensors.radio_network import RadioNodes, RssFrame
 from elusive.systems.links.results import LinkOutcome, LinkRun, write_link_report
 from elusive.systems.links.tables import LinkDataset, LinkTables, rows_of
@@ -32,7 +32,7 @@ def track_links_recording(
     parameters: LinkTracking,
     out: Path,
     *,
-    truth: PeopleTruth | None = None,
+    truth: PathTruth | None = None,
     on_frame: Callable[[int], None] | None = None,
 ) -> LinkOutcome:
     """Track people through a log and write ``tracks.csv``, ``events.csv``, ``result.nc`` and the report.

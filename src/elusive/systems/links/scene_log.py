@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field
 
 from elusive.errors import DataError
-from elusive.io.people_truth import PeopleTruth
+from elusive.io.path_truth import PathTruth
 from elusive.model import Model
 from elusive.preprocess.fade_level import RssChange
 from elusive.preprocess.link_calibration import Calibrate
@@ -31,7 +31,7 @@ def run_link_log(
     log: Sequence[RssFrame],
     calibration: LogCalibration,
     *,
-    truth: PeopleTruth | None = None,
+    truth: PathTruth | None = None,
     on_frame: Callable[[int], None] | None = None,
 ) -> SceneRun:
     """Track people through a recorded log by a scene's nodes, area and method.
@@ -77,6 +77,6 @@ def run_link_log(
         frames.append(stages.step(rss.change))
         if on_frame is not None:
             on_frame(len(frames))
-    places = np.empty((len(rest), 0, 2)) if truth is None else truth.at(times[first:])
+    places = np.empty((len(rest), 0, 2)) if truth is None else truth.interpolated(times[first:])[..., :2]
     unseen = np.zeros((len(rest), len(chain.grid.centres)))
     return SceneRun(scene, Radiated(places, unseen[:0], unseen), tuple(frames))

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from elusive.io import TrackRow
-from elusive.io.people_truth import PeopleTruth
+from elusive.io.path_truth import PathTruth
 from elusive.metrics import Sightings, clear_mot, gospa, sightings, sightings_of
 from elusive.metrics.identity_scores import near_rows, paired
 
@@ -31,7 +31,7 @@ class LinkScores:
         Where people truly were.
     """
 
-    def __init__(self, truth: PeopleTruth) -> None:
+    def __init__(self, truth: PathTruth) -> None:
         self._truth = truth
         self._counts = [_Counts() for _ in SCORED]
         self._times: list[float] = []
@@ -54,7 +54,7 @@ class LinkScores:
     def _score(self) -> None:
         if not self._times:
             return
-        places = self._truth.at(self._times)
+        places = self._truth.interpolated(self._times)[..., :2]
         places[self._calibrating] = np.nan
         true = sightings_of(places)
         for (_, statuses), counts in zip(SCORED, self._counts, strict=True):

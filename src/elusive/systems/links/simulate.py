@@ -21,7 +21,7 @@ from elusive.contracts import Array
 from elusive.geometry.areas import Area
 from elusive.io.atomic import atomic_folder
 from elusive.io.csv_files import write_csv
-from elusive.io.people_truth import COLUMNS as TRUTH_COLUMNS
+from elusive.io.path_truth import TRUTH_COLUMNS
 from elusive.model import Model, NonNegative, Positive
 from elusive.preprocess.link_weights import EllipseWeights
 from elusive.preprocess.quantiser import Quantiser

@@ -10,7 +10,7 @@ from typing import Any
 from nicegui import ui
 
 from elusive.errors import DataError
-from elusive.io.people_truth import read_people_truth
+from elusive.io.path_truth import read_path_truth
 from elusive.systems.links.page.panels import radiation_spec
 from elusive.systems.links.page.state import LOGS, LinksState, Recorded
 from elusive.systems.links.scene import LinkScene, radiate
@@ -81,7 +81,7 @@ class RadiationWindow:
         data = await event.file.read()
         event.sender.reset()
         with told():
-            truth = read_upload(event.file.name, data, LOGS, read_people_truth)
+            truth = read_upload(event.file.name, data, LOGS, read_path_truth)
             if self._state.log is None:
                 raise DataError(f"{event.file.name}: is the truth of no log; open the log first.")
             self._record(self._state.log._replace(truth=truth))

@@ -10,7 +10,7 @@ from elusive.contracts import Array
 from elusive.geometry.areas import Area
 from elusive.geometry.places import NamedPlace
 from elusive.io.link_logs import open_link_log
-from elusive.io.people_truth import PeopleTruth
+from elusive.io.path_truth import PathTruth
 from elusive.sensors.radio_network import RssFrame
 from elusive.systems.links.presets import first_simulation
 from elusive.systems.links.scene import DrawnPath, LinkScene, Radiated
@@ -28,7 +28,7 @@ class Recorded(NamedTuple):
 
     name: str
     data: bytes
-    truth: PeopleTruth | None = None
+    truth: PathTruth | None = None
 
     def frames(self, scene: LinkScene) -> list[RssFrame]:
         """Return its frames.
