@@ -150,7 +150,7 @@ def track(sequence: Sequence, seeds: range) -> Tracked:
 
     The seeds go through the frames side by side and share the whitening, which draws nothing and is most of the time.
     """
-    parameters = ImageTracking().fitted_to(sequence.frames.shape[1:])
+    parameters = ImageTracking().bind(sequence.frames.shape[1:])
     step, latest = Whitener.step, {}
     whitened: list[Whitened] = []
 
@@ -167,9 +167,9 @@ def track(sequence: Sequence, seeds: range) -> Tracked:
         results = zip(*zip(*side_by_side, strict=True), strict=True)
         runs = [
             Run(
-                np.array([result.existence for result in of_seed]),
-                np.array([result.mean[[X, Y]] for result in of_seed]),
-                any(result.status == "confirmed" for result in of_seed),
+                np.array([step.state.existence for step in of_seed]),
+                np.array([step.state.mean[[X, Y]] for step in of_seed]),
+                any(track.status == "confirmed" for step in of_seed for track in step.tracks),
             )
             for of_seed in results
         ]

@@ -24,12 +24,12 @@ import elusive
 from elusive.cli import main
 from elusive.cli.terminal import bar
 from elusive.experiments.amrouche2018.scenario import WeakTarget
-from elusive.io import read_tracks_csv
+from elusive.results import read_tracks_csv
 from elusive.sensors.image import ImageSensor
 
 ROOT = Path(__file__).parents[2]
 PROGRAM = [sys.executable, "-c", "from elusive.cli import main; main()"]
-HEADER = "time_s,track,status,existence,x_px,y_px,vx_px,vy_px,sd_x_px,sd_y_px"
+HEADER = "time_s,track,status,existence,x_px,y_px,vx_pxps,vy_pxps,sd_x_px,sd_y_px,correlation_xy,intensity"
 WRITTEN = ["config.yaml", "report.html", "report.png", "result.nc", "tracks.csv", "tracks_mot.csv"]
 WHITE = ["--noise-sigma", "3", "--snr-db", "12"]
 ENVELOPE = ["--noise", "rayleigh", "--noise-sigma", "14", "--snr-db", "16", "--dx", "1"]
@@ -107,10 +107,10 @@ def check_written(out: Path, frames: int) -> None:
     assert sorted(file.name for file in out.iterdir()) == WRITTEN
     lines = (out / "tracks.csv").read_text().splitlines()
     assert lines[0] == HEADER
-    assert len(read_tracks_csv(out / "tracks.csv")) == frames == len(lines) - 1
+    assert len(read_tracks_csv(out / "tracks.csv").rows) == len(lines) - 1
     with xr.open_dataset(out / "result.nc", engine="h5netcdf") as dataset:
-        assert dict(dataset.sizes)["time"] == frames
-        assert {"existence", "mean", "covariance", "track", "status"} <= set(dataset.data_vars)
+        assert (dataset.sizes["step"], dataset.sizes["obs"]) == (frames, len(lines) - 1)
+        assert {"existence", "x", "vx", "position_covariance", "row_size", "status"} <= set(dataset.data_vars)
     with Image.open(out / "report.png") as image:
         assert image.size[0] > 800
     assert (out / "report.html").stat().st_size > 10_000
@@ -118,10 +118,12 @@ def check_written(out: Path, frames: int) -> None:
 
 
 def share_found(out: Path, path: NDArray[np.float64]) -> float:
-    rows = read_tracks_csv(out / "tracks.csv")
-    here = np.isfinite(path[:, 0])
-    near = [row.existence > 0.5 and np.hypot(row.x - x, row.y - y) < 2 for row, (x, y) in zip(rows, path, strict=True)]
-    return float(np.mean(np.array(near)[here]))
+    """Share of the frames with the target in which existence says so and the track is at most 2 px off."""
+    with xr.open_dataset(out / "result.nc", engine="h5netcdf") as found:
+        places = np.full(path.shape, np.nan)
+        places[found["obs_step"].values] = np.column_stack([found["x"], found["y"]])
+        near = (found["step_existence"].values > 0.5) & (np.hypot(*(places - path).T) < 2)
+    return float(near[np.isfinite(path[:, 0])].mean())
 
 
 # what a new user does
@@ -190,12 +192,11 @@ def test_the_demo_is_the_same_for_the_same_seed(elusive_in: Callable[..., Ran], 
     assert sorted(first) == ["report.html", "report.png", "result.nc", "tracks.csv"]
     assert first == again
     assert first["tracks.csv"].decode().splitlines()[0] == HEADER  # type: ignore[union-attr]
-    rows = read_tracks_csv(tmp_path / "demo" / "tracks.csv")
     with xr.open_dataset(tmp_path / "demo" / "result.nc", engine="h5netcdf") as dataset:
         truth = dataset["truth"].values[:, [0, 2]]
         assert dataset["frames"].shape == (30, 20, 20)
+        assert dataset.sizes["step"] == 30
     assert share_found(tmp_path / "demo", truth) >= 0.6
-    assert len(rows) == 30
 
 
 def test_another_seed_is_another_demo(
@@ -272,7 +273,8 @@ def test_every_form_of_a_recording_gives_the_same_tracks(
         check_written(tmp_path / name, 22)
         assert (tmp_path / name / "tracks.csv").read_bytes() == (tmp_path / "npy" / "tracks.csv").read_bytes()
     assert share_found(tmp_path / "npy", path) >= 0.6
-    assert [row.time_s for row in read_tracks_csv(tmp_path / "gif" / "tracks.csv")] == [k / 10 for k in range(22)]
+    with xr.open_dataset(tmp_path / "gif" / "result.nc", engine="h5netcdf") as dataset:
+        np.testing.assert_allclose(dataset["step_time"], np.arange(22) / 10)
 
 
 def test_a_truth_only_scores(
@@ -285,7 +287,7 @@ def test_a_truth_only_scores(
     assert elusive_in("track", "images", "weak.npy", "--out", "blind", *WHITE).code == 0
     ran = elusive_in("track", "images", "weak.npy", "--out", "scored", *WHITE, "--truth", "truth.txt")
     assert ran.code == 0, ran.err
-    assert "Found: P above .5, within 4 px" in ran.out
+    assert "Targets found within 4 px" in ran.out
     ones = elusive_in("track", "images", "weak.npy", "--out", "o", *WHITE, "--truth", "ones.txt", "--truth-one-based")
     assert ones.out == ran.out
     for name in ("tracks.csv", "result.nc", "config.yaml"):
@@ -306,9 +308,12 @@ def test_part_of_a_recording_keeps_its_frames_numbers(
     ran = elusive_in("track", "images", "weak.npy", "--out", "a", *WHITE, *part, "--truth", "truth.txt")
     assert ran.code == 0, ran.err
     assert elusive_in("track", "images", "part.npy", "--out", "b", *WHITE, "--truth", "part.txt").code == 0
-    a, b = (read_tracks_csv(tmp_path / name / "tracks.csv") for name in "ab")
-    assert [row.time_s for row in a] == list(range(4, 20))
-    assert [row.existence for row in a] == [row.existence for row in b]
+    a, b = (xr.load_dataset(tmp_path / name / "result.nc", engine="h5netcdf") for name in "ab")
+    assert a["step_time"].values.tolist() == list(range(4, 20))
+    np.testing.assert_array_equal(a["step_existence"], b["step_existence"])
+    texts = [(tmp_path / name / "tracks_mot.csv").read_text().splitlines() for name in "ab"]
+    numbers = [[int(line.split(",")[0]) for line in lines] for lines in texts]
+    assert [number - 4 for number in numbers[0]] == numbers[1]  # of the file's frames
 
 
 def test_options_go_before_the_configuration_and_that_before_the_defaults(

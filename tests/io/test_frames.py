@@ -209,8 +209,8 @@ def test_few_bad_pixels_are_masked(tmp_path):
 
 def test_time_is_the_frame_number_unless_there_is_a_rate(tmp_path, movie):
     np.save(tmp_path / "m.npy", movie)
-    assert [open_frames(tmp_path / "m.npy", start=2).time_s(k) for k in range(2)] == [2.0, 3.0]
-    assert open_frames(tmp_path / "m.npy", start=2, rate_hz=4).time_s(1) == 0.75
+    assert list(open_frames(tmp_path / "m.npy", start=2).times_s())[:2] == [2.0, 3.0]
+    assert list(open_frames(tmp_path / "m.npy", start=2, rate_hz=4).times_s())[:2] == [0.5, 0.75]
 
 
 def save_gif(path, movie, durations):
@@ -310,3 +310,32 @@ def test_an_archive_is_streamed_up_to_its_damaged_end(tmp_path):
     np.testing.assert_array_equal([next(frames) for _ in range(T - 1)], movie[:-1])
     with pytest.raises(DataError, match=r"frame 4: cannot be read .*CRC"):
         next(frames)
+
+
+def test_times_that_a_file_holds_are_its_own(tmp_path, movie):
+    times = np.cumsum(np.linspace(0.1, 0.3, len(movie)))
+    np.savez(tmp_path / "m.npz", frames=movie, time_s=times)
+    with h5py.File(tmp_path / "m.nc", "w") as file:
+        file["camera/frames"] = movie
+        file["camera/time"] = times
+        file["camera/time"].attrs["units"] = "seconds since 2026-01-01"
+    for source in (open_frames(tmp_path / "m.npz"), open_frames(tmp_path / "m.nc")):
+        assert source.timed
+        np.testing.assert_array_equal(list(source.times_s()), times)
+        assert source.interval_s == np.median(np.diff(times))
+    assert list(open_frames(tmp_path / "m.npz", start=2, stop=4).times_s()) == times[2:4].tolist()
+    with pytest.raises(DataError, match=r"m\.npz: has times of its own; leave rate_hz=5 out"):
+        open_frames(tmp_path / "m.npz", rate_hz=5)
+    np.savez(tmp_path / "bad.npz", frames=movie, time_s=times[::-1])
+    with pytest.raises(DataError, match=r"'time_s': the times are not \d+ finite, increasing seconds"):
+        open_frames(tmp_path / "bad.npz")
+    tifffile.imwrite(tmp_path / "m.tif", movie[:, :, :].astype(np.uint8), imagej=True, metadata={"finterval": 0.2})
+    assert open_frames(tmp_path / "m.tif").rate_hz == 5
+
+
+def test_a_gif_whose_delays_vary_holds_times(tmp_path):
+    pictures = [Image.fromarray(np.random.default_rng(k).integers(0, 255, (8, 8), np.uint8)) for k in range(3)]
+    pictures[0].save(tmp_path / "m.gif", save_all=True, append_images=pictures[1:], duration=[100, 300, 200])
+    source = open_frames(tmp_path / "m.gif")
+    assert source.rate_hz is None
+    np.testing.assert_allclose(list(source.times_s()), [0.0, 0.1, 0.4])

@@ -21,7 +21,7 @@ from elusive.io import (
     SignalTrackRow,
     open_signal,
     read_signal_tracks_csv,
-    read_signal_truth,
+    read_truth,
     write_signal_tracks_csv,
 )
 
@@ -409,15 +409,15 @@ def test_tracks_of_images_are_no_tracks_along_a_signal(tmp_path: Path) -> None:
 
 def test_a_truth_of_one_and_of_several_objects(tmp_path: Path) -> None:
     (tmp_path / "one.txt").write_text("x_sample\n3.5\nnan # gone\n\n-1e1\n")
-    np.testing.assert_array_equal(read_signal_truth(tmp_path / "one.txt"), [[3.5], [np.nan], [-10]])
+    np.testing.assert_array_equal(read_truth(tmp_path / "one.txt", axes=1)[:, :, 0], [[3.5], [np.nan], [-10]])
     (tmp_path / "two.txt").write_text("1, nan\n2 7\n")
-    np.testing.assert_array_equal(read_signal_truth(tmp_path / "two.txt"), [[1, np.nan], [2, 7]])
+    np.testing.assert_array_equal(read_truth(tmp_path / "two.txt", axes=1)[:, :, 0], [[1, np.nan], [2, 7]])
 
 
 @pytest.mark.parametrize(
     ("content", "sentence"),
     [
-        ("", "holds no place"),
+        ("", "holds no position"),
         ("1\n2 3\n", "line 2: '2 3' has 2 places, the first line 1"),
         ("1\nx\n", "line 2: 'x' is no place"),
         ("1\ninf\n", "line 2: 'inf' is no place"),
@@ -427,4 +427,4 @@ def test_a_truth_of_one_and_of_several_objects(tmp_path: Path) -> None:
 def test_a_truth_that_is_none_is_said(tmp_path: Path, content: str, sentence: str) -> None:
     (tmp_path / "t.txt").write_text(content)
     with pytest.raises(DataError, match=sentence):
-        read_signal_truth(tmp_path / "t.txt")
+        read_truth(tmp_path / "t.txt", axes=1)

@@ -66,6 +66,6 @@ def test_nothing_to_score_is_said():
     empty = TrackLog(("x", "vx", "y", "vy"), "px")
     found = score(empty, np.empty((0, 1, 2)), 4.0)
     assert math.isnan(found.mota)
-    assert dict(found.lines())["Error"] == "no pair within 4 px"
+    assert dict(found.lines())["Error there"] == "no target is found"
     with pytest.raises(DataError, match=r"truth: has shape \(3, 1, 2\) for 0 steps of 2 axes"):
         score(empty, np.zeros((3, 1, 2)), 4.0)

@@ -77,7 +77,7 @@ def test_a_missing_frame_moves_tracks_on_and_holds_nothing_against_them():
     for _ in range(3):
         state = tracker.step(state, [], None, 6.0)
     (track,) = state.tracks
-    assert (track.status, track.position, track.missed) == ("candidate", (3.0, 0.0), 0)
+    assert (track.status, track.position, track.life.missed) == ("candidate", (3.0, 0.0), 0)
     assert (state.frames, state.seen) == (4, 1)
     assert track.fresh == Fresh.expecting(9.0, 0.98, 1)
 

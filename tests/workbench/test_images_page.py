@@ -15,8 +15,10 @@ from PIL import Image
 from elusive.cli import main
 from elusive.errors import DataError, ParameterError
 from elusive.experiments.amrouche2018.scenario import WeakTarget
+from elusive.io import write_truth
 from elusive.systems.images.page.panels import belief_of, player_of
 from elusive.systems.images.page.recording import KINDS, read_frames
+from elusive.systems.images.results import ImageLog
 from elusive.systems.images.scene import ImageScene, draw_images, held_frames
 from elusive.systems.images.track import track_images
 from elusive.workbench.opener import read_named
@@ -70,9 +72,9 @@ def test_the_example_runs_by_one_click_and_the_command_line_repeats_it(
     shown = score(page, "This run")
     scene = download(page, "Run as YAML", tmp_path)
     main_quietly("scene", scene, "--out", tmp_path / "out")
-    assert re.search(rf"Error where tracked, RMS\s+│\s+{re.escape(shown)} ", capsys.readouterr().out)
+    assert re.search(rf"Error there\s+│\s+{re.escape(shown)} ", capsys.readouterr().out)
     assert download(page, "Tracks as CSV", tmp_path).read_bytes() == (tmp_path / "out" / "tracks.csv").read_bytes()
-    found = xr.load_dataset(tmp_path / "out" / "result.nc")["existence"]
+    found = xr.load_dataset(tmp_path / "out" / "result.nc")["step_existence"]
     line = page.locator(".ew-curves").first.evaluate("(root) => root.made.spec.series[0].y")
     np.testing.assert_allclose(line, found, atol=1e-6)  # as they are sent
 
@@ -122,7 +124,7 @@ def test_frames_of_ones_own_sent_and_from_the_folder(
 ) -> None:
     drawn = draw_images(ImageScene(rows=48, columns=48, snr_db=18, leaves=29))
     np.save(served.folder / "own.npy", drawn.frames)
-    np.savetxt(served.folder / "own.txt", drawn.truth)
+    write_truth(served.folder / "own.txt", drawn.truth)
     page = open_tab().page
     page.goto(f"{served.address}/images")
     page.get_by_role("radio", name="Open frames").click()
@@ -170,11 +172,11 @@ def test_the_scene_as_it_stands_is_the_papers() -> None:
         papers = WeakTarget(motion=motion).simulate(np.random.default_rng(np.random.SeedSequence(3, spawn_key=(0,))))
         drawn = draw_images(scene)
         np.testing.assert_array_equal(drawn.frames, papers.frames)
-        np.testing.assert_array_equal(drawn.truth, papers.truth[:, [0, 2]])
+        np.testing.assert_array_equal(drawn.truth[:, 0], papers.truth[:, [0, 2]])
 
 
 def test_a_target_that_leaves_the_frame_stays_away() -> None:
-    truth = draw_images(ImageScene(velocity_x=3.0)).truth
+    truth = draw_images(ImageScene(velocity_x=3.0)).truth[:, 0]
     there = np.flatnonzero(np.isfinite(truth[:, 0]))
     assert there.tolist() == list(range(5, 5 + len(there)))
     assert 4 <= len(there) <= 7  # 15.3 px to the border at 3 px a frame
@@ -191,20 +193,22 @@ def test_every_filter_is_told_what_the_scene_knows(kind: str) -> None:
     left: Any = scene.replace(filter_knows_target=False).settled.tracking.filter
     assert (left.target_snr_db if kind == "recurrent" else left.birth.snr_db) != 9.0
     drawn = draw_images(scene)
-    states: list[Any] = []
-    results = list(track_images(drawn.frames, scene.settled.tracking, on_state=states.append))
-    beliefs = [belief_of(state, 100) for state in states]
+    steps = list(track_images(drawn.frames, scene.settled.tracking))
+    beliefs = [belief_of(step.state, 100) for step in steps]
+    log = ImageLog(scene.settled.tracking)
+    for step in steps:
+        log.take(step)
     if kind == "recurrent":
         assert beliefs[-1].score is not None
         assert beliefs[-1].score.shape == (20, 20)
     else:
         counts = [0 if one.dots is None else len(one.dots) for one in beliefs]
-        np.testing.assert_array_equal(counts, [round(100 * one.existence) for one in results])
+        np.testing.assert_array_equal(counts, [round(100 * step.state.existence) for step in steps])
         dots = beliefs[20].dots
         assert dots is not None
-        spread = np.sqrt(np.diag(results[20].covariance)[[0, 2]] / len(dots))
-        assert (np.abs(dots.mean(axis=0) - results[20].mean[[0, 2]]) < 3 * spread).all()
-    spec = player_of(drawn.frames, beliefs, [[] for _ in beliefs], drawn.truth)
+        spread = np.sqrt(np.diag(steps[20].state.covariance)[[0, 2]] / len(dots))
+        assert (np.abs(dots.mean(axis=0) - steps[20].state.mean[[0, 2]]) < 3 * spread).all()
+    spec = player_of(drawn.frames, beliefs, log, drawn.truth)
     assert (spec["frames"], spec["width"], spec["height"]) == (30, 20, 20)
 
 
@@ -233,7 +237,7 @@ def test_what_a_page_cannot_keep_is_refused(tmp_path: Path, monkeypatch: pytest.
 def test_frames_in_memory_are_a_source_like_a_files(tmp_path: Path) -> None:
     frames = draw_images(ImageScene()).frames
     source = held_frames("held", frames, 5.0)
-    assert (source.shape, source.length, source.time_s(10)) == ((20, 20), 30, 2.0)
+    assert (source.shape, source.length, list(source.times_s())[10]) == ((20, 20), 30, 2.0)
     np.testing.assert_array_equal(np.stack(list(source)), frames)
     with pytest.raises(DataError, match=r"held, frame 0: all its pixels are 0"):
         list(held_frames("held", np.zeros((2, 20, 20))))

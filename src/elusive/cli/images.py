@@ -11,7 +11,8 @@ from elusive.cli.terminal import Config, Out, bar, console, show
 from elusive.io import open_frames, read_truth
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
-from elusive.systems.images.track import ImageTracking, track_recording
+from elusive.systems.images.parameters import ImageTracking
+from elusive.systems.images.run import FILES, track_recording
 
 
 @accepts(ImageTracking)
@@ -26,18 +27,18 @@ def track_images_command(
     given: dict[str, Any],
     config: Config = None,
     truth: Annotated[
-        Path | None, typer.Option("--truth", help="File with 'x y' a frame, 0-based; only scores.")
+        Path | None, typer.Option("--truth", help="File with 'x y' of each target a frame, 0-based; only scores.")
     ] = None,
     truth_one_based: Annotated[bool, typer.Option(help="The truth counts pixels from 1.")] = False,
     rate_hz: Annotated[float | None, typer.Option("--rate-hz", help="Frames a second; else from the file.")] = None,
     start: Annotated[int, typer.Option(help="First frame to use, from 0.")] = 0,
     stop: Annotated[int | None, typer.Option(help="Frame before which to stop.")] = None,
 ) -> None:
-    """Track a target too faint to threshold through a sequence of frames."""
+    """Track targets too faint to threshold through a sequence of frames."""
     parameters = ImageTracking(**nested(ImageTracking, given, read_yaml(config) if config else {}))
     places = None if truth is None else read_truth(truth, one_based=truth_one_based)
     frames = open_frames(source, start=start, stop=stop, rate_hz=rate_hz)
     with bar("frames", frames.length) as advance:
         outcome = track_recording(frames, parameters, out, truth=places, on_frame=advance)
     show(outcome.tracked.title, ("", ""), outcome.tracked.rows)
-    console.print(f"Written to {out}: tracks.csv, tracks_mot.csv, result.nc, report.html, report.png, config.yaml")
+    console.print(f"Written to {out}: {', '.join(FILES)}")

@@ -9,7 +9,7 @@ import typer
 from rich.markup import escape
 
 from elusive.cli.terminal import Config, Out, bar, console, show
-from elusive.io import open_signal, read_signal_truth
+from elusive.io import open_signal, read_truth
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
 from elusive.systems.signals.track import SignalTracking, track_signal_recording
@@ -40,7 +40,7 @@ def track_signal_command(
 ) -> None:
     """Track objects that differ from a signal's noise only in their statistics."""
     parameters = SignalTracking(**nested(SignalTracking, given, read_yaml(config) if config else {}))
-    places = None if truth is None else read_signal_truth(truth)
+    places = None if truth is None else read_truth(truth, axes=1)[:, :, 0]
     frames = open_signal(
         recording, frame_samples=frame_samples, hop_samples=hop_samples, channel=channel, start=start, stop=stop,
         rate_hz=rate_hz,

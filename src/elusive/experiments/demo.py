@@ -15,12 +15,12 @@ import numpy as np
 from elusive.contracts import Array, X, Y
 from elusive.experiments.amrouche2018.scenario import Recording, WeakTarget
 from elusive.filters import BernoulliFilter, MeasurementBirth
-from elusive.io import TrackRow, atomic_folder, write_netcdf, write_tracks_csv
-from elusive.runner import collect
+from elusive.io import atomic_folder
+from elusive.results import write_result
 from elusive.systems.images.report import FrameKeeper, write_html, write_png
-from elusive.systems.images.results import FrameTrack, row_of, tracked_of
+from elusive.systems.images.results import ImageLog, tracked_of
 from elusive.systems.images.track import ImageTracking, track_images
-from elusive.tracking import Lifecycle
+from elusive.tracking import Lifecycle, Step
 
 TRIALS = 60  # recordings with a target, and as many without, behind the table
 NEAR = 2.0  # cells between estimate and truth that count as found
@@ -55,7 +55,7 @@ def run_demo(out: Path, *, seed: int = 1, on_frame: Callable[[int], None] | None
         seed=seed,
     )
     recording = scenario.simulate(np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(0,))))
-    results: list[FrameTrack] = []
+    results: list[Step] = []
     for result in track_images(recording.frames, parameters):
         results.append(result)
         if on_frame is not None:
@@ -83,19 +83,17 @@ def compare(scenario: WeakTarget, parameters: ImageTracking, seed: int, on_frame
         rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(trial,)))
         recording = scenario.simulate(rng)
         empty = np.stack([sensor.simulate(np.empty((0, 5)), rng) for _ in recording.frames])
-        quiet = [result.existence for result in track_images(empty, parameters.replace(seed=trial))]
+        quiet = [step.state.existence for step in track_images(empty, parameters.replace(seed=trial))]
         existence.append(quiet)
         peaks.append([matched_peak(frame, scenario)[0] for frame in empty])
-        for frame, result, truth in zip(
-            recording.frames,
-            track_images(recording.frames, parameters.replace(seed=trial)),
-            recording.truth,
-            strict=True,
+        for step, truth in zip(
+            track_images(recording.frames, parameters.replace(seed=trial)), recording.truth, strict=True
         ):
             if np.isfinite(truth[0]):
                 place = truth[[X, Y]]
-                found_by_filter.append(result.existence > LEVEL and np.hypot(*(result.mean[[X, Y]] - place)) < NEAR)
-                height, where = matched_peak(frame, scenario)
+                state = step.state
+                found_by_filter.append(state.existence > LEVEL and np.hypot(*(state.mean[[X, Y]] - place)) < NEAR)
+                height, where = matched_peak(step.measurement, scenario)
                 peak_near.append(height if np.hypot(*(where - place)) < NEAR else -np.inf)
         on_frame(trial)
     false_alarms = float(np.mean(np.array(existence) > LEVEL))
@@ -114,11 +112,11 @@ def matched_peak(frame: Array, scenario: WeakTarget) -> tuple[float, Array]:
 
 
 def _rows(
-    recording: Recording, results: list[FrameTrack], comparison: Comparison, scenario: WeakTarget
+    recording: Recording, results: list[Step], comparison: Comparison, scenario: WeakTarget
 ) -> list[tuple[str, ...]]:
     present = recording.present > 0
-    error = np.hypot(*(np.array([r.mean[[X, Y]] for r in results]) - recording.truth[:, [X, Y]]).T)
-    here = sum(r.existence > LEVEL and e < NEAR for r, e in zip(results, error, strict=True))
+    error = np.hypot(*(np.array([step.state.mean[[X, Y]] for step in results]) - recording.truth[:, [X, Y]]).T)
+    here = sum(step.state.existence > LEVEL and e < NEAR for step, e in zip(results, error, strict=True))
     crossed = 0
     for frame, truth in zip(recording.frames[present], recording.truth[present], strict=True):
         height, where = matched_peak(frame, scenario)
@@ -139,25 +137,27 @@ def _rows(
 def _write(
     out: Path,
     recording: Recording,
-    results: list[FrameTrack],
+    results: list[Step],
     parameters: ImageTracking,
     table: list[tuple[str, ...]],
 ) -> None:
-    rows: list[TrackRow] = [row_of(result, float(number), None) for number, result in enumerate(results)]
     keeper = FrameKeeper()
     for number, frame in enumerate(recording.frames):
         keeper.offer(number, frame)
-    shape = recording.frames.shape[1:]
     title = "A target of 6.7 dB, below what the eye can see"
-    tracked = tracked_of(title, results, [[row] for row in rows], shape, None, recording.truth[:, [X, Y]])
-    said = [(name, f"{ours}; threshold {theirs}") for name, ours, theirs in table]
-    tracked = tracked._replace(rows=[*tracked.rows, *said])
-    dataset = collect(results, state_names=parameters.filter.state_names)
-    dataset["truth"] = (("time", "state"), recording.truth)
-    dataset["frames"] = (("time", "row", "column"), recording.frames)
-    dataset = dataset.assign_attrs(title="elusive demo", units="cells, cells/frame", config=parameters.to_yaml())
+    truth = {"long_name": "x, vx, y, vy, intensity of the target"}
+    more = {
+        "truth": (("step", "component"), recording.truth, truth),
+        "frames": (("step", "row", "column"), recording.frames, {"long_name": "frames"}),
+    }
     with atomic_folder(out) as folder:
-        write_tracks_csv(folder / "tracks.csv", rows)
-        write_netcdf(folder / "result.nc", dataset)
+        with ImageLog(parameters, folder / "tracks.csv") as log:
+            for step in results:
+                log.take(step)
+        shape = recording.frames.shape[1:]
+        tracked = tracked_of(title, log, shape, timed=False, truth=recording.truth[:, None, [X, Y]])
+        said = [(name, f"{ours}; threshold {theirs}") for name, ours, theirs in table]
+        tracked = tracked._replace(rows=[*tracked.rows, *said])
+        write_result(folder / "result.nc", log, title="elusive demo", config=parameters.to_yaml(), more=more)
         write_png(folder / "report.png", tracked, keeper)
         write_html(folder / "report.html", tracked, keeper)

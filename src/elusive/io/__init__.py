@@ -10,7 +10,7 @@ from elusive.io.radar_plots import RadarSource, open_radar_plots, write_radar_pl
 from elusive.io.signal_tracks import SignalTrackRow, read_signal_tracks_csv, write_signal_tracks_csv
 from elusive.io.signals import SignalFrame, SignalSource, open_signal
 from elusive.io.tracks import TrackRow, read_tracks_csv, write_tracks_csv
-from elusive.io.truth import read_signal_truth, read_truth
+from elusive.io.truth import read_truth, write_truth
 from elusive.sensors.radar_scans import RadarPlot, RadarScan, scans_by_rotation
 
 __all__ = [
@@ -35,7 +35,6 @@ __all__ = [
     "read_ais",
     "read_asterix",
     "read_signal_tracks_csv",
-    "read_signal_truth",
     "read_tracks_csv",
     "read_truth",
     "scans_by_rotation",
@@ -46,4 +45,5 @@ __all__ = [
     "write_radar_plots_csv",
     "write_signal_tracks_csv",
     "write_tracks_csv",
+    "write_truth",
 ]

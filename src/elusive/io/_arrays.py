@@ -13,8 +13,9 @@ import numpy as np
 
 from elusive.errors import DataError
 from elusive.io._order import natural_key
-from elusive.io._stack import Stack, check_same, decoding, layout
+from elusive.io._stack import Stack, check_same, checked_times, decoding, layout
 
+CLOCKS = ("time_s", "times_s", "time")  # arrays beside the frames that hold their times [s]
 SAVE_AGAIN = "save it again with numpy.save, without pickled objects."
 ZIP_AGAIN = "save it again with numpy.savez, without pickled objects."
 CHECK_HDF5 = "check that it is a complete HDF5 file, closed by its writer, and that h5py has its compression filter."
@@ -74,6 +75,10 @@ def open_npz(path: Path, dataset: str | None) -> Stack:
     name = dataset if dataset is not None else only(stacks, str(path))
     header = headers[name]
     length, shape = layout(header.shape, header.dtype, f"{path}, array {name!r}")
+    times = None
+    if (clock := next((clock for clock in CLOCKS if clock in headers), None)) is not None:
+        with decoding(str(path), ZIP_AGAIN), np.load(path) as arrays:
+            times = checked_times(arrays[clock], length, f"{path}, array {clock!r}")
 
     def read(start: int, stop: int | None) -> Iterator[tuple[str, Any]]:
         with ExitStack() as stack:
@@ -90,7 +95,7 @@ def open_npz(path: Path, dataset: str | None) -> Stack:
                     raw = whole[k] if whole is not None else _array(file, header, header.shape[1:])
                 yield where, raw
 
-    return Stack(str(path), shape, length, None, read)
+    return Stack(str(path), shape, length, None, read, times)
 
 
 def _npz_of_planes(path: Path, names: list[str], headers: dict[str, _Header]) -> Stack:
@@ -131,6 +136,9 @@ def open_hdf5(path: Path, dataset: str | None) -> Stack:
             held = ", ".join(_stacks_in(file)) or "none"
             raise DataError(f"{path}: holds no dataset {name!r}; its 3-D datasets are: {held}.")
         length, shape = layout(found.shape or (), found.dtype, f"{path}::{name}")
+        beside = (found.parent.get(clock) for clock in CLOCKS)
+        clock = next((one for one in beside if isinstance(one, h5py.Dataset) and _in_seconds(one)), None)
+        times = None if clock is None else checked_times(clock[()], length, f"{path}::{clock.name}")
 
     def read(start: int, stop: int | None) -> Iterator[tuple[str, Any]]:
         with ExitStack() as stack:
@@ -142,7 +150,14 @@ def open_hdf5(path: Path, dataset: str | None) -> Stack:
                     raw = frames[k]
                 yield where, raw
 
-    return Stack(f"{path}::{name}", shape, length, None, read)
+    return Stack(f"{path}::{name}", shape, length, None, read, times)
+
+
+def _in_seconds(clock: Any) -> bool:
+    """Whether a variable named time counts seconds, also since a date, as the CF conventions have it."""
+    units = clock.attrs.get("units", "s")
+    words = (units.decode() if isinstance(units, bytes) else str(units)).split()
+    return bool(words) and words[0] in ("s", "sec", "second", "seconds")
 
 
 def _stacks_in(file: Any) -> list[str]:

@@ -22,7 +22,7 @@ class _Outline(NamedTuple):
 
 
 def open_gif(path: Path) -> Stack:
-    """Read a GIF frame by frame; the rate is None where its delays vary or are zero."""
+    """Read a GIF frame by frame; its delays are its rate, or, where they vary, its times; zero says nothing."""
     with decoding(str(path), ADVICE), path.open("rb") as file:
         outline = _outline(file)
         file.seek(0)
@@ -34,6 +34,9 @@ def open_gif(path: Path) -> Stack:
         raise DataError(f"{path}: holds no frame; check the export.")
     delays = set(outline.delays_cs)
     delay = delays.pop() if len(delays) == 1 else 0
+    times = None
+    if outline.complete and len(set(outline.delays_cs)) > 1 and min(outline.delays_cs) > 0:
+        times = np.concatenate([[0.0], np.cumsum(outline.delays_cs[:-1]) / 100])
     # A GIF that is cut short counts its broken frame, so that reading to the end meets it instead of passing over it.
     length = found if outline.complete else found + 1
 
@@ -50,7 +53,7 @@ def open_gif(path: Path) -> Stack:
                     raw = np.array(image.convert("RGB"))
                 yield where, raw
 
-    return Stack(str(path), shape, length, 100 / delay if delay else None, read)
+    return Stack(str(path), shape, length, 100 / delay if delay else None, read, times)
 
 
 def _outline(file: IO[bytes]) -> _Outline:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from elusive.errors import DataError, ElusiveError
 
@@ -24,6 +25,21 @@ class Stack:
     length: int | None  # frames; None where only reading to the end tells
     rate_hz: float | None
     read: Callable[[int, int | None], Iterator[tuple[str, Any]]]  # (start, stop) -> (where, raw frame), one by one
+    times_s: NDArray[np.float64] | None = None  # (length,) of the frames, where the file holds times
+
+
+def checked_times(times: Any, length: int, where: str) -> NDArray[np.float64]:
+    """Return the times of frames that a file holds.
+
+    Raises
+    ------
+    DataError
+        If they are not one for each frame, finite and increasing.
+    """
+    found = np.asarray(times, dtype=np.float64)
+    if found.shape != (length,) or not np.isfinite(found).all() or (np.diff(found) <= 0).any():
+        raise DataError(f"{where}: the times are not {length} finite, increasing seconds, one a frame; repair them.")
+    return found
 
 
 @contextmanager

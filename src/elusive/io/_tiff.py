@@ -20,7 +20,7 @@ MINISWHITE, MINISBLACK, RGB, YCBCR = 0, 1, 2, 6
 
 
 def open_tiff(path: Path) -> Stack:
-    """Read the pages of a TIFF; an ImageJ stack with one header for all its frames is mapped."""
+    """Read the pages of a TIFF; an ImageJ stack with one header for all its frames is mapped, its interval believed."""
     tifffile = _tifffile()
     with decoding(str(path), EXPORT_AGAIN), tifffile.TiffFile(path) as tif:
         shape = _shape(tif.pages[0])
@@ -33,6 +33,8 @@ def open_tiff(path: Path) -> Stack:
                 f"{path}: has several axes beside rows and columns ({held}); save one sequence of grey frames."
             )
         length = len(tif.pages)
+        interval_s = (tif.imagej_metadata or {}).get("finterval")
+        rate_hz = 1 / interval_s if isinstance(interval_s, int | float) and interval_s > 0 else None
         mapped: dict[str, Any] | None = None
         if length == 1 and axes:
             length = axes[0][1]
@@ -63,7 +65,7 @@ def open_tiff(path: Path) -> Stack:
                     raw = _page(tif.pages[k], shape, where, path, k, stack)
                 yield where, raw
 
-    return Stack(str(path), shape, length, None, read)
+    return Stack(str(path), shape, length, rate_hz, read)
 
 
 def tiff_shape(path: Path) -> tuple[int, int]:

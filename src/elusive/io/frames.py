@@ -7,6 +7,7 @@ import os
 from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import dataclass, field
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ from elusive.io._stack import Stack, check_same
 from elusive.io._tiff import open_tiff
 from elusive.io._video import open_video
 
-HDF5 = (".h5", ".hdf5", ".hdf")
+HDF5 = (".h5", ".hdf5", ".hdf", ".nc")
 VIDEOS = (".mp4", ".m4v", ".mov", ".avi", ".mkv", ".webm", ".mpg", ".mpeg", ".wmv", ".ts")
 NAMED = (".npz", *HDF5)
 SUPPORTED = (".npy", *NAMED, *TIFF, ".gif", *VIDEOS)
@@ -43,7 +44,7 @@ class FrameSource:
     length: int | None
     """Frames that iterating yields; None for a video, whose end alone tells."""
     rate_hz: float | None
-    """Frames a second; None where neither the file nor the caller says."""
+    """Frames a second; None where neither the file nor the caller says, or the file has times."""
     start: int
     """Number in the file, from 0, of the first frame yielded."""
     _stack: Stack = field(repr=False)
@@ -66,10 +67,26 @@ class FrameSource:
         if number == self.start:
             raise DataError(f"{self.name}: holds no frame from number {self.start} on; choose an earlier start.")
 
-    def time_s(self, index: int) -> float:
-        """Time of the ``index``-th frame yielded, counted from the file's first; the frame's number without a rate."""
-        number = self.start + index
-        return float(number) if self.rate_hz is None else number / self.rate_hz
+    @property
+    def timed(self) -> bool:
+        """Whether times are seconds: from the rate, or from the file; else they are the frames' numbers."""
+        return self.rate_hz is not None or self._stack.times_s is not None
+
+    @property
+    def interval_s(self) -> float:
+        """Usual time between frames; 1 s where nothing is known."""
+        if self.rate_hz is None and self._stack.times_s is not None and len(self._stack.times_s) > 1:
+            return float(np.median(np.diff(self._stack.times_s)))
+        return 1.0 if self.rate_hz is None else 1 / self.rate_hz
+
+    def times_s(self) -> Iterator[float]:
+        """Yield the times of the frames: the file's own, or counted from its first at the rate."""
+        if self._stack.times_s is not None:
+            yield from self._stack.times_s[self.start : self._stop].tolist()
+        else:
+            numbers = count(self.start) if self.length is None else range(self.start, self.start + self.length)
+            for number in numbers:
+                yield float(number) if self.rate_hz is None else number / self.rate_hz
 
 
 def open_frames(
@@ -86,9 +103,10 @@ def open_frames(
     Parameters
     ----------
     source
-        A stack (``.npy``, ``.npz``, multi-page TIFF, HDF5), a GIF, a video (extra ``video``), a folder of images, or a
-        glob that matches images. Arrays are ``(T, rows, cols)``, or ``(T, rows, cols, 3 or 4)`` in colour. A folder's
-        files are frames in natural order: frame2 before frame10. ``file.h5::/path`` names a dataset too.
+        A stack (``.npy``, ``.npz``, multi-page TIFF, HDF5 or netCDF 4), a GIF, a video (extra ``video``), a folder of
+        images, or a glob that matches some. Arrays are ``(T, rows, cols)``, or ``(T, rows, cols, 3 or 4)`` in colour.
+        A folder's files are frames in natural order: frame2 before frame10. ``file.h5::/path`` names a dataset too.
+        An array ``time_s`` (or ``time``, in seconds) beside the frames holds their times.
     dataset
         Name of the array in an HDF5 or ``.npz`` file that holds several.
     pattern
@@ -125,6 +143,8 @@ def open_frames(
     if stack.length is not None:
         stop = stack.length if stop is None else min(stop, stack.length)
     length = None if stack.length is None or stop is None else stop - start
+    if rate_hz is not None and stack.times_s is not None:
+        raise DataError(f"{stack.name}: has times of its own; leave rate_hz={rate_hz:g} out.")
     rate = stack.rate_hz if rate_hz is None else rate_hz
     return FrameSource(stack.name, stack.shape, length, rate, start, stack, stop)
 

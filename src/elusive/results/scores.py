@@ -60,14 +60,12 @@ class Scores(NamedTuple):
     def lines(self, words: str = "") -> list[tuple[str, str]]:
         """Return what a table about the run says; ``words`` stand behind each name."""
         near = f"within {self.gate:g} {self.unit}"
-        off = f"no pair {near}"
-        if self.pairs:
-            off = f"{self.rmse:.2f} {self.unit} RMS, {self.greatest:.2f} greatest, of pairs {near}"
+        off = f"{self.rmse:.2f} {self.unit} RMS, {self.greatest:.2f} greatest" if self.pairs else "no target is found"
         counted = f"{self.misses} misses, {self.false} false, {self.mismatches} mismatches"
         found = f"{100 * (1 - self.misses / self.targets):.0f} %" if self.targets else "no target is there"
         return [
             (f"Targets found {near}{words}", f"{found}{' of their times' if self.targets else ''}"),
-            (f"Error{words}", off),
+            (f"Error there{words}", off),
             (f"MOTA{words}", f"{self.mota:.3f}: {counted} of {self.targets}"),
             (f"IDF1, OSPA, GOSPA{words}", f"{self.identity.idf1:.3f}, {self.ospa:.2f}, {self.gospa:.2f} {self.unit}"),
             (f"Tracks that never met a target{words}", str(self.strays)),

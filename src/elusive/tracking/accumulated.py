@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Literal, NamedTuple
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,24 +21,33 @@ from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.model import FROM_RECORDING, Model
 from elusive.tracking.fresh import Fresh, ring, sample
+from elusive.tracking.lifecycle import Life, Lifecycle
 from elusive.tracking.peaks import Border, Peak, wrapped
+from elusive.tracking.track import Status
 
-Status = Literal["candidate", "confirmed", "deleted"]
+REMEMBERED = 64  # updates in which a track's peaks are counted: more than a track without any can live
 FADED = 1.0  # score of a remnant, in noise deviations, that no longer hides anything
 
 
 class PeakTrack(NamedTuple):
     """One track after a frame."""
 
-    track: int  # number, from 1
-    status: Status
+    life: Life
     position: tuple[float, ...]  # x[, y] in samples
     velocity: tuple[float, ...]  # vx[, vy] in samples a frame
     score: float  # of its newest peak
     first_frame: int  # of its first peak, counted from 1
-    peaks: int  # frames with a peak
-    missed: int  # frames in a row without one
     fresh: Fresh  # what its place has shown since the first peak
+
+    @property
+    def track(self) -> int:
+        """Number, from 1."""
+        return self.life.track or 0
+
+    @property
+    def status(self) -> Status:
+        """Candidate, confirmed or deleted."""
+        return self.life.status or "candidate"
 
 
 class Remnant(NamedTuple):
@@ -91,7 +101,12 @@ class PeakTracker(Model):
         return PeakTrackerState(0, 0, (), (), (), 0)
 
     def step(
-        self, state: PeakTrackerState, peaks: Sequence[Peak], evidence: ArrayLike | None, threshold: float
+        self,
+        state: PeakTrackerState,
+        peaks: Sequence[Peak],
+        evidence: ArrayLike | None,
+        threshold: float,
+        elapsed: float = 1.0,
     ) -> PeakTrackerState:
         """Return the tracks after one more frame.
 
@@ -105,6 +120,8 @@ class PeakTracker(Model):
             The frame's evidence, as given to the filter; None for a missing frame.
         threshold
             That the peaks are above.
+        elapsed
+            Since the frame before, in usual intervals between frames.
 
         Raises
         ------
@@ -115,30 +132,31 @@ class PeakTracker(Model):
         seen = state.seen + (values is not None)
         shape = state.shape if values is None else values.shape
         period = ring(shape) if shape and self.border == "circular" else None
-        alive = [self._predicted(track, values, period) for track in state.tracks if track.status != "deleted"]
+        alive = [self._predicted(track, values, period, elapsed) for track in state.tracks if track.life.lives]
         links, free = self._assign(alive, peaks, period)
-        tracks = [
-            self._judged(self._followed(track, None if link is None else peaks[link], period, values is None), shape)
-            for track, link in zip(alive, links, strict=True)
-        ]
+        tracks = []
+        for track, link in zip(alive, links, strict=True):
+            followed = track if link is None else self._followed(track, peaks[link], period)
+            tracks.append(self._judged(followed, shape, None if values is None and link is None else link is not None))
         fade = 1.0 if values is None else self.smoothing
-        remnants = [self._faded(remnant, fade, period) for remnant in state.remnants]
+        remnants = [self._faded(remnant, fade, period, elapsed) for remnant in state.remnants]
         born = state.born
         for i in free:
             if not self._left_over(peaks[i], remnants, threshold, period):
-                born += 1
-                tracks.append(self._begun(born, state.frames + 1, peaks[i], seen))
+                track = self._started(born, state.frames + 1, peaks[i], seen)
+                born = track.track
+                tracks.append(track)
         ended = [
             Remnant(track.position, track.velocity, track.score)
             for track in tracks
-            if track.status == "deleted" and track.missed < self.miss_frames
+            if track.status == "deleted" and track.life.missed < self.miss_frames
         ]
         kept = [remnant for remnant in remnants if remnant.score > FADED]
         return PeakTrackerState(state.frames + 1, seen, shape, tuple(tracks), (*kept, *ended), born)
 
-    def _predicted(self, track: PeakTrack, values: Array | None, period: Array | None) -> PeakTrack:
+    def _predicted(self, track: PeakTrack, values: Array | None, period: Array | None, elapsed: float) -> PeakTrack:
         """Move a track by its velocity and take in what its place shows."""
-        position = _moved(track.position, track.velocity, period)
+        position = _moved(track.position, np.multiply(elapsed, track.velocity), period)
         if values is None:
             return track._replace(position=position)
         return track._replace(position=position, fresh=track.fresh.after(sample(values, position), self.smoothing))
@@ -160,38 +178,43 @@ class PeakTracker(Model):
         taken = set(links)
         return links, [i for i in range(len(peaks)) if i not in taken]
 
-    def _followed(self, track: PeakTrack, peak: Peak | None, period: Array | None, missing: bool) -> PeakTrack:
+    def _followed(self, track: PeakTrack, peak: Peak, period: Array | None) -> PeakTrack:
         """Draw a predicted track to its peak."""
-        if peak is None:
-            return track if missing else track._replace(missed=track.missed + 1)
         off = wrapped(np.subtract(peak.position, track.position), period)
         return track._replace(
             position=_moved(track.position, self.position_gain * off, period),
             velocity=tuple((np.add(track.velocity, self.velocity_gain * off)).tolist()),
             score=peak.score,
-            peaks=track.peaks + 1,
-            missed=0,
         )
 
-    def _judged(self, track: PeakTrack, shape: tuple[int, ...]) -> PeakTrack:
-        """Confirm or delete a track."""
-        if (
-            track.missed >= self.miss_frames
-            or track.fresh.against > math.log(self.deletion_frames)
-            or (self.border == "bounded" and _outside(track.position, shape))
-        ):
-            return track._replace(status="deleted")
-        if track.peaks >= self.confirm_frames and track.fresh.best >= -math.log(self.confirm_risk):
-            return track._replace(status="confirmed")
-        return track
+    @cached_property
+    def _lifecycle(self) -> Lifecycle:
+        window = max(REMEMBERED, self.confirm_frames * self.miss_frames)
+        return Lifecycle(
+            confirm_frames=self.confirm_frames, confirm_window=window,
+            delete_frames=self.miss_frames, drop_frames=self.miss_frames,
+        )  # fmt: skip
 
-    def _begun(self, number: int, frame: int, peak: Peak, seen: int) -> PeakTrack:
-        status: Status = "confirmed" if self.confirm_frames == 1 and self.confirm_risk == 1 else "candidate"
+    def _judged(self, track: PeakTrack, shape: tuple[int, ...], peak: bool | None) -> PeakTrack:
+        """Confirm or delete a track; ``peak``: whether it had one, None where the frame is missing."""
+        gone = track.fresh.against > math.log(self.deletion_frames) or (
+            self.border == "bounded" and _outside(track.position, shape)
+        )
+        life, number = track.life, track.track
+        if peak is not None:
+            believed = track.fresh.best >= -math.log(self.confirm_risk)
+            life, _ = self._lifecycle.step(life, float(peak), number, believed=believed, gone=gone)
+        elif gone:
+            life = life._replace(status="deleted")
+        return track._replace(life=life)
+
+    def _started(self, born: int, frame: int, peak: Peak, seen: int) -> PeakTrack:
+        life, _ = self._lifecycle.step(Life(), 1.0, born, believed=self.confirm_risk == 1)
         fresh = Fresh.expecting(peak.score, self.smoothing, max(seen, 1))
-        return PeakTrack(number, status, peak.position, peak.velocity, peak.score, frame, 1, 0, fresh)
+        return PeakTrack(life, peak.position, peak.velocity, peak.score, frame, fresh)
 
-    def _faded(self, remnant: Remnant, fade: float, period: Array | None) -> Remnant:
-        position = _moved(remnant.position, remnant.velocity, period)
+    def _faded(self, remnant: Remnant, fade: float, period: Array | None, elapsed: float) -> Remnant:
+        position = _moved(remnant.position, np.multiply(elapsed, remnant.velocity), period)
         return remnant._replace(position=position, score=fade * remnant.score)
 
     def _left_over(self, peak: Peak, remnants: list[Remnant], threshold: float, period: Array | None) -> bool:

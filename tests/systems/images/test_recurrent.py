@@ -14,11 +14,14 @@ from elusive.cli import main
 from elusive.errors import DataError, ParameterError
 from elusive.filters.accumulate.image_evidence import FromNormal, WhiteEvidence
 from elusive.filters.accumulate.likelihood_bound import LikelihoodBound
-from elusive.io import open_frames, read_tracks_csv
+from elusive.io import open_frames
+from elusive.results import read_tracks_csv
 from elusive.sensors import ClutterSensor, ImageSensor
 from elusive.systems.images.recurrent import RecurrentImages
-from elusive.systems.images.track import ImageTracking, track_images, track_recording
+from elusive.systems.images.run import track_recording
+from elusive.systems.images.track import ImageTracking, track_images
 from tests import infrared
+from tests.browsing import data_in, layers
 
 SHAPE = (40, 48)
 SENSOR = ImageSensor(rows=SHAPE[0], columns=SHAPE[1])
@@ -49,19 +52,20 @@ def test_two_targets_and_one_that_comes_late_and_goes_again() -> None:
     third[:15] = third[38:] = np.nan
     results = list(track_images(frames_of(first, second, third), tracking()))
     seen: dict[int, list[int]] = {}
-    for number, result in enumerate(results):
-        living = [one for one in (result, *(result.others or ())) if one.status == "confirmed"]
+    for number, step in enumerate(results):
+        living = [one for one in step.tracks if one.status == "confirmed"]
+        assert all(np.isnan(one.existence) and 0 <= one.score <= 1 for one in step.tracks)  # no posterior
         for one in living:
             apart = [np.hypot(*(one.mean[[0, 2]] - path[number])) for path in (first, second, third)]
             if np.nanmin(apart) < 2.5:
-                seen.setdefault(one.track or 0, []).append(int(np.nanargmin(apart)))
+                seen.setdefault(one.track, []).append(int(np.nanargmin(apart)))
             else:  # the third's track may outlive it a while
                 assert 37 < number < 46
         expected = {0, 1} | ({2} if 27 <= number < 38 else set())
         if number >= 20:
-            assert expected <= {seen[one.track or 0][-1] for one in living if one.track in seen}
+            assert expected <= {seen[one.track][-1] for one in living if one.track in seen}
     assert [len(set(of)) for of in seen.values()] == [1, 1, 1]  # a track stays with its target
-    last = (results[-1], *(results[-1].others or ()))
+    last = results[-1].tracks
     assert sorted(one.status for one in last) == ["confirmed", "confirmed"]
     assert {one.track for one in last} == {track for track, of in seen.items() if of[0] != 2}
 
@@ -69,7 +73,7 @@ def test_two_targets_and_one_that_comes_late_and_goes_again() -> None:
 def test_the_velocity_is_that_of_the_target() -> None:
     path = straight(40, (6, 30), (0.8, -0.4))
     results = list(track_images(frames_of(path), tracking(threshold_from="likelihood")))
-    velocities = np.array([result.mean[[1, 3]] for result in results[20:]])
+    velocities = np.array([step.state.mean[[1, 3]] for step in results[20:]])
     np.testing.assert_allclose(velocities.mean(axis=0), (0.8, -0.4), atol=0.1)
 
 
@@ -78,7 +82,7 @@ def test_false_alarms_come_at_the_wanted_rate(noise: Any) -> None:
     """Of 200 runs at .1 some 20; the law is fitted to some 256 maxima, which scatters the rate by a quarter more."""
     sensor = ImageSensor(rows=20, columns=20, noise=noise)
     parameters = tracking(sensor, false_alarm=0.1, smoothing=0.5, velocity_step=0.5, target_snr_db=3.0)
-    flt, rng = parameters.build(), np.random.default_rng(7)
+    flt, rng = parameters.recursion, np.random.default_rng(7)
     begun: Any = flt.init(rng, 0.0)
     alarms = 0
     for _ in range(200):
@@ -132,25 +136,28 @@ def test_a_missing_frame_is_predicted_over() -> None:
     frames[20] = frames[21] = None
     results = list(track_images(frames, tracking(threshold_from="likelihood")))
     assert len(results) == 30
-    assert [result.status for result in results[19:24]] == ["confirmed"] * 5
-    assert np.hypot(*(results[21].mean[[0, 2]] - path[21])) < 2.5
+    assert [step.tracks[0].status for step in results[19:24]] == ["confirmed"] * 5
+    assert np.hypot(*(results[21].tracks[0].mean[[0, 2]] - path[21])) < 2.5
 
 
 def test_the_same_seed_gives_the_same_tracks() -> None:
     frames = frames_of(straight(15, (6, 20), (0.75, 0.0)))
     parameters = tracking(smoothing=0.7)
     once, again = (list(track_images(frames, parameters)) for _ in range(2))
-    assert [result.existence for result in once] == [result.existence for result in again]
+    assert [step.state.score for step in once] == [step.state.score for step in again]
+    assert [[track[:2] for track in step.tracks] for step in once] == [
+        [track[:2] for track in step.tracks] for step in again
+    ]
 
 
 def test_the_law_may_come_from_each_map_itself() -> None:
     sensor = ImageSensor(rows=96, columns=96)
     path = straight(25, (20, 70), (0.75, -0.5))
     results = list(track_images(frames_of(path, sensor=sensor), tracking(sensor, threshold_from="frame")))
-    assert results[-1].status == "confirmed"
-    assert np.hypot(*(results[-1].mean[[0, 2]] - path[-1])) < 2.5
+    assert results[-1].tracks[0].status == "confirmed"
+    assert np.hypot(*(results[-1].tracks[0].mean[[0, 2]] - path[-1])) < 2.5
     empty = list(track_images(frames_of(path * np.nan, sensor=sensor), tracking(sensor, threshold_from="frame")))
-    assert not any(one.status == "confirmed" for result in empty for one in (result, *(result.others or ())))
+    assert not any(one.status == "confirmed" for step in empty for one in step.tracks)
 
 
 def test_another_size_of_frame_is_refused() -> None:
@@ -200,26 +207,28 @@ def test_a_recording_gives_a_row_a_track_and_a_report_of_all(tmp_path: Path) -> 
     first, second = straight(25, (4, 6), (0.75, 0.2)), straight(25, (44, 30), (-0.6, 0.0))
     np.save(tmp_path / "frames.npy", frames_of(first, second))
     source = open_frames(str(tmp_path / "frames.npy"))
-    outcome = track_recording(source, tracking(), tmp_path / "out", truth=first)
-    rows = read_tracks_csv(tmp_path / "out" / "tracks.csv")
-    assert repr(rows) == repr(outcome.rows)  # NaN is not equal to itself
-    both = [row for row in rows if row.time_s == 20]
-    assert [row.status for row in both] == ["confirmed", "confirmed"]
-    assert np.isnan(both[0].sd_x)  # not known
+    outcome = track_recording(source, tracking(), tmp_path / "out", truth=np.stack([first, second], axis=1))
+    read = read_tracks_csv(tmp_path / "out" / "tracks.csv")
+    np.testing.assert_array_equal(read.rows["position"], outcome.log.rows["position"])
+    assert np.isnan(read.rows["existence"]).all()  # it is no posterior: the column is empty
+    both = read.rows[read.rows["time_s"] == 20]
+    assert both["status"].tolist() == [1, 1]
+    assert np.isnan(both["covariance"]).all()  # not known
+    assert (both["added"][:, 0] > 0.99).all()  # score
     assert len((tmp_path / "out" / "tracks_mot.csv").read_text().splitlines()) >= 2 * 15
     said = dict(outcome.tracked.rows)
     assert said["Confirmed tracks"] == "1, 2"
-    assert said["Confirmed tracks never within 4 px of it"] == "1"
+    assert said["Tracks that never met a target"] == "0"
     assert outcome.tracked.tracks is not None
     assert sorted(outcome.tracked.tracks) == [1, 2]
     error = outcome.tracked.error
     assert error is not None
-    assert np.nanmax(error[15:]) < 2.5  # of the nearest track
-    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
-    assert page.count('"places":') == 2
+    assert np.nanmax(error[15:]) < 2.5  # of the first target to the nearest track
+    page = data_in(tmp_path / "out" / "report.html")
+    assert len(layers(page, type="track")) == 2
     # the configuration repeats the run
     again = ImageTracking.from_yaml(tmp_path / "out" / "config.yaml")
-    assert again == tracking().fitted_to(SHAPE)
+    assert again == tracking().bind(SHAPE)
 
 
 needs_recordings = pytest.mark.skipif(
@@ -229,10 +238,10 @@ needs_recordings = pytest.mark.skipif(
 
 def followed(sequence: infrared.Sequence) -> tuple[float, set[int | None]]:
     """Share of the frames from the tenth with a track within 4 px of the label, and the confirmed tracks."""
-    given = ImageTracking(filter={"kind": "recurrent"}).fitted_to(sequence.frames.shape[1:])
+    given = ImageTracking(filter={"kind": "recurrent"}).bind(sequence.frames.shape[1:])
     near, confirmed = [], set()
-    for result, label in zip(track_images(sequence.frames, given), sequence.labels, strict=True):
-        tracks = [one for one in (result, *(result.others or ())) if one.status in ("candidate", "confirmed")]
+    for step, label in zip(track_images(sequence.frames, given), sequence.labels, strict=True):
+        tracks = [one for one in step.tracks if one.status != "deleted"]
         near.append(any(np.hypot(*(one.mean[[0, 2]] - label)) <= 4 for one in tracks))
         confirmed |= {one.track for one in tracks if one.status == "confirmed"}
     return float(np.mean(near[10:])), confirmed
@@ -270,11 +279,12 @@ def test_a_moving_scene_is_followed() -> None:
         x, y = np.rint(path[number] + 40).astype(int)
         seen[y - 4 : y + 5, x - 4 : x + 5] += 9 * np.outer(spot, spot)
         frames.append(100 + seen[down : down + 80, across : across + 80] + rng.normal(0, 1, (80, 80)))
-    given = ImageTracking(filter={"kind": "recurrent"}).fitted_to((80, 80))
+    given = ImageTracking(filter={"kind": "recurrent"}).bind((80, 80))
     results = list(track_images(frames, given))
     truth = path + 40 - jumps
-    assert results[-1].status == "confirmed"
-    apart = [np.hypot(*(result.mean[[0, 2]] - place)) for result, place in zip(results, truth, strict=True)]
-    assert np.median(apart[20:]) < 2.0
-    velocities = np.array([result.mean[[1, 3]] for result in results[25:]])
+    assert results[-1].tracks[0].status == "confirmed"
+    first = [step.tracks[0].mean for step in results[20:]]
+    apart = [np.hypot(*(mean[[0, 2]] - place)) for mean, place in zip(first, truth[20:], strict=True)]
+    assert np.median(apart) < 2.0
+    velocities = np.array([mean[[1, 3]] for mean in first[5:]])
     np.testing.assert_allclose(velocities.mean(axis=0), (0.5, 0.25), atol=0.2)

@@ -2,31 +2,36 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
+import yaml
 from numpy.typing import NDArray
 
-from elusive.contracts import X, Y
+from elusive.contracts import VX, VY, X, Y
 from elusive.errors import DataError
 from elusive.filters import BernoulliFilter, MeasurementBirth
-from elusive.io import open_frames, read_tracks_csv
+from elusive.filters.particle.parts import switching
+from elusive.io import open_frames
+from elusive.results import read_tracks_csv
 from elusive.sensors.image import ImageSensor
-from elusive.systems.images.results import FrameTrack, row_of
-from elusive.systems.images.track import ImageTracking, track_images, track_recording
-from elusive.tracking import Lifecycle
+from elusive.systems.images.run import follow, track_recording
+from elusive.systems.images.scene import held_frames
+from elusive.systems.images.track import ImageTracking, track_images
+from elusive.tracking import Lifecycle, Step
 
 SNR_DB = 14.0
 NOWHERE = (np.nan, np.nan)
 
 
-def tracking(shape: tuple[int, int], seed: int = 0, **changes: Any) -> ImageTracking:
+def tracking(shape: tuple[int, int], seed: int = 0, max_speed: float = 2.0, **changes: Any) -> ImageTracking:
     """White noise of known deviation: nothing to whiten, so that what must come out is known."""
     sensor = ImageSensor(rows=shape[0], columns=shape[1])
-    model = BernoulliFilter(sensor=sensor, birth=MeasurementBirth(snr_db=SNR_DB, max_speed=2.0), **changes)
+    model = BernoulliFilter(sensor=sensor, birth=MeasurementBirth(snr_db=SNR_DB, max_speed=max_speed), **changes)
     return ImageTracking(filter=model, tracks=Lifecycle(), seed=seed)
 
 
@@ -43,12 +48,17 @@ def straight(frames: int, start: tuple[float, float], step: tuple[float, float])
     return np.array(start) + np.arange(frames)[:, None] * np.array(step)
 
 
-def places(results: list[FrameTrack]) -> NDArray[np.float64]:
-    return np.array([result.mean[[X, Y]] for result in results])
+def places(results: list[Step]) -> NDArray[np.float64]:
+    return np.array([step.state.mean[[X, Y]] for step in results])
 
 
-def existence(results: list[FrameTrack]) -> NDArray[np.float64]:
-    return np.array([result.existence for result in results])
+def existence(results: list[Step]) -> NDArray[np.float64]:
+    return np.array([step.state.existence for step in results])
+
+
+def number(step: Step) -> int | None:
+    """The number of the one track there is, if there is one."""
+    return next((track.track for track in step.tracks), None)
 
 
 @pytest.mark.parametrize("shape", [(20, 20), (7, 90), (64, 48), (300, 17), (480, 640), (768, 1024)], ids=str)
@@ -60,8 +70,8 @@ def test_any_size_and_shape(shape: tuple[int, int]) -> None:
     # the median: in a third of all runs one frame's noise takes it below for that frame
     assert np.median(existence(results)[4:]) > 0.9
     assert (np.hypot(*(places(results) - path)[4:].T) < 1.0).all()
-    assert [result.track for result in results[-5:]] == [1] * 5
-    assert results[-1].status == "confirmed"
+    assert [number(step) for step in results[-5:]] == [1] * 5
+    assert results[-1].tracks[0].status == "confirmed"
 
 
 @pytest.mark.parametrize(
@@ -82,7 +92,7 @@ def test_a_target_that_leaves_over_the_border_ends_its_track() -> None:
     inside = int((path[:, 0] < 23.5).sum())
     assert (existence(results)[5:inside] > 0.5).all()
     assert (existence(results)[inside + 6 :] < 0.5).all()
-    assert results[-1].track is None
+    assert results[-1].tracks == ()
 
 
 def test_a_target_that_comes_back_gets_a_new_track() -> None:
@@ -96,12 +106,12 @@ def test_a_target_that_comes_back_gets_a_new_track() -> None:
     assert p[21:31].max() < 0.5
     assert p[36:46].min() > 0.9
     assert p[48:].max() < 0.5
-    confirmed = [result.track for result in results if result.status == "confirmed"]
-    first, second = sorted(set(confirmed))
+    confirmed = {track.track for step in results for track in step.tracks if track.status == "confirmed"}
+    first, second = sorted(confirmed)
     assert first < second
-    assert {result.track for result in results[10:18]} == {first}
-    assert {result.track for result in results[38:46]} == {second}
-    assert all(result.track is None for result in results[23:31])
+    assert {number(step) for step in results[10:18]} == {first}
+    assert {number(step) for step in results[38:46]} == {second}
+    assert all(step.tracks == () for step in results[23:31])
     error = np.hypot(*(places(results) - path).T)
     assert np.nanmax(error[[*range(8, 18), *range(36, 46)]]) < 1.0
 
@@ -118,9 +128,9 @@ def test_a_missing_frame_is_the_prediction() -> None:
     # a target well inside cannot leave in one step: only birth and death act
     expected = (1 - model.death_probability) * p[11] + model.birth_probability * (1 - p[11])
     assert p[12] == pytest.approx(expected, abs=1e-6)
-    assert np.trace(results[12].covariance) > np.trace(results[11].covariance)
+    assert np.trace(results[12].tracks[0].covariance) > np.trace(results[11].tracks[0].covariance)
     assert p[13:].min() > 0.9
-    assert {result.track for result in results[6:]} == {1}
+    assert {number(step) for step in results[6:]} == {1}
 
 
 def test_frames_that_are_all_missing_say_nothing() -> None:
@@ -153,11 +163,9 @@ def test_an_empty_sky_is_mostly_empty() -> None:
 def test_the_same_seed_gives_the_same_numbers() -> None:
     frames = frames_of(straight(10, (8.0, 8.0), (0.4, 0.2)), (20, 24))
     one, same, other = (list(track_images(frames, tracking((20, 24), seed=seed))) for seed in (3, 3, 4))
-    for a, b in zip(one, same, strict=True):
-        assert a.existence == b.existence
-        np.testing.assert_array_equal(a.mean, b.mean)
-        np.testing.assert_array_equal(a.covariance, b.covariance)
-    assert [a.existence for a in one] != [b.existence for b in other]
+    np.testing.assert_array_equal(existence(one), existence(same))
+    np.testing.assert_array_equal(places(one), places(same))
+    assert existence(one).tolist() != existence(other).tolist()
 
 
 def test_it_is_lazy() -> None:
@@ -182,19 +190,72 @@ def test_a_frame_of_another_size_is_refused() -> None:
 
 
 def test_the_sensor_takes_its_size_from_the_recording() -> None:
-    fitted = tracking((20, 20)).fitted_to((7, 90))
-    assert fitted.filter.sensor.shape == (7, 90)
-    assert fitted.replace(filter=tracking((20, 20)).filter) == tracking((20, 20))
+    bound = tracking((20, 20)).bind((7, 90), 0.5)
+    assert (bound.filter.sensor.shape, bound.interval_s) == ((7, 90), 0.5)
+    assert bound.replace(filter=tracking((20, 20)).filter, interval_s=1.0) == tracking((20, 20))
 
 
-def test_speeds_are_a_second_where_the_rate_is_known() -> None:
-    mean, covariance = np.array([3.0, 0.5, 7.0, -0.25, 9.0]), np.diag([4.0, 1.0, 9.0, 1.0, 1.0])
-    result = FrameTrack(0.75, mean, covariance, 2, "confirmed")
-    assert row_of(result, 1.5, None)[:10] == (1.5, 2, "confirmed", 0.75, 3.0, 7.0, 0.5, -0.25, 2.0, 3.0)
-    assert row_of(result, 1.5, 20.0)[:10] == (1.5, 2, "confirmed", 0.75, 3.0, 7.0, 10.0, -5.0, 2.0, 3.0)
-    absent = row_of(result._replace(track=None, status="none"), 1.5, 20.0)
-    assert absent[:4] == (1.5, None, "none", 0.75)
-    assert np.isnan(absent[4:]).all()
+@pytest.mark.parametrize("kind", ["bernoulli", "existence", "recurrent"])
+@pytest.mark.parametrize("rate_hz", [25.0, 30000 / 1001, 0.2])
+def test_a_rate_changes_the_unit_of_velocities_and_nothing_else(kind: str, rate_hz: float) -> None:
+    path = straight(22, (5.0, 6.0), (0.5, 0.25))
+    source = held_frames("made", frames_of(path, (28, 32)))
+    given = {"kind": kind, "sensor": {"kind": "white"}}
+    given |= (
+        {"threshold_from": "likelihood"}
+        if kind == "recurrent"
+        else {"birth": {"kind": "measurement", "snr_db": SNR_DB}}
+    )
+    parameters = ImageTracking(filter=given)
+    counted, timed = (list(follow(one, parameters)) for one in (source, replace(source, rate_hz=rate_hz)))
+    np.testing.assert_allclose([step.time_s for step in timed], np.arange(22) / rate_hz)
+    for a, b in zip(counted, timed, strict=True):
+        assert [(one.track, one.status) for one in a.tracks] == [(one.track, one.status) for one in b.tracks]
+        for one, same in zip(a.tracks, b.tracks, strict=True):
+            np.testing.assert_allclose(one.mean[[X, Y]], same.mean[[X, Y]], atol=0.02)
+            np.testing.assert_allclose(one.mean[[VX, VY]], same.mean[[VX, VY]] / rate_hz, atol=0.02)
+            np.testing.assert_allclose(one.existence, same.existence, atol=0.02)
+    (track,) = timed[-1].tracks
+    np.testing.assert_allclose(track.mean[[VX, VY]] / rate_hz, (0.5, 0.25), atol=0.15)
+
+
+def test_what_is_given_counts_a_second_and_what_is_left_alone_a_frame() -> None:
+    left = ImageTracking().bind((48, 48), 0.04).recursion.detector
+    assert left.birth.max_speed == pytest.approx(4.0 * 25)
+    assert left.motion.motion.q == pytest.approx(0.0025 * 25**3)
+    p = switching(left.birth_probability, left.death_probability, 0.04)
+    assert p == pytest.approx((0.05, 0.05))
+    given = ImageTracking(filter={"birth": {"max_speed": 7.0}, "death_probability": 0.3}).bind((48, 48), 0.04)
+    assert given.recursion.detector.birth.max_speed == 7.0
+    assert given.recursion.detector.death_probability == 0.3
+    assert given.recursion.detector.motion == left.motion
+    assert given.bind((48, 48), 0.04) == given  # as often as one likes: config.yaml repeats a run
+    bank = ImageTracking(filter={"kind": "recurrent", "max_velocity": 50.0}).bind((48, 48), 0.04).recursion.model
+    assert (bank.max_velocity, bank.velocity_step) == (2.0, 0.5)  # a frame, as it counts
+
+
+@pytest.mark.parametrize("kind", ["bernoulli", "recurrent"])
+def test_frames_at_uneven_times(kind: str) -> None:
+    """A target of constant velocity, seen at random intervals, with gaps: found where it is, its velocity in px / s."""
+    rng = np.random.default_rng(9)
+    times = np.cumsum(rng.uniform(0.02, 0.06, 30))
+    path = np.array([4.0, 5.0]) + np.outer(times - times[0], [14.0, 7.0])
+    given = {"kind": kind, "sensor": {"kind": "white"}}
+    given |= (
+        {"threshold_from": "likelihood"}
+        if kind == "recurrent"
+        else {"birth": {"kind": "measurement", "snr_db": SNR_DB}}
+    )
+    source = held_frames("made", frames_of(path, (28, 32)), times_s=times)
+    assert source.interval_s == pytest.approx(np.median(np.diff(times)))
+    steps = list(follow(source, ImageTracking(filter=given)))
+    assert [step.time_s for step in steps] == times.tolist()
+    for step, place in zip(steps[15:], path[15:], strict=True):
+        near = [track for track in step.tracks if np.hypot(*(track.mean[[X, Y]] - place)) < 2.0]
+        assert len(near) == 1
+        np.testing.assert_allclose(near[0].mean[[VX, VY]], (14.0, 7.0), atol=8.0)
+    with pytest.raises(DataError, match="comes after"):
+        list(track_images(frames_of(path[:2], (28, 32)), tracking((28, 32)), [1.0, 0.0]))
 
 
 @pytest.fixture
@@ -210,33 +271,44 @@ def test_a_recording_leaves_what_the_filter_said(recording: tuple[Path, NDArray[
     done: list[int] = []
     out = tmp_path / "out"
     outcome = track_recording(
-        open_frames(source, rate_hz=10.0), tracking((5, 5)), out, truth=path, on_frame=done.append
+        open_frames(source, rate_hz=10.0),
+        tracking((5, 5), max_speed=20.0),
+        out,
+        truth=path[:, None],
+        on_frame=done.append,
     )
     assert done == list(range(1, 25))
-    expected = list(track_images(np.load(source), tracking((20, 24))))
-    rows = read_tracks_csv(out / "tracks.csv")
-    assert rows == outcome.rows or str(rows) == str(outcome.rows)  # NaN equals no NaN
-    assert [row.existence for row in rows] == [result.existence for result in expected]
-    assert [row.time_s for row in rows] == [k / 10 for k in range(24)]
+    expected = list(
+        track_images(np.load(source), tracking((20, 24), max_speed=20.0).bind((20, 24), 0.1), np.arange(24) / 10)
+    )
+    read = read_tracks_csv(out / "tracks.csv")
+    assert read.columns.added == ("intensity",)
+    np.testing.assert_array_equal(read.rows["position"], outcome.log.rows["position"])
+    tracks = [track for step in expected for track in step.tracks]
+    assert read.rows["existence"].tolist() == [track.existence for track in tracks]
+    np.testing.assert_allclose(outcome.log.times_s, np.arange(24) / 10)
+    np.testing.assert_array_equal(outcome.log.steps["existence"], existence(expected))
     with xr.open_dataset(out / "result.nc", engine="h5netcdf") as dataset:
-        np.testing.assert_array_equal(dataset["mean"], [result.mean for result in expected])
-        np.testing.assert_array_equal(dataset["covariance"], [result.covariance for result in expected])
-        assert dataset["state"].values.tolist() == ["x", "vx", "y", "vy", "intensity"]
-        np.testing.assert_allclose(dataset["time"], np.arange(24) / 10)
-        assert dataset["status"].values.tolist() == [row.status for row in rows]
-    last = rows[-1]
-    assert last.vx == pytest.approx(10 * 0.4, abs=1.5)
-    assert last.x == pytest.approx(path[-1, 0], abs=1.0)
+        np.testing.assert_array_equal(dataset["x"], [track.mean[X] for track in tracks])
+        np.testing.assert_array_equal(
+            dataset["position_covariance"], [track.covariance[np.ix_([X, Y], [X, Y])] for track in tracks]
+        )
+        np.testing.assert_array_equal(dataset["step_existence"], existence(expected))
+        assert ImageTracking(**yaml.safe_load(dataset.attrs["config"])).interval_s == 0.1
+    last = read.rows[-1]
+    assert last["velocity"][0] == pytest.approx(10 * 0.4, abs=1.5)
+    assert last["position"][0] == pytest.approx(path[-1, 0], abs=1.0)
     table = dict(outcome.tracked.rows)
     assert table["Frames"] == "24, 24 x 20 pixels"
-    found = [row.existence > 0.5 and np.hypot(row.x - x, row.y - y) < 4 for row, (x, y) in zip(rows, path, strict=True)]
-    assert table["Found: P above .5, within 4 px"] == f"{100 * np.mean(found[4:]):.0f} % of the frames with it"
+    rows = outcome.log.rows[outcome.log.rows["status"] < 2]
+    found = np.hypot(*(rows["position"] - path[rows["step"]]).T) < 4
+    assert table["Targets found within 4 px"] == f"{100 * found.sum() / 20:.0f} % of their times"
 
 
 def test_a_truth_that_ends_too_soon_is_refused(recording: tuple[Path, NDArray[np.float64]], tmp_path: Path) -> None:
     source, path = recording
     with pytest.raises(DataError, match=r"^truth: has 23 rows for 24 frames"):
-        track_recording(open_frames(source), tracking((20, 24)), tmp_path / "out", truth=path[:-1])
+        track_recording(open_frames(source), tracking((20, 24)), tmp_path / "out", truth=path[:-1, None])
     assert sorted(file.name for file in tmp_path.iterdir()) == ["frames.npy"]
 
 
@@ -244,11 +316,11 @@ def test_a_truth_is_counted_from_the_files_first_frame(
     recording: tuple[Path, NDArray[np.float64]], tmp_path: Path
 ) -> None:
     source, path = recording
-    outcome = track_recording(open_frames(source, start=10), tracking((20, 24)), tmp_path / "out", truth=path)
+    outcome = track_recording(open_frames(source, start=10), tracking((20, 24)), tmp_path / "out", truth=path[:, None])
     assert outcome.tracked.truth is not None
     np.testing.assert_array_equal(outcome.tracked.truth, path[10:])
     with pytest.raises(DataError, match=r"^truth: "):
-        track_recording(open_frames(source, start=10), tracking((20, 24)), tmp_path / "other", truth=path[:-1])
+        track_recording(open_frames(source, start=10), tracking((20, 24)), tmp_path / "other", truth=path[:-1, None])
 
 
 def test_another_filter_still_takes_frames_as_recorded() -> None:

@@ -16,13 +16,14 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from elusive.contracts import Array
+from elusive.contracts import Array, interval_since
 from elusive.errors import DataError, ParameterError
 from elusive.filters.accumulate.false_alarm import ExtremeValue, NullScores, frame_law
 from elusive.filters.accumulate.image_evidence import FromNormal, ImageEvidence, WhiteEvidence, recorded_evidence
 from elusive.filters.accumulate.likelihood_bound import LikelihoodBound
 from elusive.filters.accumulate.null_scores import simulate_null
 from elusive.filters.accumulate.recurrent import RecurrentFilter, RecurrentState
+from elusive.filters.frame_units import rescaled
 from elusive.preprocess import Whitener, WhitenerState
 from elusive.sensors import ClutterSensor, ImageSensor
 from elusive.tracking.accumulated import PeakTrack, PeakTracker, PeakTrackerState
@@ -31,17 +32,19 @@ from elusive.tracking.peaks import find_peaks
 Law = LikelihoodBound | ExtremeValue
 # tests of fresh evidence take it for Gaussian; the likelihood ratio of recorded frames is not, and itself falls
 # below the threshold a few frames after a target has gone
+FRAME_DIGITS = 6  # of a time counted in frames
 UNTESTED = {"confirm_risk": 1.0, "deletion_frames": 1e300}
 
 
 class SeveralState(NamedTuple):
-    """Tracks after a frame, and what they come from."""
+    """Tracks after a frame, and what they come from; what is accumulated counts frames, not seconds."""
 
     time_s: float  # NaN before the first frame, where no time was given
-    existence: float  # 1 - P(a target-free map holds so high a score as the highest of this one)
-    mean: Array  # x, vx, y, vy of the best cell of the map
+    start_s: float  # of the first frame with evidence, where trajectories start
+    score: float  # 1 - P(a target-free map holds so high a score as the highest of this one)
+    mean: Array  # x, vx, y, vy of the best cell of the map [px, px / s]
     tracks: tuple[PeakTrack, ...]
-    existences: tuple[float, ...]  # of each track, the same for the score at its place
+    scores: tuple[float, ...]  # of each track, the same for the score at its place
     threshold: float  # that peaks are above [score]
     recurrent: RecurrentState
     offset: float  # accumulated mean of the log likelihood ratio
@@ -53,15 +56,15 @@ class SeveralState(NamedTuple):
 class RecurrentImages(RecurrentFilter):
     """Finds several targets that keep their velocity for a while, by accumulating evidence along every trajectory.
 
-    The probability of existence of a track is one minus the probability, at most, that a frame without any target
-    holds a score as high as the one at its place.
+    The score of a track is one minus the probability, at most, that a frame without any target holds a peak as high
+    as the one at its place: no posterior probability of existence.
     """
 
     smoothing: float = Field(
         0.9, ge=0, lt=1, description="Weight of the past, alpha: targets keep their velocity for 1 / (1 - alpha) frames"
     )
-    max_velocity: float = Field(4.0, description="Largest velocity along each axis [px a frame]")
-    velocity_step: float = Field(0.5, gt=0, description="Step between velocities [px a frame]")
+    max_velocity: float = Field(4.0, description="Largest velocity along each axis [px / s]")
+    velocity_step: float = Field(0.5, gt=0, description="Step between velocities [px / s]")
     border: Literal["circular", "bounded"] = Field(
         "bounded", description="What leaves the frame is gone, or comes back"
     )
@@ -119,10 +122,13 @@ class SeveralTargets:
         Its parameters; the sensor has the frames' size.
     background
         How recorded frames are whitened; not used where noise is white.
+    interval_s
+        Usual time between frames, which is the unit of time inside. Velocities left as they usually are count a frame.
     """
 
-    def __init__(self, model: RecurrentImages, background: Whitener) -> None:
-        self.model = model
+    def __init__(self, model: RecurrentImages, background: Whitener, interval_s: float = 1.0) -> None:
+        self.model = model = rescaled(model, None, interval_s, left_alone=False)
+        self.interval_s = interval_s
         usual = PeakTracker()
         recorded = isinstance(model.sensor, ClutterSensor)
         tests = {n: v for n, v in UNTESTED.items() if recorded and getattr(model.tracker, n) == getattr(usual, n)}
@@ -144,9 +150,10 @@ class SeveralTargets:
         null = None
         if self._source == "simulation" and self._white is not None:
             null = simulate_null(self.model, FromNormal(self._white), self.model.sensor.shape, rng)
-        nothing, recurrent = self._tracker.init(), self.model.init(rng, time_s)
+        nothing, recurrent = self._tracker.init(), self.model.init(rng, 0.0)
+        unknown = np.full(4, np.nan)
         return SeveralState(
-            time_s, 0.0, np.full(4, np.nan), (), (), math.inf, recurrent, 0.0, nothing, self._whitener.init(), null
+            time_s, math.nan, 0.0, unknown, (), (), math.inf, recurrent, 0.0, nothing, self._whitener.init(), null
         )
 
     def step(self, state: SeveralState, time_s: float, measurement: Array | None, rng: Generator) -> SeveralState:
@@ -155,19 +162,21 @@ class SeveralTargets:
         Raises
         ------
         DataError
-            If the frame has another shape than the sensor, or cannot be whitened.
+            If time runs backwards, the frame has another shape than the sensor, or it cannot be whitened.
         """
+        elapsed = interval_since(state.time_s, time_s) / self.interval_s
+        state = state._replace(time_s=time_s, start_s=state.start_s if state.links.frames else time_s)
+        # clocks round: frames at even times are whole frames apart
+        frame = 1 + round((time_s - state.start_s) / self.interval_s, FRAME_DIGITS)
         seen: ImageEvidence | None = None
         if measurement is not None:
             state, seen = self._evidence(state, measurement)
             if seen is None:
-                # the trajectories start with the first evidence
-                waiting = state.recurrent._replace(time_s=time_s, start_s=time_s)
-                return state._replace(time_s=time_s, recurrent=waiting)
+                return state
         model = self.model
-        recurrent = model.step(state.recurrent, time_s, None if seen is None else seen.centred, rng)
+        recurrent = model.step(state.recurrent, frame, None if seen is None else seen.centred, rng)
         if recurrent.belief is None:
-            return state._replace(time_s=time_s, recurrent=recurrent)
+            return state._replace(recurrent=recurrent)
         offset = state.offset
         if seen is not None:
             offset = model.smoothing * offset + (1 - model.smoothing) * seen.mean
@@ -185,11 +194,13 @@ class SeveralTargets:
             fluctuation=model.fluctuation,
             border=model.border,
         )
-        links = self._tracker.step(state.links, peaks, None if seen is None else seen.centred, threshold)
-        existences = tuple(1 - law.probability(_score_at(recurrent.score, track)) for track in links.tracks)
+        centred = None if seen is None else seen.centred
+        links = self._tracker.step(state.links, peaks, centred, threshold, round(elapsed, FRAME_DIGITS))
+        scores = tuple(1 - law.probability(_score_at(recurrent.score, track)) for track in links.tracks)
         highest = 1 - law.probability(float(recurrent.score.max()))
+        mean = recurrent.mean / [1.0, self.interval_s, 1.0, self.interval_s]
         return SeveralState(
-            time_s, highest, recurrent.mean, links.tracks, existences, threshold, recurrent, offset, links,
+            time_s, state.start_s, highest, mean, links.tracks, scores, threshold, recurrent, offset, links,
             state.whitener, state.null,
         )  # fmt: skip
 
@@ -234,7 +245,7 @@ def _carried(links: PeakTrackerState, step_px: Array) -> PeakTrackerState:
 
 def _score_at(score: NDArray[np.floating[Any]], track: PeakTrack) -> float:
     """Score of a track: its peak's, or where it had none the highest of the cells about its predicted place."""
-    if track.missed == 0:
+    if track.life.missed == 0:
         return track.score
     x, y = (round(place) for place in track.position)
     near = score[max(0, y - 1) : max(0, y + 2), max(0, x - 1) : max(0, x + 2)]

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elusive.contracts import Array, X, Y
-from elusive.io import TrackRow
+from elusive.results import STATUSES, TrackLog
 from elusive.systems.images.recurrent import SeveralState
-from elusive.systems.images.results import LIVING
+from elusive.systems.images.results import DELETED
 from elusive.workbench.blocks import Panel, player_spec, scaled
 
 SIDE_AT_MOST = 320  # pixels of a frame that are shown, a side
@@ -58,9 +58,7 @@ def stride_of(frames: Array) -> tuple[int, int]:
     return max(1, math.ceil(shown / BYTES_AT_MOST)), shrink
 
 
-def player_of(
-    frames: Array, beliefs: Sequence[Belief], rows: Sequence[Sequence[TrackRow]], truth: Array | None
-) -> dict[str, Any]:
+def player_of(frames: Array, beliefs: Sequence[Belief], log: TrackLog, truth: Array | None) -> dict[str, Any]:
     """Return a player of the run."""
     stride, shrink = stride_of(frames)
     small = frames[::stride, ::shrink, ::shrink]
@@ -71,16 +69,14 @@ def player_of(
     shown = range(0, len(frames), stride)
     places: list[list[Any]] = [[] for _ in shown]
     if truth is not None:
-        places = [[["truth", *np.round(truth[k], 2).tolist(), "", "", 0]] if np.isfinite(truth[k]).all() else []
+        places = [[["truth", *np.round(place, 2).tolist(), "", "", 0] for place in truth[k] if np.isfinite(place).all()]
                   for k in shown]  # fmt: skip
-    tracks = [
-        [
-            ["track", round(row.x, 2), round(row.y, 2), row.status.upper(), str(row.track), 0]
-            for row in rows[k]
-            if row.status in LIVING
-        ]
-        for k in shown
-    ]
+    tracks: list[list[Any]] = [[] for _ in shown]
+    for row in log.rows:
+        if row["status"] != DELETED and row["step"] % stride == 0:
+            at = np.round(row["position"], 2).tolist()
+            mark = ["track", *at, STATUSES[row["status"]].upper(), str(row["track"]), 0]
+            tracks[row["step"] // stride].append(mark)
     found = [[*there, *here] for there, here in zip(places, tracks, strict=True)]
     second, marks = _second(beliefs, shown, ground, small.shape, shrink)
     height, width = frames.shape[1:]

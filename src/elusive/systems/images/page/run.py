@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 import shlex
-import tempfile
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 
 from elusive.contracts import Array
 from elusive.errors import DataError
-from elusive.io import FrameSource, TrackRow, write_tracks_csv
+from elusive.io import FrameSource
 from elusive.systems.images.page.panels import Belief, belief_of, dots_each, player_of, stride_of
 from elusive.systems.images.page.state import ImagesState
 from elusive.systems.images.report import Tracked
-from elusive.systems.images.results import FrameTrack, rows_of, tracked_of
+from elusive.systems.images.results import ImageLog, known_truth, tracked_of
+from elusive.systems.images.run import follow
 from elusive.systems.images.scene import NAME, ImageScene, draw_images, held_frames
-from elusive.systems.images.track import ImageTracking, track_images
+from elusive.systems.images.track import ImageTracking
 from elusive.workbench.runs import Curve, File, Line, LiveJob, Run
 
-ERROR = "Error where tracked, RMS"
+ERROR = "Error there"
 
 
 def work_of(state: ImagesState) -> Callable[[LiveJob], Run]:
@@ -79,31 +78,20 @@ def watched(
     CancelledError
         If it was called off.
     """
-    if truth is not None and len(truth) < len(frames):
-        raise DataError(
-            f"truth: has {len(truth)} rows for {len(frames)} frames; give one row a frame of the file, nan nan if "
-            "absent."
-        )
-    known = None if truth is None else truth[: len(frames)]
+    known = known_truth(truth, 0, len(frames))
     job.total, most = len(frames), dots_each(len(frames))
     stride, _ = stride_of(frames)
-    fitted = tracking.fitted_to(source.shape)
     beliefs: list[Belief] = []
-    results: list[FrameTrack] = []
-    rows: list[list[TrackRow]] = []
-
-    def note(state: object) -> None:
-        beliefs.append(belief_of(state, most) if len(beliefs) % stride == 0 else Belief())
-
-    for result in track_images(source, fitted, on_state=note):
-        rows.append(rows_of(result, source.time_s(len(rows)), source.rate_hz))
-        results.append(result)
-        job.tell(result.existence)
-    tracked = tracked_of(title, results, rows, source.shape, source.rate_hz, known)
+    log = ImageLog(tracking.bind(source.shape))
+    for step in follow(source, tracking):
+        beliefs.append(belief_of(step.state, most) if len(beliefs) % stride == 0 else Belief())
+        log.take(step)
+        job.tell(getattr(step.state, log.measure))
+    tracked = tracked_of(title, log, source.shape, timed=source.timed, truth=known)
     said = dict(tracked.rows)
     headline = (ERROR, said[ERROR]) if ERROR in said else ("Confirmed tracks", said["Confirmed tracks"])
-    files = [yaml, File("Tracks as CSV", "tracks.csv", _csv(rows))]
-    player = player_of(frames, beliefs, rows, known)
+    files = [yaml, File("Tracks as CSV", "tracks.csv", log.csv_text().encode())]
+    player = player_of(frames, beliefs, log, known)
     return Run(title, headline, player, curves_of(tracked), tracked.rows, files, again, stride)
 
 
@@ -122,10 +110,3 @@ def curves_of(tracked: Tracked) -> list[Curve]:
 
 def _present(truth: Array) -> Array:
     return np.isfinite(truth[:, 0]).astype(np.float64)
-
-
-def _csv(rows: list[list[TrackRow]]) -> bytes:
-    with tempfile.TemporaryDirectory(prefix="elusive-") as folder:
-        path = Path(folder) / "tracks.csv"
-        write_tracks_csv(path, [row for of_frame in rows for row in of_frame])
-        return path.read_bytes()

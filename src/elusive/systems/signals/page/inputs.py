@@ -9,7 +9,7 @@ from typing import Any
 from nicegui import ui
 
 from elusive.contracts import Array
-from elusive.io import read_signal_truth
+from elusive.io import read_truth
 from elusive.sensors.waveform import NoiseObjectPath
 from elusive.systems.signals.page.recording import KINDS, TRUTHS, Recorded
 from elusive.systems.signals.page.state import Cutting, SignalsState
@@ -108,7 +108,7 @@ class SignalInputs:
             count, samples = state.recorded.frames.shape
             ui.label(f"{state.name}: {count} frames of {samples} samples").props('role="status"')
         with ui.expansion("Where objects truly were").props("dense").classes("w-full"):
-            opener("truth", TRUTHS, read_signal_truth, self._told_truth)
+            opener("truth", TRUTHS, lambda path: read_truth(path, axes=1)[:, :, 0], self._told_truth)
         if state.truth is not None:
             ui.label(f"{state.truth_name}: {len(state.truth)} frames, objects: {state.truth.shape[1]}")
         tracked = [Form(state.tracking, OPEN_MAIN, self._track, grouped=False)]
