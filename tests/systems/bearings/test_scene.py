@@ -7,7 +7,7 @@ import pytest
 
 from elusive.cli import main
 from elusive.errors import DataError, ParameterError
-from elusive.systems.bearings.parameters import Interacting
+from elusive.systems.bearings.choices import Interacting
 from elusive.systems.bearings.results import nees
 from elusive.systems.bearings.scene import BearingScene, bounds_of, locate_still, track_bearing_scene
 

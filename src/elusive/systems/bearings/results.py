@@ -13,7 +13,8 @@ from elusive.contracts import Array
 from elusive.io.path_truth import PathTruth
 from elusive.results import TrackLog, write_result, write_tracks_csv
 from elusive.sensors.bearing_sets import SensorSites
-from elusive.systems.bearings.parameters import BearingTracking, angles_of, sensors_of
+from elusive.systems.bearings.heard import bearings_of, sensors_of
+from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.report import BearingsTracked, write_bearings_html, write_bearings_png
 from elusive.tracking.track import Step
 
@@ -48,10 +49,7 @@ def outcome_of(
     spread = np.array([step.state.covariance for step in steps])[:, axes][:, :, axes]
     heights = np.column_stack([means[:, 2], np.sqrt(spread[:, 2, 2])]) if "z" in names else None
     started = np.array([step.state.started and bool(step.tracks) for step in steps])
-    angles = [angles_of(step.measurement) for step in steps]
-    counts = np.array([len(heard.sensor) for heard in angles])
-    sensor = np.concatenate([heard.sensor for heard in angles]).astype(np.intp)
-    azimuth = np.concatenate([heard.azimuth_rad for heard in angles])
+    counts, sensor, azimuth = bearings_of([step.measurement for step in steps])
     places = means[:, :2]
     east, north = (np.repeat(places, counts, axis=0) - sites.positions_m[sensor, :2]).T
     residual = (azimuth - np.arctan2(east, north) + np.pi) % (2 * np.pi) - np.pi

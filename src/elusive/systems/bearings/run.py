@@ -16,9 +16,10 @@ from elusive.io.bearings import BearingSource
 from elusive.io.path_truth import PathTruth
 from elusive.results import TrackLog
 from elusive.sensors.bearing_table import PlaceSet
+from elusive.systems.bearings.heard import have_elevations
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.results import BearingOutcome, outcome_of, write_outcome
-from elusive.systems.bearings.track import have_elevations, track
+from elusive.systems.bearings.track import track
 from elusive.tracking.track import Step
 
 

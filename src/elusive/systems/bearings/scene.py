@@ -21,8 +21,10 @@ from elusive.io.path_truth import read_path_truth
 from elusive.metrics.path_bound import path_bound
 from elusive.model import Model
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
-from elusive.systems.bearings.locate import EmitterLocation, Located, locate_recording
-from elusive.systems.bearings.parameters import WHOLE, BearingTracking, Cruise, FilterName, Interacting, Turn
+from elusive.systems.bearings.choices import WHOLE, Cruise, FilterName, Interacting, Turn
+from elusive.systems.bearings.locate import EmitterLocation, locate_recording
+from elusive.systems.bearings.located_files import Located
+from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.results import BearingOutcome
 from elusive.systems.bearings.run import track_bearings_recording
 from elusive.systems.bearings.simulate import BearingFiles, BearingSimulation, Flight

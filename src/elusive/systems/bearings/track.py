@@ -16,7 +16,9 @@ from elusive.filters.gaussian.map_smoother import MapSmoother
 from elusive.runner import run
 from elusive.sensors.bearing_sets import SensorSites
 from elusive.sensors.bearing_table import PlaceSet
-from elusive.systems.bearings.parameters import BearingTracking, Estimator, RtsSmoother, angles_of
+from elusive.systems.bearings.choices import Estimator, RtsSmoother
+from elusive.systems.bearings.heard import have_elevations
+from elusive.systems.bearings.parameters import BearingTracking
 from elusive.tracking.track import Status, Step, Track
 
 FLAT_NAMES = ("x", "vx", "y", "vy")
@@ -86,11 +88,6 @@ def track(
     filtered: Any = estimator
     for state in run(filtered, feed(), np.random.default_rng(0)):
         yield _emitter(names, state).step(fed.pop())
-
-
-def have_elevations(measurements: Iterable[PlaceSet]) -> bool:
-    """Say whether any bearing has an elevation."""
-    return any(np.isfinite(angles_of(heard).elevation_rad).any() for heard in measurements)
 
 
 def _of_whole(estimator: Estimator, measurements: list[PlaceSet]) -> Iterator[Step]:

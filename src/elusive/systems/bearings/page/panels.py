@@ -9,7 +9,7 @@ import numpy as np
 
 from elusive.contracts import Array
 from elusive.sensors.bearing_sets import BearingSet
-from elusive.systems.bearings.parameters import FilterName
+from elusive.systems.bearings.choices import FilterName
 from elusive.systems.bearings.report.contents import half_axes
 from elusive.systems.bearings.results import BearingOutcome
 from elusive.systems.bearings.scene import BearingScene, Flown, Found

@@ -1,0 +1,130 @@
+"""Where an emitter is, as files: a table, GeoJSON, and a figure of sensors, bearings and error ellipse."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from elusive.contracts import Array
+from elusive.filters.gaussian.geolocation import Ellipse, Fix
+from elusive.geometry.local_frame import LocalFrame
+from elusive.io.csv_files import write_csv
+from elusive.report import plots
+from elusive.sensors.bearing_sets import SensorSites
+from elusive.sensors.bearing_table import PlaceSet
+from elusive.systems.bearings.heard import bearings_of, sensors_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+LOCAL = "local metres: x east, y north"
+FEW = 30  # bearings that are drawn one by one
+CORNERS = 72
+
+
+class Located(NamedTuple):
+    """Where the emitter is."""
+
+    fix: Fix
+    ellipse: Ellipse
+    lonlat_deg: Array | None  # (2,) where an origin is known
+    remarks: tuple[str, ...]
+    table: list[tuple[str, str]]
+
+
+def write_located(
+    folder: Path, located: Located, heard: Sequence[PlaceSet], sites: SensorSites, frame: LocalFrame | None, name: str
+) -> None:
+    """Write ``emitter.csv``, ``emitter.geojson`` and ``emitter.png``; without a frame places stay in local metres."""
+    numbers = _numbers(located)
+    write_csv(folder / "emitter.csv", list(numbers), [numbers.values()])
+    (folder / "emitter.geojson").write_text(_geojson(located, numbers, frame), encoding="utf-8", newline="\n")
+    _draw(folder / "emitter.png", located, heard, sites, name)
+
+
+def _numbers(located: Located) -> dict[str, float | None]:
+    """Every number of the result; None where it is not known."""
+    (x, y), covariance, ellipse = located.fix.position_m, located.fix.covariance, located.ellipse
+    sd = np.sqrt(np.diag(covariance))
+    values = {
+        "x_m": x, "y_m": y, "sd_x_m": sd[0], "sd_y_m": sd[1], "correlation": covariance[0, 1] / (sd[0] * sd[1]),
+        "semi_major_m": ellipse.semi_major_m, "semi_minor_m": ellipse.semi_minor_m, "azimuth_deg": ellipse.azimuth_deg,
+        "confidence": ellipse.confidence, "sigma_deg": math.degrees(located.fix.sigma_rad),
+    }  # fmt: skip
+    if located.lonlat_deg is not None:
+        values |= dict(zip(("lon_deg", "lat_deg"), located.lonlat_deg, strict=True))
+    return {name: float(value) if math.isfinite(value) else None for name, value in values.items()}
+
+
+def _geojson(located: Located, numbers: dict[str, float | None], frame: LocalFrame | None) -> str:
+    """Return a point and, where it is known, the ellipse: geographic as RFC 7946 has it, or said to be local."""
+    outline, place = _outline(located), located.fix.position_m
+    shapes = [("Point", place[None], {"what": "emitter", **numbers})]
+    if outline is not None:
+        shapes.append(("Polygon", outline, {"what": "error ellipse"}))
+    features = []
+    for kind, corners, properties in shapes:
+        places = (corners if frame is None else frame.to_lonlat(corners)).tolist()
+        geometry = {"type": kind, "coordinates": places[0] if kind == "Point" else [places]}
+        features.append({"type": "Feature", "geometry": geometry, "properties": properties})
+    # other programs would take metres for degrees
+    system = {"coordinate_system": LOCAL} if frame is None else {}
+    return json.dumps({"type": "FeatureCollection", **system, "features": features}, allow_nan=False) + "\n"
+
+
+def _outline(located: Located) -> Array | None:
+    """Corners of the ellipse in turn, the first again at the end."""
+    if not np.isfinite(located.fix.covariance).all():
+        return None
+    angle = np.linspace(0, 2 * np.pi, CORNERS + 1)
+    angle[-1] = 0.0
+    circle = math.sqrt(-2 * math.log1p(-located.ellipse.confidence)) * np.column_stack([np.cos(angle), np.sin(angle)])
+    return np.asarray(located.fix.position_m + circle @ np.linalg.cholesky(located.fix.covariance).T)
+
+
+def _draw(path: Path, located: Located, heard: Sequence[PlaceSet], sites: SensorSites, name: str) -> None:
+    outline, (x, y) = _outline(located), located.fix.position_m
+    places, used = sites.positions_m[:, :2], np.unique(np.concatenate([sensors_of(times) for times in heard]))
+    shown = np.vstack([places[used], [x, y]])
+    middle, half = 0.5 * (shown.min(axis=0) + shown.max(axis=0)), 0.6 * np.ptp(shown, axis=0).max()
+    reach = 0.05 * half if outline is None else 1.4 * float(np.abs(outline - [x, y]).max())
+    with plots.figure(path, 10.0, 5.2, 1, 2) as (figure, (both,)):
+        for axes, title, centre, span in (
+            (both[0], "Sensors and bearings", middle, half), (both[1], "The emitter", np.array([x, y]), reach),
+        ):  # fmt: skip
+            _draw_lines(axes, located, heard, places, 4 * half)
+            if outline is not None:
+                axes.fill(*outline.T, facecolor=plots.ESTIMATE, alpha=0.15, linewidth=0, zorder=2)
+                label = f"{100 * located.ellipse.confidence:g} % ellipse"
+                axes.plot(*outline.T, color=plots.ESTIMATE, lw=1.3, label=label)
+            axes.plot(x, y, "o", color=plots.ESTIMATE, markersize=6, label="emitter", zorder=5)
+            axes.plot(*places[used].T, "s", color="#334155", markersize=5.5, label="sensor", zorder=4)
+            (west, south), (east, north) = centre - span, centre + span
+            axes.set(title=title, xlabel="x, east [m]", ylabel="y, north [m]", aspect="equal")
+            axes.set(xlim=(west, east), ylim=(south, north))
+        for label, place in zip(sites.names, places, strict=True):
+            if np.abs(place - middle).max() <= half:
+                both[0].annotate(label, tuple(place), (5, 4), textcoords="offset points", color=plots.MUTED, size=8)
+        figure.legend(*both[0].get_legend_handles_labels(), loc="outside lower left", ncols=6)
+        figure.suptitle(f"{name}: {x:.1f} m east, {y:.1f} m north", x=0.01, ha="left", size=12, weight="bold")
+
+
+def _draw_lines(axes: Axes, located: Located, heard: Sequence[PlaceSet], places: Array, length: float) -> None:
+    """Draw the bearings; what is taken for a stray is dotted, and of many only some are drawn."""
+    _, sensor, azimuth = bearings_of(heard)
+    start = places[sensor]
+    far = start + length * np.column_stack([np.sin(azimuth), np.cos(azimuth)])
+    rows = np.arange(0, len(azimuth), max(1, -(-len(azimuth) // FEW)))
+    stray = located.fix.weights[rows] <= 0.5
+    for label, style, chosen in (("bearing", "-", ~stray), ("bearing of little weight", (0, (1, 2)), stray)):
+        lines = axes.plot(
+            *np.stack([start, far])[:, rows[chosen]].transpose(2, 0, 1), color=plots.MUTED, lw=1.0, alpha=0.7,
+            linestyle=style, zorder=1,
+        )  # fmt: skip
+        for line in lines[:1]:
+            line.set_label(label)
