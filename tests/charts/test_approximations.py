@@ -102,6 +102,7 @@ def test_a_grid_too_large_is_refused() -> None:
         GridWater().bind(land(shapely.box(-5e3, -5e3, 5e3, 5e3)))
 
 
+@pytest.mark.validate
 def test_a_real_cell_takes_far_more_as_a_grid() -> None:
     coast = cell(CELLS[0])
     grid, field = GridWater().bind(coast), FieldWater().bind(coast)

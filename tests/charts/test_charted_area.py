@@ -96,6 +96,7 @@ def test_land_drawn_as_points_and_lines_has_a_width():
     assert not barred(chart, FRAME, ChartedAreaParameters(islet_mm=0))
 
 
+@pytest.mark.validate
 def test_real_cells_together():
     fine, coarse = real_cell("US5MD1MC"), real_cell("US4MD81M")
     parameters = ChartedAreaParameters(imprecision={"coast_sigma_m": 8.2})

@@ -93,7 +93,7 @@ def test_charts_after_one_option_or_each_after_its_own(elusive_in: Run, tmp_path
         "each": ["plots.csv", "--chart", "coast.geojson", "--chart", "other.geojson"],
     }
     for out, form in forms.items():
-        code, said = elusive_in("track", "radar", *form, *RADAR, "--coast-sigma-m", "7", *THESIS, "--out", out)
+        code, said = elusive_in("track", "radar", *form, *RADAR, "--knowledge", "hard", *THESIS, "--out", out)
         assert code == 0, said
         assert "coast, other" in said or "other, coast" in said
     assert (tmp_path / "one/tracks.csv").read_bytes() == (tmp_path / "each/tracks.csv").read_bytes()

@@ -14,10 +14,10 @@ from scipy.linalg import solve_discrete_are
 from elusive.charts import ExactWater, IntervalWater, NearestWater
 from elusive.charts.delta import HEIGHT_M, WIDTH_M, synthetic_delta
 from elusive.errors import DataError
-from elusive.experiments.bootsveld2012.case import ShipCase, knowledge, scenery
+from elusive.experiments.bootsveld2012.case import HALF_WIDTH_M, ShipCase, knowledge, scenery
 from elusive.experiments.bootsveld2012.curves import bias, deviation, first_error
 from elusive.experiments.bootsveld2012.influence import across, convolved_error, map_under, strip
-from elusive.experiments.bootsveld2012.phases import CHECK, RANGE_M, TIMES_S, break_even, phases
+from elusive.experiments.bootsveld2012.phases import CHECK, RANGE_M, TIMES_S, errors_of_x, phases
 from elusive.experiments.bootsveld2012.route import IMPRECISE, PERFECT, STEPS, UNIT_M, find_route
 from elusive.experiments.bootsveld2012.shore import shoreline
 from elusive.experiments.bootsveld2012.trial import ShipTrial, trial
@@ -236,6 +236,19 @@ def test_the_four_phases_over_few_runs() -> None:
 @pytest.mark.validate
 def test_the_four_phases_over_many_runs() -> None:
     assert_phases(100)
+
+
+def break_even(case, results):
+    """How far inland the hard chart's bias falls below the imprecise one's, and rises above it again [m]."""
+    inland = -HALF_WIDTH_M - scenery(case).truth[1:, 0]
+    hard, imprecise = (errors_of_x(case, results, method).mean(axis=0) for method in ("hard", "interval"))
+    middle, excess = int(np.argmin(inland)), hard - imprecise  # the ship is farthest out amid its way
+    crossings = []
+    for part in (slice(None, middle), slice(middle, None)):
+        near = (inland[part] > 5.0) & (inland[part] < 12.0)  # over some metres, since runs are few
+        slope, at_zero = np.polyfit(inland[part][near], excess[part][near], 1)
+        crossings.append(-at_zero / slope)
+    return crossings
 
 
 @pytest.mark.validate

@@ -187,12 +187,14 @@ def real_runs():
     return [trial(parameters, rng) for rng in rngs]
 
 
+@pytest.mark.validate
 def test_real_cells_the_hard_map_loses_ships_and_an_imprecise_one_none():
     without, hard, fresh, persistent = (lost(np.array([run["squared"][k] for run in real_runs()])) for k in range(4))
     assert hard.any()
     assert not (without | fresh | persistent).any()
 
 
+@pytest.mark.validate
 def test_real_cells_an_error_that_persists_does_not_push_out_to_sea():
     seaward = np.array([run["seaward"][:, 10:].mean(axis=1) for run in real_runs()])
     fresh, persistent = ((seaward[:, k] - seaward[:, 0]) for k in (2, 3))
@@ -201,6 +203,7 @@ def test_real_cells_an_error_that_persists_does_not_push_out_to_sea():
     assert persistent.mean() < 0.5 * fresh.mean()
 
 
+@pytest.mark.validate
 def test_real_cells_the_ship_is_where_the_coarse_chart_has_land_now_and_then():
     depth = np.array([run["depth"] for run in real_runs()])
     assert 0.03 < (depth > 0).mean() < 0.3

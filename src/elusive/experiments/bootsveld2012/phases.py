@@ -17,7 +17,6 @@ from elusive.experiments.bootsveld2012.trial import ShipTrial
 
 RANGE_M = 5000.0
 TIMES_S = (5, 30, 60, 75, 90, 100)
-NEAR_M = (5.0, 12.0)  # inland, where the two are compared for the break-even
 CHECK_RUNS = 12
 CHECK: dict[Method, tuple[float, ...]] = {
     "hard": (10.1, 4.8, 0.2, 0.3, 6.0, 13.0),
@@ -42,7 +41,7 @@ def phases(case: ShipTrial, results: xr.Dataset) -> list[Phase]:
     inland = -HALF_WIDTH_M - scenery(case).truth[:, X]
     rows = []
     for method, printed in CHECK.items():
-        of_runs = _errors(case, results, method)
+        of_runs = errors_of_x(case, results, method)
         means, spreads = bias(of_runs)
         for second, check in zip(TIMES_S, printed, strict=True):
             spread = float(spreads[second - 1])
@@ -52,22 +51,7 @@ def phases(case: ShipTrial, results: xr.Dataset) -> list[Phase]:
     return rows
 
 
-def break_even(case: ShipTrial, results: xr.Dataset) -> tuple[float, float]:
-    """Return how far inland the hard chart's bias falls below the imprecise one's, and rises above it again [m]."""
-    inland = -HALF_WIDTH_M - scenery(case).truth[1:, X]
-    hard, imprecise = (_errors(case, results, method).mean(axis=0) for method in ("hard", "interval"))
-    middle = int(np.argmin(inland))  # the ship is farthest out amid its way
-    excess = hard - imprecise
-    return _crossing(inland[:middle], excess[:middle]), _crossing(inland[middle:], excess[middle:])
-
-
-def _crossing(inland: Array, excess: Array) -> float:
-    """Depth at which a straight line through the excess over depth is nil; over some metres, since runs are few."""
-    near = (inland > NEAR_M[0]) & (inland < NEAR_M[1])
-    slope, at_zero = np.polyfit(inland[near], excess[near], 1)
-    return float(-at_zero / slope)
-
-
-def _errors(case: ShipTrial, results: xr.Dataset, method: Method) -> Array:
+def errors_of_x(case: ShipTrial, results: xr.Dataset, method: Method) -> Array:
+    """Errors of x of a filter's runs, ``(runs, time)`` [m]."""
     at = results["error"].isel(method=case.methods.index(method), estimate=0, axis=0)
     return np.asarray(at.transpose("trial", "time").values)
