@@ -89,7 +89,7 @@ def test_rows_are_those_of_the_models(sensors):
     residual, H = np.empty(2), np.empty((2, 4))
     for k in (0, 7):
         for row in range(table.first[k], table.first[k + 1]):
-            assert bearing_rows(table, row, states[k], transitions, residual, H) == 1
+            assert bearing_rows(table, row, states[k], transitions, residual, H, 0) == 1
             expected = twin.misfit(problem, table, row, states[k])
             np.testing.assert_allclose(residual[:1], expected, atol=1e-9)
             slope = twin.numeric_jacobian(lambda s, row=row: twin.misfit(problem, table, row, s), states[k])

@@ -38,7 +38,7 @@ def test_a_transition_and_a_bearing_are_those_of_the_models(name):
         np.testing.assert_allclose(F, twin.numeric_jacobian(lambda s, T=T: twin.moved(problem, s, T), state), atol=1e-6)
         np.testing.assert_allclose(Q, twin.noise(problem, state, T), atol=1e-12)
         for row in twin.rows(table, k):
-            count = bearing_rows(table, row, state, transitions, residual, H)
+            count = bearing_rows(table, row, state, transitions, residual, H, 0)
             np.testing.assert_allclose(residual[:count], twin.misfit(problem, table, row, state), atol=1e-12)
             slope = twin.numeric_jacobian(lambda s, row=row: twin.misfit(problem, table, row, s), state)
             np.testing.assert_allclose(H[:count], -slope, atol=1e-7)

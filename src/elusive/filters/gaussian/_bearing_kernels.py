@@ -88,22 +88,24 @@ def curvature(table: BearingTable, row: int, state: Array, spread: float, solid:
 
 @njit(cache=True, nogil=True)
 def bearing_rows(
-    table: BearingTable, row: int, state: Array, transitions: Transitions, residual: Array, H: Array
+    table: BearingTable, row: int, state: Array, transitions: Transitions, residual: Array, H: Array, n: int
 ) -> int:
     """Write the residuals of a bearing at a state, across and upwards [rad], and their Jacobian's rows; count them.
 
-    Of an arrival: the one residual of its sum of distances [m].
+    They are written from row ``n`` on. Of an arrival: the one residual of its sum of distances [m].
     """
-    H[:] = 0.0
+    for i in range(n, n + 2):
+        for j in range(len(state)):
+            H[i, j] = 0.0
     if not np.isnan(table.range_m[row]):
-        residual[0] = table.range_m[row]
+        residual[n] = table.range_m[row]
         for station in range(len(table.stations)):
             weight = table.weights[row, station]
             if weight != 0.0:
                 range_m = distance(state, table.stations[station], transitions.solid)
-                residual[0] -= weight * range_m
+                residual[n] -= weight * range_m
                 for axis in range(3 if transitions.solid else 2):
-                    H[0, 2 * axis] += weight * (state[2 * axis] - table.stations[station, axis]) / range_m
+                    H[n, 2 * axis] += weight * (state[2 * axis] - table.stations[station, axis]) / range_m
         return 1
     azimuth, elevation = table.azimuth_rad[row], table.elevation_rad[row]
     if np.isnan(azimuth):
@@ -114,20 +116,24 @@ def bearing_rows(
     turn -= 2 * math.pi * math.floor((turn + math.pi) / (2 * math.pi))
     solid = transitions.solid and not np.isnan(elevation)
     slant = math.cos(elevation) if solid else 1.0
-    residual[0] = turn * slant
-    H[0, X], H[0, Y] = slant * north / level2, -slant * east / level2
+    residual[n] = turn * slant
+    H[n, X], H[n, Y] = slant * north / level2, -slant * east / level2
     if solid:
         up = state[HEIGHT] - table.places[row, 2]
         level = math.sqrt(level2)
         range2 = level2 + up * up
-        residual[1] = elevation - math.atan2(up, level)
-        H[1, X], H[1, Y], H[1, HEIGHT] = -up * east / (level * range2), -up * north / (level * range2), level / range2
+        residual[n + 1] = elevation - math.atan2(up, level)
+        H[n + 1, X], H[n + 1, Y], H[n + 1, HEIGHT] = (
+            -up * east / (level * range2),
+            -up * north / (level * range2),
+            level / range2,
+        )
     count = 2 if solid else 1
     if transitions.bias >= 0:
         for i in range(count):
             column = transitions.bias + 2 * table.sensor[row] + i
-            H[i, column] = transitions.bias_scale
-            residual[i] -= transitions.bias_scale * state[column]
+            H[n + i, column] = transitions.bias_scale
+            residual[n + i] -= transitions.bias_scale * state[column]
     return count
 
 

@@ -50,11 +50,12 @@ def update(
         mean[:], covariance[:] = prior_mean, prior
         n = 0
         for row in range(low, high):
-            count = bearing_rows(table, row, at, transitions, residual[n : n + 2], H[n : n + 2])
-            noise[n : n + count] = table.variance[row] + curvature(table, row, at, spread, transitions.solid) ** 2
-            part[n : n + count] = row
+            count = bearing_rows(table, row, at, transitions, residual, H, n)
+            variance = table.variance[row] + curvature(table, row, at, spread, transitions.solid) ** 2
+            for i in range(n, n + count):
+                noise[i], part[i] = variance, row
             n += count
-        log_density = absorb(residual[:n], H[:n], noise[:n], part[:n], at, loss, iteration == 0, mean, covariance)
+        log_density = absorb(residual, H, noise, part, n, at, loss, iteration == 0, mean, covariance)
         if advance(at, mean, covariance, iteration):
             break
     return log_density
@@ -66,22 +67,23 @@ def absorb(
     H: Array,
     noise: Array,
     part: NDArray[np.intp],
+    n: int,
     at: Array,
     loss: Loss,
     first: bool,
     mean: Array,
     covariance: Array,
 ) -> float:
-    """Update a belief, in place, with rows linearised at ``at``, of independent noise; return their log density.
+    """Update a belief, in place, with n rows linearised at ``at``, of independent noise; return their log density.
 
     Rows of one ``part``, next to each other, share a robust weight; ``first`` says that ``at`` is the prediction.
     """
-    d, n = len(mean), len(residual)
+    d = len(mean)
     PH = np.empty(d)
     log_density, start = 0.0, 0
     while start < n:
         stop = start + 1
-        while stop < n and part[stop] == part[start]:
+        while stop < n and (part[stop] == part[start] or not loss.kind):
             stop += 1
         weight = 1.0
         if loss.kind:
@@ -89,34 +91,44 @@ def absorb(
             for r in range(start, stop):
                 if first:
                     # as far as the belief may be wrong: later as far as the bearing itself, as in a descent
-                    innovation = residual[r] + H[r] @ (at - mean)
-                    squared += innovation * innovation / (H[r] @ covariance @ H[r] + noise[r])
+                    innovation, predicted = _expected(residual, H, r, at, mean, covariance, PH)
+                    squared += innovation * innovation / (predicted + noise[r])
                 else:
                     squared += residual[r] ** 2 / noise[r]
             weight = max(loss_of(squared, loss.kind, loss.k)[1], 1e-6)
         for r in range(start, stop):
-            innovation = residual[r]
-            for i in range(d):
-                innovation += H[r, i] * (at[i] - mean[i])
-            predicted = 0.0
-            for i in range(d):
-                PH[i] = 0.0
-                for j in range(d):
-                    PH[i] += covariance[i, j] * H[r, j]
-                predicted += H[r, i] * PH[i]
+            innovation, predicted = _expected(residual, H, r, at, mean, covariance, PH)
             # at first the whole gain is scaled: a vague belief would follow a stray of any larger noise
             variance = (noise[r] + predicted) / weight if first else noise[r] / weight + predicted
+            information = 1.0 / variance
             for i in range(d):
-                mean[i] += PH[i] * innovation / variance
+                gain = PH[i] * information
+                mean[i] += gain * innovation
                 for j in range(i + 1):
-                    covariance[i, j] -= PH[i] * PH[j] / variance
+                    covariance[i, j] -= gain * PH[j]
                     covariance[j, i] = covariance[i, j]
-            log_density -= 0.5 * (innovation * innovation / variance + math.log(variance) + LOG_TURN)
+            log_density -= 0.5 * (innovation * innovation * information + math.log(variance) + LOG_TURN)
         start = stop
     return log_density
 
 
-@njit(cache=True, nogil=True)
+@njit(inline="always")  # a call costs as much as its work
+def _expected(
+    residual: Array, H: Array, r: int, at: Array, mean: Array, covariance: Array, PH: Array
+) -> tuple[float, float]:
+    """Innovation of row r and its variance without the noise; write the covariance's product with the row."""
+    innovation, predicted = residual[r], 0.0
+    for i in range(len(mean)):
+        innovation += H[r, i] * (at[i] - mean[i])
+        total = 0.0
+        for j in range(len(mean)):
+            total += covariance[i, j] * H[r, j]
+        PH[i] = total
+        predicted += H[r, i] * total
+    return innovation, predicted
+
+
+@njit(cache=True, nogil=True, inline="always")
 def advance(at: Array, mean: Array, covariance: Array, iteration: int) -> bool:
     """Move the place of linearisation, in place, towards the updated mean; True: it is there already."""
     squared = 0.0

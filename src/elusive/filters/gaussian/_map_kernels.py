@@ -70,7 +70,7 @@ def cost_of(
             if len(ranges):
                 count = line_rows(table, row, path[k], T, ranges[row], residual, H)
             else:
-                count = bearing_rows(table, row, path[k], T, residual, H)
+                count = bearing_rows(table, row, path[k], T, residual, H, 0)
             squared = 0.0
             for i in range(count):
                 squared += residual[i] ** 2 / table.variance[row]
@@ -114,7 +114,7 @@ def linearise(
             if len(ranges):
                 count = line_rows(table, row, path[k], T, ranges[row], residual, H)
             else:
-                count = bearing_rows(table, row, path[k], T, residual, H)
+                count = bearing_rows(table, row, path[k], T, residual, H, 0)
             squared = 0.0
             for i in range(count):
                 squared += residual[i] ** 2 / table.variance[row]

@@ -31,7 +31,7 @@ def summed_out(path: Array, table: BearingTable, T: Transitions, W: Array, ancho
     A = anchor.information + F.T @ pushed
     g = anchor.pull - anchor.information @ (path[0] - anchor.at) + F.T @ error
     for row in range(table.first[0], table.first[1]):
-        count = bearing_rows(table, row, path[0], T, residual, H)
+        count = bearing_rows(table, row, path[0], T, residual, H, 0)
         squared = 0.0
         for i in range(count):
             squared += residual[i] ** 2 / table.variance[row]

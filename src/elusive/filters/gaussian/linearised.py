@@ -39,7 +39,7 @@ class Rows(NamedTuple):
 
     residual: Array  # (m,)
     H: Array  # (m, d)
-    part: NDArray[np.intp]  # (m,) readings, equal ones next to each other
+    part: NDArray[np.intp]  # (m,) numbers of the readings, equal ones next to each other
     log_scale: float  # logarithm of the whitening's determinant
 
 
@@ -100,9 +100,10 @@ def updated(
     log_density = 0.0
     for iteration in range(iterations):
         rows = linearised(sensor, at, measurement, now)
+        n = len(rows.residual)
         new, now = mean.copy(), covariance.copy()
         log_density = rows.log_scale + absorb(
-            rows.residual, rows.H, np.ones(len(rows.residual)), rows.part, at, loss, iteration == 0, new, now
+            rows.residual, rows.H, np.ones(n), rows.part, n, at, loss, iteration == 0, new, now
         )
         if advance(at, new, now, iteration):
             break

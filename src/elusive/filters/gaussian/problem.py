@@ -157,9 +157,9 @@ class Problem(Setting):
         return step._replace(Q=step.Q + np.diag(noise))
 
     def predicted(self, mean: Array, covariance: Array, interval_s: float) -> tuple[Array, Array]:
-        """Carry a belief on; over 0 s it stays."""
+        """Carry a belief on; over 0 s it stays. The arrays are new."""
         if not interval_s:
-            return mean, covariance
+            return mean.copy(), covariance.copy()
         if self.compiled:
             return kernels.predict(self.stepped(interval_s), 0, mean, covariance, np.empty_like(covariance))
         step = self.moved(mean, covariance, interval_s)
@@ -168,14 +168,13 @@ class Problem(Setting):
     def updated(
         self, time_s: float, mean: Array, covariance: Array, measurement: Any | None, iterations: int
     ) -> tuple[Array, Array, float]:
-        """Update a belief with a measurement; last comes the measurement's log density, 0 without one."""
+        """Update a belief, perhaps in place; last comes the measurement's log density, 0 without one."""
         if measurement is None:
             return mean, covariance, 0.0
         if not self.compiled:
             return updated(self.sensor, mean, covariance, measurement, self.robust, iterations)
         table = tabulated((measurement,), self.sensor, (time_s,))
-        new, spread = mean.copy(), covariance.copy()
-        return new, spread, kernels.update(table, 0, self.stepped(0.0), self.robust, iterations, mean, new, spread)
+        return mean, covariance, kernels.update(table, 0, self._still, self.robust, iterations, mean, mean, covariance)
 
     @property
     def start(self) -> Start:
@@ -217,6 +216,10 @@ class Problem(Setting):
                 self._steps.clear()
             self._steps[key] = self.transitions(np.array([0.0, key]))
         return self._steps[key]
+
+    @cached_property
+    def _still(self) -> Transitions:
+        return self.stepped(0.0)
 
     @cached_property
     def _steps(self) -> dict[float, Transitions]:
