@@ -14,7 +14,7 @@ from elusive.campaign import Progress, open_campaign
 from elusive.cli import main
 from elusive.errors import DataError, ParameterError
 from elusive.experiments.mendieta2017.reproduce import TARGETS, Reproduced, reproduce
-from elusive.experiments.mendieta2017.scenario import MethodName, image_method
+from elusive.experiments.mendieta2017.scenario import MethodName, method_of
 from elusive.experiments.mendieta2017.table import EXPERIMENTS
 from elusive.experiments.mendieta2017.trial import ChapterFour, Row, _scores, trial
 from elusive.systems.links.presets import FIRST, WALKS
@@ -38,17 +38,18 @@ def test_the_first_simulation_is_that_of_tables_4_1_to_4_3() -> None:
     radiation = FIRST.radiation
     assert (radiation.amplitude_db, radiation.width_x_m, radiation.width_y_m) == (20, 1, 1)
     assert (radiation.rotation_rad, radiation.voxel_noise_db, radiation.attenuation) == (0, 0.25, "gaussian")
-    assert (FIRST.calibration_steps, FIRST.voxel_m, FIRST.network.nodes, FIRST.weights.excess_m) == (10, 0.5, 41, 0.2)
+    weights = FIRST.weights
+    assert (FIRST.calibration_steps, FIRST.network.nodes, weights.voxel_m, weights.excess_m) == (10, 41, 0.5, 0.2)
     assert (FIRST.quantiser.bits, FIRST.quantiser.bit_error_rate) == (16, 1e-6)
-    thesis = image_method("thesis", None, None)
+    thesis = method_of("thesis", FIRST)
     assert (thesis.threshold.alpha, thesis.threshold.beta, thesis.clusters.cluster_width_m) == (0.9, 0.8, 2.0)
     tracker = thesis.tracker
     assert (tracker.entrance.width_m, tracker.radius_m, tracker.memory_frames) == (2.0, 2.5, 5)
-    assert (tracker.confirm_frames, tracker.confirm_window, tracker.delete_frames) == (5, 10, 5)
-    changed = image_method("thesis", 3, 1.0).tracker
+    assert (tracker.life.confirm_frames, tracker.life.confirm_window, tracker.life.delete_frames) == (5, 10, 5)
+    changed = method_of("thesis", FIRST, 3, 1.0).tracker
     assert (changed.memory_frames, changed.radius_m) == (3, 1.0)
-    ours = image_method("image", 3, 1.0).tracker
-    assert (ours.delete_frames, ours.gate_m) == (3, 1.0)
+    ours = method_of("image", FIRST, 3, 1.0).tracker
+    assert (ours.life.delete_frames, ours.gate_m) == (3, 1.0)
 
 
 def test_people_are_there_as_long_as_the_thesiss() -> None:

@@ -22,7 +22,6 @@ from elusive.motion import ConstantVelocity
 from elusive.sensors.bearings import BearingSensors
 from elusive.sensors.clutter import ClutterSensor
 from elusive.sensors.linear import LinearSensor
-from tests.filters.particle.link_scenes import linear_links
 
 BEARINGS = BearingSensors(positions_m=((0.0, 0.0, 0.0), (70.0, 12.0, 0.0), (-60.0, 81.0, 0.0)))
 # a filter whose fields have no defaults is built here
@@ -36,7 +35,6 @@ BUILT = {
     "RecordedFilter": lambda kind: kind(
         detector=BernoulliFilter(sensor=ClutterSensor(rows=64, columns=64), particles=300, newborns=100)
     ),
-    "LinkPeople": lambda kind: kind(sensor=linear_links(half=10.0), particles=100),
     "ParticleFilter": lambda kind: kind(
         motion=ConstantVelocity(),
         sensor=Fix(),

@@ -1,4 +1,4 @@
-"""People's steps: the density is that of what is drawn."""
+"""People's walk: the density is that of what is drawn, and many short intervals are the same walk as a long one."""
 
 from __future__ import annotations
 
@@ -10,30 +10,63 @@ from elusive.motion.walk import Walk
 
 WALKS = [
     Walk(),
-    Walk(step_m=0.6, straight_sd_m=0.1, turn_probability=0.2),
-    Walk(turn_probability=0.0, straight_sd_m=0.3, long_probability=0.0),
-    Walk(long_probability=0.3),
+    Walk(speed_sd_mps=0.6, straight_q=0.01, turn_rate_hz=0.2),
+    Walk(turn_rate_hz=1e-3, straight_q=0.1, long_rate_hz=1e-9),
+    Walk(long_rate_hz=0.3),
 ]
+VELOCITY = np.array([0.8, 0.3])
 
 
 @pytest.mark.parametrize("walk", WALKS)
-def test_the_density_is_that_of_the_draws(walk):
+@pytest.mark.parametrize("interval_s", [0.7, 1.5])
+def test_the_density_is_that_of_the_draws(walk, interval_s):
     assert isinstance(walk, Motion)
     assert walk.state_names == ("x", "vx", "y", "vy")
     rng, n = np.random.default_rng(0), 40_000
-    before = np.tile([1.0, 0.8, -2.0, 0.3], (n, 1))
-    after = walk.propagate(before, 1.0, rng)
-    np.testing.assert_allclose(after[:, [1, 3]], after[:, [0, 2]] - before[:, [0, 2]], atol=1e-12)
+    before = np.tile([1.0, VELOCITY[0], -2.0, VELOCITY[1]], (n, 1))
+    after = walk.propagate(before, interval_s, rng)
     axis = np.arange(-4, 4, 0.04) + 0.02
     x, y = np.meshgrid(1 + axis, -2 + axis)
     cells = np.column_stack([x.ravel(), y.ravel()])
-    mass = np.exp(walk.log_density(before[: len(cells)], cells)) * 0.04**2
-    assert mass.sum() == pytest.approx(1, abs=1e-3)
+    mass = np.exp(walk.log_density(before[: len(cells)], cells, interval_s)) * 0.04**2
+    assert mass.sum() == pytest.approx(1, abs=0.01)  # of long steps, a few end further off
     # the share of the draws in the half of the cells that are most likely, by Monte Carlo error
     level = np.quantile(np.log(mass / 0.04**2), 0.9)
-    inside = (walk.log_density(before, after[:, [0, 2]]) > level).mean()
+    inside = (walk.log_density(before, after[:, [0, 2]], interval_s) > level).mean()
     expected = mass[np.log(mass / 0.04**2) > level].sum()
     assert abs(inside - expected) < 4 * np.sqrt(0.25 / n) + 1e-3
     np.testing.assert_allclose(
-        after[:, [0, 2]].mean(axis=0), mass @ cells, atol=4 * after[:, [0, 2]].std() / np.sqrt(n)
+        after[:, [0, 2]].mean(axis=0), mass @ cells / mass.sum(), atol=4 * after[:, [0, 2]].std() / np.sqrt(n) + 0.01
     )
+
+
+@pytest.mark.parametrize("walk", WALKS)
+def test_many_short_intervals_are_the_same_walk_as_a_long_one(walk):
+    """Mean and covariance of place and velocity after 1.2 s, by Monte Carlo error: drawn at once, and in 12 steps."""
+    n = 60_000
+    start = np.tile([0.0, VELOCITY[0], 0.0, VELOCITY[1]], (n, 1))
+    once = walk.propagate(start, 1.2, np.random.default_rng(0))
+    rng, often = np.random.default_rng(1), start
+    for _ in range(12):
+        often = walk.propagate(often, 0.1, rng)
+    for moments in (lambda states: states, lambda states: states[:, [0, 0, 1]] * states[:, [0, 1, 1]]):
+        one, other = moments(once), moments(often)
+        error = np.sqrt((one.var(axis=0) + other.var(axis=0)) / n)
+        assert (np.abs(one.mean(axis=0) - other.mean(axis=0)) < 4 * error + 1e-3).all()
+
+
+def test_no_time_is_no_walk():
+    states = np.random.default_rng(0).normal(size=(5, 4))
+    np.testing.assert_array_equal(Walk().propagate(states, 0.0, np.random.default_rng(0)), states)
+
+
+def test_at_the_recorded_log_the_defaults_are_a_random_walk_of_20_cm_a_frame():
+    """The walk that was chosen for its frames, .631 s apart: new steps of .2 m on each axis, long ones of 1 m, .5 %."""
+    states = np.zeros((200_000, 4))
+    after = Walk(long_rate_hz=1e-9).propagate(Walk().newborn(states[:, :2], np.random.default_rng(0)), 0.631,
+                                              np.random.default_rng(1))  # fmt: skip
+    assert after[:, [0, 2]].std() == pytest.approx(0.2, rel=0.02)
+    again = Walk(long_rate_hz=1e-9).propagate(after, 0.631, np.random.default_rng(2))
+    steps = after[:, 0], again[:, 0] - after[:, 0]
+    assert abs(np.corrcoef(*steps)[0, 1]) < 0.12
+    assert -np.expm1(-Walk().long_rate_hz * 0.631) == pytest.approx(0.005, rel=0.02)

@@ -8,9 +8,11 @@ import pytest
 from elusive.errors import DataError, ElusiveError, ParameterError
 from elusive.geometry.areas import Area
 from elusive.metrics import clear_mot, sightings, sightings_of
-from elusive.tracking.people import Entrance
+from elusive.tracking.lifecycle import Lifecycle
+from elusive.tracking.people import Entrance, events_between
 from elusive.tracking.people_hungarian import HungarianTracker
 from elusive.tracking.people_radius import RadiusTracker
+from elusive.tracking.track import Track
 
 AREA = Area.rectangle(-12, 12, -12, 12)
 STRIP = Entrance(area=AREA, width_m=2.0)
@@ -20,9 +22,9 @@ BOTH = pytest.mark.parametrize("tracker", [RadiusTracker(), HungarianTracker()],
 def follow(tracker, frames):
     """States after each frame; a frame is a list of places."""
     state, states = tracker.init(), []
-    for heads in frames:
+    for time_s, heads in enumerate(frames):
         places = np.array(heads, dtype=np.float64).reshape(-1, 2)
-        state = tracker.step(state, places, np.full(len(places), 5.0))
+        state = tracker.step(state, time_s, places, np.full(len(places), 5.0))
         states.append(state)
     return states
 
@@ -32,14 +34,27 @@ def table(states):
         (frame, one.track, *one.position)
         for frame, state in enumerate(states)
         for one in state.tracks
-        if one.status != "deleted"
+        if one.life.lives
     ]
     frame, track, x, y = np.array(rows).T
     return sightings(frame.astype(int), track.astype(int), np.stack([x, y], axis=1))
 
 
-def happenings(states):
-    return [(event.frame, event.track, event.what) for state in states for event in state.events]
+def shown(state):
+    return [
+        Track(one.track, one.life.status, np.nan, np.array([*one.position, *one.velocity])[[0, 2, 1, 3]],
+              np.full((4, 4), np.nan), extra={"missed_frames": one.life.missed})
+        for one in state.tracks
+    ]  # fmt: skip
+
+
+def events(tracker, states):
+    pairs = zip([tracker.init(), *states[:-1]], states, strict=True)
+    return [
+        (event.time_s, event.track, event.what)
+        for before, after in pairs
+        for event in events_between(after.time_s, shown(before), shown(after), tracker.entrance, tracker.near_within_m)
+    ]
 
 
 def walk(start, step, frames):
@@ -54,15 +69,15 @@ def test_one_person_from_the_door_to_the_other_side(tracker):
     scored = clear_mot(sightings_of(path[:, None]), table(states[:31]))
     assert scored.mota == 1.0
     assert scored.max_deviation == pytest.approx(0.0, abs=1e-12)
-    confirmed = tracker.confirm_frames - 1
+    confirmed = tracker.life.confirm_frames - 1
     # who was going out and is seen no more has left; by the thesis after as many frames as anywhere
-    ended = 31 + (tracker.delete_frames - 1 if tracker.kind == "radius" else 0)
-    assert [event for event in happenings(states) if event[2] not in ("missed", "found")] == [
+    ended = 31 + (tracker.life.delete_frames - 1 if tracker.kind == "radius" else 0)
+    assert [event for event in events(tracker, states) if event[2] not in ("missed", "found")] == [
         (0, 1, "appeared"),
         (confirmed, 1, "confirmed"),
         (ended, 1, "left"),
     ]
-    assert [one.status for one in states[ended].tracks] == ["deleted"]
+    assert [one.life.status for one in states[ended].tracks] == ["deleted"]
     assert states[ended + 1].tracks == ()
 
 
@@ -71,7 +86,7 @@ def test_who_appears_in_the_middle(tracker):
     """In the thesis's tracker a blob away from the entrance is spurious; anywhere is an entrance without a strip."""
     frames = [[(0.0, 0.0)]] * 5
     assert follow(tracker.replace(entrance=STRIP), frames)[-1].tracks == ()
-    assert [one.status for one in follow(tracker, frames)[-1].tracks] == ["confirmed"]
+    assert [one.life.status for one in follow(tracker, frames)[-1].tracks] == ["confirmed"]
 
 
 @BOTH
@@ -80,22 +95,23 @@ def test_a_gap_is_bridged_and_told(tracker):
     frames = [[place] if k not in (9, 10, 11) else [] for k, place in enumerate(path)]
     states = follow(tracker, frames)
     assert {one.track for state in states for one in state.tracks} == {1}
-    assert (9, 1, "missed") in happenings(states)
-    assert (12, 1, "found") in happenings(states)
+    assert (9, 1, "missed") in events(tracker, states)
+    assert (12, 1, "found") in events(tracker, states)
 
 
 @BOTH
 def test_deleted_after_as_many_frames_as_asked(tracker):
-    tracker = tracker.replace(delete_frames=4)
+    tracker = tracker.replace(life=tracker.life.replace(delete_frames=4))
     states = follow(tracker, [*[[(0.0, 0.0)]] * 12, *[[]] * 5])
-    statuses = [[one.status for one in state.tracks] for state in states[12:]]
+    statuses = [[one.life.status for one in state.tracks] for state in states[12:]]
     assert statuses == [["confirmed"]] * 3 + [["deleted"], []]
-    assert (15, 1, "left") in happenings(states)
+    assert (15, 1, "left") in events(tracker, states)
+    tracker = tracker.replace(entrance=STRIP)
     lost = follow(
-        tracker.replace(entrance=STRIP),
+        tracker,
         [*[[place] for place in walk((-11, 0), (1, 0), 12)], *[[]] * 5],
     )
-    assert (15, 1, "lost") in happenings(lost)
+    assert (15, 1, "lost") in events(tracker, lost)
 
 
 def test_crossing_paths_are_told_apart_by_velocity():
@@ -104,10 +120,11 @@ def test_crossing_paths_are_told_apart_by_velocity():
     a, b = walk((-5.0, 0.0), (0.5, 0.0), frames), walk((0.0, 5.0), (0.0, -0.5), frames)
     heads = [[p, q] if np.linalg.norm(p - q) > 1.2 else [(p + q) / 2] for p, q in zip(a, b, strict=True)]
     assert sum(len(one) == 1 for one in heads) == 3
-    states = follow(HungarianTracker(), heads)
+    tracker = HungarianTracker()
+    states = follow(tracker, heads)
     scored = clear_mot(sightings_of(np.stack([a, b], axis=1)), table(states))
     assert scored.mota == 1.0
-    assert {what for *_, what in happenings(states)} >= {"near", "apart", "missed", "found"}
+    assert {what for *_, what in events(tracker, states)} >= {"near", "apart", "missed", "found"}
 
 
 def test_no_two_heads_have_one_number_and_the_nearest_takes_it():
@@ -119,7 +136,7 @@ def test_no_two_heads_have_one_number_and_the_nearest_takes_it():
 
 def test_radius_memory_and_enlargement():
     """Eq. 3.22: a head within r of any of the last n frames' heads; 1.5 r where two tracks are near."""
-    tracker = RadiusTracker(radius_m=1.0, memory_frames=2, confirm_frames=1)
+    tracker = RadiusTracker(radius_m=1.0, memory_frames=2)
     gone_two = [[(0.0, 0.0)], [], [(0.9, 0.0)]]
     assert [one.track for one in follow(tracker, gone_two)[-1].tracks] == [1]
     gone_three = [[(0.0, 0.0)], [], [], [(0.9, 0.0)]]
@@ -133,17 +150,19 @@ def test_radius_memory_and_enlargement():
 
 
 def test_confirmed_by_n_of_the_last_n_max():
-    tracker = RadiusTracker(confirm_frames=3, confirm_window=4, delete_frames=3, memory_frames=3)
+    tracker = RadiusTracker(
+        life=Lifecycle(confirm_frames=3, confirm_window=4, delete_frames=3, drop_frames=3), memory_frames=3
+    )
     here, gone = [(0.0, 0.0)], []
     often = follow(tracker, [here, gone, here, here])
-    assert [state.tracks[0].status for state in often] == ["candidate"] * 3 + ["confirmed"]
+    assert [state.tracks[0].life.status for state in often] == ["candidate"] * 3 + ["confirmed"]
     seldom = follow(tracker, [here, gone, here, gone, here, gone, here])
-    assert {state.tracks[0].status for state in seldom} == {"candidate"}
+    assert {state.tracks[0].life.status for state in seldom} == {"candidate"}
 
 
 def test_assignment_is_the_best_in_sum():
     """The nearest head of the first track is the only one within the gate of the second."""
-    tracker = HungarianTracker(gate_m=2.0, confirm_frames=1, confirm_window=1)
+    tracker = HungarianTracker(gate_m=2.0)
     states = follow(tracker, [[(0.0, 0.0), (1.5, 0.0)], [(-0.9, 0.0), (0.2, 0.0)]])
     places = {one.track: one.position for one in states[-1].tracks}
     assert places == {1: (-0.9, 0.0), 2: (0.2, 0.0)}
@@ -153,11 +172,11 @@ def test_assignment_is_the_best_in_sum():
 def test_a_long_run_forgets_who_has_gone(tracker):
     rng = np.random.default_rng(0)
     state = tracker.init()
-    for _ in range(3000):
+    for time_s in range(3000):
         places = rng.uniform(-12, 12, (rng.integers(3), 2))
-        state = tracker.step(state, places, np.ones(len(places)))
+        state = tracker.step(state, time_s, places, np.ones(len(places)))
         assert len(state.tracks) < 40
-    assert state.frames == 3000
+    assert state.time_s == 2999
 
 
 @BOTH
@@ -171,12 +190,23 @@ def test_a_long_run_forgets_who_has_gone(tracker):
 )
 def test_refused_heads(tracker, positions, intensities, sentence):
     with pytest.raises(DataError, match=sentence):
-        tracker.step(tracker.init(), np.array(positions), np.array(intensities))
+        tracker.step(tracker.init(), 0.0, np.array(positions), np.array(intensities))
 
 
 def test_refused_parameters():
     with pytest.raises(ParameterError, match="give the area too"):
         Entrance(width_m=2.0)
-    for tracker in (RadiusTracker, HungarianTracker):
-        with pytest.raises(ElusiveError, match="no track is ever confirmed"):
-            tracker(confirm_frames=6, confirm_window=5)
+    with pytest.raises(ElusiveError, match="no track is ever confirmed"):
+        HungarianTracker(life={"confirm_frames": 6, "confirm_window": 5})
+
+
+def test_a_track_has_the_velocity_of_its_heads_at_any_times():
+    """1.5 m/s, seen at uneven times, with gaps of several seconds that the velocity bridges."""
+    times = np.cumsum(np.random.default_rng(0).uniform(0.1, 3.0, 40))
+    tracker, state = HungarianTracker(), HungarianTracker().init()
+    for time_s in times:
+        state = tracker.step(state, time_s, np.array([[1.5 * time_s, 0.0]]), np.ones(1))
+        assert [one.track for one in state.tracks] == [1]
+    np.testing.assert_allclose(state.tracks[0].velocity, (1.5, 0.0), atol=1e-9)
+    with pytest.raises(DataError, match="sort the measurements by time"):
+        tracker.step(state, 0.0, np.empty((0, 2)), np.empty(0))

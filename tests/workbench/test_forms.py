@@ -7,16 +7,15 @@ from pydantic import Field
 
 from elusive.charts.charted_area import ChartedAreaParameters
 from elusive.errors import ParameterError
-from elusive.experiments.mendieta2017.scenario import image_method
 from elusive.model import Model, Positive
 from elusive.options import options_of
 from elusive.systems.links.by_image import ImageMethod
-from elusive.systems.links.presets import FIRST_SIMULATION, presets
+from elusive.systems.links.presets import FIRST_SIMULATION, presets, thesis_method
 from elusive.systems.links.scene import LinkScene
 from elusive.systems.links.simulate import LinkSimulation
 from elusive.workbench.forms import controls, faults, laid_over, text_of
 
-TRACKER = ("method", "tracker")
+TRACKER = ("tracking", "method", "tracker")
 
 
 class Inner(Model):
@@ -45,7 +44,7 @@ def test_a_field_brings_its_control_with_it() -> None:
     assert [text_of(Outer(), one.path) for one in shown.values()] == ["2", "1, 2.5", "", True]
 
 
-@pytest.mark.parametrize("model", [LinkSimulation(), ImageMethod(), image_method("thesis", None, None)])
+@pytest.mark.parametrize("model", [LinkSimulation(), ImageMethod(), thesis_method()])
 def test_no_option_of_the_command_line_lacks_its_control(model: Model) -> None:
     def stands(path: tuple[str, ...]) -> bool:
         """Whether the kinds that are chosen have the field."""
@@ -70,10 +69,10 @@ def test_another_kind_brings_its_own_fields() -> None:
     scene = presets()[FIRST_SIMULATION]
     changed = laid_over(scene, {(*TRACKER, "kind"): "hungarian"})
     assert isinstance(changed, LinkScene)
-    assert changed.method.tracker.kind == "hungarian"
+    assert changed.tracking.method.tracker.kind == "hungarian"
     keys = {one.key for one in controls(changed, (TRACKER,))}
-    assert "method.tracker.gate_m" in keys
-    assert "method.tracker.radius_m" not in keys
+    assert "tracking.method.tracker.gate_m" in keys
+    assert "tracking.method.tracker.radius_m" not in keys
 
 
 @pytest.mark.parametrize(
@@ -83,7 +82,11 @@ def test_another_kind_brings_its_own_fields() -> None:
         ("simulation.walks.users", "many", "Walks.users: must be a valid integer"),
         ("simulation.radiation.width_x_m", "", "Radiation.width_x_m: must be a valid number"),
         ("simulation.walks.latest_entrance", "900", "Walks.latest_entrance: step 900 is after the last"),
-        ("method.tracker.confirm_window", "2", "RadiusTracker: confirm_window: must be at least confirm_frames"),
+        (
+            "tracking.method.tracker.life.confirm_window",
+            "2",
+            "Lifecycle: confirm_window: must be at least confirm_frames",
+        ),
     ],
 )
 def test_a_refusal_is_led_to_its_field_in_the_librarys_words(key: str, text: str, sentence: str) -> None:
@@ -109,13 +112,12 @@ def test_two_refusals_find_two_fields_and_what_is_of_none_is_said() -> None:
 
 def test_the_presets_are_the_tables_of_the_thesis() -> None:
     found = presets()
-    tracker = found["Table 4.6: radius of 3 m"].method.tracker
+    tracker = found["Table 4.6: radius of 3 m"].tracking.method.tracker
     assert tracker.kind == "radius"
     assert tracker.radius_m == 3.0
     assert found["Table 4.4: fade level 5 dB"].simulation.radiation.amplitude_db == 5.0
-    assert len(found["Table 4.7: 9 sensors"].network().names) == 9
-    areas = [(scene.method.tracker.entrance.area, scene.area) for scene in found.values()]
-    assert all(one is not None and one.corners_m == other.corners_m for one, other in areas)
+    assert len(found["Table 4.7: 9 sensors"].simulation.bind().nodes.names) == 9
+    assert all(scene.tracking.area == scene.area for scene in found.values())
 
 
 def test_a_unit_is_told_by_the_description_or_else_by_the_name() -> None:

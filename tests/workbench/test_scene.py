@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from pathlib import Path
 
@@ -16,11 +14,13 @@ from elusive.experiments.mendieta2017.trial import ChapterFour, trial
 from elusive.geometry.areas import Area
 from elusive.geometry.places import NamedPlace, along_path
 from elusive.model import read_yaml
+from elusive.systems.links.networks import PlacedNodes
+from elusive.systems.links.page.panels import tracking_spec
 from elusive.systems.links.page.state import LinksState
-from elusive.systems.links.presets import first_simulation
-from elusive.systems.links.scene import DrawnPath, LinkScene, coverage_of, radiate
-from elusive.systems.links.scene_results import histogram, outcome_of, summary, tracks_csv
-from elusive.systems.links.scene_run import run_link_scene, score_scene
+from elusive.systems.links.presets import first_simulation, links_method
+from elusive.systems.links.results import scores_text
+from elusive.systems.links.scene import LinkScene, SceneRun, coverage_of, estimates, radiate, run_scene
+from elusive.systems.links.simulate import DrawnPath
 
 
 @pytest.fixture(scope="module")
@@ -30,35 +30,58 @@ def small() -> LinkScene:
     return first.replace(simulation=first.simulation.replace(walks=walks))
 
 
-def test_a_scene_written_and_read_gives_equal_numbers(small: LinkScene, tmp_path: Path) -> None:
-    nodes = tuple(
-        NamedPlace(name=f"n{k}", x_m=x, y_m=y) for k, (x, y) in enumerate(small.network().positions_m.tolist())
-    )
+@pytest.fixture(scope="module")
+def ran(small: LinkScene) -> SceneRun:
+    return run_scene(small)
+
+
+def placed(scene: LinkScene, places: list[tuple[float, float]]) -> LinkScene:
+    nodes = tuple(NamedPlace(name=f"n{k}", x_m=x, y_m=y) for k, (x, y) in enumerate(places))
+    return scene.replace(simulation=scene.simulation.replace(network=PlacedNodes(places=nodes)))
+
+
+def test_a_scene_written_and_read_is_equal(small: LinkScene, tmp_path: Path) -> None:
+    scene = placed(small, small.simulation.bind().nodes.positions_m.tolist())
     path = DrawnPath(start=2, places_m=tuple((-12.0 + 0.85 * k, 0.3) for k in range(25)))
-    scene = small.replace(nodes=nodes, paths=(path,))
+    scene = scene.replace(simulation=scene.simulation.replace(paths=(path,)))
     (tmp_path / "scene.yaml").write_text(scene.to_yaml(), encoding="utf-8")
     again = LinkScene(**read_yaml(tmp_path / "scene.yaml"))
     assert again.model_dump() == scene.model_dump()
-    assert tracks_csv(run_link_scene(again)) == tracks_csv(run_link_scene(scene))
+    truth = again.simulation.truth()
+    assert np.isfinite(truth[:, 0, 0]).sum() == 25
 
 
-def test_the_command_line_repeats_a_scene(small: LinkScene, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize("method", ["image", "links"])
+def test_page_scene_and_track_links_give_the_same_numbers(
+    small: LinkScene, method: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The page's run, `elusive scene`, and `elusive track links` on the log that it exports."""
+    if method == "links":
+        tracking = small.tracking.replace(method=links_method(small.simulation))
+        small = small.replace(tracking=tracking).bound
     (tmp_path / "scene.yaml").write_text(small.to_yaml(), encoding="utf-8")
-    with pytest.raises(SystemExit) as ended:
-        main(["scene", str(tmp_path / "scene.yaml"), "--out", str(tmp_path / "out")])
-    assert ended.value.code == 0
-    outcome = outcome_of(run_link_scene(small))
-    assert f"{outcome.scores[0].mota:.4f}" in capsys.readouterr().out
-    assert json.loads((tmp_path / "out" / "scores.json").read_text()) == summary(outcome)
-    assert (tmp_path / "out" / "tracks.csv").read_text() == tracks_csv(outcome.run)
-    assert (tmp_path / "out" / "scene.yaml").read_text() == small.to_yaml()
-    assert {path.name for path in (tmp_path / "out").iterdir()} == {
-        "tracks.csv", "events.csv", "scores.json", "scores.png", "scene.yaml",
-    }  # fmt: skip
+    out, log = tmp_path / "out", tmp_path / "out" / "recording"
+    again = ["--nodes", str(log / "nodes.csv"), "--truth", str(log / "truth.csv"), "--config", str(out / "config.yaml")]
+    for command in (
+        ["scene", str(tmp_path / "scene.yaml"), "--out", str(out)],
+        ["track", "links", str(log / "log.csv"), *again, "--out", str(tmp_path / "again")],
+    ):
+        with pytest.raises(SystemExit) as ended:
+            main(command)
+        assert not ended.value.code
+    run = run_scene(small)
+    tracks, events = run.tables
+    assert capsys.readouterr().out.count(f"{run.outcome.scores[''].mota:.3f}: ") == 2
+    assert json.loads((out / "scores.json").read_text()) == json.loads(scores_text(run.outcome))
+    for folder in (out, tmp_path / "again"):
+        assert (folder / "tracks.csv").read_text() == tracks
+        assert (folder / "events.csv").read_text() == events
+    assert (out / "scene.yaml").read_text() == small.to_yaml()
+    assert run.outcome.scores[", candidates too"].mota > 0.8
 
 
 def test_the_radiation_stays_when_sensors_change(small: LinkScene) -> None:
-    fewer = small.replace(nodes=(NamedPlace(name="a", x_m=-12, y_m=0), NamedPlace(name="b", x_m=12, y_m=0)))
+    fewer = placed(small, [(-12, 0), (12, 0)])
     for one, other in zip(radiate(small), radiate(fewer), strict=True):
         np.testing.assert_array_equal(one, other)
 
@@ -68,7 +91,7 @@ def test_a_run_scores_as_the_thesis_experiment_does() -> None:
     """Of eight runs each, drawn by other numbers, the mean MOTA agrees within three standard errors."""
     first = first_simulation()
     mine = [
-        score_scene(run_link_scene(first.replace(simulation=first.simulation.replace(seed=seed)))).mota
+        run_scene(first.replace(simulation=first.simulation.replace(seed=seed))).outcome.scores[", candidates too"].mota
         for seed in range(8)
     ]
     theirs = [
@@ -79,52 +102,50 @@ def test_a_run_scores_as_the_thesis_experiment_does() -> None:
     assert error < 0.1
 
 
-def test_each_stage_of_a_frame_follows_from_the_one_before(small: LinkScene) -> None:
-    run = run_link_scene(small)
-    grid = small.grid
-    assert any(len(frame.heads) for frame in run.frames)
-    for frame in run.frames:
-        bright = np.flatnonzero(frame.clusters)
-        assert (frame.image[bright] > frame.threshold - 1e-6).all()
-        assert len(frame.heads) == frame.clusters.max()
-        for x, y in frame.heads:
-            voxel = np.argmin(np.hypot(*(grid.centres - [x, y]).T))
-            assert frame.clusters[voxel] > 0
+def test_each_stage_of_a_frame_follows_from_the_one_before(ran: SceneRun) -> None:
+    grid, clusters = ran.scene.grid, ran.tracking.method.clusters
+    assert any(len(step.state.heads.positions) for step in ran.steps)
+    for step in ran.steps:
+        seen = step.state
+        labels = clusters.labels(seen.image, grid, seen.level)
+        assert (seen.image[labels > 0] > seen.level - 1e-6).all()
+        assert len(seen.heads.positions) == labels.max()
+        for x, y in seen.heads.positions:
+            assert labels[np.argmin(np.hypot(*(grid.centres - [x, y]).T))] > 0
 
 
-def test_scores_count_what_is_in_the_table(small: LinkScene) -> None:
-    outcome = outcome_of(run_link_scene(small))
-    everyone, confirmed = outcome.scores
-    rows = list(csv.DictReader(io.StringIO(tracks_csv(outcome.run))))
-    pairs = everyone.targets - everyone.misses
-    assert len(everyone.deviations) == pairs
-    assert len(rows) == pairs + everyone.false_positives
-    assert sum(row["status"] == "confirmed" for row in rows) == len(confirmed.deviations) + confirmed.false_positives
-    assert all(sum(count) == pairs for count in histogram(everyone)[1])
-    assert everyone.mota == pytest.approx(
-        1 - (everyone.misses + everyone.false_positives + everyone.mismatches) / everyone.targets
-    )
+def test_estimates_are_of_pairs_within_the_gate(ran: SceneRun) -> None:
+    found = estimates(ran)
+    assert list(found) == ["head", "smoothing", "particle filter"]
+    pairs = ran.outcome.scores[", candidates too"].pairs
+    assert len({len(apart) for apart in found.values()}) == 1
+    assert abs(len(found["head"]) - pairs) <= 0.1 * pairs  # two tracks may be near one person
+    assert found["smoothing"].max() <= 2.0
+    assert estimates(ran._replace(truth=None)) == {}
+
+
+def test_a_run_by_each_method_is_drawn(small: LinkScene, ran: SceneRun) -> None:
+    spec = tracking_spec(ran)
+    assert len(spec["panels"]) == 8
+    straight = small.replace(tracking=small.tracking.replace(method=links_method(small.simulation))).bound
+    assert [panel["title"] for panel in tracking_spec(run_scene(straight))["panels"]] == [
+        "Radiation", "Particles", "Identities",
+    ]  # fmt: skip
 
 
 def test_what_cannot_be_a_scene_is_refused(small: LinkScene) -> None:
-    long = DrawnPath(start=30, places_m=tuple((0.1 * k, 0.0) for k in range(20)))
+    beyond = DrawnPath(start=30, places_m=tuple((0.1 * k, 0.0) for k in range(20)))
     with pytest.raises(ParameterError, match="path 1 ends at step 50, the scene has 40 steps"):
-        small.replace(paths=(long,))
+        small.simulation.replace(paths=(beyond,))
+    long = small.simulation.replace(walks=small.simulation.walks.replace(total_positions=20_000))
     with pytest.raises(ParameterError, match="more than a scene keeps"):
-        small.replace(simulation=first_simulation().simulation.replace(voxel_m=0.025))
-    with pytest.raises(ParameterError, match="must be a Kalman filter"):
-        LinkScene(method={"smoothing": {"kind": "particle"}})
+        small.replace(simulation=long)
     with pytest.raises(DataError, match="give at least two nodes"):
-        run_link_scene(small.replace(nodes=()))
-    outside = DrawnPath(places_m=((0.0, 0.0),))
-    run = run_link_scene(small.replace(paths=(outside,)))
-    nobody = run._replace(radiated=run.radiated._replace(truth=np.full_like(run.radiated.truth, np.nan)))
-    with pytest.raises(DataError, match="nobody walks in the scene"):
-        score_scene(nobody)
+        run_scene(placed(small, []))
 
 
 def test_coverage_counts_the_voxels_no_link_sees(small: LinkScene) -> None:
-    two = small.replace(nodes=(NamedPlace(name="a", x_m=-12, y_m=0), NamedPlace(name="b", x_m=12, y_m=0)))
+    two = placed(small, [(-12, 0), (12, 0)])
     found = coverage_of(two)
     grid = two.grid
     apart = np.hypot(*(grid.centres - [-12, 0]).T) + np.hypot(*(grid.centres - [12, 0]).T)
@@ -135,7 +156,7 @@ def test_coverage_counts_the_voxels_no_link_sees(small: LinkScene) -> None:
 
 def test_paths_drawn_by_hand_join_those_made_by_rule() -> None:
     state = LinksState()
-    state.truth = state.scene.truth(state.scene.streams()[0])
+    state.truth = state.scene.simulation.truth()
     made = state.truth.copy()
     places = along_path(np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 4.0]]), 0.5)
     np.testing.assert_allclose(np.hypot(*np.diff(places, axis=0).T)[:5], 0.5)
@@ -145,4 +166,4 @@ def test_paths_drawn_by_hand_join_those_made_by_rule() -> None:
     np.testing.assert_array_equal(state.truth[:, :3], made)
     np.testing.assert_allclose(state.truth[140:, 3], places[:10])
     state.within(Area(corners_m=((0, 0), (5, 0), (0, 5))))
-    assert state.scene.method.tracker.entrance.area.corners_m == state.scene.area.corners_m
+    assert state.scene.tracking.area == state.scene.area

@@ -174,16 +174,16 @@ def _live(log: Iterable[RssFrame], nodes: RadioNodes, parameters: LinkTracking, 
 
     def told(frame: LiveFrame) -> None:
         nonlocal frames
-        _tell(frame.result.remarks if not frames else ())
+        _tell(frame.step.state.remarks if not frames else ())
         frames += 1
         if frame.latency_s is not None:
             if not latencies.count:
-                console.print(f"{frame.result.time_s:.1f} s: calibrated, tracking", highlight=False)
+                console.print(f"{frame.step.time_s:.1f} s: calibrated, tracking", highlight=False)
             latencies.add(frame.latency_s)
-        for event in frame.result.events:
+        for event in frame.step.state.events:
             x, y = event.position
             where = f"track {event.track} {event.what} at {x:.2f}, {y:.2f} m"
-            console.print(f"{frame.result.time_s:.1f} s: {where}", highlight=False)
+            console.print(f"{frame.step.time_s:.1f} s: {where}", highlight=False)
         heed()
 
     console.print(

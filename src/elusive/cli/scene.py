@@ -13,8 +13,7 @@ from elusive.errors import DataError
 from elusive.model import read_yaml
 from elusive.systems.bearings.scene import BearingScene, track_bearing_scene
 from elusive.systems.images.scene import ImageScene, track_image_scene
-from elusive.systems.links.scene import LinkScene
-from elusive.systems.links.scene_results import track_scene
+from elusive.systems.links.scene import LinkScene, track_scene
 from elusive.systems.radar.scene import RadarScene
 from elusive.systems.radar.scene_run import HEADER, track_radar_scene
 from elusive.systems.signals.scene import SignalScene, track_signal_scene
@@ -33,10 +32,15 @@ def scene_command(
 
 def _links(scene: Path, given: dict[str, Any], out: Path) -> None:
     parameters = LinkScene(**given)
-    with bar("frames", parameters.simulation.walks.total_positions) as advance:
-        tracked = track_scene(parameters, out, on_frame=advance)
-    show(scene.name, tracked.header, tracked.rows)
-    console.print(f"Written to {out}: tracks.csv, events.csv, scores.json, scores.png, scene.yaml")
+    simulation = parameters.simulation
+    with bar("frames", simulation.calibration_steps + simulation.walks.total_positions) as advance:
+        outcome = track_scene(parameters, out, on_frame=advance)
+    console.print(escape(outcome.verdict), highlight=False)
+    show(scene.name, ("", ""), outcome.table)
+    console.print(
+        f"Written to {out}: tracks.csv, events.csv, result.nc, report.html, report.png, scores.json, config.yaml, "
+        "scene.yaml; the log in recording"
+    )
 
 
 def _images(scene: Path, given: dict[str, Any], out: Path) -> None:

@@ -1,75 +1,126 @@
-"""People's steps: straight on as before, or in a new direction, or not at all; at one extreme a random walk.
+"""People's walk in continuous time: straight on, turns, and rare long steps; with many turns a random walk.
 
-Mendieta (2017), section 3.3.3: stretches straight on, turns, standing still. Rare long steps let a belief that has
-gone to the wrong place come back, where a single Gaussian would be sure of it: West (1981), "Robust sequential
-approximate Bayesian estimation", J. Roy. Stat. Soc. B 43(2), 157-166, on heavy tails.
+Mendieta (2017), section 3.3.3: stretches straight on, turns, standing still. Here turns come at a rate, each to a new
+velocity: a velocity jump process (Othmer, Dunbar and Alt, 1988, J. Math. Biol. 26, 263-298). Over any interval the
+state is drawn from three Gaussians: of who did not turn, of who did, and of who took a long step. Their moments are
+the process's own, so that many short intervals and a long one have the same mean and covariance. Long steps let a
+belief that has gone to the wrong place come back, where a single Gaussian would be sure of it: West (1981), J. Roy.
+Stat. Soc. B 43(2), 157-166, on heavy tails.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.random import Generator
 from pydantic import Field
 
 from elusive.contracts import VX, VY, Array, X, Y
-from elusive.model import Model, Positive, Probability
+from elusive.model import Model, NonNegative, Positive
+
+LEAST_SHARE = 1e-6  # of the variance of a new velocity's way: where turns are rarest, what rounding leaves of it
+
+
+class _Ways(NamedTuple):
+    """Ways from the states, by kind: straight on, turned, long; and velocities at their ends."""
+
+    log_share: Array  # (3,)
+    mean: Array  # (3, N, 2) [m]
+    variance: Array  # (3, N, 2)
+    velocity: Array  # (3, N, 2) mean at the end [m/s]
+    covariance: Array  # (3, N, 2) of way and velocity, on an axis
+    velocity_variance: Array  # (3, N, 2)
+
+    def log_density(self, way: Array) -> Array:
+        """Log density of ways ``(N, 2)`` by kind, ``(3, N)``."""
+        squared = (way - self.mean) ** 2 / self.variance + np.log(self.variance)
+        density: Array = self.log_share[:, None] - math.log(2 * math.pi) - 0.5 * squared.sum(axis=2)
+        return density
 
 
 class Walk(Model):
-    """A step is the last one with a little noise, or, with some probability, a new one about nought, rarely a long one.
-
-    The velocity is the last step, in metres a frame.
-    """
+    """A person keeps a velocity, with a little noise, until they turn to a new one."""
 
     kind: Literal["walk"] = "walk"
-    step_m: Positive = Field(0.2, description="Deviation of a new step, each axis [m a frame]")
-    straight_sd_m: Positive = Field(0.05, description="Deviation of a step from the last, straight on, each axis [m]")
-    turn_probability: Probability = Field(1.0, description="Probability of a new step; 1: a random walk")
-    long_step_m: Positive = Field(1.0, description="Deviation of a long step, each axis [m a frame]")
-    long_probability: Probability = Field(0.005, description="Probability of a long step")
+    speed_sd_mps: Positive = Field(0.61, description="Deviation of a new velocity, each axis [m/s]")
+    turn_rate_hz: float = Field(10.0, ge=1e-3, description="Turns to a new velocity; many: a random walk [1/s]")
+    straight_q: NonNegative = Field(0.01, description="Power of the white acceleration between turns [m^2 / s^3]")
+    long_step_m: Positive = Field(1.0, description="Deviation of a long step, each axis [m]")
+    long_rate_hz: Positive = Field(0.008, description="Long steps [1/s]")
 
     @property
     def state_names(self) -> tuple[str, ...]:
         """Names of the state's components."""
         return "x", "vx", "y", "vy"
 
-    @property
-    def _shares(self) -> tuple[float, float, float]:
-        """Probabilities of a long step, a new one and one straight on."""
-        usual = 1 - self.long_probability
-        return self.long_probability, usual * self.turn_probability, usual * (1 - self.turn_probability)
-
-    def propagate(self, states: Array, interval_s: float, rng: Generator) -> Array:
-        """Draw the states a frame later, ``(N, 4) -> (N, 4)``, however long it lasts; over 0 s they stay."""
-        if interval_s == 0:
-            return states.copy(order="K")
-        long, new, _ = self._shares
-        chance = rng.random((len(states), 1))
-        noise = rng.standard_normal((len(states), 2))
-        usual = np.where(chance < long + new, self.step_m * noise, states[:, [VX, VY]] + self.straight_sd_m * noise)
-        return self.arrived(states, states[:, [X, Y]] + np.where(chance < long, self.long_step_m * noise, usual))
-
-    def arrived(self, before: Array, places: Array) -> Array:
-        """Return the states ``(N, 4)`` of who was in the states ``before`` and is at the places ``(N, 2)`` now."""
+    def newborn(self, places: Array, rng: Generator) -> Array:
+        """Draw states ``(N, 4)`` of people at places ``(N, 2)`` who have just been found."""
         states = np.empty((len(places), 4))
         states[:, [X, Y]] = places
-        states[:, [VX, VY]] = places - before[:, [X, Y]]
+        states[:, [VX, VY]] = self.speed_sd_mps * rng.standard_normal((len(places), 2))
         return states
 
-    def log_density(self, before: Array, places: Array) -> Array:
-        """Log density of the places ``(N, 2)`` a frame after the states ``(N, 4)`` [log 1/m^2], ``(N,)``."""
-        long, new, straight = self._shares
-        steps = places - before[:, [X, Y]]
-        density = _log_normal(steps, self.long_step_m, long)
-        density = np.logaddexp(density, _log_normal(steps, self.step_m, new))
-        return np.logaddexp(density, _log_normal(steps - before[:, [VX, VY]], self.straight_sd_m, straight))
+    def propagate(self, states: Array, interval_s: float, rng: Generator) -> Array:
+        """Draw the states an interval later, ``(N, 4) -> (N, 4)``."""
+        if interval_s == 0:
+            return states
+        ways = self._ways(states[:, [VX, VY]], interval_s)
+        kind, rows = rng.choice(3, len(states), p=np.exp(ways.log_share)), np.arange(len(states))
+        noise = rng.standard_normal((len(states), 2))
+        places = states[:, [X, Y]] + ways.mean[kind, rows] + np.sqrt(ways.variance[kind, rows]) * noise
+        return self.arrived(states, places, interval_s, rng)
 
+    def arrived(self, before: Array, places: Array, interval_s: float, rng: Generator) -> Array:
+        """Draw the states ``(N, 4)`` of who was in the states ``before`` and is at the places ``(N, 2)`` now."""
+        states = before.copy()
+        states[:, [X, Y]] = places
+        if interval_s == 0:
+            return states
+        ways, way = self._ways(before[:, [VX, VY]], interval_s), places - before[:, [X, Y]]
+        share = ways.log_density(way)
+        share = np.exp(share - share.max(axis=0)).cumsum(axis=0)
+        kind, rows = (share < share[-1] * rng.random(len(way))).sum(axis=0), np.arange(len(way))
+        gain = ways.covariance[kind, rows] / ways.variance[kind, rows]
+        mean = ways.velocity[kind, rows] + gain * (way - ways.mean[kind, rows])
+        left = np.maximum(ways.velocity_variance[kind, rows] - gain * ways.covariance[kind, rows], 0.0)
+        states[:, [VX, VY]] = mean + np.sqrt(left) * rng.standard_normal(way.shape)
+        return states
 
-def _log_normal(steps: Array, sd: float, share: float) -> Array:
-    if share == 0:
-        return np.full(len(steps), -math.inf)
-    squared: Array = np.einsum("ij,ij->i", steps, steps)
-    return math.log(share / (2 * math.pi * sd**2)) - 0.5 / sd**2 * squared
+    def log_density(self, before: Array, places: Array, interval_s: float) -> Array:
+        """Log density of the places ``(N, 2)`` an interval after the states ``(N, 4)`` [log 1/m^2], ``(N,)``."""
+        density: Array = np.logaddexp.reduce(
+            self._ways(before[:, [VX, VY]], interval_s).log_density(places - before[:, [X, Y]]), axis=0
+        )
+        return density
+
+    def _ways(self, velocity: Array, t: float) -> _Ways:
+        """Moments of the ways of an interval, from velocities ``(N, 2)``.
+
+        Those of all ways solve the process's moment equations; those of who turned are what is left of them without
+        who did not.
+        """
+        rate, q, squared = self.turn_rate_hz, self.straight_q, velocity**2
+        kept, turned = math.exp(-rate * t), -math.expm1(-rate * t)
+        spread = self.speed_sd_mps**2 + q / rate  # variance of a velocity in the long run
+        excess = squared - spread
+        straight = (
+            t * velocity, squared * t**2 + q * t**3 / 3, velocity, squared * t + q * t**2 / 2, squared + q * t
+        )  # fmt: skip
+        everybody = (
+            velocity * turned / rate,
+            2 * spread * (t - turned / rate) / rate + 2 * excess * (turned / rate - t * kept) / rate,
+            velocity * kept,
+            spread * turned / rate + excess * t * kept,
+            spread + excess * kept,
+        )
+        others = tuple((a - kept * b) / turned for a, b in zip(everybody, straight, strict=True))
+        way, way2, end, product, end2 = (np.stack(parts) for parts in zip(straight, others, everybody, strict=True))
+        variance = np.maximum(way2 - way**2, LEAST_SHARE * (spread * t**2 + q * t**3))
+        steps = self.long_rate_hz * t
+        long = -math.expm1(-steps)
+        variance[2] += self.long_step_m**2 * steps / long  # of as many long steps as there are on average
+        shares = np.array([(1 - long) * kept, (1 - long) * turned, long])
+        with np.errstate(divide="ignore"):  # nobody keeps a velocity for so long
+            return _Ways(np.log(shares), way, variance, end, product - way * end, end2 - end**2)

@@ -78,6 +78,16 @@ class Clusters(Model):
         labels: NDArray[np.int64] = average_linkage(points, self.cluster_width_m)
         return labels
 
+    def labels(self, image: Array, grid: VoxelGrid, threshold: float) -> NDArray[np.int64]:
+        """Return the number of each voxel's cluster, from 1, ``(V,)``; 0 of those that are not bright."""
+        bright = np.flatnonzero(image > max(threshold, self.sidelobe * image.max(), 0.0))
+        if len(bright) > self.most_voxels:
+            bright = np.sort(bright[np.argsort(-image[bright], kind="stable")[: self.most_voxels]])
+        labels = np.zeros(len(image), np.int64)
+        if len(bright):
+            labels[bright] = 1 + self.label(grid.centres[bright])
+        return labels
+
     def heads(self, image: ArrayLike, grid: VoxelGrid, threshold: float, gain: ArrayLike | None = None) -> Heads:
         """Return the heads of the clusters of all voxels above a threshold.
 
@@ -109,10 +119,9 @@ class Clusters(Model):
             )
         if math.isnan(threshold):
             raise DataError("threshold: is NaN; calibrate it on frames in which nobody is there.")
-        bright = np.flatnonzero(values > max(threshold, self.sidelobe * values.max(), 0.0))
-        if len(bright) > self.most_voxels:
-            bright = np.sort(bright[np.argsort(-values[bright], kind="stable")[: self.most_voxels]])
-        labels = self.label(grid.centres[bright])
+        numbers = self.labels(values, grid, threshold)
+        bright = np.flatnonzero(numbers)
+        labels = numbers[bright]
         order = np.argsort(-values[bright], kind="stable")
         _, first = np.unique(labels[order], return_index=True)
         voxels = bright[order[np.sort(first)]]

@@ -31,6 +31,7 @@ class RssState(NamedTuple):
     change: Array  # (L,) of each undirected link [dB], [dB^2] if a variance; NaN where nothing was heard
     calibration: Calibration
     recent_dbm: Array  # (n, D, C) levels of the latest frames, for the variance
+    rise_db: Array  # (D, C) of each reading of the latest frame above the calibration, NaN where missing
 
 
 class RssChange(Model):
@@ -64,7 +65,8 @@ class RssChange(Model):
         if calibration.mean_dbm.ndim != 2:
             raise DataError(f"calibration: has shape {calibration.mean_dbm.shape}; give (directed links, channels).")
         links = len(_undirected(len(calibration.mean_dbm))) // 2
-        return RssState(np.full(links, np.nan), calibration, np.empty((0, *calibration.mean_dbm.shape)))
+        shape = calibration.mean_dbm.shape
+        return RssState(np.full(links, np.nan), calibration, np.empty((0, *shape)), np.full(shape, np.nan))
 
     def step(self, state: RssState, frame: RssFrame, *, empty: bool = False) -> RssState:
         """Return the state after one more frame; its ``change`` is what an image is made of.
@@ -89,15 +91,14 @@ class RssChange(Model):
                 f"frame at {frame.time_s:g} s: must hold levels of shape {state.calibration.mean_dbm.shape} (links, "
                 f"channels), finite or missing (got shape {level.shape})."
             )
-        recent = state.recent_dbm
+        recent, rise = state.recent_dbm, level - state.calibration.mean_dbm
         if self.measure == "variance":
             recent = np.concatenate([recent[-(self.window_frames - 1) :], level[None]])
             values = _variance(recent)
         else:
-            away = state.calibration.mean_dbm - level
-            values = np.abs(away) if self.measure == "change" else away
+            values = np.abs(rise) if self.measure == "change" else -rise
         change = self._averaged(values, state.calibration.mean_dbm)
-        return RssState(change, self._recalibrated(state.calibration, level, frame.time_s, empty), recent)
+        return RssState(change, self._recalibrated(state.calibration, level, frame.time_s, empty), recent, rise)
 
     def _averaged(self, values: Array, mean_dbm: Array) -> Array:
         """Average of each undirected link over channels and directions, eq. 3.8; NaN where there is nothing."""

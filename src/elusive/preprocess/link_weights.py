@@ -14,6 +14,7 @@ from scipy import sparse
 
 from elusive.contracts import Array
 from elusive.errors import DataError
+from elusive.geometry.areas import Area
 from elusive.model import Model, NonNegative, Positive
 from elusive.preprocess import _link_weight_kernels as kernels
 from elusive.preprocess.voxels import VoxelGrid
@@ -24,7 +25,7 @@ _CODES = {"distance": kernels.DISTANCE, "binary": kernels.BINARY, "inverse-root"
 
 
 class EllipseWeights(Model):
-    """Which voxels attenuate a link, and how much.
+    """How an area is cut into voxels, which of them attenuate a link, and how much.
 
     Notes
     -----
@@ -33,6 +34,7 @@ class EllipseWeights(Model):
     centre within half a voxel (26 016 of them).
     """
 
+    voxel_m: Positive = Field(0.5, description="Side of a voxel, 'precision' (table 3.2) [m]")
     weighting: Weighting = Field(
         "distance",
         description="Weight in the ellipse: 'distance' eq. 3.11; 'binary' 1; 'inverse-root' 1 / sqrt(d_AB), of Wilson "
@@ -44,6 +46,10 @@ class EllipseWeights(Model):
     line_of_sight: Literal["band", "equality"] = Field(
         "band", description="On the line of sight is a voxel within half its side of it, or with no excess path at all"
     )
+
+    def grid(self, area: Area) -> VoxelGrid:
+        """Return the voxels of an area."""
+        return VoxelGrid.over(area, self.voxel_m)
 
     def sparse(self, nodes: RadioNodes, grid: VoxelGrid) -> Any:
         """Return the weights as a ``scipy.sparse.csr_array`` ``(L, V)``.

@@ -1,45 +1,68 @@
-"""What any tracker of people gives: tracks, and a log of what befell them; where people may come in.
+"""What trackers of people on heads have in common: tracks, a log of what befell them, and where people come in.
 
 Mendieta (2017), section 3.11, table 3.7, figures 3.17 and 5.4.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from typing import Literal, NamedTuple, Self
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, Literal, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from elusive.contracts import Array
+from elusive.contracts import Array, X, Y
 from elusive.errors import DataError, ParameterError
 from elusive.geometry.areas import Area
 from elusive.model import FROM_RECORDING, Model, Positive
+from elusive.tracking.lifecycle import Life
+from elusive.tracking.track import Track
 
-Status = Literal["candidate", "confirmed", "deleted"]
-Happening = Literal["appeared", "confirmed", "missed", "found", "near", "apart", "left", "lost"]
+Place = tuple[float, float]  # x, y [m]
+
+
+class TrackEvent(NamedTuple):
+    """Something that befell a track."""
+
+    time_s: float
+    track: int
+    what: Literal["appeared", "confirmed", "missed", "found", "near", "apart", "left", "lost"]
+    position: Place
 
 
 class PersonTrack(NamedTuple):
-    """One track after a frame."""
+    """A track after a frame."""
 
-    track: int  # number, from 1: target_id
-    status: Status
-    position: tuple[float, float]  # x, y [m]
-    velocity: tuple[float, float]  # [m a frame]
-    hits: tuple[bool, ...]  # whether it had a head, in its latest frames, oldest first
-    missed: int  # frames in a row without one
+    life: Life
+    position: Place
+    velocity: Place  # [m/s]
+    seen_s: float  # time of its latest head
+    frames: int  # since its first head, with that one
     intensity: float  # of its latest head
 
+    @property
+    def track(self) -> int:
+        """Its number, from 1: target_id."""
+        return self.life.track or 0
 
-class Event(NamedTuple):
-    """Something that befell a track."""
 
-    frame: int  # from 0
-    track: int
-    what: Happening
-    position: tuple[float, float]  # x, y [m]
+class PeopleState(NamedTuple):
+    """Tracks after a frame; a deleted one is shown once as such."""
+
+    time_s: float  # NaN before the first frame
+    tracks: tuple[PersonTrack, ...]
+    born: int
+    memory: tuple[Mapping[int, Place], ...] = ()  # heads of the latest frames by track, newest last
+
+    @property
+    def living(self) -> dict[int, PersonTrack]:
+        """Tracks that go on, by number."""
+        return {person.track: person for person in self.tracks if person.life.lives}
+
+
+NOBODY = PeopleState(math.nan, (), 0)
 
 
 class Entrance(Model):
@@ -91,35 +114,42 @@ def near_pairs(positions: Array, distance_m: float) -> set[tuple[int, int]]:
     return {(int(a), int(b)) for a, b in zip(*np.nonzero(apart < distance_m), strict=True) if a < b}
 
 
-def happened(
-    frame: int, before: Iterable[PersonTrack], after: Iterable[PersonTrack], entrance: Entrance, near_m: float
-) -> Iterator[Event]:
-    """Yield what befell each track from one frame to the next.
+def events_between(
+    time_s: float, before: Iterable[Track], after: Iterable[Track], entrance: Entrance, near_m: float
+) -> Iterator[TrackEvent]:
+    """Yield what befell each track from a frame to the next.
 
-    A track that ends where people come in has left; elsewhere it is lost.
+    A track that ends where people come in has left; elsewhere it is lost. ``missed_frames`` among what a track
+    has extra counts its latest frames without a head.
     """
-    was = {one.track: one for one in before if one.status != "deleted"}
-    now = [one for one in after if one.status != "deleted"]
-    for one in after:
-        old = was.get(one.track)
+    was = {track.track: track for track in before if track.status != "deleted"}
+    now = {track.track: track for track in after if track.status != "deleted"}
+
+    def event(what: Any, track: Track) -> TrackEvent:
+        return TrackEvent(time_s, track.track, what, _place(track))
+
+    for track in after:
+        old = was.get(track.track)
+        missed = track.extra.get("missed_frames", 0) > 0, old is not None and old.extra.get("missed_frames", 0) > 0
         if old is None:
-            yield Event(frame, one.track, "appeared", one.position)
-        elif one.status == "deleted":
-            gone = bool(entrance.holds(np.array([one.position]))[0])
-            yield Event(frame, one.track, "left" if gone else "lost", one.position)
-        elif one.missed and not old.missed:
-            yield Event(frame, one.track, "missed", one.position)
-        elif old.missed and not one.missed:
-            yield Event(frame, one.track, "found", one.position)
-        if one.status == "confirmed" and (old is None or old.status == "candidate"):
-            yield Event(frame, one.track, "confirmed", one.position)
-    close = _close(was.values(), near_m), _close(now, near_m)
-    for one in now:
-        if one.track in was and (one.track in close[1]) != (one.track in close[0]):
-            yield Event(frame, one.track, "near" if one.track in close[1] else "apart", one.position)
+            yield event("appeared", track)
+        elif track.status == "deleted":
+            yield event("left" if entrance.holds(np.array([_place(track)]))[0] else "lost", track)
+        elif missed[0] != missed[1]:
+            yield event("missed" if missed[0] else "found", track)
+        if track.status == "confirmed" and (old is None or old.status == "candidate"):
+            yield event("confirmed", track)
+    close = _close(was, near_m), _close(now, near_m)
+    for number, track in now.items():
+        if number in was and (number in close[1]) != (number in close[0]):
+            yield event("near" if number in close[1] else "apart", track)
 
 
-def _close(tracks: Iterable[PersonTrack], near_m: float) -> set[int]:
-    living = list(tracks)
-    pairs = near_pairs(np.array([one.position for one in living]).reshape(-1, 2), near_m)
-    return {living[row].track for pair in pairs for row in pair}
+def _place(track: Track) -> Place:
+    return float(track.mean[X]), float(track.mean[Y])
+
+
+def _close(tracks: Mapping[int, Track], near_m: float) -> set[int]:
+    numbers = list(tracks)
+    pairs = near_pairs(np.array([_place(track) for track in tracks.values()]).reshape(-1, 2), near_m)
+    return {numbers[row] for pair in pairs for row in pair}

@@ -6,31 +6,15 @@ the radius of each other the nearest are paired first, since no two heads of a f
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple, Self
+from typing import Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from elusive.contracts import Array
+from elusive.contracts import Array, interval_since
 from elusive.model import Model, Positive
-from elusive.tracking.people import Entrance, Event, PersonTrack, Status, checked_heads, happened, near_pairs
-
-
-class Remembered(NamedTuple):
-    """The heads of an earlier frame and the numbers they were given."""
-
-    positions: Array  # (H, 2) m
-    tracks: tuple[int, ...]
-
-
-class RadiusState(NamedTuple):
-    """Tracks after a frame; a deleted one is shown once as such."""
-
-    frames: int
-    tracks: tuple[PersonTrack, ...]
-    events: tuple[Event, ...]  # of this frame
-    memory: tuple[Remembered, ...]  # of the latest frames, newest last
-    born: int
+from elusive.tracking.lifecycle import Life, Lifecycle
+from elusive.tracking.people import NOBODY, Entrance, PeopleState, PersonTrack, checked_heads, near_pairs
 
 
 class RadiusTracker(Model):
@@ -43,91 +27,75 @@ class RadiusTracker(Model):
         1.5, ge=1, description="Times the radius where two tracks are nearer than twice it (figure 3.18)"
     )
     memory_frames: int = Field(5, ge=1, description="Earlier frames whose heads are remembered, 'n_memory'")
-    confirm_frames: int = Field(5, ge=1, description="Heads that confirm a track, N, 'n_confirm'")
-    confirm_window: int = Field(10, ge=1, description="Latest frames that they are counted in, 'n_max_confirm'")
-    delete_frames: int = Field(5, ge=1, description="Frames in a row without a head that delete it, M, 'n_delete'")
+    life: Lifecycle = Field(
+        Lifecycle(confirm_frames=5, confirm_window=10, delete_frames=5, drop_frames=5),
+        description="When a track is confirmed, N heads of the latest frames, 'n_confirm' of 'n_max_confirm', and "
+        "ends, M frames without a head, 'n_delete'",
+    )
 
-    @model_validator(mode="after")
-    def _ordered(self) -> Self:
-        if self.confirm_window < self.confirm_frames:
-            raise ValueError("confirm_window: must be at least confirm_frames, or no track is ever confirmed")
-        return self
+    @property
+    def near_within_m(self) -> float:
+        """Distance at which two tracks are said to be near [m]."""
+        return 2 * self.radius_m
 
-    def init(self) -> RadiusState:
+    def init(self) -> PeopleState:
         """Return the state before the first frame: nobody."""
-        return RadiusState(0, (), (), (), 0)
+        return NOBODY
 
-    def step(self, state: RadiusState, positions: Array, intensities: Array) -> RadiusState:
+    def step(self, state: PeopleState, time_s: float, positions: Array, intensities: Array) -> PeopleState:
         """Return the state after a frame's heads.
 
         Parameters
         ----------
         state
             After the frame before.
+        time_s
+            Time of the frame.
         positions, intensities
             Of the heads, ``(H, 2)`` [m] and ``(H,)``.
 
         Raises
         ------
         DataError
-            If the shapes do not fit or a number is not finite.
+            If the shapes do not fit, a number is not finite, or time runs backwards.
         """
         places, heights = checked_heads(positions, intensities)
-        living = {one.track: one for one in state.tracks if one.status != "deleted"}
-        given = self._paired(places, living, state.memory)
-        born = state.born
-        for row in np.flatnonzero(self.entrance.holds(places)):
-            if int(row) not in given:
-                born += 1
-                given[int(row)] = born
-        head_of = {track: row for row, track in given.items()}
-        tracks = [
-            self._followed(number, living.get(number), head_of.get(number), places, heights)
-            for number in sorted({*living, *head_of})
-        ]
-        rows = sorted(given)
-        seen = Remembered(places[rows], tuple(given[row] for row in rows))
-        memory = (*state.memory, seen)[-self.memory_frames :]
-        events = happened(state.frames, living.values(), tracks, self.entrance, 2 * self.radius_m)
-        return RadiusState(state.frames + 1, tuple(tracks), tuple(events), memory, born)
+        interval_s, living = interval_since(state.time_s, time_s), state.living
+        row_of = self._paired(places, state)
+        tracks, born = [], state.born
+        for number, old in living.items():
+            row = row_of.get(number)
+            life, _ = self.life.step(old.life, float(row is not None), 0)
+            if row is None:  # where it was
+                tracks.append(old._replace(life=life, velocity=(0.0, 0.0), frames=old.frames + 1))
+                continue
+            x, y = map(float, places[row])
+            dx, dy = x - old.position[0], y - old.position[1]
+            velocity = (dx / interval_s, dy / interval_s) if interval_s else old.velocity
+            tracks.append(PersonTrack(life, (x, y), velocity, time_s, old.frames + 1, float(heights[row])))
+        for row in np.flatnonzero(self.entrance.holds(places)).tolist():
+            if row not in row_of.values():
+                life, born = self.life.step(Life(), 1.0, born)
+                row_of[born] = row
+                x, y = map(float, places[row])
+                tracks.append(PersonTrack(life, (x, y), (0.0, 0.0), time_s, 1, float(heights[row])))
+        seen = {number: (float(places[row, 0]), float(places[row, 1])) for number, row in row_of.items()}
+        return PeopleState(time_s, tuple(tracks), born, (*state.memory, seen)[-self.memory_frames :])
 
-    def _paired(self, places: Array, living: dict[int, PersonTrack], memory: tuple[Remembered, ...]) -> dict[int, int]:
-        """Return the number given to each head that a living track's remembered head is near to (row: number)."""
-        numbers = np.array([track for seen in memory for track in seen.tracks], dtype=np.int64)
-        known = np.isin(numbers, list(living))
-        if not (known.any() and len(places)):
+    def _paired(self, places: Array, state: PeopleState) -> dict[int, int]:
+        """Return the head of each living track that has one near a head it is remembered by."""
+        living = state.living
+        known = [(number, place) for seen in state.memory for number, place in seen.items() if number in living]
+        if not (known and len(places)):
             return {}
-        numbers = numbers[known]
-        remembered = np.concatenate([seen.positions for seen in memory])[known]
-        order = list(living)
-        close = near_pairs(np.array([living[track].position for track in order]), 2 * self.radius_m)
+        numbers, order = [number for number, _ in known], list(living)
+        close = near_pairs(np.array([person.position for person in living.values()]), self.near_within_m)
         crowded = {order[row] for pair in close for row in pair}
         reach = np.array([self.radius_m * (self.near_factor if number in crowded else 1.0) for number in numbers])
-        apart = np.linalg.norm(places[:, None] - remembered[None], axis=2)
-        given: dict[int, int] = {}
-        taken: set[int] = set()
+        apart = np.linalg.norm(places[:, None] - np.array([place for _, place in known])[None], axis=2)
+        row_of: dict[int, int] = {}
         for flat in np.argsort(apart, axis=None, kind="stable"):
             row, at = divmod(int(flat), len(numbers))
-            number = int(numbers[at])
-            if apart[row, at] < reach[at] and row not in given and number not in taken:
-                given[row] = number
-                taken.add(number)
-        return given
-
-    def _followed(
-        self, number: int, old: PersonTrack | None, row: int | None, places: Array, heights: Array
-    ) -> PersonTrack:
-        """Return a track one frame later, at its head; without one, where it was."""
-        hits = (*(old.hits if old else ()), row is not None)[-self.confirm_window :]
-        missed = 0 if row is not None else (old.missed if old else 0) + 1
-        status: Status = old.status if old else "candidate"
-        if missed >= self.delete_frames:
-            status = "deleted"
-        elif sum(hits) >= self.confirm_frames:
-            status = "confirmed"
-        if row is None:
-            assert old is not None, "a track without a head is an old one"
-            return old._replace(status=status, hits=hits, missed=missed, velocity=(0.0, 0.0))
-        x, y = map(float, places[row])
-        velocity = (x - old.position[0], y - old.position[1]) if old else (0.0, 0.0)
-        return PersonTrack(number, status, (x, y), velocity, hits, missed, float(heights[row]))
+            if apart[row, at] < reach[at] and row not in row_of.values() and numbers[at] not in row_of:
+                row_of[numbers[at]] = row
+        return row_of

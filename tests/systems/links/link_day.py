@@ -1,21 +1,25 @@
-"""Made-up results of a tracked log, cheap enough for a day of frames: two people, a ghost now and then, gaps."""
+"""Made-up steps of a tracked log, cheap enough for a day of frames: two people, a ghost now and then, gaps."""
 
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 
 from elusive.io.path_truth import PathTruth
 from elusive.sensors.radio_network import radio_nodes
-from elusive.systems.links.link_tracks import LinkTrack
-from elusive.systems.links.track import LinkResult
-from elusive.tracking.people import Event
+from elusive.tracking.lifecycle import Life
+from elusive.tracking.people import TrackEvent
+from elusive.tracking.superposed import Target
+from elusive.tracking.track import Step, Track
 
 RATE_HZ = 4
 CALIBRATION = 20
-PERIOD = 512  # frames until a track is lost or exchanged: where pieces of the scores meet, too
+PERIOD = 512  # frames until a track is lost or exchanged
 NODES = radio_nodes(np.array([[-3.0, -3], [3, -3], [3, 3], [-3, 3]]))
+SPREAD = np.diag([0.09, 0.01, 0.16, 0.01])
+REMARKS = ("The room was not quite empty.",)
 
 
 def place(person, time_s):
@@ -32,35 +36,47 @@ def truth(seconds):
     return PathTruth(("Ann", "Bob"), tuple(paths))
 
 
-def results(frames, seed=5):
-    """Yield a result a frame; the people's tracks are lost and found again, now and then exchanged."""
+def step_of(time_s, tracks, events, cloud, calibrating=False):
+    targets = tuple(
+        Target(Life(one.track, one.status), one.existence, one.mean, one.covariance, cloud + one.mean) for one in tracks
+    )
+    people = SimpleNamespace(belief=SimpleNamespace(targets=targets), events=tuple(events))
+    state = SimpleNamespace(people=people, events=tuple(events), calibrating=calibrating, remarks=REMARKS)
+    return Step(time_s, None, state, tuple(tracks))
+
+
+def steps(frames, seed=5):
+    """Yield a step a frame; the people's tracks are lost and found again, now and then exchanged."""
     rng = np.random.default_rng(seed)
-    cloud = rng.normal(size=(500, 2))
+    cloud = rng.normal(size=(500, 4))
     number, tracks, ghosts = 2, {0: 1, 1: 2}, []
+
+    def shown_at(track, status, existence, x, y):
+        return Track(track, status, existence, np.array([x, 0.1, y, -0.1]), SPREAD)
+
     for frame in range(frames):
         time_s = frame / RATE_HZ
         if frame < CALIBRATION:
-            yield LinkResult(time_s, [], (), None, None, {}, ("The room was not quite empty.",))
+            yield step_of(time_s, [], [], cloud, calibrating=True)
             continue
         shown, events = [], []
         if frame % PERIOD == 0:  # one is lost and becomes a new track, or both are exchanged
             if rng.random() < 0.5:
                 number += 1
-                events.append(Event(frame, tracks[0], "lost", place(0, time_s)))
-                shown.append(LinkTrack(tracks[0], "deleted", 0.0, *place(0, time_s), 0.0, 0.0, np.nan, np.nan))
+                events.append(TrackEvent(time_s, tracks[0], "lost", place(0, time_s)))
+                shown.append(shown_at(tracks[0], "deleted", 0.0, *place(0, time_s)))
                 tracks[0] = number
             else:
                 tracks = {0: tracks[1], 1: tracks[0]}
         if frame % 300 == 7:
             number += 1
             ghosts.append((number, frame))
-            events.append(Event(frame, number, "appeared", (0.1, 0.2)))
+            events.append(TrackEvent(time_s, number, "appeared", (0.1, 0.2)))
         for person, track in tracks.items():
             if rng.random() < 0.9:
                 x, y = np.add(place(person, time_s), rng.normal(0, 0.8, 2))
                 status = "confirmed" if frame % PERIOD > (30 if track == 1 else 5) else "candidate"
-                shown.append(LinkTrack(track, status, float(rng.uniform(0.5, 1)), x, y, 0.1, -0.1, 0.3, 0.4))
-        shown += [LinkTrack(k, "candidate", 0.6, 0.1, 0.2, 0.0, 0.0, 1.0, 1.0) for k, at in ghosts if frame < at + 4]
+                shown.append(shown_at(track, status, float(rng.uniform(0.5, 1)), x, y))
+        shown += [shown_at(k, "candidate", 0.6, 0.1, 0.2) for k, at in ghosts if frame < at + 4]
         ghosts = [one for one in ghosts if frame < one[1] + 4]
-        clouds = {one.track: cloud + np.array([one.x_m, one.y_m]) for one in shown if one.status != "deleted"}
-        yield LinkResult(time_s, shown, tuple(events), None, None, clouds, ())
+        yield step_of(time_s, shown, events, cloud)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from elusive.geometry.areas import Area
+from elusive.preprocess.link_calibration import Calibration
 from elusive.sensors.radio_network import radio_nodes
 from elusive.systems.links.by_image import FADED_DB, ImageMethod, channel_deviation
 from tests.reference import tomography as reference
@@ -31,7 +32,8 @@ def test_deviation_between_channels():
 
 
 def image_of(method: ImageMethod, *empty_dbm: np.ndarray) -> np.ndarray:
-    chain = method.on(NODES, AREA, 1.0, *empty_dbm)
+    known = [Calibration(0.0, levels_dbm, np.ones_like(levels_dbm), ()) for levels_dbm in empty_dbm]
+    chain = method.bind(NODES, AREA, *known)
     return chain.projector.image(np.random.default_rng(0).normal(size=28))
 
 
@@ -52,23 +54,24 @@ def test_fading_is_noise_of_the_links():
 @pytest.mark.parametrize(("fading_db", "heads"), [(0.9 * FADED_DB, 2), (1.1 * FADED_DB, 1)])
 def test_where_links_fade_fainter_heads_are_left_out(fading_db, heads):
     """Two people, one half as bright: the fainter one may be a fluctuation of the other's links."""
-    chain = ImageMethod(fading_db=fading_db).on(NODES, AREA)
+    chain = ImageMethod(fading_db=fading_db).bind(NODES, AREA)
     rng = np.random.default_rng(0)
-    state = chain.init(rng.normal(0, 0.05, (20, 28)))
+    state = chain.init(rng.normal(0, 0.05, (20, 28)), rng)
     weights = ImageMethod().weights.sparse(NODES, chain.grid)
     seen = sum(
         height * np.exp(-2 * ((chain.grid.centres - place) ** 2).sum(axis=1))
         for place, height in (((-1.75, -1.75), 20.0), ((1.75, 1.75), 12.0))
     )
-    state = chain.step(state, weights @ seen, rng)
+    state = chain.step(state, 0.0, weights @ seen, rng)
     assert len(state.heads.positions) == heads
 
 
 def test_where_links_fade_places_are_trusted_less():
-    rng, still = np.random.default_rng(0), np.zeros(2)
-    deviations = []
+    rng, deviations = np.random.default_rng(0), []
     for fading_db in (0.0, 5.0):
-        smoothing, state = ImageMethod(fading_db=fading_db).on(NODES, AREA)._smoothing, {}
-        state = smoothing.step(state, {1: still}, rng)
-        deviations.append(state[1].deviation)
+        chain = ImageMethod(fading_db=fading_db).bind(NODES, AREA)
+        weights = ImageMethod().weights.sparse(NODES, chain.grid)
+        seen = 20 * np.exp(-2 * (chain.grid.centres**2).sum(axis=1))
+        state = chain.step(chain.init(rng.normal(0, 0.05, (20, 28)), rng), 0.0, weights @ seen, rng)
+        deviations.append(np.sqrt(np.diag(state.tracks[0].covariance)[[0, 2]]))
     np.testing.assert_allclose(deviations, [(0.3, 0.3), (1.0, 1.0)])

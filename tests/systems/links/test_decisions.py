@@ -9,14 +9,12 @@ import pytest
 
 from elusive.errors import DataError
 from elusive.metrics import clear_mot, sightings, sightings_of
-from elusive.preprocess.binary_links import BinaryLinks
-from elusive.systems.links.by_image import ImageMethod
-from elusive.systems.links.decisions import DecisionChain
+from elusive.systems.links.decisions import DecisionMethod
 from elusive.systems.links.simulate import LinkSimulation
-from elusive.systems.links.track import LinkTracking, track_links
+from elusive.systems.links.track import LinkTracking, track
 
-BINARY = BinaryLinks(bit_error_rate=0.001)
 SIMULATION = LinkSimulation()
+CHAIN = DecisionMethod(decisions={"bit_error_rate": 0.001}).bind(SIMULATION.bind().nodes, SIMULATION.walks.area)
 
 
 def crossing() -> np.ndarray:
@@ -26,21 +24,18 @@ def crossing() -> np.ndarray:
 
 
 def changes(places: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    network, radiation = SIMULATION.on(), SIMULATION.radiation
+    network, radiation = SIMULATION.bind(), SIMULATION.radiation
     return np.array([radiation.links(radiation.image(p, network.grid, rng), network.weights, rng) for p in places])
 
 
 def test_two_people_are_tracked_by_one_bit_a_link() -> None:
     rng = np.random.default_rng(0)
-    empty = changes(np.full((20, 1, 2), np.nan), rng)
-    tests = BINARY.calibrate(empty)
-    chain = DecisionChain(ImageMethod(), SIMULATION.on().nodes, SIMULATION.walks.area, BINARY, tests)
-    state = chain.init(BINARY.decide(empty, tests, rng))
+    state = CHAIN.init(changes(np.full((20, 1, 2), np.nan), rng), rng)
     assert state.threshold.level >= 2 * math.log(2304)
     truth, rows = crossing(), []
     for frame, change in enumerate(changes(truth, rng)):
-        state = chain.step(state, BINARY.decide(change, tests, rng), rng)
-        rows += [(frame, one.track, *one.position) for one in state.people.tracks if one.status == "confirmed"]
+        state = CHAIN.step(state, frame, change, rng)
+        rows += [(frame, one.track, *one.mean[[0, 2]]) for one in state.tracks if one.status == "confirmed"]
     table = np.array(rows)
     found = clear_mot(sightings_of(truth), sightings(table[:, 0], table[:, 1], table[:, 2:]), 2.0, 30)
     assert found.misses[5:].sum() <= 2
@@ -52,14 +47,12 @@ def test_two_people_are_tracked_by_one_bit_a_link() -> None:
 def test_an_empty_area_and_silent_links_show_nobody() -> None:
     rng = np.random.default_rng(1)
     empty = changes(np.full((40, 1, 2), np.nan), rng)
-    tests = BINARY.calibrate(empty[:20])
-    chain = DecisionChain(ImageMethod(), SIMULATION.on().nodes, SIMULATION.walks.area, BINARY, tests)
-    state = chain.init(BINARY.decide(empty[:20], tests, rng))
-    for change in empty[20:]:
-        state = chain.step(state, BINARY.decide(change, tests, rng), rng)
-        assert state.tracks == []
-    state = chain.step(state, np.full(820, np.nan), rng)
-    assert state.tracks == []
+    state = CHAIN.init(empty[:20], rng)
+    for time_s, change in enumerate(empty[20:]):
+        state = CHAIN.step(state, time_s, change, rng)
+        assert state.tracks == ()
+    state = CHAIN.step(state, 20, np.full(820, np.nan), rng)
+    assert state.tracks == ()
     assert not state.image.any()
 
 
@@ -68,30 +61,28 @@ def test_a_log_is_tracked_by_one_decision_a_link() -> None:
     simulation = SIMULATION.replace(
         calibration_steps=20, radiation=SIMULATION.radiation.replace(amplitude_db=3.0, voxel_noise_db=0.05)
     )
-    rng = np.random.default_rng(0)
     truth = crossing()
     parameters = LinkTracking(
         method={"kind": "binary", "decisions": {"signal_db": 3.0}}, area=simulation.walks.area, change={"empty_s": None}
     )
-    nodes = simulation.on().nodes
-    results = list(track_links(simulation.frames(truth, rng), nodes, parameters))
+    nodes = simulation.bind().nodes
+    results = list(track(simulation.frames(simulation.images(truth)), nodes, parameters))
     assert len(results) == 50
-    places = [(k, one.track, one.x_m, one.y_m) for k, r in enumerate(results[20:]) for one in r.tracks
+    places = [(k, one.track, *one.mean[[0, 2]]) for k, r in enumerate(results[20:]) for one in r.tracks
               if one.status == "confirmed"]  # fmt: skip
     table = np.array(places)
     found = clear_mot(sightings_of(truth), sightings(table[:, 0], table[:, 1], table[:, 2:]), 2.0, 30)
     assert found.mota > 0.8
     assert found.motp < 1.0
-    assert ("Method", "one decision a link, ratios of 0.5 m voxels, tracker 'hungarian'") in parameters.described(nodes)
+    assert (
+        "Method",
+        "one decision a link, ratios of 0.5 m voxels, tracker 'hungarian', kalman",
+    ) in parameters.described(nodes)
 
 
 def test_what_does_not_fit_is_refused() -> None:
-    tests = BINARY.calibrate(np.random.default_rng(0).normal(size=(5, 7)))
-    with pytest.raises(DataError, match="links: 7 have a test, the network 820 links"):
-        DecisionChain(ImageMethod(), SIMULATION.on().nodes, SIMULATION.walks.area, BINARY, tests)
-    tests = BINARY.calibrate(np.random.default_rng(0).normal(size=(5, 820)))
-    chain = DecisionChain(ImageMethod(), SIMULATION.on().nodes, SIMULATION.walks.area, BINARY, tests)
+    rng = np.random.default_rng(0)
     with pytest.raises(DataError, match="calibration: has no frame"):
-        chain.init(np.empty((0, 820)))
+        CHAIN.init(np.empty((0, 820)), rng)
     with pytest.raises(DataError, match="links"):
-        chain.step(chain.init(np.zeros((2, 820))), np.zeros(7), np.random.default_rng(0))
+        CHAIN.step(CHAIN.init(rng.normal(size=(5, 820)), rng), 0.0, np.zeros(7), rng)

@@ -20,7 +20,7 @@ from elusive.io.link_logs import open_link_log
 from elusive.io.node_files import read_nodes
 from elusive.preprocess.link_calibration import Calibrate
 from elusive.systems.links.by_image import FADED_DB, channel_deviation
-from elusive.systems.links.track import ImageMethod, LinkTracking, track_links
+from elusive.systems.links.track import ImageMethod, LinkTracking, track
 from tests import recordings
 
 DATA = recordings.DATA / "rti" / "basement"
@@ -47,13 +47,14 @@ def followed(method: ImageMethod, calibration_frames: int = EMPTY) -> Run:
     nodes, log = network()
     shown, errors, confirmed, early = np.full(2, np.inf), [], [], 0
     parameters = LinkTracking(method=method, calibration_frames=calibration_frames)
-    for number, result in enumerate(track_links(log, nodes, parameters)):
+    grid = parameters.grid_of(nodes)
+    for number, result in enumerate(track(log, nodes, parameters)):
         people = [one for one in result.tracks if one.status == "confirmed"]
         early += len(people) if number < EMPTY else 0
         if people:
-            places = np.array([(one.x_m, one.y_m) for one in people])
-            voxels = ((result.grid.centres[:, None] - places) ** 2).sum(axis=2).argmin(axis=0)
-            shown = places[result.image[voxels].argmax()]
+            places = np.array([one.mean[[0, 2]] for one in people])
+            voxels = ((grid.centres[:, None] - places) ** 2).sum(axis=2).argmin(axis=0)
+            shown = places[result.state.people.image[voxels].argmax()]
         way = (result.time_s - WALK_S) / PIVOT_S
         if 0 <= way <= len(corners) - 1:
             place = [np.interp(way, np.arange(len(corners)), corners[:, axis]) for axis in (0, 1)]

@@ -18,8 +18,8 @@ from elusive.sensors.link_shadowing import LinkShadowing
 from elusive.sensors.radio_network import RssFrame, directed_links_of
 from elusive.systems.links.by_links import LinksMethod
 from elusive.systems.links.fit import LinkFitting, fit_links
-from elusive.systems.links.track import ImageMethod, LinkTracking, track_links
-from tests.filters.particle.link_scenes import DATA
+from elusive.systems.links.track import ImageMethod, LinkTracking, track
+from tests.tracking.link_scenes import DATA
 
 pytestmark = pytest.mark.skipif(not DATA.exists(), reason=f"needs the radio log under {DATA}")
 
@@ -52,11 +52,11 @@ def followed(parameters, spoil=None):
     nodes, log, truth = recorded()
     if spoil is not None:
         log = [RssFrame(frame.time_s, spoil(number, frame.rss_dbm.copy())) for number, frame in enumerate(log)]
-    results = list(track_links(log, nodes, parameters))
+    results = list(track(log, nodes, parameters))
     walked = np.flatnonzero(np.isfinite(truth[:, 0]))
     assert len(results) == len(log)
     assert len(walked) == WALKED
-    sure = [[(t.x_m, t.y_m) for t in results[k].tracks if t.status == "confirmed"] for k in walked]
+    sure = [[t.mean[[0, 2]] for t in results[k].tracks if t.status == "confirmed"] for k in walked]
     seen = [(truth[k], np.array(places)) for k, places in zip(walked, sure, strict=True) if places]
     errors = [np.linalg.norm(places - true, axis=1).min() for true, places in seen]
     early = sum(len(result.tracks) for result in results[:EMPTY])
@@ -144,6 +144,6 @@ def test_an_image_bears_it_too(spoil, error_m):
 
 def test_somebody_inside_while_calibrating_is_told():
     nodes, log, _ = recorded()
-    (told,) = next(track_links(log[200:260], nodes, LinkTracking(calibration_frames=EMPTY))).remarks
+    (told,) = next(track(log[200:260], nodes, LinkTracking(calibration_frames=EMPTY))).state.remarks
     assert "as if somebody were inside" in told
-    assert not next(track_links(log[:60], nodes, LinkTracking(calibration_frames=EMPTY))).remarks
+    assert not next(track(log[:60], nodes, LinkTracking(calibration_frames=EMPTY))).state.remarks

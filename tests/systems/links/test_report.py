@@ -17,8 +17,8 @@ from elusive.systems.links.report import (
     write_links_html,
     write_links_png,
 )
-from elusive.systems.links.report.contents import Happening
 from elusive.systems.links.report.page import POINTS_SHOWN, TIMES_SHOWN
+from elusive.tracking.people import TrackEvent
 from tests.browsing import data_in, is_drawn, layers, names, numbers, pixels, stands_alone, titles
 
 CORNERS = np.array([[0.0, 0.0], [6.0, 0.0], [6.0, 4.0], [3.0, 5.0], [0.0, 4.0]])
@@ -48,7 +48,7 @@ def tracked(frames: int, tracks: int = 1, *, truth: bool = True, image: bool = F
     return LinksTracked(
         "A <b>& title</b> </script>", "One person & more.", times, CORNERS, ["a", "b", "c", "<d>"], NODES, paths,
         keeper.scenes, ((ROWS, COLUMNS), (0.0, 6.0, 0.0, 5.0)) if image else None, true if truth else None,
-        [Happening(times[path.frames[0]], path.track, "appeared", 1.0, 2.0) for path in paths],
+        [TrackEvent(times[path.frames[0]], path.track, "appeared", (1.0, 2.0)) for path in paths],
         [("Frames", f"{frames} <i>")], ("track", "from"), [(str(path.track), "0 <i>") for path in paths], 3,
     )  # fmt: skip
 

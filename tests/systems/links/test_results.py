@@ -6,178 +6,124 @@ import csv
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from elusive.errors import DataError
-from elusive.io import read_tracks_csv, write_tracks_csv
 from elusive.io.link_logs import open_link_log
 from elusive.io.node_files import read_nodes
-from elusive.metrics import clear_mot, gospa, identity, sightings, sightings_of
+from elusive.results import read_tracks_csv, score
+from elusive.systems.links import results
 from elusive.systems.links.results import EVENTS_KEPT, LinkRun
 from elusive.systems.links.run import track_links_recording
-from elusive.systems.links.scores import FRAMES_AT_ONCE
-from elusive.systems.links.tables import ROWS_AT_ONCE, LinkDataset, LinkTables, rows_of
 from elusive.systems.links.track import LinkTracking
-from elusive.tracking.people import Event
-from tests.systems.links.link_day import CALIBRATION, NODES, PERIOD, RATE_HZ, results, truth
+from elusive.tracking.people import TrackEvent
+from tests.systems.links.link_day import CALIBRATION, NODES, RATE_HZ, REMARKS, step_of, steps, truth
 from tests.walked_room import EMPTY, changed, write_room
 
-FRAMES = 3 * FRAMES_AT_ONCE + 100
+FRAMES = 2100
 
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    """Folder of the tables, what the run came to, and each frame's result and rows."""
+    """Folder of the tables, what the run came to, and each frame's step."""
     folder = tmp_path_factory.mktemp("made")
-    run = LinkRun("x/log.csv", NODES, LinkTracking().area_of(NODES), truth(FRAMES / RATE_HZ))
-    dataset, held = LinkDataset(folder / "result.nc", "log.csv", "all: 1"), []
-    with LinkTables(folder) as tables:
-        for frame, result in enumerate(results(FRAMES)):
-            rows = rows_of(result)
-            tables.append(result, rows)
-            dataset.append(rows)
-            run.offer(result, rows, calibrating=frame < CALIBRATION)
-            held.append((result, rows))
-    dataset.flush()
-    return folder, run.outcome([]), held
+    held = list(steps(FRAMES))
+    with LinkRun("x/log.csv", NODES, LinkTracking(), truth(FRAMES / RATE_HZ), folder) as run:
+        for step in held:
+            run.append(step)
+    return folder, run, run.outcome(), held
 
 
-def test_tables_are_those_of_all_rows_at_once(made, tmp_path):
-    folder, _, held = made
-    write_tracks_csv(tmp_path / "tracks.csv", [row for _, rows in held for row in rows], unit="m")
-    assert (folder / "tracks.csv").read_bytes() == (tmp_path / "tracks.csv").read_bytes()
+def test_tables_are_those_of_all_steps(made):
+    folder, run, _, held = made
+    assert (folder / "tracks.csv").read_text() == run.log.csv_text()
+    assert len(read_tracks_csv(folder / "tracks.csv").rows) == sum(len(step.tracks) for step in held)
     with (folder / "events.csv").open() as file:
         header, *lines = csv.reader(file)
     assert header == ["time_s", "track", "event", "x_m", "y_m"]
-    events = [(result.time_s, event) for result, _ in held for event in result.events]
-    assert lines == [
-        [f"{at:.3f}", str(one.track), one.what, *(f"{value:.3f}" for value in one.position)] for at, one in events
-    ]
+    events = [event for step in held for event in step.state.events]
+    assert [(float(t), int(n), what, (float(x), float(y))) for t, n, what, x, y in lines] == events
+    assert run.events_text() == (folder / "events.csv").read_text()
 
 
-def test_the_dataset_is_that_of_all_rows_at_once(made, tmp_path):
-    folder, _, held = made
-    rows = [row for _, rows in held for row in rows if row.track is not None]
-    assert len(rows) > ROWS_AT_ONCE + 1
-    whole = xr.Dataset(
-        {
-            "track": ("row", [row.track for row in rows]),
-            "status": ("row", [row.status for row in rows]),
-            "existence": ("row", [row.existence for row in rows]),
-            "state": (("row", "component"), [row[4:8] for row in rows], {"units": "m, m/s, m, m/s"}),
-            "deviation": (("row", "axis"), [row[8:10] for row in rows], {"units": "m"}),
-        },
-        {"time": ("row", [row.time_s for row in rows], {"units": "s"}), "axis": ["x", "y"]},
-        {"title": "log.csv", "config": "all: 1"},
-    ).assign_coords(component=["x", "y", "vx", "vy"])  # the order of a row of the table
-    found = xr.load_dataset(folder / "result.nc")
-    assert found.component.values.tolist() == ["x", "vx", "y", "vy"]
-    xr.testing.assert_identical(found.sel(component=["x", "y", "vx", "vy"]), whole)
-    again = LinkDataset(tmp_path / "again.nc", "log.csv", "all: 1")
-    for _, some in held:
-        again.append(some)
-    again.flush()
-    again.flush()  # nothing more to write
-    assert (tmp_path / "again.nc").read_bytes() == (folder / "result.nc").read_bytes()
-
-
-def test_a_dataset_without_a_track(tmp_path):
-    dataset = LinkDataset(tmp_path / "result.nc", "log", "")
-    for result in results(CALIBRATION):
-        dataset.append(rows_of(result))
-    dataset.flush()
-    assert xr.load_dataset(tmp_path / "result.nc").sizes == {"row": 0, "component": 4, "axis": 2}
-
-
-def test_scores_are_those_of_the_whole_log_at_once(made):
-    _, outcome, held = made
-    places = truth(FRAMES / RATE_HZ).at([result.time_s for result, _ in held])
+def test_scores_leave_out_the_calibration(made):
+    _, run, outcome, held = made
+    places = truth(FRAMES / RATE_HZ).at([step.time_s for step in held])
     places[:CALIBRATION] = np.nan
-    true, said = sightings_of(places), dict(outcome.table)
-    assert FRAMES_AT_ONCE % PERIOD == 0  # tracks change as a new piece begins
-    for words, statuses in (("", {"confirmed"}), (", candidates too", {"confirmed", "candidate"})):
-        rows = [(frame, row) for frame, (_, rows) in enumerate(held) for row in rows if row.status in statuses]
-        found = sightings(
-            [frame for frame, _ in rows], [row.track for _, row in rows], [(row.x, row.y) for _, row in rows]
-        )
-        mot, agreed = clear_mot(true, found, 2.0, FRAMES), identity(true, found, 2.0)
-        assert mot.mismatches.sum() > 5
-        assert said[f"MOTA{words}"] == (
-            f"{mot.mota:.3f}: {mot.misses.sum()} misses, {mot.false_positives.sum()} false, "
-            f"{mot.mismatches.sum()} mismatches of {mot.targets.sum()}"
-        )
-        assert said[f"Deviation{words}"].startswith(f"{mot.motp:.2f} m mean, {mot.max_deviation:.2f} m greatest")
-        far = gospa(true, found, 2.0, 2.0, FRAMES).distance.mean()
-        assert said[f"IDF1, GOSPA{words}"] == f"{agreed.idf1:.3f}, {far:.2f} m"
+    said = dict(outcome.table)
+    for words, statuses in (("", ["confirmed"]), (", candidates too", ["confirmed", "candidate"])):
+        found = score(run.log, places, 2.0, statuses)
+        assert found.mismatches > 1
+        assert said[f"MOTA{words}"].startswith(f"{found.mota:.3f}: {found.misses} misses")
 
 
-def test_tracks_are_told_as_recounted_from_all_rows(made):
-    _, outcome, held = made
+def test_tracks_are_told_as_recounted_from_all_steps(made):
+    _, _, outcome, held = made
     by_track = {}
-    for _, rows in held:
-        for row in rows:
-            if row.status in ("candidate", "confirmed"):
-                by_track.setdefault(row.track, []).append(row)
+    for step in held:
+        for one in step.tracks:
+            if one.status != "deleted":
+                by_track.setdefault(one.track, []).append((step.time_s, one))
     expected = []
     for number, rows in by_track.items():
-        sure = [row for row in rows if row.status == "confirmed"]
+        sure = [(time_s, one) for time_s, one in rows if one.status == "confirmed"]
         if sure:
-            walked = np.hypot(*np.diff([(row.x, row.y) for row in sure], axis=0).T).sum()
+            walked = np.hypot(*np.diff([one.mean[[0, 2]] for _, one in sure], axis=0).T).sum()
             expected.append((
-                str(number), f"{rows[0].time_s:.1f}", f"{rows[-1].time_s:.1f}", f"{sure[0].time_s:.1f}",
-                f"{walked:.1f}", f"{np.mean([row.existence for row in sure]):.2f}",
+                str(number), f"{rows[0][0]:.1f}", f"{rows[-1][0]:.1f}", f"{sure[0][0]:.1f}", f"{walked:.1f}",
+                f"{np.mean([one.existence for _, one in sure]):.2f}",
             ))  # fmt: skip
     assert outcome.tracks == expected
     said = dict(outcome.table)
     assert said["Frames"] == f"{FRAMES}, of them {CALIBRATION} for calibration; one each 0.25 s"
     assert said["Candidates never confirmed"] == str(len(by_track) - len(expected))
-    people = [sum(row.status == "confirmed" for row in rows) for _, rows in held]
+    people = [sum(one.status == "confirmed" for one in step.tracks) for step in held]
     share = 100 * np.mean(np.array(people) > 0)
     assert outcome.verdict == (
         f"At most {max(people)} people at a time, in {len(expected)} tracks; somebody was there in {share:.0f} % of "
         "the frames."
     )
     assert outcome.tracked.people.tolist() == people
-    assert outcome.remarks == ("The room was not quite empty.",)
+    assert outcome.remarks == REMARKS
 
 
-def test_of_very_many_events_the_report_has_the_latest():
-    run, frames = LinkRun("log", NODES, LinkTracking().area_of(NODES)), CALIBRATION + 10 + EVENTS_KEPT
-    for frame, result in enumerate(results(frames)):
-        event = Event(frame, 1 if frame % 2 else 10**6, "near", (0.0, 0.0))  # every second one of nobody confirmed
-        run.offer(result._replace(events=(event,)), rows_of(result), calibrating=frame < CALIBRATION)
-    tracked = run.outcome([]).tracked
-    assert [one.time_s for one in tracked.events] == [frame / RATE_HZ for frame in range(frames - EVENTS_KEPT, frames)]
-    assert tracked.unlisted == (CALIBRATION + 10) // 2
+def test_a_long_log_is_thinned_for_the_report(made, monkeypatch):
+    _, run, whole, _ = made
+    monkeypatch.setattr(results, "FRAMES_AT_MOST", 600)
+    thin = run.outcome().tracked
+    np.testing.assert_array_equal(thin.times_s, whole.tracked.times_s[::4])
+    assert thin.calibrated == CALIBRATION / 4
+    for path, full in zip(thin.paths, whole.tracked.paths, strict=True):
+        kept = full.frames % 4 == 0
+        np.testing.assert_array_equal(path.frames, full.frames[kept] // 4)
+        np.testing.assert_array_equal(path.places, full.places[kept])
 
 
-def test_a_row_that_contradicts_itself_is_refused(tmp_path):
-    *_, result = results(CALIBRATION + 1)
-    with LinkTables(tmp_path) as tables:
-        tables.append(result, rows_of(result))
-        before = len(rows_of(result))
-        wrong = result._replace(tracks=[result.tracks[0]._replace(existence=1.5)])
-        with pytest.raises(DataError, match=rf"tracks\.csv: row {before + 1} of the tracks has the existence 1\.5"):
-            tables.append(wrong, rows_of(wrong))
-    assert len(read_tracks_csv(tmp_path / "tracks.csv", unit="m")) == before
-
-
-def test_a_full_disk_is_told(tmp_path):
-    (tmp_path / "tracks.csv").symlink_to("/dev/full")
-    *_, result = results(CALIBRATION + 1)
-    said = r"cannot be written \(No space left on device\); check space"
-    with pytest.raises(DataError, match=said), LinkTables(tmp_path) as tables:  # noqa: PT012
-        while True:
-            tables.append(result, rows_of(result))
+def test_of_very_many_events_the_report_has_the_latest(made):
+    *_, held = made
+    with LinkRun("log", NODES, LinkTracking()) as run:
+        for step in [*held[:CALIBRATION], *held[CALIBRATION + 40 : CALIBRATION + 60]]:
+            run.append(step)
+        last, cloud = step.time_s, np.zeros((1, 4))
+        for frame in range(EVENTS_KEPT + 10):
+            event = TrackEvent(last + frame, 1 if frame % 2 else 10**6, "near", (0.0, 0.0))  # of nobody confirmed
+            run.append(step_of(last + frame, [], [event], cloud))
+        tracked = run.outcome().tracked
+    assert [one.time_s for one in tracked.events] == [last + frame for frame in range(10, EVENTS_KEPT + 10)]
+    assert tracked.unlisted == 5
 
 
 def test_where_nothing_can_be_written(tmp_path):
     (tmp_path / "events.csv").mkdir()
     with pytest.raises(DataError, match="cannot be written"):
-        LinkTables(tmp_path)
-    dataset = LinkDataset(tmp_path / "nowhere" / "result.nc", "log", "")
-    with pytest.raises(DataError, match="there is no folder"):
-        dataset.append([])
+        LinkRun("log", NODES, LinkTracking(), folder=tmp_path)
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "tracks.csv").symlink_to("/dev/full")
+    *_, step = steps(CALIBRATION + 1)
+    said = r"cannot be written \(No space left on device\); check space"
+    run = LinkRun("log", NODES, LinkTracking(), folder=tmp_path / "full")
+    with pytest.raises(DataError, match=said), run:  # noqa: PT012
+        while True:
+            run.append(step)
 
 
 @pytest.fixture(scope="module")

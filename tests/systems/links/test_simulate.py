@@ -35,8 +35,8 @@ CLEAN = {"radiation": {"voxel_noise_db": 0.0}, "quantiser": {"bits": 32, "bit_er
 
 def written_out(simulation: LinkSimulation, place: np.ndarray) -> np.ndarray:
     """Changes of eqs. 3.5, 3.10 and 3.11 with one person, link by link and voxel by voxel."""
-    network = simulation.on()
-    nodes, half = network.nodes.positions_m, simulation.voxel_m / 2
+    network = simulation.bind()
+    nodes, half = network.nodes.positions_m, simulation.weights.voxel_m / 2
     changes = []
     for a, b in links_of(len(nodes)):
         A, B = nodes[a], nodes[b]
@@ -83,22 +83,22 @@ def test_coarse_bits_and_bit_errors_reach_the_centre() -> None:
 
 def test_nodes_along_the_border_on_a_grid_and_from_a_file(tmp_path: Path) -> None:
     square = Area.rectangle(-12, 12, -12, 12)
-    border = BorderNodes().on(square)
+    border = BorderNodes().bind(square)
     assert len(border.names) == 41
     along = [square.on_border(96 * k / 41)[0] for k in range(41)]
     np.testing.assert_allclose(border.positions_m, along)
     assert np.abs(square.depth_m(border.positions_m)).max() < 1e-9
-    grid = GridNodes(rows=2, columns=4).on(Area.rectangle(0, 8, 0, 2))
+    grid = GridNodes(rows=2, columns=4).bind(Area.rectangle(0, 8, 0, 2))
     np.testing.assert_allclose(grid.positions_m, [(x, y) for y in (0.5, 1.5) for x in (1, 3, 5, 7)])
     triangle = Area(corners_m=((0, 0), (10, 0), (0, 10)))
-    assert len(GridNodes(rows=2, columns=2).on(triangle).names) == 3
+    assert len(GridNodes(rows=2, columns=2).bind(triangle).names) == 3
     with pytest.raises(ParameterError, match=r"GridNodes\.rows: 1 rows and 1 columns put 1 nodes into the area"):
-        GridNodes(rows=1, columns=1).on(triangle)
+        GridNodes(rows=1, columns=1).bind(triangle)
     (tmp_path / "nodes.csv").write_text("node,x_m,y_m\na,0,0\nb,6,4\nc,0,4\n")
     listed = {"kind": "file", "path": str(tmp_path / "nodes.csv")}
-    assert LinkSimulation(**{**SMALL, "network": listed}).on().nodes.names == ("a", "b", "c")
+    assert LinkSimulation(**{**SMALL, "network": listed}).bind().nodes.names == ("a", "b", "c")
     with pytest.raises(DataError, match=r"gone\.csv"):
-        ListedNodes(path=str(tmp_path / "gone.csv")).on(square)
+        ListedNodes(path=str(tmp_path / "gone.csv")).bind(square)
     (tmp_path / "far.csv").write_text("node,x_m,y_m\na,100,0\nb,106,4\n")
     far = LinkSimulation(**{**SMALL, "network": {"kind": "file", "path": str(tmp_path / "far.csv")}})
     with pytest.raises(DataError, match="no link passes any voxel"):
@@ -116,7 +116,7 @@ def test_a_log_is_the_link_budget_less_the_change(tmp_path: Path) -> None:
     assert sorted(path.name for path in out.iterdir()) == FILES
     assert told == list(range(1, 51))
     nodes = read_nodes(out / "nodes.csv")
-    np.testing.assert_allclose(nodes.positions_m, simulation.on().nodes.positions_m)
+    np.testing.assert_allclose(nodes.positions_m, simulation.bind().nodes.positions_m)
     log = open_link_log(out / "log.csv", nodes)
     frames = list(log)
     assert log.channels == ("0", "1")
@@ -126,8 +126,8 @@ def test_a_log_is_the_link_budget_less_the_change(tmp_path: Path) -> None:
     for channel, frequency in enumerate((2.45e9, 2.455e9)):
         expected = 4.0 - 20 * np.log10(4 * np.pi * apart * frequency / 299_792_458)
         np.testing.assert_allclose(frames[0].rss_dbm[:, channel], expected, atol=0.006)
-    truth = read_path_truth(out / "truth.csv").interpolated([frame.time_s for frame in frames])
-    drawn = simulation.walks.draw(np.random.default_rng(4))
+    truth = read_path_truth(out / "truth.csv").at([frame.time_s for frame in frames])
+    drawn = simulation.truth()
     assert np.isnan(truth[:10]).all()
     np.testing.assert_allclose(
         truth[10:], drawn[:, [int(n) - 1 for n in read_path_truth(out / "truth.csv").names]], atol=1e-4
@@ -148,13 +148,12 @@ def test_a_log_of_many_channels_fades_and_is_noisy_as_asked(tmp_path: Path) -> N
         **SMALL, calibration_steps=400, fade_sd_db=5.0, quantiser=CLEAN["quantiser"],
         radiation={"voxel_noise_db": 0.0, "link_noise_db": 1.0, "channels": 3},
     )  # fmt: skip
-    rng = np.random.default_rng(0)
     truth = np.full((1, 1, 2), np.nan)
-    calibration = Calibrate().over(simulation.frames(truth, rng))
+    calibration = Calibrate().over(simulation.frames(simulation.images(truth)))
     noise = np.sqrt(calibration.variance_db2)
     assert noise.mean() == pytest.approx(1.0, abs=0.05)  # of an exponential of mean 1, each of 168 within 14 %
     budget = LinkSimulation(**SMALL, **CLEAN)
-    plain = next(iter(budget.frames(truth, np.random.default_rng(0)))).rss_dbm
+    plain = next(iter(budget.frames(budget.images(truth)))).rss_dbm
     own = calibration.mean_dbm - plain
     assert own.std() == pytest.approx(5.0, rel=0.25)  # 84 draws
     up = directed_links_of(8)
@@ -186,7 +185,7 @@ def test_the_command_repeats_from_its_own_configuration(tmp_path: Path, capfd: p
 def test_coverage_counts_the_links_through_each_voxel(tmp_path: Path) -> None:
     area = Area(corners_m=((0, 0), (6, 0), (6, 4), (0, 2)))
     simulation = LinkSimulation(walks={**SMALL["walks"], "area": area}, network=SMALL["network"])
-    network = simulation.on()
+    network = simulation.bind()
     words = write_coverage(tmp_path, network.nodes, network.grid, network.weights)
     table = np.loadtxt(tmp_path / "coverage.csv", delimiter=",", skiprows=1)
     assert (tmp_path / "coverage.csv").read_text().startswith("x_m,y_m,links,weight\n")
@@ -235,4 +234,4 @@ def test_straight_on_the_links_of_a_simulated_log_by_its_own_model(tmp_path: Pat
     outcome = track_links_recording(log, nodes, parameters, tmp_path / "tracks", truth=truth)
     rows = dict(outcome.table)
     assert float(rows["MOTA, candidates too"].split(":")[0]) >= 0.95
-    assert float(rows["Deviation, candidates too"].split(" m mean")[0]) <= 0.25  # half a voxel
+    assert float(rows["Error, candidates too"].split(" m RMS")[0]) <= 0.25  # half a voxel

@@ -10,6 +10,8 @@ from elusive.filters.gaussian.kalman import KalmanFilter
 from elusive.motion import ConstantVelocity
 from elusive.sensors.linear import LinearSensor
 from elusive.systems.links.smoothing import KalmanSmoothing, ParticleSmoothing
+from elusive.tracking.lifecycle import Life
+from elusive.tracking.people import PeopleState, PersonTrack
 
 FRAMES = 40
 
@@ -30,29 +32,32 @@ def places_of(seed):
 
 def follow(smoothing, frames, seed=0):
     rng = np.random.default_rng(seed)
-    state, states = {}, []
-    for frame in frames:
-        state = smoothing.step(state, frame, rng)
+    state, states, last = {}, [], {}
+    for k, frame in enumerate(frames):
+        time_s = float(k)
+        last |= {track: (tuple(place), time_s) for track, place in frame.items() if place is not None}
+        people = [PersonTrack(Life(track, "candidate"), last[track][0], (0.0, 0.0), last[track][1], 1, 1.0)
+                  for track in frame]  # fmt: skip
+        state = smoothing.step(state, PeopleState(time_s, tuple(people), 0), rng)
         states.append(state)
     return states
 
 
 def test_kalman_is_the_kalman_filter():
     _, frames = places_of(1)
-    smoothing = KalmanSmoothing(q=0.4, place_sd_m=0.3, interval_s=0.5)
+    smoothing = KalmanSmoothing(q=0.4, place_sd_m=0.3)
     states = follow(smoothing, frames)
     for track, first, last in ((1, 0, FRAMES), (7, 5, 30)):
         whole = KalmanFilter(
             motion=ConstantVelocity(q=0.4),
             sensor=LinearSensor(observed=((1.0, 0, 0, 0), (0, 0, 1.0, 0)), covariance=((0.09, 0), (0, 0.09))),
-            prior=smoothing.prior(frames[first][track]),
+            prior=smoothing._prior(frames[first][track]),
         )
         seen = [frame[track] for frame in frames[first + 1 : last]]
-        expected = run(whole, seen, np.random.default_rng(0), 0.5 * np.arange(1, len(seen) + 1), start_s=0.0)
+        expected = run(whole, seen, np.random.default_rng(0), np.arange(1.0, len(seen) + 1), start_s=0.0)
         for state, one in zip(states[first + 1 : last], expected, strict=True):
-            np.testing.assert_allclose(state[track].position, one.mean[[0, 2]], atol=1e-12)
-            np.testing.assert_allclose(state[track].velocity, one.mean[[1, 3]], atol=1e-12)
-            np.testing.assert_allclose(state[track].deviation ** 2, np.diag(one.covariance)[[0, 2]], atol=1e-12)
+            np.testing.assert_allclose(state[track].mean, one.mean, atol=1e-12)
+            np.testing.assert_allclose(state[track].covariance, one.covariance, atol=1e-12)
     assert set(states[4]) == {1}
     assert set(states[-1]) == {1}
 
@@ -65,9 +70,9 @@ def test_particles_agree_with_kalman():
     for ours, theirs in zip(drawn, exact, strict=True):
         assert set(ours) == set(theirs)
         for track, one in ours.items():
-            error = theirs[track].deviation / np.sqrt(8000)
-            assert (np.abs(one.position - theirs[track].position) < 6 * error).all()
-            np.testing.assert_allclose(one.deviation, theirs[track].deviation, rtol=0.1)
+            deviation, exactly = (np.sqrt(np.diag(each.covariance)[[0, 2]]) for each in (one, theirs[track]))
+            assert (np.abs(one.mean - theirs[track].mean)[[0, 2]] < 6 * exactly / np.sqrt(8000)).all()
+            np.testing.assert_allclose(deviation, exactly, rtol=0.1)
 
 
 @pytest.mark.parametrize("smoothing", [KalmanSmoothing(), ParticleSmoothing()], ids=lambda one: one.kind)
@@ -81,9 +86,5 @@ def test_it_smooths(smoothing):
                 if place is not None:
                     true = truth[k, 0 if track == 1 else 1]
                     raw.append(((place - true) ** 2).sum())
-                    kept.append(((state[track].position - true) ** 2).sum())
+                    kept.append(((state[track].mean[[0, 2]] - true) ** 2).sum())
         assert np.mean(kept) < np.mean(raw)
-
-
-def test_a_track_without_a_first_place_is_not_begun():
-    assert KalmanSmoothing().step({}, {3: None}, np.random.default_rng(0)) == {}

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Literal
 
-from elusive.filters.particle.link_people import LinkPeople
-from elusive.motion.walk import Walk
-from elusive.sensors.linear_links import LinkRadiation
+from elusive.preprocess.binary_links import BinaryLinks
 from elusive.systems.links.by_image import ImageMethod
-from elusive.systems.links.presets import thesis_method
-from elusive.systems.links.simulate import LinkSimulation, SimulatedNetwork
+from elusive.systems.links.by_links import LinksMethod
+from elusive.systems.links.decisions import DecisionMethod
+from elusive.systems.links.presets import links_method, thesis_method
+from elusive.systems.links.simulate import LinkSimulation
 from elusive.tracking.people_hungarian import HungarianTracker
 
 MethodName = Literal["thesis", "image", "links", "binary"]
@@ -21,37 +21,30 @@ METHODS: dict[MethodName, str] = {
 }
 
 
-def image_method(name: MethodName, memory_frames: int | None, radius_m: float | None) -> ImageMethod:
-    """Return the thesis's algorithm (table 4.3), or the default with its nearest parameters.
+def method_of(
+    name: MethodName, simulation: LinkSimulation, memory_frames: int | None = None, radius_m: float | None = None
+) -> LinksMethod | ImageMethod | DecisionMethod:
+    """Return a tracker of a simulation's people.
 
     Parameters
     ----------
     name
-        ``thesis``, else the default.
+        ``thesis``: its algorithm (table 4.3); else this package's, with the nearest parameters.
+    simulation
+        What it tracks.
     memory_frames
         Tracking memory; of the default tracker, frames without a head that delete a track. None: as usual.
     radius_m
         Radius about a target; of the default tracker, its gate. None: as usual.
     """
+    if name == "links":
+        return links_method(simulation)
     if name == "thesis":
-        return thesis_method(memory_frames or 5, radius_m or 2.5)
-    changes = {"delete_frames": memory_frames, "gate_m": radius_m}
-    return ImageMethod(tracker=HungarianTracker(**{key: value for key, value in changes.items() if value is not None}))
-
-
-def links_filter(simulation: LinkSimulation, network: SimulatedNetwork) -> LinkPeople:
-    """Return the filter on the links; it knows what a person attenuates and the voxels' noise.
-
-    A step is a new one once in ten for a turn, and once in ten for the beginning or end of a stand.
-    """
-    radiation = simulation.radiation
-    person = LinkRadiation(
-        amplitude_db=radiation.amplitude_db, width_x_m=radiation.width_x_m / 2, width_y_m=radiation.width_y_m / 2,
-        voxel_sd_db=radiation.voxel_noise_db,
-    )  # fmt: skip
-    area = simulation.walks.area
-    return LinkPeople(
-        sensor=person.links(network.weights, area.bounds_m, simulation.voxel_m), area=area,
-        walk=Walk(step_m=simulation.walks.step_distance_m / 2**0.5, turn_probability=0.2),
-        particles=200, birth_pitch_m=simulation.voxel_m,
-    )  # fmt: skip
+        return thesis_method(memory_frames or 5, radius_m or 2.5).replace(weights=simulation.weights)
+    usual = HungarianTracker()
+    life = usual.life if memory_frames is None else usual.life.replace(delete_frames=memory_frames)
+    tracker = usual.replace(life=life, gate_m=radius_m or usual.gate_m)
+    if name == "image":
+        return ImageMethod(tracker=tracker, weights=simulation.weights)
+    bits = BinaryLinks(bit_error_rate=simulation.quantiser.bit_error_rate)
+    return DecisionMethod(tracker=tracker, weights=simulation.weights, decisions=bits)

@@ -4,23 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.random import Generator
 from pydantic import Field
 
 from elusive.campaign import Scenario
-from elusive.contracts import Array
-from elusive.experiments.mendieta2017.scenario import MethodName, image_method, links_filter
+from elusive.contracts import Array, X, Y
+from elusive.experiments.mendieta2017.scenario import MethodName, method_of
 from elusive.metrics import clear_mot, gospa, identity, sightings, sightings_of
 from elusive.model import Model, Positive
-from elusive.preprocess.binary_links import BinaryLinks
-from elusive.systems.links.by_image import ImageChain, ImageMethod
-from elusive.systems.links.decisions import DecisionChain
+from elusive.systems.links.by_image import ImageState
 from elusive.systems.links.presets import FIRST
 from elusive.systems.links.simulate import LinkSimulation, SimulatedLinks
-from elusive.systems.links.smoothing import ParticleSmoothing, SmoothedTrack
+from elusive.systems.links.smoothing import Beliefs, ParticleSmoothing
 
 GATE_M = 2.0  # section 4.1
 ESTIMATORS = ("head", "kalman", "particle")  # "simple tracking", tables 3.8 and 3.9
@@ -57,8 +55,7 @@ def trial(parameters: ChapterFour, rng: Generator) -> dict[str, Array | float | 
     """
     drawn, own = rng.spawn(2)  # so that every tracker sees the same run
     links = parameters.simulation.draw(drawn)
-    rows = list((_straight if parameters.method == "links" else _by_image)(parameters, links, own))
-    return _scores(links.truth, rows)
+    return _scores(links.truth, list(_tracked(parameters, links, own)))
 
 
 def _scores(places: Array, rows: list[Row]) -> dict[str, Array | float | int]:
@@ -92,55 +89,33 @@ def _scores(places: Array, rows: list[Row]) -> dict[str, Array | float | int]:
     return scores | {"targets": targets, "mean_deviation_m": deviations[0], "max_deviation_m": deviations[1]}
 
 
-def _by_image(parameters: ChapterFour, links: SimulatedLinks, rng: Generator) -> Iterator[Row]:
-    """Yield the tracks by way of an image.
-
-    The thesis counts observations: a track that has no head in a frame is not shown. The default tracker shows where
-    it takes its people to be.
-    """
-    method = image_method(parameters.method, parameters.memory_frames, parameters.radius_m)
-    simulation = parameters.simulation
-    method = method.replace(voxel_m=simulation.voxel_m, weights=simulation.weights)
-    empty, changes = links.empty, links.changes
-    if parameters.method == "binary":
-        binary = BinaryLinks(bit_error_rate=simulation.quantiser.bit_error_rate)
-        tests = binary.calibrate(empty)
-        chain: ImageChain = DecisionChain(method, simulation.on().nodes, simulation.walks.area, binary, tests)
-        empty, changes = binary.decide(empty, tests, rng), binary.decide(changes, tests, rng)
-    else:
-        chain = _chain(method.model_dump_json(), simulation.model_dump_json(include={"network", "walks"}))
-    observed = parameters.method == "thesis"
-    state = chain.init(empty)
-    particles: dict[int, SmoothedTrack] = {}
-    filter_ = ParticleSmoothing()
-    for frame, change in enumerate(changes):
-        state = chain.step(state, change, rng)
-        heads = {one.track: None if one.missed else np.array(one.position) for one in state.people.tracks}
-        particles = filter_.step(particles, heads, rng)
-        for one in state.people.tracks:
-            if one.status == "deleted" or (observed and one.missed):
-                continue
-            smoothed = (one.position, state.smoothed[one.track].position, particles[one.track].position)
-            yield Row(frame, one.track, one.status == "confirmed", np.array(smoothed))
-
-
-def _straight(parameters: ChapterFour, links: SimulatedLinks, rng: Generator) -> Iterator[Row]:
-    """Yield the tracks straight on the links; the mean of a person's particles is the one estimator."""
-    people = links_filter(parameters.simulation, parameters.simulation.on())
-    state = people.init(rng)
+def _tracked(parameters: ChapterFour, links: SimulatedLinks, rng: Generator) -> Iterator[Row]:
+    """Yield the tracks; straight on the links the mean of a person's particles is the one estimator."""
+    chain: Any = _chain(parameters.replace(simulation=parameters.simulation.replace(seed=0)).model_dump_json())
+    particles: Beliefs = {}
+    filter_, state = ParticleSmoothing(), chain.init(links.empty, rng)
     for frame, change in enumerate(links.changes):
-        state = people.step(state, float(frame), change, rng)
-        for one in state.tracks:
+        state = chain.step(state, frame * parameters.simulation.interval_s, change, rng)
+        people = {}
+        if isinstance(state, ImageState):
+            particles = filter_.step(particles, state.people, rng)
+            people = state.people.living
+        for track in chain.shown(state):
+            if track.status == "deleted":
+                continue
             places = np.full((len(ESTIMATORS), 2), np.nan)
-            places[0] = one.position
-            yield Row(frame, one.track, one.status == "confirmed", places)
+            places[0] = people[track.track].position if people else track.mean[[X, Y]]
+            if people:
+                places[1:] = track.mean[[X, Y]], particles[track.track].mean[[X, Y]]
+            yield Row(frame, track.track, track.status == "confirmed", places)
 
 
 @lru_cache(maxsize=8)
-def _chain(method: str, simulation: str) -> ImageChain:
-    """Prepare a chain, once for each JSON of a method and of the paths and network."""
-    seen = LinkSimulation.model_validate_json(simulation)
-    return ImageMethod.model_validate_json(method).on(seen.network.on(seen.walks.area), seen.walks.area)
+def _chain(parameters: str) -> Any:
+    """Prepare a chain, once for each JSON of its parameters."""
+    known = ChapterFour.model_validate_json(parameters)
+    method = method_of(known.method, known.simulation, known.memory_frames, known.radius_m)
+    return method.bind(known.simulation.bind().nodes, known.simulation.walks.area)
 
 
 SCENARIO = Scenario(

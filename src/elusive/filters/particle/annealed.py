@@ -21,6 +21,7 @@ MOVE = 2.38 / math.sqrt(2)  # of the cloud's spread: Roberts, Gelman and Gilks (
 LEAST_SHARE = 1e-6  # of the likelihood a stage takes
 LEAST_SPREAD_M = 1e-4
 STAGES = 60
+MOVES = 2  # of each particle between stages
 
 
 class Annealed(NamedTuple):
@@ -39,7 +40,7 @@ def anneal(
     *,
     log_weight: Array | None = None,
     effective: float = 0.5,
-    moves: int = 2,
+    moves: int = MOVES,
 ) -> Annealed:
     """Bring particles from their prior to their posterior.
 

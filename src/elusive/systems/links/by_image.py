@@ -10,7 +10,7 @@ fainter heads are left out and places are trusted less; by how much was chosen o
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from numpy.random import Generator
@@ -20,62 +20,67 @@ from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.geometry.areas import Area
 from elusive.model import Model, NonNegative, Positive
+from elusive.preprocess.binary_links import LinkTests
 from elusive.preprocess.blobs import Clusters, Heads
+from elusive.preprocess.fade_level import RssChange, RssState
+from elusive.preprocess.link_calibration import Calibration
 from elusive.preprocess.link_weights import EllipseWeights
 from elusive.preprocess.projectors import Projector
 from elusive.preprocess.threshold import Threshold, ThresholdState
 from elusive.preprocess.tomography import RegularisedImage
-from elusive.preprocess.voxels import VoxelGrid
 from elusive.sensors.radio_network import RadioNodes
-from elusive.systems.links.link_tracks import LinkTrack
-from elusive.systems.links.smoothing import KalmanSmoothing, SmoothedTrack, TrackSmoothing
-from elusive.tracking.people import Entrance, Event
-from elusive.tracking.people_hungarian import HungarianTracker, PeopleState
-from elusive.tracking.people_radius import RadiusState, RadiusTracker
+from elusive.systems.links.smoothing import Beliefs, KalmanSmoothing, TrackSmoothing
+from elusive.tracking.people import Entrance, PeopleState, TrackEvent, events_between
+from elusive.tracking.people_hungarian import HungarianTracker
+from elusive.tracking.people_radius import RadiusTracker
+from elusive.tracking.track import Track
 
 FADED_DB = 2.8  # deviation between channels above which links fade: half of Rayleigh's
+NO_HEADS = Heads(np.empty((0, 2)), np.empty(0))
 
 AnyTracker = Annotated[HungarianTracker | RadiusTracker, Field(discriminator="kind")]
 
 
-class ImageChainState(NamedTuple):
+class ImageState(NamedTuple):
     """After a frame: what was seen, and who is where."""
 
-    image: Array  # (V,) dB
+    image: Array  # (V,) dB, or log likelihood ratios
+    level: float  # that its voxels had to exceed
     heads: Heads
-    threshold: ThresholdState
-    people: PeopleState | RadiusState
-    smoothed: dict[int, SmoothedTrack]
+    threshold: ThresholdState  # for the next frame
+    people: PeopleState
+    smoothed: Beliefs
+    tracks: tuple[Track, ...]
+    events: tuple[TrackEvent, ...]
+    tests: LinkTests | None = None  # of links that decide by themselves
 
     @property
-    def events(self) -> tuple[Event, ...]:
-        """What befell tracks in this frame."""
-        return self.people.events
-
-    @property
-    def tracks(self) -> list[LinkTrack]:
-        """The tracks; a deleted one is shown once as such. Existence is the share of latest frames with a head."""
-        return [
-            LinkTrack(
-                one.track, one.status, sum(one.hits) / len(one.hits),
-                *self.smoothed[one.track].position, *self.smoothed[one.track].velocity,
-                *self.smoothed[one.track].deviation,
-            )
-            for one in self.people.tracks
-        ]  # fmt: skip
+    def nobody(self) -> bool:
+        """Whether nobody is tracked."""
+        return not self.people.tracks
 
 
-class ImageMethod(Model):
+class Stages(Model):
+    """The stages that a chain by way of an image has, however the image is made."""
+
+    added: ClassVar[tuple[str, ...]] = ("score", "missed_frames")  # to a track
+
+    weights: EllipseWeights = Field(EllipseWeights(), description="Voxels, and how they weigh on links")
+    threshold: Threshold = Field(Threshold(), description="Which voxels are bright")
+    tracker: AnyTracker = Field(HungarianTracker(), description="How heads become tracks")
+    smoothing: TrackSmoothing = Field(KalmanSmoothing(), description="Filter behind each track")
+
+    def measured(self, change: RssChange) -> RssChange:
+        """Return how readings become the changes that the chain takes."""
+        return change
+
+
+class ImageMethod(Stages):
     """Tracks by way of an image of the area."""
 
     kind: Literal["image"] = "image"
-    voxel_m: Positive = Field(0.5, description="Side of a voxel, 'precision' (table 3.2) [m]")
-    weights: EllipseWeights = Field(EllipseWeights(), description="How voxels weigh on links")
     image: RegularisedImage = Field(RegularisedImage(), description="How the image is estimated")
-    threshold: Threshold = Field(Threshold(), description="Which voxels are bright")
     clusters: Clusters = Field(Clusters(), description="How bright voxels become heads")
-    tracker: AnyTracker = Field(HungarianTracker(), description="How heads become tracks")
-    smoothing: TrackSmoothing = Field(KalmanSmoothing(), description="Filter behind each track")
     fading_db: NonNegative | None = Field(
         None,
         description="Deviation of a link's levels by multipath, further noise of the image; none: between the channels "
@@ -88,7 +93,12 @@ class ImageMethod(Model):
         1.0, description="Least deviation of a place that the smoothing takes, where links fade [m]"
     )
 
-    def on(self, nodes: RadioNodes, area: Area, interval_s: float = 1.0, empty_dbm: Array | None = None) -> ImageChain:
+    @property
+    def described(self) -> str:
+        """What the report says of the method."""
+        return f"image of {self.weights.voxel_m:g} m voxels, tracker {self.tracker.kind!r}, {self.smoothing.kind}"
+
+    def bind(self, nodes: RadioNodes, area: Area, empty: Calibration | None = None) -> ImageChain:
         """Prepare for a network: what costs much is done once, here.
 
         Parameters
@@ -97,10 +107,8 @@ class ImageMethod(Model):
             The network.
         area
             Where people can be.
-        interval_s
-            Time from frame to frame.
-        empty_dbm
-            ``(D, C)`` levels of the empty room, which say how much links fade; none: they do not.
+        empty
+            Levels of the empty room, which say how much links fade; none: they do not.
 
         Raises
         ------
@@ -111,53 +119,95 @@ class ImageMethod(Model):
         """
         fading = self.fading_db
         if fading is None:
-            fading = 0.0 if empty_dbm is None else channel_deviation(empty_dbm)
+            fading = 0.0 if empty is None else channel_deviation(empty.mean_dbm)
         image = self.image.replace(prior=self.image.prior.with_noise(fading))
         clusters, smoothing = self.clusters, self.smoothing
         if fading > FADED_DB:
             clusters = clusters.replace(sidelobe=max(clusters.sidelobe, self.faded_sidelobe))
             smoothing = smoothing.replace(place_sd_m=max(smoothing.place_sd_m, self.faded_place_sd_m))
-        method = self.replace(image=image, clusters=clusters, smoothing=smoothing)
-        return ImageChain(method, nodes, area, interval_s)
+        return ImageChain(self.replace(image=image, clusters=clusters, smoothing=smoothing), nodes, area)
 
 
-class ImageChain:
-    """The stages on one network."""
+class StagesChain:
+    """The stages on a network, from heads on."""
 
-    def __init__(self, method: ImageMethod, nodes: RadioNodes, area: Area, interval_s: float) -> None:
-        self.grid = VoxelGrid.over(area, method.voxel_m)
-        self.projector: Projector = method.image.projection(method.weights.sparse(nodes, self.grid), self.grid)
+    def __init__(self, method: Stages, area: Area) -> None:
+        self.grid = method.weights.grid(area)
         width = method.tracker.entrance.width_m
         self._tracker = method.tracker.replace(entrance=Entrance(area=area, width_m=width))
-        self._smoothing = method.smoothing.replace(interval_s=interval_s)
-        self._threshold, self._clusters = method.threshold, method.clusters
+        self._smoothing, self._threshold = method.smoothing, method.threshold
 
-    def init(self, empty: Array) -> ImageChainState:
+    def seen(self, rss: RssState) -> Array:
+        """Return what the chain takes of a frame, ``(L,)``: the change of each undirected link."""
+        return rss.change
+
+    def shown(self, state: ImageState) -> tuple[Track, ...]:
+        """Return the tracks that count; the thesis's tracker counts observations: those with a head, and the ended."""
+        if isinstance(self._tracker, HungarianTracker):
+            return state.tracks
+        return tuple(one for one in state.tracks if one.status == "deleted" or not one.extra["missed_frames"])
+
+    def _started(self, images: Array) -> ImageState:
+        """State before the first frame, from images ``(T, V)`` while nobody was there."""
+        threshold = self._threshold.init(images)
+        return ImageState(images[-1], threshold.level, NO_HEADS, threshold, self._tracker.init(), {}, (), ())
+
+    def _followed(self, state: ImageState, time_s: float, image: Array, heads: Heads, rng: Generator) -> ImageState:
+        """Return the state after a frame's heads."""
+        people = self._tracker.step(state.people, time_s, heads.positions, heads.intensities)
+        smoothed = self._smoothing.step(state.smoothed, people, rng)
+        window = self._tracker.life.confirm_window or self._tracker.life.confirm_frames
+        tracks = tuple(
+            Track(
+                person.track, person.life.status or "candidate", math.nan, smoothed[person.track].mean,
+                smoothed[person.track].covariance, person.life.recent.bit_count() / min(person.frames, window),
+                {"missed_frames": person.life.missed},
+            )
+            for person in people.tracks
+        )  # fmt: skip
+        events = events_between(time_s, state.tracks, tracks, self._tracker.entrance, self._tracker.near_within_m)
+        confirmed = [person for person in people.tracks if person.life.status == "confirmed"]
+        bright = [person.intensity for person in confirmed if not person.life.missed]
+        threshold = self._threshold.step(state.threshold, bright, len(confirmed))
+        return ImageState(
+            image, state.threshold.level, heads, threshold, people, smoothed, tracks, tuple(events), state.tests
+        )
+
+
+class ImageChain(StagesChain):
+    """The stages on a network, with its projection onto images."""
+
+    def __init__(self, method: ImageMethod, nodes: RadioNodes, area: Area) -> None:
+        super().__init__(method, area)
+        self.projector: Projector = method.image.projection(method.weights.sparse(nodes, self.grid), self.grid)
+        self._clusters = method.clusters
+
+    def init(self, empty: Array, rng: Generator) -> ImageState:
         """Return the state before the first frame.
 
         Parameters
         ----------
         empty
             ``(T, L)`` changes of the links while nobody was there [dB].
+        rng
+            Source of randomness.
 
         Raises
         ------
         DataError
             If there is none, or they show no noise at all.
         """
-        if not len(empty):
-            raise DataError("calibration: has no frame; give at least one in which nobody is there.")
-        images = self.projector.images(empty)
-        nothing = Heads(np.empty((0, 2)), np.empty(0))
-        return ImageChainState(images[-1], nothing, self._threshold.init(images), self._tracker.init(), {})
+        return self._started(self.projector.images(checked_empty(empty)))
 
-    def step(self, state: ImageChainState, change: Array, rng: Generator) -> ImageChainState:
+    def step(self, state: ImageState, time_s: float, change: Array, rng: Generator) -> ImageState:
         """Return the state after a frame.
 
         Parameters
         ----------
         state
             After the frame before.
+        time_s
+            Time of the frame.
         change
             ``(L,)`` change of each undirected link [dB], NaN where it was not heard.
         rng
@@ -166,21 +216,18 @@ class ImageChain:
         Raises
         ------
         DataError
-            If there are not as many changes as links.
+            If there are not as many changes as links, or time runs backwards.
         """
         image = self.projector.image(change)
-        heads = self._heads(change, image, state.threshold.level)
-        people = self._tracker.step(state.people, heads.positions, heads.intensities)  # type: ignore[arg-type]
-        places = {one.track: None if one.missed else np.array(one.position) for one in people.tracks}
-        smoothed = self._smoothing.step(state.smoothed, places, rng)
-        confirmed = [one for one in people.tracks if one.status == "confirmed"]
-        seen = [one.intensity for one in confirmed if not one.missed]
-        threshold = self._threshold.step(state.threshold, seen, len(confirmed))
-        return ImageChainState(image, heads, threshold, people, smoothed)
+        heads = self._clusters.heads(image, self.grid, state.threshold.level, self.projector.gain)
+        return self._followed(state, time_s, image, heads, rng)
 
-    def _heads(self, change: Array, image: Array, level: float) -> Heads:
-        """Where people may be, by the image of the changes."""
-        return self._clusters.heads(image, self.grid, level, self.projector.gain)
+
+def checked_empty(empty: Array) -> Array:
+    """Refuse a calibration without a frame."""
+    if not len(empty):
+        raise DataError("calibration: has no frame; give at least one in which nobody is there.")
+    return empty
 
 
 def channel_deviation(levels_dbm: Array) -> float:

@@ -2,43 +2,49 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
-import numpy as np
 from numpy.random import Generator
 from pydantic import Field
 
-from elusive.contracts import Array
-from elusive.filters.particle.link_belief import LinkPeopleState
-from elusive.filters.particle.link_people import LinkPeople
+from elusive.contracts import AdditiveSensor, Array
+from elusive.errors import DataError
 from elusive.geometry.areas import Area
 from elusive.model import Model, Positive
+from elusive.preprocess.fade_level import RssChange, RssState
 from elusive.preprocess.link_calibration import Calibration
 from elusive.preprocess.link_weights import EllipseWeights
-from elusive.preprocess.voxels import VoxelGrid
 from elusive.sensors.linear_links import LinkRadiation
-from elusive.sensors.link_effects import AdditiveSensor
 from elusive.sensors.link_shadowing import LinkShadowing
 from elusive.sensors.radio_network import RadioNodes
-from elusive.systems.links.link_tracks import LinkTrack
-from elusive.tracking.people import Entrance, Event, PersonTrack, Status, happened
+from elusive.tracking.people import Entrance, TrackEvent, events_between
+from elusive.tracking.superposed import SuperposedState, SuperposedTracker
+from elusive.tracking.track import Track
+
+EMPTY_BELOW = 0.1  # existence of everybody below which the room is taken for empty
 
 
-class LinksChainState(NamedTuple):
-    """After a frame: the belief, and who is shown; somebody no longer there is shown once as deleted."""
+class LinksState(NamedTuple):
+    """After a frame: the belief, and what befell the tracks."""
 
-    frames: int
-    belief: LinkPeopleState
-    tracks: list[LinkTrack]
-    shown: tuple[PersonTrack, ...]
-    events: tuple[Event, ...]
+    belief: SuperposedState
+    events: tuple[TrackEvent, ...]
+
+    @property
+    def tracks(self) -> tuple[Track, ...]:
+        """The tracks."""
+        return self.belief.tracks
+
+    @property
+    def nobody(self) -> bool:
+        """Whether nobody is there."""
+        return all(target.existence < EMPTY_BELOW for target in self.belief.targets)
 
 
 class VoxelRadiation(LinkRadiation):
     """What a person does to voxels that links add up: the model of the thesis, and of simulated logs."""
 
-    voxel_m: Positive = Field(0.5, description="Side of a voxel, 'precision' (table 3.2) [m]")
-    weights: EllipseWeights = Field(EllipseWeights(), description="How voxels weigh on links")
+    weights: EllipseWeights = Field(EllipseWeights(), description="Voxels, and how they weigh on links")
 
 
 Effects = Annotated[LinkShadowing | VoxelRadiation, Field(discriminator="kind")]
@@ -47,14 +53,25 @@ Effects = Annotated[LinkShadowing | VoxelRadiation, Field(discriminator="kind")]
 class LinksMethod(Model):
     """Tracks straight on the links."""
 
+    added: ClassVar[tuple[str, ...]] = ()  # to a track
+
     kind: Literal["links"] = "links"
     effect: Effects = Field(
         LinkShadowing(), description="How a person changes the readings: shadowing of real links, or radiation added up"
     )
-    people: LinkPeople = Field(LinkPeople(), description="The filter")
+    people: SuperposedTracker = Field(SuperposedTracker(), description="The filter")
     near_m: Positive = Field(1.0, description="Distance at which two people are said to be near [m]")
 
-    def on(self, nodes: RadioNodes, area: Area, calibration: Calibration, interval_s: float) -> LinksChain:
+    @property
+    def described(self) -> str:
+        """What the report says of the method."""
+        return f"particle filter on the links, {self.people.particles} particles a person"
+
+    def measured(self, change: RssChange) -> RssChange:
+        """Return how readings become the changes that the chain takes: of radiation, over undirected links, signed."""
+        return change.replace(measure="loss") if isinstance(self.effect, VoxelRadiation) else change
+
+    def bind(self, nodes: RadioNodes, area: Area, empty: Calibration | None = None) -> LinksChain:
         """Prepare for a network that has been calibrated.
 
         Parameters
@@ -63,68 +80,64 @@ class LinksMethod(Model):
             The network.
         area
             Where people can be.
-        calibration
-            What its links read while nobody was there.
-        interval_s
-            Time from frame to frame.
+        empty
+            What its links read while nobody was there; radiation does without.
 
         Raises
         ------
         DataError
-            If the calibration is not this network's, or no link passes the area.
+            If there is no calibration, it is not this network's, or no link passes the area.
         """
         effect = self.effect
         if isinstance(effect, VoxelRadiation):
-            weights = effect.weights.sparse(nodes, VoxelGrid.over(area, effect.voxel_m))
-            sensor: AdditiveSensor = effect.links(weights, area.bounds_m, effect.voxel_m)
+            weights = effect.weights.sparse(nodes, effect.weights.grid(area))
+            sensor: AdditiveSensor = effect.links(weights, area.bounds_m, effect.weights.voxel_m)
+        elif empty is None:
+            raise DataError("calibration: shadowing needs the levels of the empty room; calibrate on a log.")
         else:
-            sensor = effect.links(nodes, calibration.mean_dbm, calibration.variance_db2, area.bounds_m)
-        return LinksChain(self.people.replace(sensor=sensor, area=area), area, self.near_m, interval_s)
+            sensor = effect.links(nodes, empty.mean_dbm, empty.variance_db2, area.bounds_m)
+        return LinksChain(self.people.replace(sensor=sensor, area=area), self.near_m)
 
 
 class LinksChain:
-    """The filter on one network."""
+    """The filter on a network."""
 
-    def __init__(self, people: LinkPeople, area: Area, near_m: float, interval_s: float) -> None:
-        self._filter, self._near_m, self._interval_s = people, near_m, interval_s
-        self._entrance = Entrance(area=area, width_m=near_m)
+    def __init__(self, people: SuperposedTracker, near_m: float) -> None:
+        self._filter, self._near_m = people, near_m
+        self._by_reading = isinstance(people.sensor.model, LinkShadowing)
+        self._entrance = Entrance(area=people.area, width_m=near_m)
 
-    def init(self, rng: Generator) -> LinksChainState:
+    def seen(self, rss: RssState) -> Array:
+        """Return what the chain takes of a frame: the rise of each reading ``(D, C)``, or each undirected loss."""
+        return rss.rise_db if self._by_reading else rss.change
+
+    def shown(self, state: LinksState) -> tuple[Track, ...]:
+        """Return the tracks that count: all."""
+        return state.tracks
+
+    def init(self, empty: Array, rng: Generator) -> LinksState:
         """Return the state before the first frame: nobody."""
-        return LinksChainState(0, self._filter.init(rng), [], (), ())
+        return LinksState(self._filter.init(rng), ())
 
-    def step(self, state: LinksChainState, change: Array | None, rng: Generator) -> LinksChainState:
+    def step(self, state: LinksState, time_s: float, change: Array | None, rng: Generator) -> LinksState:
         """Return the state after a frame.
 
         Parameters
         ----------
         state
             After the frame before.
+        time_s
+            Time of the frame.
         change
-            Change from the empty room [dB], NaN where missing: of each reading ``(D, C)``, or by radiation of each
-            undirected link ``(L,)``; None: no frame came.
+            Change from the empty room [dB], NaN where missing, as :meth:`seen` gives it; None: no frame came.
         rng
             Source of randomness.
 
         Raises
         ------
         DataError
-            If the frame is not of the calibration's links and channels.
+            If the frame is not of the calibration's links and channels, or time runs backwards.
         """
-        belief = self._filter.step(state.belief, state.frames * self._interval_s, change, rng)
-        now = {one.track: one for one in belief.tracks}
-        before = {one.track: one for one in state.shown if one.status != "deleted"}
-        shown, tracks = [], []
-        for number in sorted({*now, *before}):
-            if number in now:
-                one = now[number]
-                status: Status = one.status
-                person = PersonTrack(number, status, one.position, one.velocity, (True,), 0, one.existence)
-                sd = one.sd
-            else:
-                person, sd = before[number]._replace(status="deleted", intensity=0.0), (np.nan, np.nan)
-            shown.append(person)
-            (x, y), (vx, vy) = person.position, (part / self._interval_s for part in person.velocity)
-            tracks.append(LinkTrack(number, person.status, person.intensity, x, y, vx, vy, *sd))
-        events = happened(state.frames, before.values(), shown, self._entrance, self._near_m)
-        return LinksChainState(state.frames + 1, belief, tracks, tuple(shown), tuple(events))
+        belief = self._filter.step(state.belief, time_s, change, rng)
+        events = events_between(time_s, state.tracks, belief.tracks, self._entrance, self._near_m)
+        return LinksState(belief, tuple(events))

@@ -19,6 +19,7 @@ from scipy.optimize import minimize
 
 from elusive.contracts import Array
 from elusive.errors import DataError
+from elusive.filters.particle.parts import switching
 from elusive.geometry.areas import Area
 from elusive.model import Model, Positive, Probability
 from elusive.sensors.link_shadowing import LinkShadowing, ShadowedLinks
@@ -45,9 +46,11 @@ class LinkFitting(Model):
     """How constants are fitted to a log without labels."""
 
     pitch_m: Positive = Field(0.3, description="Side of a cell in which the walker may be [m]")
-    step_m: Positive = Field(0.2, description="Deviation of the walker's step, each axis [m a frame]")
-    birth_probability: Probability = Field(0.01, description="Probability that somebody comes in a frame")
-    death_probability: Probability = Field(0.01, description="Probability that they leave in a frame")
+    spread_m: Positive = Field(
+        0.25, description="Deviation of the walker's way in a second, each axis; it grows with the root of time [m]"
+    )
+    birth_probability: Probability = Field(0.016, description="Probability that somebody comes, in a second")
+    death_probability: Probability = Field(0.016, description="Probability that they leave, in a second")
     iterations: int = Field(20, ge=1, le=1000, description="Most iterations of expectation and maximisation")
     tolerance: Positive = Field(1e-5, description="Relative gain of log likelihood below which it ends")
     frames: int = Field(2000, ge=LEAST_FRAMES, description="Most frames used, from the first on")
@@ -55,6 +58,7 @@ class LinkFitting(Model):
     def fit(
         self,
         sensor: ShadowedLinks,
+        times_s: Array,
         changes: Array,
         *,
         area: Area | None = None,
@@ -66,8 +70,10 @@ class LinkFitting(Model):
         ----------
         sensor
             The network, calibrated; its constants are where the fit starts. Degrees of freedom and temper stay.
+        times_s
+            ``(T,)`` of the frames, increasing.
         changes
-            ``(T, D, C)`` changes from the empty room, in the order of time, NaN where missing [dB]. One person at most
+            ``(T, D, C)`` changes from the empty room, NaN where missing [dB]. One person at most
             is there at a time, for a part of them. The frames of the calibration are left out: they are no evidence of
             the spread that they were used to measure.
         area
@@ -93,10 +99,12 @@ class LinkFitting(Model):
             )
         if not np.isfinite(changes).any():
             raise DataError("log: has no reading after the calibration; fit to a log in which the links are heard.")
-        cells = _Cells(sensor.area, self.pitch_m, self.step_m, area)
+        cells = _Cells(sensor.area, self.pitch_m, self.spread_m, area)
+        # before the first frame, a second in which somebody may have come
+        intervals_s = np.diff(times_s[: len(changes)], prepend=times_s[0] - 1.0)
         history: list[float] = []
         while True:
-            where, presence, total = self._expect(sensor, changes, cells)
+            where, presence, total = self._expect(sensor, intervals_s, changes, cells)
             history.append(total)
             if presence.sum() < 1:
                 raise DataError(
@@ -110,22 +118,24 @@ class LinkFitting(Model):
                 on_iteration(len(history))
         return LinkFit(sensor.model, np.array(history), presence)
 
-    def _expect(self, sensor: ShadowedLinks, changes: Array, cells: _Cells) -> tuple[list[_Where], Array, float]:
+    def _expect(
+        self, sensor: ShadowedLinks, intervals_s: Array, changes: Array, cells: _Cells
+    ) -> tuple[list[_Where], Array, float]:
         """Return where the walker was in each frame, whether, and the log likelihood of the log."""
         nobody = sensor.nobody()
         absent = np.array([sensor.log_without(change, nobody) for change in changes])
         ratio = np.array([sensor.log_ratio(cells.centres, change, nobody) for change in changes])
         ratio[:, ~cells.inside] = -math.inf
-        born, died, size = self.birth_probability, self.death_probability, len(cells.centres)
-        newborn = born * cells.inside / cells.inside.sum()
+        size, anywhere = len(cells.centres), cells.inside / cells.inside.sum()
+        chances = [switching(self.birth_probability, self.death_probability, dt) for dt in intervals_s]
         top = np.maximum(ratio.max(axis=1), 0.0)
         seen, unseen = np.exp(ratio - top[:, None]), np.exp(-top)
         forward = np.empty((len(changes), size + 1))
         belief = np.append(np.zeros(size), 1.0)
         total = float((absent + top).sum())
-        for k in range(len(changes)):
-            there, away = (1 - died) * cells.spread(belief[:-1]), died * belief[:-1].sum() + (1 - born) * belief[-1]
-            there = there + newborn * belief[-1]
+        for k, (born, died) in enumerate(chances):
+            away = died * belief[:-1].sum() + (1 - born) * belief[-1]
+            there = (1 - died) * cells.spread(belief[:-1], intervals_s[k]) + born * anywhere * belief[-1]
             belief = np.append(there * seen[k], away * unseen[k])
             mass = belief.sum()
             total += math.log(mass)
@@ -140,8 +150,9 @@ class LinkFitting(Model):
             presence[k] = 1 - smoothed[-1]
             kept = np.flatnonzero(smoothed[:-1] > LEAST_MASS).astype(np.int64)
             where.append(_Where(kept, smoothed[kept], float(smoothed[-1])))
-            ahead, none = seen[k] * after[:-1], unseen[k] * after[-1]
-            after = np.append((1 - died) * cells.spread_back(ahead) + died * none, newborn @ ahead + (1 - born) * none)
+            ahead, none, (born, died) = seen[k] * after[:-1], unseen[k] * after[-1], chances[k]
+            back = cells.spread_back(ahead, intervals_s[k])
+            after = np.append((1 - died) * back + died * none, born * anywhere @ ahead + (1 - born) * none)
             after /= after.max()
         return where[::-1], presence, total
 
@@ -158,15 +169,13 @@ class _Cells:
     """The grid and a random walk on it."""
 
     def __init__(
-        self, box: tuple[float, float, float, float], pitch_m: float, step_m: float, area: Area | None
+        self, box: tuple[float, float, float, float], pitch_m: float, spread_m: float, area: Area | None
     ) -> None:
-        axes, self._moves = [], []
+        axes, self._spread_m = [], spread_m
         for low, high in (box[:2], box[2:]):
             count = max(2, math.ceil((high - low) / pitch_m))
-            axis = low + (np.arange(count) + 0.5) * (high - low) / count
-            move = np.exp(-0.5 * ((axis[:, None] - axis) / step_m) ** 2)
-            axes.append(axis)
-            self._moves.append(move / move.sum(axis=1, keepdims=True))
+            axes.append(low + (np.arange(count) + 0.5) * (high - low) / count)
+        self._axes = axes
         x, y = np.meshgrid(*axes)
         self._shape = x.shape
         self.centres = np.column_stack([x.ravel(), y.ravel()])
@@ -174,13 +183,24 @@ class _Cells:
         if not self.inside.any():
             raise DataError(f"area: no cell of {pitch_m:g} m lies in it; choose smaller cells.")
 
-    def spread(self, mass: Array) -> Array:
-        moved: Array = self._moves[1].T @ mass.reshape(self._shape) @ self._moves[0]
+    def spread(self, mass: Array, interval_s: float) -> Array:
+        x, y = self._moves(interval_s)
+        moved: Array = y.T @ mass.reshape(self._shape) @ x
         return moved.ravel()
 
-    def spread_back(self, value: Array) -> Array:
-        expected: Array = self._moves[1] @ value.reshape(self._shape) @ self._moves[0].T
+    def spread_back(self, value: Array, interval_s: float) -> Array:
+        x, y = self._moves(interval_s)
+        expected: Array = y @ value.reshape(self._shape) @ x.T
         return expected.ravel()
+
+    def _moves(self, interval_s: float) -> list[Array]:
+        """Probabilities of moving from cell to cell in an interval, along each axis."""
+        moves = []
+        for axis in self._axes:
+            variance = self._spread_m**2 * max(interval_s, 1e-9)
+            move = np.exp(-0.5 * (axis[:, None] - axis) ** 2 / variance)
+            moves.append(move / move.sum(axis=1, keepdims=True))
+        return moves
 
 
 def _maximise(sensor: ShadowedLinks, changes: Array, centres: Array, where: list[_Where]) -> LinkShadowing:

@@ -116,14 +116,14 @@ def fit_links(
     for frame in stream:  # all of them, so that a fault further on is told
         if len(times) < fitting.frames:
             times.append(frame.time_s)
-            changes.append(frame.rss_dbm - rss.calibration.mean_dbm)
             rss = tracking.change.step(rss, frame)  # as in tracking, while somebody may be inside
+            changes.append(rss.rise_db)
     if len(times) < LEAST_FRAMES:
         raise DataError(
             f"log: has {len(times)} frames after the {len(empty)} of calibration; the fit needs at least "
             f"{LEAST_FRAMES}, with somebody walking in some."
         )
-    fit = fitting.fit(sensor, np.array(changes), area=area, on_iteration=on_iteration)
+    fit = fitting.fit(sensor, np.array(times), np.array(changes), area=area, on_iteration=on_iteration)
     fitted = tracking.replace(method=method.replace(effect=fit.model))
     return FittedLinks(fitted, method.effect, fit, np.array(times), calibration.remarks)
 

@@ -13,8 +13,9 @@ from pydantic import Field
 
 from elusive.errors import ParameterError
 from elusive.geometry.areas import Area
+from elusive.geometry.places import NamedPlace
 from elusive.io.node_files import read_nodes
-from elusive.model import Model
+from elusive.model import FROM_RECORDING, Model
 from elusive.sensors.radio_network import RadioNodes, radio_nodes
 
 
@@ -24,7 +25,7 @@ class BorderNodes(Model):
     kind: Literal["border"] = "border"
     nodes: int = Field(41, ge=2, le=1000, description="Number of nodes, 'Number of sensors' (table 4.2)")
 
-    def on(self, area: Area) -> RadioNodes:
+    def bind(self, area: Area) -> RadioNodes:
         """Return the nodes round an area."""
         along = area.perimeter_m * np.arange(self.nodes) / self.nodes
         return radio_nodes(np.array([area.on_border(float(distance))[0] for distance in along]))
@@ -37,7 +38,7 @@ class GridNodes(Model):
     rows: int = Field(3, ge=1, le=100, description="Rows, along y")
     columns: int = Field(3, ge=1, le=100, description="Columns, along x")
 
-    def on(self, area: Area) -> RadioNodes:
+    def bind(self, area: Area) -> RadioNodes:
         """Return the nodes that lie in an area.
 
         Raises
@@ -64,7 +65,7 @@ class ListedNodes(Model):
     kind: Literal["file"] = "file"
     path: str = Field(min_length=1, description="CSV of the nodes: node,x_m,y_m, or two plain columns")
 
-    def on(self, area: Area) -> RadioNodes:
+    def bind(self, area: Area) -> RadioNodes:
         """Return the nodes; some may stand outside of the area.
 
         Raises
@@ -75,4 +76,24 @@ class ListedNodes(Model):
         return read_nodes(Path(self.path))
 
 
-Network = Annotated[BorderNodes | GridNodes | ListedNodes, Field(discriminator="kind")]
+class PlacedNodes(Model):
+    """Nodes placed by hand."""
+
+    kind: Literal["placed"] = "placed"
+    places: tuple[NamedPlace, ...] = Field(
+        (), max_length=1000, description="Name and place of each", json_schema_extra=FROM_RECORDING
+    )
+
+    def bind(self, area: Area) -> RadioNodes:
+        """Return the nodes; some may stand outside of the area.
+
+        Raises
+        ------
+        DataError
+            If they are no network.
+        """
+        places = np.array([(place.x_m, place.y_m) for place in self.places]).reshape(-1, 2)
+        return radio_nodes(places, [place.name for place in self.places])
+
+
+Network = Annotated[BorderNodes | GridNodes | ListedNodes | PlacedNodes, Field(discriminator="kind")]

@@ -1,41 +1,53 @@
-"""What tracking people through a radio network came to: a line a track, what there is to say, and the report.
+"""What tracking people through a radio network came to: its files, a line a track, what there is to say, the report.
 
-Frames are offered one by one. What is kept grows with the number of tracks, not with the number of frames.
+Steps are taken in one by one, and a frame's rows stand in the files before the next is read.
 """
 
 from __future__ import annotations
 
+import csv
+import json
 import math
-from array import array
 from collections import deque
-from collections.abc import Sequence
-from itertools import pairwise
+from contextlib import ExitStack
 from pathlib import Path
-from typing import NamedTuple
+from types import TracebackType
+from typing import NamedTuple, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
-from elusive.geometry.areas import Area
-from elusive.io import TrackRow
+from elusive.contracts import Array
+from elusive.errors import DataError
+from elusive.io.csv_files import csv_text
 from elusive.io.path_truth import PathTruth
-from elusive.preprocess.voxels import VoxelGrid
+from elusive.results import STATUSES, Scores, TrackLog, score, spread, write_result
+from elusive.results.spool import Records
 from elusive.sensors.radio_network import RadioNodes
+from elusive.systems.links.by_image import ImageState
 from elusive.systems.links.report import (
+    LinkPath,
     LinksTracked,
-    PathKeeper,
-    PathPoint,
     SceneKeeper,
     TruePath,
     write_links_html,
     write_links_png,
-)  # fmt: skip
-from elusive.systems.links.report.contents import Happening
-from elusive.systems.links.scores import LinkScores
-from elusive.systems.links.track import LinkResult
+)
+from elusive.systems.links.track import LinkTracking, RoomState
+from elusive.tracking.people import TrackEvent
+from elusive.tracking.track import Status, Step
 
+STATE_NAMES = ("x", "vx", "y", "vy")
+EVENT_COLUMNS = ("time_s", "track", "event", "x_m", "y_m")
 HEADER = ("track", "from [s]", "to [s]", "confirmed [s]", "walked [m]", "mean existence")
-TIMES_COMPARED = 10_000  # first ones, for the usual time from frame to frame
+GATE_M = 2.0  # of the thesis's scores, section 4.1
+SCORED: tuple[tuple[str, tuple[Status, ...]], ...] = (
+    ("", ("confirmed",)),
+    (", candidates too", ("confirmed", "candidate")),
+)
+CONFIRMED, DELETED = STATUSES.index("confirmed"), STATUSES.index("deleted")
 EVENTS_KEPT = 5000  # latest ones, for the report
+FRAMES_AT_MOST, POINTS_AT_MOST = 50_000, 200_000  # of the report; of all tracks together
 
 
 class LinkOutcome(NamedTuple):
@@ -47,34 +59,12 @@ class LinkOutcome(NamedTuple):
     tracks: list[tuple[str, ...]]  # a line a confirmed track
     table: list[tuple[str, str]]  # about the run
     remarks: tuple[str, ...]
+    scores: dict[str, Scores]  # by SCORED's words; none without a truth
     tracked: LinksTracked  # what the report shows
 
 
-class _Confirmed:
-    """A track that was confirmed."""
-
-    def __init__(self, first_s: float, confirmed: TrackRow) -> None:
-        self.first_s, self._confirmed_s = first_s, confirmed.time_s
-        self._last_s = confirmed.time_s
-        self._place = confirmed.x, confirmed.y
-        self._walked_m, self._existence, self._frames = 0.0, 0.0, 0
-
-    def add(self, row: TrackRow) -> None:
-        self._last_s = row.time_s
-        if row.status == "confirmed":
-            self._walked_m += math.dist(self._place, (row.x, row.y))
-            self._place = row.x, row.y
-            self._existence += row.existence
-            self._frames += 1
-
-    def line(self, number: int) -> tuple[str, ...]:
-        existence = self._existence / self._frames
-        times = (f"{time_s:.1f}" for time_s in (self.first_s, self._last_s, self._confirmed_s))
-        return str(number), *times, f"{self._walked_m:.1f}", f"{existence:.2f}"
-
-
 class LinkRun:
-    """Gathers results over a log, in memory that grows with the tracks alone.
+    """Takes the steps of a log: tracks and events to files as they come, the rest at constant memory.
 
     Parameters
     ----------
@@ -82,109 +72,197 @@ class LinkRun:
         Of the log.
     nodes
         The network.
-    area
-        Where people can be.
+    parameters
+        How it is tracked.
     truth
-        Where they truly were; scores only.
+        Where people truly were; scores only.
+    folder
+        Where ``tracks.csv`` and ``events.csv`` are written to; None: nowhere.
+
+    Raises
+    ------
+    DataError
+        If the system refuses to write.
     """
 
-    def __init__(self, name: str, nodes: RadioNodes, area: Area, truth: PathTruth | None = None) -> None:
+    def __init__(
+        self,
+        name: str,
+        nodes: RadioNodes,
+        parameters: LinkTracking,
+        truth: PathTruth | None = None,
+        folder: Path | None = None,
+    ) -> None:
         self.title = Path(name).name or name
-        self._nodes, self._area, self._truth = nodes, area, truth
-        self._scores = None if truth is None else LinkScores(truth)
-        self._scenes, self._paths = SceneKeeper(), PathKeeper()
-        self._grid: VoxelGrid | None = None
-        self._times = array("d")
-        self._candidates: dict[int, float] = {}  # never confirmed so far, and when each was there first [s]
-        self._confirmed: dict[int, _Confirmed] = {}
-        self._events: deque[Happening] = deque()
-        self._unlisted = 0
+        self._nodes, self._parameters, self._truth, self._folder = nodes, parameters, truth, folder
+        self._scenes = SceneKeeper()
+        self._events: deque[TrackEvent] = deque(maxlen=EVENTS_KEPT)
+        self._event_counts: dict[int, int] = {}
+        self._calibrated = 0
         self._remarks: tuple[str, ...] = ()
-        self._frames = self._calibrated = self._with_people = self._most_people = 0
+        with ExitStack() as stack:
+            tracks = None if folder is None else folder / "tracks.csv"
+            added = parameters.method.added
+            self.log = stack.enter_context(TrackLog(STATE_NAMES, "m", added, path=tracks))
+            self._file = None
+            if folder is not None:
+                try:
+                    path = folder / "events.csv"
+                    self._file = stack.enter_context(path.open("w", encoding="utf-8", newline=""))
+                    csv.writer(self._file, lineterminator="\n").writerow(EVENT_COLUMNS)
+                except OSError as error:
+                    raise _refused(folder, error) from None
+            self._open = stack.pop_all()
 
-    def offer(self, result: LinkResult, rows: Sequence[TrackRow], *, calibrating: bool) -> None:
-        """Take in one more frame's result and its rows of the table."""
-        if self._frames < TIMES_COMPARED:
-            self._times.append(result.time_s)
-        self._frames += 1
-        self._remarks = result.remarks or self._remarks
-        self._calibrated += calibrating
-        self._grid = result.grid or self._grid
-        self._scenes.offer(result.time_s, result.image, result.clouds)
-        present = [row for row in rows if row.status != "deleted" and row.track is not None]
-        self._paths.offer(result.time_s, map(_point, present))
-        for row in present:
-            self._note(row)
-        people = sum(row.status == "confirmed" for row in present)
-        self._with_people += people > 0
-        self._most_people = max(self._most_people, people)
-        if self._scores is not None:
-            self._scores.offer(result.time_s, rows, calibrating=calibrating)
-        for event in result.events:
-            self._events.append(Happening(result.time_s, event.track, event.what, *event.position))
-            if len(self._events) > EVENTS_KEPT:
-                self._unlisted += self._events.popleft().track in self._confirmed
+    def __enter__(self) -> Self:
+        """Return the run."""
+        return self
 
-    def outcome(self, described: list[tuple[str, str]]) -> LinkOutcome:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close the files."""
+        try:
+            self._open.close()
+        except OSError as refused:
+            raise _refused(self._folder, refused) from None
+
+    def append(self, step: Step) -> None:
+        """Take in a step.
+
+        Raises
+        ------
+        DataError
+            If a track contradicts itself, or the system refuses to write.
+        """
+        state: RoomState = step.state
+        self.log.append(step)
+        self._calibrated += state.calibrating
+        self._remarks = state.remarks
+        if isinstance(state.people, ImageState):
+            self._scenes.offer(step.time_s, None if state.calibrating else state.people.image, {})
+        else:
+            targets = state.people.belief.targets
+            clouds = {t.life.track: t.particles[:, [0, 2]] for t in targets if t.life.lives and t.life.track}
+            self._scenes.offer(step.time_s, None, clouds)
+        for event in state.events:
+            self._events.append(event)
+            self._event_counts[event.track] = self._event_counts.get(event.track, 0) + 1
+        if self._file is not None and state.events:
+            try:
+                csv.writer(self._file, lineterminator="\n").writerows(map(event_row, state.events))
+            except OSError as error:
+                raise _refused(self._folder, error) from None
+
+    def flush(self) -> None:
+        """Hand what has been written to the system, for others to read."""
+        self.log.flush()
+        if self._file is not None:
+            self._file.flush()
+
+    def events_text(self) -> str:
+        """Return the latest events, as ``events.csv`` has them."""
+        return csv_text(EVENT_COLUMNS, map(event_row, self._events))
+
+    def outcome(self) -> LinkOutcome:
         """Return what there is to say."""
-        self._confirmed = dict(sorted(self._confirmed.items(), key=lambda item: (item[1].first_s, item[0])))
-        lines = [one.line(number) for number, one in self._confirmed.items()]
-        x0, x1, y0, y1 = self._area.bounds_m
-        steps = [later - earlier for earlier, later in pairwise(self._times)]
-        step_s = float(np.median(steps)) if steps else math.nan
+        log, times_s = self.log, self.log.times_s
+        living = {number: rows[rows["status"] != DELETED] for number, rows in log.by_track()}
+        confirmed = {n: rows for n, rows in living.items() if (rows["status"] == CONFIRMED).any()}
+        confirmed = dict(sorted(confirmed.items(), key=lambda item: (item[1]["time_s"][0], item[0])))
+        people = np.bincount(log.rows["step"][log.rows["status"] == CONFIRMED], minlength=len(times_s))
+        scores = {}
+        if self._truth is not None:
+            places = self._truth.interpolated(times_s)
+            places[: self._calibrated] = np.nan
+            scores = {words: score(log, places, GATE_M, statuses) for words, statuses in SCORED}
+        x0, x1, y0, y1 = self._parameters.area_of(self._nodes).bounds_m
+        step_s = float(np.median(np.diff(times_s))) if len(times_s) > 1 else math.nan
         table = [
-            ("Frames", f"{self._frames}, of them {self._calibrated} for calibration; one each {step_s:.3g} s"),
+            ("Frames", f"{len(times_s)}, of them {self._calibrated} for calibration; one each {step_s:.3g} s"),
             ("Area", f"{x0:.1f} to {x1:.1f} m by {y0:.1f} to {y1:.1f} m"),
-            *described,
-            ("Candidates never confirmed", f"{len(self._candidates)}"),
-            *(() if self._scores is None else self._scores.lines()),
+            *self._parameters.described(self._nodes),
+            ("Candidates never confirmed", f"{len(living) - len(confirmed)}"),
+            *(line for words, found in scores.items() for line in found.lines(words)),
         ]
-        verdict = self._verdict()
-        return LinkOutcome(
-            self.title, verdict, HEADER, lines, table, self._remarks,
-            self._tracked(" ".join([verdict, *self._remarks]))._replace(rows=table, header=HEADER, tracks=lines),
+        verdict = _verdict(people, len(confirmed))
+        lines = [_line(number, rows) for number, rows in confirmed.items()]
+        every = 1
+        while len(times_s) > every * FRAMES_AT_MOST or sum(map(len, confirmed.values())) > every * POINTS_AT_MOST:
+            every *= 2
+        paths = [_path(number, rows, every) for number, rows in confirmed.items()]
+        grid, truth = self._parameters.grid_of(self._nodes), self._truth
+        unlisted = sum(count for number, count in self._event_counts.items() if number in confirmed)
+        unlisted -= sum(event.track in confirmed for event in self._events)
+        tracked = LinksTracked(
+            self.title, " ".join([verdict, *self._remarks]), times_s[::every],
+            np.array(self._parameters.area_of(self._nodes).corners_m), self._nodes.names, self._nodes.positions_m,
+            [path for path in paths if path.confirmed.any()], self._scenes.scenes,
+            None if grid is None else (grid.shape, (grid.x0, grid.x1, grid.y0, grid.y1)),
+            None if truth is None else [TruePath(*path) for path in zip(truth.names, truth.paths, strict=True)],
+            list(self._events), table, HEADER, lines, -(-self._calibrated // every), unlisted,
         )  # fmt: skip
-
-    def _note(self, row: TrackRow) -> None:
-        """Count a row to its track."""
-        assert row.track is not None
-        if row.track not in self._confirmed:
-            first_s = self._candidates.setdefault(row.track, row.time_s)
-            if row.status != "confirmed":
-                return
-            del self._candidates[row.track]
-            self._confirmed[row.track] = _Confirmed(first_s, row)
-        self._confirmed[row.track].add(row)
-
-    def _tracked(self, verdict: str) -> LinksTracked:
-        """Lay out for the report what was gathered, but for its tables."""
-        grid, truth = self._grid, self._truth
-        edges = None if grid is None else (grid.shape, (grid.x0, grid.x1, grid.y0, grid.y1))
-        true = None if truth is None else [TruePath(*one) for one in zip(truth.names, truth.paths, strict=True)]
-        kept = self._paths.paths()
-        # in a thinned log a very short track may have no frame left: the table alone tells of it
-        paths = [kept[number] for number in self._confirmed if number in kept and kept[number].confirmed.any()]
-        return LinksTracked(
-            self.title, verdict, self._paths.times_s, np.array(self._area.corners_m), self._nodes.names,
-            self._nodes.positions_m, paths, self._scenes.scenes, edges, true, list(self._events), [], (), [],
-            -(-self._calibrated // self._paths.every), self._unlisted,
-        )  # fmt: skip
-
-    def _verdict(self) -> str:
-        if not self._confirmed:
-            return "Nobody was found."
-        tracks = "one track" if len(self._confirmed) == 1 else f"{len(self._confirmed)} tracks"
-        most = "one person" if self._most_people == 1 else f"{self._most_people} people"
-        share = 100 * self._with_people / self._frames
-        return f"At most {most} at a time, in {tracks}; somebody was there in {share:.0f} % of the frames."
+        return LinkOutcome(self.title, verdict, HEADER, lines, table, self._remarks, scores, tracked)
 
 
-def write_link_report(folder: Path, outcome: LinkOutcome) -> None:
-    """Write ``report.png`` and ``report.html`` into a folder."""
+def write_link_results(folder: Path, run: LinkRun, outcome: LinkOutcome, config: str) -> None:
+    """Write ``result.nc``, ``report.png``, ``report.html`` and ``config.yaml`` into a folder."""
+    write_result(folder / "result.nc", run.log, title=run.title, config=config)
     write_links_png(folder / "report.png", outcome.tracked)
     write_links_html(folder / "report.html", outcome.tracked)
+    (folder / "config.yaml").write_text(config, encoding="utf-8")
 
 
-def _point(row: TrackRow) -> PathPoint:
-    assert row.track is not None
-    return PathPoint(row.track, (row.x, row.y), (row.sd_x, row.sd_y), row.existence, row.status == "confirmed")
+def scores_text(outcome: LinkOutcome) -> str:
+    """Return the scores of confirmed tracks, and of candidates too, as JSON; null where there is no number."""
+    found = {}
+    for name, scores in zip(("confirmed", "candidates too"), outcome.scores.values(), strict=False):
+        values = {"mota": scores.mota, "rmse_m": scores.rmse, "idf1": scores.identity.idf1, "gospa_m": scores.gospa}
+        counts = {"targets": scores.targets, "misses": scores.misses, "false": scores.false}
+        known = {key: value if math.isfinite(value) else None for key, value in values.items()}
+        found[name] = {**known, **counts, "mismatches": scores.mismatches}
+    return json.dumps(found, indent=1) + "\n"
+
+
+def event_row(event: TrackEvent) -> tuple[str, ...]:
+    """Return an event's cells in the table."""
+    x, y = event.position
+    return repr(event.time_s), str(event.track), event.what, repr(x), repr(y)
+
+
+def _sure(rows: Records) -> Array:
+    """Existence, or the score that stands for it."""
+    if not rows["added"].shape[1]:
+        return np.asarray(rows["existence"])
+    sure: Array = np.where(np.isnan(rows["existence"]), rows["added"][:, 0], rows["existence"])
+    return sure
+
+
+def _line(number: int, rows: Records) -> tuple[str, ...]:
+    """Return a confirmed track's line."""
+    confirmed = rows[rows["status"] == CONFIRMED]
+    walked_m = np.hypot(*np.diff(confirmed["position"], axis=0).T).sum()
+    times = (f"{time_s:.1f}" for time_s in (rows["time_s"][0], rows["time_s"][-1], confirmed["time_s"][0]))
+    return str(number), *times, f"{walked_m:.1f}", f"{_sure(confirmed).mean():.2f}"
+
+
+def _path(number: int, rows: Records, every: int) -> LinkPath:
+    """Return a track for the report, of every so-many-th frame."""
+    rows = rows[rows["step"] % every == 0]
+    deviation, _ = spread(rows["covariance"])
+    return LinkPath(
+        number, rows["step"] // every, rows["position"], deviation, _sure(rows), rows["status"] == CONFIRMED
+    )
+
+
+def _verdict(people: NDArray[np.int64], tracks: int) -> str:
+    if not tracks:
+        return "Nobody was found."
+    among = "one track" if tracks == 1 else f"{tracks} tracks"
+    most = "one person" if people.max() == 1 else f"{people.max()} people"
+    share = 100 * (people > 0).mean()
+    return f"At most {most} at a time, in {among}; somebody was there in {share:.0f} % of the frames."
+
+
+def _refused(path: Path | None, error: OSError) -> DataError:
+    return DataError(f"{path}: cannot be written ({error.strerror or error}); check space and permissions.")

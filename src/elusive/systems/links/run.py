@@ -12,9 +12,9 @@ from elusive.io import atomic_folder, existing_folder
 from elusive.io.link_logs import LinkLog
 from elusive.io.path_truth import PathTruth
 from elusive.sensors.radio_network import RadioNodes, RssFrame
-from elusive.systems.links.results import LinkOutcome, LinkRun, write_link_report
-from elusive.systems.links.tables import LinkDataset, LinkTables, rows_of
-from elusive.systems.links.track import LinkResult, LinkTracking, track_links
+from elusive.systems.links.results import LinkOutcome, LinkRun, write_link_results
+from elusive.systems.links.track import LinkTracking, track
+from elusive.tracking.track import Step
 
 __all__ = ["LiveFrame", "follow_links", "track_links_recording"]
 
@@ -22,7 +22,7 @@ __all__ = ["LiveFrame", "follow_links", "track_links_recording"]
 class LiveFrame(NamedTuple):
     """A frame that has been tracked and written."""
 
-    result: LinkResult
+    step: Step
     latency_s: float | None  # from the frame's last line to its tracks in the file; None while calibrating
 
 
@@ -60,22 +60,14 @@ def track_links_recording(
     DataError
         If a frame cannot be used, or the calibration takes all frames.
     """
-    run = LinkRun(log.name, nodes, parameters.area_of(nodes), truth)
-    config = parameters.to_yaml()
-    with atomic_folder(out) as folder:
-        dataset = LinkDataset(folder / "result.nc", run.title, config)
-        with LinkTables(folder) as tables:
-            for number, result in enumerate(track_links(log, nodes, parameters), 1):
-                rows = rows_of(result)
-                tables.append(result, rows)
-                dataset.append(rows)
-                run.offer(result, rows, calibrating=number <= parameters.calibration_frames)
-                if on_frame is not None:
-                    on_frame(number)
-        dataset.flush()
-        outcome = run.outcome(parameters.described(nodes))
-        write_link_report(folder, outcome)
-        (folder / "config.yaml").write_text(config, encoding="utf-8")
+    with atomic_folder(out) as folder, LinkRun(log.name, nodes, parameters, truth, folder) as run:
+        for number, step in enumerate(track(log, nodes, parameters), 1):
+            run.append(step)
+            if on_frame is not None:
+                on_frame(number)
+        run.flush()
+        outcome = run.outcome()
+        write_link_results(folder, run, outcome, parameters.to_yaml())
     return outcome
 
 
@@ -111,16 +103,16 @@ def follow_links(
         if (folder / name).exists():
             raise DataError(f"{folder / name}: is there already, of an earlier run; name another folder.")
     (folder / "config.yaml").write_text(parameters.to_yaml(), encoding="utf-8")
-    began = [time.perf_counter()]
+    started = [time.perf_counter()]
 
     def noted() -> Iterator[RssFrame]:
         for frame in log:
-            began[0] = time.perf_counter()
+            started[0] = time.perf_counter()
             yield frame
 
-    with LinkTables(folder) as tables:
-        for number, result in enumerate(track_links(noted(), nodes, parameters)):
-            tables.append(result, rows_of(result))
-            tables.flush()
-            latency_s = time.perf_counter() - began[0] if number >= parameters.calibration_frames else None
-            on_frame(LiveFrame(result, latency_s))
+    with LinkRun("live", nodes, parameters, folder=folder) as run:
+        for step in track(noted(), nodes, parameters):
+            run.append(step)
+            run.flush()
+            latency_s = None if step.state.calibrating else time.perf_counter() - started[0]
+            on_frame(LiveFrame(step, latency_s))

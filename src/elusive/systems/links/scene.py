@@ -1,39 +1,37 @@
 """A scene of people in a radio network, complete in one file: paths, radiation, nodes and the way they are tracked.
 
-Mendieta (2017), chapter 5: what the six windows hold. Paths and nodes are drawn by rule or listed one by one.
+Mendieta (2017), chapter 5: what the six windows hold. The log that is simulated is tracked as any other is.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable
+from pathlib import Path
 from typing import Any, Literal, NamedTuple, Self
 
 import numpy as np
-from numpy.random import Generator
 from pydantic import Field, model_validator
 
-from elusive.contracts import Array
+from elusive.contracts import Array, X, Y
 from elusive.errors import ParameterError
 from elusive.geometry.areas import Area
-from elusive.geometry.places import NamedPlace
+from elusive.io import existing_folder
+from elusive.io.link_logs import open_link_log
+from elusive.io.path_truth import PathTruth
 from elusive.model import Model
 from elusive.preprocess.link_weights import coverage
 from elusive.preprocess.voxels import VoxelGrid
-from elusive.sensors.radio_network import RadioNodes, radio_nodes
-from elusive.systems.links.by_image import ImageMethod
-from elusive.systems.links.simulate import LinkSimulation
-from elusive.systems.links.smoothing import KalmanSmoothing, ParticleSmoothing
+from elusive.sensors.radio_network import RssFrame
+from elusive.systems.links.by_image import ImageState
+from elusive.systems.links.results import GATE_M, LinkOutcome, LinkRun, scores_text
+from elusive.systems.links.run import track_links_recording
+from elusive.systems.links.simulate import LinkSimulation, people_of, simulate_links
+from elusive.systems.links.smoothing import Beliefs, ParticleSmoothing
+from elusive.systems.links.track import LinksMethod, LinkTracking, track
+from elusive.tracking.track import Step
 
-PATHS_AT_MOST, NODES_AT_MOST = 1000, 1000
 VALUES_AT_MOST = 40_000_000  # steps times voxels: every frame of a scene is kept
-
-
-class DrawnPath(Model):
-    """One person's places, step by step from the step at which they come in."""
-
-    start: int = Field(0, ge=0, description="Step of the first place, from 0")
-    places_m: tuple[tuple[float, float], ...] = Field(min_length=1, description="x and y of each step [m]")
 
 
 class LinkScene(Model):
@@ -41,33 +39,18 @@ class LinkScene(Model):
 
     system: Literal["links"] = Field("links", description="What kind of scene this is")
     simulation: LinkSimulation = Field(LinkSimulation(), description="Paths, network, radiation")
-    paths: tuple[DrawnPath, ...] = Field(
-        (), max_length=PATHS_AT_MOST, description="Paths drawn by hand; none: as the simulation's walks say"
+    tracking: LinkTracking = Field(LinkTracking(), description="How people are tracked")
+    particle: ParticleSmoothing = Field(
+        ParticleSmoothing(), description="Particle filter shown beside the smoothing behind each track"
     )
-    nodes: tuple[NamedPlace, ...] | None = Field(
-        None, max_length=NODES_AT_MOST, description="Nodes placed by hand; none: as the simulation's network says"
-    )
-    method: ImageMethod = Field(ImageMethod(), description="How people are tracked by way of an image")
-    particle: ParticleSmoothing = Field(ParticleSmoothing(), description="Particle filter behind each track")
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
-        steps = self.simulation.walks.total_positions
-        for number, path in enumerate(self.paths, 1):
-            last = path.start + len(path.places_m)
-            if last > steps:
-                raise ParameterError(
-                    f"LinkScene.paths: path {number} ends at step {last}, the scene has {steps} steps; draw a shorter "
-                    "path, or give more steps."
-                )
-        if steps * math.prod(self.grid.shape) > VALUES_AT_MOST:
+        steps, voxels = self.simulation.walks.total_positions, math.prod(self.grid.shape)
+        if steps * voxels > VALUES_AT_MOST:
             raise ParameterError(
-                f"Walks.total_positions: {steps} steps of {math.prod(self.grid.shape)} voxels are more than a scene "
-                f"keeps, {VALUES_AT_MOST}; give fewer steps or larger voxels."
-            )
-        if not isinstance(self.method.smoothing, KalmanSmoothing):
-            raise ParameterError(
-                "LinkScene.method.smoothing: must be a Kalman filter; the particle filter stands under 'particle'."
+                f"Walks.total_positions: {steps} steps of {voxels} voxels are more than a scene keeps, "
+                f"{VALUES_AT_MOST}; give fewer steps or larger voxels."
             )
         return self
 
@@ -79,66 +62,180 @@ class LinkScene(Model):
     @property
     def grid(self) -> VoxelGrid:
         """The voxels of radiation and image."""
-        return VoxelGrid.over(self.area, self.simulation.voxel_m)
+        return self.simulation.weights.grid(self.area)
 
     @property
-    def with_entrance(self) -> LinkScene:
-        """The same, where the area of the entrance is the watched one."""
-        tracker = self.method.tracker
-        if tracker.entrance.area is not None and tracker.entrance.area.corners_m == self.area.corners_m:
-            return self
-        entrance = tracker.entrance.replace(area=self.area)
-        return self.replace(method=self.method.replace(tracker=tracker.replace(entrance=entrance)))
+    def bound(self) -> LinkScene:
+        """The same, where the tracker watches the simulation's area, by its voxels."""
+        method: Any = self.tracking.method
+        weights = self.simulation.weights
+        if not isinstance(method, LinksMethod):
+            method = method.replace(weights=weights)
+        elif method.effect.kind == "radiation":
+            method = method.replace(effect=method.effect.replace(weights=weights))
+        return self.replace(tracking=self.tracking.replace(method=method, area=self.area))
 
-    def truth(self, rng: Generator) -> Array:
-        """Return everybody's places, ``(T, users, 2)`` [m], NaN where absent."""
-        if not self.paths:
-            return self.simulation.walks.draw(rng)
-        truth = np.full((self.simulation.walks.total_positions, len(self.paths), 2), np.nan)
-        for number, path in enumerate(self.paths):
-            truth[path.start : path.start + len(path.places_m), number] = path.places_m
-        return truth
-
-    def network(self) -> RadioNodes:
-        """Return the nodes.
-
-        Raises
-        ------
-        DataError
-            If they are no network.
-        """
-        if self.nodes is None:
-            return self.simulation.network.on(self.area)
-        places = np.array([(one.x_m, one.y_m) for one in self.nodes]).reshape(-1, 2)
-        return radio_nodes(places, [one.name for one in self.nodes])
-
-    def streams(self) -> tuple[Generator, ...]:
-        """Return the sources of paths, radiation, links and filters: a window repeats what the others leave alone."""
-        return tuple(np.random.default_rng(self.simulation.seed).spawn(4))
+    @property
+    def calibrated(self) -> LinkTracking:
+        """How the simulated log is tracked: calibrated on the steps in which nobody is there."""
+        return self.bound.tracking.replace(calibration_frames=self.simulation.calibration_steps)
 
 
 class Radiated(NamedTuple):
     """What is there before any sensor."""
 
     truth: Array  # (T, users, 2) [m], NaN where absent
-    empty: Array  # (K, V) images of the calibration's steps [dB]
-    images: Array  # (T, V) [dB]
+    images: Array  # (K + T, V) of the calibration's steps, then of the truth's [dB]
 
 
 def radiate(scene: LinkScene, truth: Array | None = None) -> Radiated:
     """Draw the paths, unless given, and the radiation of every step."""
-    paths, radiation, *_ = scene.streams()
-    grid, source = scene.grid, scene.simulation.radiation
-    truth = scene.truth(paths) if truth is None else truth
-    nobody = np.full((scene.simulation.calibration_steps, 1, 2), np.nan)
-    empty, images = (np.array([source.image(people, grid, radiation) for people in steps]) for steps in (nobody, truth))
-    return Radiated(truth, empty, images)
+    truth = scene.simulation.truth() if truth is None else truth
+    return Radiated(truth, np.array(list(scene.simulation.images(truth))))
 
 
-def received(scene: LinkScene, weights: Any, images: Array, rng: Generator) -> Iterator[Array]:
-    """Yield the changes ``(L,)`` of each step's links as the centre receives them [dB]."""
-    for image in images:
-        yield scene.simulation.quantiser.send(scene.simulation.radiation.links(image, weights, rng), rng)
+class SceneRun(NamedTuple):
+    """A scene or a recorded log, and what became of it."""
+
+    scene: LinkScene
+    tracking: LinkTracking  # as it was run
+    truth: PathTruth | None
+    images: Array | None  # (T, V) of the steps after calibration [dB]; None of a recorded log
+    steps: tuple[Step, ...]  # after calibration; their states are those of the people alone
+    particles: tuple[Beliefs, ...]  # of each step, where people are tracked by heads
+    outcome: LinkOutcome
+    tables: tuple[str, str]  # tracks and events, as CSV
+
+
+def run_scene(
+    scene: LinkScene, radiated: Radiated | None = None, *, on_frame: Callable[[int], None] | None = None
+) -> SceneRun:
+    """Draw the log of a scene and track its people.
+
+    Parameters
+    ----------
+    scene
+        Complete: equal scenes give equal runs.
+    radiated
+        From :func:`radiate` with the same scene; by default it is drawn here.
+    on_frame
+        Called with the number of frames done. What it raises ends the run.
+
+    Raises
+    ------
+    DataError
+        If the nodes are no network, no link passes the area, or the empty area shows no noise to calibrate on.
+    """
+    radiated = radiate(scene) if radiated is None else radiated
+    simulation = scene.simulation
+    run = run_log(
+        scene, simulation.frames(radiated.images), scene.calibrated, people_of(simulation, radiated.truth),
+        on_frame=on_frame,
+    )  # fmt: skip
+    return run._replace(images=radiated.images[simulation.calibration_steps :])
+
+
+def run_log(
+    scene: LinkScene,
+    log: Iterable[RssFrame],
+    tracking: LinkTracking,
+    truth: PathTruth | None = None,
+    *,
+    name: str = "log.csv",
+    on_frame: Callable[[int], None] | None = None,
+) -> SceneRun:
+    """Track people through a log of a scene's nodes, every step kept.
+
+    Parameters
+    ----------
+    scene
+        Its paths and radiation have no part in it.
+    log
+        All frames.
+    tracking
+        How.
+    truth
+        Where people truly were; scores only.
+    name
+        Of the log.
+    on_frame
+        Called with the number of frames done. What it raises ends the run.
+
+    Raises
+    ------
+    DataError
+        If the calibration takes all frames, or a frame is not of the scene's nodes.
+    """
+    nodes = scene.simulation.network.bind(scene.area)
+    rng = np.random.default_rng(tracking.seed)
+    steps: list[Step] = []
+    particles: list[Beliefs] = []
+    with LinkRun(name, nodes, tracking, truth) as run:
+        for number, step in enumerate(track(log, nodes, tracking), 1):
+            run.append(step)
+            people = step.state.people
+            if not step.state.calibrating:
+                if isinstance(people, ImageState):
+                    particles.append(scene.particle.step(particles[-1] if particles else {}, people.people, rng))
+                    people = people._replace(image=people.image.astype(np.float32))
+                steps.append(step._replace(measurement=None, state=people))  # the room's levels are large
+            if on_frame is not None:
+                on_frame(number)
+        tables = run.log.csv_text(), run.events_text()
+        return SceneRun(scene, tracking, truth, None, tuple(steps), tuple(particles), run.outcome(), tables)
+
+
+def estimates(run: SceneRun) -> dict[str, Array]:
+    """Return how far pairs of a person and a track within the gate are apart by each estimator, ``(M,)`` [m].
+
+    Head, smoothing and particle filter of tracks by heads (tables 3.8 and 3.9); else the track alone.
+    """
+    found: dict[str, list[float]] = {}
+    if run.truth is None:
+        return {}
+    true = run.truth.interpolated([step.time_s for step in run.steps])
+    for number, step in enumerate(run.steps):
+        there = true[number][np.isfinite(true[number, :, 0])]
+        for one in step.tracks:
+            apart = np.hypot(*(there - one.mean[[X, Y]]).T)
+            if one.status == "deleted" or not (apart <= GATE_M).any():
+                continue
+            place, places = there[apart.argmin()], {"track": one.mean[[X, Y]]}
+            if isinstance(step.state, ImageState):
+                head = np.array(step.state.people.living[one.track].position)
+                smoothed, particles = places["track"], run.particles[number][one.track].mean[[X, Y]]
+                places = {"head": head, "smoothing": smoothed, "particle filter": particles}
+            for name, estimate in places.items():
+                found.setdefault(name, []).append(float(np.hypot(*(estimate - place))))
+    return {name: np.array(values) for name, values in found.items()}
+
+
+def track_scene(scene: LinkScene, out: Path, *, on_frame: Callable[[int], None] | None = None) -> LinkOutcome:
+    """Simulate a scene's log into ``recording``, track it as any other, and write ``scene.yaml`` and ``scores.json``.
+
+    Parameters
+    ----------
+    scene
+        What to run.
+    out
+        Folder for the results.
+    on_frame
+        Called with the number of frames done.
+
+    Raises
+    ------
+    DataError
+        If the scene cannot be run, or a file cannot be written.
+    """
+    network, tracking = scene.simulation.bind(), scene.calibrated
+    folder = existing_folder(out)
+    simulate_links(scene.simulation, folder / "recording")
+    log = open_link_log(str(folder / "recording" / "log.csv"), network.nodes)
+    truth = people_of(scene.simulation, scene.simulation.truth())
+    outcome = track_links_recording(log, network.nodes, tracking, folder, truth=truth, on_frame=on_frame)
+    (folder / "scene.yaml").write_text(scene.to_yaml(), encoding="utf-8")
+    (folder / "scores.json").write_text(scores_text(outcome), encoding="utf-8")
+    return outcome
 
 
 class Coverage(NamedTuple):
@@ -157,6 +254,7 @@ def coverage_of(scene: LinkScene) -> Coverage:
     DataError
         If the nodes are no network, or no link passes the area.
     """
-    grid = scene.grid
-    held = coverage(scene.simulation.weights.sparse(scene.network(), grid))
-    return Coverage(held.astype(np.float64), int((held[grid.inside] == 0).sum()), int(grid.inside.sum()))
+    network = scene.simulation.bind()
+    held = coverage(network.weights)
+    inside = network.grid.inside
+    return Coverage(held.astype(np.float64), int((held[inside] == 0).sum()), int(inside.sum()))

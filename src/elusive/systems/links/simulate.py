@@ -7,22 +7,22 @@ by the link budget (eqs. 3.1-3.2) less the change.
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from elusive.contracts import Array
+from elusive.errors import ParameterError
 from elusive.geometry.areas import Area
 from elusive.io.atomic import atomic_folder
 from elusive.io.csv_files import write_csv
-from elusive.io.path_truth import TRUTH_COLUMNS
-from elusive.model import Model, NonNegative, Positive
+from elusive.io.path_truth import TRUTH_COLUMNS, PathTruth
+from elusive.model import FROM_RECORDING, Model, NonNegative, Positive
 from elusive.preprocess.link_weights import EllipseWeights
 from elusive.preprocess.quantiser import Quantiser
 from elusive.preprocess.voxels import VoxelGrid
@@ -34,6 +34,7 @@ from elusive.systems.links.coverage import write_coverage
 from elusive.systems.links.networks import BorderNodes, Network
 from elusive.systems.links.walks import Walks
 
+PATHS_AT_MOST = 1000
 CHANNEL_STEP_HZ = 5e6  # between neighbouring channels of IEEE 802.15.4
 
 
@@ -53,6 +54,13 @@ class SimulatedLinks(NamedTuple):
     truth: Array  # (T, users, 2) x and y [m], NaN where absent
 
 
+class DrawnPath(Model):
+    """A person's places, step by step from the step at which they come in."""
+
+    start: int = Field(0, ge=0, description="Step of the first place, from 0")
+    places_m: tuple[tuple[float, float], ...] = Field(min_length=1, description="x and y of each step [m]")
+
+
 class LinkSimulation(Model):
     """Everything `elusive simulate links` can be told."""
 
@@ -62,9 +70,12 @@ class LinkSimulation(Model):
     )  # fmt: skip
 
     walks: Walks = Field(Walks(), description="How people walk")
+    paths: tuple[DrawnPath, ...] = Field(
+        (), max_length=PATHS_AT_MOST, description="Paths drawn by hand; none: as the walks say",
+        json_schema_extra=FROM_RECORDING,
+    )  # fmt: skip
     network: Network = Field(BorderNodes(), description="Where the nodes stand")
-    voxel_m: Positive = Field(0.5, description="Side of a voxel, 'precision' (table 3.2) [m]")
-    weights: EllipseWeights = Field(EllipseWeights(), description="How voxels weigh on links")
+    weights: EllipseWeights = Field(EllipseWeights(), description="Voxels, and how they weigh on links")
     radiation: Radiation = Field(Radiation(), description="What people do to voxels and links, and the noise")
     quantiser: Quantiser = Field(Quantiser(), description="How changes are sent to the centre")
     budget: LinkBudget = Field(LinkBudget(), description="Level of a link with nobody there, of a log")
@@ -72,12 +83,24 @@ class LinkSimulation(Model):
         0.0, description="Deviation of each link's and channel's own level from the budget, of a log: multipath [dB]"
     )
     calibration_steps: int = Field(
-        10, ge=1, le=1_000_000, description="Steps before the first, in which nobody is there (table 3.2)"
+        10, ge=2, le=1_000_000, description="Steps before the first, in which nobody is there (table 3.2)"
     )
-    interval_s: Positive = Field(1.0, description="Time of a step, of a log [s]")
+    interval_s: Positive = Field(1.0, description="Time of a step [s]")
     seed: int = Field(0, ge=0, description="Root of all random numbers, of a log")
 
-    def on(self) -> SimulatedNetwork:
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        steps = self.walks.total_positions
+        for number, path in enumerate(self.paths, 1):
+            last = path.start + len(path.places_m)
+            if last > steps:
+                raise ParameterError(
+                    f"LinkSimulation.paths: path {number} ends at step {last}, the scene has {steps} steps; draw a "
+                    "shorter path, or give more steps."
+                )
+        return self
+
+    def bind(self) -> SimulatedNetwork:
         """Return the network, its grid and weights.
 
         Raises
@@ -85,9 +108,29 @@ class LinkSimulation(Model):
         DataError
             If the nodes are no network, or no link passes the area.
         """
-        nodes = self.network.on(self.walks.area)
+        nodes = self.network.bind(self.walks.area)
         places = tuple(map(tuple, nodes.positions_m.tolist()))
-        return SimulatedNetwork(nodes, *_weights(places, self.walks.area.corners_m, self.voxel_m, self.weights))
+        return SimulatedNetwork(nodes, *_weights(places, self.walks.area.corners_m, self.weights))
+
+    def streams(self) -> tuple[Generator, ...]:
+        """Return the sources of a log's paths, radiation and links: a change of one leaves what it follows on alone."""
+        return tuple(np.random.default_rng(self.seed).spawn(3))
+
+    def truth(self) -> Array:
+        """Draw everybody's places of a log, ``(T, users, 2)`` [m], NaN where absent."""
+        if not self.paths:
+            return self.walks.draw(self.streams()[0])
+        truth = np.full((self.walks.total_positions, len(self.paths), 2), np.nan)
+        for number, path in enumerate(self.paths):
+            truth[path.start : path.start + len(path.places_m), number] = path.places_m
+        return truth
+
+    def images(self, truth: Array) -> Iterator[Array]:
+        """Draw the radiation ``(V,)`` of a log's steps, lazily: of the calibration's, then of the truth's [dB]."""
+        rng, grid = self.streams()[1], self.weights.grid(self.walks.area)
+        nobody = np.full((self.calibration_steps, 1, 2), np.nan)
+        for people in [*nobody, *truth]:
+            yield self.radiation.image(people, grid, rng)
 
     def draw(self, rng: Generator) -> SimulatedLinks:
         """Draw the paths and what the centre receives of them: eq. 3.10, quantised, with bit errors.
@@ -100,71 +143,60 @@ class LinkSimulation(Model):
         Raises
         ------
         DataError
-            As :meth:`on`.
+            As :meth:`bind`.
         """
-        network = self.on()
-        truth = self.walks.draw(rng)
-        empty, changes = (
-            np.array([self._received(people, network, self.radiation, rng) for people in steps])
-            for steps in (np.full((self.calibration_steps, 1, 2), np.nan), truth)
-        )
-        return SimulatedLinks(empty, changes, truth)
+        network, truth = self.bind(), self.walks.draw(rng)
+        received = []
+        for people in [*np.full((self.calibration_steps, 1, 2), np.nan), *truth]:
+            image = self.radiation.image(people, network.grid, rng)
+            received.append(self.quantiser.send(self.radiation.links(image, network.weights, rng), rng))
+        first, changes = self.calibration_steps, np.array(received)
+        return SimulatedLinks(changes[:first], changes[first:], truth)
 
-    def frames(self, truth: Array, rng: Generator) -> Iterator[RssFrame]:
-        """Draw a log's frames, lazily: calibration, then a frame a step of the truth.
+    def frames(self, images: Iterable[Array]) -> Iterator[RssFrame]:
+        """Draw a log's frames, lazily.
 
         Parameters
         ----------
-        truth
-            ``(T, users, 2)`` from :meth:`Walks.draw`.
-        rng
-            Source of randomness.
+        images
+            Of all steps, from :meth:`images`.
 
         Yields
         ------
         RssFrame
-            ``(D, C)`` levels: the link budget's and each link's own, less the change, drawn for each direction and
-            channel on its own. Both directions of a link have one level while nobody is there.
+            ``(D, C)`` levels to .01 dB, as they are written: the link budget's and each link's own, less the change,
+            drawn for each direction and channel on its own. Both directions of a link have one level while nobody is
+            there.
         """
-        network = self.on()
-        nodes, channels = network.nodes, self.radiation.channels
-        first, second = nodes.positions_m[directed_links_of(len(nodes.names))].transpose(1, 0, 2)
+        network, rng = self.bind(), self.streams()[2]
+        channels, way = self.radiation.channels, directed_links_of(len(network.nodes.names))
+        first, second = network.nodes.positions_m[way].transpose(1, 0, 2)
         apart = np.hypot(*(first - second).T)
         budgets = [self.budget.replace(frequency_hz=frequency) for frequency in self.frequencies_hz]
-        link = undirected_of(len(nodes.names))
+        link = undirected_of(len(network.nodes.names))
         own = self.fade_sd_db * rng.standard_normal((network.weights.shape[0], channels))
         level = np.column_stack([budget.received_dbm(apart) for budget in budgets]) + own[link]
-        one = self.radiation.replace(channels=1)
-        up = directed_links_of(len(nodes.names))
-        upwards = up[:, 0] < up[:, 1]
-        nobody = np.full((self.calibration_steps, 1, 2), np.nan)
-        for number, people in enumerate([*nobody, *truth]):
-            image = self.radiation.image(people, network.grid, rng)
+        alone = self.radiation.replace(channels=1)
+        upwards = way[:, 0] < way[:, 1]
+        for number, image in enumerate(images):
             change = np.empty(level.shape)
             for channel in range(channels):
-                for way in (upwards, ~upwards):
-                    sent = self.quantiser.send(one.links(image, network.weights, rng), rng)
-                    change[way, channel] = sent[link[way]]
-            yield RssFrame(number * self.interval_s, level - change)
+                for directed in (upwards, ~upwards):
+                    sent = self.quantiser.send(alone.links(image, network.weights, rng), rng)
+                    change[directed, channel] = sent[link[directed]]
+            yield RssFrame(number * self.interval_s, np.round(level - change, 2))
 
     @property
     def frequencies_hz(self) -> list[float]:
         """Carrier of each channel."""
         return [self.budget.frequency_hz + CHANNEL_STEP_HZ * number for number in range(self.radiation.channels)]
 
-    def _received(self, people: Array, network: SimulatedNetwork, radiation: Radiation, rng: Generator) -> Array:
-        image = radiation.image(people, network.grid, rng)
-        return self.quantiser.send(radiation.links(image, network.weights, rng), rng)
-
 
 @lru_cache(maxsize=8)
 def _weights(
-    places: tuple[tuple[float, ...], ...],
-    corners_m: tuple[tuple[float, float], ...],
-    voxel_m: float,
-    weights: EllipseWeights,
+    places: tuple[tuple[float, ...], ...], corners_m: tuple[tuple[float, float], ...], weights: EllipseWeights
 ) -> tuple[VoxelGrid, Any]:
-    grid = VoxelGrid.over(Area(corners_m=corners_m), voxel_m)
+    grid = weights.grid(Area(corners_m=corners_m))
     return grid, weights.sparse(radio_nodes(np.array(places)), grid)
 
 
@@ -195,9 +227,7 @@ def simulate_links(
     DataError
         If the nodes are no network, no link passes the area, or a file cannot be written.
     """
-    rng = np.random.default_rng(parameters.seed)
-    network = parameters.on()
-    truth = parameters.walks.draw(rng)
+    network, truth = parameters.bind(), parameters.truth()
     nodes = network.nodes
     links = directed_links_of(len(nodes.names))
     channels = parameters.radiation.channels
@@ -209,12 +239,12 @@ def simulate_links(
         with (folder / "log.csv").open("w", encoding="utf-8", newline="") as file:
             writer = csv.writer(file, lineterminator="\n")
             writer.writerow(header)
-            for number, frame in enumerate(parameters.frames(truth, rng), 1):
-                writer.writerow([f"{frame.time_s:.6g}", *(f"{level:.2f}" for level in frame.rss_dbm.ravel())])
+            for number, frame in enumerate(parameters.frames(parameters.images(truth)), 1):
+                writer.writerow([repr(frame.time_s), *(f"{level:.2f}" for level in frame.rss_dbm.ravel())])
                 if on_frame is not None:
                     on_frame(number)
         write_csv(folder / "nodes.csv", NODE_COLUMNS, zip(nodes.names, *nodes.positions_m.T.tolist(), strict=True))
-        write_csv(folder / "truth.csv", TRUTH_COLUMNS, _truth_rows(parameters, truth, present))
+        write_csv(folder / "truth.csv", TRUTH_COLUMNS, _truth_rows(people_of(parameters, truth)))
         covered = write_coverage(folder, nodes, network.grid, network.weights)
         (folder / "config.yaml").write_text(parameters.to_yaml(), encoding="utf-8")
     there = present.any(axis=1)
@@ -236,7 +266,19 @@ def _counted(number: int, thing: str) -> str:
     return f"{number} {thing}{'' if number == 1 else 's'}"
 
 
-def _truth_rows(parameters: LinkSimulation, truth: Array, present: NDArray[np.bool_]) -> Iterator[tuple[object, ...]]:
-    for step, person in np.argwhere(present):
-        x, y = truth[step, person]
-        yield f"{(parameters.calibration_steps + step) * parameters.interval_s:.6g}", person + 1, f"{x:.4f}", f"{y:.4f}"
+def people_of(simulation: LinkSimulation, truth: Array) -> PathTruth | None:
+    """Return who was where and when, from places ``(T, users, 2)`` of a simulation's steps; None: nobody."""
+    paths = {}
+    for person in range(truth.shape[1]):
+        there = np.flatnonzero(np.isfinite(truth[:, person, 0]))
+        if len(there):
+            times_s = (simulation.calibration_steps + there) * simulation.interval_s
+            paths[str(person + 1)] = np.column_stack([times_s, truth[there, person]])
+    return PathTruth(tuple(paths), tuple(paths.values())) if paths else None
+
+
+def _truth_rows(people: PathTruth | None) -> Iterator[tuple[object, ...]]:
+    if people is None:
+        return
+    rows = [(row[0], name, *row[1:]) for name, path in zip(*people, strict=True) for row in path.tolist()]
+    yield from sorted(rows, key=lambda row: row[0])

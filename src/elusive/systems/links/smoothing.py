@@ -5,32 +5,25 @@ Mendieta (2017), section 3.12, tables 3.8 and 3.9.
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.random import Generator
 from pydantic import Field
 
-from elusive.contracts import VX, VY, Array, X, Y
+from elusive.contracts import Array, X, Y
 from elusive.filters.gaussian.kalman import GaussianState, KalmanFilter
 from elusive.filters.particle.resampling import Scheme
 from elusive.filters.particle.sir import GaussianPrior, ParticleFilter, ParticleState
 from elusive.model import Model, NonNegative, Positive
 from elusive.motion import ConstantVelocity
 from elusive.sensors.linear import LinearSensor
+from elusive.tracking.people import PeopleState
 
-Places = Mapping[int, Array | None]  # by track: (2,) [m], None where a frame has none
-
-
-class SmoothedTrack(NamedTuple):
-    """Where a track is after its filter."""
-
-    position: Array  # (2,) m
-    velocity: Array  # (2,) m/s
-    deviation: Array  # (2,) m
-    belief: GaussianState | ParticleState
+Beliefs = Mapping[int, GaussianState | ParticleState]  # by track
 
 
 class _TrackSmoothing(Model):
@@ -39,42 +32,36 @@ class _TrackSmoothing(Model):
     q: NonNegative = Field(0.5, description="Process noise Q: power of the white acceleration [m^2 / s^3]")
     place_sd_m: Positive = Field(0.3, description="Deviation of a place, root of the observation noise R [m]")
     speed_sd_mps: Positive = Field(1.0, description="Deviation of a new track's velocity on each axis [m/s]")
-    interval_s: Positive = Field(1.0, description="Time from frame to frame [s]")
 
-    @cached_property
-    def motion(self) -> ConstantVelocity:
-        """The state transition A and its noise."""
-        return ConstantVelocity(q=self.q)
-
-    @cached_property
-    def sensor(self) -> LinearSensor:
-        """The place, H, and its variance, R."""
-        R = self.place_sd_m**2 * np.eye(2)
-        return LinearSensor(observed=np.eye(4)[[X, Y]].tolist(), covariance=R.tolist())
-
-    def prior(self, place: Array) -> GaussianPrior:
-        """Return the belief after a track's first place."""
-        variance = np.array([self.place_sd_m, self.speed_sd_mps, self.place_sd_m, self.speed_sd_mps]) ** 2
-        return GaussianPrior(mean=(place[0], 0.0, place[1], 0.0), covariance=np.diag(variance).tolist())
-
-    def filter(self, prior: GaussianPrior) -> KalmanFilter | ParticleFilter:
-        """Return the filter of a track."""
-        raise NotImplementedError
-
-    @cached_property
-    def _filter(self) -> Any:
-        return self.filter(GaussianPrior(mean=(0.0,) * 4, covariance=np.eye(4).tolist()))
-
-    def step(self, state: Mapping[int, SmoothedTrack], places: Places, rng: Generator) -> dict[int, SmoothedTrack]:
-        """Return the tracks a frame later: those in ``places``, others are forgotten."""
-        found: dict[int, SmoothedTrack] = {}
-        for track, place in places.items():
-            if track in state:
-                old = state[track].belief
-                found[track] = _read(self._filter.step(old, old.time_s + self.interval_s, place, rng))
-            elif place is not None:
-                found[track] = _read(self.filter(self.prior(np.asarray(place))).init(rng, 0.0))
+    def step(self, beliefs: Beliefs, people: PeopleState, rng: Generator) -> Beliefs:
+        """Return the belief in each of a tracker's tracks at its time, with the heads that they have then."""
+        found = {}
+        for person in people.tracks:
+            old, place = beliefs.get(person.track), np.array(person.position)
+            if old is not None:
+                head = place if person.seen_s == people.time_s else None
+                found[person.track] = self._filter.step(old, people.time_s, head, rng)
+            else:
+                first = self._prior(place)
+                found[person.track] = self._filter.replace(prior=first).init(rng, people.time_s)
         return found
+
+    def _prior(self, place: Array) -> GaussianPrior:
+        """Belief after a track's first head."""
+        variance = np.array([self.place_sd_m, self.speed_sd_mps, self.place_sd_m, self.speed_sd_mps]) ** 2
+        covariance = tuple(map(tuple, np.diag(variance).tolist()))
+        return GaussianPrior(mean=(float(place[0]), 0.0, float(place[1]), 0.0), covariance=covariance)
+
+    @property
+    def _sensor(self) -> LinearSensor:
+        """A place, H, and its variance, R."""
+        noise = self.place_sd_m**2 * np.eye(2)
+        return LinearSensor(observed=np.eye(4)[[X, Y]].tolist(), covariance=noise.tolist())
+
+    @property
+    @abstractmethod
+    def _filter(self) -> Any:
+        """The filter of a track."""
 
 
 class KalmanSmoothing(_TrackSmoothing):
@@ -82,9 +69,9 @@ class KalmanSmoothing(_TrackSmoothing):
 
     kind: Literal["kalman"] = "kalman"
 
-    def filter(self, prior: GaussianPrior) -> KalmanFilter:
-        """Return the filter of a track."""
-        return KalmanFilter(motion=self.motion, sensor=self.sensor, prior=prior)
+    @cached_property
+    def _filter(self) -> KalmanFilter:
+        return KalmanFilter(motion=ConstantVelocity(q=self.q), sensor=self._sensor, prior=self._prior(np.zeros(2)))
 
 
 class ParticleSmoothing(_TrackSmoothing):
@@ -94,16 +81,12 @@ class ParticleSmoothing(_TrackSmoothing):
     particles: int = Field(1000, gt=0, description="Number of particles, 'n_particles' (table 3.9)")
     resampling: Scheme = Field("systematic", description="Resampling, 'ResamplingMethod' (table 3.9)")
 
-    def filter(self, prior: GaussianPrior) -> ParticleFilter:
-        """Return the filter of a track."""
+    @cached_property
+    def _filter(self) -> ParticleFilter:
         return ParticleFilter(
-            motion=self.motion, sensor=self.sensor, particles=self.particles, prior=prior, resampling=self.resampling
-        )
+            motion=ConstantVelocity(q=self.q), sensor=self._sensor, particles=self.particles,
+            prior=self._prior(np.zeros(2)), resampling=self.resampling,
+        )  # fmt: skip
 
 
 TrackSmoothing = Annotated[KalmanSmoothing | ParticleSmoothing, Field(discriminator="kind")]
-
-
-def _read(belief: GaussianState | ParticleState) -> SmoothedTrack:
-    deviation = np.sqrt(np.diag(belief.covariance)[[X, Y]])
-    return SmoothedTrack(belief.mean[[X, Y]], belief.mean[[VX, VY]], deviation, belief)

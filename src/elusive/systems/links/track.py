@@ -8,42 +8,45 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from itertools import chain, islice
-from typing import Annotated, ClassVar, NamedTuple
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
-from numpy.random import Generator
 from pydantic import Field
 
-from elusive.contracts import Array, X, Y
 from elusive.errors import DataError
 from elusive.geometry.areas import Area
 from elusive.model import FROM_RECORDING, Model, NonNegative
 from elusive.preprocess.fade_level import RssChange, RssState
-from elusive.preprocess.link_calibration import Calibrate, Calibration
+from elusive.preprocess.link_calibration import Calibrate
 from elusive.preprocess.voxels import VoxelGrid
 from elusive.sensors.radio_network import RadioNodes, RssFrame
-from elusive.systems.links.by_image import ImageMethod
-from elusive.systems.links.by_links import LinksMethod, VoxelRadiation
+from elusive.systems.links.by_image import ImageMethod, ImageState
+from elusive.systems.links.by_links import LinksMethod, LinksState
 from elusive.systems.links.decisions import DecisionMethod
-from elusive.systems.links.link_tracks import LinkTrack
-from elusive.tracking.people import Event
+from elusive.tracking.people import TrackEvent
+from elusive.tracking.track import Step
 
-__all__ = ["DecisionMethod", "ImageMethod", "LinkResult", "LinkTracking", "LinksMethod", "track_links"]
+__all__ = ["DecisionMethod", "ImageMethod", "LinkTracking", "LinksMethod", "RoomState", "track"]
 
-EMPTY_BELOW = 0.1  # existence of everybody below which the room is taken for empty
 AnyMethod = Annotated[LinksMethod | ImageMethod | DecisionMethod, Field(discriminator="kind")]
 
 
-class LinkResult(NamedTuple):
-    """What is known after a frame."""
+class RoomState(NamedTuple):
+    """After a frame: what is known of the room, and of who is in it."""
 
-    time_s: float
-    tracks: list[LinkTrack]
-    events: tuple[Event, ...]
-    grid: VoxelGrid | None  # of the image; None straight on the links
-    image: Array | None  # (V,) dB
-    clouds: dict[int, Array]  # by track, (N, 2) places of equal weight; straight on the links only
-    remarks: tuple[str, ...]  # of the calibration, with its frames only
+    rss: RssState
+    people: ImageState | LinksState
+    calibrating: bool  # whether the frame is one in which nobody was there
+
+    @property
+    def events(self) -> tuple[TrackEvent, ...]:
+        """What befell tracks in this frame."""
+        return self.people.events
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What there is to say of the calibration."""
+        return self.rss.calibration.remarks
 
 
 class LinkTracking(Model):
@@ -80,25 +83,20 @@ class LinkTracking(Model):
         )
         return Area.rectangle(float(x0), float(x1), float(y0), float(y1))
 
+    def grid_of(self, nodes: RadioNodes) -> VoxelGrid | None:
+        """Return the voxels of the images; None straight on the links."""
+        return None if isinstance(self.method, LinksMethod) else self.method.weights.grid(self.area_of(nodes))
+
     def described(self, nodes: RadioNodes) -> list[tuple[str, str]]:
         """Return what the report says of the parameters."""
         links = len(nodes.names) * (len(nodes.names) - 1) // 2
-        rows = [("Network", f"{len(nodes.names)} nodes, {links} links")]
-        method = self.method
-        if not isinstance(method, LinksMethod):
-            seen = "image" if isinstance(method, ImageMethod) else "one decision a link, ratios"
-            return [
-                *rows,
-                ("Method", f"{seen} of {method.voxel_m:g} m voxels, tracker {method.tracker.kind!r}"),
-                ("Smoothing", method.smoothing.kind),
-            ]
-        return [*rows, ("Method", f"particle filter on the links, {method.people.particles} particles a person")]
+        return [("Network", f"{len(nodes.names)} nodes, {links} links"), ("Method", self.method.described)]
 
 
-def track_links(frames: Iterable[RssFrame], nodes: RadioNodes, parameters: LinkTracking) -> Iterator[LinkResult]:
+def track(frames: Iterable[RssFrame], nodes: RadioNodes, parameters: LinkTracking) -> Iterator[Step]:
     """Track people through a radio network's frames, lazily.
 
-    The results of the calibration's frames come together, once the last of them has been seen.
+    The steps of the calibration's frames come together, once a further frame has been seen.
 
     Parameters
     ----------
@@ -111,8 +109,8 @@ def track_links(frames: Iterable[RssFrame], nodes: RadioNodes, parameters: LinkT
 
     Yields
     ------
-    LinkResult
-        One a frame.
+    Step
+        One a frame; its state is a :class:`RoomState`.
 
     Raises
     ------
@@ -121,90 +119,24 @@ def track_links(frames: Iterable[RssFrame], nodes: RadioNodes, parameters: LinkT
     """
     stream = iter(frames)
     empty = list(islice(stream, parameters.calibration_frames))
-    calibration = parameters.calibrate.over(empty)
-    interval_s = float(np.median(np.diff([frame.time_s for frame in empty])))
-    rng = np.random.default_rng(parameters.seed)
+    changing = parameters.method.measured(parameters.change)
+    rss = calibrated = changing.init(parameters.calibrate.over(empty))
+    changes = []
+    for frame in empty:
+        calibrated = changing.step(calibrated, frame, empty=True)
+        changes.append(calibrated.change)
     first = next(stream, None)
     if first is None:
         raise DataError(
             f"calibration_frames: the log has {len(empty)} frames, all of them taken for calibration; take fewer."
         )
-    network = _Network(nodes, parameters.area_of(nodes), calibration, empty, interval_s)
-    method = parameters.method
-    after = chain([first], stream)
-    if isinstance(method, ImageMethod):
-        results = _by_image(after, method, network, parameters.change, rng)
-    elif isinstance(method, DecisionMethod):
-        results = _by_decisions(after, method, network, parameters.change, rng)
-    else:
-        results = _by_links(after, method, network, parameters.change, rng)
-    started = next(results)  # what cannot be used is refused before anything is given out
-    for frame in empty:
-        yield LinkResult(frame.time_s, [], (), None, None, {}, calibration.remarks)
-    yield started
-    yield from results
-
-
-class _Network(NamedTuple):
-    """A network that has been calibrated."""
-
-    nodes: RadioNodes
-    area: Area
-    calibration: Calibration
-    empty: list[RssFrame]  # frames that it was calibrated on
-    interval_s: float
-
-
-def _by_image(
-    frames: Iterable[RssFrame], method: ImageMethod, network: _Network, changing: RssChange, rng: Generator
-) -> Iterator[LinkResult]:
-    """Yield what an image of each frame leads to."""
-    stages = method.on(network.nodes, network.area, network.interval_s, network.calibration.mean_dbm)
-    rss, empty = _calibrated(network, changing)
-    state = stages.init(empty)
-    for frame in frames:
-        rss = changing.step(rss, frame, empty=not state.people.tracks)
-        state = stages.step(state, rss.change, rng)
-        yield LinkResult(frame.time_s, state.tracks, state.events, stages.grid, state.image, {}, ())
-
-
-def _by_decisions(
-    frames: Iterable[RssFrame], method: DecisionMethod, network: _Network, changing: RssChange, rng: Generator
-) -> Iterator[LinkResult]:
-    """Yield what the fused decisions of each frame lead to; the image is one of log likelihood ratios."""
-    rss, empty = _calibrated(network, changing)
-    tests = method.decisions.calibrate(empty)
-    stages = method.on(network.nodes, network.area, tests, network.interval_s)
-    state = stages.init(method.decisions.decide(empty, tests, rng))
-    for frame in frames:
-        rss = changing.step(rss, frame, empty=not state.people.tracks)
-        state = stages.step(state, method.decisions.decide(rss.change, tests, rng), rng)
-        yield LinkResult(frame.time_s, state.tracks, state.events, stages.grid, state.image, {}, ())
-
-
-def _calibrated(network: _Network, changing: RssChange) -> tuple[RssState, Array]:
-    """Return the state before the first frame, and the changes ``(T, L)`` of the calibration's own frames."""
-    rss = changing.init(network.calibration)
-    before, changes = rss, []
-    for frame in network.empty:
-        before = changing.step(before, frame, empty=True)
-        changes.append(before.change)
-    return rss, np.array(changes)
-
-
-def _by_links(
-    frames: Iterable[RssFrame], method: LinksMethod, network: _Network, changing: RssChange, rng: Generator
-) -> Iterator[LinkResult]:
-    """Yield what the filter on the links says after each frame."""
-    stages = method.on(network.nodes, network.area, network.calibration, network.interval_s)
-    rss = changing.init(network.calibration)
-    state = stages.init(rng)
-    summed = isinstance(method.effect, VoxelRadiation)  # over undirected links, with a sign
-    loss = changing.replace(measure="loss")
-    for frame in frames:
-        change = loss.step(rss, frame).change if summed else frame.rss_dbm - rss.calibration.mean_dbm
-        state = stages.step(state, change, rng)
-        clouds = {one.track: one.particles[:, [X, Y]] for one in state.belief.tracks}
-        yield LinkResult(frame.time_s, state.tracks, state.events, None, None, clouds, ())
-        nobody = all(one.existence < EMPTY_BELOW for one in state.belief.people)
-        rss = changing.step(rss, frame, empty=nobody)
+    rng = np.random.default_rng(parameters.seed)
+    stages: Any = parameters.method.bind(nodes, parameters.area_of(nodes), rss.calibration)
+    people = stages.init(np.array(changes), rng)
+    before = [Step(frame.time_s, frame, RoomState(rss, people, True), ()) for frame in empty]
+    for frame in chain([first], stream):
+        rss = changing.step(rss, frame, empty=people.nobody)
+        people = stages.step(people, frame.time_s, stages.seen(rss), rng)
+        yield from before  # what cannot be used is refused before anything is given out
+        before = []
+        yield Step(frame.time_s, frame, RoomState(rss, people, False), stages.shown(people))

@@ -11,8 +11,7 @@ from elusive.systems.links.page.sensors import SensorsWindow
 from elusive.systems.links.page.state import LinksState
 from elusive.systems.links.page.tracking import tracking_window
 from elusive.systems.links.presets import first_simulation
-from elusive.systems.links.scene_results import outcome_of
-from elusive.systems.links.scene_run import run_link_scene
+from elusive.systems.links.scene import run_scene
 from elusive.workbench.jobs import Job
 from elusive.workbench.parts import told
 from elusive.workbench.session import state_of
@@ -31,7 +30,7 @@ def warm_up() -> None:
     first = first_simulation()
     walks = first.simulation.walks.replace(total_positions=30, latest_entrance=5)
     simulation = first.simulation.replace(walks=walks, network=BorderNodes(nodes=12))
-    outcome_of(run_link_scene(first.replace(simulation=simulation)))
+    run_scene(first.replace(simulation=simulation))
 
 
 async def build(example: bool) -> None:
@@ -39,7 +38,7 @@ async def build(example: bool) -> None:
     head("/links")
     state = await state_of("links", LinksState)
     with main(TITLE, LEAD):
-        if example and state.outcome is None:
+        if example and state.run is None:
             with waiting("Drawing and tracking the first simulation ..."), told():
                 await apply(state, Job())
             if state.tracking_spec is not None:

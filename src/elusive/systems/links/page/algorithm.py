@@ -6,89 +6,70 @@ Mendieta (2017), section 5.5.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 from nicegui import ui
 
 from elusive.errors import ElusiveError
 from elusive.systems.links.page.panels import radiation_spec, tracking_spec
-from elusive.systems.links.page.state import LinksState, Recorded
+from elusive.systems.links.page.state import LinksState
 from elusive.systems.links.presets import presets
-from elusive.systems.links.scene import LinkScene, Radiated, radiate
-from elusive.systems.links.scene_log import run_link_log
-from elusive.systems.links.scene_results import SceneOutcome, outcome_of
-from elusive.systems.links.scene_run import run_link_scene
+from elusive.systems.links.scene import LinkScene, Radiated, SceneRun, radiate, run_log, run_scene
 from elusive.workbench.jobs import CancelledError, Job, away
 from elusive.workbench.parts import Form, are_right
 from elusive.workbench.run_bar import RunBar
 from elusive.workbench.shell import window
 
+METHOD, TRACKER = ("tracking", "method"), ("tracking", "method", "tracker")
+CHOICES = ((*METHOD, "kind"), (*TRACKER, "kind"))
 FOURTEEN = (
-    *(("method", "image", "prior", name) for name in ("noise_sd_db", "voxel_sd_db", "correlation_m")),
-    ("method", "threshold", "alpha"),
-    ("method", "threshold", "beta"),
-    ("method", "clusters", "cluster_width_m"),
+    CHOICES[0],
+    *((*METHOD, "image", "prior", name) for name in ("noise_sd_db", "voxel_sd_db", "correlation_m")),
+    (*METHOD, "threshold", "alpha"),
+    (*METHOD, "threshold", "beta"),
+    (*METHOD, "clusters", "cluster_width_m"),
     ("simulation", "quantiser", "bits"),
     ("simulation", "quantiser", "bit_error_rate"),
-    ("method", "tracker", "entrance", "width_m"),
-    *(
-        ("method", "tracker", name)
-        for name in ("radius_m", "memory_frames", "confirm_frames", "confirm_window", "delete_frames")
-    ),
+    (*TRACKER, "entrance", "width_m"),
+    (*TRACKER, "radius_m"),
+    (*TRACKER, "memory_frames"),
+    *((*TRACKER, "life", name) for name in ("confirm_frames", "confirm_window", "delete_frames")),
 )
-MORE = (("method",), ("simulation", "quantiser"), ("particle",))
-CHOICES = (("method", "image", "prior", "kind"), ("method", "tracker", "kind"))
-OUTSIDE = (("method", "smoothing", "kind"), ("method", "voxel_m"), ("method", "weights"), ("method", "smoothing"))
+MORE = (METHOD, ("tracking", "change"), ("tracking", "seed"), ("simulation", "quantiser"), ("particle",))
+OUTSIDE = ((*METHOD, "weights"), (*METHOD, "effect", "weights"))  # set with the radiation and the sensors
 WORDS = {"appeared": "CANDIDATE", "confirmed": "CONFIRMED", "left": "DELETED, has left", "lost": "DELETED, is lost"}
 
 
 async def apply(state: LinksState, job: Job) -> bool:
-    """Run a tab's scene, from its paths on; False if it was called off or the scene changed meanwhile."""
+    """Run a tab's scene, or its log, from its paths on; False if it was called off or the scene changed meanwhile."""
     scene, truth, radiated, log = state.scene, state.truth, state.radiated, state.log
-    if log is not None:
-        return await _apply_log(state, job, log)
 
-    def work() -> tuple[Radiated, SceneOutcome, dict[str, object], dict[str, object]]:
+    def work() -> tuple[Radiated | None, SceneRun, dict[str, Any] | None, dict[str, Any]]:
+        if log is not None:
+            run = run_log(scene, log.frames(scene), scene.tracking, log.truth, name=log.name, on_frame=job.advance)
+            return None, run, None, tracking_spec(run)
         field = radiate(scene, truth) if radiated is None else radiated
-        outcome = outcome_of(run_link_scene(scene, field, on_frame=job.advance))
-        return field, outcome, radiation_spec(scene, field), tracking_spec(outcome.run)
+        run = run_scene(scene, field, on_frame=job.advance)
+        return field, run, radiation_spec(scene, field), tracking_spec(run)
 
     try:
-        field, outcome, seen, tracked = await away(work)
+        field, run, seen, tracked = await away(work)
     except CancelledError:
         return False
-    if state.scene != scene:
+    if state.scene != scene or state.log is not log:
         return False
-    state.radiated, state.truth, state.outcome = field, field.truth, outcome
-    state.radiation_spec, state.tracking_spec = seen, tracked
+    state.run, state.tracking_spec = run, tracked
+    if field is not None:
+        state.radiated, state.truth, state.radiation_spec = field, field.truth, seen
     return True
 
 
-async def _apply_log(state: LinksState, job: Job, log: Recorded) -> bool:
-    """Run a recorded log through a tab's scene."""
-    scene, calibration = state.scene, state.calibration
-
-    def work() -> tuple[SceneOutcome, dict[str, object]]:
-        run = run_link_log(scene, log.frames(scene), calibration, truth=log.truth, on_frame=job.advance)
-        outcome = outcome_of(run)
-        return outcome, tracking_spec(outcome.run)
-
-    try:
-        outcome, tracked = await away(work)
-    except CancelledError:
-        return False
-    if state.log is not log or state.scene != scene:
-        return False
-    state.outcome, state.tracking_spec = outcome, tracked
-    return True
-
-
-def log_of(outcome: SceneOutcome) -> str:
+def log_of(run: SceneRun) -> str:
     """Return the event log, a line an event."""
-    interval_s = outcome.run.scene.simulation.interval_s
     lines = [
-        f"{event.frame * interval_s:5.0f} s  track {event.track}  {WORDS.get(event.what, event.what)}"
-        for frame in outcome.run.frames
-        for event in frame.events
+        f"{event.time_s:5.0f} s  track {event.track}  {WORDS.get(event.what, event.what)}"
+        for step in run.steps
+        for event in step.state.events
     ]
     return "\n".join(lines) or "Nothing befell anybody."
 
@@ -118,19 +99,21 @@ class AlgorithmWindow:
         scene = self._state.scene
         self._fields.clear()
         with self._fields:
-            self._form = Form(scene, (*FOURTEEN, ("method", "tracker")), self._take)
+            self._form = Form(scene, (*FOURTEEN, TRACKER), self._take)
             with ui.expansion("Everything else that can be set").props("dense").classes("w-full"):
                 self._more = Form(scene, MORE, self._take, without=(*self._form.paths, *OUTSIDE))
 
     def _set(self, title: str | None) -> None:
         if title is None:
             return
-        preset = presets()[title]
-        scene = self._state.scene
+        preset, drawn = presets()[title], self._state.scene.simulation
         # paths and area that were drawn stay, all else is the table's
-        simulation = preset.simulation.replace(walks=scene.simulation.walks, seed=scene.simulation.seed)
-        nodes = None if title.startswith("Table 4.7") else scene.nodes
-        self._state.take(scene.replace(simulation=simulation, method=preset.method, nodes=nodes).with_entrance)
+        kept: dict[str, Any] = {"walks": drawn.walks, "paths": drawn.paths, "seed": drawn.seed}
+        if not title.startswith("Table 4.7"):
+            kept["network"] = drawn.network
+        frames = self._state.scene.tracking.calibration_frames
+        tracking = preset.tracking.replace(calibration_frames=frames)
+        self._state.take(preset.replace(simulation=preset.simulation.replace(**kept), tracking=tracking))
         self._build()
         self._show()
 
@@ -138,7 +121,7 @@ class AlgorithmWindow:
         before = self._state.scene
         kept = self._state.take(scene)
         self._form.model = self._more.model = kept
-        if kept.method.tracker.kind != before.method.tracker.kind:
+        if _kinds(kept) != _kinds(before):
             self._build()
         self._show()
         return kept
@@ -166,8 +149,14 @@ class AlgorithmWindow:
             self._show()
 
     def _show(self) -> None:
-        outcome = self._state.outcome
+        run = self._state.run
         self._busy = self._state.job is not None
         self._bar.show()
         self._bar.tell(self._state.message)
-        self._log.text = "Press Apply." if outcome is None else log_of(outcome)
+        self._log.text = "Press Apply." if run is None else log_of(run)
+
+
+def _kinds(scene: LinkScene) -> tuple[str, ...]:
+    """Return what is chosen of several, on which the fields depend."""
+    method: Any = scene.tracking.method
+    return method.kind, *(getattr(getattr(method, name, None), "kind", "") for name in ("tracker", "effect"))

@@ -53,7 +53,7 @@ def node_floor(state: LinksState, nodes: tuple[NamedPlace, ...], coverage: Cover
 
 def _ground(scene: LinkScene, label: str) -> dict[str, Any]:
     x0, x1, y0, y1 = scene.area.bounds_m
-    for node in scene.nodes or ():
+    for node in getattr(scene.simulation.network, "places", ()):
         x0, x1, y0, y1 = min(x0, node.x_m), max(x1, node.x_m), min(y0, node.y_m), max(y1, node.y_m)
     margin = 0.05 * max(x1 - x0, y1 - y0)
     return {

@@ -113,20 +113,17 @@ class PathsWindow:
 
     async def _create(self) -> None:
         state = self._state
-        state.take(state.scene.replace(paths=()))
-        scene = state.scene
+        simulation = state.simulate(paths=()).simulation
         with told():
-            state.truth = await away(lambda: scene.truth(scene.streams()[0]))
+            state.truth = await away(simulation.truth)
         self._refresh()
 
     async def _renew(self) -> None:
-        simulation = self._state.scene.simulation
-        seed = simulation.seed + 1
-        self._seed.show(self._state.take(self._state.scene.replace(simulation=simulation.replace(seed=seed))))
+        self._seed.show(self._state.simulate(seed=self._state.scene.simulation.seed + 1))
         await self._create()
 
     def _clear(self) -> None:
-        self._state.take(self._state.scene.replace(paths=()))
+        self._state.simulate(paths=())
         self._state.truth = None
         self._refresh()
 

@@ -5,36 +5,29 @@ Mendieta (2017), section 5.7.
 
 from __future__ import annotations
 
-import json
 import tempfile
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from nicegui import ui
 
+from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.model import read_yaml
 from elusive.systems.links.page.state import LinksState
-from elusive.systems.links.scene import LinkScene
-from elusive.systems.links.scene_results import (
-    BIN_M,
-    SHOWN,
-    SceneOutcome,
-    events_csv,
-    histogram,
-    score_rows,
-    scores_png,
-    summary,
-    tracks_csv,
-)
-from elusive.systems.links.scene_run import ESTIMATORS
-from elusive.systems.links.track import LinkTracking
+from elusive.systems.links.report import write_links_png
+from elusive.systems.links.results import scores_text
+from elusive.systems.links.scene import LinkScene, SceneRun, estimates
 from elusive.workbench.exports import table_html
 from elusive.workbench.files import UPLOAD_MOST_BYTES, read_upload
 from elusive.workbench.jobs import away
 from elusive.workbench.parts import Drawing, refuse, told
 
 SCENES = (".yaml", ".yml")
+BIN_M = 0.1  # of the histograms
+EDGES = [round(BIN_M * number, 6) for number in range(20)]
 COLOURS = ("#e8590c", "#4c8dff", "#12b886")
 
 
@@ -50,17 +43,15 @@ class PerformanceWindow:
         state = self._state
         self._box.clear()
         with self._box, ui.column().classes("w-full gap-3"):
-            if state.outcome is None:
+            if state.run is None:
                 ui.label("Nothing is tracked yet: press Apply under Algorithm.").classes("ew-note")
-            elif not state.outcome.scores:
+            elif not state.run.outcome.scores:
                 ui.label("The truth of this recording is not known: there is nothing to score by.").classes("ew-note")
             else:
-                self._scores(state.outcome, state.kept)
+                self._scores(state.run, state.kept)
             with ui.element("div").classes("ew-row"):
-                if state.outcome is not None:
-                    self._exports(state.outcome)
-                if state.log is not None:
-                    ui.button("Configuration for track links", on_click=self._configuration).props("outline no-caps")
+                if state.run is not None:
+                    self._exports(state.run)
                 ui.button("Scene as YAML", on_click=self._scene).props("outline no-caps")
                 ui.upload(
                     label="Open a scene (YAML)", auto_upload=True, on_upload=self._sent, max_files=1,
@@ -68,29 +59,28 @@ class PerformanceWindow:
                 ).props('accept=".yaml,.yml" flat bordered')  # fmt: skip
             ui.label("Run the scene again without a browser: elusive scene scene.yaml --out results").classes("ew-note")
 
-    def _scores(self, outcome: SceneOutcome, kept: SceneOutcome | None) -> None:
-        runs = [("This run", outcome)] + ([("Kept run", kept)] if kept is not None and kept.scores else [])
+    def _scores(self, run: SceneRun, kept: SceneRun | None) -> None:
+        runs = [("This run", run)] + ([("Kept run", kept)] if kept is not None and kept.outcome.scores else [])
         with ui.element("div").classes("ew-row"):
             for title, one in runs:
                 with ui.column().classes("gap-0 pr-8"):
                     ui.label(f"MOTA, {title.lower()}").classes("ew-section")
-                    ui.label(f"{one.scores[0].mota:.4f}").classes("ew-score").props(f'data-mota="{title}"')
+                    mota = one.outcome.scores[""].mota
+                    ui.label(f"{mota:.3f}").classes("ew-score").props(f'data-mota="{title}"')
             ui.button("Keep this run to compare", on_click=self._keep).props("outline no-caps")
             if kept is not None:
                 ui.button("Forget the kept run", on_click=self._forget).props("flat no-caps")
-        heads = [f"{title}: {shown}" if len(runs) > 1 else shown for title, _ in runs for shown in SHOWN]
-        rows = [
-            (cells[0][0], *(text for row in cells for text in row[1:]))
-            for cells in zip(*(score_rows(one) for _, one in runs), strict=True)
+        columns = [
+            [line for words, found in one.outcome.scores.items() for line in found.lines(words)] for _, one in runs
         ]
+        rows = [(cells[0][0], *(cell[1] for cell in cells)) for cells in zip(*columns, strict=True)]
         with ui.element("div").classes("ew-scroll"):
-            ui.html(table_html(["", *heads], rows), sanitize=False)
+            ui.html(table_html(["", *(title for title, _ in runs)], rows), sanitize=False)
         with ui.element("div").classes("ew-charts"):
             for title, one in runs:
-                edges, counts = histogram(one.scores[0])
                 series = [
-                    {"name": name, "x": edges, "y": count, "colour": colour}
-                    for name, count, colour in zip(ESTIMATORS, counts, COLOURS, strict=True)
+                    {"name": f"{name}: {apart.mean():.3f} m mean", "x": EDGES, "y": _histogram(apart), "colour": colour}
+                    for (name, apart), colour in zip(estimates(one).items(), COLOURS, strict=False)
                 ]
                 with ui.element("div"):
                     ui.label(f"How far off? {title}").classes("ew-section")
@@ -99,29 +89,27 @@ class PerformanceWindow:
                         "xlim": [0, 2], "xlabel": "deviation of a pair [m]", "ylabel": "pairs",
                     })  # fmt: skip
 
-    def _exports(self, outcome: SceneOutcome) -> None:
-        text = {
-            "Tracks as CSV": (lambda: tracks_csv(outcome.run), "tracks.csv"),
-            "Events as CSV": (lambda: events_csv(outcome.run), "events.csv"),
-            "Scores as JSON": (lambda: json.dumps(summary(outcome), indent=1) + "\n", "scores.json"),
+    def _exports(self, run: SceneRun) -> None:
+        tracks, events = run.tables
+        texts = {
+            "Tracks as CSV": (tracks, "tracks.csv"),
+            "Events as CSV": (events, "events.csv"),
+            "Scores as JSON": (scores_text(run.outcome), "scores.json"),
+            "Configuration for track links": (run.tracking.to_yaml(), "track_links.yaml"),
         }
-        for label, (write, name) in text.items():
+        for label, (text, name) in texts.items():
+            ui.button(label, on_click=partial(ui.download.content, text, name)).props("outline no-caps")
+        if run.outcome.scores:
+            ui.button("Figure as PNG", on_click=lambda: self._figure(run)).props("outline no-caps")
 
-            def give(write: Any = write, name: str = name) -> None:
-                ui.download.content(write(), name)
-
-            ui.button(label, on_click=give).props("outline no-caps")
-        if outcome.scores:
-            ui.button("Figure as PNG", on_click=lambda: self._figure(outcome)).props("outline no-caps")
-
-    async def _figure(self, outcome: SceneOutcome) -> None:
+    async def _figure(self, run: SceneRun) -> None:
         def draw() -> bytes:
             with tempfile.TemporaryDirectory(prefix="elusive-") as folder:
-                path = Path(folder) / "scores.png"
-                scores_png(outcome, path)
+                path = Path(folder) / "report.png"
+                write_links_png(path, run.outcome.tracked)
                 return path.read_bytes()
 
-        ui.download.content(await away(draw), "scores.png")
+        ui.download.content(await away(draw), "report.png")
 
     def _scene(self) -> None:
         ui.download.content(self._state.scene.to_yaml(), "scene.yaml")
@@ -134,19 +122,8 @@ class PerformanceWindow:
             ui.notify("The scene is open: press Apply under Algorithm.", type="positive")
         self._show()
 
-    def _configuration(self) -> None:
-        state = self._state
-        tracking = LinkTracking(
-            method=state.scene.method.replace(
-                voxel_m=state.scene.simulation.voxel_m, weights=state.scene.simulation.weights
-            ),
-            calibration_frames=state.calibration.calibration_frames,
-            area=state.scene.area,
-        )
-        ui.download.content(tracking.to_yaml(), "track_links.yaml")
-
     def _keep(self) -> None:
-        self._state.kept = self._state.outcome
+        self._state.kept = self._state.run
         self._show()
 
     def _forget(self) -> None:
@@ -156,6 +133,12 @@ class PerformanceWindow:
 
 def _read_scene(path: Path) -> LinkScene:
     scene = LinkScene(**read_yaml(path))
-    if scene.nodes is None and scene.simulation.network.kind == "file":
-        raise DataError(f"{path}: names a file of nodes on a disk; list the nodes under 'nodes' instead.")
+    if scene.simulation.network.kind == "file":
+        raise DataError(f"{path}: names a file of nodes on a disk; list them as a network of kind 'placed' instead.")
     return scene
+
+
+def _histogram(apart: Array) -> list[int]:
+    """Count what is in each bin; the last holds all beyond."""
+    counts: list[int] = np.bincount(np.minimum((apart / BIN_M).astype(np.int64), len(EDGES) - 1), minlength=20).tolist()
+    return counts

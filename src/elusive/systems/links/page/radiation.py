@@ -14,7 +14,6 @@ from elusive.io.path_truth import read_path_truth
 from elusive.systems.links.page.panels import radiation_spec
 from elusive.systems.links.page.state import LOGS, LinksState, Recorded
 from elusive.systems.links.scene import LinkScene, radiate
-from elusive.systems.links.scene_log import LogCalibration
 from elusive.workbench.files import UPLOAD_MOST_BYTES, read_upload
 from elusive.workbench.jobs import away
 from elusive.workbench.parts import Drawing, Form, are_right, refuse, told
@@ -25,7 +24,7 @@ RADIATION = ("simulation", "radiation")
 MAIN = (
     (*RADIATION, "amplitude_db"),
     (*SIMULATION, "calibration_steps"),
-    (*SIMULATION, "voxel_m"),
+    (*SIMULATION, "weights", "voxel_m"),
     *((*RADIATION, name) for name in ("width_x_m", "width_y_m", "rotation_rad", "voxel_noise_db")),
 )
 MORE = tuple(
@@ -53,17 +52,13 @@ class RadiationWindow:
     def _build_log(self) -> None:
         ui.label("Or a recorded log").classes("ew-section")
         ui.label("In place of paths and radiation; the sensors must be those of the log.").classes("ew-note")
-        self._calibration = Form(self._state.calibration, ((),), self._calibrate, grouped=False)
+        self._calibration = Form(self._state.scene, (("tracking", "calibration_frames"),), self._take, grouped=False)
         for label, take in (("Open a log (CSV)", self._sent_log), ("Open its truth (CSV)", self._sent_truth)):
             ui.upload(
                 label=label, auto_upload=True, on_upload=take, max_files=1, max_file_size=UPLOAD_MOST_BYTES,
                 on_rejected=lambda: refuse("The file is refused: send one .csv or .txt."),
             ).props('accept=".csv,.txt" flat bordered').classes("w-full ew-upload")  # fmt: skip
         ui.button("Back to the simulation", on_click=lambda: self._record(None)).props("flat no-caps dense")
-
-    def _calibrate(self, calibration: LogCalibration) -> None:
-        self._state.calibration = calibration
-        self._state.record(self._state.log)
 
     def _record(self, log: Recorded | None) -> None:
         self._state.record(log)
@@ -88,7 +83,7 @@ class RadiationWindow:
 
     def _take(self, scene: LinkScene) -> LinkScene:
         kept = self._state.take(scene)
-        self._form.model = self._more.model = kept
+        self._form.model = self._more.model = self._calibration.model = kept
         self._show()
         return kept
 

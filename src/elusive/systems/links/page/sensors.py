@@ -12,7 +12,7 @@ from nicegui import ui
 from elusive.errors import DataError, ElusiveError
 from elusive.geometry.places import NamedPlace, with_place
 from elusive.io.node_files import read_nodes
-from elusive.systems.links.networks import BorderNodes, GridNodes
+from elusive.systems.links.networks import BorderNodes, GridNodes, PlacedNodes
 from elusive.systems.links.page.floors import node_floor
 from elusive.systems.links.page.sensor_files import TABLES, nodes_csv
 from elusive.systems.links.page.state import LinksState
@@ -87,7 +87,7 @@ class SensorsWindow:
 
     async def _take(self, nodes: tuple[NamedPlace, ...]) -> None:
         with told():
-            self._state.take(self._state.scene.replace(nodes=nodes))
+            self._state.simulate(network=PlacedNodes(places=nodes))
         self._state.selected &= {one.name for one in nodes}
         await self._show()
 
@@ -133,7 +133,7 @@ class SensorsWindow:
             return
         network: Any = form.model
         with told():
-            nodes = network.on(self._state.scene.area)
+            nodes = network.bind(self._state.scene.area)
             rows = zip(nodes.names, nodes.positions_m.tolist(), strict=True)
             await self._take(tuple(NamedPlace(name=name, x_m=x, y_m=y) for name, (x, y) in rows))
 

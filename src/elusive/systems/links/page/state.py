@@ -12,10 +12,10 @@ from elusive.geometry.places import NamedPlace
 from elusive.io.link_logs import open_link_log
 from elusive.io.path_truth import PathTruth
 from elusive.sensors.radio_network import RssFrame
+from elusive.systems.links.networks import PlacedNodes
 from elusive.systems.links.presets import first_simulation
-from elusive.systems.links.scene import DrawnPath, LinkScene, Radiated
-from elusive.systems.links.scene_log import LogCalibration
-from elusive.systems.links.scene_results import SceneOutcome
+from elusive.systems.links.scene import LinkScene, Radiated, SceneRun
+from elusive.systems.links.simulate import DrawnPath
 from elusive.workbench.blocks import HELD
 from elusive.workbench.files import read_upload
 from elusive.workbench.jobs import Job
@@ -38,7 +38,8 @@ class Recorded(NamedTuple):
         DataError
             If it is no log of the scene's nodes.
         """
-        return read_upload(self.name, self.data, LOGS, lambda path: list(open_link_log(path, scene.network())))
+        nodes = scene.simulation.network.bind(scene.area)
+        return read_upload(self.name, self.data, LOGS, lambda path: list(open_link_log(path, nodes)))
 
 
 class LinksState:
@@ -48,12 +49,11 @@ class LinksState:
         self.scene = first_simulation()
         self.truth: Array | None = None  # (T, users, 2) [m]
         self.radiated: Radiated | None = None
-        self.outcome: SceneOutcome | None = None
-        self.kept: SceneOutcome | None = None  # to compare with
+        self.run: SceneRun | None = None
+        self.kept: SceneRun | None = None  # to compare with
         self.radiation_spec: dict[str, Any] | None = None
         self.tracking_spec: dict[str, Any] | None = None
         self.log: Recorded | None = None  # in place of paths and radiation
-        self.calibration = LogCalibration()
         self.job: Job | None = None
         self.message = ""  # what the latest run came to
         self.step: str | None = None
@@ -63,7 +63,7 @@ class LinksState:
 
     def take(self, scene: LinkScene) -> LinkScene:
         """Take a changed scene; return it as it is kept."""
-        scene = scene.with_entrance
+        scene = scene.bound
         before, self.scene = self.scene, scene
         if _paths_of(scene) != _paths_of(before):
             self.truth = None
@@ -80,24 +80,27 @@ class LinksState:
 
     def listed(self) -> tuple[NamedPlace, ...]:
         """Return the nodes one by one, whether placed by hand or by rule."""
-        if self.scene.nodes is not None:
-            return self.scene.nodes
-        network = self.scene.network()
-        places = network.positions_m.tolist()
-        return tuple(NamedPlace(name=name, x_m=x, y_m=y) for name, (x, y) in zip(network.names, places, strict=True))
+        network = self.scene.simulation.network
+        if isinstance(network, PlacedNodes):
+            return network.places
+        nodes = network.bind(self.scene.area)
+        places = nodes.positions_m.tolist()
+        return tuple(NamedPlace(name=name, x_m=x, y_m=y) for name, (x, y) in zip(nodes.names, places, strict=True))
+
+    def simulate(self, **changes: Any) -> LinkScene:
+        """Take a changed simulation; return the scene as it is kept."""
+        return self.take(self.scene.replace(simulation=self.scene.simulation.replace(**changes)))
 
     def within(self, area: Area) -> None:
         """Take another area."""
-        walks = self.scene.simulation.walks.replace(area=area)
-        self.take(self.scene.replace(simulation=self.scene.simulation.replace(walks=walks)).with_entrance)
+        self.simulate(walks=self.scene.simulation.walks.replace(area=area))
 
     def add_path(self, places: Array, start: int) -> None:
         """Add a path that was drawn; paths that were made by rule stay as they are, one by one."""
         steps = self.scene.simulation.walks.total_positions
         drawn = DrawnPath(start=start, places_m=tuple(map(tuple, places[: max(1, steps - start)].tolist())))
-        made = self.scene.paths if self.truth is None else _one_by_one(self.truth)
-        self.take(self.scene.replace(paths=(*made, drawn)))
-        self.truth = self.scene.truth(self.scene.streams()[0])
+        made = self.scene.simulation.paths if self.truth is None else _one_by_one(self.truth)
+        self.truth = self.simulate(paths=(*made, drawn)).simulation.truth()
 
     def _forget_radiation(self) -> None:
         self.radiated = None
@@ -105,7 +108,7 @@ class LinksState:
         self.radiation_spec = None
 
     def _forget_run(self) -> None:
-        self.outcome, self.message = None, ""
+        self.run, self.message = None, ""
         _drop(self.tracking_spec)
         self.tracking_spec = None
 
@@ -120,12 +123,12 @@ def _one_by_one(truth: Array) -> tuple[DrawnPath, ...]:
 
 
 def _paths_of(scene: LinkScene) -> list[Any]:
-    return [*scene.paths, scene.simulation.walks, scene.simulation.seed]
+    return [*scene.simulation.paths, scene.simulation.walks, scene.simulation.seed]
 
 
 def _radiation_of(scene: LinkScene) -> list[Any]:
     simulation = scene.simulation
-    return [simulation.radiation, simulation.voxel_m, simulation.calibration_steps]
+    return [simulation.radiation, simulation.weights.voxel_m, simulation.calibration_steps]
 
 
 def _drop(spec: dict[str, Any] | None) -> None:

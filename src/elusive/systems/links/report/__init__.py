@@ -4,13 +4,10 @@ from elusive.systems.links.report.contents import LinkPath, LinksTracked, Scene,
 from elusive.systems.links.report.figure import write_links_png
 from elusive.systems.links.report.keeper import SceneKeeper
 from elusive.systems.links.report.page import write_links_html
-from elusive.systems.links.report.path_keeper import PathKeeper, PathPoint
 
 __all__ = [
     "LinkPath",
     "LinksTracked",
-    "PathKeeper",
-    "PathPoint",
     "Scene",
     "SceneKeeper",
     "TruePath",

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elusive.contracts import Array
+from elusive.tracking.people import TrackEvent
 
 Extent = tuple[float, float, float, float]  # west, east, south, north [m]
 MARGIN = 0.06  # of the longer side, round what is shown
@@ -41,16 +42,6 @@ class Scene(NamedTuple):
     clouds: Mapping[int, Array]  # by track, (N, 2) places of equal weight [m]
 
 
-class Happening(NamedTuple):
-    """A line of the event log."""
-
-    time_s: float
-    track: int
-    what: str
-    x_m: float
-    y_m: float
-
-
 class LinksTracked(NamedTuple):
     """A tracked log."""
 
@@ -64,7 +55,7 @@ class LinksTracked(NamedTuple):
     scenes: Sequence[Scene]
     grid: tuple[tuple[int, int], Extent] | None  # rows and columns of the images, the first row in the south, and edges
     truth: Sequence[TruePath] | None  # None where it is not known
-    events: Sequence[Happening]
+    events: Sequence[TrackEvent]
     rows: Sequence[tuple[str, str]]  # what the table about the run says
     header: Sequence[str]  # of the table of tracks
     tracks: Sequence[Sequence[str]]  # its lines; the first cell is the number of the track
