@@ -13,7 +13,6 @@ import numpy as np
 import psutil
 import pytest
 
-from elusive.filters.particle.link_people import LinkPeople
 from elusive.io.link_logs import open_link_log
 from elusive.io.path_truth import PathTruth
 from elusive.sensors.link_shadowing import LinkShadowing
@@ -21,8 +20,8 @@ from elusive.sensors.radio_network import RssFrame, radio_nodes
 from elusive.systems.links.by_links import LinksMethod
 from elusive.systems.links.results import LinkRun
 from elusive.systems.links.run import track_links_recording
-from elusive.systems.links.tables import LinkDataset, LinkTables, rows_of
 from elusive.systems.links.track import LinkTracking
+from elusive.tracking.superposed import SuperposedTracker
 from tests.reference import links as reference
 from tests.reference.tomography import border_nodes
 from tests.systems.links import link_day
@@ -59,7 +58,7 @@ def test_frames_a_second(benchmark, report, nodes, channels, side, people, least
     for places in walk(people, side / 2, 20):
         states[:, [0, 2]] = places
         frames.append(sensor.simulate(states, rng))
-    model = LinkPeople(sensor=sensor)
+    model = SuperposedTracker(sensor=sensor)
     state = model.init(rng, 0.0)
     for frame in frames[:8]:
         state = model.step(state, state.time_s + 1, frame, rng)
@@ -108,7 +107,7 @@ def circling(sensor, frames):
 
 
 SMALL = LinkTracking(
-    method=LinksMethod(people=LinkPeople(particles=50, birth_pitch_m=1.0)), calibration_frames=CALIBRATION
+    method=LinksMethod(people=SuperposedTracker(particles=50, birth_pitch_m=1.0)), calibration_frames=CALIBRATION
 )
 
 
@@ -137,16 +136,10 @@ def test_memory_of_a_log(report, tmp_path):
 
 def test_memory_of_a_day(report, tmp_path):
     """A day's results of two people, written and scored."""
-    run = LinkRun("day", link_day.NODES, LinkTracking().area_of(link_day.NODES), link_day.truth(DAY / RATE_HZ))
-    dataset = LinkDataset(tmp_path / "result.nc", "day", "")
-    dataset.append([])  # loads what netCDF needs
     seen = []
-    with LinkTables(tmp_path) as tables:
-        for frame, result in enumerate(link_day.results(DAY)):
-            rows = rows_of(result)
-            tables.append(result, rows)
-            dataset.append(rows)
-            run.offer(result, rows, calibrating=frame < link_day.CALIBRATION)
+    with LinkRun("day", link_day.NODES, LinkTracking(), link_day.truth(DAY / RATE_HZ), tmp_path) as run:
+        for frame, step in enumerate(link_day.steps(DAY)):
+            run.append(step)
             if frame % 8640 == 0:
                 seen.append(megabytes())
     report("links, a day of two people written and scored: 30 MB over their growth", 30 / (max(seen) - seen[0]), 1)

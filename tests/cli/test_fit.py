@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from elusive.cli import main
-from elusive.io.tracks import read_tracks_csv
+from elusive.results import STATUSES, read_tracks_csv
 from elusive.sensors.link_shadowing import LinkShadowing
 from elusive.systems.links.track import LinkTracking
 from tests.walked_room import EMPTY, FRAMES, all_missing, changed, walker, write_room
@@ -77,8 +77,9 @@ def test_fitted_constants_are_tracked_with(network, tmp_path, capsys):
         out / "config.yaml", "--out", tmp_path / "tracked",
     )  # fmt: skip
     assert code == 0, said
-    rows = [row for row in read_tracks_csv(tmp_path / "tracked" / "tracks.csv", unit="m") if row.status == "confirmed"]
-    errors = [np.hypot(*(np.array([row.x, row.y]) - walker(round(2 * row.time_s)))) for row in rows]
+    rows = read_tracks_csv(tmp_path / "tracked" / "tracks.csv").rows
+    rows = rows[rows["status"] == STATUSES.index("confirmed")]
+    errors = [np.hypot(*(row["position"] - walker(round(2 * row["time_s"])))) for row in rows]
     assert len(errors) >= 0.8 * (FRAMES - 40)
     assert np.mean(errors) < 0.6
 

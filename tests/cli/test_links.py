@@ -10,9 +10,10 @@ import sys
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from elusive.cli import main
-from elusive.io.tracks import read_tracks_csv
+from elusive.results import STATUSES, read_tracks_csv
 from tests.processes import HUNG_S, wait_until
 from tests.walked_room import EMPTY, FRAMES, all_missing, changed, walker, write_room
 
@@ -45,13 +46,13 @@ def test_somebody_crosses_the_room(network, tmp_path, capsys, method):
     assert ("At most one person at a time, in one track" in said) or method == "image"  # an image has ghosts
     written = {"config.yaml", "events.csv", "report.html", "report.png", "result.nc", "tracks.csv"}
     assert {path.name for path in out.iterdir()} == written
-    rows = read_tracks_csv(out / "tracks.csv", unit="m")
-    assert {row.status for row in rows if row.time_s < 20} == {"none"}
+    rows = read_tracks_csv(out / "tracks.csv").rows
+    assert rows["time_s"].min() >= 20
+    assert np.isnan(rows["existence"]).all() == (method == "image")  # a tracker of heads knows a score alone
     errors = {}
-    for row in rows:
-        if row.status == "confirmed" and row.time_s >= 23:
-            error = np.hypot(*(np.array([row.x, row.y]) - walker(round(2 * row.time_s))))
-            errors[row.time_s] = min(error, errors.get(row.time_s, np.inf))
+    for row in rows[(rows["status"] == STATUSES.index("confirmed")) & (rows["time_s"] >= 23)]:
+        error, time_s = np.hypot(*(row["position"] - walker(round(2 * row["time_s"])))), float(row["time_s"])
+        errors[time_s] = min(error, errors.get(time_s, np.inf))
     assert len(errors) >= 0.9 * (FRAMES - 46)
     assert np.mean(list(errors.values())) < 1.0  # a third of the distance between nodes
     events = (out / "events.csv").read_text().splitlines()
@@ -90,27 +91,28 @@ def test_live_from_standard_input_is_the_same(network, tmp_path, capsys, monkeyp
 def test_a_growing_file_is_followed_and_ctrl_c_ends_it(network, tmp_path):
     lines = (network / "log.csv").read_text().splitlines(keepends=True)
     log, out = tmp_path / "log.csv", tmp_path / "out"
-    log.write_text("".join(lines[: EMPTY + 10]))
+    log.write_text("".join(lines[: EMPTY + 20]))
     process = subprocess.Popen(
         [sys.executable, "-m", "elusive", "track", "links", str(log), "--nodes", str(network / "nodes.csv"),
          "--calibration-frames", str(EMPTY), "--follow", "--out", str(out)],
         stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
 
-    def rows():
-        return (out / "tracks.csv").read_text().count("\n") - 1 if (out / "tracks.csv").exists() else 0
+    def tracked(frame):
+        """Whether the row of a frame, a half second each, is written."""
+        return (out / "tracks.csv").exists() and f"\n{frame / 2!r}," in (out / "tracks.csv").read_text()
 
     try:
-        wait_until(lambda: rows() >= EMPTY + 9, process)
+        wait_until(lambda: tracked(EMPTY + 18), process)
         with log.open("a") as file:
-            file.write("".join(lines[EMPTY + 10 : EMPTY + 20]))
-        wait_until(lambda: rows() >= EMPTY + 19, process)
+            file.write("".join(lines[EMPTY + 20 : EMPTY + 30]))
+        wait_until(lambda: tracked(EMPTY + 28), process)
         os.kill(process.pid, signal.SIGINT)
         _, said = process.communicate(timeout=HUNG_S)
     finally:
         process.kill()
     assert process.returncode == 0
-    assert f"{EMPTY + 19} frames; from a frame to its tracks" in said
+    assert f"{EMPTY + 29} frames; from a frame to its tracks" in said
     assert "Traceback" not in said
 
 
@@ -233,8 +235,8 @@ def test_nodes_that_fail_one_after_another(network, tmp_path, capsys, method):
         tmp_path / "o",
     )
     assert code == 0, said
-    rows = read_tracks_csv(tmp_path / "o" / "tracks.csv", unit="m")
-    assert rows[-1].time_s == 0.5 * (FRAMES - 1)
+    with xr.open_dataset(tmp_path / "o" / "result.nc") as result:
+        assert result["step_time"].values[-1] == 0.5 * (FRAMES - 1)
 
 
 def test_truth_that_cannot_be_read(network, tmp_path, capsys):

@@ -174,7 +174,7 @@ def test_the_six_windows_from_paths_to_scores(
 
     # 4: fourteen parameters; Apply called off once, then let through
     step(page, "4 Algorithm")
-    assert field(page, "method.tracker.radius_m").input_value() == "2.5"
+    assert field(page, "tracking.method.tracker.radius_m").input_value() == "2.5"
     button(page, "Apply").click()
     button(page, "Cancel").click()
     told(page, "Cancelled.")
@@ -215,7 +215,7 @@ def test_the_six_windows_from_paths_to_scores(
     scene = download(page, "Scene as YAML", tmp_path)
     with pytest.raises(SystemExit):
         main(["scene", str(scene), "--out", str(tmp_path / "out")])
-    assert re.search(rf"MOTA\s+│\s+{re.escape(shown)} ", capsys.readouterr().out)
+    assert re.search(rf"MOTA\s+│\s+{re.escape(shown)}: ", capsys.readouterr().out)
     exported = json.loads(download(page, "Scores as JSON", tmp_path).read_text())
     assert exported == json.loads((tmp_path / "out" / "scores.json").read_text())
     tracks = download(page, "Tracks as CSV", tmp_path)
@@ -297,13 +297,13 @@ def test_a_recorded_log_takes_the_place_of_paths_and_radiation(
     dismiss(page)
     log.set_input_files(tmp_path / "room" / "log.csv")
     told(page, "35 frames: press Apply")
-    field(page, "calibration_frames").fill("10")
+    field(page, "tracking.calibration_frames").fill("10")
     page.locator("input[type=file]").nth(1).set_input_files(tmp_path / "room" / "truth.csv")
     told(page, "log.csv, with its truth")
     step(page, "4 Algorithm")
     page.get_by_label("Preset").click()
     page.get_by_role("option", name="default tracker").click()
-    field(page, "method.tracker.gate_m").wait_for()
+    field(page, "tracking.method.tracker.gate_m").wait_for()
     button(page, "Apply").click()
     told(page, "track 1  CANDIDATE")
     step(page, "5 Tracking")

@@ -169,7 +169,7 @@ def test_images_are_on_one_scale_at_their_times(tmp_path: Path) -> None:
 
 def test_a_long_log_is_thinned_for_the_page(tmp_path: Path) -> None:
     given = tracked(2 * TIMES_SHOWN + 5, 30)
-    events = [Happening(float(k), 1 + k % 40, "near", 0.0, 0.0) for k in range(4 * EVENTS_SHOWN)]
+    events = [TrackEvent(float(k), 1 + k % 40, "near", (0.0, 0.0)) for k in range(4 * EVENTS_SHOWN)]
     data = data_in(written(tmp_path, given._replace(events=events)))
     assert len(data["times"]) == len(data["status"][0]["values"]) <= TIMES_SHOWN
     tracks = layers(data, type="track")

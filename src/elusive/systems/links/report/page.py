@@ -33,8 +33,11 @@ def links_drawing(tracked: LinksTracked) -> draw.Drawing:
     stride = max(draw.stride_of(len(tracked.times_s), TIMES_SHOWN), draw.stride_of(points, POINTS_SHOWN))
     times, people = tracked.times_s[::stride], tracked.people[::stride]
     drawn = {one.track for one in tracked.paths}
-    events = [(one.time_s, f"{one.what} at {one.position[0]:.1f}, {one.position[1]:.1f} m", one.track) for one in tracked.events
-              if one.track in drawn]  # fmt: skip
+    events = [
+        (one.time_s, "{} at {:.1f}, {:.1f} m".format(one.what, *one.position), one.track)
+        for one in tracked.events
+        if one.track in drawn
+    ]
     layers = [*_ground(tracked), *_truth(tracked), *_nodes(tracked), *_clouds(tracked), *_paths(tracked, stride)]
     floor = draw.plane("Where?", tracked.extent, layers, span=8, rows=2, ground="--shade")
     # a page that opens on an empty floor shows nothing: the middle of the times at which most people are there
