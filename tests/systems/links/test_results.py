@@ -47,7 +47,7 @@ def test_tables_are_those_of_all_steps(made):
 
 def test_scores_leave_out_the_calibration(made):
     _, run, outcome, held = made
-    places = truth(FRAMES / RATE_HZ).at([step.time_s for step in held])
+    places = truth(FRAMES / RATE_HZ).interpolated([step.time_s for step in held])
     places[:CALIBRATION] = np.nan
     said = dict(outcome.table)
     for words, statuses in (("", ["confirmed"]), (", candidates too", ["confirmed", "candidate"])):
