@@ -32,7 +32,7 @@ class PathTruth(NamedTuple):
         return places
 
 
-def read_path_truth(path: str | os.PathLike[str]) -> PathTruth:
+def read_path_truth(path: str | os.PathLike[str], place: tuple[str, str] = PLACE, name: str = "person") -> PathTruth:
     """Read where targets truly were.
 
     Parameters
@@ -40,6 +40,8 @@ def read_path_truth(path: str | os.PathLike[str]) -> PathTruth:
     path
         CSV under a header that names ``time_s``, ``x_m``, ``y_m``, perhaps ``z_m``, and ``person`` where there are
         several targets; other columns are passed over. A target's times increase.
+    place, name
+        Other names of these columns.
 
     Raises
     ------
@@ -48,14 +50,14 @@ def read_path_truth(path: str | os.PathLike[str]) -> PathTruth:
         sentence gives the line.
     """
     rows: dict[str, list[list[float]]] = {}
-    for line in table_lines(path, ("time_s", *PLACE), None, "a time a line"):
-        row = [line.number(name) for name in ("time_s", *PLACE, "z_m") if name in line.cells]
-        earlier = rows.setdefault(line.cells.get("person", "1"), [])
+    for line in table_lines(path, ("time_s", *place), None, "a time a line"):
+        row = [line.number(column) for column in ("time_s", *place, "z_m") if column in line.cells]
+        earlier = rows.setdefault(line.cells.get(name, "1"), [])
         if earlier and row[0] <= earlier[-1][0]:
             raise DataError(f"{line.where}: the time {row[0]:g} s comes after {earlier[-1][0]:g} s; times increase.")
         earlier.append(row)
     if not rows:
-        raise DataError(f"{path}: holds no place; write time_s,{','.join(PLACE)}, a time a line.")
+        raise DataError(f"{path}: holds no place; write time_s,{','.join(place)}, a time a line.")
     return PathTruth(tuple(rows), tuple(np.array(path) for path in rows.values()))
 
 

@@ -18,10 +18,9 @@ from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io import read_ais
-from elusive.io._table_lines import table_lines
+from elusive.io.path_truth import PLACE, read_path_truth
 
-METRES, DEGREES = ("time_s", "x_m", "y_m"), ("time_s", "lon_deg", "lat_deg")
-SHIP = "ship"  # column that tells several ships apart
+METRES, DEGREES = PLACE, ("lon_deg", "lat_deg")
 DAY_S = 86_400
 LONGEST_GAP_S = 200.0  # somewhat longer than between the reports of a ship at anchor
 
@@ -50,7 +49,7 @@ def truth_in_frame(
     Returns
     -------
     dict
-        By the ship's name or MMSI; the only ship of a table without such a column has the name ``""``.
+        By the ship's name or MMSI; the only ship of a table without such a column is ``1``.
 
     Raises
     ------
@@ -115,26 +114,18 @@ def _table(path: Path, names: list[str], frame: LocalFrame) -> Truth:
     wanted = next((columns for columns in (METRES, DEGREES) if set(columns) <= set(names)), None)
     if wanted is None:
         raise DataError(
-            f"{path}: its columns are {','.join(names)!r:.80}; name them {','.join(METRES)} or {','.join(DEGREES)}."
+            f"{path}: its columns are {','.join(names)!r:.80}; name them time_s,{','.join(METRES)} or "
+            f"time_s,{','.join(DEGREES)}."
         )
-    ships: dict[str, list[list[float]]] = {}
-    for line in table_lines(path, wanted, None, "a place a line"):
-        rows = ships.setdefault(line.cells.get(SHIP, ""), [])
-        time_s, first, second = (line.number(name) for name in wanted)
-        if rows and time_s <= rows[-1][0]:
-            raise DataError(
-                f"{line.where}, column time_s: {time_s:g} comes after {rows[-1][0]:g}; sort a ship's lines by time, a "
-                "line for each time."
-            )
-        if wanted is DEGREES and not (abs(first) <= 360 and abs(second) <= 90):
-            raise DataError(f"{line.where}: ({first:g}, {second:g}) is no longitude and latitude in degrees.")
-        rows.append([time_s, first, second])
-    if not ships:
-        raise DataError(f"{path}: holds no place; write {','.join(wanted)}, a line for each.")
-    tables = {ship: np.array(rows) for ship, rows in ships.items()}
+    read = read_path_truth(path, wanted, "ship")
+    ships = {name: table[:, :3] for name, table in zip(read.names, read.paths, strict=True)}
     if wanted is METRES:
-        return tables
-    return {ship: np.column_stack([table[:, 0], frame.to_local(table[:, 1:])]) for ship, table in tables.items()}
+        return ships
+    for name, table in ships.items():
+        for time_s, lon, lat in table[(np.abs(table[:, 1]) > 360) | (np.abs(table[:, 2]) > 90)]:
+            raise DataError(f"{path}, {time_s:g} s: ({lon:g}, {lat:g}) is no longitude and latitude in degrees.")
+        ships[name] = np.column_stack([table[:, 0], frame.to_local(table[:, 1:])])
+    return ships
 
 
 def _reported(path: Path, frame: LocalFrame, midnight_unix_s: float, mmsi: int | None) -> Truth:
