@@ -7,11 +7,13 @@ import json
 import pkgutil
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 import zlib
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import NamedTuple
 
 import matplotlib.pyplot as plt
@@ -27,6 +29,7 @@ from elusive.geometry.areas import Area
 from elusive.systems.links.networks import BorderNodes
 from elusive.systems.links.simulate import LinkSimulation, simulate_links
 from elusive.systems.links.walks import Walks
+from elusive.systems.registry import SYSTEMS
 from tests.bearing_flight import write_flight
 
 ROOT = Path(__file__).parents[1]
@@ -67,7 +70,7 @@ COMMANDS = {
     if block.language == "sh"
     for line in block.text.splitlines()
     if line.startswith("elusive ")
-}
+} | {system.command: Block("README.md", 0, "sh", system.command) for system in SYSTEMS}
 
 
 @pytest.mark.parametrize("block", EXAMPLES, ids=lambda block: block.label)
@@ -99,6 +102,7 @@ def test_command_runs(
             walks=walks, network=BorderNodes(nodes=8), radiation={"amplitude_db": 1.0}, calibration_steps=30
         )
         simulate_links(room, tmp_path / "room")
+        shutil.copytree(tmp_path / "room", tmp_path, dirs_exist_ok=True)
     if "bearings.csv" in line or "arrivals.csv" in line:
         write_flight(tmp_path)
     for other in blocks(COMMANDS[line].page):
@@ -144,9 +148,19 @@ def test_every_cell_of_a_page_runs(page: str, tmp_path: Path, monkeypatch: pytes
     plt.close("all")
 
 
-def test_every_public_name_is_documented(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture
+def fields(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    """What fills pages in from the code."""
     monkeypatch.syspath_prepend(ROOT / "docs" / "_ext")
-    fields = import_module("fields")
+    return import_module("fields")
+
+
+def test_the_readme_begins_with_every_system(fields: ModuleType) -> None:
+    screen = (ROOT / "README.md").read_text(encoding="utf-8").splitlines()[:24]
+    assert "\n".join(screen).count(fields.systems_table().strip()) == 1
+
+
+def test_every_public_name_is_documented(fields: ModuleType) -> None:
     pages = "\n".join((ROOT / page).read_text(encoding="utf-8") for page in PAGES)
     shown = set(re.findall(r"automodule:: (\S+)", fields.ROOM.sub(fields.open_room, pages)))
     missing = [

@@ -1,4 +1,4 @@
-"""Reference pages from the code: every public module of a room, and fields from where they are declared."""
+"""What pages take from the code: every public module of a room, fields as they are declared, the table of systems."""
 
 from __future__ import annotations
 
@@ -17,8 +17,10 @@ from sphinx.application import Sphinx
 from sphinx.util.typing import stringify_annotation
 
 from elusive.model import Model
+from elusive.systems.registry import SYSTEMS
 
 FIELD = re.compile(r"^    (\w+): ([^#]+?)(?:\s+#\s*(.+))?$")
+SYSTEMS_HERE = "% systems\n"
 ROOM = re.compile(r"^% room: (\S+)$", re.MULTILINE)
 ALIAS = re.compile(r"TypeAliasForwardRef\('(\w+)'\)")
 SIGNS = {Ge: (">=", "ge"), Gt: (">", "gt"), Le: ("<=", "le"), Lt: ("<", "lt")}
@@ -26,11 +28,25 @@ SIGNS = {Ge: (">=", "ge"), Gt: (">", "gt"), Le: ("<=", "le"), Lt: ("<", "lt")}
 
 def setup(app: Sphinx) -> dict[str, bool]:
     """Hook into the reading of pages and into autodoc."""
-    app.connect("source-read", lambda app, page, source: source.__setitem__(0, ROOM.sub(open_room, source[0])))
+    app.connect("source-read", lambda app, page, source: source.__setitem__(0, made(source[0])))
     app.connect("autodoc-process-docstring", add_fields, priority=400)  # before napoleon reads the sections
     app.connect("autodoc-process-signature", drop_signature)
     app.connect("autodoc-skip-member", skip)
     return {"parallel_read_safe": True}
+
+
+def made(page: str) -> str:
+    """Fill in what a page has from the code: its rooms, and the table of systems."""
+    return ROOM.sub(open_room, page.replace(SYSTEMS_HERE, systems_table(pages=True)))
+
+
+def systems_table(*, pages: bool = False) -> str:
+    """What you have, what is found in it, and the command that does it; with links to the systems' pages."""
+    rows = ["| You have | it finds | with |", "| --- | --- | --- |"]
+    for system in SYSTEMS:
+        have = f"{{doc}}`{system.recording} <{system.name}>`" if pages else system.recording
+        rows.append(f"| {have} | {system.targets} | `{system.command}` |")
+    return "\n".join(rows) + "\n"
 
 
 def open_room(match: re.Match[str]) -> str:

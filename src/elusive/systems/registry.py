@@ -11,13 +11,44 @@ class System(NamedTuple):
     name: str  # of its folder, and of its commands: ``elusive track <name>``
     recording: str  # what its users have
     targets: str  # what is found in that
+    command: str  # the shortest that does it
     page: str  # module of its page in the workbench, which holds a PAGE
 
 
 SYSTEMS = (
-    System("links", "levels of a radio network", "people without devices", "elusive.systems.links.page"),
-    System("images", "a sequence of frames", "targets below the noise", "elusive.systems.images.page"),
-    System("signals", "a signal over time", "objects that differ only in their noise", "elusive.systems.signals.page"),
-    System("radar", "a radar's plots, and charts", "ships near the coast", "elusive.systems.radar.page"),
-    System("bearings", "bearings from a few places", "emitters", "elusive.systems.bearings.page"),
+    System(
+        "links",
+        "levels of a radio network",
+        "people without devices",
+        "elusive track links log.csv --nodes nodes.csv --out result",
+        "elusive.systems.links.page",
+    ),
+    System(
+        "images",
+        "a sequence of frames",
+        "targets below the noise",
+        "elusive track images frames/ --out result",
+        "elusive.systems.images.page",
+    ),
+    System(
+        "signals",
+        "a signal over time",
+        "objects that differ only in their noise",
+        "elusive track signal signal.npy --out result",
+        "elusive.systems.signals.page",
+    ),
+    System(
+        "radar",
+        "a radar's plots, and charts",
+        "ships near the coast",
+        "elusive track radar plots.csv --chart coast.geojson --radar-lat-deg -0.03 --radar-lon-deg 0.004 --out result",
+        "elusive.systems.radar.page",
+    ),
+    System(
+        "bearings",
+        "bearings from a few places",
+        "emitters",
+        "elusive track bearings bearings.csv --sensors sensors.csv --sigma-deg 0.5 --out result",
+        "elusive.systems.bearings.page",
+    ),
 )
