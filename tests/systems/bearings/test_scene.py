@@ -17,7 +17,7 @@ def with_simulation(scene, **changes):
 
 
 def test_the_command_finds_the_numbers_of_the_page(tmp_path, capsys):
-    scene = BearingScene(estimators=("map", "iekf", "fg-ekf"))
+    scene = BearingScene(estimators=("map", "fg-ekf"))
     flown = track_bearing_scene(scene)
     file, out = tmp_path / "scene.yaml", tmp_path / "out"
     file.write_text(scene.to_yaml())
@@ -25,7 +25,7 @@ def test_the_command_finds_the_numbers_of_the_page(tmp_path, capsys):
         main(["scene", str(file), "--out", str(out)])
     assert stop.value.code in (0, None)
     assert {path.name for path in out.iterdir()} == {
-        "bearings.csv", "sensors.csv", "truth.csv", "scene.yaml", "map", "iekf", "fg-ekf",
+        "bearings.csv", "sensors.csv", "truth.csv", "scene.yaml", "map", "fg-ekf",
     }  # fmt: skip
     assert BearingScene.from_yaml(out / "scene.yaml") == scene
     for used in flown.each:
