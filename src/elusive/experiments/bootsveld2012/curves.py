@@ -111,14 +111,7 @@ def name_of(method: Method, way: Way) -> str:
 
 
 def points(results: xr.Dataset, figure: Curve) -> list[Point]:
-    """Reduce the runs of a way to a figure's curves, every filter's.
-
-    Parameters
-    ----------
-    results
-        ``error (trial, method, estimate, time, axis)`` [m], methods as :func:`methods_of` gives them; the first
-        estimate counts.
-    """
+    """Reduce the runs of a way, their first estimate, to a figure's curves: every filter's."""
     errors = results["error"].transpose("trial", "method", "estimate", "time", "axis").values
     found = []
     for number, method in enumerate(methods_of(figure.way)):

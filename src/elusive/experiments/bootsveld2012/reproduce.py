@@ -85,16 +85,8 @@ def reproduce(
 ) -> Reproduced:
     """Write the figures named, each as PNG and those of curves as CSV, and ``summary.csv``; all by default.
 
-    Run i has the same plots for every filter, and its filters the same random numbers.
-
-    Parameters
-    ----------
-    out
-        Folder for the results; the runs themselves stay in ``campaign-*.zarr`` there.
-    targets
-        Some of :data:`TARGETS`; none means all of them.
-    settings
-        Runs, seed, estimate, and what the thesis does not give.
+    ``targets`` are some of :data:`TARGETS`. The runs stay in ``campaign-*.zarr`` in ``out``; run i has the same plots
+    for every filter, and its filters the same random numbers.
 
     Raises
     ------

@@ -51,12 +51,7 @@ class Route(NamedTuple):
 def find_route(land: Sequence[BaseGeometry], *, perfect: bool) -> Route:
     """Find the most winding stretch of shore along which a ship can keep the wanted distance.
 
-    Parameters
-    ----------
-    land
-        Polygons of the map [m].
-    perfect
-        Whether the ship stays in charted water (the thesis's trial B) or crosses charted land (its trials A and C).
+    ``perfect``: it stays in charted water (the thesis's trial B); else it crosses charted land (its trials A and C).
 
     Raises
     ------

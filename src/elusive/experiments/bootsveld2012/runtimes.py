@@ -67,19 +67,7 @@ class Timed:
 def run_times(
     case: ShipTrial, seed: int, enough_s: float = ENOUGH_S, on_method: Callable[[str], None] | None = None
 ) -> list[RunTime]:
-    """Time every method on the same run.
-
-    Parameters
-    ----------
-    case
-        A way past the port.
-    seed
-        Of the run's plots.
-    enough_s
-        A run that takes longer is broken off, and the rest reckoned from what was timed.
-    on_method
-        Called with the name of each method before it is timed.
-    """
+    """Time every method on the same run past the port; one over ``enough_s`` is broken off and its rest reckoned."""
     coast = Coast.of(CoastPart(list(shoreline(case.shoreline, case.delta_seed)), case.sigma))
     run = draw(case, default_rng(SeedSequence(seed, spawn_key=(0,))))
     scene = scenery(case)

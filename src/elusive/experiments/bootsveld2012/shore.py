@@ -21,15 +21,9 @@ PORT_FOURCHON = (-90.2, 29.13)  # longitude and latitude of the map's middle [de
 
 @cache
 def shoreline(path: Path | None, seed: int) -> Sequence[BaseGeometry]:
-    """Return the land of the map as polygons in metres about the map's middle.
+    """Return the land of the map as polygons in metres about the map's middle; None draws the synthetic delta.
 
-    Parameters
-    ----------
-    path
-        GeoJSON or shapefile of land polygons, cut to 10 by 9 km: round Port Fourchon if the file reaches there, else
-        round the middle of what it covers. None draws the synthetic delta.
-    seed
-        Of the synthetic delta.
+    A file of land polygons is cut to 10 by 9 km: round Port Fourchon if it reaches there, else round its middle.
 
     Raises
     ------

@@ -31,29 +31,10 @@ def imprecise_chart(
     executor: Executor | None = None,
     on_progress: Callable[[Progress], None] | None = None,
 ) -> list[Row]:
-    """Write ``imprecise.csv`` and ``imprecise.png`` into ``out``.
+    """Write ``imprecise.csv`` and ``imprecise.png`` into ``out``, where the runs stay too, and return the table.
 
+    The ship goes along the coast of the ``fine`` chart, which is taken for the truth; filters have the ``coarse`` one.
     Run i has the same place on the coast, bearing of the radar and noise at each distance and for each filter.
-
-    Parameters
-    ----------
-    out
-        Folder for the results; the runs themselves stay in ``campaign-*.zarr`` there.
-    fine
-        Chart along whose coast the ship goes; it is taken for the truth.
-    coarse
-        Chart that the filters have.
-    runs
-        At each distance of the ship and of the radar.
-    seed
-        Root of all random numbers.
-    executor, on_progress
-        As for :func:`~elusive.campaign.run_campaign`.
-
-    Returns
-    -------
-    list of Row
-        The table.
 
     Raises
     ------

@@ -43,18 +43,10 @@ def describe_charts(
     figure: Path | None = None,
     water_map: Path | None = None,
 ) -> ChartsDescribed:
-    """Say what is in some charts.
+    """Say what is in some charts: S-57 base cells (``.000``), GeoJSON or shapefiles.
 
-    Parameters
-    ----------
-    paths
-        S-57 base cells (``.000``), GeoJSON or shapefiles.
-    parameters
-        Imprecision and draught; of a map, its cells too.
-    figure
-        PNG, PDF or SVG to draw them in; none by default.
-    water_map
-        GeoTIFF or netCDF for the probability of water; none by default.
+    They are drawn into ``figure`` (PNG, PDF or SVG), and the probability of water into ``water_map`` (GeoTIFF or
+    netCDF), whose cells are among the parameters; neither by default.
 
     Raises
     ------

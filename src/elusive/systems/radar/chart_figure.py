@@ -36,14 +36,7 @@ def draw_charts(
 ) -> None:
     """Draw charts, finest first: what they show on the left, how good it is on the right.
 
-    Parameters
-    ----------
-    path
-        PNG, PDF or SVG.
-    charts, frame, parameters
-        Of the charted area.
-    regions
-        Polygons where charts disagree by more than their imprecision, x and y [m].
+    ``regions`` are polygons where charts disagree by more than their imprecision, x and y [m].
     """
     west, south, east, north = _extent(charts, frame)
     stretch = 1 / np.cos(np.deg2rad(frame.lat_deg))

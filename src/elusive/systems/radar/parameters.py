@@ -77,7 +77,7 @@ def survey(scans: Iterable[RadarScan], water: Water | None = None) -> RadarSurve
     for scan in scans:
         count, plots = count + 1, plots + scan.detections
         if water is not None:
-            places = np.column_stack([np.sin(scan.bearing_rad), np.cos(scan.bearing_rad)]) * scan.range_m[:, None]
+            places = RadarSensor().places(scan)[0]
             known = water.known(places)
             on_chart += int(known.sum())
             on_land += int((known & (water.probability(places) < HALF)).sum())

@@ -66,10 +66,15 @@ def _example_degrees(places: Any) -> tuple[tuple[float, float], ...]:
 
 
 class Place(Model):
-    """A place."""
+    """Where the radar stands."""
 
     lon_deg: float = Field(0.0, ge=-180, le=180, description="Longitude, WGS 84 [deg]")
     lat_deg: float = Field(0.0, ge=-90, le=90, description="Latitude, WGS 84 [deg]")
+
+    @property
+    def named(self) -> dict[str, Any]:
+        """Longitude and latitude, as simulation and tracking call them."""
+        return {"radar_lon_deg": self.lon_deg, "radar_lat_deg": self.lat_deg}
 
 
 class RadarScene(Model):
@@ -151,4 +156,9 @@ class RadarScene(Model):
         DataError
             If a route is too short or leads too far away.
         """
-        return voyage(self.routes(), LocalFrame.at(self.radar.lon_deg, self.radar.lat_deg), self.simulation)
+        return voyage(self.routes(), self.frame, self.simulation)
+
+    @property
+    def frame(self) -> LocalFrame:
+        """The radar's frame."""
+        return LocalFrame.at(self.radar.lon_deg, self.radar.lat_deg)

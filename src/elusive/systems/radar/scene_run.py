@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from elusive.charts.charted_area import ChartedArea, lay_charts, read_charts
 from elusive.contracts import Array, X, Y
 from elusive.errors import DataError, ElusiveError
-from elusive.geometry.local_frame import LocalFrame
 from elusive.io import atomic_folder, open_radar_plots
+from elusive.sensors.radar import RadarSensor
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.report import RadarTracked
 from elusive.systems.radar.results import RadarOutcome
@@ -116,28 +116,16 @@ def lay(scene: RadarScene, chart: ChartFile, folder: Path) -> list[tuple[str, st
     routes = scene.routes()
     (folder / chart.name).write_bytes(chart.data)
     (folder / "scene.yaml").write_text(scene.replace(chart=chart.name).to_yaml(), encoding="utf-8")
-    simulated = simulate_radar(
-        routes, scene.simulation, folder / "plots.csv", radar_lon_deg=scene.radar.lon_deg,
-        radar_lat_deg=scene.radar.lat_deg, charts=[folder / chart.name],
-    )  # fmt: skip
-    return simulated.rows
+    charts = [folder / chart.name]
+    return simulate_radar(routes, scene.simulation, folder / "plots.csv", charts=charts, **scene.radar.named).rows
 
 
 def record(scene: RadarScene, chart: ChartFile) -> Recorded:
-    """Let the radar see the voyage.
-
-    Raises
-    ------
-    DataError
-        As :func:`lay`.
-    """
+    """Let the radar see the voyage; raises as :func:`lay`."""
     with tempfile.TemporaryDirectory(prefix="elusive-") as name:
-        folder = Path(name)
-        rows = lay(scene, chart, folder)
-        scans = list(open_radar_plots(folder / "plots.csv"))
-    distance, bearing = (np.concatenate([getattr(scan, part) for scan in scans]) for part in ("range_m", "bearing_rad"))
-    places = np.column_stack([np.sin(bearing), np.cos(bearing)]) * distance[:, None]
-    return Recorded(rows, LocalFrame.at(scene.radar.lon_deg, scene.radar.lat_deg).to_lonlat(places))
+        rows = lay(scene, chart, Path(name))
+        places = [RadarSensor().places(scan)[0] for scan in open_radar_plots(Path(name) / "plots.csv")]
+    return Recorded(rows, scene.frame.to_lonlat(np.concatenate(places)))
 
 
 def sail(scene: RadarScene, chart: ChartFile, advance: Callable[[int], None], out: Path | None = None) -> Sailed:
@@ -145,10 +133,8 @@ def sail(scene: RadarScene, chart: ChartFile, advance: Callable[[int], None], ou
 
     Parameters
     ----------
-    scene
+    scene, chart
         What to run.
-    chart
-        Its chart.
     advance
         Called with the number of scans done, those of all uses together.
     out
@@ -161,26 +147,23 @@ def sail(scene: RadarScene, chart: ChartFile, advance: Callable[[int], None], ou
     """
     with tempfile.TemporaryDirectory(prefix="elusive-") if out is None else nullcontext(out) as name:
         folder = Path(name)
-        rows = lay(scene, chart, folder)
-        way = scene.voyage()
+        rows, way = lay(scene, chart, folder), scene.voyage()
         source, each = open_radar_plots(folder / "plots.csv"), []
         for number, method in enumerate(scene.methods):
-            parameters = scene.tracking_by(method)
-            before, started = number * len(way.times_s), time.perf_counter()
+            parameters, started = scene.tracking_by(method), time.perf_counter()
             outcome, refusal = None, ""
             try:
                 outcome = track_radar_recording(
-                    source, parameters, None if out is None else folder / method, radar_lon_deg=scene.radar.lon_deg,
-                    radar_lat_deg=scene.radar.lat_deg, charts=[folder / chart.name], truth=folder / "plots_truth.csv",
-                    on_scan=partial(_on_scan, advance, before),
+                    source, parameters, None if out is None else folder / method, charts=[folder / chart.name],
+                    truth=folder / "plots_truth.csv", on_scan=partial(_on_scan, advance, number * len(way.times_s)),
+                    **scene.radar.named,
                 )  # fmt: skip
             except ElusiveError as error:
                 refusal = str(error).replace(f"{folder}/", "")
             each.append(Used(method, parameters, outcome, refusal, time.perf_counter() - started))
         if each and all(used.outcome is None for used in each):
             raise DataError(each[0].refusal)
-        frame = LocalFrame.at(scene.radar.lon_deg, scene.radar.lat_deg)
-        around = lay_charts(read_charts(folder / chart.name), scene.tracking.charted, frame)
+        around = lay_charts(read_charts(folder / chart.name), scene.tracking.charted, scene.frame)
     longest = np.isfinite(way.states[:, :, X]).sum(axis=1).argmax()
     return Sailed(scene, rows, around, way.states[longest][:, [X, Y]], way.times_s, each)
 
@@ -221,9 +204,9 @@ def _away(tracked: RadarTracked, ship: Array) -> NDArray[np.bool_]:
     for path in tracked.paths:
         at = np.searchsorted(tracked.times_s, path.times_s)
         off = path.places - truth_at(ship, path.times_s)
-        cross = np.zeros(len(off)) if path.covariance is None else path.covariance
-        spread = np.stack([np.column_stack([path.deviation[:, 0] ** 2, cross]),
-                           np.column_stack([cross, path.deviation[:, 1] ** 2])], axis=1) + 1e-6 * np.eye(2)  # fmt: skip
+        spread = path.deviation[:, :, None] ** 2 * np.eye(2) + 1e-6 * np.eye(2)
+        if path.covariance is not None:
+            spread += path.covariance[:, None, None] * np.eye(2)[::-1]
         squared = (off * np.linalg.solve(spread, off[..., None])[..., 0]).sum(axis=1)
         held[at[path.confirmed & (squared < REGION_999)]] = True
         started = min(started, int(at[path.confirmed].min(initial=started)))

@@ -96,9 +96,10 @@ def simulate_radar(
     frame = LocalFrame.at(radar_lon_deg, radar_lat_deg)
     times, ships = voyage(routes, frame, parameters)
     sailed = ships[np.isfinite(ships[:, :, X])]
+    away = np.hypot(sailed[:, X], sailed[:, Y])
     rows = [
         ("Voyage", f"{times[-1]:.0f} s, {len(times)} scans" + (f", {len(ships)} ships" if len(ships) > 1 else "")),
-        ("Distance from the radar", "{:.0f} to {:.0f} m".format(*_bounds(np.hypot(sailed[:, X], sailed[:, Y])))),
+        ("Distance from the radar", f"{away.min():.0f} to {away.max():.0f} m"),
     ]
     if charts:
         rows += _on_charts(sailed[:, [X, Y]], charts, frame)
@@ -169,10 +170,6 @@ def _sailed(route: Route, frame: LocalFrame, parameters: RadarSimulation) -> Arr
     velocity = legs[leg] * (speeds / np.maximum(lengths, 1e-300))[leg, None]
     places = corners[leg] + velocity * (times - arrivals[leg])[:, None]
     return np.column_stack([places[:, 0], velocity[:, 0], places[:, 1], velocity[:, 1]])
-
-
-def _bounds(values: Array) -> tuple[float, float]:
-    return float(values.min()), float(values.max())
 
 
 def _on_charts(places: Array, charts: Sequence[str | Path], frame: LocalFrame) -> list[tuple[str, str]]:

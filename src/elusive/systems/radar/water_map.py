@@ -76,13 +76,7 @@ class Tile(NamedTuple):
 
 
 def check_map_name(path: Path) -> None:
-    """Refuse a map whose name has another ending.
-
-    Raises
-    ------
-    ParameterError
-        If it has.
-    """
+    """Refuse a map whose name has another ending."""
     if path.suffix.lower() not in ENDINGS:
         raise ParameterError(f"{path}: a map's name must end with {', '.join(ENDINGS)}.")
 
@@ -90,18 +84,9 @@ def check_map_name(path: Path) -> None:
 def write_water_map(
     path: Path, charts: Sequence[Chart], parameters: ChartParameters, model: WaterModel | None = None
 ) -> Cells:
-    """Write P(water) at the middles of the cells of a grid; NaN where no chart says anything.
+    """Write P(water) at the middles of the cells of a grid, 32 bits a cell; NaN where no chart says anything.
 
-    Parameters
-    ----------
-    path
-        GeoTIFF (``.tif``, ``.tiff``) or netCDF (``.nc``), 32 bits a cell.
-    charts
-        From :func:`~elusive.charts.charted_area.read_charts`.
-    parameters
-        Of the charted, and the size of cells.
-    model
-        How P(water) is computed; the field by default.
+    The name says whether as GeoTIFF (``.tif``, ``.tiff``) or netCDF (``.nc``); the model is the field by default.
 
     Raises
     ------
