@@ -36,7 +36,7 @@ def recording():
 PLOTS = recording()
 
 
-def model(particles, knowledge=None):
+def model(particles, knowledge=()):
     prior = ScanPrior(SENSOR, PLOTS[0])
     return ParticleFilter(motion=MOTION, sensor=SENSOR, prior=prior, knowledge=knowledge, particles=particles)
 
@@ -86,7 +86,7 @@ def test_steps_against_stone_soup(benchmark, best_of, report, particles):
 def test_a_map_in_the_step(benchmark, best_of, report, particles):
     east = [(-15.0, 4_000.0), (400.0, 4_000.0), (400.0, 6_000.0), (-15.0, 6_000.0)]
     field = FieldWater().bind(land(shapely.Polygon(east), sigma=7.0))
-    free, charted, rng = model(particles), model(particles, field), np.random.default_rng(1)
+    free, charted, rng = model(particles), model(particles, (field,)), np.random.default_rng(1)
     started = free.init(rng, 0.0)
     without, within = best_of(lambda: follow(free, started, rng), lambda: follow(charted, started, rng))
     report(f"the same, {particles} particles: time without a map over with the field", without / within, 0.5)

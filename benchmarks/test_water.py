@@ -12,7 +12,8 @@ import shapely
 
 from elusive import run
 from elusive.charts import ExactWater, FieldWater, GridWater, NearestWater
-from elusive.filters.particle.sir import GaussianPrior, ParticleFilter
+from elusive.filters.particle.sir import ParticleFilter
+from elusive.filters.priors import GaussianPrior
 from elusive.motion import ConstantVelocity
 from tests.charts.shapes import CELLS, cell, near, port_fourchon, shapely_land
 from tests.reference.water import water_probability
@@ -96,7 +97,7 @@ def test_a_filter_along_the_coast(benchmark, best_of, report, name):
         prior=GaussianPrior(mean=(start[0], 0.0, start[1], 0.0), covariance=np.diag([100.0, 1.0, 100.0, 1.0]).tolist()),
         particles=PARTICLES,
     )
-    charted = free.replace(knowledge=field)
+    charted = free.replace(knowledge=(field,))
     rng = np.random.default_rng(1)
     measurements = start + 10.0 * rng.standard_normal((STEPS, 2))
 

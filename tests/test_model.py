@@ -4,14 +4,20 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from typing import Literal
 
+import numpy as np
 import pytest
+import shapely
 from pydantic import Field
 
 import elusive
 from elusive import DataError, ElusiveError, ParameterError
+from elusive.charts import ExactWater, IntervalWater
 from elusive.experiments.amrouche2018.scenario import WeakTarget
 from elusive.filters.particle.births import BrightBirth, MeasurementBirth, UniformBirth
+from elusive.filters.particle.sir import ParticleFilter
+from elusive.filters.priors import GaussianPrior
 from elusive.geometry.areas import Area
 from elusive.model import Model, Positive, Probability
 from elusive.motion import (
@@ -19,9 +25,14 @@ from elusive.motion import (
     ConstantTurnRateVelocity,
     ConstantVelocity,
     CoordinatedTurn,
+    MovingOrAnchored,
+    WithCoastError,
     WithIntensity,
 )
+from elusive.sensors import RadarSensor, ScanPrior
+from elusive.sensors.field_of_view import FieldOfView
 from elusive.sensors.image import ImageSensor
+from tests.charts.shapes import land
 
 
 class Lens(Model):
@@ -173,3 +184,51 @@ def test_equal_fields_are_equal_whatever_has_been_computed_of_them():
     assert hash(one) == hash(two)
     assert one.__eq__(0) is NotImplemented
     assert one != Area.rectangle(0, 4, 0, 2)
+
+
+class Buoy(ConstantVelocity):
+    """A user's own motion, a model with a kind."""
+
+    kind: Literal["buoy"] = "buoy"
+
+
+class Current:
+    """A user's own motion in plain Python."""
+
+    state_names = ("x", "vx", "y", "vy")
+
+    def propagate(self, states, interval_s, rng):
+        return states
+
+
+@pytest.mark.parametrize(
+    "motion", [ConstantVelocity(q=0.5), MovingOrAnchored(), WithCoastError(motion=ConstantVelocity(q=2.0)), Buoy()]
+)
+def test_parts_are_read_back_by_their_kind(motion, tmp_path):
+    d = len(motion.state_names)
+    model = ParticleFilter(
+        motion=motion,
+        sensor=RadarSensor(range_sd_m=7.0),
+        prior=GaussianPrior(mean=(0.0,) * d, covariance=np.eye(d).tolist()),
+        knowledge=(FieldOfView(), IntervalWater(sigma_m=3.0)),
+    )
+    (tmp_path / "filter.yaml").write_text(model.to_yaml())
+    assert ParticleFilter.from_yaml(tmp_path / "filter.yaml") == model
+
+
+def test_what_no_file_can_say_is_named():
+    prior = GaussianPrior(mean=(0.0,) * 4, covariance=np.eye(4).tolist())
+    usual = {"motion": ConstantVelocity(), "sensor": RadarSensor(), "prior": prior}
+    coast = ExactWater().bind(land(shapely.box(0, 0, 9, 9)))
+    scan = RadarSensor().simulate(np.array([[5.0, 0, 900.0, 0]]), np.random.default_rng(0))
+    for own, sentence in (
+        (
+            {"motion": Current()},
+            "ParticleFilter.motion: holds a Current, which no file can say; keep the",
+        ),
+        ({"knowledge": (FieldOfView(), coast)}, f"ParticleFilter.knowledge: holds a {type(coast).__name__}, which no"),
+        ({"motion": WithCoastError(motion=Current())}, r"ParticleFilter.motion.motion: holds a Current"),
+        ({"prior": ScanPrior(RadarSensor(), scan)}, "ParticleFilter.prior: holds a ScanPrior"),
+    ):
+        with pytest.raises(ParameterError, match=sentence):
+            ParticleFilter(**usual | own).to_yaml()

@@ -18,6 +18,7 @@ from pydantic import (
     WrapValidator,
     model_validator,
 )
+from pydantic_core import PydanticSerializationError
 
 from elusive.errors import DataError, ParameterError
 
@@ -25,6 +26,7 @@ Probability = Annotated[float, Field(ge=0.0, le=1.0)]
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 
+OTHER_KIND = ("union_tag_invalid", "is_instance_of")  # faults of a mapping that is of none of the built-in kinds
 # marks a field that a pipeline takes from the recording: it is no option of a command
 FROM_RECORDING: dict[str, JsonValue] = {"from_recording": True}
 
@@ -84,9 +86,39 @@ class Model(BaseModel):
         return cls(**read_yaml(path))
 
     def to_yaml(self) -> str:
-        """Write every field, defaults too, so that the file alone repeats the run."""
-        text: str = yaml.safe_dump(self.model_dump(mode="json"), sort_keys=False)
+        """Write every field, defaults too, so that the file alone repeats the run.
+
+        Raises
+        ------
+        ParameterError
+            If a part cannot be read back from a file: an object of a class that is no model, or of no ``kind``.
+        """
+        try:
+            data = self.model_dump(mode="json")
+            type(self)(**data)
+        except (PydanticSerializationError, ParameterError) as error:
+            where, part = _unwritten(self, type(self).__name__) or (type(self).__name__, None)
+            why = str(error) if part is None else f"holds a {type(part).__name__}, which no file can say"
+            raise ParameterError(
+                f"{where}: {why}; keep the model in Python, or make that part a Model with a kind of its own."
+            ) from None
+        text: str = yaml.safe_dump(data, sort_keys=False)
         return text
+
+
+def _unwritten(model: Model, where: str) -> tuple[str, Any] | None:
+    """Find the first part of a model that a file cannot say, and the field that holds it."""
+    for name in type(model).model_fields:
+        here, value = f"{where}.{name}", getattr(model, name)
+        plain = isinstance(value, tuple | list) and not hasattr(value, "_fields")
+        for part in value if plain else (value,):
+            if isinstance(part, Model):
+                found = _unwritten(part, here)
+                if found is not None:
+                    return found
+            elif not isinstance(part, str | int | float | tuple | list | dict | None) or hasattr(part, "_fields"):
+                return here, part
+    return None
 
 
 def over_default(default: Model, given: Any) -> Any:
@@ -106,7 +138,10 @@ def over_default(default: Model, given: Any) -> Any:
 
 
 def or_own(protocol: type) -> WrapValidator:
-    """Let a field that takes built-in models take any other object with a protocol's methods, as it is."""
+    """Let a field that takes built-in models take any other object with a protocol's methods, as it is.
+
+    A mapping whose ``kind`` is that of another model with those methods, a user's own too, is read as that model.
+    """
 
     def validate(value: Any, built_in: ValidatorFunctionWrapHandler) -> Any:
         fits = isinstance(value, protocol)
@@ -114,12 +149,33 @@ def or_own(protocol: type) -> WrapValidator:
             return value
         try:
             return built_in(value)
-        except ValidationError:
+        except ValidationError as error:
             if fits:
                 return value
-            raise
+            faults = error.errors(include_url=False)
+            unknown = any(f["type"] in OTHER_KIND or f["loc"][-1:] == ("kind",) for f in faults)
+            other = _of_kind(value["kind"], protocol) if unknown and _has_kind(value) else None
+            if other is None:
+                raise
+            return other(**value)
 
     return WrapValidator(validate)
+
+
+def _has_kind(value: Any) -> bool:
+    return isinstance(value, Mapping) and isinstance(value.get("kind"), str)
+
+
+def _of_kind(kind: str, protocol: type, base: type[Model] = Model) -> type[Model] | None:
+    """Find the model of a kind with a protocol's methods, among all that have been imported."""
+    methods = [name for name in vars(protocol) if not name.startswith("_")]
+    for found in base.__subclasses__():
+        if _kind_of(found) == kind and all(hasattr(found, name) for name in methods):
+            return found
+        deeper = _of_kind(kind, protocol, found)
+        if deeper is not None:
+            return deeper
+    return None
 
 
 def read_yaml(path: str | Path) -> dict[str, Any]:

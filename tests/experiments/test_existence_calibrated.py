@@ -33,7 +33,7 @@ def drawn_from(model: BernoulliFilter | ExistenceParticleFilter, rng: Generator)
                 state = density.draw(1, None, model.sensor, model.state_names, rng).states
         else:
             state = model.motion.propagate(state, 1.0, rng)
-            if rng.random() < model.death_probability or model.sensor.log_probability(state)[0] < 0:
+            if rng.random() < model.death_probability or model.sensor.log_in_view(state)[0] < 0:
                 state = None
         present.append(state is not None)
         frames.append(model.sensor.simulate(np.empty((0, 5)) if state is None else state, rng))

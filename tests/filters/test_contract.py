@@ -16,7 +16,8 @@ from elusive import run
 from elusive.filters.accumulate._accumulated import Accumulated
 from elusive.filters.gaussian.kalman import KalmanFilter
 from elusive.filters.particle.bernoulli import BernoulliFilter
-from elusive.filters.particle.sir import GaussianPrior, ParticleFilter
+from elusive.filters.particle.sir import ParticleFilter
+from elusive.filters.priors import GaussianPrior
 from elusive.model import Model
 from elusive.motion import ConstantVelocity
 from elusive.sensors.bearings import BearingSensors

@@ -63,8 +63,8 @@ def step(model, root, state, plot, rng):
         weights = np.full(len(weights), 1 / len(weights))
     particles = propagate_linear(particles, model.motion.F(1.0), root, rng)
     allowed, log_ratio = 1.0, plot_log_likelihood(model.sensor, particles, plot)
-    if model.knowledge is not None:
-        chart = model.knowledge.log_probability(particles)
+    for member in model.knowledge:
+        chart = member.log_probability(particles)
         allowed = weights @ np.exp(chart)
         log_ratio = log_ratio + chart
     best = log_ratio.max()

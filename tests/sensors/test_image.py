@@ -7,6 +7,7 @@ import pytest
 
 from elusive.contracts import Knowledge, Sensor
 from elusive.errors import DataError, ParameterError
+from elusive.sensors.field_of_view import FieldOfView
 from elusive.sensors.image import ImageSensor
 from tests.reference import image as reference
 
@@ -106,13 +107,13 @@ def test_template_map_of_an_envelope_is_the_ratio_at_each_centre():
 @pytest.mark.parametrize("p", [0, 2])
 def test_the_field_of_view_is_where_a_patch_meets_the_frame(p):
     sensor = ImageSensor(truncation=p, **ODD)
-    assert isinstance(sensor, Knowledge)
+    assert isinstance(FieldOfView().bind(sensor), Knowledge)
     states = states_about(sensor)
     x, y = states[:, 0] / sensor.dx, states[:, 2] / sensor.dy
     inside = (x >= -p) & (x <= sensor.columns - 1 + p) & (y >= -p) & (y <= sensor.rows - 1 + p)
     assert inside.any()
     assert not inside.all()
-    np.testing.assert_array_equal(sensor.log_probability(states), np.where(inside, 0.0, -np.inf))
+    np.testing.assert_array_equal(sensor.log_in_view(states), np.where(inside, 0.0, -np.inf))
 
 
 @pytest.mark.parametrize(("intensity", "snr_db"), [(9, -0.23), (13, 2.97), (20, 6.71), (25, 8.65)])

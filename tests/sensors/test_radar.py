@@ -11,7 +11,8 @@ from elusive import run
 from elusive.contracts import Birth, DetectionSensor, Sensor
 from elusive.errors import DataError, ParameterError
 from elusive.filters.particle.bernoulli import BernoulliFilter
-from elusive.filters.particle.sir import ParticleFilter, Prior
+from elusive.filters.particle.sir import ParticleFilter
+from elusive.filters.priors import Prior
 from elusive.io import RadarPlot, RadarScan
 from elusive.motion import ConstantAcceleration, ConstantVelocity
 from elusive.sensors import RadarBirth, RadarSensor, ScanPrior

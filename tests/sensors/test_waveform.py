@@ -11,10 +11,11 @@ from elusive import run
 from elusive.contracts import Births, Knowledge, Sensor
 from elusive.errors import DataError, ParameterError
 from elusive.filters import BernoulliFilter, ParticleFilter
-from elusive.filters.particle.sir import GaussianPrior
+from elusive.filters.priors import GaussianPrior
 from elusive.model import Model
 from elusive.motion import ConstantVelocity
 from elusive.sensors import NoiseObject, NoiseObjectPath
+from elusive.sensors.field_of_view import FieldOfView
 from tests.reference.waveform import covered, log_likelihood
 
 
@@ -123,13 +124,11 @@ def test_masked_samples_and_lost_states_say_nothing() -> None:
     found = sensor.log_likelihood(states, frame)
     assert found[0] == pytest.approx(log_likelihood(sensor, states[0], frame))
     np.testing.assert_array_equal(found[1:], 0.0)
-    np.testing.assert_array_equal(sensor.log_probability(states[[0, 3, 4, 5]]), [0, -np.inf, -np.inf, -np.inf])
-    np.testing.assert_array_equal(
-        sensor.log_probability(np.array([[-2.4, 0.0], [61.4, 0], [61.6, 0]])), [0, 0, -np.inf]
-    )
+    np.testing.assert_array_equal(sensor.log_in_view(states[[0, 3, 4, 5]]), [0, -np.inf, -np.inf, -np.inf])
+    np.testing.assert_array_equal(sensor.log_in_view(np.array([[-2.4, 0.0], [61.4, 0], [61.6, 0]])), [0, 0, -np.inf])
     everywhere = NoiseObject(shape=(60,))
     np.testing.assert_array_equal(everywhere.log_likelihood(states[1:3], frame), 0.0)
-    np.testing.assert_array_equal(everywhere.log_probability(states[[0, 3]]), 0.0)
+    np.testing.assert_array_equal(everywhere.log_in_view(states[[0, 3]]), 0.0)
 
 
 @pytest.mark.parametrize("border", ["circular", "bounded"])
@@ -179,11 +178,11 @@ class Anywhere(Model):
 def test_a_particle_filter_follows_it_in_one_dimension() -> None:
     sensor = NoiseObject(shape=(80,), object_size=7, object_deviation=3.0, border="bounded")
     assert isinstance(sensor, Sensor)
-    assert isinstance(sensor, Knowledge)
+    assert isinstance(FieldOfView().bind(sensor), Knowledge)
     path = NoiseObjectPath(start=(20,), velocity=(0.6,))
     recording = sensor.simulate_sequence(40, [path], np.random.default_rng(7))
     prior = GaussianPrior(mean=(20, 0.5), covariance=((16, 0), (0, 0.1)))
-    model = ParticleFilter(motion=Walk(), sensor=sensor, prior=prior, knowledge=sensor, particles=1500)
+    model = ParticleFilter(motion=Walk(), sensor=sensor, prior=prior, knowledge=(FieldOfView(),), particles=1500)
     *_, state = run(model, recording.frames, np.random.default_rng(8), start_s=-1.0)
     assert abs(state.mean[0] - recording.truth[-1, 0, 0]) < 2
     # the filter's evidence is what tells a wrong deviation

@@ -11,7 +11,8 @@ from scipy.special import expit, logit
 from scipy.stats import norm
 
 from elusive.errors import DataError, ParameterError
-from elusive.filters.particle.sir import GaussianPrior, ParticleFilter
+from elusive.filters.particle.sir import ParticleFilter
+from elusive.filters.priors import GaussianPrior
 from elusive.motion import ConstantVelocity
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarPlot, scan_of
@@ -39,7 +40,11 @@ class Shore:
 
 def follower(sensor, knowledge=None, q=0.4, particles=1000):
     return ParticleFilter(
-        motion=ConstantVelocity(q=q), sensor=sensor, prior=NOWHERE, knowledge=knowledge, particles=particles
+        motion=ConstantVelocity(q=q),
+        sensor=sensor,
+        prior=NOWHERE,
+        knowledge=() if knowledge is None else (knowledge,),
+        particles=particles,
     )
 
 

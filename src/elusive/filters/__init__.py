@@ -18,7 +18,8 @@ from elusive.filters.particle.mode import densest
 from elusive.filters.particle.particle_map import map_estimate, marginal_mode
 from elusive.filters.particle.recorded import RecordedFilter, RecordedState
 from elusive.filters.particle.resampling import effective_sample_size, resample
-from elusive.filters.particle.sir import GaussianPrior, ParticleFilter, ParticleState
+from elusive.filters.particle.sir import ParticleFilter, ParticleState
+from elusive.filters.priors import GaussianPrior
 
 __all__ = [
     "BatchMaximum",

@@ -6,12 +6,14 @@ Bootsveld (2012), section 8.2, draws the coast's error anew at every step; here 
 
 from __future__ import annotations
 
+from typing import Annotated, Literal
+
 import numpy as np
 from numpy.random import Generator
 from pydantic import ConfigDict, Field, SerializeAsAny
 
 from elusive.contracts import Array, Motion, X, Y
-from elusive.model import Model, Positive
+from elusive.model import Model, Positive, or_own
 
 
 class WithCoastError(Model):
@@ -23,7 +25,8 @@ class WithCoastError(Model):
 
     model_config = ConfigDict(arbitrary_types_allowed=True)
 
-    motion: SerializeAsAny[Motion] = Field(description="How the target moves")
+    kind: Literal["coast_error"] = "coast_error"
+    motion: Annotated[SerializeAsAny[Motion], or_own(Motion)] = Field(description="How the target moves")
     correlation_m: Positive = Field(200.0, description="Distance over which the error's correlation falls to 1/e [m]")
 
     @property

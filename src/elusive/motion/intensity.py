@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.random import Generator
@@ -28,6 +28,7 @@ KinematicMotion = Annotated[
 class WithIntensity(LinearModel):
     """Any motion with an intensity that walks at random, added as the last component."""
 
+    kind: Literal["intensity"] = "intensity"
     motion: KinematicMotion = Field(ConstantVelocity(), description="How the target moves")
     q_intensity: NonNegative = Field(0.01, description="Power of the intensity's random walk, q2 [I^2 / s]")
 

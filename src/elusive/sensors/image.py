@@ -133,8 +133,8 @@ class ImageSensor(Model):
         centred[:, X], centred[:, Y], centred[:, INTENSITY] = c.ravel() * self.dx, r.ravel() * self.dy, intensity
         return self.log_likelihood(centred, frame).reshape(self.shape)
 
-    def log_probability(self, states: Array) -> Array:
-        """Knowledge of the field of view: 0 where a target affects a cell of the frame, else minus infinity."""
+    def log_in_view(self, states: Array) -> Array:
+        """0 where a target affects a cell of the frame, else minus infinity."""
         from elusive.sensors import _kernels
 
         return _kernels.in_view(states, self.dx, self.dy, self.columns, self.rows, self.truncation)

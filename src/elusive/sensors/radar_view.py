@@ -187,6 +187,11 @@ class RadarView(Model):
         """Whether states lie in the field of view, ``(N,)``."""
         return self.sees(*self.measured(states)[:2])
 
+    def log_in_view(self, states: Array) -> Array:
+        """0 of a state in the field of view, minus infinity of any other, ``(N, d) -> (N,)``."""
+        distance, bearing, _ = self.measured(states)
+        return np.where(self.sees(distance, bearing), 0.0, -np.inf)
+
     def sees(self, range_m: ArrayLike, bearing_rad: ArrayLike) -> NDArray[np.bool_]:
         """Whether places lie in the field of view, ``(N,)``."""
         low, high, half = self.limits

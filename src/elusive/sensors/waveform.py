@@ -202,8 +202,8 @@ class NoiseObject(Model):
         y = np.zeros(len(x)) if line else np.ascontiguousarray(places[:, 1])
         return _waveform_kernels.covered_sums(ratio, x, y, size, 1 if line else size, self.border == "circular")
 
-    def log_probability(self, states: Array) -> Array:
-        """Knowledge of the field of view: 0 where the object covers a sample of the frame, else minus infinity."""
+    def log_in_view(self, states: Array) -> Array:
+        """0 where the object covers a sample of the frame, else minus infinity."""
         if self.border == "circular":
             return np.zeros(len(states))
         first = np.ceil(self._places(states) - 0.5 * self.object_size)

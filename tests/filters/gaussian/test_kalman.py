@@ -10,7 +10,7 @@ from scipy.stats import multivariate_normal
 from elusive import run
 from elusive.errors import DataError, ElusiveError
 from elusive.filters.gaussian.kalman import KalmanFilter, smoothed
-from elusive.filters.particle.sir import GaussianPrior
+from elusive.filters.priors import GaussianPrior
 from elusive.motion import ConstantAcceleration, ConstantVelocity, CoordinatedTurn
 
 RNG = np.random.default_rng(0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import tracemalloc
 
 import numpy as np
@@ -241,6 +242,7 @@ def test_memory_stays_flat_over_a_long_stream():
         before = tracemalloc.get_traced_memory()[0]
         for _ in stream:
             pass
+        gc.collect()
         grown = tracemalloc.get_traced_memory()[0] - before
         peak = tracemalloc.get_traced_memory()[1] - before
     finally:

@@ -60,7 +60,7 @@ class Start:
 def followed(parameters, measurements, seed, particles=4000):
     motion, knowledge = with_coast(Drifting(), ExactWater(), SHORE, parameters)
     filter_ = ParticleFilter(
-        motion=motion, sensor=Place(), prior=Start(motion), knowledge=knowledge, particles=particles
+        motion=motion, sensor=Place(), prior=Start(motion), knowledge=(knowledge,), particles=particles
     )
     rng = np.random.default_rng(seed)
     state = filter_.init(rng, 0.0)
@@ -199,7 +199,7 @@ def test_a_chart_30_m_off_is_found_out():
         way, coast, bias, motion, rng = in_a_channel(seed)
         parameters = CoastError(coast_error="bias", bias_sd_m=30.0)
         motion, knowledge = with_coast(motion, HardWater() if seed % 2 else FieldWater(), coast, parameters)
-        filter_ = ParticleFilter(motion=motion, sensor=Fix(), prior=Departure(), particles=500, knowledge=knowledge)
+        filter_ = ParticleFilter(motion=motion, sensor=Fix(), prior=Departure(), particles=500, knowledge=(knowledge,))
         state = filter_.init(rng, 0.0)
         for place in way:
             before, state = (
@@ -228,9 +228,9 @@ def test_each_kind_joins_what_belongs_together():
         parameters = CoastError(coast_error=kind, coast_correlation_m=70.0)
         moving, knowledge = with_coast(motion, ExactWater(), SHORE, parameters)
         assert (type(moving), type(knowledge)) == (carrying, knowing)
-        assert (coast_bias(knowledge) is None) == (kind != "bias")
+        assert (coast_bias((knowledge,)) is None) == (kind != "bias")
         if kind != "bias":
-            assert learn_bias(knowledge, [], parameters) is knowledge
+            assert learn_bias((knowledge,), [], parameters) == (knowledge,)
         states = complete(moving, np.zeros((5, 4)), np.random.default_rng(0))
         assert np.isfinite(knowledge.log_probability(states)).all()
     assert with_coast(motion, ExactWater(), SHORE, CoastError(coast_error="persistent"))[0].correlation_m == 200.0

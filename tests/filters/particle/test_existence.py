@@ -66,7 +66,7 @@ def test_a_missing_frame_is_a_prediction():
     present = state.existence
     assert abs(present - 0.3) < 5 * np.sqrt(0.21 / 40_000)
     after = model.step(state, state.time_s + 1, None, np.random.default_rng(5))
-    stays = np.exp(model.sensor.log_probability(state.particles[state.present]))
+    stays = np.exp(model.sensor.log_in_view(state.particles[state.present]))
     assert stays.all()
     expected = 0.8 * present + 0.1 * (1 - present)
     assert abs(after.existence - expected) < 5 * np.sqrt(expected / 40_000)

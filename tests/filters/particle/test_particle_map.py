@@ -12,7 +12,8 @@ from elusive.charts import HardWater, IntervalWater
 from elusive.errors import DataError, ParameterError
 from elusive.filters.particle.estimates import marginal_map
 from elusive.filters.particle.particle_map import map_estimate, marginal_mode
-from elusive.filters.particle.sir import GaussianPrior, ParticleFilter, ParticleState
+from elusive.filters.particle.sir import ParticleFilter, ParticleState
+from elusive.filters.priors import GaussianPrior
 from elusive.motion import ConstantAcceleration, ConstantTurnRateVelocity, ConstantVelocity, CoordinatedTurn
 from elusive.sensors.radar import RadarSensor
 from tests.charts.shapes import land
@@ -52,7 +53,12 @@ def two_steps(motion, knowledge, n, rng):
         mean=(*SHIP[0], *(0.0,) * (d - 4)), covariance=np.diag([40.0, 4, 60, 4, 0.01, 0.01][:d]).tolist()
     )
     model = ParticleFilter(
-        motion=motion, sensor=SENSOR, prior=prior, knowledge=knowledge, particles=n, resample_below=0.1
+        motion=motion,
+        sensor=SENSOR,
+        prior=prior,
+        knowledge=() if knowledge is None else (knowledge,),
+        particles=n,
+        resample_below=0.1,
     )
     before = model.update(model.init(rng, 0.0), SENSOR.simulate(SHIP, rng))
     seen = SENSOR.simulate(SHIP + np.array([0, 0, 7.0, 0]), rng)
@@ -114,7 +120,7 @@ def test_modes_of_the_canal(mean, sigma, mode):
         motion=Line(),
         sensor=Far(),
         prior=GaussianPrior(mean=(mean,), covariance=((0.0,),)),
-        knowledge=canal,
+        knowledge=(canal,),
         particles=20_000,
         recover_below=0.0,
     )
@@ -152,7 +158,7 @@ def test_the_map_left_out_of_a_step_is_left_out_of_the_estimate():
     rng = np.random.default_rng(4)
     model, before, after, seen = two_steps(ConstantVelocity(q=2.0), island, 500, rng)
     assert after.forbidden
-    free = model.replace(knowledge=None)
+    free = model.replace(knowledge=())
     found, expected = (map_estimate(one, before, after, seen, rng, EVERY, EVERY) for one in (model, free))
     np.testing.assert_array_equal(found, expected)
 

@@ -11,7 +11,8 @@ from elusive import run
 from elusive.charts import ExactWater, HardWater, IntervalWater
 from elusive.errors import DataError, ParameterError
 from elusive.filters.particle import _particle_kernels
-from elusive.filters.particle.sir import GaussianPrior, ParticleFilter
+from elusive.filters.particle.sir import ParticleFilter
+from elusive.filters.priors import GaussianPrior
 from elusive.motion import ConstantVelocity
 from tests.charts.shapes import land
 from tests.reference import particle as reference
@@ -121,7 +122,7 @@ def test_without_a_measurement_the_evidence_is_one():
 
 def test_a_map_keeps_the_belief_off_the_land():
     n = 20_000
-    still = {"motion": ConstantVelocity(q=0.0), "sensor": Fix(), "particles": n, "knowledge": Shore(0.5)}
+    still = {"motion": ConstantVelocity(q=0.0), "sensor": Fix(), "particles": n, "knowledge": (Shore(0.5),)}
     model = ParticleFilter(prior=prior(np.diag([1.0, 0, 1.0, 0]), (0.0,) * 4), **still)
     state = model.init(np.random.default_rng(1), 0.0)
     assert (state.particles[state.weights > 0, 0] > 0.5).all()
@@ -143,7 +144,7 @@ def test_evidence_and_what_the_map_allows_in_closed_form():
     still = ParticleFilter(
         motion=ConstantVelocity(q=0.0),
         sensor=Fix(),
-        knowledge=knowledge,
+        knowledge=(knowledge,),
         prior=prior(np.diag([4.0, 0, 1.0, 0]), (0.0,) * 4),
         particles=n,
     )
@@ -153,7 +154,7 @@ def test_evidence_and_what_the_map_allows_in_closed_form():
     phi = knowledge.probability(state.particles[:, [0, 2]])
     assert state.allowed == pytest.approx(allowed, abs=5 * phi.std() / np.sqrt(n))
     # one measurement under the map, the map's own evidence not counted twice
-    free = still.replace(knowledge=None).init(np.random.default_rng(8), 0.0)
+    free = still.replace(knowledge=()).init(np.random.default_rng(8), 0.0)
     state = still.step(free, free.time_s + 1, fix, np.random.default_rng(9))
     seen = norm.pdf(fix[0], 0, np.sqrt(4.5)) * norm.pdf(fix[1], 0, np.sqrt(1.5))
     joint = seen * norm.cdf((mean - bank) / np.sqrt(variance + sigma**2))
@@ -162,7 +163,7 @@ def test_evidence_and_what_the_map_allows_in_closed_form():
     assert state.log_evidence + np.log(state.allowed) == pytest.approx(np.log(joint), abs=error)
     assert state.log_evidence == pytest.approx(np.log(joint / allowed), abs=error)
     assert not state.forbidden
-    unmapped = still.replace(knowledge=None).step(free, free.time_s + 1, fix, np.random.default_rng(9))
+    unmapped = still.replace(knowledge=()).step(free, free.time_s + 1, fix, np.random.default_rng(9))
     assert unmapped.log_evidence == pytest.approx(np.log(seen), abs=error)
     assert (unmapped.allowed, unmapped.forbidden) == (1.0, False)
 
@@ -184,7 +185,7 @@ def test_a_ship_where_the_map_has_land_is_followed_and_it_is_said(name):
         motion=ConstantVelocity(q=0.5),
         sensor=Fix(),
         prior=prior(P0, (0.0, 5.0, 0.0, 0.0)),
-        knowledge=FORBIDDING[name],
+        knowledge=(FORBIDDING[name],),
         particles=1000,
     )
     rng = np.random.default_rng(10)
@@ -214,7 +215,7 @@ def test_a_ship_that_crosses_a_hard_coast_slowly_is_not_lost_for_good():
         motion=ConstantVelocity(q=0.02),
         sensor=Fix(),
         prior=prior(P0, (20.0, 0.5, 0.0, 0.0)),
-        knowledge=FORBIDDING["minus infinity"],
+        knowledge=(FORBIDDING["minus infinity"],),
         particles=1000,
     )
     rng = np.random.default_rng(12)
@@ -233,7 +234,7 @@ def test_a_ship_that_crosses_a_hard_coast_slowly_is_not_lost_for_good():
 
 def test_a_step_is_a_prediction_and_an_update():
     model = ParticleFilter(
-        motion=ConstantVelocity(q=0.05), sensor=Fix(), prior=prior(), knowledge=Shore(0.2), particles=300
+        motion=ConstantVelocity(q=0.05), sensor=Fix(), prior=prior(), knowledge=(Shore(0.2),), particles=300
     )
     state, seen = model.init(np.random.default_rng(14), 0.0), np.array([0.4, 0.1])
     predicted = model.predict(state, 1.0, np.random.default_rng(15))
@@ -251,7 +252,9 @@ def test_a_step_is_a_prediction_and_an_update():
 
 def test_a_map_that_forbids_the_whole_start_is_left_out():
     """A prior on land, and no measurement yet: the filter begins without the map."""
-    model = ParticleFilter(motion=ConstantVelocity(), sensor=Fix(), prior=prior(), knowledge=Shore(1e6), particles=500)
+    model = ParticleFilter(
+        motion=ConstantVelocity(), sensor=Fix(), prior=prior(), knowledge=(Shore(1e6),), particles=500
+    )
     state = model.init(np.random.default_rng(4), 0.0)
     assert (state.allowed, state.forbidden, state.log_evidence) == (0.0, True, pytest.approx(0.0, abs=1e-12))
     assert state.weights == pytest.approx(np.full(500, 1 / 500))
@@ -266,7 +269,7 @@ class Blind:
         return np.where(states[:, 0] > measurement, -2.0, -np.inf)
 
 
-@pytest.mark.parametrize("knowledge", [None, Shore(-1e6), Shore(1e6)])
+@pytest.mark.parametrize("knowledge", [(), (Shore(-1e6),), (Shore(1e6),)])
 def test_where_nothing_explains_the_measurement_it_says_so_and_goes_on(knowledge):
     model = ParticleFilter(
         motion=ConstantVelocity(q=0.05), sensor=Blind(), prior=prior(), knowledge=knowledge, particles=500
@@ -276,7 +279,7 @@ def test_where_nothing_explains_the_measurement_it_says_so_and_goes_on(knowledge
         assert state.log_evidence == -np.inf
         assert np.isfinite(state.mean).all()
         assert state.weights.sum() == pytest.approx(1)
-        assert state.forbidden == (getattr(knowledge, "x", 0) > 0)
+        assert state.forbidden == any(shore.x > 0 for shore in knowledge)
     assert states[2].log_evidence == pytest.approx(-2.0)
 
 
@@ -307,7 +310,7 @@ def test_logarithms_that_are_none_are_refused(values, said):
     wrong = Shore(0.0)
     wrong.log_probability = lambda states: values
     with pytest.raises(DataError, match=said.replace("likelihood", "probability")):
-        model.replace(knowledge=wrong).init(np.random.default_rng(0), 0.0)
+        model.replace(knowledge=(wrong,)).init(np.random.default_rng(0), 0.0)
 
 
 def test_the_kernel_agrees_with_its_twin():

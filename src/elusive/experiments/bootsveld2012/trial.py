@@ -55,7 +55,13 @@ def draw(case: ShipCase, rng: Generator) -> Draw:
 def filter_of(case: ShipCase, run: Draw, known: Knowledge | None, particles: int) -> ParticleFilter:
     """Return the filter of one run; its prior is the first plot's."""
     prior = ScanPrior(case.radar, run.scans[0])
-    return ParticleFilter(motion=case.motion, sensor=case.radar, prior=prior, knowledge=known, particles=particles)
+    return ParticleFilter(
+        motion=case.motion,
+        sensor=case.radar,
+        prior=prior,
+        knowledge=() if known is None else (known,),
+        particles=particles,
+    )
 
 
 def follow(model: ParticleFilter, run: Draw) -> Iterator[Step]:

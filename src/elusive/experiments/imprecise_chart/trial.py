@@ -105,11 +105,12 @@ def follow(parameters: ImpreciseChartTrial, case: Case, drawn: Run, rng: Generat
     motion: Motion = ConstantVelocity(q=(parameters.max_acceleration_mps2 / 3) ** 2)
     if case.coast_error == "persistent":
         motion = WithCoastError(motion=motion)
+    known = charts(parameters.fine, parameters.coarse).knowledge(case)
     chosen = ParticleFilter(
         motion=motion,
         sensor=drawn.sensor,
         prior=FirstPlot(drawn, motion),
-        knowledge=charts(parameters.fine, parameters.coarse).knowledge(case),
+        knowledge=() if known is None else (known,),
         particles=parameters.particles,
     )
     states = [chosen.init(rng, drawn.scans[0].time_s)]

@@ -22,7 +22,7 @@ from elusive.filters.gaussian._block_kernels import marginals
 from elusive.filters.gaussian._interacting_kernels import Bank, advanced, combined, mixed
 from elusive.filters.gaussian.parts import AnyMotion
 from elusive.filters.gaussian.problem import Problem, Setting
-from elusive.filters.particle.sir import GaussianPrior
+from elusive.filters.priors import GaussianPrior
 from elusive.model import Positive
 from elusive.motion import ConstantAcceleration, ConstantTurnRateVelocity, ConstantVelocity
 from elusive.runner import timed

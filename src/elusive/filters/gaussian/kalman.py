@@ -20,7 +20,7 @@ from elusive.errors import DataError
 from elusive.filters.gaussian.linearised import linearised
 from elusive.filters.gaussian.moments import Moved, moved
 from elusive.filters.gaussian.parts import AnyMotion, AnySensor, check_fits
-from elusive.filters.particle.sir import GaussianPrior
+from elusive.filters.priors import GaussianPrior
 from elusive.model import Model
 
 LOG_TURN = math.log(2 * math.pi)

@@ -8,7 +8,7 @@ from pydantic import Field, SerializeAsAny
 
 from elusive.contracts import Motion
 from elusive.filters.gaussian.linearised import ResidualSensor
-from elusive.filters.particle.sir import GaussianPrior
+from elusive.filters.priors import GaussianPrior
 from elusive.model import or_own
 from elusive.motion import (
     ConstantAcceleration,

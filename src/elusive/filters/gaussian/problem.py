@@ -28,7 +28,7 @@ from elusive.filters.gaussian.parts import PLACE_SENSORS, AnyMotion, AnySensor, 
 from elusive.filters.gaussian.plain_stretch import PlainStretch
 from elusive.filters.gaussian.robust import LOSSES
 from elusive.filters.gaussian.transitions import FLOOR, AngleBias, Transitions, tabled, transitions_of
-from elusive.filters.particle.sir import GaussianPrior
+from elusive.filters.priors import GaussianPrior
 from elusive.model import Model, NonNegative, Positive
 from elusive.motion import ConstantVelocity
 from elusive.sensors.bearing_table import tabulated

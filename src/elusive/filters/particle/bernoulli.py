@@ -9,20 +9,30 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
-from typing import Any, Literal, NamedTuple, Self, cast
+from typing import Any, Literal, NamedTuple, Self
 
 import numpy as np
 from numpy.random import Generator
 from pydantic import Field, model_validator
 
-from elusive.contracts import Array, Knowledge, interval_since
+from elusive.contracts import Array, interval_since
 from elusive.errors import DataError
 from elusive.filters.particle import _kernels
 from elusive.filters.particle.births import MeasurementBirth
-from elusive.filters.particle.parts import AnyBirth, AnyMotion, AnySensor, check_amplitude, switching
+from elusive.filters.particle.parts import (
+    AnyBirth,
+    AnyKnowledge,
+    AnyMotion,
+    AnySensor,
+    Known,
+    allowed_by,
+    check_amplitude,
+    switching,
+)
 from elusive.filters.particle.resampling import Scheme, resample
-from elusive.model import Model, Probability
+from elusive.model import FROM_RECORDING, Model, Probability
 from elusive.motion import WithIntensity
+from elusive.sensors.field_of_view import FieldOfView
 from elusive.sensors.image import ImageSensor
 
 LEAST_LOG_ODDS = -700.0  # of existence, below which it is zero
@@ -42,14 +52,17 @@ class BernoulliState(NamedTuple):
 class BernoulliFilter(Model):
     """Detects and tracks one target that appears, moves and disappears.
 
-    Mass that leaves the field of view (where the sensor has one) counts as absence, so that a target that
-    comes back is found anew.
+    Knowledge of where a target can be is a part of the evidence, and so of existence. The field of view is another
+    thing: mass that leaves it counts as absence, so that a target that comes back is found anew.
     """
 
     kind: Literal["bernoulli"] = "bernoulli"
     motion: AnyMotion = Field(WithIntensity(), description="How the target moves")
     sensor: AnySensor = Field(ImageSensor(), description="What a frame says of a state")
     birth: AnyBirth = Field(MeasurementBirth(), description="Where a target appears, p_b and q_b")
+    knowledge: tuple[AnyKnowledge, ...] = Field(
+        (FieldOfView(),), description="Where a target can be: the sensor's view, maps", json_schema_extra=FROM_RECORDING
+    )
     birth_probability: Probability = Field(0.05, description="Probability that a target appears in 1 s, P_b, eq. 3")
     death_probability: Probability = Field(0.05, description="Probability that it disappears in 1 s, P_d, eq. 4")
     initial_existence: Probability = Field(0.05, description="Probability of existence before the first frame, mu_1")
@@ -68,13 +81,16 @@ class BernoulliFilter(Model):
         return self.motion.state_names
 
     @cached_property
-    def _has_edges(self) -> bool:
-        return isinstance(self.sensor, Knowledge)
+    def _known(self) -> Known:
+        return Known.of(self.knowledge, self.sensor)
 
     def init(self, rng: Generator, time_s: float = math.nan) -> BernoulliState:
         """Return the belief before the first frame: the birth density, and the initial existence."""
         births = self.birth.draw(self.particles, None, self.sensor, self.state_names, rng)
-        weights, _ = _kernels.weigh(births.log_ratio - math.log(self.particles))
+        log_prior = births.log_ratio - math.log(self.particles)
+        if self._known.maps:
+            log_prior = log_prior + allowed_by(self._known.maps, births.states)
+        weights, _ = _kernels.weigh(log_prior)
         moments = _kernels.moments(births.states, weights)
         return BernoulliState(time_s, self.initial_existence, births.states, weights, *moments)
 
@@ -105,11 +121,13 @@ class BernoulliFilter(Model):
         log_prior[:n] = _log(alive / n)
         log_prior[n:] = births.log_ratio + _log(born / self.newborns)
         left = 0.0
-        if self._has_edges:
-            stay = cast(Knowledge, self.sensor).log_probability(states)[:n]
+        if self._known.views:
+            stay = allowed_by(self._known.views, states[:n])
             if stay.any():
                 log_prior[:n] += stay
                 left = alive * (1 - float(np.exp(stay).sum()) / n)
+        if self._known.maps:
+            log_prior += allowed_by(self._known.maps, states)
         absent = disappears * state.existence + (1 - appears) * (1 - state.existence) + left
         return self._posterior(time_s, states, log_prior, measurement, absent)
 

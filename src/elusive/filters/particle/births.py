@@ -7,7 +7,7 @@ A proposal other than the birth density must be paid for: the weight carries ``p
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple, Protocol
 
 import numpy as np
 from numpy.random import Generator
@@ -18,9 +18,40 @@ from elusive.contracts import Array, Births
 from elusive.errors import ParameterError
 from elusive.filters.particle import _kernels
 from elusive.model import Model, NonNegative
-from elusive.sensors.image import ImageSensor
 
 PAPER_SPREAD = 5.0 / (2 * np.pi * 0.7**2 * 3.0)  # I0 +- 5 at Sigma = .7, sigma = 3, in noise deviations
+
+
+class CellSensor(Protocol):
+    """A sensor of frames of cells. What else a birth asks of it has a default where the sensor does not say."""
+
+    @property
+    def rows(self) -> int:
+        """Rows of a frame."""
+
+    @property
+    def columns(self) -> int:
+        """Columns of a frame."""
+
+
+class Optics(NamedTuple):
+    """What a sensor says of its cells; those of a user's own are squares of side 1, noise and gain are 1 as well."""
+
+    dx: float
+    dy: float
+    noise_sigma: float
+    gain: float
+
+    @classmethod
+    def of(cls, sensor: Any) -> Optics:
+        """Ask a sensor."""
+        return cls(*(getattr(sensor, name, 1.0) for name in cls._fields))
+
+
+def intensity_of(sensor: Any, snr_db: float) -> float:
+    """Return the intensity of a target whose peak is so far above the noise, in the sensor's units."""
+    said = getattr(sensor, "intensity_of", None)
+    return float(10 ** (snr_db / 20) if said is None else said(snr_db))
 
 
 class _Ranges(NamedTuple):
@@ -43,25 +74,25 @@ class UniformBirth(Model):
         6.0, description="Deviation of a newborn's turn rate, if it has one [deg / s]"
     )
 
-    def intensity_range(self, sensor: ImageSensor) -> tuple[float, float]:
+    def intensity_range(self, sensor: CellSensor) -> tuple[float, float]:
         """Lowest and highest intensity of a newborn, in the sensor's units; never below zero."""
-        middle = sensor.intensity_of(self.snr_db)
-        spread = self.amplitude_spread * sensor.noise_sigma / sensor.gain
+        middle, optics = intensity_of(sensor, self.snr_db), Optics.of(sensor)
+        spread = self.amplitude_spread * optics.noise_sigma / optics.gain
         return max(0.0, middle - spread), middle + spread
 
     def draw(
-        self, n: int, measurement: Array | None, sensor: ImageSensor, state_names: tuple[str, ...], rng: Generator
+        self, n: int, measurement: Array | None, sensor: CellSensor, state_names: tuple[str, ...], rng: Generator
     ) -> Births:
         """Draw ``n`` newborn states and the logarithm of ``p_b / q_b``."""
         cells = rng.integers(sensor.rows * sensor.columns, size=n)
         return Births(self._in_cells(cells, sensor, state_names, rng), np.zeros(n))
 
     def _in_cells(
-        self, cells: NDArray[np.int64], sensor: ImageSensor, state_names: tuple[str, ...], rng: Generator
+        self, cells: NDArray[np.int64], sensor: CellSensor, state_names: tuple[str, ...], rng: Generator
     ) -> Array:
         """Draw one newborn somewhere in each cell (flat index)."""
         low, high, deviation = self._ranges(sensor, state_names)
-        pitch = (sensor.dx, sensor.dy)
+        pitch = Optics.of(sensor)[:2]
         columns = rng.random((len(low), len(cells)))
         _kernels.fill_newborns(columns, cells, sensor.columns, pitch, low, high)
         if deviation is not None:
@@ -69,20 +100,21 @@ class UniformBirth(Model):
         return columns.T
 
     @cached_property
-    def _known(self) -> dict[tuple[str, ...], tuple[ImageSensor, _Ranges]]:
+    def _known(self) -> dict[tuple[str, ...], tuple[CellSensor, _Ranges]]:
         """The ranges last asked for: a filter asks the same at each step."""
         return {}
 
-    def _ranges(self, sensor: ImageSensor, state_names: tuple[str, ...]) -> _Ranges:
+    def _ranges(self, sensor: CellSensor, state_names: tuple[str, ...]) -> _Ranges:
         """Lowest and highest value and Gaussian deviation of each component about the cell's centre."""
         if state_names in self._known and self._known[state_names][0] is sensor:
             return self._known[state_names][1]
         low, high, deviation = np.zeros((3, len(state_names)))
+        dx, dy, *_ = Optics.of(sensor)
         known = {
-            "x": (-sensor.dx / 2, sensor.dx / 2, 0.0),
-            "y": (-sensor.dy / 2, sensor.dy / 2, 0.0),
-            "vx": (-self.max_speed * sensor.dx, self.max_speed * sensor.dx, 0.0),
-            "vy": (-self.max_speed * sensor.dy, self.max_speed * sensor.dy, 0.0),
+            "x": (-dx / 2, dx / 2, 0.0),
+            "y": (-dy / 2, dy / 2, 0.0),
+            "vx": (-self.max_speed * dx, self.max_speed * dx, 0.0),
+            "vy": (-self.max_speed * dy, self.max_speed * dy, 0.0),
             "intensity": (*self.intensity_range(sensor), 0.0),
             "ax": (0.0, 0.0, self.acceleration_sd),
             "ay": (0.0, 0.0, self.acceleration_sd),
@@ -102,12 +134,12 @@ class _ProposedBirth(UniformBirth):
 
     uniform_share: float = Field(0.1, gt=0, le=1, description="Share of newborns whose cell is drawn uniformly")
 
-    def log_preference(self, frame: Array, sensor: ImageSensor) -> Array:
+    def log_preference(self, frame: Array, sensor: CellSensor) -> Array:
         """Log of what the other newborns' cells are drawn in proportion to, ``(rows, columns)``."""
         raise AttributeError(f"{type(self).__name__} proposes no cells.")
 
     def draw(
-        self, n: int, measurement: Array | None, sensor: ImageSensor, state_names: tuple[str, ...], rng: Generator
+        self, n: int, measurement: Array | None, sensor: CellSensor, state_names: tuple[str, ...], rng: Generator
     ) -> Births:
         """Draw ``n`` newborn states and the logarithm of ``p_b / q_b``; without a frame, uniformly."""
         if measurement is None:
@@ -123,9 +155,9 @@ class BrightBirth(_ProposedBirth):
     kind: Literal["bright"] = "bright"  # type: ignore[assignment]
     threshold: float = Field(2.0, description="Height above which a cell is bright [noise deviations]")
 
-    def log_preference(self, frame: Array, sensor: ImageSensor) -> Array:
+    def log_preference(self, frame: Array, sensor: CellSensor) -> Array:
         """0 on bright cells, minus infinity elsewhere; where no cell is bright, 0 everywhere."""
-        bright = frame > self.threshold * sensor.noise_sigma
+        bright = frame > self.threshold * Optics.of(sensor).noise_sigma
         return np.where(bright | ~bright.any(), 0.0, -np.inf)
 
 
@@ -134,9 +166,9 @@ class MeasurementBirth(_ProposedBirth):
 
     kind: Literal["measurement"] = "measurement"  # type: ignore[assignment]
 
-    def log_preference(self, frame: Array, sensor: ImageSensor) -> Array:
+    def log_preference(self, frame: Array, sensor: Any) -> Array:
         """Template log likelihood ratio of each cell."""
-        return sensor.birth_map(frame, sensor.intensity_of(self.snr_db))
+        return np.asarray(sensor.birth_map(frame, intensity_of(sensor, self.snr_db)), dtype=np.float64)
 
 
 ImageBirth = Annotated[UniformBirth | BrightBirth | MeasurementBirth, Field(discriminator="kind")]

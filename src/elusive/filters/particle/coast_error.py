@@ -15,6 +15,7 @@ from pydantic import Field
 
 from elusive.charts import BiasedWater, Coast, CoastBias, DisplacedWater, WaterModel
 from elusive.contracts import Array, Knowledge, Motion, X, Y
+from elusive.filters.particle.parts import AnyKnowledge
 from elusive.filters.particle.sir import ParticleState
 from elusive.model import Model, Positive
 from elusive.motion import WithCoastError
@@ -68,30 +69,36 @@ def with_coast(
 
 
 def learn_bias(
-    knowledge: Knowledge | None, steps: Iterable[tuple[ParticleState, ParticleState]], parameters: CoastError
-) -> Knowledge | None:
-    """Return the knowledge after some ships moved; it is given back as it is where no bias is estimated.
+    knowledge: tuple[AnyKnowledge, ...],
+    steps: Iterable[tuple[ParticleState, ParticleState]],
+    parameters: CoastError,
+) -> tuple[AnyKnowledge, ...]:
+    """Return a filter's knowledge after some ships moved; it is given back as it is where no bias is estimated.
 
     Parameters
     ----------
     knowledge
-        From :func:`with_coast`, or from here.
+        Of the filter: what :func:`with_coast` gave, or this function, and whatever else it knows.
     steps
         Belief before and after one step, of each ship that is believed in.
     parameters
         How the coast's error behaves: places close by meet the same error, and their evidence counts once.
     """
-    if isinstance(knowledge, BiasedWater):
-        for before, after in steps:
-            moved_m = float(np.hypot(*(after.mean - before.mean)[[X, Y]]))
-            kept = math.exp(-moved_m / parameters.coast_correlation_m)
-            knowledge = knowledge.learn(after.particles, after.weights, kept)
+    if not any(isinstance(member, BiasedWater) for member in knowledge):
+        return knowledge
+    for before, after in steps:
+        moved_m = float(np.hypot(*(after.mean - before.mean)[[X, Y]]))
+        kept = math.exp(-moved_m / parameters.coast_correlation_m)
+        knowledge = tuple(
+            member.learn(after.particles, after.weights, kept) if isinstance(member, BiasedWater) else member
+            for member in knowledge
+        )
     return knowledge
 
 
-def coast_bias(knowledge: Knowledge | None) -> CoastBias | None:
+def coast_bias(knowledge: tuple[AnyKnowledge, ...]) -> CoastBias | None:
     """Return the estimate of the chart's bias; None where none is estimated."""
-    return knowledge.bias if isinstance(knowledge, BiasedWater) else None
+    return next((member.bias for member in knowledge if isinstance(member, BiasedWater)), None)
 
 
 def anchored_probability(state_names: Sequence[str], particles: Array, weights: Array) -> float | None:

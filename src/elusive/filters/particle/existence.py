@@ -7,6 +7,7 @@ Amrouche, Khenchaf and Berkani (2018), table 1 and eqs. 17-21. Kept as the refer
 from __future__ import annotations
 
 import math
+from functools import cached_property
 from typing import Any, Literal, NamedTuple, Self
 
 import numpy as np
@@ -14,13 +15,23 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from elusive.contracts import Array, Knowledge, interval_since
+from elusive.contracts import Array, interval_since
 from elusive.filters.particle import _kernels
 from elusive.filters.particle.births import UniformBirth
-from elusive.filters.particle.parts import AnyBirth, AnyMotion, AnySensor, check_amplitude, switching
+from elusive.filters.particle.parts import (
+    AnyBirth,
+    AnyKnowledge,
+    AnyMotion,
+    AnySensor,
+    Known,
+    allowed_by,
+    check_amplitude,
+    switching,
+)
 from elusive.filters.particle.resampling import Scheme, resample
-from elusive.model import Model, Probability
+from elusive.model import FROM_RECORDING, Model, Probability
 from elusive.motion import WithIntensity
+from elusive.sensors.field_of_view import FieldOfView
 from elusive.sensors.image import ImageSensor
 
 
@@ -43,6 +54,9 @@ class ExistenceParticleFilter(Model):
     motion: AnyMotion = Field(WithIntensity(), description="How the target moves")
     sensor: AnySensor = Field(ImageSensor(), description="What a frame says of a state")
     birth: AnyBirth = Field(UniformBirth(), description="Where a target appears, p_b and q_b")
+    knowledge: tuple[AnyKnowledge, ...] = Field(
+        (FieldOfView(),), description="Where a target can be: the sensor's view, maps", json_schema_extra=FROM_RECORDING
+    )
     birth_probability: Probability = Field(0.05, description="Probability that a target appears in 1 s, P_b, eq. 3")
     death_probability: Probability = Field(0.05, description="Probability that it disappears in 1 s, P_d, eq. 4")
     initial_existence: Probability = Field(0.05, description="Probability of existence before the first frame, mu_1")
@@ -59,11 +73,22 @@ class ExistenceParticleFilter(Model):
         """Names of the state's components."""
         return self.motion.state_names
 
+    @cached_property
+    def _known(self) -> Known:
+        return Known.of(self.knowledge, self.sensor)
+
     def init(self, rng: Generator, time_s: float = math.nan) -> ExistenceState:
         """Return the belief before the first frame."""
         present = rng.random(self.particles) < self.initial_existence
         births = self.birth.draw(self.particles, None, self.sensor, self.state_names, rng)
-        return self._posterior(time_s, present, births.states, births.log_ratio)
+        log_weight = births.log_ratio
+        if self._known.maps:
+            # existence is the initial one, whatever the maps leave of the births
+            allowed = np.exp(allowed_by(self._known.maps, births.states))
+            if allowed[present].any():
+                with np.errstate(divide="ignore"):
+                    log_weight = log_weight + np.where(present, np.log(allowed / allowed[present].mean()), 0.0)
+        return self._posterior(time_s, present, births.states, log_weight)
 
     def step(self, state: ExistenceState, time_s: float, measurement: Any | None, rng: Generator) -> ExistenceState:
         """Return the belief at a frame's time and after it; without a frame (``None``), the prediction.
@@ -87,13 +112,16 @@ class ExistenceParticleFilter(Model):
 
         old = np.flatnonzero(was & present)
         particles[old] = self.motion.propagate(particles[old], interval_s, rng)
-        if isinstance(self.sensor, Knowledge):
+        if self._known.views:
             # a target that left the field of view is absent
-            present[old] &= np.log(rng.random(len(old))) < self.sensor.log_probability(particles[old])
+            present[old] &= np.log(rng.random(len(old))) < allowed_by(self._known.views, particles[old])
         new = np.flatnonzero(~was & present)
         births = self.birth.draw(len(new), measurement, self.sensor, self.state_names, rng)
         particles[new] = births.states
         log_weight[new] = births.log_ratio
+        if self._known.maps:
+            here = np.flatnonzero(present)
+            log_weight[here] += allowed_by(self._known.maps, particles[here])
         return self._updated(time_s, present, particles, log_weight, measurement)
 
     def _updated(

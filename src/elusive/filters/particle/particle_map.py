@@ -15,6 +15,7 @@ from elusive.contracts import Array, interval_since
 from elusive.errors import DataError, ParameterError
 from elusive.filters.particle import _density, _kernels, _particle_kernels
 from elusive.filters.particle.estimates import marginal_map
+from elusive.filters.particle.parts import Known, allowed_by
 from elusive.filters.particle.resampling import resample
 from elusive.filters.particle.sir import ParticleFilter, ParticleState
 from elusive.motion import square_root, transition
@@ -79,8 +80,9 @@ def map_estimate(
     score = np.zeros(len(after.particles))
     if measurement is not None:
         score += filter.sensor.log_likelihood(after.particles, measurement)
-    if filter.knowledge is not None and not after.forbidden:
-        score += filter.knowledge.log_probability(after.particles)
+    known = Known.of(filter.knowledge, filter.sensor)
+    if any(known) and not after.forbidden:
+        score += allowed_by(known.maps + known.views, after.particles)
     if not np.isfinite(score).any():
         score[:] = 0.0
     states, weights = before.particles, before.weights

@@ -1,28 +1,72 @@
-"""What a track-before-detect filter is put together from: built-in models by ``kind``, or a user's own objects."""
+"""What particle filters are put together from: built-in models by ``kind``, or a user's own objects."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, TypeAlias
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated, NamedTuple, TypeAlias
 
+import numpy as np
 from pydantic import Field, SerializeAsAny
 
-from elusive.contracts import Birth, Motion, Sensor
-from elusive.errors import ParameterError
+from elusive.charts.interval import IntervalWater
+from elusive.contracts import Array, Birth, Knowledge, Motion, Sensor
+from elusive.errors import DataError, ParameterError
 from elusive.filters.particle.births import ImageBirth, UniformBirth
 from elusive.model import Model, or_own
 from elusive.motion import WithIntensity
 from elusive.sensors.clutter import ClutterSensor
+from elusive.sensors.field_of_view import FieldOfView
 from elusive.sensors.image import ImageSensor
 
 if TYPE_CHECKING:
     AnyMotion: TypeAlias = Motion
     AnySensor: TypeAlias = Sensor
     AnyBirth: TypeAlias = Birth
+    AnyKnowledge: TypeAlias = Knowledge | FieldOfView
 else:
     AnyMotion = Annotated[SerializeAsAny[WithIntensity], or_own(Motion)]
     BuiltInSensor = Annotated[ImageSensor | ClutterSensor, Field(discriminator="kind")]
     AnySensor = Annotated[SerializeAsAny[BuiltInSensor], or_own(Sensor)]
     AnyBirth = Annotated[SerializeAsAny[ImageBirth], or_own(Birth)]
+    BuiltInKnowledge = Annotated[FieldOfView | IntervalWater, Field(discriminator="kind")]
+    AnyKnowledge = Annotated[SerializeAsAny[BuiltInKnowledge], or_own(Knowledge)]
+
+
+class Known(NamedTuple):
+    """Knowledge by what it means where it forbids a state: that it cannot be so, or that the target is absent there."""
+
+    maps: tuple[Knowledge, ...]
+    views: tuple[Knowledge, ...]
+
+    @classmethod
+    def of(cls, knowledge: Sequence[AnyKnowledge], sensor: Sensor) -> Known:
+        """Sort a filter's knowledge; the field of view is that of its sensor."""
+        views = [member.bind(sensor) for member in knowledge if isinstance(member, FieldOfView)]
+        maps = tuple(member for member in knowledge if not isinstance(member, FieldOfView))
+        return cls(maps, tuple(view for view in views if view is not None))
+
+
+def allowed_by(members: Sequence[Knowledge], states: Array) -> Array:
+    """Log probability that all of them, one at least, allow each state ``(N, d)``, ``(N,)``.
+
+    Raises
+    ------
+    DataError
+        If there is not one number a state.
+    """
+    first, *others = (a_number_a_state(member.log_probability(states), states, "log_probability") for member in members)
+    for values in others:
+        first = first + values
+    return first
+
+
+def a_number_a_state(values: Array, states: Array, source: str) -> Array:
+    """Return the numbers that a part gave for states, as kernels take them; refused if they do not fit (DataError)."""
+    if values.shape != (len(states),):
+        raise DataError(
+            f"{source}: gave an array of shape {values.shape} for {len(states)} states; give one number a state."
+        )
+    return np.ascontiguousarray(values, dtype=np.float64)
 
 
 def switching(birth_probability: float, death_probability: float, interval_s: float) -> tuple[float, float]:

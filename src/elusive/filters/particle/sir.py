@@ -7,18 +7,20 @@ weights by the probability that it allows each state: Bootsveld (2012), eq. 4.9.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple, Protocol, Self, runtime_checkable
+from functools import cached_property
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.random import Generator
-from pydantic import ConfigDict, Field, SerializeAsAny, model_validator
+from pydantic import ConfigDict, Field, SerializeAsAny
 
-from elusive.contracts import Array, Knowledge, Motion, Sensor, interval_since
+from elusive.contracts import Array, Motion, Sensor, interval_since
 from elusive.errors import DataError
 from elusive.filters.particle import _kernels, _particle_kernels
+from elusive.filters.particle.parts import AnyKnowledge, Known, a_number_a_state, allowed_by
 from elusive.filters.particle.resampling import Scheme, resample
-from elusive.model import Model, Probability
-from elusive.motion import square_root
+from elusive.filters.priors import AnyPrior
+from elusive.model import FROM_RECORDING, Model, Probability, or_own
 
 
 class ParticleState(NamedTuple):
@@ -34,36 +36,6 @@ class ParticleState(NamedTuple):
     forbidden: bool = False  # the map forbade what the measurements say, and was left out of this step
 
 
-@runtime_checkable
-class Prior(Protocol):
-    """Where the target is before the first measurement."""
-
-    def sample(self, n: int, rng: Generator) -> Array:
-        """Draw ``n`` states, ``(n, d)``."""
-
-
-class GaussianPrior(Model):
-    """A Gaussian belief before the first measurement."""
-
-    mean: tuple[float, ...] = Field(description="Mean of each component")
-    covariance: tuple[tuple[float, ...], ...] = Field(description="Covariance, row by row")
-
-    @model_validator(mode="after")
-    def _fits(self) -> Self:
-        d = len(self.mean)
-        if len(self.covariance) != d or any(len(row) != d for row in self.covariance):
-            raise ValueError(f"covariance must have {d} rows of {d} numbers, as the mean has {d} components")
-        covariance = np.array(self.covariance)
-        if not np.allclose(covariance, covariance.T) or np.linalg.eigvalsh(covariance).min() < -1e-9:
-            raise ValueError("covariance must be symmetric and have no negative eigenvalue")
-        return self
-
-    def sample(self, n: int, rng: Generator) -> Array:
-        """Draw ``n`` states, ``(n, d)``."""
-        root = square_root(np.array(self.covariance))
-        return np.asarray(self.mean + rng.standard_normal((n, len(self.mean))) @ root.T)
-
-
 class ParticleFilter(Model):
     """Sequential importance resampling with the motion as proposal.
 
@@ -77,10 +49,12 @@ class ParticleFilter(Model):
 
     model_config = ConfigDict(arbitrary_types_allowed=True)
 
-    motion: SerializeAsAny[Motion] = Field(description="How the target moves")
-    sensor: SerializeAsAny[Sensor] = Field(description="What a measurement says of a state")
-    prior: SerializeAsAny[Prior] = Field(description="Belief before the first measurement")
-    knowledge: SerializeAsAny[Knowledge] | None = Field(None, description="Where a target can be: a map")
+    motion: Annotated[SerializeAsAny[Motion], or_own(Motion)] = Field(description="How the target moves")
+    sensor: Annotated[SerializeAsAny[Sensor], or_own(Sensor)] = Field(description="What a measurement says of a state")
+    prior: AnyPrior = Field(description="Belief before the first measurement")
+    knowledge: tuple[AnyKnowledge, ...] = Field(
+        (), description="Where a target can be: maps, the sensor's field of view", json_schema_extra=FROM_RECORDING
+    )
     particles: int = Field(2000, gt=0, description="Number of particles, N")
     resample_below: Probability = Field(0.5, description="Resample when the effective size falls below this share of N")
     resampling: Scheme = Field("systematic", description="Resampling scheme")
@@ -96,6 +70,10 @@ class ParticleFilter(Model):
     def state_names(self) -> tuple[str, ...]:
         """Names of the state's components."""
         return self.motion.state_names
+
+    @cached_property
+    def _known(self) -> Known:
+        return Known.of(self.knowledge, self.sensor)
 
     def init(self, rng: Generator, time_s: float = math.nan) -> ParticleState:
         """Return the belief before the first measurement.
@@ -179,11 +157,12 @@ class ParticleFilter(Model):
     ) -> ParticleState:
         seen = chart = np.empty(0)
         if measurement is not None:
-            seen = _checked(self.sensor.log_likelihood(particles, measurement), particles, "log_likelihood")
-        if self.knowledge is not None and mapped:
-            chart = _checked(self.knowledge.log_probability(particles), particles, "log_probability")
+            seen = a_number_a_state(self.sensor.log_likelihood(particles, measurement), particles, "log_likelihood")
+        known = self._known.maps + self._known.views if mapped else ()
+        if known:
+            chart = allowed_by(known, particles)
         # a map that may be wrong altogether never says less than its floor, and says that of land
-        least = max(self.recover_below, 2 * getattr(self.knowledge, "floor", 0.0))
+        least = max([self.recover_below, *(2 * getattr(member, "floor", 0.0) for member in known)])
         weights, log_evidence, allowed, forbidden = _particle_kernels.reweigh(weights, seen, chart, least)
         if math.isnan(log_evidence):
             raise DataError(
@@ -192,11 +171,3 @@ class ParticleFilter(Model):
             )
         moments = _kernels.moments(particles, weights)
         return ParticleState(time_s, particles, weights, *moments, log_evidence, allowed, forbidden)
-
-
-def _checked(values: Array, particles: Array, source: str) -> Array:
-    if values.shape != (len(particles),):
-        raise DataError(
-            f"{source}: gave an array of shape {values.shape} for {len(particles)} states; give one number a state."
-        )
-    return np.ascontiguousarray(values, dtype=np.float64)

@@ -17,7 +17,8 @@ from pydantic import Field
 from elusive.contracts import Array, X, Y
 from elusive.filters.gaussian.kalman import GaussianState, KalmanFilter
 from elusive.filters.particle.resampling import Scheme
-from elusive.filters.particle.sir import GaussianPrior, ParticleFilter, ParticleState
+from elusive.filters.particle.sir import ParticleFilter, ParticleState
+from elusive.filters.priors import GaussianPrior
 from elusive.model import Model, NonNegative, Positive
 from elusive.motion import ConstantVelocity
 from elusive.sensors.linear import LinearSensor

@@ -155,13 +155,14 @@ class RadarTracking(Model):
             If a map is to be used and there is no coast.
         """
         motion: Motion = self.motion
-        knowledge: Knowledge | None = None
+        knowledge: tuple[Knowledge, ...] = ()
         if isinstance(self.knowledge, WaterModel):
             if coast is None:
                 raise ParameterError(
                     f"knowledge: is {self.knowledge.kind!r}, and no chart is given; give --chart, or --knowledge none."
                 )
-            motion, knowledge = with_coast(motion, self.knowledge, coast, self.coast)
+            motion, known = with_coast(motion, self.knowledge, coast, self.coast)
+            knowledge = (known,)
         nowhere = ScanPrior(sensor, scan_of(0.0))  # each track begins about a plot of its own
         return ParticleFilter(
             motion=motion, sensor=sensor, prior=nowhere, knowledge=knowledge, particles=self.particles

@@ -170,4 +170,5 @@ def _water(parameters: RadarTracking, flt: ParticleFilter, charted: ChartedArea 
     """Return P(water) whatever the coast's error; None without a map."""
     if charted is None or not isinstance(parameters.knowledge, WaterModel):
         return None
-    return flt.knowledge if isinstance(flt.knowledge, Water) else parameters.knowledge.bind(charted.coast)
+    known = (member for member in flt.knowledge if isinstance(member, Water))
+    return next(known, None) or parameters.knowledge.bind(charted.coast)
