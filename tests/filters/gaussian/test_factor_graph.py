@@ -148,7 +148,8 @@ def test_live_steps_are_the_recording() -> None:
     graph = FactorGraphFilter(sensor=case.mean_sensors)
     sets = list(flight.sets)
     del sets[10:13]
-    whole = graph.track_sets(sets)
+    azimuth = np.array([heard.azimuth_rad for heard in sets])
+    whole = graph.track(azimuth, times_s=np.array([heard.time_s for heard in sets]))
     states = list(run(graph, sets, np.random.default_rng(0)))
     np.testing.assert_array_equal(whole.times_s, [state.time_s for state in states])
     np.testing.assert_allclose([state.mean for state in states], whole.mean)
@@ -169,9 +170,9 @@ def test_a_straight_flight_at_uneven_times_is_followed_in_seconds(smooth: bool) 
     states = np.column_stack([20 + 0.1 * times, np.full(60, 0.1), 30 - 0.05 * times, np.full(60, -0.05)])
     sensors = FlightCase(sigma_deg=0.01).sensors.replace(samples=1)
     graph = FactorGraphFilter(sensor=sensors, smooth=smooth, accelerates=False, step_noise_m=0.01)
-    found = graph.track_sets(sensors.simulate(states, times, rng))
-    assert np.abs(found.mean - states[:, [0, 2]]).max() < 0.1
-    np.testing.assert_allclose(found.velocity[20:], np.tile([0.1, -0.05], (40, 1)), atol=0.01)
+    found = list(run(graph, sensors.simulate(states, times, rng), rng))
+    assert np.abs([state.mean for state in found] - states[:, [0, 2]]).max() < 0.1
+    np.testing.assert_allclose([state.velocity for state in found[20:]], np.tile([0.1, -0.05], (40, 1)), atol=0.01)
 
 
 def test_a_track_begins_with_its_first_two_fixes() -> None:
@@ -206,7 +207,7 @@ def test_refusals() -> None:
         graph.track(np.ones(3))
     sets = [BearingSet(t, np.arange(3), np.ones(3), np.full(3, np.nan)) for t in (0.0, 1.0, 0.4)]
     with pytest.raises(DataError, match="sort"):
-        graph.track_sets(sets)
+        list(run(graph, sets, np.random.default_rng(0)))
     with pytest.raises(DataError, match="times_s: has shape"):
         graph.track(np.ones((4, 3)), times_s=np.arange(3.0))
     with pytest.raises(DataError, match=r"azimuth_rad: has shape|bearings"):

@@ -9,7 +9,6 @@ twice: their variances are optimistic. They are here as the paper has them, to b
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -200,17 +199,6 @@ class FactorGraphFilter(FactorGraphFix):
             for column, values in zip(path[1:], belief, strict=True):
                 column[..., k, :] = values
         return path
-
-    def track_sets(self, sets: Iterable[BearingSet]) -> FactorGraphPath:
-        """Filter a recording.
-
-        Raises
-        ------
-        DataError
-            If a bearing cannot be used, there is none, or times do not run forwards.
-        """
-        recorded = list(sets)
-        return self.track(*self._by_sensor(recorded), times_s=np.array([heard.time_s for heard in recorded]))
 
     def _by_sensor(self, sets: list[BearingSet]) -> tuple[Array, Array]:
         """Mean azimuth and variance ``(T, n)`` of each sensor, NaN and 1 where it has none; ``T`` is at least 1."""
