@@ -153,7 +153,7 @@ class RadarSensor(RadarView):
         DataError
             If a state is not finite.
         ParameterError
-            If false alarms have Doppler, and their greatest is not told.
+            If false alarms have Doppler, and their greatest is not known.
         """
         check_finite(states)
         low, high, half = self.limits

@@ -118,8 +118,8 @@ class RadarBirth(Model):
             then[:, Y] += (time_s - scan.time_s) * states[:, VY]
             distance, bearing, along = sensor.measured(then)
             across = then[:, VX] * np.cos(bearing) - then[:, VY] * np.sin(bearing)
-            told = math.isfinite(doppler_mps)
-            middle, along_sd = (doppler_mps, sensor.doppler_sd_mps) if told else (0.0, speed_sd)
+            measured = math.isfinite(doppler_mps)
+            middle, along_sd = (doppler_mps, sensor.doppler_sd_mps) if measured else (0.0, speed_sd)
             off = float(wrapped(np.asarray(bearing_rad - sensor.middle_rad), TURN_RAD))
             edges = np.array([[-half], [half]]) + TURN_RAD * np.arange(-1, 2)
             in_view = np.diff(ndtr((np.array([low, high]) - range_m) / range_sd)).item()

@@ -110,7 +110,7 @@ def reproduce(
     ways = {figure.way for name, figure in curves.FIGURES.items() if name in chosen}
     ways |= {figure.way for name, figure in clouds.FIGURES.items() if name in chosen}
     for way in sorted(ways):
-        scenery(settings.case(way))  # a fault of the shoreline is told before anything is run
+        scenery(settings.case(way))  # a fault of the shoreline is said before anything is run
     existing_folder(out)
     points: dict[str, list[Point]] = {}
     summaries: list[Summary] = []

@@ -56,11 +56,11 @@ class Timed:
 
     def log_probability(self, states: Array) -> Array:
         """Log P(water) of ``(N, d)`` states, in the frame of the radar."""
-        began = time.process_time()
+        started = time.process_time()
         there = states.copy()
         there[:, [0, 2]] -= self.moved
         found = self.water.log_probability(there)
-        self.seconds += time.process_time() - began
+        self.seconds += time.process_time() - started
         return found
 
 
@@ -77,23 +77,23 @@ def run_times(
             on_method(name)
         if model is not None:
             model.bind(scene.coast)  # so that compilation is not timed, nor that of a step below
-        began = time.process_time()
+        started = time.process_time()
         known = None if model is None else Timed(model.bind(coast), scene.moved)
-        prepare = time.process_time() - began if known is not None else 0.0
+        prepare = time.process_time() - started if known is not None else 0.0
         filter = filter_of(case, run, known, case.particles)
         filter.step(filter.init(default_rng(0), 0.0), 1.0, run.scans[1], default_rng(0))
         rng = default_rng(run.seed)
         state = filter.init(rng, run.scans[0].time_s)
         if known is not None:
             known.seconds = 0.0
-        began, steps = time.process_time(), 0
+        started, steps = time.process_time(), 0
         for scan in run.scans[1:]:
             state = filter.step(state, scan.time_s, scan, rng)
             steps += 1
-            if time.process_time() - began > enough_s:
+            if time.process_time() - started > enough_s:
                 break
         whole = (len(run.scans) - 1) / steps
-        took = whole * (time.process_time() - began)
+        took = whole * (time.process_time() - started)
         in_chart, size = (whole * known.seconds, known.water.nbytes / 1e6) if known is not None else (0.0, 0.0)
         rows.append(RunTime(name, prepare, took, in_chart, steps, len(run.scans) - 1, size, thesis))
     return rows

@@ -54,7 +54,7 @@ def describe_charts(
         If a chart cannot be read or they lie too far apart.
     ParameterError
         If the name of figure or map has another ending, the map would have too many cells or hold nothing,
-        or its cells are told and it is not.
+        or its cells are given and it is not.
     """
     if figure is not None and figure.suffix.lower() not in FIGURES:
         raise ParameterError(f"{figure}: a figure's name must end with {', '.join(FIGURES)}.")
@@ -71,8 +71,8 @@ def describe_charts(
     frame = LocalFrame.about(charts)
     found = disagreements(charts, frame, parameters)
     if water_map is not None:
-        told = {name: getattr(parameters, name) for name in type(parameters).model_fields}
-        write_water_map(water_map, charts, ChartParameters(**told))
+        fields = {name: getattr(parameters, name) for name in type(parameters).model_fields}
+        write_water_map(water_map, charts, ChartParameters(**fields))
     if figure is not None:
         regions = as_geometries(region for one in found for region in one.regions)
         draw_charts(figure, charts, frame, parameters, regions)

@@ -103,7 +103,7 @@ def raster_of(water: Water, extent: Extent, side: int = RASTER_SIDE) -> tuple[Ar
 
 
 def water_raster(state: ChartsState, extent: Extent) -> dict[str, Any]:
-    """Return P(water) of what is in view, as a map is told it; computed once a view."""
+    """Return P(water) of what is in view, for a map; computed once a view."""
     assert state.chart is not None
     key = (state.chart.file, state.scene.tracking.charted.model_dump_json(), extent)
     if state.raster is not None and state.raster[0] == key:

@@ -55,14 +55,14 @@ class ChartsState(TrackedState[RadarScene, Sailed]):
         super().__init__(RadarScene.example())
         self.chart: OpenedChart | None = None
         self.recorded: Recorded | None = None
-        self.raster: tuple[Any, dict[str, Any]] | None = None  # what it is of, and what a map is told
+        self.raster: tuple[Any, dict[str, Any]] | None = None  # what it is of, and what a map is given
         self.view: Extent | None = None  # None: the whole chart
         self.shows_water = False
 
     def open(self, name: str, chart: OpenedChart, scene: RadarScene | None = None) -> None:
         """Take another chart; a route drawn on the last one is gone with it.
 
-        One that states its quality is taken at its word, until a deviation of the coast is told.
+        One that states its quality is taken at its word, until a deviation of the coast is given.
         """
         self.chart = chart._replace(file=chart.file._replace(name=name if PLAIN.fullmatch(name) else chart.file.name))
         self.__dict__.pop("frame", None)
