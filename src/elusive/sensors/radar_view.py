@@ -189,8 +189,7 @@ class RadarView(Model):
 
     def log_in_view(self, states: Array) -> Array:
         """0 of a state in the field of view, minus infinity of any other, ``(N, d) -> (N,)``."""
-        distance, bearing, _ = self.measured(states)
-        return np.where(self.sees(distance, bearing), 0.0, -np.inf)
+        return np.where(self.in_view(states), 0.0, -np.inf)
 
     def sees(self, range_m: ArrayLike, bearing_rad: ArrayLike) -> NDArray[np.bool_]:
         """Whether places lie in the field of view, ``(N,)``."""

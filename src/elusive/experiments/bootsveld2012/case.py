@@ -115,15 +115,14 @@ def _scenery(case: ShipCase) -> Scenery:
     return Scenery(truth, near, Coast.of(CoastPart(near, case.sigma)), moved)
 
 
-def knowledge(case: ShipCase, method: Method) -> Knowledge | None:
-    """Return what a filter takes the chart to say; None for PF1."""
+def knowledge(case: ShipCase, method: Method) -> tuple[Knowledge, ...]:
+    """Return what a filter takes the chart to say; nothing for PF1."""
     if method == "none":
-        return None
-    if method == "hard" and case.in_canal:
-        return IntervalWater(lower_m=-HALF_WIDTH_M, upper_m=HALF_WIDTH_M, sigma_m=0.0)
-    if method == "interval":
-        return IntervalWater(lower_m=-HALF_WIDTH_M, upper_m=HALF_WIDTH_M, sigma_m=case.sigma)
-    return _water(_bare(case), method)
+        return ()
+    if method == "interval" or (method == "hard" and case.in_canal):
+        sigma_m = case.sigma if method == "interval" else 0.0
+        return (IntervalWater(lower_m=-HALF_WIDTH_M, upper_m=HALF_WIDTH_M, sigma_m=sigma_m),)
+    return (_water(_bare(case), method),)
 
 
 @cache

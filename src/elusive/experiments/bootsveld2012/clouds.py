@@ -128,16 +128,16 @@ def _draw_map(axes: Axes, case: ShipTrial, method: Method, middle: Array, half: 
     axes.grid(visible=False)
     axes.set_aspect("equal")
     known = knowledge(case, method)
-    if known is not None:
+    if known:
         side = np.linspace(-half, half, 241)
         x, y = np.meshgrid(middle[0] + side, middle[1] + side)
         states = np.column_stack([x.ravel(), 0 * x.ravel(), y.ravel(), 0 * x.ravel()])
-        water = np.exp(known.log_probability(states)).reshape(x.shape)
+        water = np.exp(known[0].log_probability(states)).reshape(x.shape)
         extent = (middle[0] - half, middle[0] + half, middle[1] - half, middle[1] + half)
         axes.imshow(water, origin="lower", extent=extent, cmap=_land_to_water(), vmin=0, vmax=1, zorder=0, alpha=0.9)
         if method not in SHARP:
             axes.contour(x, y, water, levels=[0.05, 0.5, 0.95], colors=SHORE, linewidths=[0.5, 0.9, 0.5], zorder=1)
-    land, hole = (LAND, "white") if known is None else ("none", "none")
+    land, hole = ("none", "none") if known else (LAND, "white")
     for polygon in scenery(case).land:
         for ring, filled in [(polygon.exterior, land), *((inner, hole) for inner in polygon.interiors)]:
             axes.add_patch(Polygon(np.array(ring.coords), fc=filled, ec=SHORE, lw=1.4, zorder=1))

@@ -80,7 +80,7 @@ def run_times(
         started = time.process_time()
         known = None if model is None else Timed(model.bind(coast), scene.moved)
         prepare = time.process_time() - started if known is not None else 0.0
-        filter = filter_of(case, run, known, case.particles)
+        filter = filter_of(case, run, () if known is None else (known,), case.particles)
         filter.step(filter.init(default_rng(0), 0.0), 1.0, run.scans[1], default_rng(0))
         rng = default_rng(run.seed)
         state = filter.init(rng, run.scans[0].time_s)

@@ -52,16 +52,10 @@ def draw(case: ShipCase, rng: Generator) -> Draw:
     return Draw(scans, int(rng.integers(2**63)))
 
 
-def filter_of(case: ShipCase, run: Draw, known: Knowledge | None, particles: int) -> ParticleFilter:
+def filter_of(case: ShipCase, run: Draw, known: tuple[Knowledge, ...], particles: int) -> ParticleFilter:
     """Return the filter of one run; its prior is the first plot's."""
     prior = ScanPrior(case.radar, run.scans[0])
-    return ParticleFilter(
-        motion=case.motion,
-        sensor=case.radar,
-        prior=prior,
-        knowledge=() if known is None else (known,),
-        particles=particles,
-    )
+    return ParticleFilter(motion=case.motion, sensor=case.radar, prior=prior, knowledge=known, particles=particles)
 
 
 def follow(model: ParticleFilter, run: Draw) -> Iterator[Step]:

@@ -54,15 +54,15 @@ class ChartPair:
         self._coasts: dict[float | None, Coast] = {}
         self._knowledge: dict[Case, Knowledge] = {}
 
-    def knowledge(self, case: Case) -> Knowledge | None:
+    def knowledge(self, case: Case) -> tuple[Knowledge, ...]:
         """Prepare what a filter knows."""
         if case.knowledge == "none":
-            return None
+            return ()
         if case not in self._knowledge:
             model, coast = WATER_MODELS[case.knowledge](), self.coast(case.sigma_m)
             persistent = case.coast_error == "persistent"
             self._knowledge[case] = DisplacedWater.persistent(model, coast, SHARE) if persistent else model.bind(coast)
-        return self._knowledge[case]
+        return (self._knowledge[case],)
 
     def coast(self, sigma_m: float | None) -> Coast:
         """Coast of the coarse chart, with an imprecision or its own."""

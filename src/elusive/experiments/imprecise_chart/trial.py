@@ -22,6 +22,7 @@ from elusive.geometry.local_frame import Geometries
 from elusive.model import Positive
 from elusive.motion import ConstantVelocity, WithCoastError, complete
 from elusive.sensors.radar import RadarSensor
+from elusive.sensors.radar_births import ScanPrior
 from elusive.sensors.radar_scans import RadarScan
 
 SIGMAS = (7.0, 20.0)  # the thesis's
@@ -51,17 +52,6 @@ class Run(NamedTuple):
     route: Route
     sensor: RadarSensor
     scans: list[RadarScan]
-
-
-class FirstPlot(NamedTuple):
-    """The belief before the first measurement: drawn from the first plot, with what the motion carries beside it."""
-
-    drawn: Run
-    motion: Motion
-
-    def sample(self, n: int, rng: Generator) -> Array:
-        """Draw ``n`` states of all the motion's components."""
-        return complete(self.motion, self.drawn.sensor.draw_births(self.drawn.scans[0], n, rng), rng)
 
 
 def trial(parameters: ImpreciseChartTrial, rng: Generator) -> dict[str, Array]:
@@ -105,16 +95,17 @@ def follow(parameters: ImpreciseChartTrial, case: Case, drawn: Run, rng: Generat
     motion: Motion = ConstantVelocity(q=(parameters.max_acceleration_mps2 / 3) ** 2)
     if case.coast_error == "persistent":
         motion = WithCoastError(motion=motion)
-    known = charts(parameters.fine, parameters.coarse).knowledge(case)
+    sensor, (first, *later) = drawn.sensor, drawn.scans
     chosen = ParticleFilter(
         motion=motion,
-        sensor=drawn.sensor,
-        prior=FirstPlot(drawn, motion),
-        knowledge=() if known is None else (known,),
+        sensor=sensor,
+        prior=ScanPrior(sensor, first),
+        knowledge=charts(parameters.fine, parameters.coarse).knowledge(case),
         particles=parameters.particles,
     )
-    states = [chosen.init(rng, drawn.scans[0].time_s)]
-    for scan in drawn.scans[1:]:
+    around_plot = complete(motion, sensor.draw_births(first, parameters.particles, rng), rng)
+    states = [chosen.start(around_plot, first.time_s)]
+    for scan in later:
         states.append(chosen.step(states[-1], scan.time_s, scan, rng))
     return states
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Annotated, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
@@ -155,15 +155,14 @@ class RadarTracking(Model):
             If a map is to be used and there is no coast.
         """
         motion: Motion = self.motion
-        knowledge: tuple[Knowledge, ...] = ()
+        knowledge: Sequence[Knowledge] = ()
         if isinstance(self.knowledge, WaterModel):
             if coast is None:
                 raise ParameterError(
                     f"knowledge: is {self.knowledge.kind!r}, and no chart is given; give --chart, or --knowledge none."
                 )
-            motion, known = with_coast(motion, self.knowledge, coast, self.coast)
-            knowledge = (known,)
+            motion, *knowledge = with_coast(motion, self.knowledge, coast, self.coast)
         nowhere = ScanPrior(sensor, scan_of(0.0))  # each track begins about a plot of its own
         return ParticleFilter(
-            motion=motion, sensor=sensor, prior=nowhere, knowledge=knowledge, particles=self.particles
+            motion=motion, sensor=sensor, prior=nowhere, knowledge=tuple(knowledge), particles=self.particles
         )
