@@ -141,7 +141,9 @@ def test_help_and_version_are_there(elusive_in: Callable[..., Ran]) -> None:
         assert option in ran.out
 
 
-@pytest.mark.parametrize(("arguments", "loaded"), [("--version", "[]"), ("track images --help", "['numba']")])
+@pytest.mark.parametrize(
+    ("arguments", "loaded"), [("--help", "[]"), ("track --help", "[]"), ("track images --help", "['numba']")]
+)
 def test_only_the_system_asked_for_is_loaded(arguments: str, loaded: str) -> None:
     asked = "import sys; from elusive.cli import main\ntry: main(sys.argv[1:])\n"
     told = "finally: print(sorted({'numba', 'xarray', 'shapely', 'matplotlib'} & sys.modules.keys()))"
@@ -162,12 +164,13 @@ def test_a_compilation_is_announced_once_and_in_a_terminal_alone(
     monkeypatch: pytest.MonkeyPatch, is_terminal: bool
 ) -> None:
     written = io.StringIO()
-    monkeypatch.setattr("elusive.cli.terminal.console", Console(file=written, force_terminal=is_terminal, width=200))
+    console = Console(file=written, force_terminal=is_terminal, width=200)
+    monkeypatch.setattr("elusive.cli.terminal.console", console)
     with bar("frames", 2):
         for step in (1, 2):
             numba.njit(lambda x, step=step: x + step)(1.0)
     announced = "Compiling: the first run of a filter takes up to a minute longer.\n"
-    assert written.getvalue() == (announced if is_terminal else "")
+    assert written.getvalue().count(announced.rstrip()) == is_terminal
     with bar("frames", 2):
         pass
     assert written.getvalue().count("Compiling") == is_terminal

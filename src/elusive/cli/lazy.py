@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Mapping
 from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 
 def lazy(places: Mapping[str, str]) -> type[TyperGroup]:
@@ -23,7 +26,34 @@ def lazy(places: Mapping[str, str]) -> type[TyperGroup]:
         def __init__(self, **given: Any) -> None:
             super().__init__(**{**given, "commands": _Commands(places)})
 
+        def format_help(self, *given: Any) -> None:
+            """List the commands by what their sources say of them: none is loaded for it."""
+            whole = self.commands
+            self.commands = {
+                name: TyperCommand(name, help=_summary(place)) if isinstance(place, str) else place
+                for name, place in whole.items()
+            }
+            try:
+                super().format_help(*given)
+            finally:
+                self.commands = whole
+
     return LazyGroup
+
+
+def _summary(place: str) -> str:
+    """First line of the docstring of a command, or of the callback of a group of commands, from its source."""
+    module, _, attribute = place.partition(":")
+    spec = find_spec(module)
+    if spec is None or spec.origin is None:
+        return ""
+    body = ast.parse(Path(spec.origin).read_text(encoding="utf-8")).body
+    functions = [node for node in body if isinstance(node, ast.FunctionDef)]
+    for function in functions:
+        called = {ast.unparse(decorator) for decorator in function.decorator_list}
+        if function.name == attribute or f"{attribute}.callback()" in called:
+            return (ast.get_docstring(function) or "").partition("\n")[0]
+    return ""
 
 
 class _Commands(dict[str, Any]):

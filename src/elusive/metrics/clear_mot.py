@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from elusive.contracts import Array
 from elusive.errors import ParameterError
+from elusive.metrics._assignment import linear_sum_assignment
 from elusive.metrics.target_table import Sightings, frames_of
 
 BEYOND = 1e6  # cost of a pair beyond the gate, in gates: more than any number of pairs within it

@@ -11,9 +11,9 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from elusive.errors import ParameterError
+from elusive.metrics._assignment import linear_sum_assignment
 from elusive.metrics.target_table import Sightings, frames_of
 
 

@@ -9,10 +9,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from elusive.contracts import Array
 from elusive.errors import ParameterError
+from elusive.metrics._assignment import linear_sum_assignment
 from elusive.metrics.target_table import Sightings, frames_of
 
 

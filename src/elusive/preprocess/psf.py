@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
-from scipy import ndimage, optimize
+from scipy import ndimage
 
 from elusive.contracts import Array
 from elusive.errors import DataError, ParameterError
@@ -72,6 +72,8 @@ def _patches(frame: Array, threshold: float, half: int) -> list[Array]:
 
 def _fit(patch: Array) -> float | None:
     """Width of the patch's point, None where the fit fails or leaves its limits."""
+    from scipy import optimize  # a fifth of a second, which only a fit needs
+
     half = patch.shape[0] // 2
     y, x = np.mgrid[-half : half + 1, -half : half + 1].astype(float)
     height = float(patch[half, half])

@@ -15,7 +15,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import Field
-from scipy.optimize import linear_sum_assignment
 
 from elusive.contracts import Array
 from elusive.errors import DataError
@@ -172,6 +171,8 @@ class PeakTracker(Model):
             distance = np.linalg.norm(way, axis=-1)
             # a pair outside the gate costs more than any set of pairs within it
             cost = np.where(distance <= self.gate, distance, self.gate * (1 + min(distance.shape)))
+            from scipy.optimize import linear_sum_assignment  # slow to load
+
             for row, column in zip(*linear_sum_assignment(cost), strict=True):
                 if distance[row, column] <= self.gate:
                     links[row] = int(column)

@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial import cKDTree
 
 from elusive.contracts import Array
 
@@ -37,6 +36,8 @@ def adjacent(vectors: Array, step: float, probability: float) -> Mixture:
     the bank at its edge stays. So the matrix is symmetric, and nothing gathers anywhere.
     """
     count = len(vectors)
+    from scipy.spatial import cKDTree  # slow to load
+
     pairs = cKDTree(vectors).query_pairs(step * (1 + 1e-9), p=np.inf, output_type="ndarray")
     one, other = np.concatenate([pairs, pairs[:, ::-1]]).T
     neighbours = np.bincount(one, minlength=count)
