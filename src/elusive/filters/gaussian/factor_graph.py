@@ -9,6 +9,7 @@ twice: their variances are optimistic. They are here as the paper has them, to b
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -200,7 +201,17 @@ class FactorGraphFilter(FactorGraphFix):
                 column[..., k, :] = values
         return path
 
-    def _by_sensor(self, sets: list[BearingSet]) -> tuple[Array, Array]:
+    def track_sets(self, sets: Sequence[BearingSet]) -> FactorGraphPath:
+        """Filter a recording, all of its fixes found at once.
+
+        Raises
+        ------
+        DataError
+            If a bearing cannot be used, there is none, or times do not run forwards.
+        """
+        return self.track(*self._by_sensor(sets), times_s=np.array([heard.time_s for heard in sets]))
+
+    def _by_sensor(self, sets: Sequence[BearingSet]) -> tuple[Array, Array]:
         """Mean azimuth and variance ``(T, n)`` of each sensor, NaN and 1 where it has none; ``T`` is at least 1."""
         table = tabulated(sets, self.sensor)
         shape = (max(len(sets), 1), len(self.sensor.positions_m))

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from itertools import chain
+from itertools import chain, islice
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from elusive.contracts import Array
+from elusive.errors import DataError
 from elusive.filters.gaussian.extended_kalman import ExtendedKalmanFilter
-from elusive.filters.gaussian.factor_graph import FactorGraphState
+from elusive.filters.gaussian.factor_graph import FactorGraphFilter, FactorGraphState
 from elusive.filters.gaussian.fixed_lag import FixedLagSmoother
 from elusive.filters.gaussian.map_smoother import MapSmoother
-from elusive.runner import run
 from elusive.sensors.bearing_sets import SensorSites
 from elusive.sensors.bearing_table import PlaceSet
-from elusive.systems.bearings.choices import Estimator, RtsSmoother
+from elusive.systems.bearings.choices import WHOLE, Estimator
 from elusive.systems.bearings.heard import have_elevations
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.tracking.track import Status, Step, Track
@@ -45,8 +45,9 @@ def track(
 ) -> Iterator[Step]:
     """Yield a step for each time; its state is an :class:`Emitter`.
 
-    Filters go from time to time. Estimators of the whole (``map``, ``rts``; ``fixed-lag``, unless it is live) take
-    all measurements first. Live the first of them decides whether there are heights.
+    Filters go from time to time. Estimators of the whole (``map``, ``rts``) take all measurements first, and unless it
+    is live ``fixed-lag`` and the factor graph, which finds all fixes at once. Live the first measurement decides
+    whether there are heights.
 
     Parameters
     ----------
@@ -68,30 +69,28 @@ def track(
     """
     parameters.check(live=live)
     coming = iter(measurements)
-    known = [next(coming)] if live else list(coming)
-    elevations = have_elevations(known)
-    estimator = parameters.bind(sites, type(known[0]), elevations=elevations)
-    smooth = isinstance(parameters.filter, RtsSmoother)
-    if isinstance(estimator, MapSmoother) or smooth or (isinstance(estimator, FixedLagSmoother) and not live):
+    known = list(islice(coming, 1) if live else coming)
+    if not known:
+        raise DataError("bearings: there is none; a track needs at least one.")
+    estimator: Any = parameters.bind(sites, type(known[0]), elevations=have_elevations(known))
+    at_once = isinstance(estimator, FixedLagSmoother | FactorGraphFilter) and not live
+    if at_once or parameters.filter.kind in WHOLE:
         yield from _of_whole(estimator, known)
         return
-    names = getattr(estimator, "state_names", FLAT_NAMES)
-    measured = chain(known, coming)
-    fed = list[PlaceSet]()
-
-    def feed() -> Iterator[PlaceSet]:
-        for measurement in measured:
-            fed.append(measurement)
-            yield measurement
-
-    # filters of bearings draw nothing
-    filtered: Any = estimator
-    for state in run(filtered, feed(), np.random.default_rng(0)):
-        yield _emitter(names, state).step(fed.pop())
+    names, rng = getattr(estimator, "state_names", FLAT_NAMES), np.random.default_rng(0)  # nothing is drawn
+    state = estimator.init(rng)
+    for measurement in chain(known, coming):
+        state = estimator.step(state, measurement.time_s, measurement, rng)
+        yield _emitter(names, state).step(measurement)
 
 
-def _of_whole(estimator: Estimator, measurements: list[PlaceSet]) -> Iterator[Step]:
+def _of_whole(estimator: Estimator, measurements: list[Any]) -> Iterator[Step]:
     path: Any
+    if isinstance(estimator, FactorGraphFilter):
+        path = estimator.track_sets(measurements)
+        for row, measurement in enumerate(measurements):
+            yield _by_axis(*(part[row] for part in path[1:])).step(measurement)
+        return
     if isinstance(estimator, MapSmoother):
         path = estimator.smooth(measurements)
     elif isinstance(estimator, ExtendedKalmanFilter):
@@ -101,17 +100,20 @@ def _of_whole(estimator: Estimator, measurements: list[PlaceSet]) -> Iterator[St
         path = estimator.track(measurements)
     names, last = estimator.state_names, len(measurements) - 1
     evidence = getattr(path, "log_evidence", float("nan"))
-    for row, (measurement, mean, covariance) in enumerate(
-        zip(measurements, path.states, path.covariances, strict=True)
-    ):
-        yield Emitter(names, mean, covariance, True, evidence if row == last else 0.0).step(measurement)
+    for row, measurement in enumerate(measurements):
+        log_evidence = evidence if row == last else 0.0
+        yield Emitter(names, path.states[row], path.covariances[row], True, log_evidence).step(measurement)
 
 
 def _emitter(names: tuple[str, ...], state: Any) -> Emitter:
     if isinstance(state, FactorGraphState):
-        mean, variance = np.empty(4), np.empty(4)
-        mean[::2], mean[1::2] = state.mean, state.velocity
-        variance[::2], variance[1::2] = state.variance, state.velocity_variance
-        return Emitter(names, mean, np.diag(variance), state.started, float("nan"))
+        return _by_axis(state.mean, state.variance, state.velocity, state.velocity_variance)
     started = state.started if hasattr(state, "started") else state.pending is None
     return Emitter(names, state.mean, state.covariance, bool(started), getattr(state, "log_evidence", float("nan")))
+
+
+def _by_axis(place: Array, variance: Array, velocity: Array, velocity_variance: Array) -> Emitter:
+    """Return the belief of a factor graph, each axis its own: arrays are ``(2,)``."""
+    mean = np.column_stack([place, velocity]).ravel()
+    covariance = np.diag(np.column_stack([variance, velocity_variance]).ravel())
+    return Emitter(FLAT_NAMES, mean, covariance, bool(np.isfinite(place).all()), float("nan"))
