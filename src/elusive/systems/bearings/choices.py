@@ -69,7 +69,7 @@ EmitterMotion = Annotated[Cruise | Manoeuvre | KnownTurn | Turn | Interacting, F
 
 
 class Estimation(Model):
-    """What all estimators of the Gaussian family can be told."""
+    """Settings of every estimator of the Gaussian family."""
 
     position_noise_m: NonNegative = _as_in(Setting, "position_noise_m")
     bias: AngleBias | None = _as_in(Setting, "bias")

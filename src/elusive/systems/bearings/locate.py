@@ -32,7 +32,7 @@ WIDE = 1e3  # deviation of its place before it is heard, to the sensors' extent
 
 
 class EmitterLocation(Geolocation):
-    """Everything `elusive locate` can be told."""
+    """Parameters of `elusive locate`."""
 
     arrivals: Arrivals = Field(Arrivals(), description="Times of arrival, where the table has them")
 
@@ -125,18 +125,18 @@ def _table(
     fix: Fix, ellipse: Ellipse, lonlat: Array | None, parameters: EmitterLocation, sites: SensorSites
 ) -> list[tuple[str, str]]:
     how = "given" if parameters.sigma_deg is not None else "estimated from the bearings"
-    told, sure = bool(np.isfinite(fix.covariance).all()), math.isfinite(fix.sigma_rad)
+    known, sure = bool(np.isfinite(fix.covariance).all()), math.isfinite(fix.sigma_rad)
     rows = [("Place", f"{fix.position_m[0]:.2f} m east, {fix.position_m[1]:.2f} m north")]
     if lonlat is not None:
         rows.append(("Longitude, latitude", f"{lonlat[0]:.6f}, {lonlat[1]:.6f}"))
     sd = np.sqrt(np.diag(fix.covariance))
     rows += [
-        ("Deviation", f"{sd[0]:.2f} m east, {sd[1]:.2f} m north" if told else "not known"),
+        ("Deviation", f"{sd[0]:.2f} m east, {sd[1]:.2f} m north" if known else "not known"),
         (
             f"Error ellipse, {100 * ellipse.confidence:g} %",
             f"half axes {ellipse.semi_major_m:.2f} and {ellipse.semi_minor_m:.2f} m, the longer one towards "
             f"{ellipse.azimuth_deg:.0f} degrees; {ellipse.area_m2:.4g} m²"
-            if told
+            if known
             else "not known",
         ),
         ("Deviation of a bearing", f"{math.degrees(fix.sigma_rad):.2f} degrees, {how}" if sure else "not known"),

@@ -49,7 +49,7 @@ def usual_filter(motion: str | None, *, live: bool = False) -> str:
 
 
 class BearingTracking(Model):
-    """Everything `elusive track bearings` can be told."""
+    """Parameters of `elusive track bearings`."""
 
     main_options: ClassVar[tuple[str, ...]] = (
         "filter", "motion", "sigma_deg", "q", "bias_sd_deg", "elevations", "loss", "start_sd_m", "lag_s", "sigma_s",
@@ -80,7 +80,7 @@ class BearingTracking(Model):
         return {**given, "filter": {"kind": usual_filter(kind), **flt}}
 
     def by(self, kind: FilterName) -> BearingTracking:
-        """Return the same by another filter, with what all of the Gaussian family are told alike."""
+        """Return the same by another filter; settings that all of the Gaussian family share are kept."""
         if kind == self.filter.kind:
             return self
         shared = Estimation.model_fields if isinstance(self.filter, Estimation) and kind not in FACTOR_GRAPH else ()

@@ -95,20 +95,20 @@ def write_outcome(folder: Path, outcome: BearingOutcome, config: str) -> None:
 
 
 def _verdict(tracked: BearingsTracked, *, alone: bool) -> str:
-    told = tracked.told
-    if not told.any():
-        return "The bearings tell no place."
-    first, last = tracked.times_s[told][[0, -1]]
-    deviation = float(np.median(tracked.deviation[told]))
-    walked = float(np.hypot(*np.diff(tracked.places[told], axis=0).T).sum())
+    known = tracked.told
+    if not known.any():
+        return "The bearings give no place."
+    first, last = tracked.times_s[known][[0, -1]]
+    deviation = float(np.median(tracked.deviation[known]))
+    walked = float(np.hypot(*np.diff(tracked.places[known], axis=0).T).sum())
     said = f"A track from {first:g} to {last:g} s"
     if alone:  # its deviations are those of the start that was assumed, and too small close to the sensor
         said += " by one sensor alone, which tells directions and no distance"
     else:
         said += f", {walked:.0f} m long, sure to {deviation:.2g} m (median deviation)"
     error = tracked.error
-    if error is not None and np.isfinite(error[told]).any():
-        said += f"; {math.sqrt(np.nanmean(error[told] ** 2)):.2f} m RMSE from the truth over the ground"
+    if error is not None and np.isfinite(error[known]).any():
+        said += f"; {math.sqrt(np.nanmean(error[known] ** 2)):.2f} m RMSE from the truth over the ground"
     return said + "."
 
 

@@ -43,7 +43,7 @@ class StillEmitter(Model):
 
 
 class BearingScene(Model):
-    """Everything that a run of the workbench's bearings can be told."""
+    """Parameters of a run in the workbench, or by `elusive scene`."""
 
     system: Literal["bearings"] = Field("bearings", description="What kind of scene this is")
     simulation: BearingSimulation = Field(BearingSimulation(), description="Sensors, path, noise")

@@ -33,7 +33,7 @@ class Flight(NamedTuple):
 
 
 class BearingSimulation(Model):
-    """Everything `elusive simulate bearings` can be told."""
+    """Parameters of `elusive simulate bearings`."""
 
     sites: tuple[NamedPlace, ...] = Field(
         tuple(NamedPlace(name=name, x_m=x, y_m=y) for name, x, y in SITES),

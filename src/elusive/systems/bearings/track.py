@@ -30,7 +30,7 @@ class Emitter(NamedTuple):
     state_names: tuple[str, ...]
     mean: Array  # (d,), NaN before there is any
     covariance: Array  # (d, d)
-    started: bool  # whether the bearings have told a place
+    started: bool  # whether the bearings have given a place
     log_evidence: float  # of the measurement given the earlier ones; of an estimate of the whole, all at its last step
 
     def step(self, measurement: PlaceSet) -> Step:
