@@ -14,10 +14,11 @@ import yaml
 from scipy.io import wavfile
 
 from elusive.cli import main
-from elusive.io import read_signal_tracks_csv
+from elusive.results import read_tracks_csv
 from elusive.sensors.waveform import NoiseObject, NoiseObjectPath
 
 WRITTEN = ["config.yaml", "report.html", "report.png", "result.nc", "tracks.csv"]
+FAST = ["--smoothing", "0.9", "--max-velocity", "30"]  # at 10 frames a second
 QUICK = ["--smoothing", "0.9", "--max-velocity", "3"]  # a short memory: the law of noise is soon simulated
 SAMPLES, FRAMES = 300, 60
 Run = Callable[..., tuple[int, str]]
@@ -75,19 +76,19 @@ def save(folder: Path, form: str) -> list[object]:
 def test_every_form_of_a_signal_gives_the_same_tracks(elusive_in: Run, tmp_path: Path, form: str) -> None:
     timed = form in ("csv", "wav")
     code, said = elusive_in(
-        "track", "signal", *save(tmp_path, form), "--out", "out", *QUICK, *([] if timed else ["--rate-hz", "10"])
+        "track", "signal", *save(tmp_path, form), "--out", "out", *FAST, *([] if timed else ["--rate-hz", "10"])
     )
     assert code == 0, said
     assert "One object was found" in said
     assert "Written to out: tracks.csv, result.nc, report.html, report.png, config.yaml" in said
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == WRITTEN
-    rows = read_signal_tracks_csv(tmp_path / "out" / "tracks.csv")
+    rows = read_tracks_csv(tmp_path / "out" / "tracks.csv").rows
     truth = noise_object()[1]
-    confirmed = {round(10 * row.time_s): row for row in rows if row.status == "confirmed"}
-    assert len(confirmed) > 25
-    for frame, row in confirmed.items():
-        assert abs((row.x - truth[frame] + 150) % 300 - 150) <= 5
-    assert np.mean([row.vx for row in confirmed.values()]) == pytest.approx(20.0, abs=2.0)
+    sure = rows[rows["status"] == 1]
+    assert len(sure) > 25
+    off = sure["position"][:, 0] - truth[np.round(10 * sure["time_s"]).astype(int)]
+    assert np.abs((off + 150) % 300 - 150).max() <= 5
+    assert sure["velocity"].mean() == pytest.approx(20.0, abs=2.0)
 
 
 def test_options_go_before_the_configuration_and_that_before_the_defaults(elusive_in: Run, tmp_path: Path) -> None:

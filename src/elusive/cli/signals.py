@@ -12,7 +12,8 @@ from elusive.cli.terminal import Config, Out, bar, console, show
 from elusive.io import open_signal, read_truth
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
-from elusive.systems.signals.track import SignalTracking, track_signal_recording
+from elusive.systems.signals.parameters import SignalTracking
+from elusive.systems.signals.run import FILES, track_signal_recording
 
 
 @accepts(SignalTracking)
@@ -40,7 +41,7 @@ def track_signal_command(
 ) -> None:
     """Track objects that differ from a signal's noise only in their statistics."""
     parameters = SignalTracking(**nested(SignalTracking, given, read_yaml(config) if config else {}))
-    places = None if truth is None else read_truth(truth, axes=1)[:, :, 0]
+    places = None if truth is None else read_truth(truth, axes=1)
     frames = open_signal(
         recording, frame_samples=frame_samples, hop_samples=hop_samples, channel=channel, start=start, stop=stop,
         rate_hz=rate_hz,
@@ -52,4 +53,4 @@ def track_signal_command(
     if tracked.tracks:
         show("Tracks", [name.partition(" [")[0] for name in tracked.header], tracked.tracks)
     show(tracked.title, ("", ""), tracked.rows)
-    console.print(f"Written to {out}: tracks.csv, result.nc, report.html, report.png, config.yaml")
+    console.print(f"Written to {out}: {', '.join(FILES)}")

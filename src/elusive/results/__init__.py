@@ -3,7 +3,7 @@
 from elusive.results.exports import write_geojson, write_mot_csv
 from elusive.results.log import ByTrack, TrackLog, read_tracks_csv, write_tracks_csv
 from elusive.results.netcdf import write_result
-from elusive.results.scores import Scores, score
+from elusive.results.scores import Scores, known_truth, score
 from elusive.results.table import STATUSES, Columns, Unit, spread
 
 __all__ = [
@@ -13,6 +13,7 @@ __all__ = [
     "Scores",
     "TrackLog",
     "Unit",
+    "known_truth",
     "read_tracks_csv",
     "score",
     "spread",

@@ -145,6 +145,22 @@ def score(
     )  # fmt: skip
 
 
+def known_truth(truth: Array | None, start: int, frames: int) -> Array | None:
+    """Return the part of a truth, a row a frame of the file, that belongs to the frames of a run.
+
+    Raises
+    ------
+    DataError
+        If the truth has fewer rows than there are frames.
+    """
+    if truth is not None and len(truth) < start + frames:
+        raise DataError(
+            f"truth: has {len(truth)} rows for {start + frames} frames; give one row a frame of the file, nan where "
+            "a target is absent."
+        )
+    return None if truth is None else truth[start : start + frames]
+
+
 def _ring(places: Array, period: float) -> Array:
     """Lay a line whose ends meet out as a circle; other places stay."""
     if math.isinf(period):

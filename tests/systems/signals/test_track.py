@@ -16,15 +16,18 @@ from scipy.special import polygamma
 
 from elusive.errors import DataError, ParameterError
 from elusive.filters.accumulate.false_alarm import ExtremeValue
-from elusive.io import open_signal, read_signal_tracks_csv
+from elusive.io import open_signal
 from elusive.preprocess.standardise import learn_standard
+from elusive.results import read_tracks_csv
 from elusive.sensors.waveform import NoiseObject, NoiseObjectPath
 from elusive.systems.signals import results as signal_results
-from elusive.systems.signals.track import SignalTracking, track_signal, track_signal_recording
-from elusive.tracking import PeakTrack, ReadBack
-from elusive.tracking.fresh import Fresh
+from elusive.systems.signals.results import tracked_of
+from elusive.systems.signals.run import bound_to, track_signal_recording
+from elusive.systems.signals.track import SignalState, SignalTracking, track_signal
+from elusive.tracking import ReadBack, Step, Track
 
 QUICK = {"filter": {"smoothing": 0.9, "max_velocity": 3}}  # a short memory: the law of noise is soon simulated
+TIMED = {"filter": {"smoothing": 0.9, "max_velocity": 12}}  # the same at 4 frames a second
 WRITTEN = ["config.yaml", "report.html", "report.png", "result.nc", "tracks.csv"]
 
 
@@ -56,7 +59,7 @@ def test_an_object_is_found_where_it_is(statistic: str, border: str) -> None:
     results = list(track_signal(frames, SignalTracking(**given)))
     confirmed = [[track for track in result.tracks if track.status == "confirmed"] for result in results]
     assert not any(confirmed[:20])
-    off = [around(track.position[0] - truth[k, 0], 400) for k in range(50, 90) for track in confirmed[k]]
+    off = [around(track.mean[0] - truth[k, 0], 400) for k in range(50, 90) for track in confirmed[k]]
     assert sum(len(tracks) > 0 for tracks in confirmed[50:90]) > 36
     assert max(off) <= 5
     assert not any(confirmed[110:])  # gone soon after it left at 89
@@ -71,11 +74,7 @@ def test_velocities_between_whole_samples_are_not_lost(step: dict[str, float], l
     frames, truth = simulated(90, one(velocity=1.5, appears=0, leaves=90), 3, background=0.75)
     results = list(track_signal(frames, SignalTracking(filter={"smoothing": 0.95, "max_velocity": 3, **step})))
     found = [
-        any(
-            around(track.position[0] - truth[k, 0], 400) <= 3
-            for track in results[k].tracks
-            if track.status != "deleted"
-        )
+        any(around(track.mean[0] - truth[k, 0], 400) <= 3 for track in results[k].tracks if track.status != "deleted")
         for k in range(50, 90)
     ]
     assert (sum(found) < 30) if lost else (sum(found) >= 38)
@@ -84,7 +83,7 @@ def test_velocities_between_whole_samples_are_not_lost(step: dict[str, float], l
 def test_where_it_was_before_it_was_found_is_read_back() -> None:
     frames, truth = simulated(90, one(velocity=-1.0, appears=30), 2, background=0.8)
     results = list(track_signal(frames, SignalTracking(filter={"smoothing": 0.95, "max_velocity": 3})))
-    ((when, back),) = [(k, back) for k, result in enumerate(results) for back in result.read_back.values()]
+    ((when, back),) = [(k, back) for k, result in enumerate(results) for back in result.state.read_back.values()]
     first = when + 1 - len(back.positions)
     assert abs(first - 30) <= 4
     both = slice(max(first, 30), when + 1)
@@ -96,7 +95,7 @@ def test_noise_alone_raises_alarms_at_the_rate_asked_for() -> None:
     noise = np.random.default_rng(3).standard_normal((6000, 400))
     parameters = SignalTracking(**QUICK, false_alarm={"probability": 0.05})
     results = list(track_signal(noise, parameters))
-    alarms = sum(result.score.max() > result.threshold for result in results[50::20])
+    alarms = sum(result.state.score.max() > result.state.threshold for result in results[50::20])
     assert 4 <= alarms <= 34  # 15 +- 3 times (3.9 of the sampling, 4.5 of the simulated law)
     begun = {track.track: track.status for result in results for track in result.tracks}
     confirmed = {track.track for result in results for track in result.tracks if track.status == "confirmed"}
@@ -109,7 +108,7 @@ def test_a_click_is_no_object(clip: float | None, alarms: bool) -> None:
     frames, _ = simulated(60, [], 4)
     frames[40, 200] = 50.0
     results = list(track_signal(frames, SignalTracking(**QUICK, clip=clip)))
-    assert any(result.score.max() > result.threshold for result in results[40:50]) == alarms
+    assert any(result.state.score.max() > result.state.threshold for result in results[40:50]) == alarms
 
 
 def test_samples_that_differ_are_standardised_by_calibration() -> None:
@@ -123,10 +122,10 @@ def test_samples_that_differ_are_standardised_by_calibration() -> None:
     results = list(track_signal(frames, SignalTracking(**QUICK, calibration_frames=60)))
     assert len(results) == 200
     for result in results[:60]:
-        assert np.isnan(result.threshold)
+        assert np.isnan(result.state.threshold)
         assert result.tracks == ()
     assert not any(track.status == "confirmed" for result in results[:100] for track in result.tracks)
-    places = {k: t.position[0] for k in range(140, 200) for t in results[k].tracks if t.status == "confirmed"}
+    places = {k: t.mean[0] for k in range(140, 200) for t in results[k].tracks if t.status == "confirmed"}
     assert len(places) > 50
     assert max(around(x - truth[k, 0], 400) for k, x in places.items()) <= 5
 
@@ -138,7 +137,7 @@ def test_long_calibration_sets_the_threshold_from_its_own_scores() -> None:
     told = {"filter": {"smoothing": 0.8, "max_velocity": 2}, "clip": None, "false_alarm": {"probability": 0.01}}
     own = list(track_signal(frames, SignalTracking(**told, calibration_frames=800)))[800:]
     gaussian = list(track_signal(frames[800:], SignalTracking(**told)))
-    rates = [np.mean([r.score.max() > r.threshold for r in results[20::10]]) for results in (own, gaussian)]
+    rates = [np.mean([r.state.score.max() > r.state.threshold for r in results[20::10]]) for results in (own, gaussian)]
     assert rates[0] < 0.1
     assert rates[1] > 0.3
 
@@ -150,7 +149,7 @@ def test_a_short_calibration_raises_the_threshold_as_far_as_it_errs() -> None:
     alarms = []
     for _ in range(6):
         frames = np.exp(rng.normal(0.0, 0.7, 400)) * rng.standard_normal((225, 400))
-        alarms.append(np.mean([r.score.max() > r.threshold for r in list(track_signal(frames, told))[65:]]))
+        alarms.append(np.mean([r.state.score.max() > r.state.threshold for r in list(track_signal(frames, told))[65:]]))
     assert np.mean(alarms) < 0.09  # .03 over 40 signals; .2 if noise is simulated as if all samples were alike
 
 
@@ -183,15 +182,16 @@ def test_a_stream_without_end_is_tracked_frame_by_frame() -> None:
 def test_the_same_seed_gives_the_same_and_a_file_the_same_as_a_stream(tmp_path: Path) -> None:
     frames, _ = simulated(60, one(), 8)
     np.save(tmp_path / "a.npy", frames)
-    parameters = SignalTracking(**QUICK, seed=3)
+    parameters = SignalTracking(filter={"smoothing": 0.8, "max_velocity": 2}, seed=3)
     first, second = (list(track_signal(given, parameters)) for given in (frames, iter(frames)))
     for a, b in zip(first, second, strict=True):
-        np.testing.assert_array_equal(a.score, b.score)
-        assert (a.threshold, a.tracks) == (b.threshold, b.tracks)
+        np.testing.assert_array_equal(a.state.score, b.state.score)
+        assert a.state.threshold == b.state.threshold
+        assert repr(a.tracks) == repr(b.tracks)
     outcome = track_signal_recording(open_signal(tmp_path / "a.npy"), parameters, tmp_path / "out")
-    np.testing.assert_allclose(outcome.tracked.highest, [result.score.max() for result in first])
+    np.testing.assert_allclose(outcome.tracked.highest, [result.state.score.max() for result in first])
     other = list(track_signal(frames[:30], parameters.replace(seed=4)))
-    assert other[-1].threshold != first[29].threshold
+    assert other[-1].state.threshold != first[29].state.threshold
 
 
 # -------------------------------------------------------------------------------------------------------------- files
@@ -204,7 +204,9 @@ def tracked(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, np.ndarray,
     np.save(folder / "a.npy", frames)
     source = open_signal(folder / "a.npy", rate_hz=4.0, start=5)
     seen: list[int] = []
-    done = track_signal_recording(source, SignalTracking(**QUICK), folder / "out", truth=truth, on_frame=seen.append)
+    done = track_signal_recording(
+        source, SignalTracking(**TIMED), folder / "out", truth=truth[:, :, None], on_frame=seen.append
+    )
     assert seen == list(range(1, 96))
     return folder, truth, dict(done.tracked.rows)
 
@@ -212,33 +214,69 @@ def tracked(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, np.ndarray,
 def test_everything_is_written_and_says_the_same(tracked: tuple[Path, np.ndarray, dict[str, str]]) -> None:
     folder, truth, told = tracked
     assert sorted(path.name for path in (folder / "out").iterdir()) == WRITTEN
-    rows = read_signal_tracks_csv(folder / "out" / "tracks.csv")
-    assert [row.time_s for row in rows] == sorted(row.time_s for row in rows)
-    assert sorted({row.time_s for row in rows}) == [number / 4 for number in range(5, 100)]
-    confirmed = [row for row in rows if row.status == "confirmed"]
-    assert {row.track for row in confirmed} == {confirmed[0].track}
-    assert told["Confirmed tracks that never met an object"] == "0"
-    assert float(told["Error there, RMS"].split()[0]) < 2
-    assert len(confirmed) > 40
-    for row in confirmed:
-        assert around(np.array(row.x - truth[round(4 * row.time_s), 0]), 400) <= 5
-        assert row.score > 4
-    assert np.mean([row.vx for row in confirmed]) == pytest.approx(8.0, abs=0.4)  # 2 samples a frame, 4 frames a second
-    earlier = [row for row in rows if row.status == "read-back"]
-    assert {row.track for row in earlier} <= {confirmed[0].track}
-    assert all(np.isnan(row.score) for row in earlier)
+    read = read_tracks_csv(folder / "out" / "tracks.csv")
+    assert read.columns.added == ("score", "evidence")
+    assert np.isnan(read.rows["existence"]).all()  # a score is no posterior probability
+    rows = read.rows[read.rows["status"] == 1]
+    assert len(np.unique(rows["track"])) == 1
+    assert told["Tracks that never met a target"] == "0"
+    assert float(told["Error there"].split()[0]) < 2
+    assert len(rows) > 40
+    off = rows["position"][:, 0] - truth[np.round(4 * rows["time_s"]).astype(int), 0]
+    assert around(off, 400).max() <= 5
+    assert (rows["added"][:, 1] > 4).all()
+    assert (rows["added"][:, 0] > 0.5).all()
+    assert rows["velocity"][:, 0].mean() == pytest.approx(8.0, abs=0.4)  # 2 samples a frame, 4 frames a second
     with xr.open_dataset(folder / "out" / "result.nc", engine="h5netcdf", decode_times=False) as result:
-        assert result["score"].shape == (95, 400)
-        np.testing.assert_allclose(result["score"].max("sample"), result["highest_score"], rtol=1e-6)
-        at = round(4 * confirmed[-1].time_s) - 5
-        assert int(result["score"].values[at].argmax()) == pytest.approx(confirmed[-1].x, abs=1)
-        assert result["time"].values[0] == 1.25
+        np.testing.assert_allclose(result["step_time"], np.arange(5, 100) / 4)
+        assert result["evidence_map"].shape == (95, 400)
+        np.testing.assert_allclose(result["evidence_map"].max("sample"), result["step_highest"], rtol=1e-6)
+        at = round(4 * rows["time_s"][-1]) - 5
+        assert int(result["evidence_map"].values[at].argmax()) == pytest.approx(rows["position"][-1, 0], abs=1)
+        assert result["map_time"].values[0] == 1.25
+
+
+@pytest.mark.parametrize("rate_hz", [4.0, 30000 / 1001, 0.1])
+def test_a_rate_changes_the_unit_of_velocities_and_nothing_else(rate_hz: float) -> None:
+    frames, _ = simulated(60, one(leaves=59), 1)
+    parameters = SignalTracking(filter={"smoothing": 0.8, "border": "circular"})
+    counted = list(track_signal(frames, parameters))
+    timed = list(track_signal(frames, parameters.bind(400, 1 / rate_hz), np.arange(60) / rate_hz))
+    for a, b in zip(counted, timed, strict=True):
+        assert b.time_s == pytest.approx(a.time_s / rate_hz)
+        assert a.state.threshold == b.state.threshold
+        assert [track[:2] for track in a.tracks] == [track[:2] for track in b.tracks]
+        for track, same in zip(a.tracks, b.tracks, strict=True):
+            np.testing.assert_allclose(same.mean, track.mean * [1, rate_hz])
+    assert any(track.status == "confirmed" for track in timed[-1].tracks)
+    given = SignalTracking(filter={"smoothing": 0.9, "max_velocity": 8.0}).bind(400, 0.25)
+    assert (given.recursion.max_velocity, given.recursion.velocity_step) == (2.0, 0.25)
+
+
+def test_an_object_is_followed_at_uneven_times(tmp_path: Path) -> None:
+    rng = np.random.default_rng(4)
+    times = np.cumsum(rng.uniform(0.1, 0.4, 90))
+    frames, _ = simulated(90, [], 4)
+    truth = 60 + 8.0 * times
+    for frame, place in zip(frames, truth, strict=True):
+        frame[np.round(place + np.arange(-2, 3)).astype(int) % 400] += rng.standard_normal(5)
+    header = ",".join(["time_s", *(f"s{k}" for k in range(400))])
+    np.savetxt(tmp_path / "a.csv", np.column_stack([times, frames]), delimiter=",", header=header, comments="")
+    source = open_signal(tmp_path / "a.csv")
+    assert bound_to(source, SignalTracking()).interval_s == pytest.approx(0.25, abs=0.1)
+    log = track_signal_recording(source, SignalTracking(filter={"smoothing": 0.9}), tmp_path / "out").log
+    sure = log.rows[(log.rows["status"] == 1) & (log.rows["step"] > 40)]
+    assert len(sure) > 40
+    assert around(sure["position"][:, 0] - truth[sure["step"]], 400).max() <= 5
+    assert sure["velocity"].mean() == pytest.approx(8.0, abs=2.0)
 
 
 def test_the_configuration_repeats_the_run(tracked: tuple[Path, np.ndarray, dict[str, str]], tmp_path: Path) -> None:
     folder, truth, _ = tracked
     again = SignalTracking.from_yaml(folder / "out" / "config.yaml")
-    track_signal_recording(open_signal(folder / "a.npy", rate_hz=4.0, start=5), again, tmp_path / "out", truth=truth)
+    track_signal_recording(
+        open_signal(folder / "a.npy", rate_hz=4.0, start=5), again, tmp_path / "out", truth=truth[:, :, None]
+    )
     for name in WRITTEN:
         assert (tmp_path / "out" / name).read_bytes() == (folder / "out" / name).read_bytes(), name
 
@@ -249,9 +287,10 @@ def test_times_of_the_file_give_seconds(tmp_path: Path) -> None:
     header = ",".join(["time_s", *(f"s{k}" for k in range(100))])
     np.savetxt(tmp_path / "a.csv", np.column_stack([times, frames]), delimiter=",", header=header, comments="")
     outcome = track_signal_recording(open_signal(tmp_path / "a.csv"), SignalTracking(**QUICK), tmp_path / "out")
-    assert sorted({row.time_s for row in outcome.rows}) == times.tolist()
+    assert outcome.log.times_s.tolist() == times.tolist()
     assert outcome.tracked.time_unit == "s"
-    assert np.mean([row.vx for row in outcome.rows if row.status == "confirmed"]) == pytest.approx(4.0, abs=0.5)
+    rows = outcome.log.rows
+    assert rows["velocity"][rows["status"] == 1].mean() == pytest.approx(4.0, abs=0.5)
 
 
 def test_a_large_map_is_thinned_by_its_largest(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -260,13 +299,13 @@ def test_a_large_map_is_thinned_by_its_largest(tmp_path: Path, monkeypatch: pyte
     np.save(tmp_path / "a.npy", frames)
     outcome = track_signal_recording(open_signal(tmp_path / "a.npy"), SignalTracking(**QUICK), tmp_path / "out")
     with xr.open_dataset(tmp_path / "out" / "result.nc", engine="h5netcdf", decode_times=False) as result:
-        cells = result["score"]
+        cells = result["evidence_map"]
         stride, shrink = cells.attrs["frames_a_cell"], cells.attrs["samples_a_cell"]
         assert (stride, shrink) == (8, 8)
         assert cells.shape == (9, 50)
         blocks = [outcome.tracked.highest[k : k + stride].max() for k in range(0, 70, stride)]
         np.testing.assert_allclose(cells.max("sample"), blocks, rtol=1e-6)
-        assert result["highest_score"].size == 70
+        assert result["step_highest"].size == 70
 
 
 @pytest.mark.parametrize(("x", "frames"), [(100.0, []), (104.0, []), (396.0, []), (200.0, [5, 6, 7, 8])])
@@ -274,33 +313,33 @@ def test_a_track_is_not_read_back_into_another_one(tmp_path: Path, x: float, fra
     """Track 1 stands at 100, or across the ring's ends, until track 2 begins in frame 9, found to be there since 5."""
     place = 100.0 if x < 300 else 1.0
     np.save(tmp_path / "a.npy", np.random.default_rng(1).standard_normal((11, 400)))
-    run = signal_results.SignalRun(open_signal(tmp_path / "a.npy"), ring=True, object_size=5)
-    run.times = list(range(11))
-    fresh = Fresh.expecting(8.0, 0.9, 5)
-    law = ExtremeValue(5.0, 1.0)
+    log = signal_results.SignalLog(open_signal(tmp_path / "a.npy"), SignalTracking())
+    unknown, law = np.full((2, 2), np.nan), ExtremeValue(5.0, 1.0)
     for k in range(11):
-        first = PeakTrack(1, "confirmed", (place,), (0.0,), 8.0, 1, k + 1, 0, fresh)
-        second = PeakTrack(2, "candidate" if k == 9 else "confirmed", (x,), (0.0,), 8.0, 10, k - 8, 0, fresh)
+        first = Track(1, "confirmed", np.nan, np.array([place, 0.0]), unknown, 1.0)
+        second = Track(2, "candidate" if k == 9 else "confirmed", np.nan, np.array([x, 0.0]), unknown, 1.0)
         back = {2: ReadBack(5, np.full((6, 1), x), 1.0)} if k == 10 else {}
-        tracks = (first,) if k < 9 else (first, second)
-        run.offer(signal_results.SignalResult(np.arange(400.0), np.arange(400.0), 5.0, law, tracks, back))
-    rows = run.outcome([], None).rows
-    assert [row.time_s for row in rows if row.status == "read-back"] == frames
+        state = SignalState(np.arange(400.0), np.arange(400.0), 5.0, law, back)
+        log.take(Step(float(k), None, state, (first,) if k < 9 else (first, second)))
+    assert log.earlier()[2][:, 0].tolist() == frames
 
 
 def test_the_truth_only_scores(tracked: tuple[Path, np.ndarray, dict[str, str]], tmp_path: Path) -> None:
     folder, truth, _ = tracked
     source = open_signal(folder / "a.npy", rate_hz=4.0, start=5)
-    outcome = track_signal_recording(source, SignalTracking(**QUICK), tmp_path / "out")
+    outcome = track_signal_recording(source, SignalTracking(**TIMED), tmp_path / "out")
     assert (tmp_path / "out" / "tracks.csv").read_bytes() == (folder / "out" / "tracks.csv").read_bytes()
-    assert "Error there, RMS" not in dict(outcome.tracked.rows)
+    assert "Error there" not in dict(outcome.tracked.rows)
     elsewhere = (truth + 200) % 400
-    told = dict(track_signal_recording(source, SignalTracking(**QUICK), tmp_path / "c", truth=elsewhere).tracked.rows)
-    assert told["Confirmed tracks that never met an object"] == "1"
-    assert told["Objects found within 5 samples"] == "0 % of their frames"
+    told = dict(
+        track_signal_recording(
+            source, SignalTracking(**TIMED), tmp_path / "c", truth=elsewhere[:, :, None]
+        ).tracked.rows
+    )
+    assert told["Tracks that never met a target"] == "1"
+    assert told["Targets found within 5 samples"] == "0 % of their times"
     with pytest.raises(DataError, match="truth: has 50 rows for 100 frames"):
-        track_signal_recording(source, SignalTracking(**QUICK), tmp_path / "d", truth=truth[:50])
-    assert not (tmp_path / "d").exists()
+        tracked_of(outcome.log, truth[:50, :, None])
 
 
 # --------------------------------------------------------------------------------------------------------- parameters

@@ -10,7 +10,6 @@ import numpy as np
 from scipy.special import ndtri
 
 from elusive.contracts import Array
-from elusive.errors import DataError
 from elusive.filters.particle.recorded import RecordedState
 from elusive.preprocess.background import LEVELS
 from elusive.results import STATUSES, TrackLog, score
@@ -44,22 +43,6 @@ class ImageLog(TrackLog):
         if isinstance(state, RecordedState | SeveralState) and state.whitener.output is not None:
             values |= zip(QUANTILES, state.whitener.output.quantiles[0].tolist(), strict=True)
         self.append(step, **values)
-
-
-def known_truth(truth: Array | None, start: int, frames: int) -> Array | None:
-    """Return the part of a truth, a row a frame of the file, that belongs to the frames of a run.
-
-    Raises
-    ------
-    DataError
-        If the truth has fewer rows than there are frames.
-    """
-    if truth is not None and len(truth) < start + frames:
-        raise DataError(
-            f"truth: has {len(truth)} rows for {start + frames} frames; give one row a frame of the file, nan where "
-            "a target is absent."
-        )
-    return None if truth is None else truth[start : start + frames]
 
 
 def tracked_of(title: str, log: ImageLog, shape: tuple[int, int], *, timed: bool, truth: Array | None) -> Tracked:

@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 from elusive.contracts import Array
 from elusive.io import FrameSource, atomic_folder
-from elusive.results import write_mot_csv, write_result
+from elusive.results import known_truth, write_mot_csv, write_result
 from elusive.systems.images.parameters import ImageTracking
 from elusive.systems.images.report import FrameKeeper, Tracked, write_html, write_png
-from elusive.systems.images.results import ImageLog, known_truth, tracked_of
+from elusive.systems.images.results import ImageLog, tracked_of
 from elusive.systems.images.track import track_images
 from elusive.tracking import Step
 

@@ -10,7 +10,8 @@ from pydantic import Field, model_validator
 from elusive.errors import DataError, ParameterError
 from elusive.filters.accumulate.false_alarm import LEAST_BLOCK_CELLS, LEAST_MAXIMA, FalseAlarm
 from elusive.filters.accumulate.recurrent import RecurrentFilter
-from elusive.model import Model, Positive, over_default
+from elusive.filters.frame_units import rescaled
+from elusive.model import FROM_RECORDING, Model, Positive, over_default
 from elusive.preprocess.standardise import LEAST_FRAMES
 from elusive.preprocess.windows import LikelihoodRatio, Statistic
 from elusive.systems.signals.evidence import SignalEvidence
@@ -25,7 +26,8 @@ class SignalTracking(Model):
     Where no window is given it is as long as the object, made odd; where no border of the window is given it follows
     the filter's: ``circular``, or, of a bounded signal, fewer samples (``cut``). Where no step between velocities is
     given it is so small that the nearest velocity strays from an object's path by a quarter of the object over the
-    filter's memory of ``1 / (1 - alpha)`` frames, and at most one.
+    filter's memory of ``1 / (1 - alpha)`` frames, and at most one. Velocities left alone count a frame, however fast
+    frames come; velocities that are given count a second.
     """
 
     main_options: ClassVar[tuple[str, ...]] = (
@@ -46,6 +48,7 @@ class SignalTracking(Model):
     )
     false_alarm: FalseAlarm = Field(FalseAlarm(), description="Threshold")
     tracks: PeakTracker = Field(PeakTracker(), description="When a track begins and ends")
+    interval_s: Positive = Field(1.0, description="Time between frames [s]", json_schema_extra=FROM_RECORDING)
     seed: int = Field(0, ge=0, description="Root of all random numbers")
 
     @model_validator(mode="before")
@@ -86,6 +89,13 @@ class SignalTracking(Model):
         return self
 
     @property
+    def recursion(self) -> RecurrentFilter:
+        """The filter with frames for its unit of time."""
+        usual: RecurrentFilter = type(self).model_fields["filter"].default
+        step = velocity_step_of(self.object_size, self.filter.smoothing)
+        return rescaled(self.filter, usual.replace(velocity_step=step), self.interval_s, left_alone=False)
+
+    @property
     def evidence(self) -> SignalEvidence:
         """What makes evidence of a frame, before calibration."""
         return SignalEvidence(self.statistic, self.clip)
@@ -99,23 +109,23 @@ class SignalTracking(Model):
     def described(self) -> list[tuple[str, str]]:
         """What the report says of the parameters."""
         flt, statistic = self.filter, self.statistic
-        speeds = flt.motion_vectors(1)[:, 0]
+        speeds = self.recursion.motion_vectors(1)[:, 0] / self.interval_s
         calibration = [("Calibration", f"first {self.calibration_frames} frames")] if self.calibration_frames else []
         return [
             *calibration,
             ("Statistic", f"{statistic.kind}, window of {statistic.window} samples, {statistic.border}"),
-            ("Velocities", f"{len(speeds)}, {speeds.min():g} to {speeds.max():g} samples a frame"),
+            ("Velocities", f"{len(speeds)}, {speeds.min():g} to {speeds.max():g} samples / s"),
             ("Smoothing", f"{flt.smoothing:g}: a memory of about {1 / (1 - flt.smoothing):.0f} frames"),
             ("Rate of false alarms asked for", f"{self.false_alarm.probability:g} a frame without an object"),
         ]
 
-    def check(self, samples: int) -> None:
-        """Refuse frames that are too short, or need more memory than half of the machine's.
+    def bind(self, samples: int, interval_s: float = 1.0) -> SignalTracking:
+        """Return the same for frames of so many samples, so long apart as a rule.
 
         Raises
         ------
         DataError
-            If so.
+            If the frames are too short, or need more memory than half of the machine's.
         """
         if samples < self.statistic.window:
             raise DataError(
@@ -127,7 +137,14 @@ class SignalTracking(Model):
                 f"frames of {samples} samples are too short to tell, each by itself, what noise does; take the law of "
                 "scores from simulation (--source simulation)."
             )
-        self.filter.check_memory((samples,))
+        bound = self.replace(interval_s=interval_s)
+        bound.recursion.check_memory((samples,))
+        return bound
+
+
+def velocity_step_of(size: int, smoothing: float) -> float:
+    """Step between velocities that loses no object [samples a frame]."""
+    return min(1.0, round(max(1, size) * (1 - smoothing) / 2, 6))
 
 
 def _stepped(flt: dict[str, Any], given: Mapping[str, Any], size: int) -> dict[str, Any]:
@@ -135,4 +152,4 @@ def _stepped(flt: dict[str, Any], given: Mapping[str, Any], size: int) -> dict[s
     smoothing = flt["smoothing"]
     if "velocity_step" in given.get("filter", {}) or not isinstance(smoothing, int | float) or not 0 <= smoothing < 1:
         return flt
-    return {**flt, "velocity_step": min(1.0, round(max(1, size) * (1 - smoothing) / 2, 6))}
+    return {**flt, "velocity_step": velocity_step_of(size, smoothing)}

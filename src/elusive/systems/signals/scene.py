@@ -1,4 +1,4 @@
-"""A scene of noise objects along a signal, complete in one file: who moves when and where, and how they are tracked.
+"""Noise objects along a signal: simulated frames with their truth, and a scene of them, complete in one file.
 
 Mazurek (2013), section 4: objects that differ from the background in their deviation alone, on straight paths.
 """
@@ -15,12 +15,11 @@ from pydantic import Field, model_validator
 from elusive.contracts import Array, X
 from elusive.errors import ParameterError
 from elusive.filters.accumulate.recurrent import RecurrentFilter
-from elusive.io import SignalSource, atomic_folder
+from elusive.io import SignalSource, atomic_folder, write_truth
 from elusive.model import Model
 from elusive.sensors.waveform import NoiseObject, NoiseObjectPath
 from elusive.systems.signals.parameters import SignalTracking
-from elusive.systems.signals.results import SignalOutcome
-from elusive.systems.signals.track import track_signal_recording
+from elusive.systems.signals.run import SignalOutcome, track_signal_recording
 
 VALUES_AT_MOST = 24_000_000  # samples of all frames: they are kept
 OBJECTS_AT_MOST = 20
@@ -28,14 +27,16 @@ NAME = "scene"
 FOLLOWS = (("filter", "velocity_step"), ("statistic", "window"), ("statistic", "border"))  # size or border
 
 
-class SignalScene(Model):
-    """Everything that a run of the workbench's noise objects can be told; frames and samples count from 0."""
+class SignalSimulation(Model):
+    """A signal with noise objects in it; frames and samples count from 0, and frames are 1 s apart."""
 
-    system: Literal["signals"] = Field("signals", description="What kind of scene this is")
     objects: tuple[NoiseObjectPath, ...] = Field(
         (NoiseObjectPath(start=(150.0,), velocity=(2.0,), appears=10, leaves=69),),
         max_length=OBJECTS_AT_MOST,
         description="Path of each object",
+    )
+    more_objects: int = Field(
+        0, ge=0, le=OBJECTS_AT_MOST, description="Further objects on straight paths drawn at random, as fast at most"
     )
     frames: int = Field(80, ge=2, le=100_000, description="Frames in all")
     samples: int = Field(600, ge=20, le=1_000_000, description="Samples of a frame")
@@ -43,10 +44,6 @@ class SignalScene(Model):
         NoiseObject(background_deviation=0.6), description="What objects and background are made of"
     )
     seed: int = Field(1, ge=0, description="Root of the frames' random numbers")
-    tracking: SignalTracking = Field(
-        SignalTracking(filter=RecurrentFilter(smoothing=0.9, max_velocity=4.0, velocity_step=0.25)),
-        description="How they are tracked",
-    )
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
@@ -68,15 +65,44 @@ class SignalScene(Model):
                 )
         if self.frames * self.samples > VALUES_AT_MOST:
             raise ParameterError(
-                f"SignalScene.frames: {self.frames} frames of {self.samples} samples are more than a scene keeps, "
-                f"{VALUES_AT_MOST} samples; give fewer or shorter ones."
+                f"{type(self).__name__}.frames: {self.frames} frames of {self.samples} samples are more than a scene "
+                f"keeps, {VALUES_AT_MOST} samples; give fewer or shorter ones."
             )
         return self
 
     @property
+    def fitted_sensor(self) -> NoiseObject:
+        """The sensor with the frames' length."""
+        return self.sensor.replace(shape=(self.samples,))
+
+    @property
+    def paths(self) -> list[NoiseObjectPath]:
+        """Paths of all objects, those drawn at random too."""
+        rng = np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=(1,)))
+        fastest = max((abs(path.velocity[0]) for path in self.objects), default=2.0)
+        drawn = [
+            NoiseObjectPath(
+                start=(float(rng.uniform(0, self.samples - 1)),), velocity=(float(rng.uniform(-fastest, fastest)),),
+                appears=int(rng.integers(self.frames // 2)),
+            )
+            for _ in range(self.more_objects)
+        ]  # fmt: skip
+        return [*self.objects, *drawn]
+
+
+class SignalScene(SignalSimulation):
+    """Everything that a run of the workbench's noise objects can be told: what is simulated, how it is tracked."""
+
+    system: Literal["signals"] = Field("signals", description="What kind of scene this is")
+    tracking: SignalTracking = Field(
+        SignalTracking(filter=RecurrentFilter(smoothing=0.9, max_velocity=4.0, velocity_step=0.25)),
+        description="How they are tracked",
+    )
+
+    @property
     def settled(self) -> SignalScene:
         """The same, with a sensor of these frames' length and a filter of the objects' size and border."""
-        sensor = self.sensor.replace(shape=(self.samples,))
+        sensor = self.fitted_sensor
         return self.replace(sensor=sensor, tracking=fitted(self.tracking, sensor.object_size, sensor.border))
 
 
@@ -95,14 +121,14 @@ class DrawnSignal(NamedTuple):
     """Frames with the truth behind them."""
 
     frames: Array  # (T, samples)
-    truth: Array  # (T, objects) [samples], NaN where an object is absent or outside
+    truth: Array  # (T, objects, 1) [samples], NaN where an object is absent or outside
 
 
-def draw_signal(scene: SignalScene) -> DrawnSignal:
+def draw_signal(scene: SignalSimulation) -> DrawnSignal:
     """Draw the frames."""
     rng = np.random.default_rng(scene.seed)
-    drawn = scene.settled.sensor.simulate_sequence(scene.frames, list(scene.objects), rng)
-    truth = drawn.truth[:, :, X]
+    drawn = scene.fitted_sensor.simulate_sequence(scene.frames, scene.paths, rng)
+    truth = drawn.truth[:, :, [X]]
     inside = (truth >= -0.5) & (truth <= scene.samples - 0.5)
     return DrawnSignal(drawn.frames, np.where(inside | (scene.sensor.border == "circular"), truth, np.nan))
 
@@ -116,6 +142,21 @@ def held_signal(name: str, frames: Array, rate_hz: float | None = None, times_s:
 
     timed = times_s is not None or rate_hz is not None
     return SignalSource(name, frames.shape[1], len(frames), rate_hz, timed, 0, read, None)
+
+
+def simulate_signal(simulation: SignalSimulation, out: Path) -> DrawnSignal:
+    """Draw a signal and write ``signal.npy``, ``truth.txt`` (which ``--truth`` takes) and ``simulation.yaml``.
+
+    Raises
+    ------
+    DataError
+        If a file cannot be written; then none is.
+    """
+    drawn = draw_signal(simulation)
+    with atomic_folder(out) as folder:
+        _write(folder, drawn)
+        (folder / "simulation.yaml").write_text(simulation.to_yaml(), encoding="utf-8")
+    return drawn
 
 
 def track_signal_scene(
@@ -139,10 +180,14 @@ def track_signal_scene(
     """
     drawn, settled = draw_signal(scene), scene.settled
     with atomic_folder(out) as folder:
-        np.save(folder / "signal.npy", drawn.frames)
-        if scene.objects:
-            np.savetxt(folder / "truth.txt", drawn.truth, header="samples, a line a frame, a column an object")
+        _write(folder, drawn)
         (folder / "scene.yaml").write_text(scene.to_yaml(), encoding="utf-8")
-        truth = drawn.truth if scene.objects else None
+        truth = drawn.truth if drawn.truth.size else None
         source = held_signal(NAME, drawn.frames)
         return track_signal_recording(source, settled.tracking, folder, truth=truth, on_frame=on_frame)
+
+
+def _write(folder: Path, drawn: DrawnSignal) -> None:
+    np.save(folder / "signal.npy", drawn.frames)
+    if drawn.truth.size:
+        write_truth(folder / "truth.txt", drawn.truth)

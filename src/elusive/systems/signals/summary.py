@@ -1,26 +1,18 @@
-"""What the report of a signal says in words and numbers: a line a track, a sentence, and scores against a truth."""
+"""What the report of a signal says in words and numbers: a line a track, and a sentence."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
 from elusive.contracts import Array
+from elusive.results import STATUSES
+from elusive.results.spool import Records
 
+CONFIRMED, DELETED = STATUSES.index("confirmed"), STATUSES.index("deleted")
 CHANCE_SHOWN = 1e-12  # smaller probabilities are not told apart
-
-
-class Point(NamedTuple):
-    """A track in one frame."""
-
-    frame: int  # of the run, from 0
-    status: str
-    score: float
-    x: float  # samples
-    vx: float  # samples a frame
 
 
 def apart(way: Array, period: float) -> Array:
@@ -36,7 +28,7 @@ def header(unit: str) -> tuple[str, ...]:
 
 
 def line_of(
-    number: int, points: Sequence[Point], chance: float, times: Array, unit: str, rate: float, period: float
+    number: int, rows: Records, earlier: Array | None, times: Array, unit: str, period: float
 ) -> tuple[str, ...]:
     """Return a track's line of the table: since when, until when, where, how fast, how sure.
 
@@ -44,34 +36,35 @@ def line_of(
     ----------
     number
         Of the track.
-    points
-        The track, confirmed at some time.
-    chance
-        Probability that noise alone reaches its highest score in a frame.
+    rows
+        Of the track, confirmed at some time; what is added is score and evidence.
+    earlier
+        Step and place before it was found, ``(k, 2)``; None where it was not read back.
     times
-        Of the frames.
+        Of the steps.
     unit
         Of the times, ``s`` or ``frame``.
-    rate
-        Frames in one of them.
     period
         Of the ring, in samples; infinity where the signal's ends do not meet.
     """
-    alive = [point for point in points if point.status != "deleted"]
-    sure = next(point for point in points if point.status == "confirmed")
-    x = np.array([point.x for point in alive])
+    before = np.empty((0, 2)) if earlier is None else earlier
+    alive = rows[rows["status"] != DELETED]
+    x = np.concatenate([before[:, 1], alive["position"][:, 0]])
+    when = np.concatenate([times[before[:, 0].astype(int)], alive["time_s"]])
     if math.isfinite(period):
         x = np.unwrap(x, period=period)
-    speed = np.polyfit([point.frame for point in alive], x, 1)[0] if len(alive) > 1 else alive[0].vx
+    speed = np.polyfit(when, x, 1)[0] if len(x) > 1 else alive["velocity"][0, 0]
+    chance = 1 - np.nanmax(rows["added"][:, 0])
+    ended = rows["status"][-1] == DELETED
     return (
         str(number),
-        _time(times[alive[0].frame], unit),
-        _time(times[sure.frame], unit),
-        _time(times[points[-1].frame], unit) if points[-1].status == "deleted" else "the end",
-        f"{alive[0].x:.1f}",
-        f"{alive[-1].x:.1f}",
-        f"{round(rate * speed, 2) + 0.0:+.2f}",
-        f"{np.nanmax([point.score for point in points]):.1f}",
+        _time(when[0], unit),
+        _time(rows["time_s"][rows["status"] == CONFIRMED][0], unit),
+        _time(rows["time_s"][-1], unit) if ended else "the end",
+        f"{x[0]:.1f}",
+        f"{alive['position'][-1, 0]:.1f}",
+        f"{round(float(speed), 2) + 0.0:+.2f}",
+        f"{np.nanmax(rows['added'][:, 1]):.1f}",
         f"< {CHANCE_SHOWN:.0e}" if chance < CHANCE_SHOWN else f"{chance:.0e}",
     )
 
@@ -89,37 +82,12 @@ def verdict(lines: Sequence[Sequence[str]], unit: str) -> str:
     return f"One object was found: from {time} {end}, beginning at sample {start}, moving {speed} samples a {per}."
 
 
-def levels(thresholds: Sequence[float]) -> str:
+def levels(thresholds: Array) -> str:
     """Say where the threshold stood."""
-    known = [level for level in thresholds if not math.isnan(level)]
-    if max(known) - min(known) < 0.005:
+    known = thresholds[np.isfinite(thresholds)]
+    if known.max() - known.min() < 0.005:
         return f"score {known[0]:.2f}"
     return f"score {known[0]:.2f} at first, {known[-1]:.2f} at last"
-
-
-def scored(tracks: Sequence[Sequence[Point]], truth: Array, near: float, period: float) -> list[tuple[str, str]]:
-    """Compare tracks, where they are confirmed, with the truth ``(T, objects)``, frame by frame.
-
-    ``near`` is how far from an object a track may be to have found it [samples].
-    """
-    present = np.isfinite(truth)
-    off = np.full(truth.shape, np.inf)
-    astray = 0
-    for points in tracks:
-        sure = [point for point in points if point.status == "confirmed"]
-        frames = np.array([point.frame for point in sure])
-        way = apart(np.array([point.x for point in sure])[:, None] - truth[frames], period)
-        way = np.where(present[frames], way, np.inf)
-        off[frames] = np.minimum(off[frames], way)
-        astray += not (way <= near).any()
-    found = present & (off <= near)
-    table = [("Confirmed tracks that never met an object", f"{astray}")]
-    if present.any():
-        share = f"{100 * found.sum() / present.sum():.0f} % of their frames"
-        table.append((f"Objects found within {near:g} samples", share))
-    if found.any():
-        table.append(("Error there, RMS", f"{np.sqrt(np.mean(off[found] ** 2)):.2f} samples"))
-    return table
 
 
 def _time(time: float, unit: str) -> str:

@@ -7,30 +7,44 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
-from itertools import chain, islice
-from pathlib import Path
-from typing import Any
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import chain, count, islice
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.random import Generator
+from numpy.typing import NDArray
 
-from elusive.contracts import Array
+from elusive.contracts import Array, interval_since
 from elusive.errors import DataError
-from elusive.filters.accumulate.false_alarm import NullScores, frame_law
-from elusive.io import SignalSource, atomic_folder
+from elusive.filters.accumulate.false_alarm import ExtremeValue, NullScores, frame_law
+from elusive.runner import timed
 from elusive.systems.signals.evidence import SignalEvidence, noise_law
 from elusive.systems.signals.parameters import SignalTracking
-from elusive.systems.signals.results import SignalOutcome, SignalResult, SignalRun
-from elusive.tracking import find_peaks, read_back
+from elusive.tracking import PeakTrack, ReadBack, Step, Track, find_peaks, read_back
 
-__all__ = ["SignalTracking", "track_signal", "track_signal_recording"]
+__all__ = ["SignalState", "SignalTracking", "track_signal"]
 
 REMEMBERED_BYTES = 2**26  # of evidence kept for reading tracks back
 MEMORIES = 3  # of 1 / (1 - alpha) frames kept for it
+FRAME_DIGITS = 6  # of a time counted in frames
+UNKNOWN = np.full((2, 2), np.nan)
+NOTHING: Mapping[int, ReadBack] = {}
 
 
-def track_signal(frames: Iterable[Array], parameters: SignalTracking) -> Iterator[SignalResult]:
+class SignalState(NamedTuple):
+    """What is known after a frame."""
+
+    taken: Array  # (n,) the samples as the filter takes them
+    score: NDArray[np.floating[Any]]  # (n,) accumulated evidence, in deviations of noise's; 0 in calibration frames
+    threshold: float = math.nan  # NaN in calibration frames
+    law: ExtremeValue | None = None  # of the highest score of noise; None in calibration frames
+    read_back: Mapping[int, ReadBack] = NOTHING  # of tracks confirmed in this frame: where they were before
+
+
+def track_signal(
+    frames: Iterable[Array], parameters: SignalTracking, times_s: Iterable[float] | None = None
+) -> Iterator[Step]:
     """Track objects through the frames of a signal, lazily; a live stream and a file are the same.
 
     The results of calibration frames come together, once the last of them has been seen.
@@ -40,21 +54,26 @@ def track_signal(frames: Iterable[Array], parameters: SignalTracking) -> Iterato
     frames
         ``(n,)`` each.
     parameters
-        What to do.
+        What to do, with the time between frames (see :meth:`SignalTracking.bind`).
+    times_s
+        Of the frames; by default as far apart as the parameters say.
 
     Yields
     ------
-    SignalResult
-        One a frame.
+    Step
+        A frame's, with a :class:`SignalState`. The score of a track is one minus the probability that noise alone
+        holds as high a peak in a frame: no posterior probability of existence. ``extra`` has the evidence of its
+        newest peak, in deviations of noise's.
 
     Raises
     ------
     DataError
-        If a frame cannot be used: NaN, all equal, another size, shorter than the window; or if the filter would need
-        more than half of the machine's memory.
+        If a frame cannot be used: NaN, all equal, another size, shorter than the window; if the filter would need more
+        than half of the machine's memory; or if time runs backwards.
     """
     rng = np.random.default_rng(parameters.seed)
-    stream = iter(frames)
+    times = (number * parameters.interval_s for number in count()) if times_s is None else times_s
+    stream: Iterator[Any] = timed(frames, times)
     calibration = list(islice(stream, parameters.calibration_frames))
     first = list(islice(stream, 1))
     if not first:
@@ -65,39 +84,44 @@ def track_signal(frames: Iterable[Array], parameters: SignalTracking) -> Iterato
             )
         return
     stream = chain(first, stream)
-    parameters.check(first[0].size)
+    ((frame, _),) = first
+    parameters.bind(frame.size, parameters.interval_s)
     evidence = parameters.evidence
-    if calibration:
-        evidence = evidence.calibrated(calibration)
-        for frame in calibration:
-            taken = evidence.taken(frame)
-            yield SignalResult(taken, np.zeros(taken.shape, np.float32), math.nan, None, (), {})
-    evidence.evidence(first[0])  # what cannot be used is refused before noise is simulated at length
+    quiet = [frame for frame, _ in calibration]
+    if quiet:
+        evidence = evidence.calibrated(quiet)
+        for one, time_s in calibration:
+            taken = evidence.taken(one)
+            yield Step(time_s, one, SignalState(taken, np.zeros(taken.shape, np.float32)), ())
+    evidence.evidence(frame)  # what cannot be used is refused before noise is simulated at length
     null = None
     if parameters.false_alarm.source == "simulation":
-        null = noise_law(parameters.filter, evidence, first[0], calibration, rng)
+        null = noise_law(parameters.recursion, evidence, frame, quiet, rng)
     yield from _follow(stream, parameters, evidence, null, rng)
 
 
 def _follow(
-    frames: Iterable[Array],
+    frames: Iterable[tuple[Array, float]],
     parameters: SignalTracking,
     evidence: SignalEvidence,
     null: NullScores | None,
     rng: Generator,
-) -> Iterator[SignalResult]:
-    """Accumulate, find peaks and track them, once it is known what noise does."""
-    flt, tracker = parameters.filter, parameters.tracker
+) -> Iterator[Step]:
+    """Accumulate, find peaks and track them, once it is known what noise does; inside, time counts frames."""
+    flt, tracker, interval_s = parameters.recursion, parameters.tracker, parameters.interval_s
     vectors, tracks, state = flt.motion_vectors(1), tracker.init(), flt.init(rng, -1.0)
     before: deque[Any] = deque()
     confirmed: set[int] = set()
-    for number, frame in enumerate(frames):
+    start_s = latest_s = math.nan
+    for frame, time_s in frames:
+        elapsed = round(interval_since(latest_s, time_s) / interval_s, FRAME_DIGITS)
+        start_s, latest_s = (time_s if math.isnan(start_s) else start_s), time_s
         taken = evidence.taken(frame)
         found = evidence.statistic.evidence(taken)
         if before.maxlen is None:
             before = deque(maxlen=_remembered(flt.smoothing, found.size))
         before.append(found.astype(np.float32))
-        state = flt.step(state, float(number), found, rng)
+        state = flt.step(state, round((time_s - start_s) / interval_s, FRAME_DIGITS), found, rng)
         law = frame_law(state.score) if null is None else null.at(state.frames)
         threshold = law.threshold(parameters.false_alarm.probability)
         peaks = find_peaks(
@@ -105,80 +129,23 @@ def _follow(
             smoothing=flt.smoothing, frames=state.frames, window=parameters.statistic.window,
             object_size=parameters.object_size, fluctuation=math.sqrt(2 / parameters.object_size), border=flt.border,
         )  # fmt: skip
-        tracks = tracker.step(tracks, peaks, found, threshold)
+        tracks = tracker.step(tracks, peaks, found, threshold, elapsed)
         back = {
             track.track: read_back(list(before), track.position, track.velocity, flt.border)
             for track in tracks.tracks
             if track.status == "confirmed" and track.track not in confirmed
         }
         confirmed.update(back)
-        yield SignalResult(taken, state.score, threshold, law, tracks.tracks, back)
+        shown = tuple(_track(track, law, interval_s) for track in tracks.tracks)
+        yield Step(time_s, frame, SignalState(taken, state.score, threshold, law, back), shown)
+
+
+def _track(track: PeakTrack, law: ExtremeValue, interval_s: float) -> Track:
+    (x,), (vx,) = track.position, track.velocity
+    score, mean = 1 - law.probability(track.score), np.array([x, vx / interval_s])
+    return Track(track.track, track.status, math.nan, mean, UNKNOWN, score, {"evidence": track.score})
 
 
 def _remembered(smoothing: float, samples: int) -> int:
     """Return how many frames of evidence are kept."""
     return max(2, min(math.ceil(MEMORIES / (1 - smoothing)), REMEMBERED_BYTES // (4 * samples)))
-
-
-def track_signal_recording(
-    source: SignalSource,
-    parameters: SignalTracking,
-    out: Path,
-    *,
-    truth: Array | None = None,
-    on_frame: Callable[[int], None] | None = None,
-) -> SignalOutcome:
-    """Track objects through a recording and write ``tracks.csv``, ``result.nc``, ``report.html``, ``report.png``.
-
-    ``config.yaml`` beside them repeats the run. Nothing is left in ``out`` if the recording cannot be used.
-
-    Parameters
-    ----------
-    source
-        From :func:`elusive.io.open_signal`.
-    parameters
-        What to do.
-    out
-        Folder for the results.
-    truth
-        ``(T, objects)`` places in samples for each frame of the file, NaN where an object is absent; scores only.
-    on_frame
-        Called with the number of frames done.
-
-    Raises
-    ------
-    DataError
-        If a frame cannot be used, the recording needs more memory than half of the machine's, or the truth has fewer
-        rows than there are frames.
-    """
-    try:
-        parameters.check(source.samples)
-    except DataError as error:
-        raise DataError(_placed(str(error), source.name, 0)) from None
-    run = SignalRun(source, parameters.filter.border == "circular", parameters.object_size)
-
-    def timed() -> Iterator[Array]:
-        for frame in source:
-            run.times.append(frame.time_s)
-            yield frame.samples
-
-    with atomic_folder(out) as folder:
-        try:
-            for number, result in enumerate(track_signal(timed(), parameters), 1):
-                run.offer(result)
-                if on_frame is not None:
-                    on_frame(number)
-        except DataError as error:
-            raise DataError(_placed(str(error), source.name, source.start + len(run.times) - 1)) from None
-        outcome = run.outcome(parameters.described, truth)
-        run.write(folder, outcome, parameters.to_yaml())
-    return outcome
-
-
-def _placed(fault: str, name: str, frame: int) -> str:
-    """Say in which file and frame a fault is, where its sentence does not."""
-    if fault.startswith(name):
-        return fault
-    return (
-        f"{name}, frame {frame}: {fault.removeprefix('frame: ')}" if fault.startswith("frame: ") else f"{name}: {fault}"
-    )

@@ -10,10 +10,11 @@ import numpy as np
 from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.io import FrameSource
+from elusive.results import known_truth
 from elusive.systems.images.page.panels import Belief, belief_of, dots_each, player_of, stride_of
 from elusive.systems.images.page.state import ImagesState
 from elusive.systems.images.report import Tracked
-from elusive.systems.images.results import ImageLog, known_truth, tracked_of
+from elusive.systems.images.results import ImageLog, tracked_of
 from elusive.systems.images.run import follow
 from elusive.systems.images.scene import NAME, ImageScene, draw_images, held_frames
 from elusive.systems.images.track import ImageTracking

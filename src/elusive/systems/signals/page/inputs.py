@@ -108,7 +108,7 @@ class SignalInputs:
             count, samples = state.recorded.frames.shape
             ui.label(f"{state.name}: {count} frames of {samples} samples").props('role="status"')
         with ui.expansion("Where objects truly were").props("dense").classes("w-full"):
-            opener("truth", TRUTHS, lambda path: read_truth(path, axes=1)[:, :, 0], self._told_truth)
+            opener("truth", TRUTHS, partial(read_truth, axes=1), self._told_truth)
         if state.truth is not None:
             ui.label(f"{state.truth_name}: {len(state.truth)} frames, objects: {state.truth.shape[1]}")
         tracked = [Form(state.tracking, OPEN_MAIN, self._track, grouped=False)]

@@ -5,16 +5,14 @@ Samples go across and frames down; in each frame of the player what is later is 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from elusive.contracts import Array
-from elusive.io import SignalTrackRow
+from elusive.results import STATUSES, TrackLog
 from elusive.systems.signals.report import SignalTracked, Waterfall
-from elusive.systems.signals.results import SignalResult
+from elusive.systems.signals.track import SignalState
 from elusive.workbench.blocks import Panel, player_spec, scaled
 
 SIDE_AT_MOST = 200  # cells of a map, across and down
@@ -30,17 +28,17 @@ class Maps:
         self._signal = Waterfall("largest", times=FRAMES_AT_MOST, samples=SIDE_AT_MOST)
         self._score = Waterfall("largest", times=FRAMES_AT_MOST, samples=SIDE_AT_MOST)
 
-    def offer(self, result: SignalResult) -> None:
-        """Take one frame's result."""
-        self._signal.offer(np.abs(result.taken))
-        self._score.offer(result.score)
+    def offer(self, state: SignalState) -> None:
+        """Take what is known after one frame."""
+        self._signal.offer(np.abs(state.taken))
+        self._score.offer(state.score)
 
     @property
     def stride(self) -> int:
         """Frames of the run for one of the player."""
         return self._score.stride
 
-    def player(self, tracked: SignalTracked, rows: Sequence[SignalTrackRow]) -> dict[str, Any]:
+    def player(self, tracked: SignalTracked, log: TrackLog) -> dict[str, Any]:
         """Return a player of the run."""
         shrink, stride = self._score.shrink, self._score.stride
         signal, score = self._signal.picture(), self._score.picture()
@@ -55,13 +53,13 @@ class Maps:
         if truth is not None:
             for k in range(bins):
                 crosses[k] = [["truth", *place(x, k), "", "", 0] for x in truth[k * stride] if np.isfinite(x)]
-        dots = _dots(tracked.times, rows, stride, bins)
+        dots = _dots(log, stride, bins)
         marks = [[[*("mark", *place(x, k)), status, str(track), 0] for x, status, track in there]
                  for k, there in enumerate(dots)]  # fmt: skip
         both = [[*cross, *mark] for cross, mark in zip(crosses, marks, strict=True)]
         seen = scaled("Signal", _grown(signal, tall), "", low=0.0, colours="grey")
         found = scaled("Statistic", _grown(score, tall), "deviations", low=0.0)
-        paths = Panel("Tracks", _grown(_paths(tracked, rows, shrink, stride, score.shape), tall), colours="labels")
+        paths = Panel("Tracks", _grown(_paths(tracked, shrink, stride, score.shape), tall), colours="labels")
         across = f"across: samples 0 to {tracked.samples - 1}"
         down = f"down: frames 0 to {len(tracked.times) - 1}"
         return player_spec(
@@ -77,22 +75,17 @@ def _grown(picture: NDArray[Any], tall: int) -> NDArray[Any]:
     return np.repeat(np.where(known[:, :, None], picture, 0), tall, axis=1)
 
 
-def _dots(
-    times: Array, rows: Sequence[SignalTrackRow], stride: int, bins: int
-) -> list[list[tuple[float, str, int]]]:  # fmt: skip
+def _dots(log: TrackLog, stride: int, bins: int) -> list[list[tuple[float, str, int]]]:
     """Return place, status and number of each living track in each frame of the player."""
-    of_time = {time: frame for frame, time in enumerate(times.tolist())}
     dots: list[list[tuple[float, str, int]]] = [[] for _ in range(bins)]
-    for row in rows:
-        frame = of_time[row.time_s]
-        if row.track is not None and row.status in ("candidate", "confirmed") and frame % stride == 0:
-            dots[frame // stride].append((row.x, row.status.upper(), row.track))
+    for row in log.rows:
+        status = STATUSES[row["status"]]
+        if status != "deleted" and row["step"] % stride == 0:
+            dots[row["step"] // stride].append((float(row["position"][0]), status.upper(), int(row["track"])))
     return dots
 
 
-def _paths(
-    tracked: SignalTracked, rows: Sequence[SignalTrackRow], shrink: int, stride: int, shape: tuple[int, ...]
-) -> NDArray[np.uint8]:
+def _paths(tracked: SignalTracked, shrink: int, stride: int, shape: tuple[int, ...]) -> NDArray[np.uint8]:
     """Label the cells of true paths and of tracks."""
     labels = np.zeros(shape, np.uint8)
 

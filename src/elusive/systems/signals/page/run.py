@@ -2,28 +2,25 @@
 
 from __future__ import annotations
 
-import math
 import shlex
-import tempfile
-from collections.abc import Callable, Iterator, Sequence
-from pathlib import Path
+from collections.abc import Callable
 
 import numpy as np
 
 from elusive.contracts import Array
 from elusive.errors import DataError
-from elusive.io import SignalSource, SignalTrackRow, write_signal_tracks_csv
+from elusive.io import SignalSource
 from elusive.systems.signals.page.panels import Maps
 from elusive.systems.signals.page.state import SignalsState
 from elusive.systems.signals.parameters import SignalTracking
 from elusive.systems.signals.report import SignalTracked
-from elusive.systems.signals.results import SignalRun
+from elusive.systems.signals.results import SignalLog, tracked_of
+from elusive.systems.signals.run import bound_to, follow
 from elusive.systems.signals.scene import NAME, SignalScene, draw_signal, held_signal
 from elusive.systems.signals.summary import apart
-from elusive.systems.signals.track import track_signal
 from elusive.workbench.runs import Curve, File, Line, LiveJob, Run
 
-ERROR = "Error there, RMS"
+ERROR = "Error there"
 TRACKS_TOLD = 12
 
 
@@ -55,7 +52,7 @@ def run_scene(scene: SignalScene, job: LiveJob) -> Run:
     yaml = File("Run as YAML", "scene.yaml", settled.to_yaml().encode())
     again = "elusive scene scene.yaml --out results"
     title = f"deviation {scene.sensor.object_deviation:g} on {scene.sensor.background_deviation:g}"
-    truth = drawn.truth if scene.objects else None
+    truth = drawn.truth if drawn.truth.size else None
     return watched(title, held_signal(NAME, drawn.frames), settled.tracking, truth, yaml, again, job)
 
 
@@ -72,27 +69,20 @@ def watched(
     CancelledError
         If it was called off.
     """
-    tracking.check(source.samples)
+    bound = bound_to(source, tracking)
     job.total = source.length
-    ring = tracking.filter.border == "circular"
-    run, maps = SignalRun(source, ring, tracking.object_size), Maps()
-
-    def timed() -> Iterator[Array]:
-        for frame in source:
-            run.times.append(frame.time_s)
-            yield frame.samples
-
-    for result in track_signal(timed(), tracking):
-        run.offer(result)
-        maps.offer(result)
-        job.tell(math.nan if result.law is None else float(result.score.max()))
-    rows, tracked = run.outcome(tracking.described, truth)
+    log, maps = SignalLog(source, bound), Maps()
+    for step in follow(source, bound):
+        log.take(step)
+        maps.offer(step.state)
+        job.tell(float(log.steps["highest"][-1]))
+    tracked = tracked_of(log, truth)
     said = [("In words", tracked.verdict), *tracked.rows, *_tracks(tracked)]
     found = dict(tracked.rows)
     headline = (ERROR, found[ERROR]) if ERROR in found else ("Tracks", str(len(tracked.paths)))
-    curves = curves_of(tracked, float(source.samples) if ring else math.inf, tracking.object_size)
-    files = [yaml, File("Tracks as CSV", "tracks.csv", _csv(rows))]
-    return Run(title, headline, maps.player(tracked, rows), curves, said, files, again, maps.stride)
+    curves = curves_of(tracked, log.period, tracking.object_size)
+    files = [yaml, File("Tracks as CSV", "tracks.csv", log.csv_text().encode())]
+    return Run(title, headline, maps.player(tracked, log), curves, said, files, again, maps.stride)
 
 
 def curves_of(tracked: SignalTracked, period: float, near: float) -> list[Curve]:
@@ -125,10 +115,3 @@ def _tracks(tracked: SignalTracked) -> list[tuple[str, str]]:
         (f"Track {line[0]}", ", ".join(f"{head} {cell}" for head, cell in zip(heads, line[1:], strict=True)))
         for line in tracked.tracks[:TRACKS_TOLD]
     ]
-
-
-def _csv(rows: Sequence[SignalTrackRow]) -> bytes:
-    with tempfile.TemporaryDirectory(prefix="elusive-") as folder:
-        path = Path(folder) / "tracks.csv"
-        write_signal_tracks_csv(path, rows)
-        return path.read_bytes()

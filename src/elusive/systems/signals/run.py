@@ -1,0 +1,131 @@
+"""A recorded signal tracked from end to end: its tables, its report, the configuration that repeats it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from itertools import islice
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from elusive.contracts import Array
+from elusive.errors import DataError
+from elusive.io import SignalSource, atomic_folder
+from elusive.results import write_result
+from elusive.systems.signals.parameters import SignalTracking
+from elusive.systems.signals.report import SignalTracked, write_signal_html, write_signal_png
+from elusive.systems.signals.results import SignalLog, tracked_of
+from elusive.systems.signals.track import track_signal
+from elusive.tracking import Step
+
+FILES = ("tracks.csv", "result.nc", "report.html", "report.png", "config.yaml")
+CLOCKED = 16  # frames whose times tell how far apart frames are, where the file has times
+
+
+class SignalOutcome(NamedTuple):
+    """What a tracked signal came to."""
+
+    log: SignalLog
+    tracked: SignalTracked
+
+
+def bound_to(source: SignalSource, parameters: SignalTracking) -> SignalTracking:
+    """Return the parameters for a source's frames and the time between them.
+
+    Raises
+    ------
+    DataError
+        If the frames are too short, or need more memory than half of the machine's.
+    """
+    interval_s = 1.0 if source.rate_hz is None else 1 / source.rate_hz
+    if source.rate_hz is None and source.timed:
+        interval_s = float(np.median(np.diff([frame.time_s for frame in islice(source, CLOCKED)])))
+    try:
+        return parameters.bind(source.samples, interval_s)
+    except DataError as error:
+        raise DataError(_placed(str(error), source.name, 0)) from None
+
+
+def follow(source: SignalSource, parameters: SignalTracking) -> Iterator[Step]:
+    """Track through a source's frames at their times, with parameters bound to it.
+
+    Raises
+    ------
+    DataError
+        If a frame cannot be used; the sentence says which.
+    """
+    times: list[float] = []  # of frames read and not tracked yet: all of calibration's, else one
+    read = 0
+
+    def frames() -> Iterator[Array]:
+        nonlocal read
+        for frame in source:
+            times.append(frame.time_s)
+            read += 1
+            yield frame.samples
+
+    def clock() -> Iterator[float]:
+        while times:
+            yield times.pop(0)
+
+    try:
+        yield from track_signal(frames(), parameters, clock())
+    except DataError as error:
+        raise DataError(_placed(str(error), source.name, source.start + read - 1)) from None
+
+
+def track_signal_recording(
+    source: SignalSource,
+    parameters: SignalTracking,
+    out: Path,
+    *,
+    truth: Array | None = None,
+    on_frame: Callable[[int], None] | None = None,
+) -> SignalOutcome:
+    """Track objects through a recording and write FILES.
+
+    ``config.yaml`` repeats the run. Nothing is left in ``out`` if the recording cannot be used.
+
+    Parameters
+    ----------
+    source
+        From :func:`elusive.io.open_signal`.
+    parameters
+        What to do.
+    out
+        Folder for the results.
+    truth
+        ``(T, objects, 1)`` places in samples for each frame of the file, NaN where an object is absent; scores only.
+    on_frame
+        Called with the number of frames done.
+
+    Raises
+    ------
+    DataError
+        If a frame cannot be used, the recording needs more memory than half of the machine's, or the truth has fewer
+        rows than there are frames.
+    """
+    bound = bound_to(source, parameters)
+    config = bound.to_yaml()
+    with atomic_folder(out) as folder:
+        with SignalLog(source, bound, folder / "tracks.csv") as log:
+            for number, step in enumerate(follow(source, bound), 1):
+                log.take(step)
+                if on_frame is not None:
+                    on_frame(number)
+        tracked = tracked_of(log, truth)
+        write_result(folder / "result.nc", log, title=source.name, config=config, more=log.evidence_map())
+        (folder / "config.yaml").write_text(config, encoding="utf-8")
+        write_signal_png(folder / "report.png", tracked, log.signal, log.score)
+        write_signal_html(folder / "report.html", tracked, log.signal, log.score)
+    return SignalOutcome(log, tracked)
+
+
+def _placed(fault: str, name: str, frame: int) -> str:
+    """Say in which file and frame a fault is, where its sentence does not."""
+    if fault.startswith(name):
+        return fault
+    return (
+        f"{name}, frame {frame}: {fault.removeprefix('frame: ')}" if fault.startswith("frame: ") else f"{name}: {fault}"
+    )
