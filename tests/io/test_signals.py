@@ -18,11 +18,8 @@ from scipy.io import wavfile
 
 from elusive.errors import DataError
 from elusive.io import (
-    SignalTrackRow,
     open_signal,
-    read_signal_tracks_csv,
     read_truth,
-    write_signal_tracks_csv,
 )
 
 FINITE = st.floats(-1e9, 1e9)
@@ -365,46 +362,7 @@ def test_a_long_recording_is_not_held_in_memory(tmp_path: Path, suffix: str) -> 
     assert most < 1_000_000
 
 
-# -------------------------------------------------------------------------------------------------- tracks and truth
-
-
-def test_tracks_read_back_exactly(tmp_path: Path) -> None:
-    rows = [
-        SignalTrackRow(0.1, None, "none", 2.5),
-        SignalTrackRow(1 / 3, 1, "candidate", 6.25, 17.3, -1.25),
-        SignalTrackRow(1 / 3, 2, "read-back", np.nan, 1e-9, np.nan),
-    ]
-    write_signal_tracks_csv(tmp_path / "t.csv", rows)
-    found = read_signal_tracks_csv(tmp_path / "t.csv")
-    assert (tmp_path / "t.csv").read_text().splitlines()[0] == "time_s,track,status,score,x_sample,vx_sample"
-    np.testing.assert_equal(found, rows)
-
-
-@pytest.mark.parametrize(
-    ("row", "sentence"),
-    [
-        (SignalTrackRow(np.nan, 1, "candidate", 1.0, 2.0), "has the time nan"),
-        (SignalTrackRow(0.0, 1, "candidate", np.inf, 2.0), "infinite"),
-        (SignalTrackRow(0.0, 1, "", 1.0, 2.0), "has the status ''"),
-        (SignalTrackRow(0.0, None, "candidate", 1.0), "goes without a track"),
-        (SignalTrackRow(0.0, None, "none", 1.0, 3.0), "position but no track"),
-        (SignalTrackRow(0.0, 1, "candidate", 1.0), "needs x_sample"),
-    ],
-)
-def test_a_row_that_contradicts_itself_is_refused(tmp_path: Path, row: SignalTrackRow, sentence: str) -> None:
-    with pytest.raises(DataError, match=sentence):
-        write_signal_tracks_csv(tmp_path / "t.csv", [row])
-    assert list(tmp_path.iterdir()) == []
-    cells = ["" if value is None or value != value else str(value) for value in row]
-    (tmp_path / "t.csv").write_text("time_s,track,status,score,x_sample,vx_sample\n" + ",".join(cells) + "\n")
-    with pytest.raises(DataError, match=f"line 2.*{sentence}"):
-        read_signal_tracks_csv(tmp_path / "t.csv")
-
-
-def test_tracks_of_images_are_no_tracks_along_a_signal(tmp_path: Path) -> None:
-    (tmp_path / "t.csv").write_text("time_s,track,status,existence,x_px\n")
-    with pytest.raises(DataError, match=r"line 1: the columns are .* tracks along a signal have time_s,track"):
-        read_signal_tracks_csv(tmp_path / "t.csv")
+# -------------------------------------------------------------------------------------------------- truth
 
 
 def test_a_truth_of_one_and_of_several_objects(tmp_path: Path) -> None:

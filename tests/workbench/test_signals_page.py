@@ -12,6 +12,7 @@ import pytest
 import xarray as xr
 
 from elusive.errors import DataError, ParameterError
+from elusive.io import write_truth
 from elusive.systems.signals.page.recording import read_recorded
 from elusive.systems.signals.page.run import errors_of
 from elusive.systems.signals.page.state import Cutting
@@ -40,7 +41,7 @@ def test_the_example_runs_by_one_click_and_the_command_line_repeats_it(
     main_quietly("scene", scene, "--out", tmp_path / "out")
     assert re.search(rf"{ERROR}\s+│\s+{re.escape(shown)} ", capsys.readouterr().out)
     assert download(page, "Tracks as CSV", tmp_path).read_bytes() == (tmp_path / "out" / "tracks.csv").read_bytes()
-    found = xr.load_dataset(tmp_path / "out" / "result.nc")["highest_score"]
+    found = xr.load_dataset(tmp_path / "out" / "result.nc")["step_highest"]
     line = page.locator(".ew-curves").first.evaluate("(root) => root.made.spec.series[0].y")
     np.testing.assert_allclose(line, found, atol=1e-5)  # as they are sent
 
@@ -107,11 +108,11 @@ def test_a_signal_of_ones_own_from_the_folder(
     field(page, "filter.max_velocity").fill("3")
     button(page, "Run").click()
     page.locator("[data-score='This run']").wait_for()
-    told(page, "elusive track signal long.npy --frame-samples 300 --config tracking.yaml --out results")
+    told(page, "elusive track signals long.npy --frame-samples 300 --config tracking.yaml --out results")
     shown = score(page, "This run")
     config = download(page, "Run as YAML", tmp_path)
     given = ["--frame-samples", 300, "--config", config, "--truth", served.folder / "places.txt"]
-    main_quietly("track", "signal", served.folder / "long.npy", *given, "--out", tmp_path / "out")
+    main_quietly("track", "signals", served.folder / "long.npy", *given, "--out", tmp_path / "out")
     assert re.search(rf"│\s+{re.escape(shown)} ", capsys.readouterr().out)
     assert download(page, "Tracks as CSV", tmp_path).read_bytes() == (tmp_path / "out" / "tracks.csv").read_bytes()
 

@@ -1,8 +1,7 @@
-"""`elusive track bearings`, `elusive simulate bearings`: an emitter by what is heard of it at a few places."""
+"""`elusive track bearings`: an emitter by what is heard of it at a few places."""
 
 from __future__ import annotations
 
-import shlex
 import signal
 import statistics
 from collections import deque
@@ -16,14 +15,12 @@ from rich.markup import escape
 
 from elusive.cli.terminal import Config, Out, bar, console, show
 from elusive.errors import ParameterError
-from elusive.geometry.places import NamedPlace
 from elusive.io.bearings import open_bearings, read_sensors
-from elusive.io.path_truth import read_path_truth, read_way
+from elusive.io.path_truth import read_path_truth
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
 from elusive.systems.bearings.parameters import BearingTracking, usual_filter
 from elusive.systems.bearings.run import LiveFix, follow_bearings, track_bearings_recording
-from elusive.systems.bearings.simulate import BearingSimulation, simulate_bearings
 
 LATENCIES = 10_000  # kept
 HEARD = "time_s, sensor, azimuth_deg (from north), perhaps elevation_deg; arrival_s with or without it; - is stdin."
@@ -110,37 +107,3 @@ def _live(run: Callable[[Callable[[LiveFix], None]], None], out: Path) -> None:
         words = f"{1e3 * statistics.median(latencies_s):.2f} ms in the median, {1e3 * max(latencies_s):.1f} ms at most"
         console.print(f"{times} times; from a time's bearings to its row {words}.", highlight=False)
         console.print(f"Written to {out}: tracks.csv, config.yaml")
-
-
-@accepts(BearingSimulation)
-def simulate_bearings_command(
-    out: Out,
-    given: dict[str, Any],
-    config: Config = None,
-    place: Annotated[
-        Path | None, typer.Option("--sensors", help="Where the sensors stand: .csv of sensor, x_m, y_m.")
-    ] = None,
-    path: Annotated[
-        list[Path] | None,
-        typer.Option("--path", help="Corners of an emitter's path: .csv of x_m, y_m. One or several."),
-    ] = None,
-) -> None:
-    """Fly emitters past sensors and write the bearings of each, and where it was."""
-    parameters = BearingSimulation(**nested(BearingSimulation, given, read_yaml(config) if config else {}))
-    if place is not None:
-        sites = read_sensors(place)
-        rows = zip(sites.names, sites.positions_m[:, :2].tolist(), strict=True)
-        parameters = parameters.replace(sites=tuple(NamedPlace(name=name, x_m=x, y_m=y) for name, (x, y) in rows))
-    if path:
-        parameters = parameters.replace(ways_m=tuple(tuple(map(tuple, read_way(file).tolist())) for file in path))
-    with bar("emitters", len(parameters.ways_m)) as advance:
-        written = simulate_bearings(parameters, out, on_emitter=advance)
-    names = ", ".join(file.name for files in written for file in (files.bearings, files.truth))
-    console.print(f"Written to {out}: {names}, sensors.csv, config.yaml", highlight=False, soft_wrap=True)
-    for files in written:
-        quoted = [shlex.quote(str(file)) for file in files]
-        command = f"elusive track bearings {quoted[0]} --sensors {quoted[1]} --truth {quoted[2]}"
-        console.print(
-            f"To track: {escape(command)} --sigma-deg {parameters.sensors.sigma_deg:g} --out tracks", highlight=False,
-            soft_wrap=True,
-        )  # fmt: skip

@@ -1,4 +1,4 @@
-"""`elusive track signal`: objects that differ from a signal's noise only in their statistics."""
+"""`elusive track signals`: objects that differ from a signal's noise only in their statistics."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from elusive.systems.signals.run import FILES, track_signal_recording
 
 
 @accepts(SignalTracking)
-def track_signal_command(
+def track_signals_command(
     recording: Annotated[
         Path,
         typer.Argument(help="Array (time, sample) as .npy, .csv or .txt; or a long recording: .wav, one column, 1-D."),

@@ -1,15 +1,12 @@
-"""Readers and writers: images, signals, radar plots in; tracks, datasets and truth in and out, whole or not at all."""
+"""Readers of recordings and of truth: images, signals, radar plots; files that appear whole or not at all."""
 
 from elusive.io._asterix_items import TargetReport
 from elusive.io.ais import AisPosition, read_ais
 from elusive.io.asterix import AsterixSummary, asterix_plots, read_asterix, summarize_asterix
 from elusive.io.atomic import atomic_folder, atomic_path, existing_folder
-from elusive.io.exports import write_geojson, write_mot_csv, write_netcdf
 from elusive.io.frames import FrameSource, open_frames
 from elusive.io.radar_plots import RadarSource, open_radar_plots, write_radar_plots_csv
-from elusive.io.signal_tracks import SignalTrackRow, read_signal_tracks_csv, write_signal_tracks_csv
 from elusive.io.signals import SignalFrame, SignalSource, open_signal
-from elusive.io.tracks import TrackRow, read_tracks_csv, write_tracks_csv
 from elusive.io.truth import read_truth, write_truth
 from elusive.sensors.radar_scans import RadarPlot, RadarScan, scans_by_rotation
 
@@ -22,9 +19,7 @@ __all__ = [
     "RadarSource",
     "SignalFrame",
     "SignalSource",
-    "SignalTrackRow",
     "TargetReport",
-    "TrackRow",
     "asterix_plots",
     "atomic_folder",
     "atomic_path",
@@ -34,16 +29,9 @@ __all__ = [
     "open_signal",
     "read_ais",
     "read_asterix",
-    "read_signal_tracks_csv",
-    "read_tracks_csv",
     "read_truth",
     "scans_by_rotation",
     "summarize_asterix",
-    "write_geojson",
-    "write_mot_csv",
-    "write_netcdf",
     "write_radar_plots_csv",
-    "write_signal_tracks_csv",
-    "write_tracks_csv",
     "write_truth",
 ]

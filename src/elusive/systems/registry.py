@@ -6,9 +6,13 @@ from typing import NamedTuple
 
 
 class System(NamedTuple):
-    """One kind of recording and what finds targets in it."""
+    """One kind of recording and what finds targets in it.
 
-    name: str  # of its folder, and of its commands: ``elusive track <name>``
+    Its commands are found by its name: ``track_<name>_command`` in ``elusive.cli.<name>``, ``simulate_command`` and
+    ``run_scene`` in ``elusive.cli.scenes.<name>``.
+    """
+
+    name: str  # of its folder, of its commands ``elusive track <name>`` and of a scene's key ``system``
     recording: str  # what its users have
     targets: str  # what is found in that
     command: str  # the shortest that does it
@@ -34,7 +38,7 @@ SYSTEMS = (
         "signals",
         "a signal over time",
         "objects that differ only in their noise",
-        "elusive track signal signal.npy --out result",
+        "elusive track signals signal.npy --out result",
         "elusive.systems.signals.page",
     ),
     System(

@@ -1,0 +1,68 @@
+"""`elusive simulate bearings`, and a scene of emitters heard at a few places."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.markup import escape
+
+from elusive.cli.terminal import Config, Out, bar, console, show
+from elusive.geometry.places import NamedPlace
+from elusive.io.bearings import read_sensors
+from elusive.io.path_truth import read_way
+from elusive.model import read_yaml
+from elusive.options import accepts, nested
+from elusive.systems.bearings.scene import BearingScene, track_bearing_scene
+from elusive.systems.bearings.simulate import BearingSimulation, simulate_bearings
+
+
+@accepts(BearingSimulation)
+def simulate_command(
+    out: Out,
+    given: dict[str, Any],
+    config: Config = None,
+    place: Annotated[
+        Path | None, typer.Option("--sensors", help="Where the sensors stand: .csv of sensor, x_m, y_m.")
+    ] = None,
+    path: Annotated[
+        list[Path] | None,
+        typer.Option("--path", help="Corners of an emitter's path: .csv of x_m, y_m. One or several."),
+    ] = None,
+) -> None:
+    """Fly emitters past sensors and write the bearings of each, and where it was."""
+    parameters = BearingSimulation(**nested(BearingSimulation, given, read_yaml(config) if config else {}))
+    if place is not None:
+        sites = read_sensors(place)
+        rows = zip(sites.names, sites.positions_m[:, :2].tolist(), strict=True)
+        parameters = parameters.replace(sites=tuple(NamedPlace(name=name, x_m=x, y_m=y) for name, (x, y) in rows))
+    if path:
+        parameters = parameters.replace(ways_m=tuple(tuple(map(tuple, read_way(file).tolist())) for file in path))
+    with bar("emitters", len(parameters.ways_m)) as advance:
+        written = simulate_bearings(parameters, out, on_emitter=advance)
+    names = ", ".join(file.name for files in written for file in (files.bearings, files.truth))
+    console.print(f"Written to {out}: {names}, sensors.csv, config.yaml", highlight=False, soft_wrap=True)
+    for files in written:
+        quoted = [shlex.quote(str(file)) for file in files]
+        command = f"elusive track bearings {quoted[0]} --sensors {quoted[1]} --truth {quoted[2]}"
+        console.print(
+            f"To track: {escape(command)} --sigma-deg {parameters.sensors.sigma_deg:g} --out tracks", highlight=False,
+            soft_wrap=True,
+        )  # fmt: skip
+
+
+def run_scene(scene: Path, given: dict[str, Any], out: Path) -> None:
+    """Run a scene and say what came of it."""
+    parameters = BearingScene(**given)
+    with bar("estimators", len(parameters.estimators)) as advance:
+        flown = track_bearing_scene(parameters, out, on_estimator=advance)
+    show(scene.name, *flown.table)
+    for used in flown.each:
+        if used.refusal:
+            console.print(f"{used.name}: {escape(used.refusal)}", highlight=False)
+    console.print(
+        f"Written to {out}: bearings.csv, sensors.csv, truth.csv, scene.yaml, and for each estimator a folder",
+        soft_wrap=True,
+    )

@@ -1,0 +1,38 @@
+"""`elusive simulate images`, and a scene of image frames."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+from typing import Any
+
+from rich.markup import escape
+
+from elusive.cli.terminal import Config, Out, bar, console, show
+from elusive.model import read_yaml
+from elusive.options import accepts, nested
+from elusive.systems.images.run import FILES
+from elusive.systems.images.scene import ImageScene, ImageSimulation, simulate_images, track_image_scene
+
+
+@accepts(ImageSimulation)
+def simulate_command(out: Out, given: dict[str, Any], config: Config = None) -> None:
+    """Let weak targets move through image frames and write what a camera sees, and where they were."""
+    parameters = ImageSimulation(**nested(ImageSimulation, given, read_yaml(config) if config else {}))
+    drawn = simulate_images(parameters, out)
+    console.print(f"Written to {out}: frames.npy, truth.txt ({drawn.truth.shape[1]} targets), simulation.yaml")
+    frames, truth = (shlex.quote(str(out / name)) for name in ("frames.npy", "truth.txt"))
+    sensor, several = parameters.sensor, " --filter recurrent" if parameters.more_targets else ""
+    noise = "" if sensor.noise == "gaussian" else f" --noise {sensor.noise}"
+    seen = f"--noise-sigma {sensor.noise_sigma:g} --psf-sigma {sensor.psf_sigma:g}{noise}{several}"
+    command = f"elusive track images {frames} --truth {truth} {seen} --out tracks"
+    console.print(f"To track: {escape(command)}", highlight=False, soft_wrap=True)
+
+
+def run_scene(scene: Path, given: dict[str, Any], out: Path) -> None:
+    """Run a scene and say what came of it."""
+    parameters = ImageScene(**given)
+    with bar("frames", parameters.frames) as advance:
+        outcome = track_image_scene(parameters, out, on_frame=advance)
+    show(scene.name, ("", ""), outcome.tracked.rows)
+    console.print(f"Written to {out}: {', '.join(FILES)}, frames.npy, truth.txt, scene.yaml")

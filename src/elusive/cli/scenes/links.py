@@ -1,0 +1,68 @@
+"""`elusive simulate links`, and a scene of people in a radio network."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+from typing import Annotated, Any, cast
+
+import typer
+from rich.markup import escape
+
+from elusive.cli.terminal import Config, Out, bar, console, show
+from elusive.errors import ParameterError
+from elusive.geometry.areas import Area
+from elusive.io.area_files import read_area
+from elusive.model import read_yaml
+from elusive.options import accepts, nested
+from elusive.systems.links.scene import LinkScene, track_scene
+from elusive.systems.links.simulate import LinkSimulation, simulate_links
+
+TRACKED_WITH = (("", "log.csv"), ("--nodes", "nodes.csv"), ("--truth", "truth.csv"))  # of a simulated log
+
+
+@accepts(LinkSimulation)
+def simulate_command(
+    out: Out,
+    given: dict[str, Any],
+    config: Config = None,
+    area: Annotated[
+        tuple[float, float, float, float] | None,
+        typer.Option("--area", help="X0 X1 Y0 Y1: the rectangle they walk in \\[m]. \\[default: -12 12 -12 12]"),
+    ] = None,
+    area_file: Annotated[
+        Path | None, typer.Option("--area-file", help="Polygon they walk in: a corner a line, x and y \\[m].")
+    ] = None,
+) -> None:
+    """Let people walk through a radio network and write what it reads, and where they were."""
+    parameters = LinkSimulation(**nested(LinkSimulation, given, read_yaml(config) if config else {}))
+    if area is not None and area_file is not None:
+        raise ParameterError("--area-file: --area is given too; give one of them.")
+    if area is not None or area_file is not None:
+        chosen = Area.rectangle(*area) if area is not None else read_area(cast(Path, area_file))
+        parameters = parameters.replace(walks=parameters.walks.replace(area=chosen))
+    with bar("frames", parameters.calibration_steps + parameters.walks.total_positions) as advance:
+        simulated = simulate_links(parameters, out, on_frame=advance)
+    show(out.name, ("", ""), simulated.rows)
+    console.print(
+        f"Written to {out}: log.csv, nodes.csv, truth.csv, coverage.csv, coverage.png, config.yaml", soft_wrap=True
+    )
+    files = " ".join(f"{option} {shlex.quote(str(out / name))}" for option, name in TRACKED_WITH)
+    command = (
+        f"elusive track links {files} --calibration-frames {parameters.calibration_steps} --method image --out tracks"
+    )
+    console.print(f"To track: {escape(' '.join(command.split()))}", highlight=False, soft_wrap=True)
+
+
+def run_scene(scene: Path, given: dict[str, Any], out: Path) -> None:
+    """Run a scene and say what came of it."""
+    parameters = LinkScene(**given)
+    simulation = parameters.simulation
+    with bar("frames", simulation.calibration_steps + simulation.walks.total_positions) as advance:
+        outcome = track_scene(parameters, out, on_frame=advance)
+    console.print(escape(outcome.verdict), highlight=False)
+    show(scene.name, ("", ""), outcome.table)
+    console.print(
+        f"Written to {out}: tracks.csv, events.csv, result.nc, report.html, report.png, scores.json, config.yaml, "
+        "scene.yaml; the log in recording"
+    )

@@ -1,0 +1,42 @@
+"""`elusive simulate signals`, and a scene of a signal."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+from typing import Any
+
+from rich.markup import escape
+
+from elusive.cli.terminal import Config, Out, bar, console, show
+from elusive.model import read_yaml
+from elusive.options import accepts, nested
+from elusive.systems.signals.run import FILES
+from elusive.systems.signals.scene import SignalScene, SignalSimulation, simulate_signal, track_signal_scene
+
+
+@accepts(SignalSimulation)
+def simulate_command(out: Out, given: dict[str, Any], config: Config = None) -> None:
+    """Let noise objects move along a signal and write its samples, and where they were."""
+    parameters = SignalSimulation(**nested(SignalSimulation, given, read_yaml(config) if config else {}))
+    drawn = simulate_signal(parameters, out)
+    objects = drawn.truth.shape[1]
+    truth = f", truth.txt ({objects} object{'s' if objects > 1 else ''})" if objects else ""
+    console.print(f"Written to {out}: signal.npy{truth}, simulation.yaml")
+    scored = f"--truth {shlex.quote(str(out / 'truth.txt'))} " if objects else ""
+    sensor = parameters.sensor
+    command = f"elusive track signals {shlex.quote(str(out / 'signal.npy'))} {scored}--border {sensor.border}"
+    console.print(
+        f"To track: {escape(command)} --object-size {sensor.object_size} --smoothing 0.9 --out tracks", highlight=False,
+        soft_wrap=True,
+    )  # fmt: skip
+
+
+def run_scene(scene: Path, given: dict[str, Any], out: Path) -> None:
+    """Run a scene and say what came of it."""
+    parameters = SignalScene(**given)
+    with bar("frames", parameters.frames) as advance:
+        tracked = track_signal_scene(parameters, out, on_frame=advance).tracked
+    console.print(escape(tracked.verdict), highlight=False)
+    show(scene.name, ("", ""), tracked.rows)
+    console.print(f"Written to {out}: {', '.join(FILES)}, signal.npy, truth.txt, scene.yaml")
