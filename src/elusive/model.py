@@ -26,7 +26,6 @@ Probability = Annotated[float, Field(ge=0.0, le=1.0)]
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 
-OTHER_KIND = ("union_tag_invalid", "is_instance_of")  # faults of a mapping that is of none of the built-in kinds
 # marks a field that a pipeline takes from the recording: it is no option of a command
 FROM_RECORDING: dict[str, JsonValue] = {"from_recording": True}
 
@@ -152,18 +151,18 @@ def or_own(protocol: type) -> WrapValidator:
         except ValidationError as error:
             if fits:
                 return value
-            faults = error.errors(include_url=False)
-            unknown = any(f["type"] in OTHER_KIND or f["loc"][-1:] == ("kind",) for f in faults)
-            other = _of_kind(value["kind"], protocol) if unknown and _has_kind(value) else None
+            kind = value.get("kind") if isinstance(value, Mapping) else None
+            other = _of_kind(kind, protocol) if isinstance(kind, str) else None
             if other is None:
                 raise
-            return other(**value)
+            try:
+                return other(**value)
+            except ParameterError:
+                if error.errors(include_url=False)[0]["type"] in ("union_tag_invalid", "is_instance_of"):
+                    raise
+            raise  # a built-in model with a fault, which is told with its place
 
     return WrapValidator(validate)
-
-
-def _has_kind(value: Any) -> bool:
-    return isinstance(value, Mapping) and isinstance(value.get("kind"), str)
 
 
 def _of_kind(kind: str, protocol: type, base: type[Model] = Model) -> type[Model] | None:

@@ -82,14 +82,24 @@ def switching(birth_probability: float, death_probability: float, interval_s: fl
     return birth_probability / both * lost, death_probability / both * lost
 
 
+def check_intensity(motion: Motion, sensor: Sensor) -> None:
+    """Refuse a motion without an intensity where the sensor reads one (ParameterError)."""
+    if isinstance(sensor, ImageSensor) and tuple(motion.state_names)[-1] != "intensity":
+        raise ParameterError(
+            f"motion: {type(motion).__name__} has no intensity as its last component, where sensor 'white' reads it; "
+            "put WithIntensity round it, or choose sensor 'clutter'."
+        )
+
+
 def check_amplitude(motion: Motion, birth: Birth, sensor: Sensor) -> None:
-    """Refuse parameters of the intensity where the sensor integrates it out: they would have no effect.
+    """Refuse a missing intensity, and parameters of one where the sensor integrates it out: they have no effect.
 
     Raises
     ------
     ParameterError
-        If one of them is not the usual one.
+        If the motion has none that the sensor reads, or one of the parameters is not the usual one.
     """
+    check_intensity(motion, sensor)
     if not isinstance(sensor, ClutterSensor):
         return
     unused: list[tuple[object, type[Model], str]] = [

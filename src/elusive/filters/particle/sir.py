@@ -8,16 +8,16 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
 from numpy.random import Generator
-from pydantic import ConfigDict, Field, SerializeAsAny
+from pydantic import ConfigDict, Field, SerializeAsAny, model_validator
 
 from elusive.contracts import Array, Motion, Sensor, interval_since
 from elusive.errors import DataError
 from elusive.filters.particle import _kernels, _particle_kernels
-from elusive.filters.particle.parts import AnyKnowledge, Known, a_number_a_state, allowed_by
+from elusive.filters.particle.parts import AnyKnowledge, Known, a_number_a_state, allowed_by, check_intensity
 from elusive.filters.particle.resampling import Scheme, resample
 from elusive.filters.priors import AnyPrior
 from elusive.model import FROM_RECORDING, Model, Probability, or_own
@@ -65,6 +65,11 @@ class ParticleFilter(Model):
         description="Leave the map out of a step where it allows what is measured with no more than this probability, "
         "or than twice the map's own floor",
     )
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        check_intensity(self.motion, self.sensor)
+        return self
 
     @property
     def state_names(self) -> tuple[str, ...]:
