@@ -14,6 +14,7 @@ from elusive.errors import DataError, ParameterError
 from elusive.filters.particle.sir import ParticleFilter
 from elusive.filters.priors import GaussianPrior
 from elusive.motion import ConstantVelocity
+from elusive.sensors.field_of_view import FieldOfView
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarPlot, scan_of
 from elusive.tracking.radar_claims import claims, densities, gated
@@ -302,6 +303,16 @@ def test_over_no_time_nothing_moves_and_without_a_scan_targets_are_predicted():
     assert gone_on.existence == pytest.approx(math.exp(-0.5) * ship.existence)
     ahead = ship.state.mean[[0, 2]] + 30.0 * ship.state.mean[[1, 3]]
     np.testing.assert_allclose(gone_on.state.mean[[0, 2]], ahead, atol=15.0)
+
+
+@pytest.mark.parametrize("seed", [21, 22, 23])
+def test_a_ship_that_leaves_the_field_of_view_is_absent_where_the_view_is_known(seed):
+    sector = CLUTTER.replace(false_alarms=1.0, from_bearing_deg=300.0, to_bearing_deg=40.0)
+    looks, places = sail([[-3280, -6, 2000, 0]], sector, 45, seed=seed)
+    assert not sector.sees(np.hypot(*places[31, 0]), np.arctan2(*places[31, 0]))  # from the 31st scan on
+    for knowledge, remain in ((None, 1), (FieldOfView(), 0)):
+        last = track(looks, follower(sector, knowledge, particles=500))[-1]
+        assert sum(one.life.status == "confirmed" for one in last.targets) == remain
 
 
 class _Own:

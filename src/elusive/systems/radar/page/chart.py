@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import tempfile
+from pathlib import Path
 from typing import Any
 
 from nicegui import ui
 
 from elusive.errors import ElusiveError
-from elusive.systems.radar.page.describe import description
+from elusive.systems.radar.chart import describe_charts
 from elusive.systems.radar.page.maps import ZONES, chart_floor, grades_of, view_of, water_raster, zoomed
 from elusive.systems.radar.page.state import KINDS, ChartsState, OpenedChart, example, opened
 from elusive.systems.radar.scene import EXAMPLE_NAME, RadarScene
@@ -91,7 +93,7 @@ class ChartWindow:
         try:
             raster = await away(lambda: water_raster(state, extent)) if state.shows_water else None
             spec = await away(lambda: chart_floor(state, "node", raster, way=False))
-            tables, sentences = await away(lambda: description(state))
+            tables, sentences = await away(lambda: _description(state))
         except ElusiveError as error:
             self._told.text = str(error)
             return
@@ -124,3 +126,22 @@ def zoom_buttons(state: ChartsState, show: Any) -> None:
 
     for label, times in (("Nearer", ZOOM), ("Further", 1 / ZOOM), ("Whole chart", None)):
         ui.button(label, on_click=lambda times=times: change(times)).props("flat no-caps dense")
+
+
+def _description(state: ChartsState) -> tuple[list[tuple[str, list[tuple[str, ...]]]], list[str]]:
+    """Return the tables and the sentences of the tab's chart; none where there is no chart.
+
+    Raises
+    ------
+    DataError
+        If the chart cannot be used.
+    """
+    if state.chart is None:
+        return [], []
+    with tempfile.TemporaryDirectory(prefix="elusive-") as folder:
+        path = Path(folder) / state.chart.file.name
+        path.write_bytes(state.chart.file.data)
+        found = describe_charts([path], state.scene.tracking.charted)
+        sentences = [*(one.sentence for one in found.disagreements), *found.remarks]
+        tables = [(one.name, [tuple(row) for row in one.rows]) for one in found.summaries]
+        return tables, [sentence.replace(f"{folder}/", "") for sentence in sentences]
