@@ -12,7 +12,7 @@ import pytest
 from elusive.cli import main
 from elusive.systems.bearings.page.state import BearingsState
 from tests.workbench.conftest import Served
-from tests.workbench.test_links_page import READY, OpenTab, at, button, download, field, picture, step, told
+from tests.workbench.test_links_page import READY, OpenTab, at, button, download, field, picture, step, titles, told
 
 
 def unpacked(path: Path) -> Path:
@@ -25,8 +25,8 @@ def unpacked(path: Path) -> Path:
 def played_to_the_end(page: Any, last: int) -> None:
     page.get_by_label("Speed").select_option("0")
     button(page, "Play").click()
-    page.locator(f'.ew-player[data-frame="{last}"]').wait_for()
-    frames = page.locator(".ew-panel canvas").evaluate_all("(all) => all.map((one) => one.dataset.frame)")
+    page.locator(f'.drawing:not(.ew-live)[data-frame="{last}"]').wait_for()
+    frames = page.locator(".panel canvas").evaluate_all("(all) => all.map((one) => one.dataset.frame)")
     assert set(frames) == {str(last)}
 
 
@@ -37,16 +37,15 @@ def test_the_ready_example_runs_by_one_click_and_the_command_finds_its_numbers(
     page.goto(served.address)
     page.get_by_role("button", name="Run the example: An emitter by its bearings").click()
     page.locator(READY).wait_for()
-    assert page.locator(".ew-panel figcaption span").all_inner_texts() == ["Bearings", "map", "fixed-lag", "iekf"]
+    assert titles(page) == ["Bearings", "map", "fixed-lag", "iekf"]
     played_to_the_end(page, 63)
     picture(page, "bearings", frame=40)
-    before = page.locator(".ew-player").evaluate("(root) => root.made.spec.url")
-    button(page, "Close to the emitter").click()
-    page.wait_for_function(
-        "(url) => { const one = document.querySelector('.ew-player');"
-        " return one.made.spec.url !== url && one.dataset.ready === 'yes'; }",
-        arg=before,
+    button(page, "Keep the track in the middle").click()
+    views = page.locator(".drawing").evaluate(
+        "(root) => root.made.panels.map(({ view }) => [view.vx.c, view.vy.c, view.vx.z])"
     )
+    assert views == [views[0]] * 4  # every panel is as near
+    assert views[0][2] > 1
     step(page, "4 Measure")
     picture(page, "bearings-measure")
     folder = unpacked(download(page, "Recording and settings (ZIP)", tmp_path))
@@ -71,7 +70,7 @@ def test_a_scene_of_ones_own_and_a_still_emitter(
     told(page, "BearingSensors.sigma_deg: must be greater than 0")
     sigma.fill("1")
     told(page, "3 sensors; a path of 256 m")
-    page.locator(".ew-floor canvas").scroll_into_view_if_needed()
+    page.locator(".drawing canvas").scroll_into_view_if_needed()
     page.mouse.click(*at(page, 60, 90))
     told(page, "4 sensors")
     page.mouse.click(*at(page, 60, 90))
@@ -79,7 +78,7 @@ def test_a_scene_of_ones_own_and_a_still_emitter(
     told(page, "3 sensors")
     button(page, "Draw the path").click()
     told(page, "Draw with the pointer held down")
-    page.locator(".ew-floor canvas").scroll_into_view_if_needed()
+    page.locator(".drawing canvas").scroll_into_view_if_needed()
     page.mouse.move(*at(page, -50, 0))
     page.mouse.down()
     page.mouse.move(*at(page, 0, 30), steps=6)
@@ -93,10 +92,10 @@ def test_a_scene_of_ones_own_and_a_still_emitter(
         page.locator(f"[data-way='{name}']").click()
     button(page, "Run").click()
     page.locator(READY).wait_for()
-    assert page.locator(".ew-panel figcaption span").all_inner_texts() == ["Bearings", "map"]
+    assert titles(page) == ["Bearings", "map"]
 
     step(page, "5 A still emitter")
-    page.locator(".ew-floor canvas").scroll_into_view_if_needed()
+    page.locator(".drawing canvas").scroll_into_view_if_needed()
     page.mouse.click(*at(page, 0, 20))
     told(page, "Press Locate.")
     button(page, "Locate").click()
@@ -116,8 +115,8 @@ def test_sensors_and_path_are_placed_by_keys_alone(served: Served, open_tab: Ope
     page = open_tab().page
     page.goto(f"{served.address}/bearings")
     told(page, "3 sensors; a path of 256 m")
-    page.locator(".ew-floor canvas").focus()
-    steps = page.locator(".ew-floor").evaluate("(root) => root.made.spec.step || 0.5")
+    page.locator(".drawing canvas").focus()
+    steps = page.locator(".drawing").evaluate("(root) => root.made.spec.panels[0].place.step")
     for _ in range(4):
         page.keyboard.press("ArrowUp")
     place = page.get_by_label("Place under the pointer")
@@ -128,13 +127,15 @@ def test_sensors_and_path_are_placed_by_keys_alone(served: Served, open_tab: Ope
     page.keyboard.press("Enter")
     told(page, "4 sensors")
     page.keyboard.press("Enter")
-    page.wait_for_function("document.querySelector('.ew-floor').made.spec.nodes.some((node) => node.selected)")
+    page.wait_for_function(
+        "document.querySelector('.drawing').made.spec.panels[0].place.nodes.some((node) => node.selected)"
+    )
     page.keyboard.press("Delete")
     told(page, "3 sensors")
     button(page, "Draw the path").focus()
     page.keyboard.press("Enter")
     told(page, "Draw with the pointer held down")
-    page.locator(".ew-floor canvas").focus()
+    page.locator(".drawing canvas").focus()
     page.keyboard.press("Enter")
     for _ in range(30):
         page.keyboard.press("ArrowRight")

@@ -11,7 +11,7 @@ import pytest
 from elusive.charts.charted_area import read_charts
 from elusive.cli import main
 from elusive.errors import DataError, ParameterError
-from elusive.systems.radar.page.maps import chart_shapes, grades_of, raster_of, view_of, water_raster
+from elusive.systems.radar.page.maps import chart_shapes, grades_of, raster_of, water_raster, whole_chart
 from elusive.systems.radar.page.panels import watch_spec
 from elusive.systems.radar.page.state import ChartsState, example, opened
 from elusive.systems.radar.report import RadarPath, RadarTracked
@@ -21,7 +21,7 @@ from elusive.systems.radar.scene_run import Used, lost, record, sail
 from tests.charts.shapes import DATA
 from tests.workbench.conftest import Served
 from tests.workbench.test_bearings_page import played_to_the_end, unpacked
-from tests.workbench.test_links_page import READY, OpenTab, at, button, download, field, picture, step, told
+from tests.workbench.test_links_page import READY, OpenTab, at, button, download, field, picture, step, titles, told
 
 LONG_MS = 120_000  # on a machine that does much else
 
@@ -34,7 +34,7 @@ def test_the_ready_example_runs_by_one_click_and_the_command_finds_its_numbers(
     page.get_by_role("button", name="Run the example: Ships near charted coasts").click()
     page.locator(READY).wait_for(timeout=LONG_MS)
     uses = ["none", "hard", "nearest", "grid", "exact", "field"]
-    assert page.locator(".ew-panel figcaption span").all_inner_texts() == uses
+    assert titles(page) == [*uses, "How far off?"]
     played_to_the_end(page, 108)
     picture(page, "charts", frame=84)
 
@@ -81,7 +81,7 @@ def test_a_chart_that_is_sent_a_route_that_is_drawn_and_a_run_called_off(served:
     told(page, "No route yet.")
     button(page, "Place the radar").click()
     told(page, "Click where the radar stands")
-    page.locator(".ew-floor canvas").scroll_into_view_if_needed()
+    page.locator(".drawing canvas").scroll_into_view_if_needed()
     page.mouse.click(*at(page, 500, -600))
     page.wait_for_function("""() => {
         const [x, y] = ["radar.lon_deg", "radar.lat_deg"].map(
@@ -89,7 +89,7 @@ def test_a_chart_that_is_sent_a_route_that_is_drawn_and_a_run_called_off(served:
         return Math.abs(Number(x) + 29.975) < 0.02 && Number(y) < 45; }""")
     button(page, "Draw the route").click()
     told(page, "Draw with the pointer held down")
-    page.locator(".ew-floor canvas").scroll_into_view_if_needed()
+    page.locator(".drawing canvas").scroll_into_view_if_needed()
     page.mouse.move(*at(page, 400, 300))
     page.mouse.down()
     page.mouse.move(*at(page, 500, 100), steps=5)
@@ -107,7 +107,7 @@ def test_a_chart_that_is_sent_a_route_that_is_drawn_and_a_run_called_off(served:
         page.locator(f"[data-way='{name}']").click()
     button(page, "Run").click()
     page.locator(READY).wait_for(timeout=LONG_MS)
-    assert page.locator(".ew-panel figcaption span").all_inner_texts() == ["none"]
+    assert titles(page) == ["none", "How far off?"]
     step(page, "5 Compare")
     page.locator("[data-rmse='none']").wait_for()
     assert page.evaluate("document.documentElement.scrollWidth") <= 800
@@ -126,7 +126,7 @@ def test_a_route_and_the_radar_are_placed_by_keys_alone(served: Served, open_tab
     button(page, "Draw the route").focus()
     page.keyboard.press("Enter")
     told(page, "Draw with the pointer held down")
-    page.locator(".ew-floor canvas").focus()
+    page.locator(".drawing canvas").focus()
     for key in (*["ArrowRight"] * 8, "Enter", *["ArrowDown"] * 6, "Enter", "c"):
         page.keyboard.press(key)
     told(page, "waypoints")
@@ -135,7 +135,7 @@ def test_a_route_and_the_radar_are_placed_by_keys_alone(served: Served, open_tab
     button(page, "Place the radar").focus()
     page.keyboard.press("Enter")
     told(page, "Click where the radar stands")
-    page.locator(".ew-floor canvas").focus()
+    page.locator(".drawing canvas").focus()
     for key in ("ArrowLeft", "ArrowDown", "Enter"):
         page.keyboard.press(key)
     page.wait_for_function(
@@ -176,10 +176,9 @@ def test_a_use_that_refuses_leaves_the_others_and_a_job_is_called_off() -> None:
     with pytest.raises(OffError):
         sail(short, chart.file, off)
     sailed = sail(short, chart.file, lambda done: None)
-    for close in (False, True):
-        spec = watch_spec(sailed, close=close)
-        assert spec["frames"] == len(sailed.times_s)
-        assert [panel["title"] for panel in spec["panels"]] == ["none", "field"]
+    drawn = watch_spec(sailed)
+    assert drawn["times"] == sailed.times_s.tolist()
+    assert [panel["title"] for panel in drawn["panels"]] == ["none", "field", "How far off?"]
 
 
 def test_the_trackers_radar_follows_the_simulated_one_until_they_differ() -> None:
@@ -226,8 +225,8 @@ def test_the_ready_chart_is_a_coast_that_a_reader_takes(tmp_path: Path) -> None:
     assert example_chart() == path.read_bytes()  # the same each time
     state = ChartsState()
     state.open(EXAMPLE_NAME, opened(path), RadarScene.example())
-    raster = water_raster(state, view_of(state))
-    assert water_raster(state, view_of(state)) is raster  # kept
+    raster = water_raster(state, whole_chart(state))
+    assert water_raster(state, whole_chart(state)) is raster  # kept
 
 
 def test_a_raster_is_read_from_south_to_north() -> None:
@@ -254,6 +253,6 @@ def test_a_real_cell_shows_its_quality_zones() -> None:
     assert state.scene.routes_deg == ()
     assert state.scene.tracking.charted.imprecision.coast_sigma_m is None  # as the chart states it
     assert grades_of(state)
-    shapes = chart_shapes(state, view_of(state))
+    shapes = chart_shapes(state, whole_chart(state))
     assert any(shape.get("fill") for shape in shapes)
-    assert len({shape["stroke"] for shape in shapes}) >= 3  # shore, coverage, a zone
+    assert len({shape["colour"] for shape in shapes}) >= 3  # shore, coverage, a zone

@@ -16,14 +16,14 @@ from elusive.cli import main
 from elusive.errors import DataError, ParameterError
 from elusive.experiments.amrouche2018.scenario import WeakTarget
 from elusive.io import write_truth
-from elusive.systems.images.page.panels import belief_of, player_of
+from elusive.systems.images.page.panels import belief_of, images_page
 from elusive.systems.images.page.recording import KINDS, read_frames
-from elusive.systems.images.results import ImageLog
+from elusive.systems.images.results import ImageLog, tracked_of
 from elusive.systems.images.scene import ImageScene, draw_images, held_frames
 from elusive.systems.images.track import track_images
 from elusive.workbench.opener import read_named
 from tests.workbench.conftest import Served, Tab
-from tests.workbench.test_links_page import READY, button, download, field, picture, told
+from tests.workbench.test_links_page import READY, SHOWN, button, download, field, picture, titles, told
 
 OpenTab = Callable[..., Tab]
 
@@ -33,15 +33,34 @@ def score(page: Any, title: str) -> str:
     return shown
 
 
+def lines(page: Any, title: str) -> list[str]:
+    """Names of the lines of a chart."""
+    found: list[str] = page.locator(SHOWN).evaluate(
+        "(root, title) => root.made.spec.panels.find((panel) => panel.title === title).layers"
+        ".filter((layer) => layer.type === 'line').map((layer) => layer.name)",
+        title,
+    )
+    return found
+
+
+def curve(page: Any, name: str) -> list[float]:
+    """Values of a line."""
+    found: list[float] = page.locator(SHOWN).evaluate(
+        "(root, name) => root.made.spec.panels.flatMap((panel) => panel.layers).find((layer) => layer.name === name).y",
+        name,
+    )
+    return found
+
+
 def played_to_the_end(page: Any, last: int) -> None:
     """Play at every refresh: panels and curves stand at the player's frame throughout."""
-    page.get_by_role("slider", name="Frame").fill("0")
+    page.get_by_role("slider", name="Time").fill("0")
     page.evaluate(
         """() => {
-            const root = document.querySelector(".ew-player");
+            const root = document.querySelector(".drawing:not(.ew-live)");
             window.apart = 0; window.seen = [];
             new MutationObserver(() => {
-                const shown = [...root.querySelectorAll(".ew-panel canvas")].map((one) => one.dataset.frame);
+                const shown = [...root.querySelectorAll(".panel canvas")].map((one) => one.dataset.frame);
                 if (new Set([...shown, root.dataset.frame]).size > 1) window.apart += 1;
                 window.seen.push(Number(root.dataset.frame));
             }).observe(root, { attributes: true, attributeFilter: ["data-drawn"] });
@@ -49,12 +68,11 @@ def played_to_the_end(page: Any, last: int) -> None:
     )
     page.get_by_label("Speed", exact=True).select_option("0")
     button(page, "Play").click()
-    page.locator(f'.ew-player[data-frame="{last}"]').wait_for()
+    page.locator(f'.drawing:not(.ew-live)[data-frame="{last}"]').wait_for()
     seen = page.evaluate("window.seen")
     assert page.evaluate("window.apart") == 0
     assert seen == sorted(seen)
     assert len(set(seen)) > last // 2
-    assert page.locator(f'.ew-curves[data-frame="{last}"]').count() == page.locator(".ew-curves").count() == 2
 
 
 def test_the_example_runs_by_one_click_and_the_command_line_repeats_it(
@@ -66,7 +84,13 @@ def test_the_example_runs_by_one_click_and_the_command_line_repeats_it(
     page.get_by_text("This run: SNR 6.71 dB").wait_for()
     page.get_by_text("Kept run: SNR 10 dB").wait_for()
     page.locator(READY).wait_for()
-    assert page.locator(".ew-panel figcaption span").all_inner_texts() == ["Image", "Particle cloud", "Track"]
+    assert titles(page) == [
+        "Image",
+        "Particle cloud",
+        "Track",
+        "Is it there?",
+        "How far off?",
+    ]
     played_to_the_end(page, 29)
     picture(page, "images", frame=17)
     shown = score(page, "This run")
@@ -75,8 +99,7 @@ def test_the_example_runs_by_one_click_and_the_command_line_repeats_it(
     assert re.search(rf"Error there\s+│\s+{re.escape(shown)} ", capsys.readouterr().out)
     assert download(page, "Tracks as CSV", tmp_path).read_bytes() == (tmp_path / "out" / "tracks.csv").read_bytes()
     found = xr.load_dataset(tmp_path / "out" / "result.nc")["step_existence"]
-    line = page.locator(".ew-curves").first.evaluate("(root) => root.made.spec.series[0].y")
-    np.testing.assert_allclose(line, found, atol=1e-6)  # as they are sent
+    np.testing.assert_allclose(curve(page, "existence"), found, atol=5e-5)  # as they are sent
 
 
 def test_another_snr_is_compared_a_wrong_value_marked_a_run_called_off(served: Served, open_tab: OpenTab) -> None:
@@ -92,7 +115,7 @@ def test_another_snr_is_compared_a_wrong_value_marked_a_run_called_off(served: S
     button(page, "Run").click()
     button(page, "Cancel").click()
     told(page, "Cancelled.")
-    assert page.locator(".ew-player").count() == 0
+    assert page.locator(".drawing:not(.ew-live)").count() == 0
     field(page, "leaves").fill("23")
     field(page, "frames").fill("30")
     button(page, "Run").click()
@@ -101,8 +124,7 @@ def test_another_snr_is_compared_a_wrong_value_marked_a_run_called_off(served: S
     field(page, "snr_db").fill("12")
     button(page, "Run").click()
     page.get_by_text("This run: SNR 12 dB").wait_for()
-    drawn = page.locator(".ew-curves").first.evaluate("(root) => root.made.spec.series.map((one) => one.name)")
-    assert drawn == ["existence, SNR 12 dB", "target there", "existence, SNR 6.71 dB"]
+    assert lines(page, "Is it there?") == ["existence", "existence, SNR 6.71 dB"]
     assert float(score(page, "This run").split()[0]) < float(score(page, "Kept run").split()[0])
     assert page.evaluate("document.documentElement.scrollWidth") <= 800
     page.get_by_text("The filter", exact=True).click()
@@ -114,9 +136,9 @@ def test_another_snr_is_compared_a_wrong_value_marked_a_run_called_off(served: S
     page.get_by_text("This run: SNR 12 dB, existence").wait_for()
     page.reload()
     page.get_by_text("Kept run: SNR 6.71 dB").wait_for()
-    page.locator(".ew-curves canvas").first.click(position={"x": 60, "y": 60})  # a click in a curve moves the player
-    assert page.locator(".ew-player").get_attribute("data-playing") == "false"
-    assert int(page.locator(".ew-player").get_attribute("data-frame")) < 5
+    page.locator(".panel canvas.chart").last.click(position={"x": 60, "y": 60})  # a click in a curve moves the player
+    assert page.locator(".drawing:not(.ew-live)").get_attribute("data-playing") == "false"
+    assert int(page.locator(".drawing:not(.ew-live)").get_attribute("data-frame")) < 5
 
 
 def test_frames_of_ones_own_sent_and_from_the_folder(
@@ -208,8 +230,8 @@ def test_every_filter_is_told_what_the_scene_knows(kind: str) -> None:
         assert dots is not None
         spread = np.sqrt(np.diag(steps[20].state.covariance)[[0, 2]] / len(dots))
         assert (np.abs(dots.mean(axis=0) - steps[20].state.mean[[0, 2]]) < 3 * spread).all()
-    spec = player_of(drawn.frames, beliefs, log, drawn.truth)
-    assert (spec["frames"], spec["width"], spec["height"]) == (30, 20, 20)
+    shown = images_page(drawn.frames, beliefs, tracked_of("", log, (20, 20), timed=False, truth=None))
+    assert [panel["layers"][0]["block"].shape for panel in shown["panels"][:3]] == [(30, 20, 20)] * 3
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,8 @@ from elusive.systems.links.track import LinkTracking
 from elusive.systems.links.walks import Walks
 from tests.workbench.conftest import Served, Tab
 
-READY = ".ew-player[data-ready=yes]"
+SHOWN = ".drawing:not(.ew-live)"  # not what grows while it is computed
+READY = SHOWN + "[data-ready=yes]"
 PANELS = ["Radiation", "Estimate", "Filtered", "Clusters", "Association", "Identities", "Kalman", "Particle filter"]
 OpenTab = Callable[..., Tab]
 ANSWERS = """async (count) => {
@@ -41,6 +42,12 @@ def step(page: Any, title: str) -> None:
     page.locator(f'[role=tabpanel][aria-label="{title}"]').wait_for()
 
 
+def titles(page: Any) -> list[str]:
+    """Titles of the panels of what is drawn."""
+    found: list[str] = page.locator(f"{SHOWN} .panel figcaption > span").all_inner_texts()
+    return found
+
+
 def button(page: Any, name: str) -> Any:
     return page.get_by_role("button", name=name, exact=True)
 
@@ -52,9 +59,9 @@ def field(page: Any, key: str) -> Any:
 
 def at(page: Any, x: float, y: float) -> tuple[float, float]:
     """Pixels of a place of the map."""
-    place = page.locator(".ew-floor").evaluate(
-        "(root, [x, y]) => { const box = root.querySelector('canvas').getBoundingClientRect(), view = root.made.view;"
-        " return [box.left + view.x(x), box.top + view.y(y)]; }",
+    place = page.locator(".drawing").evaluate(
+        "(root, [x, y]) => { const { canvas, view } = root.made.panels[0], box = canvas.getBoundingClientRect();"
+        " return [box.left + view.X(x), box.top + view.Y(y)]; }",
         [x, y],
     )
     return place[0], place[1]
@@ -68,7 +75,7 @@ def picture(page: Any, name: str, frame: int | None = None) -> None:
     """Take a screenshot for the documentation, into the folder that WORKBENCH_PICTURES names."""
     if "WORKBENCH_PICTURES" in os.environ:
         if frame is not None:
-            slider = page.locator(".ew-player input[type=range]").first
+            slider = page.locator(".drawing:not(.ew-live) input[type=range]").first
             slider.evaluate("(one, at) => { one.value = at; one.dispatchEvent(new Event('input')); }", frame)
         page.mouse.move(2, 2)
         page.wait_for_timeout(400)
@@ -117,12 +124,12 @@ def test_the_six_windows_from_paths_to_scores(
     step(page, "2 Radiation")
     button(page, "Create radiation").click()
     page.locator(READY).wait_for()
-    page.get_by_label("Frame", exact=True).fill("20")
-    assert page.locator(".ew-player").get_attribute("data-frame") == "20"
+    page.get_by_label("Time", exact=True).fill("20")
+    assert page.locator(".drawing:not(.ew-live)").get_attribute("data-frame") == "20"
     button(page, "Show as a surface").click()
-    assert page.locator(".ew-player").get_attribute("data-view") == "3-D"
+    assert page.locator(".drawing:not(.ew-live)").get_attribute("data-view") == "3-D"
     before = pixels(page)
-    canvas = page.locator(".ew-panel canvas").bounding_box()
+    canvas = page.locator(".panel canvas").bounding_box()
     page.mouse.move(canvas["x"] + 100, canvas["y"] + 100)
     page.mouse.down()
     page.mouse.move(canvas["x"] + 180, canvas["y"] + 120, steps=3)
@@ -185,13 +192,13 @@ def test_the_six_windows_from_paths_to_scores(
     # 5: eight panels to the end, in step
     step(page, "5 Tracking")
     page.locator(READY).wait_for()
-    assert page.locator(".ew-panel figcaption span").all_inner_texts() == PANELS
+    assert titles(page) == PANELS
     page.evaluate(
         """() => {
-            const root = document.querySelector(".ew-player");
+            const root = document.querySelector(".drawing:not(.ew-live)");
             window.apart = 0; window.seen = [];
             new MutationObserver(() => {
-                const shown = [...root.querySelectorAll(".ew-panel canvas")].map((one) => one.dataset.frame);
+                const shown = [...root.querySelectorAll(".panel canvas")].map((one) => one.dataset.frame);
                 if (new Set([...shown, root.dataset.frame]).size > 1) window.apart += 1;
                 window.seen.push(Number(root.dataset.frame));
             }).observe(root, { attributes: true, attributeFilter: ["data-drawn"] });
@@ -199,15 +206,15 @@ def test_the_six_windows_from_paths_to_scores(
     )
     page.get_by_label("Speed").select_option("0")
     button(page, "Play").click()
-    page.locator('.ew-player[data-frame="149"]').wait_for()
+    page.locator('.drawing:not(.ew-live)[data-frame="149"]').wait_for()
     seen = page.evaluate("window.seen")
     assert page.evaluate("window.apart") == 0
     assert seen == sorted(seen)
     assert len(set(seen)) > 100
-    page.get_by_label("Frame", exact=True).fill("70")
+    page.get_by_label("Time", exact=True).fill("70")
     picture(page, "tracking")
     button(page, "Enlarge Kalman").click()
-    assert page.locator(".ew-large figcaption span").inner_text() == "Kalman"
+    assert page.locator(".large figcaption > span").inner_text() == "Kalman"
 
     # 6: the scores are the command line's, from the scene as it is exported
     step(page, "6 Performance")
@@ -270,14 +277,16 @@ def test_a_card_runs_its_example_in_one_click_and_the_page_goes_on_answering(ser
     page.goto(served.address)
     page.get_by_role("button", name="Run the example: People in a radio network").click()
     page.locator(READY).wait_for()
-    page.wait_for_function("Number(document.querySelector('.ew-player').dataset.frame) > 3")  # it plays at once
-    page.locator(".ew-player").focus()
+    page.wait_for_function(
+        "Number(document.querySelector('.drawing:not(.ew-live)').dataset.frame) > 3"
+    )  # it plays at once
+    page.locator(".drawing:not(.ew-live)").focus()
     page.keyboard.press(" ")
     page.keyboard.press("Home")
     page.keyboard.press("ArrowRight")
-    assert page.locator(".ew-player").get_attribute("data-frame") == "1"
+    assert page.locator(".drawing:not(.ew-live)").get_attribute("data-frame") == "1"
     page.keyboard.press("End")
-    assert page.locator(".ew-player").get_attribute("data-frame") == "149"
+    assert page.locator(".drawing:not(.ew-live)").get_attribute("data-frame") == "149"
 
 
 def test_a_recorded_log_takes_the_place_of_paths_and_radiation(
@@ -353,5 +362,5 @@ def begin_long_run(page: Any, address: str) -> None:
 
 
 def pixels(page: Any) -> str:
-    found: str = page.locator(".ew-panel canvas").first.evaluate("(canvas) => canvas.toDataURL()")
+    found: str = page.locator(".panel canvas").first.evaluate("(canvas) => canvas.toDataURL()")
     return found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 from collections.abc import Coroutine
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -13,8 +14,9 @@ import pytest
 
 from elusive.errors import DataError
 from elusive.io.node_files import read_nodes
+from elusive.report import drawing as draw
 from elusive.workbench import files
-from elusive.workbench.blocks import HELD, Blocks, Panel, player_spec, scaled
+from elusive.workbench.blocks import HELD, Blocks, told_of
 from elusive.workbench.files import inside, read_upload
 from elusive.workbench.guard import Guard
 
@@ -146,23 +148,25 @@ def test_a_socket_of_another_site_is_closed() -> None:
     assert answers == [{"type": "websocket.close", "code": 1008}]
 
 
-def test_frames_travel_as_one_block_on_the_scale_that_is_told() -> None:
-    images = np.linspace(-1.0, 3.0, 2 * 3 * 4).reshape(2, 3, 4)
-    one, two = scaled("One", images, "dB", low=0.0), Panel("Two", np.full((2, 3, 4), 7, np.uint8), colours="labels")
-    spec = player_spec("Both", [one, two], (0.0, 4.0, 0.0, 3.0), marks=[[[], []], None])
-    held = HELD.get(spec["url"].rpartition("/")[2])
-    assert held is not None
-    block = np.frombuffer(held[0], np.uint8).reshape(spec["frames"], 2, spec["height"], spec["width"])
-    low, high = spec["panels"][0]["low"], spec["panels"][0]["high"]
-    np.testing.assert_allclose(low + block[:, 0] / 255 * (high - low), np.clip(images, 0, None), atol=3 / 255)
-    assert (block[:, 1] == 7).all()
-    assert "unit" not in spec["panels"][1]
+def test_images_are_fetched_by_name_and_the_drawing_too_where_it_is_long() -> None:
+    values = np.arange(24, dtype=np.uint8).reshape(2, 3, 4)
+    image = draw.image({"block": values, "low": 0.0, "high": 255.0}, (0.0, 4.0, 0.0, 3.0), times=[0.0, 1.0])
+    drawn = draw.drawing("x", [0.0, 1.0], [draw.plane("x", (0, 4, 0, 3), [image])])
+    told = told_of(drawn)
+    held = HELD.get(told["blocks"][0]["url"].rpartition("/")[2])
+    assert held == (values.tobytes(), "application/octet-stream")
+    assert told_of(drawn) == told  # equal data has one name
+    long = draw.drawing("x", np.arange(20_000.0), [])
+    data, kind = HELD.get(told_of(long)["url"].rpartition("/")[2]) or (b"", "")
+    assert (kind, json.loads(data)["times"]) == ("application/json", list(range(20_000)))
 
 
-def test_the_oldest_frames_make_room() -> None:
+def test_the_longest_unused_makes_room() -> None:
     held = Blocks(most_bytes=10)
-    first, second = held.hold(b"x" * 6), held.hold(b"y" * 6)
-    assert held.get(first) is None
-    assert held.get(second) == (b"y" * 6, "application/octet-stream")
-    held.drop(second)
+    first, second = held.hold(b"x" * 4), held.hold(b"y" * 4)
+    assert len({first, second, Blocks().hold(b"x" * 4)}) == 3  # a name says nothing of another process's
+    assert held.hold(b"x" * 4) == first
+    third = held.hold(b"z" * 4)
     assert held.get(second) is None
+    assert held.get(first) == (b"x" * 4, "application/octet-stream")
+    assert held.get(third) is not None

@@ -13,15 +13,15 @@ import xarray as xr
 
 from elusive.errors import DataError, ParameterError
 from elusive.io import write_truth
+from elusive.systems.signals.page.panels import errors_of
 from elusive.systems.signals.page.recording import read_recorded
-from elusive.systems.signals.page.run import errors_of
 from elusive.systems.signals.page.state import Cutting
 from elusive.systems.signals.parameters import SignalTracking
 from elusive.systems.signals.report import Path1D, SignalTracked
 from elusive.systems.signals.scene import SignalScene, draw_signal, fitted, held_signal
 from tests.workbench.conftest import Served
-from tests.workbench.test_images_page import OpenTab, main_quietly, played_to_the_end, score
-from tests.workbench.test_links_page import READY, button, download, field, picture, told
+from tests.workbench.test_images_page import OpenTab, curve, lines, main_quietly, played_to_the_end, score
+from tests.workbench.test_links_page import READY, button, download, field, picture, titles, told
 
 ERROR = "Error there"
 
@@ -33,7 +33,10 @@ def test_the_example_runs_by_one_click_and_the_command_line_repeats_it(
     page.goto(served.address)
     button(page, "Run the example: Noise objects along a signal").click()
     page.locator(READY).wait_for()
-    assert page.locator(".ew-panel figcaption span").all_inner_texts() == ["Signal", "Statistic", "Tracks"]
+    assert titles(page) == [
+        "Accumulated evidence: the highest score over the velocities", "Is something there?",
+        "Signal, as the filter takes it", "How far off, where found?",
+    ]  # fmt: skip
     played_to_the_end(page, 79)
     picture(page, "signals", frame=50)
     shown = score(page, "This run")
@@ -42,8 +45,7 @@ def test_the_example_runs_by_one_click_and_the_command_line_repeats_it(
     assert re.search(rf"{ERROR}\s+│\s+{re.escape(shown)} ", capsys.readouterr().out)
     assert download(page, "Tracks as CSV", tmp_path).read_bytes() == (tmp_path / "out" / "tracks.csv").read_bytes()
     found = xr.load_dataset(tmp_path / "out" / "result.nc")["step_highest"]
-    line = page.locator(".ew-curves").first.evaluate("(root) => root.made.spec.series[0].y")
-    np.testing.assert_allclose(line, found, atol=1e-5)  # as they are sent
+    np.testing.assert_allclose(curve(page, "highest score"), found, atol=5.1e-4)  # as they are sent
 
 
 def test_another_background_is_compared_a_wrong_value_marked_a_run_called_off(
@@ -74,8 +76,7 @@ def test_another_background_is_compared_a_wrong_value_marked_a_run_called_off(
     button(page, "Remove object 2").wait_for()
     button(page, "Run").click()
     page.get_by_text("This run: deviation 1 on 0.3").wait_for()
-    drawn = page.locator(".ew-curves").first.evaluate("(root) => root.made.spec.series.map((one) => one.name)")
-    assert drawn == ["highest score, deviation 1 on 0.3", "threshold", "highest score, deviation 1 on 0.6"]
+    assert lines(page, "Is something there?") == ["threshold", "highest score", "highest score, deviation 1 on 0.6"]
     told(page, "tracks were found.")
     button(page, "Remove object 2").click()
     button(page, "Remove object 2").wait_for(state="detached")

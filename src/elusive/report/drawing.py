@@ -122,6 +122,15 @@ def spans(where: NDArray[np.bool_], times: Array, name: str, colour: str = "--tr
     return {"type": "spans", "spans": found, "name": name, "colour": colour, **more}
 
 
+def bars(
+    x: Sequence[float], y: Sequence[float], width: float, colour: str, beside: tuple[int, int], **more: Any
+) -> Layer:
+    """Return bars from ``x`` on, ``width`` wide in all; ``beside``: which of how many that share the width."""
+    number, count = beside
+    share = {"from": number / count, "to": (number + 1) / count}
+    return {"type": "bars", "x": list(x), "y": list(y), "width": width, "colour": colour, **share, **more}
+
+
 def track(
     number: int, times: ArrayLike, places: ArrayLike, colour: str, *, deviation: Array | None = None,
     cross: Array | None = None, sure: ArrayLike | None = None, values: Iterable[Mapping[str, Any]] = (), **more: Any,

@@ -1,4 +1,4 @@
-"""The window of one system: inputs, Run and Cancel on the left; player, curves, scores and files on the right.
+"""The window of one system: inputs, Run and Cancel on the left; what was found, scores and files on the right.
 
 Two runs are compared by keeping one: its curves and its scores stay beside those of the next.
 """
@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from nicegui import ui
 
-from elusive.workbench.jobs import CancelledError, away
-from elusive.workbench.parts import Drawing, Form, are_right, told
+from elusive.report import drawing as draw
+from elusive.workbench.parts import Drawing, Form, are_right
 from elusive.workbench.run_bar import RunBar
-from elusive.workbench.runs import THIS, BenchState, LiveJob, Run, chart_spec, plain, table
+from elusive.workbench.runs import BenchState, LiveJob, Run, beside, table
 from elusive.workbench.shell import window
 
 
@@ -51,33 +51,19 @@ class Bench:
                 self._live = ui.column().classes("w-full gap-1")
                 self._result = ui.column().classes("w-full gap-3")
         with self._live:
-            ui.label(live[0]).classes("ew-section")
-            self._chart = Drawing("chart", self._live_spec())
+            self._chart = Drawing(self._so_far()).classes("ew-live")
         self._timer = ui.timer(0.15, self._watch)
         self._show()
 
     async def run(self) -> bool:
         """Run what is set; False if it was refused or called off."""
-        state = self._state
-        if state.job is not None:
+        if self._state.job is not None or not are_right(self._forms()):
             return False
-        if not are_right(self._forms()):
-            return False
-        state.job = job = LiveJob(*self._title)
-        self._busy()
-        done, words = False, ""
-        try:
-            with told():
-                work = self._prepare()
-                state.take(await away(lambda: work(job)))
-                done = True
-        except CancelledError:
-            words = "Cancelled."
-        finally:
-            state.job = None
-            self._bar.tell(words)
-            self._show()
-        return done
+        found = await self._bar.run(LiveJob(), self._prepare)
+        if found is not None:
+            self._state.run = found
+        self._show()
+        return found is not None
 
     def keep(self) -> None:
         """Keep this run beside the next."""
@@ -91,8 +77,8 @@ class Bench:
             of = f" of {job.total}" if job.total else ""
             words = f"{job.done}{of} frames done" if job.done else "preparing"
             self._bar.tell(words, job.done / job.total if job.total else 0.0)
-            self._chart.show(self._live_spec())
-        elif self._shown is not self._state.run:  # begun before this page was loaded anew
+            self._chart.show(self._so_far())
+        elif self._shown is not self._state.run:  # started before this page was loaded anew
             self._bar.tell("")
             self._show()
 
@@ -100,16 +86,14 @@ class Bench:
         self._bar.show()
         self._live.visible = self._state.job is not None
 
-    def _live_spec(self) -> dict[str, Any]:
-        job = self._state.job
-        values = [] if job is None else list(job.values)
+    def _so_far(self) -> draw.Drawing:
+        job, (title, label) = self._state.job, self._title
+        values = np.array([] if job is None else job.values, np.float64)
         most = max(2, (job.total if job is not None and job.total else len(values)) - 1)
-        series = [{"x": list(range(len(values))), "y": plain(values), "colour": THIS}]
-        top = max([1.0, *(value for value in values if np.isfinite(value))])
-        return {
-            "label": f"{self._title[0]}, as it is computed", "series": series, "xlabel": "frame",
-            "ylabel": self._title[1], "xlim": [0, most], "ylim": [0, 1.05 * top],
-        }  # fmt: skip
+        top = 1.05 * max([1.0, *values[np.isfinite(values)].tolist()])
+        line = draw.line(np.arange(len(values)), values, "--accent")
+        panel = draw.graph(title, (0, most, 0, top), [line], "frame", label, span=12)
+        return draw.drawing(f"{title}, as it is computed", [0.0], [panel], unit="frame")
 
     def _show(self) -> None:
         state = self._state
@@ -120,12 +104,7 @@ class Bench:
             if state.run is None:
                 ui.label("Nothing has run yet: press Run.").classes("ew-note")
                 return
-            Drawing("player", state.run.player)
-            with ui.element("div").classes("ew-cards"):
-                for number, curve in enumerate(state.run.curves):
-                    with ui.element("div"):
-                        ui.label(curve.title).classes("ew-section")
-                        Drawing("curves", chart_spec(number, state.run, state.kept))
+            Drawing(beside(state.run, state.kept))
             self._scores(state.run, state.kept)
             with ui.element("div").classes("ew-row"):
                 for file in state.run.files:

@@ -1,11 +1,36 @@
-// Joins a canvas of the workbench to its page: hands it its specification, and hands on what a person does.
+// Joins a drawing to its page of the workbench: fetches what it is told, draws it, and hands on what a person does.
+const fetched = async (url) => {
+  const answer = await fetch(url);
+  if (!answer.ok) throw new Error("gone");
+  return answer;
+};
 export default {
   template: "<div></div>",
-  props: { drawing: String, spec: Object },
+  props: { spec: Object },
   mounted() {
-    this.made = new window.elusive.made[this.drawing](this.$el, this.spec, (name, detail) => this.$emit(name, detail));
-    this.$el.made = this.made;
+    this.show();
   },
-  unmounted() { this.made.destroy(); },
-  watch: { spec(spec) { this.made.update(spec); } },
+  unmounted() {
+    this.made?.destroy();
+  },
+  watch: {
+    spec() {
+      this.show();
+    },
+  },
+  methods: {
+    async show() {
+      const asked = this.spec;
+      try {
+        const spec = asked.url ? await (await fetched(asked.url)).json() : JSON.parse(JSON.stringify(asked));
+        const bytes = async ({ url }) => new Uint8Array(await (await fetched(url)).arrayBuffer());
+        spec.blocks = await Promise.all(spec.blocks.map(bytes));
+        if (asked !== this.spec) return;
+        if (this.made) this.made.update(spec);
+        else this.made = new window.elusive.Figure(this.$el, spec, (name, detail) => this.$emit(name, detail));
+      } catch {
+        this.$el.textContent = "These frames are no longer held; run this again.";
+      }
+    },
+  },
 };

@@ -1,4 +1,4 @@
-"""Parts of every page: canvases, a form of a model's fields, sentences of refusals."""
+"""Parts of every page: drawings, a form of a model's fields, sentences of refusals."""
 
 from __future__ import annotations
 
@@ -10,20 +10,25 @@ from nicegui import ui
 
 from elusive.errors import ElusiveError, ParameterError
 from elusive.model import Model
+from elusive.report import drawing as draw
+from elusive.workbench.blocks import told_of
 from elusive.workbench.forms import Control, FieldPath, controls, faults, laid_over, text_of
 
 
 class Drawing(ui.element, component="drawing.js"):
-    """A canvas: ``player``, ``floor`` or ``chart``; its specification is all it knows."""
+    """What is drawn, as in a report; zoom, layers and the track that is chosen stay where the same is drawn anew.
 
-    def __init__(self, drawing: str, spec: dict[str, Any]) -> None:
+    Emits ``viewed`` with what is in view, and of a map on which is placed ``placed``, ``moved``, ``chosen``,
+    ``removed``, ``drawn`` and ``outlined``.
+    """
+
+    def __init__(self, drawn: draw.Drawing) -> None:
         super().__init__()
-        self.props["drawing"] = drawing
-        self.props["spec"] = spec
+        self.props["spec"] = told_of(drawn)
 
-    def show(self, spec: dict[str, Any]) -> None:
+    def show(self, drawn: draw.Drawing) -> None:
         """Draw something else."""
-        self.props["spec"] = spec
+        self.props["spec"] = told_of(drawn)
         self.update()
 
 

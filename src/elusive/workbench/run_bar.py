@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 from nicegui import ui
 
-from elusive.workbench.jobs import Job
+from elusive.workbench.jobs import CancelledError, Job, away
+from elusive.workbench.parts import told
+
+Done = TypeVar("Done")
 
 
 class Working(Protocol):
@@ -37,6 +40,23 @@ class RunBar:
         self._bar = ui.linear_progress(0.0, show_value=False).props('aria-label="Progress"')
         self._told = ui.label().classes("ew-note").props('role="status"')
         self.show()
+
+    async def run(self, job: Job, prepare: Callable[[], Callable[[Any], Done]]) -> Done | None:
+        """Do the work that ``prepare`` gives, off the event loop; None if it was refused or called off."""
+        found, words = None, ""
+        self._state.job = job
+        self.show()
+        try:
+            with told():
+                work = prepare()
+                found = await away(lambda: work(job))
+        except CancelledError:
+            words = "Cancelled."
+        finally:
+            self._state.job = None
+            self.tell(words)
+            self.show()
+        return found
 
     def show(self) -> None:
         """Show whether there is work, and so what can be pressed."""

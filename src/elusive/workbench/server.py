@@ -6,6 +6,7 @@ import secrets
 import sys
 from collections.abc import Sequence
 from functools import partial
+from importlib.resources import files
 from pathlib import Path
 
 from nicegui import app, ui
@@ -13,6 +14,7 @@ from starlette.responses import Response
 
 from elusive.errors import ParameterError
 from elusive.io.atomic import existing_folder
+from elusive.report.page import SCRIPTS
 from elusive.workbench.blocks import HELD
 from elusive.workbench.files import UPLOAD_MOST_BYTES
 from elusive.workbench.guard import LOOPBACK, Guard
@@ -22,8 +24,8 @@ from elusive.workbench.shell import Page, pages
 from elusive.workbench.start import start_page
 
 STATIC = Path(__file__).parent / "static"
-SCRIPTS = ("base", "surface", "panel", "player", "shapes", "floorplan", "floor", "chart", "curves")
 SWITCH_S = 0.0005  # that work holds the interpreter while a page waits to be answered; Python's own is ten times it
+STYLES = ("drawing/drawing", "workbench/workbench")
 RECONNECT_S = 60.0  # that a page outlives its connection
 
 
@@ -73,8 +75,10 @@ def serve(
 
 def _build() -> None:
     app.add_static_files("/workbench", STATIC)
-    scripts = "".join(f'<script src="/workbench/{name}.js"></script>' for name in SCRIPTS)
-    ui.add_head_html(f'<link rel="stylesheet" href="/workbench/workbench.css">{scripts}', shared=True)
+    app.add_static_files("/drawing", str(files("elusive").joinpath("report", "static")))
+    styles = "".join(f'<link rel="stylesheet" href="/{name}.css">' for name in STYLES)
+    scripts = "".join(f'<script src="/drawing/{name}.js"></script>' for name in SCRIPTS)
+    ui.add_head_html(styles + scripts, shared=True)
     app.add_api_route("/blocks/{name}", _block, methods=["GET"], include_in_schema=False)
     ui.page("/")(start_page)
     for page in pages():

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Generic, NamedTuple, Protocol, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar
 
 from nicegui import ui
 
 from elusive.errors import DataError
 from elusive.model import Model
-from elusive.workbench.blocks import HELD
+from elusive.report.drawing import Drawing as Drawn
 from elusive.workbench.forms import FieldPath
-from elusive.workbench.jobs import CancelledError, Job, away
+from elusive.workbench.jobs import Job, away
 from elusive.workbench.parts import Drawing, Form, are_right, told
 from elusive.workbench.run_bar import RunBar
 from elusive.workbench.shell import window
@@ -26,7 +26,7 @@ class TrackedState(Generic[Scene, Run]):
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
         self.run: Run | None = None
-        self.spec: dict[str, Any] | None = None  # of the player
+        self.drawn: Drawn | None = None  # of the run
         self.job: Job | None = None
         self.step: str | None = None
         self.changes = 0  # by which a run no longer follows from the scene
@@ -39,24 +39,9 @@ class TrackedState(Generic[Scene, Run]):
         return scene
 
     def forget_run(self) -> None:
-        """Drop the run and its frames, and that of work under way."""
+        """Drop the run, and that of work under way."""
         self.changes += 1
-        self.run = None
-        self.forget_frames()
-
-    def forget_frames(self) -> None:
-        """Drop the frames."""
-        if self.spec is not None:
-            for name in ("url", "marks"):
-                HELD.drop(self.spec[name].rpartition("/")[2])
-        self.spec = None
-
-
-class Watch(Protocol):
-    """What draws a run."""
-
-    def __call__(self, run: Any, /, *, close: bool = False) -> dict[str, Any]:
-        """Return the player's specification of a run, as a whole or from near."""
+        self.run = self.drawn = None
 
 
 class Ways(NamedTuple):
@@ -69,8 +54,7 @@ class Ways(NamedTuple):
     main: Sequence[FieldPath]
     outside: Sequence[FieldPath]  # never shown
     prepare: Callable[[Any], Callable[[Job], Any]]  # from the state to the work
-    watch: Watch
-    views: tuple[str, str]  # what the player shows: the whole, or from near
+    watch: Callable[[Any], Drawn]  # draws a run
 
     def chosen(self, scene: Model) -> tuple[str, ...]:
         """Return those that a scene has."""
@@ -78,29 +62,32 @@ class Ways(NamedTuple):
         return names
 
 
-async def run(state: TrackedState[Any, Any], ways: Ways, job: Job) -> bool:
-    """Track a tab's scene; False if it was called off or the scene changed meanwhile.
+async def run(state: TrackedState[Any, Any], ways: Ways, bar: RunBar | None = None) -> bool:
+    """Track a tab's scene; False if it was refused, called off, or the scene changed meanwhile."""
+    changes, done = state.changes, None
 
-    Raises
-    ------
-    DataError
-        If it cannot be tracked.
-    """
-    work, changes = ways.prepare(state), state.changes
+    def prepare() -> Callable[[Job], tuple[Any, Drawn]]:
+        if not ways.chosen(state.scene):
+            raise DataError(f"{ways.field}: none is chosen; choose one or more.")
+        work = ways.prepare(state)
 
-    def all_of_it() -> tuple[Any, dict[str, Any]]:
-        found = work(job)
-        job.advance(job.done)
-        return found, ways.watch(found)
+        def all_of_it(job: Job) -> tuple[Any, Drawn]:
+            found = work(job)
+            job.advance(job.done)
+            return found, ways.watch(found)
 
-    try:
-        found, spec = await away(all_of_it)
-    except CancelledError:
-        return False
-    if state.changes != changes:
+        return all_of_it
+
+    if bar is None:
+        with told():
+            work = prepare()
+            done = await away(lambda: work(Job()))
+    else:
+        done = await bar.run(Job(), prepare)
+    if done is None or state.changes != changes:
         return False
     state.forget_run()
-    state.run, state.spec = found, spec
+    state.run, state.drawn = done
     return True
 
 
@@ -150,18 +137,7 @@ class TrackWindow:
         state, ways = self._state, self._ways
         if not are_right((self._form, self._more)):
             return
-        done, state.job = False, Job()
-        self._bar.show()
-        try:
-            with told():
-                if not ways.chosen(state.scene):
-                    raise DataError(f"{ways.field}: none is chosen; choose one or more.")
-                done = await run(state, ways, state.job)
-                self._bar.tell("" if done else "Cancelled.")
-        finally:
-            state.job = None
-            self._bar.show()
-        if done:
+        if await run(state, ways, self._bar):
             self._go_on()
 
     def _watch(self) -> None:
@@ -174,22 +150,10 @@ class TrackWindow:
         self._bar.tell(f"{names[number]}: {within}", job.done / job.total)
 
 
-def watch_window(state: TrackedState[Any, Any], ways: Ways) -> None:
-    """Build the window in which a run is played, as a whole or from near."""
+def watch_window(state: TrackedState[Any, Any]) -> None:
+    """Build the window in which a run is played."""
     with ui.element("section").classes("ew-box w-full"):
-        if state.run is None or state.spec is None:
+        if state.drawn is None:
             ui.label("Nothing is tracked yet: press Run under Track.").classes("ew-note")
-            return
-        found = state.run
-
-        async def look(event: Any) -> None:
-            spec = await away(lambda: ways.watch(found, close=event.value == ways.views[1]))
-            if state.run is found:
-                state.forget_frames()
-                state.spec = spec
-                player.show(spec)
-
-        ui.toggle(list(ways.views), value=ways.views[0], on_change=look).props("no-caps unelevated dense").classes(
-            "ew-modes mb-2"
-        )
-        player = Drawing("player", state.spec)
+        else:
+            Drawing(state.drawn)

@@ -54,11 +54,11 @@ elusive.scaleBar = function (pen, view, at) {
   const power = 10 ** Math.floor(Math.log10(most));
   const length = power * [5, 2, 1].find((m) => m * power <= most);
   const [long, x, y] = [length * view.sx, view.right - 12 - length * view.sx, view.bottom - 10];
-  pen.fillStyle = at.css("--paper");
+  pen.fillStyle = at.css("--halo");
   pen.globalAlpha = 0.75;
   pen.fillRect(x - 6, y - 20, long + 12, 26);
   pen.globalAlpha = 1;
-  pen.strokeStyle = pen.fillStyle = at.css("--ink");
+  pen.strokeStyle = pen.fillStyle = at.ink("--ink");
   elusive.polyline(pen, [[x, y - 4], [x, y], [x + long, y], [x + long, y - 4]], 2); // prettier-ignore
   pen.font = "11px system-ui, sans-serif";
   pen.textAlign = "center";

@@ -45,7 +45,7 @@ elusive.controls = function (figure) {
   }
   parts.push(button("all", "Show everything", () => figure.everything()));
   parts.push(button("Full screen", "Full screen", () => figure.fill()));
-  return make("div", { class: "controls" }, ...parts);
+  return make("div", { class: spec.times.length > 1 ? "controls timed" : "controls" }, ...parts);
 };
 
 elusive.empty = (layer) => (layer.x ?? layer.ends ?? layer.rings ?? layer.spans ?? [0]).length === 0;
@@ -56,14 +56,14 @@ elusive.switches = function (figure) {
   const names = new Map();
   for (const panel of figure.spec.panels)
     for (const layer of panel.layers)
-      if (layer.name && !names.has(layer.name) && !elusive.empty(layer)) names.set(layer.name, [layer, panel]);
+      if (layer.name && !names.has(layer.name) && !elusive.empty(layer)) names.set(layer.name, layer);
   if (figure.tracks.size) {
     if ([...figure.tracks.values()].some((one) => one.sx))
-      names.set("ellipses", [{ type: "text", words: "ellipses, 95 %" }]);
-    names.set("whole paths", [{ type: "text", words: "whole paths, faintly" }]);
+      names.set("ellipses", { type: "text", words: "ellipses, 95 %" });
+    names.set("whole paths", { type: "text", words: "whole paths, faintly" });
   }
   const box = make("div", { class: "layers" });
-  for (const [name, [layer, panel]] of names) {
+  for (const [name, layer] of names) {
     const check = make("input", { type: "checkbox" });
     check.checked = !figure.off.has(name);
     check.addEventListener("change", () => figure.switch(name, check.checked));
@@ -72,7 +72,7 @@ elusive.switches = function (figure) {
     );
     const key = box.lastChild.querySelector(".key");
     key.hidden = layer.type === "image" || layer.type === "text";
-    if (!key.hidden) key.style.color = figure.at(panel).ink(layer.colour || layer.fill || "--ink");
+    if (!key.hidden) key.style.color = figure.at({}).ink(layer.colour || layer.fill || "--ink");
   }
   if (figure.spec.note) box.append(make("span", {}, figure.spec.note));
   return box;

@@ -207,7 +207,7 @@ elusive.Panel = class {
   // ---- the view
   zoom(factor, px, py) {
     const { view, figure, spec } = this;
-    const bound = (z) => Math.max(spec.x.time ? 1 : 0.2, Math.min(2e4, z));
+    const bound = (z) => Math.max(spec.x.time ? 1 : 0.02, Math.min(2e4, z));
     const [x, y] = view.back(px ?? 0.5 * (view.left + view.right), py ?? 0.5 * (view.top + view.bottom));
     const turn = (group, { c, z }, at) =>
       figure.views.set(group, { c: at + ((c - at) * z) / bound(z * factor), z: bound(z * factor) });

@@ -109,6 +109,8 @@ elusive.Figure = class {
     const { make } = elusive;
     this.sizes.disconnect();
     this.hovered = null;
+    const before = this.panels || [];
+    const focused = before.findIndex((panel) => panel.canvas === document.activeElement);
     this.panels = this.spec.panels.map((panel, number) => new elusive.Panel(panel, this, number));
     this.grid = make("div", { class: "panels" }, ...this.panels.map((panel) => panel.root));
     for (const panel of this.panels) {
@@ -119,6 +121,15 @@ elusive.Figure = class {
     if (this.log && this.spec.log) this.grid.append(this.log.root);
     this.status = make("output", { class: "status", "aria-live": "off" });
     this.root.replaceChildren(this.grid, elusive.controls(this), this.status, elusive.switches(this));
+    before.forEach((panel, k) => {
+      const place = this.panels[k]?.place;
+      if (place && panel.place)
+        [place.cursor, place.points] = [
+          panel.place.cursor,
+          place.spec.mode === panel.place.spec.mode ? panel.place.points : [],
+        ];
+    });
+    this.panels[focused]?.canvas.focus({ preventScroll: true });
     if (this.large !== null) this.enlarge(this.large, true);
   }
 
@@ -297,8 +308,9 @@ elusive.Figure = class {
     const { main } = this;
     const focus = this.following && this.focus();
     if (focus && main.view) {
-      this.views.set(main.xs, { c: focus[0], z: main.view.vx.z });
-      this.views.set(main.ys, { c: focus[1], z: main.view.vy.z });
+      const z = this.views.get(main.xs)?.z ?? 1;
+      this.views.set(main.xs, { c: focus[0], z });
+      this.views.set(main.ys, { c: focus[1], z });
     }
     for (const panel of this.panels) panel.draw();
     this.root.dataset.frame = this.index;
@@ -338,4 +350,5 @@ elusive.Figure = class {
   }
 };
 
-elusive.named = (spec) => JSON.stringify([spec.times.length, ...spec.panels.map((panel) => panel.title)]);
+elusive.named = (spec) =>
+  JSON.stringify([spec.times.length, ...spec.panels.map((panel) => [panel.title, panel.plane && panel.extent])]);

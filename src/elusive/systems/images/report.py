@@ -167,13 +167,13 @@ def curves(tracked: Tracked) -> list[draw.Panel]:
         draw.line(times, curve, colour, 4, width=1.2, name=name)
         for colour, (name, curve) in zip(plots.SERIES[1:], tracked.extra.items(), strict=False)
     ]
-    lines.append(draw.line(times, tracked.existence, "--accent", 4))
+    lines.append(draw.line(times, tracked.existence, "--accent", 4, name="existence"))
     title = "Is it there? 1 - P(so strong a track by chance)" if several else "Is it there?"
     panels = [draw.chart(title, times, [there, *lines], axis="probability", reach=(0.0, 1.02))]
     error = tracked.error
     if error is not None and np.isfinite(error).any():
         top = 1.05 * max(0.96, float(np.nanmax(error)))
-        far = draw.line(times, error, "--accent")
+        far = draw.line(times, error, "--accent", name="error")
         panels.append(draw.chart("How far off?", times, [far], axis="error", unit="px", reach=(0.0, top)))
     return panels
 

@@ -7,8 +7,6 @@ from elusive.systems.bearings.page.place import PlaceWindow
 from elusive.systems.bearings.page.state import BearingsState
 from elusive.systems.bearings.page.still import StillWindow
 from elusive.systems.bearings.page.track import WAYS
-from elusive.workbench.jobs import Job
-from elusive.workbench.parts import told
 from elusive.workbench.session import state_of
 from elusive.workbench.shell import Page, Steps, head, main, waiting
 from elusive.workbench.side_by_side import TrackWindow, run, watch_window
@@ -27,14 +25,14 @@ async def build(example: bool) -> None:
     state = await state_of("bearings", BearingsState)
     with main(TITLE, LEAD):
         if example and state.run is None:
-            with waiting("Hearing and tracking the ready path ..."), told():
-                await run(state, WAYS, Job())
+            with waiting("Hearing and tracking the ready path ..."):
+                await run(state, WAYS)
         steps = Steps(
             state,
             {
                 "1 Scene": lambda: PlaceWindow(state),
                 "2 Track": lambda: TrackWindow(state, WAYS, lambda: steps.go(WATCHED)),
-                WATCHED: lambda: watch_window(state, WAYS),
+                WATCHED: lambda: watch_window(state),
                 "4 Measure": lambda: measure_window(state),
                 "5 A still emitter": lambda: StillWindow(state),
             },

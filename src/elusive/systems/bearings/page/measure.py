@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import Any
 
 import numpy as np
 from nicegui import ui
 
-from elusive.contracts import Array
+from elusive.report import drawing as draw
+from elusive.report.plots import SERIES
 from elusive.systems.bearings.page.state import BearingsState
 from elusive.systems.bearings.page.track import archive
 from elusive.systems.bearings.results import nees
@@ -53,33 +53,23 @@ def _tables(flown: Flown) -> None:
 
 def _charts(flown: Flown) -> None:
     times = [heard.time_s for heard in flown.sets]
-    errors: list[dict[str, Any]] = []
-    squares: list[dict[str, Any]] = []
-    for name, outcome in flown.shown:
+    errors, squares = [], []
+    for number, (name, outcome) in enumerate(flown.shown):
+        colour = SERIES[number % len(SERIES)]
         assert outcome.tracked.error is not None
         error = np.where(outcome.tracked.told, outcome.tracked.error, math.nan)
-        errors.append({"name": name, "x": times, "y": _listed(error)})
-        squares.append({"name": name, "x": times, "y": _listed(nees(outcome.tracked))})
-    known = np.concatenate([np.array(series["y"], np.float64) for series in errors] or [np.ones(1)])
-    most = 1.1 * float(np.nanquantile(known, 0.98)) if np.isfinite(known).any() else 1.0
+        errors.append(draw.line(times, error, colour, 4, name=name))
+        squares.append(draw.line(times, nees(outcome.tracked), colour, 4, name=name))
+    known = np.array([value for layer in errors for value in layer["y"] if value is not None] or [1.0])
+    most = 1.1 * float(np.quantile(known, 0.98))
     if flown.bounds is not None:
         for kind, bound in (("filtered", flown.bounds.filter_m), ("smoothed", flown.bounds.smoother_m)):
-            errors.append({"name": f"bound, {kind}", "x": times, "y": _listed(bound), "dashed": True})
-    squares.append({"name": "2, if right", "x": [times[0], times[-1]], "y": [WANTED_NEES] * 2, "dashed": True})
-    with ui.element("div").classes("ew-cards").style("grid-template-columns: repeat(auto-fit, minmax(360px, 1fr))"):
-        for title, series, label, limit in (
-            ("How far off?", errors, "error [m]", most),
-            ("Are the deviations right? NEES", squares, "squared error [deviations²]", 15.0),
-        ):
-            with ui.element("div"):
-                ui.label(title).classes("ew-section")
-                Drawing("chart", {
-                    "label": title, "series": series, "xlabel": "time [s]", "ylabel": label, "ylim": [0, limit],
-                })  # fmt: skip
-
-
-def _listed(values: Array) -> list[float | None]:
-    return [None if not math.isfinite(value) else round(value, 4) for value in values.tolist()]
+            errors.append(draw.line(times, bound, "--soft", 4, dash=[5, 4], name=f"bound, {kind}"))
+    squares.append(draw.line([times[0], times[-1]], [WANTED_NEES] * 2, "--soft", dash=[5, 4], name="2, if right"))
+    far = draw.chart("How far off?", times, errors, axis="error", unit="m", reach=(0.0, most))
+    unit, title = "deviations²", "Are the deviations right? NEES"
+    right = draw.chart(title, times, squares, axis="squared error", unit=unit, reach=(0.0, 15.0))
+    Drawing(draw.drawing("Errors and their squares in deviations, by estimator", times, [far, right]))
 
 
 def _exports(flown: Flown) -> None:

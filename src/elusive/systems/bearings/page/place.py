@@ -51,7 +51,7 @@ class PlaceWindow:
                     "ew-modes"
                 )
                 self._how = ui.label(HOW[self._mode]).classes("ew-note")
-                self._floor = Drawing("floor", scene_floor(state.scene, self._mode, state.selected))
+                self._floor = Drawing(scene_floor(state.scene, self._mode, state.selected))
                 for name in ("placed", "moved", "chosen", "removed", "drawn"):
                     self._floor.on(name, getattr(self, f"_{name}"))
                 self._told = ui.label().classes("ew-note").props('role="status"')

@@ -40,7 +40,7 @@ class StillWindow:
                 ui.label("Click where the emitter stands, or drag it. Cross and ellipse: where it is located.").classes(
                     "ew-note"
                 )
-                self._floor = Drawing("floor", still_floor(state.scene, state.found))
+                self._floor = Drawing(still_floor(state.scene, state.found))
                 self._floor.on("placed", self._placed)
                 self._floor.on("moved", self._moved)
                 self._told = ui.label().classes("ew-note").props('role="status"')

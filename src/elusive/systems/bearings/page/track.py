@@ -38,7 +38,6 @@ def prepare(state: BearingsState) -> Callable[[Job], Flown]:
 
 WAYS = Ways(
     "Estimators side by side", NAMES, "estimators", "time", MAIN, OUTSIDE, prepare, watch_spec,
-    ("The whole path", "Close to the emitter"),
 )  # fmt: skip
 
 

@@ -5,20 +5,17 @@ from __future__ import annotations
 import shlex
 from collections.abc import Callable
 
-import numpy as np
-
 from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.io import FrameSource
 from elusive.results import known_truth
-from elusive.systems.images.page.panels import Belief, belief_of, dots_each, player_of, stride_of
+from elusive.systems.images.page.panels import Belief, belief_of, dots_each, images_page, stride_of
 from elusive.systems.images.page.state import ImagesState
-from elusive.systems.images.report import Tracked
 from elusive.systems.images.results import ImageLog, tracked_of
 from elusive.systems.images.run import follow
 from elusive.systems.images.scene import NAME, ImageScene, draw_images, held_frames
 from elusive.systems.images.track import ImageTracking
-from elusive.workbench.runs import Curve, File, Line, LiveJob, Run
+from elusive.workbench.runs import File, LiveJob, Run
 
 ERROR = "Error there"
 
@@ -92,22 +89,4 @@ def watched(
     said = dict(tracked.rows)
     headline = (ERROR, said[ERROR]) if ERROR in said else ("Confirmed tracks", said["Confirmed tracks"])
     files = [yaml, File("Tracks as CSV", "tracks.csv", log.csv_text().encode())]
-    player = player_of(frames, beliefs, log, known)
-    return Run(title, headline, player, curves_of(tracked), tracked.rows, files, again, stride)
-
-
-def curves_of(tracked: Tracked) -> list[Curve]:
-    """Return existence and error over time."""
-    label = "probability" if tracked.tracks is None else "1 - P(by chance)"
-    there = [] if tracked.truth is None else [Line("target there", _present(tracked.truth), quiet=True)]
-    unit = "frame" if tracked.time_unit == "frame" else "time [s]"
-    curves = [
-        Curve("Is it there?", label, tracked.times, unit, [Line("existence", tracked.existence), *there], (0.0, 1.05))
-    ]
-    if tracked.error is not None:
-        curves.append(Curve("How far off?", "error [px]", tracked.times, unit, [Line("error", tracked.error)]))
-    return curves
-
-
-def _present(truth: Array) -> Array:
-    return np.isfinite(truth[:, 0]).astype(np.float64)
+    return Run(title, headline, images_page(frames, beliefs, tracked), tracked.rows, files, again)

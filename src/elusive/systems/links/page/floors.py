@@ -3,67 +3,54 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
 from elusive.contracts import Array
 from elusive.geometry.places import NamedPlace
+from elusive.report import drawing as draw
+from elusive.report.plots import SERIES
 from elusive.sensors.radio_network import links_of
 from elusive.systems.links.page.state import LinksState
 from elusive.systems.links.scene import Coverage, LinkScene
+from elusive.workbench.placing import path_layers, placing
 
 ELLIPSES_MOST = 1200
 
 
-def path_floor(state: LinksState, mode: str) -> dict[str, Any]:
+def path_floor(state: LinksState, mode: str) -> draw.Drawing:
     """Return a map of the paths; ``mode``: view, path or area."""
-    paths: list[Any] = []
-    if state.truth is not None:
-        rounded = np.round(state.truth, 3)
-        paths = [
-            [None if np.isnan(x) else [x, y] for x, y in rounded[:, person].tolist()]
-            for person in range(rounded.shape[1])
-        ]
-    return _ground(state.scene, "Map of the area and the paths") | {"mode": mode, "paths": paths}
+    truth = state.truth
+    paths = [] if truth is None else [truth[:, person] for person in range(truth.shape[1])]
+    layers = [draw.area([state.scene.area.corners_m], fill="--ground", colour="--wall"), *path_layers(paths, SERIES)]
+    return placing("Map of the area and the paths", _extent(state.scene), layers, mode=mode, ground="--shade")
 
 
-def node_floor(state: LinksState, nodes: tuple[NamedPlace, ...], coverage: Coverage | None) -> dict[str, Any]:
+def node_floor(state: LinksState, nodes: tuple[NamedPlace, ...], coverage: Coverage | None) -> draw.Drawing:
     """Return a map of the nodes."""
     scene = state.scene
-    spec = _ground(scene, "Map of the sensors: arrow keys move a cross, Enter places a sensor") | {
-        "mode": "node",
-        "nodes": [
-            {"name": one.name, "x": one.x_m, "y": one.y_m, "selected": one.name in state.selected} for one in nodes
-        ],
-    }
-    if state.shows_ellipses and len(nodes) > 1:
-        places = np.array([(one.x_m, one.y_m) for one in nodes])
-        spec["ellipses"] = _ellipses(places, scene.simulation.weights.excess_m)
+    layers = [draw.area([scene.area.corners_m], fill="--ground", colour="--wall")]
     if coverage is not None:
         grid = scene.grid
-        values = np.where(grid.inside, coverage.links, -1).astype(int)
         rows, columns = grid.shape
-        spec["heat"] = {
-            "rows": rows, "columns": columns, "most": max(1, int(values.max())), "values": values.tolist(),
-            "x0": grid.x0, "y0": grid.y0, "voxel": grid.voxel_m,
-        }  # fmt: skip
-    return spec
+        links = np.where(grid.inside, coverage.links, np.nan).reshape(rows, columns)
+        edges = (grid.x0, grid.x0 + columns * grid.voxel_m, grid.y0, grid.y0 + rows * grid.voxel_m)
+        within = [draw.rounded(np.ravel(scene.area.corners_m))]
+        layers.append(draw.image(draw.scaled(links, low=0.0), edges, "heat", unit="links", within=within))
+    if state.shows_ellipses and len(nodes) > 1:
+        found = _ellipses(np.array([(one.x_m, one.y_m) for one in nodes]), scene.simulation.weights.excess_m)
+        layers.append(draw.ellipses(found, "--accent", alpha=0.18 if len(found) > 300 else 0.5))
+    label = "Map of the sensors: arrow keys move a cross, Enter places a sensor"
+    placed = [(one.name, one.x_m, one.y_m, one.name in state.selected) for one in nodes]
+    return placing(label, _extent(scene), layers, mode="node", nodes=placed, ground="--shade")
 
 
-def _ground(scene: LinkScene, label: str) -> dict[str, Any]:
+def _extent(scene: LinkScene) -> draw.Extent:
     x0, x1, y0, y1 = scene.area.bounds_m
-    for node in getattr(scene.simulation.network, "places", ()):
-        x0, x1, y0, y1 = min(x0, node.x_m), max(x1, node.x_m), min(y0, node.y_m), max(y1, node.y_m)
-    margin = 0.05 * max(x1 - x0, y1 - y0)
-    return {
-        "label": label,
-        "extent": [x0 - margin, x1 + margin, y0 - margin, y1 + margin],
-        "corners": [list(corner) for corner in scene.area.corners_m],
-    }
+    return draw.about([(x0, y0), (x1, y1), *((node.x_m, node.y_m) for node in getattr(scene.simulation.network, "places", ()))], 0.05)
 
 
-def _ellipses(places: Array, excess_m: float) -> list[list[float]]:
+def _ellipses(places: Array, excess_m: float) -> Array:
     """Return centre, half axes and angle of each link's ellipse; evenly chosen where there are very many."""
     links = links_of(len(places))
     links = links[:: max(1, math.ceil(len(links) / ELLIPSES_MOST))]
@@ -72,6 +59,4 @@ def _ellipses(places: Array, excess_m: float) -> list[list[float]]:
     half = (apart + excess_m) / 2
     across = np.sqrt(np.maximum(half**2 - (apart / 2) ** 2, 0.0))
     angle = np.arctan2(*(second - first).T[::-1])
-    table = np.column_stack([(first + second) / 2, half, across, angle])
-    rounded: list[list[float]] = np.round(table, 4).tolist()
-    return rounded
+    return np.column_stack([(first + second) / 2, half, across, angle])

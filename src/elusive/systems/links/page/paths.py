@@ -72,7 +72,7 @@ class PathsWindow:
             with stage:
                 ui.toggle(MODES, value="view", on_change=self._choose).props("no-caps unelevated").classes("ew-modes")
                 self._how = ui.label().classes("ew-note")
-                self._floor = Drawing("floor", path_floor(state, self._mode))
+                self._floor = Drawing(path_floor(state, self._mode))
                 self._floor.on("drawn", self._drawn)
                 self._floor.on("outlined", self._outlined)
                 self._told = ui.label().classes("ew-note").props('role="status"')

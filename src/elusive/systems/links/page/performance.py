@@ -16,6 +16,8 @@ from nicegui import ui
 from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.model import read_yaml
+from elusive.report import drawing as draw
+from elusive.report.plots import SERIES
 from elusive.systems.links.page.state import LinksState
 from elusive.systems.links.report import write_links_png
 from elusive.systems.links.results import scores_text
@@ -28,7 +30,6 @@ from elusive.workbench.parts import Drawing, refuse, told
 SCENES = (".yaml", ".yml")
 BIN_M = 0.1  # of the histograms
 EDGES = [round(BIN_M * number, 6) for number in range(20)]
-COLOURS = ("#e8590c", "#4c8dff", "#12b886")
 
 
 class PerformanceWindow:
@@ -76,18 +77,16 @@ class PerformanceWindow:
         rows = [(cells[0][0], *(cell[1] for cell in cells)) for cells in zip(*columns, strict=True)]
         with ui.element("div").classes("ew-scroll"):
             ui.html(table_html(["", *(title for title, _ in runs)], rows), sanitize=False)
-        with ui.element("div").classes("ew-charts"):
-            for title, one in runs:
-                series = [
-                    {"name": f"{name}: {apart.mean():.3f} m mean", "x": EDGES, "y": _histogram(apart), "colour": colour}
-                    for (name, apart), colour in zip(estimates(one).items(), COLOURS, strict=False)
-                ]
-                with ui.element("div"):
-                    ui.label(f"How far off? {title}").classes("ew-section")
-                    Drawing("chart", {
-                        "label": f"Histogram of deviations, {title}", "series": series, "bars": BIN_M,
-                        "xlim": [0, 2], "xlabel": "deviation of a pair [m]", "ylabel": "pairs",
-                    })  # fmt: skip
+        panels = []
+        for title, one in runs:
+            found = {name: (apart.mean(), _histogram(apart)) for name, apart in estimates(one).items()}
+            bars = [
+                draw.bars(EDGES, counts, BIN_M, SERIES[k], beside=(k, len(found)), name=f"{name}: {mean:.3f} m mean")
+                for k, (name, (mean, counts)) in enumerate(found.items())
+            ]
+            top = 1.05 * max([1, *(max(counts) for _, counts in found.values())])
+            panels.append(draw.graph(f"How far off? {title}", (0, 2, 0, top), bars, "deviation of a pair [m]", "pairs"))
+        Drawing(draw.drawing("Histogram of deviations", [0.0], panels))
 
     def _exports(self, run: SceneRun) -> None:
         tracks, events = run.tables
@@ -103,13 +102,13 @@ class PerformanceWindow:
             ui.button("Figure as PNG", on_click=lambda: self._figure(run)).props("outline no-caps")
 
     async def _figure(self, run: SceneRun) -> None:
-        def draw() -> bytes:
+        def drawn() -> bytes:
             with tempfile.TemporaryDirectory(prefix="elusive-") as folder:
                 path = Path(folder) / "report.png"
                 write_links_png(path, run.outcome.tracked)
                 return path.read_bytes()
 
-        ui.download.content(await away(draw), "report.png")
+        ui.download.content(await away(drawn), "report.png")
 
     def _scene(self) -> None:
         ui.download.content(self._state.scene.to_yaml(), "scene.yaml")

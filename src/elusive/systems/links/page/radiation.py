@@ -116,5 +116,5 @@ class RadiationWindow:
             elif self._state.radiation_spec is None:
                 ui.label("No radiation yet: press Create radiation.").classes("ew-note")
             else:
-                Drawing("player", self._state.radiation_spec)
+                Drawing(self._state.radiation_spec)
                 ui.label("In 3-D the surface is turned by dragging it.").classes("ew-note")

@@ -50,7 +50,7 @@ class SensorsWindow:
                 ui.label(
                     "Click to place a sensor, drag to move it, click it to select it; or arrow keys, Enter, Delete."
                 ).classes("ew-note")
-                self._floor = Drawing("floor", node_floor(state, state.listed(), None))
+                self._floor = Drawing(node_floor(state, state.listed(), None))
                 for name in ("placed", "moved", "chosen", "removed"):
                     self._floor.on(name, getattr(self, f"_{name}"))
                 self._table = ui.table(

@@ -16,7 +16,6 @@ from elusive.systems.links.networks import PlacedNodes
 from elusive.systems.links.presets import first_simulation
 from elusive.systems.links.scene import LinkScene, Radiated, SceneRun
 from elusive.systems.links.simulate import DrawnPath
-from elusive.workbench.blocks import HELD
 from elusive.workbench.files import read_upload
 from elusive.workbench.jobs import Job
 
@@ -104,12 +103,10 @@ class LinksState:
 
     def _forget_radiation(self) -> None:
         self.radiated = None
-        _drop(self.radiation_spec)
         self.radiation_spec = None
 
     def _forget_run(self) -> None:
         self.run, self.message = None, ""
-        _drop(self.tracking_spec)
         self.tracking_spec = None
 
 
@@ -129,9 +126,3 @@ def _paths_of(scene: LinkScene) -> list[Any]:
 def _radiation_of(scene: LinkScene) -> list[Any]:
     simulation = scene.simulation
     return [simulation.radiation, simulation.weights.voxel_m, simulation.calibration_steps]
-
-
-def _drop(spec: dict[str, Any] | None) -> None:
-    for name in ("url", "marks"):
-        if spec is not None and name in spec:
-            HELD.drop(spec[name].rpartition("/")[2])

@@ -17,4 +17,4 @@ def tracking_window(state: LinksState) -> None:
         if state.tracking_spec is None:
             ui.label("Nothing is tracked yet: press Apply under Algorithm.").classes("ew-note")
         else:
-            Drawing("player", state.tracking_spec)
+            Drawing(state.tracking_spec)

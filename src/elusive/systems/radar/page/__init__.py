@@ -8,8 +8,7 @@ from elusive.systems.radar.page.route import RouteWindow
 from elusive.systems.radar.page.state import ChartsState, example
 from elusive.systems.radar.page.track import WAYS
 from elusive.systems.radar.scene import EXAMPLE_NAME, RadarScene
-from elusive.workbench.jobs import Job, away
-from elusive.workbench.parts import told
+from elusive.workbench.jobs import away
 from elusive.workbench.session import state_of
 from elusive.workbench.shell import Page, Steps, head, main, waiting
 from elusive.workbench.side_by_side import TrackWindow, run, watch_window
@@ -28,18 +27,18 @@ async def build(ready: bool) -> None:
     state = await state_of("charts", ChartsState)
     with main(TITLE, LEAD):
         words = "Sailing and tracking the ready route ..." if ready else "Drawing the coast ..."
-        with waiting(words), told():
+        with waiting(words):
             if state.chart is None:
                 state.open(EXAMPLE_NAME, await away(example), RadarScene.example())
             if ready and state.run is None:
-                await run(state, WAYS, Job())
+                await run(state, WAYS)
         steps = Steps(
             state,
             {
                 "1 Chart": lambda: ChartWindow(state),
                 "2 Route": lambda: RouteWindow(state),
                 "3 Track": lambda: TrackWindow(state, WAYS, lambda: steps.go(WATCHED)),
-                WATCHED: lambda: watch_window(state, WAYS),
+                WATCHED: lambda: watch_window(state),
                 "5 Compare": lambda: compare_window(state),
             },
             WATCHED if ready else None,

@@ -10,13 +10,14 @@ from nicegui import ui
 
 from elusive.errors import ElusiveError
 from elusive.systems.radar.chart import describe_charts
-from elusive.systems.radar.page.maps import ZONES, chart_floor, grades_of, view_of, water_raster, zoomed
+from elusive.systems.radar.page.maps import chart_floor, water_raster, whole_chart
 from elusive.systems.radar.page.state import KINDS, ChartsState, OpenedChart, example, opened
 from elusive.systems.radar.scene import EXAMPLE_NAME, RadarScene
 from elusive.workbench.exports import table_html
 from elusive.workbench.jobs import away
 from elusive.workbench.opener import opener
 from elusive.workbench.parts import Drawing, Form, told
+from elusive.workbench.placing import placing
 from elusive.workbench.shell import window
 
 TAKEN = ("tracking", "charted")
@@ -24,14 +25,14 @@ MAIN = (
     (*TAKEN, "imprecision", "coast_sigma_m"),
     *((*TAKEN, name) for name in ("draught_m", "water_level_m", "bias_east_m", "bias_north_m")),
 )
-ZOOM = 0.5
+EMPTY = placing("Sea chart", (0.0, 1.0, 0.0, 1.0))
 
 
 class ChartWindow:
     """The window of one page."""
 
     def __init__(self, state: ChartsState) -> None:
-        self._state = state
+        self._state, state.view = state, None
         with window() as (side, stage):
             with side:
                 ui.label("Chart").classes("ew-section")
@@ -45,11 +46,8 @@ class ChartWindow:
             with stage:
                 with ui.element("div").classes("ew-row"):
                     self._water = ui.button(on_click=self._toggle).props("outline no-caps dense")
-                    zoom_buttons(state, self._show)
-                ui.label("Click to see a place from nearer.").classes("ew-note")
-                self._floor = Drawing("floor", {"label": "Sea chart", "extent": [0, 1, 0, 1], "corners": []})
-                self._floor.on("placed", self._nearer)
-                self._keys = ui.element("p").classes("ew-legend")
+                self._floor = Drawing(EMPTY)
+                self._floor.on("viewed", self._viewed)
                 self._told = ui.label().classes("ew-note").props('role="status"')
                 self._box = ui.element("div").classes("ew-scroll")
         ui.timer(0.01, self._show, once=True)
@@ -78,8 +76,9 @@ class ChartWindow:
         self._state.shows_water ^= True
         await self._show()
 
-    async def _nearer(self, event: Any) -> None:
-        self._state.view = zoomed(view_of(self._state), event.args["x"], event.args["y"], ZOOM)
+    async def _viewed(self, event: Any) -> None:
+        seen = event.args
+        self._state.view = None if seen.get("whole", True) else tuple(seen["extent"])
         await self._show()
 
     async def _show(self) -> None:
@@ -89,43 +88,22 @@ class ChartWindow:
             self._name.text = "None is open."
             return
         self._name.text = state.chart.file.name
-        self._told.text, extent = "", view_of(state)
+        self._told.text, whole = "", whole_chart(state)
+        seen = state.view or whole
         try:
-            raster = await away(lambda: water_raster(state, extent)) if state.shows_water else None
-            spec = await away(lambda: chart_floor(state, "node", raster, way=False))
+            raster = await away(lambda: water_raster(state, seen)) if state.shows_water else None
+            spec = await away(lambda: chart_floor(state, whole, "view", raster))
             tables, sentences = await away(lambda: _description(state))
         except ElusiveError as error:
             self._told.text = str(error)
             return
         self._floor.show(spec)
-        self._keys.clear()
-        with self._keys:
-            shown = [("#7fb2d9", "water"), ("#f5efdc", "even"), ("#c9a24b", "land")] if raster else []
-            shown = shown or [("#d8c28a", "land"), *((ZONES[one], f"zone {one}") for one in grades_of(state))]
-            for colour, words in shown:
-                with ui.element("span"):
-                    ui.element("span").classes("ew-key").style(f"background: {colour}")
-                    ui.label(words).classes("inline")
         self._box.clear()
         with self._box:
             for name, rows in tables:
                 ui.html(table_html(["", name], rows), sanitize=False)
             for sentence in sentences:
                 ui.label(sentence).classes("ew-note")
-
-
-def zoom_buttons(state: ChartsState, show: Any) -> None:
-    """Build what changes the view, for who cannot click a place too."""
-
-    async def change(times: float | None) -> None:
-        if state.chart is None:
-            return
-        x0, x1, y0, y1 = view_of(state)
-        state.view = None if times is None else zoomed((x0, x1, y0, y1), 0.5 * (x0 + x1), 0.5 * (y0 + y1), times)
-        await show()
-
-    for label, times in (("Nearer", ZOOM), ("Further", 1 / ZOOM), ("Whole chart", None)):
-        ui.button(label, on_click=lambda times=times: change(times)).props("flat no-caps dense")
 
 
 def _description(state: ChartsState) -> tuple[list[tuple[str, list[tuple[str, ...]]]], list[str]]:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import Any
 
-import numpy as np
 from nicegui import ui
 
+from elusive.report.drawing import drawing
+from elusive.systems.radar.page.panels import errors_chart
 from elusive.systems.radar.page.state import ChartsState
 from elusive.systems.radar.scene_run import HEADER, Used, archive
 from elusive.workbench.exports import Export, export_buttons, table_html
@@ -39,8 +39,7 @@ def compare_window(state: ChartsState) -> None:
             "RMSE where a track is confirmed. Lost: ten scans in a row or more in which no confirmed track's own 99.9 "
             "% region holds the ship. One voyage tells little of a few tenths of a metre: change the seed."
         ).classes("ew-note")
-        ui.label("How far off?").classes("ew-section")
-        Drawing("chart", _errors(shown))
+        Drawing(drawing("Error of each use of the chart over time", sailed.times_s, [errors_chart(sailed)]))
         _exports(state, shown)
         for one in shown:
             _told_by(one)
@@ -48,22 +47,6 @@ def compare_window(state: ChartsState) -> None:
 
 def _metres(value: float) -> str:
     return "-" if math.isnan(value) else f"{value:.1f} m"
-
-
-def _errors(shown: list[Used]) -> dict[str, Any]:
-    series: list[dict[str, Any]] = []
-    most = [1.0]
-    for one in shown:
-        assert one.outcome is not None
-        found = one.outcome.tracked.nearest_error
-        if found is not None:
-            times, errors = found
-            series.append({"name": one.name, "x": times.tolist(), "y": np.round(errors, 3).tolist()})
-            most.append(float(errors.max()))
-    return {
-        "label": "Error of each use of the chart over time", "series": series, "xlabel": "time [s]",
-        "ylabel": "error [m]", "ylim": [0, 1.05 * max(most)], "xlim": None if series else [0, 1],
-    }  # fmt: skip
 
 
 def _told_by(one: Used) -> None:

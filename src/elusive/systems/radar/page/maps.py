@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -11,44 +10,36 @@ from elusive.charts import FieldWater, Water
 from elusive.charts.charted_area import barred, lay_charts
 from elusive.charts.quality import GRADES
 from elusive.contracts import Array
+from elusive.report import drawing as draw
+from elusive.report.plots import SERIES
 from elusive.systems.radar.page.state import ChartsState, Extent
-from elusive.workbench.blocks import HELD
+from elusive.workbench.placing import path_layers, placing
 
-LAND, SHORE = "#d8c28a", "#6b5a2b"
 ZONES = {"A1": "#1b7f4b", "A2": "#4c9f38", "B": "#a3a500", "C": "#e08a00", "D": "#d1495b", "U": "#8a94a3"}
 FINEST = 1 / 2000  # of what is seen: details below it are left out
 RASTER_SIDE = 360
-UNKNOWN = 255
 STEPS = 50  # of an arrow key, across what is seen
 MARGIN = 0.02
 
 
-def view_of(state: ChartsState) -> Extent:
-    """Return what is in view, x and y [m]."""
-    if state.view is not None:
-        return state.view
+def whole_chart(state: ChartsState) -> Extent:
+    """Return what shows the whole chart, x and y [m]."""
     x0, x1, y0, y1 = state.chart_extent
-    margin = MARGIN * max(x1 - x0, y1 - y0)
-    return x0 - margin, x1 + margin, y0 - margin, y1 + margin
+    return draw.about([(x0, y0), (x1, y1)], MARGIN)
 
 
 def about_route(state: ChartsState) -> Extent:
-    """Return what shows the route, with room; the whole chart where there is none."""
+    """Return what shows the routes, with room; the whole chart where there is none."""
     if not state.scene.routes_deg:
-        return view_of(state)
+        return whole_chart(state)
     places = state.frame.to_local(np.concatenate(state.scene.routes_deg))
     middle, half = 0.5 * (places.min(axis=0) + places.max(axis=0)), 0.65 * float(np.ptp(places, axis=0).max())
-    return tuple(float(value) for value in (middle[0] - half, middle[0] + half, middle[1] - half, middle[1] + half))  # type: ignore[return-value]
+    (west, south), (east, north) = (middle - half).tolist(), (middle + half).tolist()
+    return west, east, south, north
 
 
-def zoomed(extent: Extent, x: float, y: float, times: float) -> Extent:
-    """Return a view about a place, so many times as wide."""
-    half = 0.5 * times * max(extent[1] - extent[0], extent[3] - extent[2])
-    return x - half, x + half, y - half, y + half
-
-
-def chart_shapes(state: ChartsState, extent: Extent, *, land: bool = True) -> list[dict[str, Any]]:
-    """Return land, coverage and zones of quality as a map draws them, as far as they are in view.
+def chart_shapes(state: ChartsState, extent: Extent, *, land: bool = True) -> list[draw.Layer]:
+    """Return land, coverage and zones of quality, in detail as far as they are in view.
 
     Without ``land`` the shore is a line, and no zone is drawn: something else shows what is land.
     """
@@ -57,17 +48,17 @@ def chart_shapes(state: ChartsState, extent: Extent, *, land: bool = True) -> li
     assert state.chart is not None
     window = shapely.box(extent[0], extent[2], extent[1], extent[3])
     finest = FINEST * (extent[1] - extent[0])
-    shapes: list[dict[str, Any]] = []
+    shapes: list[draw.Layer] = []
     for chart in state.chart.charts:
         inland = shapely.union_all(barred(chart, state.frame, state.scene.tracking.charted))
-        shapes += _rings(inland, window, finest, {"stroke": SHORE} | ({"fill": LAND} if land else {}))
-        shapes += _rings(
-            shapely.union_all(state.frame.project(chart.coverage)), window, finest,
-            {"stroke": "--ew-quiet", "dashed": True},
-        )  # fmt: skip
+        fill = {"fill": "--land"} if land else {}
+        shapes += _rings(inland, window, finest, colour="--shore", name="land" if land else "shore", **fill)
+        covered = shapely.union_all(state.frame.project(chart.coverage))
+        shapes += _rings(covered, window, finest, colour="--soft", dash=[5, 4], name="coverage")
         for zone, grade in zip(state.frame.project(chart.zones), chart.catzoc, strict=True) if land else ():
-            colour = ZONES.get(GRADES.get(int(grade), "U"), ZONES["U"])
-            shapes += _rings(zone, window, finest, {"stroke": colour, "width": 2.5})
+            name = GRADES.get(int(grade), "U")
+            style = {"colour": ZONES.get(name, ZONES["U"]), "width": 2.5, "name": f"zone {name}"}
+            shapes += _rings(zone, window, finest, **style)
     return shapes
 
 
@@ -78,17 +69,14 @@ def grades_of(state: ChartsState) -> list[str]:
     return [grade for grade in ZONES if grade in found]
 
 
-def _rings(shape: Any, window: Any, finest: float, style: dict[str, Any]) -> list[dict[str, Any]]:
+def _rings(shape: Any, window: Any, finest: float, **style: Any) -> list[draw.Layer]:
     import shapely
 
-    # what lies far outside is cut off beyond the edge, so that no cut is seen
-    seen = shapely.intersection(shape, window.buffer(0.05 * math.sqrt(window.area)))
-    drawn = []
-    for part in shapely.get_parts(shapely.simplify(seen, finest)):
-        if part.geom_type == "Polygon" and not part.is_empty:
-            rings = [part.exterior, *part.interiors]
-            drawn.append({"rings": [np.round(ring.coords, 1).tolist() for ring in rings], **style})
-    return drawn
+    # what lies far outside is cut off, so far that a view is moved without seeing the cut
+    seen = shapely.intersection(shape, window.buffer(window.length / 4))
+    parts = [part for part in shapely.get_parts(shapely.simplify(seen, finest)) if part.geom_type == "Polygon"]
+    rings = [[part.exterior, *part.interiors] for part in parts if not part.is_empty]
+    return [draw.area([ring.coords for ring in of_part], **style) for of_part in rings]
 
 
 def raster_of(water: Water, extent: Extent, side: int = RASTER_SIDE) -> tuple[Array, int, int]:
@@ -102,41 +90,33 @@ def raster_of(water: Water, extent: Extent, side: int = RASTER_SIDE) -> tuple[Ar
     return found.reshape(rows, columns), rows, columns
 
 
-def water_raster(state: ChartsState, extent: Extent) -> dict[str, Any]:
-    """Return P(water) of what is in view, for a map; computed once a view."""
+def water_raster(state: ChartsState, extent: Extent) -> draw.Layer:
+    """Return P(water) of what is in view; computed once a view."""
     assert state.chart is not None
     key = (state.chart.file, state.scene.tracking.charted.model_dump_json(), extent)
-    if state.raster is not None and state.raster[0] == key:
-        return state.raster[1]
-    water = FieldWater().bind(lay_charts(state.chart.charts, state.scene.tracking.charted, state.frame).coast)
-    values, rows, columns = raster_of(water, extent)
-    data = np.where(np.isnan(values), UNKNOWN, np.round(254 * np.nan_to_num(values))).astype(np.uint8)
-    if state.raster is not None:
-        HELD.drop(state.raster[1]["url"].rpartition("/")[2])
-    url = f"/blocks/{HELD.hold(data.tobytes())}"
-    state.raster = (key, {"url": url, "rows": rows, "columns": columns, "extent": list(extent)})
+    if state.raster is None or state.raster[0] != key:
+        water = FieldWater().bind(lay_charts(state.chart.charts, state.scene.tracking.charted, state.frame).coast)
+        values = draw.shares(raster_of(water, extent)[0])
+        state.raster = (key, draw.image(values, extent, "water", unit="", name="P(water)", smooth=True))
     return state.raster[1]
 
 
-def chart_floor(state: ChartsState, mode: str, raster: dict[str, Any] | None = None, *, way: bool) -> dict[str, Any]:
+def chart_floor(
+    state: ChartsState, whole: Extent, mode: str = "view", raster: draw.Layer | None = None, *, way: bool = False
+) -> draw.Drawing:  # fmt: skip
     """Return a map; ``mode``: view, path or node; ``way``: with route, radar and plots."""
-    extent = view_of(state)
-    spec: dict[str, Any] = {
-        "label": "Sea chart: arrow keys move a cross, Enter acts", "extent": list(extent), "corners": [], "mode": mode,
-        "step": float(f"{(extent[1] - extent[0]) / STEPS:.1g}"),
-        "shapes": chart_shapes(state, extent, land=raster is None),
-    }  # fmt: skip
+    view = state.view or whole
+    layers, nodes = chart_shapes(state, view, land=raster is None), []
     if raster is not None:
-        spec["raster"] = raster
+        layers = [raster, *layers]
     if way:
         frame, scene = state.frame, state.scene
-        spec["paths"] = [np.round(frame.to_local(np.array(route)), 1).tolist() for route in scene.routes_deg]
-        x, y = np.round(frame.to_local([[scene.radar.lon_deg, scene.radar.lat_deg]])[0], 1).tolist()
-        spec["nodes"] = [{"name": "radar", "x": x, "y": y, "selected": True}]
         if state.recorded is not None:
-            reach = 0.006 * (extent[1] - extent[0])
-            for east, north in np.round(frame.to_local(state.recorded.plots_deg), 1).tolist():
-                for dx, dy in ((reach, reach), (reach, -reach)):
-                    line = [[east - dx, north - dy], [east + dx, north + dy]]
-                    spec["shapes"].append({"line": line, "stroke": "--ew-accent", "width": 1.4})
-    return spec
+            plots = frame.to_local(state.recorded.plots_deg)
+            layers.append(draw.points(plots, "--mark", marker="cross", size=5, name="plots"))
+        layers += path_layers([frame.to_local(np.array(route)) for route in scene.routes_deg], SERIES)
+        x, y = frame.to_local([[scene.radar.lon_deg, scene.radar.lat_deg]])[0].tolist()
+        nodes = [("radar", round(x, 1), round(y, 1), True)]
+    step = float(f"{(view[1] - view[0]) / STEPS:.1g}")
+    label = "Sea chart: arrow keys move a cross, Enter acts"
+    return placing(label, whole, layers, mode=mode, nodes=nodes, step=step, ground="--water")

@@ -9,9 +9,9 @@ from nicegui import ui
 
 from elusive.geometry.local_frame import LocalFrame
 from elusive.geometry.places import along_path
-from elusive.systems.radar.page.chart import ZOOM, zoom_buttons
-from elusive.systems.radar.page.maps import about_route, chart_floor, view_of, zoomed
-from elusive.systems.radar.page.state import ChartsState
+from elusive.systems.radar.page.chart import EMPTY
+from elusive.systems.radar.page.maps import about_route, chart_floor
+from elusive.systems.radar.page.state import ChartsState, Extent
 from elusive.systems.radar.scene import RadarScene
 from elusive.systems.radar.scene_run import record
 from elusive.workbench.exports import table_html
@@ -23,14 +23,12 @@ MODES = {
     "path": "Draw the route",
     "another": "Draw another ship's",
     "node": "Place the radar",
-    "zoom": "See nearer",
     "view": "Look",
 }
 HOW = {
     "path": "Draw with the pointer held down; or move a cross with the arrow keys, Enter for each waypoint, C to end.",
     "another": "Draw the route of one more ship in the same ways.",
     "node": "Click where the radar stands, or drag it.",
-    "zoom": "Click to see a place from nearer.",
     "view": "",
 }
 VOYAGE = (("simulation", "speed_mps"), ("simulation", "interval_s"), ("simulation", "seed"))
@@ -49,8 +47,8 @@ class RouteWindow:
 
     def __init__(self, state: ChartsState) -> None:
         self._state, self._mode = state, "path"
-        if state.chart is not None and state.view is None:
-            state.view = about_route(state)
+        self._whole: Extent | None = None
+        state.view = None
         with window() as (side, stage):
             with side:
                 ui.label("Voyage").classes("ew-section")
@@ -67,10 +65,9 @@ class RouteWindow:
                     ui.toggle(MODES, value=self._mode, on_change=self._choose).props(
                         "no-caps unelevated dense"
                     ).classes("ew-modes")
-                    zoom_buttons(state, self._show)
                 self._how = ui.label(HOW[self._mode]).classes("ew-note")
-                self._floor = Drawing("floor", {"label": "Sea chart", "extent": [0, 1, 0, 1], "corners": []})
-                for name in ("drawn", "placed", "moved"):
+                self._floor = Drawing(EMPTY)
+                for name in ("drawn", "placed", "moved", "viewed"):
                     self._floor.on(name, getattr(self, f"_{name}"))
                 self._told = ui.label().classes("ew-note").props('role="status"')
                 self._box = ui.element("div").classes("ew-scroll")
@@ -102,18 +99,18 @@ class RouteWindow:
 
     async def _placed(self, event: Any) -> None:
         x, y = event.args["x"], event.args["y"]
-        if self._mode == "zoom":
-            self._state.view = zoomed(view_of(self._state), x, y, ZOOM)
-            await self._show()
-            return
         with told():
             lon, lat = np.round(self._state.frame.to_lonlat([[x, y]])[0], 7).tolist()
             radar = self._state.scene.radar.replace(lon_deg=lon, lat_deg=lat)
             self._place.show(self._take(self._state.scene.replace(radar=radar)))
 
     async def _moved(self, event: Any) -> None:
-        self._mode = "node" if self._mode == "zoom" else self._mode
         await self._placed(event)
+
+    async def _viewed(self, event: Any) -> None:
+        seen = event.args
+        self._state.view = None if seen.get("whole", True) else tuple(seen["extent"])
+        await self._show()
 
     def _clear(self) -> None:
         self._take(self._state.scene.replace(routes_deg=()))
@@ -141,8 +138,11 @@ class RouteWindow:
         if state.chart is None:
             self._told.text = "Open a chart first, under Chart."
             return
-        mode = {"zoom": "node", "another": "path"}.get(self._mode, self._mode)
-        self._floor.show(await away(lambda: chart_floor(state, mode, way=True)))
+        mode = "path" if self._mode == "another" else self._mode
+        if self._whole is None:
+            self._whole = about_route(state)
+        whole = self._whole
+        self._floor.show(await away(lambda: chart_floor(state, whole, mode, way=True)))
         self._how.text = HOW[self._mode]  # once the map does it
         routes = (f"A route of {len(route)} waypoints, {_length(route)}." for route in state.scene.routes_deg)
         self._told.text = " ".join(routes) or "No route yet."

@@ -12,6 +12,7 @@ import numpy as np
 from elusive.charts.chart import Chart
 from elusive.charts.charted_area import read_charts
 from elusive.geometry.local_frame import LocalFrame
+from elusive.report.drawing import Layer
 from elusive.systems.radar.scene import EXAMPLE_NAME, RadarScene, example_chart
 from elusive.systems.radar.scene_run import ChartFile, Recorded, Sailed
 from elusive.workbench.files import PLAIN
@@ -55,8 +56,8 @@ class ChartsState(TrackedState[RadarScene, Sailed]):
         super().__init__(RadarScene.example())
         self.chart: OpenedChart | None = None
         self.recorded: Recorded | None = None
-        self.raster: tuple[Any, dict[str, Any]] | None = None  # what it is of, and what a map is given
-        self.view: Extent | None = None  # None: the whole chart
+        self.raster: tuple[Any, Layer] | None = None  # what it is of, and what a map draws
+        self.view: Extent | None = None  # None: all of a map
         self.shows_water = False
 
     def open(self, name: str, chart: OpenedChart, scene: RadarScene | None = None) -> None:

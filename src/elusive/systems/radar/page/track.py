@@ -47,5 +47,4 @@ def prepare(state: ChartsState) -> Callable[[Job], Sailed]:
 
 WAYS = Ways(
     "Uses of the chart side by side", NAMES, "methods", "scan", MAIN, OUTSIDE, prepare, watch_spec,
-    ("The whole way", "Close to the ship"),
 )  # fmt: skip

@@ -5,8 +5,6 @@ from __future__ import annotations
 import shlex
 from collections.abc import Callable
 
-import numpy as np
-
 from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.io import SignalSource
@@ -17,8 +15,7 @@ from elusive.systems.signals.report import SignalTracked
 from elusive.systems.signals.results import SignalLog, tracked_of
 from elusive.systems.signals.run import bound_to, follow
 from elusive.systems.signals.scene import NAME, SignalScene, draw_signal, held_signal
-from elusive.systems.signals.summary import apart
-from elusive.workbench.runs import Curve, File, Line, LiveJob, Run
+from elusive.workbench.runs import File, LiveJob, Run
 
 ERROR = "Error there"
 TRACKS_TOLD = 12
@@ -80,33 +77,9 @@ def watched(
     said = [("In words", tracked.verdict), *tracked.rows, *_tracks(tracked)]
     found = dict(tracked.rows)
     headline = (ERROR, found[ERROR]) if ERROR in found else ("Tracks", str(len(tracked.paths)))
-    curves = curves_of(tracked, log.period, tracking.object_size)
     files = [yaml, File("Tracks as CSV", "tracks.csv", log.csv_text().encode())]
-    return Run(title, headline, maps.player(tracked, log), curves, said, files, again, maps.stride)
-
-
-def curves_of(tracked: SignalTracked, period: float, near: float) -> list[Curve]:
-    """Return the highest score with its threshold, and the error of each object, over time."""
-    unit = "frame" if tracked.time_unit == "frame" else "time [s]"
-    lines = [Line("highest score", tracked.highest), Line("threshold", tracked.threshold, quiet=True)]
-    top = max(1.0, float(np.nanmax([tracked.highest, tracked.threshold])))
-    curves = [Curve("Does anything stand out?", "deviations of noise", tracked.times, unit, lines, (0.0, 1.05 * top))]
-    if tracked.truth is not None:
-        errors = errors_of(tracked, period, near).T
-        names = ["error"] if len(errors) == 1 else [f"object {number}" for number in range(1, len(errors) + 1)]
-        drawn = [Line(name, error) for name, error in zip(names, errors, strict=True)]
-        curves.append(Curve("How far off, where found?", "error [samples]", tracked.times, unit, drawn))
-    return curves
-
-
-def errors_of(tracked: SignalTracked, period: float, near: float) -> Array:
-    """Return how far from each object the nearest confirmed track is, ``(T, objects)``, NaN where none is near."""
-    assert tracked.truth is not None
-    errors = np.full(tracked.truth.shape, np.inf)
-    for path in tracked.paths:
-        frames = path.frames[path.sure]
-        errors[frames] = np.fmin(errors[frames], apart(path.x[path.sure][:, None] - tracked.truth[frames], period))
-    return np.where(errors <= near, errors, np.nan)
+    drawn = maps.drawing(tracked, log.period, tracking.object_size)
+    return Run(title, headline, drawn, said, files, again)
 
 
 def _tracks(tracked: SignalTracked) -> list[tuple[str, str]]:
