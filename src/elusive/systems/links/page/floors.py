@@ -47,7 +47,9 @@ def node_floor(state: LinksState, nodes: tuple[NamedPlace, ...], coverage: Cover
 
 def _extent(scene: LinkScene) -> draw.Extent:
     x0, x1, y0, y1 = scene.area.bounds_m
-    return draw.about([(x0, y0), (x1, y1), *((node.x_m, node.y_m) for node in getattr(scene.simulation.network, "places", ()))], 0.05)
+    return draw.about(
+        [(x0, y0), (x1, y1), *((node.x_m, node.y_m) for node in getattr(scene.simulation.network, "places", ()))], 0.05
+    )
 
 
 def _ellipses(places: Array, excess_m: float) -> Array:

@@ -27,7 +27,7 @@ Stage = tuple[str, dict[str, Any], str, list[draw.Layer]]  # title, image, its c
 def radiation_spec(scene: LinkScene, radiated: Radiated) -> draw.Drawing:
     """Return what the radiation is, seen from above or as a surface."""
     images = radiated.images[scene.simulation.calibration_steps :]
-    times = scene.simulation.interval_s * np.arange(len(images))
+    times = np.asarray(scene.simulation.interval_s * np.arange(len(images)), np.float64)
     seen = {**draw.scaled(_frames(scene.grid, images), low=0.0), "unit": "dB"}
     panel = _panel(("Radiation", seen, "heat", [_truth(radiated.truth, times)]), scene, times, 12)
     return draw.drawing("Radiation", times, [panel], turnable=True)
