@@ -46,7 +46,9 @@ class NoiseObject(Model):
     )
     object_size: int = Field(5, gt=0, description="Length of the object, along each axis [samples]")
     object_deviation: Positive = Field(1.0, description="Deviation of the object's noise [the signal's unit]")
-    background_deviation: Positive = Field(1.0, description="Deviation of the background's noise, s [the signal's unit]")
+    background_deviation: Positive = Field(
+        1.0, description="Deviation of the background's noise, s [the signal's unit]"
+    )
     mode: Literal["additive", "replacing"] = Field(
         "additive", description="Whether the object adds to the background or takes its place"
     )
