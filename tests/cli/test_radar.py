@@ -294,7 +294,7 @@ CELL = ["--chart", "AA5TEST.000"]
         (nothing, ["--rotation-s", "0"], "an antenna turns once in a positive number of seconds"),
         (nothing, ["--radar-code", "1", "2"], "chooses in an ASTERIX file"),
         (nothing, ["--truth", "none.csv"], "none.csv: cannot be read"),
-        (chart("time_s,lon_deg,lat_deg\n0,4,95\n", "t.csv"), ["--truth", "t.csv"], "t.csv, line 2: (4, 95)"),
+        (chart("time_s,lon_deg,lat_deg\n0,4,95\n", "t.csv"), ["--truth", "t.csv"], "t.csv, 0 s: (4, 95)"),
         (chart("knowlege: field\n", "c.yaml"), ["--config", "c.yaml"], "did you mean 'knowledge'"),
         (nothing, ["--partikels", "5"], "No such option"),
     ],
