@@ -119,3 +119,12 @@ def test_suspects_radians_and_says_when_one_sensor_is_all(tmp_path, sites):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert len(list(open_bearings(written(tmp_path, both), sites))) == 60
+
+
+def test_other_marks_and_empty_cells_at_the_end(tmp_path, sites):
+    text = "time_s\tsensor\tazimuth_deg\televation_deg\n0\twest\t90\t10\n1\teast\t45\t\n"
+    first, second = open_bearings(written(tmp_path, text), sites)
+    np.testing.assert_allclose(np.rad2deg(first.elevation_rad), [10])
+    assert np.isnan(second.elevation_rad).all()
+    with pytest.raises(DataError, match="'1,5' is no number; write a decimal point"):
+        list(open_bearings(written(tmp_path, "time_s;sensor;azimuth_deg\n1,5;west;90\n"), sites))

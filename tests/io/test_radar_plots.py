@@ -74,11 +74,14 @@ def test_harmless_differences_of_form(tmp_path: Path, text: str) -> None:
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("", r"p\.csv: is empty; write time_s,range_m,bearing_deg,doppler_mps"),
+        ("", r"p\.csv: is empty; write time_s,range_m,bearing_deg, one plot a line"),
         ("# nothing\n\n", r"p\.csv: is empty"),
         (HEADER, r"p\.csv: holds no plot"),
         (HEADER + "1,,,\n", r"p\.csv: holds no plot"),
-        ("1,10,90\n", r"line 1: the columns are '1,10,90'; name them time_s,range_m,bearing_deg and, where"),
+        (
+            "1,10,90\n",
+            r"line 1: the columns are '1,10,90'; name them time_s,range_m,bearing_deg and perhaps doppler_mps",
+        ),
         ("time_s,range_m\n", r"line 1: the columns are 'time_s,range_m'"),
         ("time_s,range_m,bearing_deg,doppler\n", r"line 1: the columns are 'time_s,range_m,bearing_deg,doppler'"),
         ("time_s,range_m,range_m,bearing_deg\n", r"line 1: the columns are"),

@@ -32,7 +32,8 @@ class TableLine(NamedTuple):
             return absent
         value = float(cell) if NUMBER.fullmatch(cell) else math.nan
         if not math.isfinite(value):
-            raise DataError(f"{self.where}, column {column}: {cell!r:.60} is no number; write a finite one.")
+            advice = "write a decimal point" if cell.count(",") == 1 else "write a finite one"
+            raise DataError(f"{self.where}, column {column}: {cell!r:.60} is no number; {advice}.")
         if abs(value) > most:
             raise DataError(f"{self.where}, column {column}: {value:g} is not from {-most:g} to {most:g}.")
         return value
@@ -77,7 +78,9 @@ def table_lines(
                 continue
             if header is None:
                 mark = next((mark for mark in ";\t" if mark in line), ",")
-            where, cells = f"{path}, line {number}", [cell.strip().strip('"') for cell in line.split(mark)]
+            where, cells = f"{path}, line {number}", [cell.strip() for cell in line.split(mark)]
+            if '"' in line:
+                cells = [cell.strip('"') for cell in cells]
             if header is None:
                 header = cells
                 unknown = perhaps is not None and not set(header) <= {*needed, *either, *perhaps}
@@ -86,9 +89,11 @@ def table_lines(
                     others = [*either[1:], *(perhaps or ())]
                     more = f" and perhaps {', '.join(others)}" if others else ""
                     raise DataError(f"{where}: the columns are {line!r:.80}; name them {usual}{more}.")
-            elif len(cells) != len(header):
+                continue
+            if mark == "\t":  # empty cells at the end were taken for white space
+                cells += [""] * (len(header) - len(cells))
+            if len(cells) != len(header):
                 raise DataError(f"{where}: has {len(cells)} cells for {len(header)} columns: {line!r:.80}; repair it.")
-            else:
-                yield TableLine(where, dict(zip(header, cells, strict=True)))
+            yield TableLine(where, dict(zip(header, cells, strict=True)))
     if header is None:
         raise DataError(f"{path}: is empty; write {usual}, {what}.")

@@ -17,10 +17,10 @@ from pathlib import Path
 import numpy as np
 
 from elusive.errors import DataError
+from elusive.io._table_lines import TableLine, table_lines
 from elusive.io.asterix import asterix_plots
 from elusive.io.atomic import atomic_path
 from elusive.io.csv_files import number_text
-from elusive.io.truth import NUMBER
 from elusive.sensors.radar_scans import TURN_RAD, RadarPlot, RadarScan, scan_of, scans_by_rotation
 
 COLUMNS = ("time_s", "range_m", "bearing_deg", "doppler_mps")
@@ -160,74 +160,28 @@ def _table_plots(path: Path) -> Iterator[RadarPlot]:
 
 def _rows(path: Path) -> Generator[tuple[float, RadarPlot | None], None, None]:
     """Yield each line's time and plot, None where the line says that there is none at that time."""
-    names: list[str] = []
-    delimiter, before, alone = ",", -math.inf, False
-    with closing(_lines(path)) as lines:
-        for where, text in lines:
-            if not names:
-                delimiter = next((mark for mark in ";\t" if mark in text), ",")
-                names = _names(text.split(delimiter), where)
-                continue
-            cells = [cell.strip() for cell in text.split(delimiter)]
-            if len(cells) != len(names):
-                raise DataError(f"{where}: has {len(cells)} cells for {len(names)} columns: {text!r:.80}; repair it.")
-            record = dict(zip(names, cells, strict=True))
-            time_s = _number(record, "time_s", where)
-            empty = not any(cell for name, cell in record.items() if name != "time_s")
+    before, alone = -math.inf, False
+    with closing(table_lines(path, COLUMNS[:3], COLUMNS[3:], "one plot a line")) as lines:
+        for line in lines:
+            time_s = line.number("time_s")
+            empty = not any(cell for name, cell in line.cells.items() if name != "time_s")
             if time_s < before or (time_s == before and (empty or alone)):
-                told = "must go forwards" if time_s < before else "without a plot stands alone"
-                raise DataError(f"{where}, column time_s: {time_s:g} comes after {before:g}; a time {told}.")
+                fault = "must go forwards" if time_s < before else "without a plot stands alone"
+                raise DataError(f"{line.where}, column time_s: {time_s:g} comes after {before:g}; a time {fault}.")
             before, alone = time_s, empty
-            yield time_s, None if empty else _plot(record, time_s, where)
-    if not names:
-        raise DataError(f"{path}: is empty; write {','.join(COLUMNS)}, one plot a line.")
+            yield time_s, None if empty else _plot(line, time_s)
 
 
-def _lines(path: Path) -> Generator[tuple[str, str], None, None]:
-    try:
-        with path.open("rb") as file:
-            for number, octets in enumerate(file, 1):
-                where = f"{path}, line {number}"
-                try:
-                    line = octets.decode("utf-8-sig" if number == 1 else "utf-8")
-                except UnicodeDecodeError:
-                    raise DataError(f"{where}: is not text in UTF-8; save the file as plain text.") from None
-                if line.strip() and not line.startswith("#"):
-                    yield where, line.strip("\r\n")
-    except OSError as error:
-        raise DataError(f"{path}: cannot be read ({error.strerror}); check the path.") from None
-
-
-def _names(cells: list[str], where: str) -> list[str]:
-    names = [cell.strip().strip('"') for cell in cells]
-    if len(set(names)) < len(names) or not set(COLUMNS[:3]) <= set(names) <= set(COLUMNS):
-        raise DataError(
-            f"{where}: the columns are {','.join(names)!r:.80}; name them {','.join(COLUMNS[:3])} and, where it is "
-            f"measured, {COLUMNS[3]}."
-        )
-    return names
-
-
-def _plot(record: dict[str, str], time_s: float, where: str) -> RadarPlot:
-    range_m = _number(record, "range_m", where)
+def _plot(line: TableLine, time_s: float) -> RadarPlot:
+    range_m, degrees = line.number("range_m"), line.number("bearing_deg")
     if range_m < 0:
-        raise DataError(f"{where}, column range_m: {record['range_m']} is below 0; give the distance in metres.")
-    degrees = _number(record, "bearing_deg", where)
+        raise DataError(
+            f"{line.where}, column range_m: {line.cells['range_m']} is below 0; give the distance in metres."
+        )
+    text = line.cells["bearing_deg"]
     if not 0 <= degrees <= 360:
-        told = record["bearing_deg"]
-        raise DataError(f"{where}, column bearing_deg: {told} is not from 0 to 360 degrees clockwise from north.")
-    known = record.get("doppler_mps", "").lower() not in ("", "nan")
-    doppler_mps = _number(record, "doppler_mps", where) if known else math.nan
-    return RadarPlot(time_s, range_m, _radians(record["bearing_deg"]), doppler_mps)
-
-
-def _number(record: dict[str, str], name: str, where: str) -> float:
-    cell = record[name]
-    value = float(cell) if NUMBER.fullmatch(cell) else math.nan
-    if not math.isfinite(value):
-        advice = "write a decimal point" if cell.count(",") == 1 else "write a finite one"
-        raise DataError(f"{where}, column {name}: {cell!r:.60} is no number; {advice}.")
-    return value
+        raise DataError(f"{line.where}, column bearing_deg: {text} is not from 0 to 360 degrees clockwise from north.")
+    return RadarPlot(time_s, range_m, _radians(text), line.number("doppler_mps", absent=math.nan))
 
 
 def _radians(degrees: str) -> float:
