@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Annotated, Literal
 
 import numpy as np
@@ -37,6 +38,10 @@ class WithIntensity(LinearModel):
         """Names of the state's components."""
         return (*self.motion.state_names, "intensity")
 
+    @cached_property
+    def _is_linear(self) -> bool:
+        return isinstance(self.motion, LinearMotion)
+
     def F(self, interval_s: float) -> Array:
         """Transition matrix of motion and intensity, ``(d, d)``; only where the motion is linear."""
         return np.asarray(block_diag(self._kinematic.F(interval_s), np.eye(1)))
@@ -53,7 +58,7 @@ class WithIntensity(LinearModel):
 
     def propagate(self, states: Array, interval_s: float, rng: Generator) -> Array:
         """Draw the states an interval later, ``(N, d) -> (N, d)``; over 0 s they stay as they are."""
-        if interval_s == 0 or isinstance(self.motion, LinearMotion):
+        if self._is_linear or interval_s == 0:
             return super().propagate(states, interval_s, rng)
         kinematic = self.motion.propagate(states[:, :-1], interval_s, rng)
         step = np.sqrt(self.q_intensity * interval_s)

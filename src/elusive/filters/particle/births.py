@@ -58,6 +58,7 @@ class _Ranges(NamedTuple):
     low: Array  # (d,)
     high: Array  # (d,)
     deviation: Array | None  # (d,); None where all are zero
+    pitch: tuple[float, float]  # sides of a cell
 
 
 class UniformBirth(Model):
@@ -91,8 +92,7 @@ class UniformBirth(Model):
         self, cells: NDArray[np.int64], sensor: CellSensor, state_names: tuple[str, ...], rng: Generator
     ) -> Array:
         """Draw one newborn somewhere in each cell (flat index)."""
-        low, high, deviation = self._ranges(sensor, state_names)
-        pitch = Optics.of(sensor)[:2]
+        low, high, deviation, pitch = self._ranges(sensor, state_names)
         columns = rng.random((len(low), len(cells)))
         _kernels.fill_newborns(columns, cells, sensor.columns, pitch, low, high)
         if deviation is not None:
@@ -124,7 +124,7 @@ class UniformBirth(Model):
             if name not in known:
                 raise ParameterError(f"birth: does not know how to draw {name!r}; give the filter a birth that does.")
             low[k], high[k], deviation[k] = known[name]
-        ranges = _Ranges(low, high, deviation if deviation.any() else None)
+        ranges = _Ranges(low, high, deviation if deviation.any() else None, (dx, dy))
         self._known[state_names] = sensor, ranges
         return ranges
 

@@ -54,10 +54,10 @@ def allowed_by(members: Sequence[Knowledge], states: Array) -> Array:
     DataError
         If there is not one number a state.
     """
-    first, *others = (a_number_a_state(member.log_probability(states), states, "log_probability") for member in members)
-    for values in others:
-        first = first + values
-    return first
+    total = a_number_a_state(members[0].log_probability(states), states, "log_probability")
+    for member in members[1:]:
+        total = total + a_number_a_state(member.log_probability(states), states, "log_probability")
+    return total
 
 
 def a_number_a_state(values: Array, states: Array, source: str) -> Array:
