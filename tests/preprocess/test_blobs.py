@@ -6,10 +6,12 @@ import math
 
 import numpy as np
 import pytest
+from scipy import ndimage
 from scipy.cluster.hierarchy import fcluster, linkage
 from scipy.spatial.distance import pdist
 
 from elusive.errors import DataError
+from elusive.preprocess import _blob_kernels
 from elusive.preprocess.blobs import Clusters
 from elusive.preprocess.link_weights import EllipseWeights
 from elusive.preprocess.threshold import Threshold
@@ -163,3 +165,16 @@ def test_bad_calibrations_are_refused():
         Threshold().init(np.zeros((3, 5)))
     with pytest.raises(DataError, match="intensities: one is not finite"):
         Threshold().step(Threshold().init(np.ones((1, 1))), [math.nan], 1)
+
+
+def test_offsets_within_a_voxel_equal_their_twins():
+    rng = np.random.default_rng(5)
+    image = ndimage.gaussian_filter(rng.random((12, 15)), 0.8)  # bumps
+    highest = ndimage.maximum_filter(image, 3) == image
+    heads = [(row, column) for row, column in np.argwhere(highest) if 0 < row < 11 and 0 < column < 14]
+    voxels = np.array([row * 15 + column for row, column in heads])
+    assert len(heads) > 1
+    expected = [reference.centroid(image, row, column, 2, 0.3) for row, column in heads]
+    np.testing.assert_allclose(_blob_kernels.centroid_offsets(image, voxels, 2, 0.3), expected, atol=1e-12)
+    expected = [reference.gaussian_peak(image, row, column) for row, column in heads]
+    np.testing.assert_allclose(_blob_kernels.gaussian_offsets(image, voxels), expected, atol=1e-9)

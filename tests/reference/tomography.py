@@ -66,3 +66,22 @@ def clusters(points, width):
     for number, group in enumerate(groups):
         labels[group] = number
     return labels
+
+
+def centroid(image, row, column, reach, pedestal):
+    """x and y from a voxel to the centroid of what round it is above a share of it, symmetric at the border."""
+    rows, columns = image.shape
+    up, along = min(reach, row, rows - 1 - row), min(reach, column, columns - 1 - column)
+    part = image[row - up : row + up + 1, column - along : column + along + 1]
+    raised = np.maximum(part - pedestal * image[row, column], 0.0)
+    y, x = np.mgrid[-up : up + 1, -along : along + 1]
+    return np.array([(x * raised).sum(), (y * raised).sum()]) / raised.sum()
+
+
+def gaussian_peak(image, row, column):
+    """x and y from a voxel inside an image to the top of the parabolas through the logarithms of its 3 x 3 sums."""
+    part = image[row - 1 : row + 2, column - 1 : column + 2]
+    (bend_x, slope_x, _), (bend_y, slope_y, _) = (np.polyfit([-1, 0, 1], np.log(part.sum(axis=k)), 2) for k in (0, 1))
+    # where the sums along an axis do not bend down, the spot is as wide as along the other
+    wide_x, wide_y = (bend_x if bend_x < 0 else bend_y), (bend_y if bend_y < 0 else bend_x)
+    return np.clip([-slope_x / (2 * wide_x), -slope_y / (2 * wide_y)], -1, 1)

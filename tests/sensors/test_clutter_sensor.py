@@ -1,10 +1,12 @@
 import numpy as np
 import pytest
+from scipy import ndimage
 
 from elusive.errors import DataError, ParameterError
 from elusive.filters import BernoulliFilter, MeasurementBirth
 from elusive.filters.particle.mode import densest
 from elusive.motion import ConstantVelocity
+from elusive.sensors import _clutter_kernels
 from elusive.sensors.clutter import ClutterSensor, NoiseTail, fit_tail
 
 TAIL = NoiseTail(0.0, 1.0, 2.58, 0.3, 0.005)
@@ -105,3 +107,14 @@ def test_densest_takes_a_clump_not_the_middle():
     assert np.hypot(found[0] - 10, found[2] - 20) < 0.5
     with pytest.raises(ParameterError, match="radius_px"):
         densest(states, np.full(1000, 1e-3), 0.0)
+
+
+def test_a_map_is_read_between_its_pixels_as_scipy_reads_it():
+    rng = np.random.default_rng(8)
+    image = rng.normal(size=(7, 9))
+    states = np.zeros((300, 4))
+    states[:, 0], states[:, 2] = rng.uniform(-1, 9, 300), rng.uniform(-1, 7, 300)
+    expected = ndimage.map_coordinates(image, [states[:, 2], states[:, 0]], order=1, cval=-5.0, mode="constant")
+    inside = (states[:, 0] >= 0) & (states[:, 0] <= 8) & (states[:, 2] >= 0) & (states[:, 2] <= 6)
+    read = _clutter_kernels.sample_states(image, states, -5.0)
+    np.testing.assert_allclose(read, np.where(inside, expected, -5.0), atol=1e-12)
