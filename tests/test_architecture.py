@@ -12,6 +12,7 @@ from importlib.metadata import requires
 from pathlib import Path
 
 import grimp
+import pytest
 
 ROOT = Path(__file__).parents[1]
 NAME = re.compile(r"[A-Za-z0-9._-]+")
@@ -24,10 +25,27 @@ def test_imports_run_one_way() -> None:
     assert found.returncode == 0, found.stdout + found.stderr
 
 
-def test_imports_form_no_circle() -> None:
-    graph = grimp.build_graph("elusive", exclude_type_checking_imports=True, cache_dir=None)
+@pytest.fixture(scope="module")
+def graph() -> grimp.ImportGraph:
+    return grimp.build_graph("elusive", exclude_type_checking_imports=True, cache_dir=None)
+
+
+def test_imports_form_no_circle(graph: grimp.ImportGraph) -> None:
     imported = {module: graph.find_modules_directly_imported_by(module) for module in graph.modules}
     TopologicalSorter(imported).prepare()  # a CycleError names the circle
+
+
+def test_each_hop_of_a_measurement_goes_down_the_house(graph: grimp.ImportGraph) -> None:
+    """As docs/house.md tells it: what calls a module imports it, and is imported by nothing that is below."""
+    text = (ROOT / "docs" / "house.md").read_text(encoding="utf-8")
+    for walk in re.split(r"^## ", text, flags=re.MULTILINE)[1:-1]:
+        hops = re.findall(r"^\| `([\w.]+)` \|.*\| `([\w.]+)` \|$", walk, flags=re.MULTILINE)
+        assert len(hops) > 8
+        for imported, importer in ((f"elusive.{module}", f"elusive.{by}") for module, by in hops):
+            assert {imported, importer} <= graph.modules, (imported, importer)
+            # the group of commands loads the one that is asked for by its name
+            assert importer == "elusive.cli" or graph.find_shortest_chain(importer, imported), (importer, imported)
+            assert not graph.find_shortest_chain(imported, importer), (imported, importer)
 
 
 def test_every_dependency_is_pinned() -> None:
