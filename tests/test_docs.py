@@ -27,7 +27,8 @@ from elusive.cli import main
 from elusive.experiments.demo import run_demo
 from elusive.geometry.areas import Area
 from elusive.systems.links.networks import BorderNodes
-from elusive.systems.links.simulate import LinkSimulation, simulate_links
+from elusive.systems.links.recording import simulate_links
+from elusive.systems.links.simulate import LinkSimulation
 from elusive.systems.links.walks import Walks
 from elusive.systems.registry import SYSTEMS
 from tests.bearing_flight import write_flight

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from scipy import sparse
 
+from elusive.contracts import AdditiveSensor
 from elusive.errors import DataError, ParameterError
 from elusive.sensors.linear_links import LinkRadiation
-from elusive.sensors.link_effects import AdditiveSensor, Effect
+from elusive.sensors.link_effects import Effect
 from tests.reference.links import bell, linear_log_ratio
 
 BOUNDS, VOXEL = (-3.0, 3.0, 0.0, 4.0), 0.5

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from elusive.contracts import AdditiveSensor
 from elusive.errors import DataError, ParameterError
-from elusive.sensors.link_effects import AdditiveSensor
 from elusive.sensors.link_shadowing import LinkShadowing, fade_levels
 from elusive.sensors.radio_network import directed_links_of, radio_nodes
 from tests.reference.links import shadowed_log_ratio, shadowing

@@ -13,7 +13,8 @@ import pytest
 
 from elusive.cli import main
 from elusive.systems.links.networks import BorderNodes
-from elusive.systems.links.simulate import LinkSimulation, simulate_links
+from elusive.systems.links.recording import simulate_links
+from elusive.systems.links.simulate import LinkSimulation
 from elusive.systems.links.track import LinkTracking
 from elusive.systems.links.walks import Walks
 from tests.workbench.conftest import Served, Tab

@@ -16,11 +16,12 @@ from elusive.geometry.places import NamedPlace, along_path
 from elusive.model import read_yaml
 from elusive.systems.links.networks import PlacedNodes
 from elusive.systems.links.page.panels import tracking_spec
+from elusive.systems.links.page.performance import estimates
 from elusive.systems.links.page.state import LinksState
 from elusive.systems.links.presets import first_simulation, links_method
 from elusive.systems.links.results import scores_text
-from elusive.systems.links.scene import LinkScene, SceneRun, coverage_of, estimates, radiate, run_scene
-from elusive.systems.links.simulate import DrawnPath
+from elusive.systems.links.scene import LinkScene, SceneRun, coverage_of, radiate, run_scene
+from elusive.systems.links.walks import DrawnPath
 
 
 @pytest.fixture(scope="module")

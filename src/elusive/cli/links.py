@@ -83,9 +83,10 @@ def track_links_command(
         outcome = track_links_recording(source, network, parameters, out, truth=known, on_frame=advance)
     _tell(outcome.remarks)
     console.print(escape(outcome.verdict), highlight=False)
-    if outcome.tracks:
-        show("Tracks", outcome.header, outcome.tracks)
-    show(outcome.title, ("", ""), outcome.table)
+    tracked = outcome.tracked
+    if tracked.tracks:
+        show("Tracks", tracked.header, tracked.tracks)
+    show(tracked.title, ("", ""), tracked.rows)
     console.print(f"Written to {out}: report.html, report.png, tracks.csv, events.csv, result.nc, config.yaml")
 
 

@@ -64,6 +64,15 @@ class Area(Model):
         (x0, y0), (x1, y1) = self._corners.min(axis=0), self._corners.max(axis=0)
         return float(x0), float(x1), float(y0), float(y1)
 
+    def cells(self, pitch_m: float) -> tuple[Array, Array]:
+        """Cut the bounding rectangle into cells of about a side; return their centres ``(n, 2)`` and sides ``(2,)``."""
+        bounds = np.reshape(self.bounds_m, (2, 2))
+        counts = np.maximum(1, np.ceil((bounds[:, 1] - bounds[:, 0]) / pitch_m)).astype(int)
+        sides = (bounds[:, 1] - bounds[:, 0]) / counts
+        axes = [low + (np.arange(n) + 0.5) * side for low, n, side in zip(bounds[:, 0], counts, sides, strict=True)]
+        x, y = np.meshgrid(*axes)
+        return np.column_stack([x.ravel(), y.ravel()]), sides
+
     @property
     def perimeter_m(self) -> float:
         """Length of the border [m]."""

@@ -20,7 +20,7 @@ from pydantic import Field, field_validator
 from elusive.contracts import AdditiveSensor, Array, X, Y, interval_since
 from elusive.errors import ParameterError
 from elusive.filters.particle.annealed import MOVES, anneal
-from elusive.filters.particle.parts import switching
+from elusive.filters.particle.parts import posterior, switching
 from elusive.filters.particle.resampling import Indices, resample
 from elusive.geometry.areas import Area
 from elusive.model import FROM_RECORDING, Model, NonNegative, Positive, Probability
@@ -110,7 +110,7 @@ class SuperposedTracker(Model):
         """
         if self.sensor is None:
             raise ParameterError(
-                "SuperposedTracker.sensor: is not set; set LinkShadowing or LinkRadiation on a network first."
+                "SuperposedTracker.sensor: is not set; bind LinkShadowing or LinkRadiation to a network."
             )
         return SuperposedState(time_s, (), 0)
 
@@ -143,13 +143,10 @@ class SuperposedTracker(Model):
         if measurement is not None:
             found, total = self._update(found, measurement, interval_s, rng)
             newborn = self._births(found, measurement, total, comes, rng)
-        reached = [
-            (self.walk.arrived(one.before, one.places, interval_s, rng), one.existence) for one in found
-        ] + newborn
+        walked = [(self.walk.arrived(one.before, one.places, interval_s, rng), one.existence) for one in found]
         born, targets = state.born, []
-        for before, (particles, existence) in zip(
-            [target.life for target in known] + [Life()] * len(newborn), reached, strict=True
-        ):
+        lives = [target.life for target in known] + [Life()] * len(newborn)
+        for before, (particles, existence) in zip(lives, walked + newborn, strict=True):
             life, born = self.life.step(before, existence, born, gone=existence == 0)
             if existence >= self.least_existence or life.status == "deleted":
                 covariance = np.cov(particles.T, bias=True)
@@ -166,9 +163,7 @@ class SuperposedTracker(Model):
         kept = inside[resample(np.ones(len(inside)), len(places), rng)]
         return _Found(target.particles[kept], places[kept], existence, 0.0, None)
 
-    def _update(
-        self, found: list[_Found], measurement: Any, interval_s: float, rng: Generator
-    ) -> tuple[list[_Found], Any]:
+    def _update(self, found: list[_Found], measurement: Any, interval_s: float, rng: Generator) -> tuple[Any, Any]:
         """Update each target given the others, in turn; return also the effect of all."""
         effects = [self.sensor.effect(target.places, target.existence) for target in found]
         total = self.sensor.nobody()
@@ -190,16 +185,14 @@ class SuperposedTracker(Model):
         earlier = target.others
 
         def level_before(places: Array) -> Array | float:
-            ratio: Array | float = 0.0 if earlier is None else self.sensor.log_ratio(places, measurement, earlier)
-            return ratio
+            return 0.0 if earlier is None else np.asarray(self.sensor.log_ratio(places, measurement, earlier))
 
         def log_prior(places: Array, origin: Indices) -> Array:
             walked = self.walk.log_density(target.before[origin], places, interval_s) if interval_s else 0.0
             return np.where(self._area.contains(places), walked + level_before(places), -math.inf)
 
         def log_likelihood(places: Array) -> Array:
-            gained: Array = self.sensor.log_ratio(places, measurement, others) - level_before(places)
-            return gained
+            return np.asarray(self.sensor.log_ratio(places, measurement, others) - level_before(places))
 
         moves = MOVES if interval_s else 0  # without time nobody moves
         after = anneal(target.places, log_prior, log_likelihood, rng, effective=self.effective, moves=moves)
@@ -253,19 +246,4 @@ class SuperposedTracker(Model):
 
     @cached_property
     def _cells(self) -> tuple[Array, Array]:
-        """Centres of the cells in which newcomers are looked for, and a cell's sides."""
-        bounds = np.reshape(self._area.bounds_m, (2, 2))
-        counts = np.maximum(1, np.ceil((bounds[:, 1] - bounds[:, 0]) / self.birth_pitch_m)).astype(int)
-        sides = (bounds[:, 1] - bounds[:, 0]) / counts
-        axes = [low + (np.arange(n) + 0.5) * side for low, n, side in zip(bounds[:, 0], counts, sides, strict=True)]
-        x, y = np.meshgrid(*axes)
-        return np.column_stack([x.ravel(), y.ravel()]), sides
-
-
-def posterior(prior: float, log_ratio: float) -> float:
-    """Probability after evidence of a log likelihood ratio."""
-    if prior in (0.0, 1.0):
-        return prior
-    log_odds = math.log(prior) - math.log1p(-prior) + log_ratio
-    # beyond 700 the exponential leaves the range of numbers
-    return 1 / (1 + math.exp(-log_odds)) if log_odds > -700 else 0.0
+        return self._area.cells(self.birth_pitch_m)

@@ -21,8 +21,9 @@ from elusive.sensors.radio_network import directed_links_of, links_of
 from elusive.systems.links.by_links import VoxelRadiation
 from elusive.systems.links.coverage import write_coverage
 from elusive.systems.links.networks import BorderNodes, GridNodes, ListedNodes
+from elusive.systems.links.recording import simulate_links
 from elusive.systems.links.run import track_links_recording
-from elusive.systems.links.simulate import LinkSimulation, simulate_links
+from elusive.systems.links.simulate import LinkSimulation
 from elusive.systems.links.track import LinksMethod, LinkTracking
 
 FILES = ["config.yaml", "coverage.csv", "coverage.png", "log.csv", "nodes.csv", "truth.csv"]
@@ -126,7 +127,7 @@ def test_a_log_is_the_link_budget_less_the_change(tmp_path: Path) -> None:
     for channel, frequency in enumerate((2.45e9, 2.455e9)):
         expected = 4.0 - 20 * np.log10(4 * np.pi * apart * frequency / 299_792_458)
         np.testing.assert_allclose(frames[0].rss_dbm[:, channel], expected, atol=0.006)
-    truth = read_path_truth(out / "truth.csv").at([frame.time_s for frame in frames])
+    truth = read_path_truth(out / "truth.csv").interpolated([frame.time_s for frame in frames])
     drawn = simulation.truth()
     assert np.isnan(truth[:10]).all()
     np.testing.assert_allclose(
@@ -232,6 +233,6 @@ def test_straight_on_the_links_of_a_simulated_log_by_its_own_model(tmp_path: Pat
     truth = read_path_truth(tmp_path / "room" / "truth.csv")
     log = open_link_log(tmp_path / "room" / "log.csv", nodes)
     outcome = track_links_recording(log, nodes, parameters, tmp_path / "tracks", truth=truth)
-    rows = dict(outcome.table)
-    assert float(rows["MOTA, candidates too"].split(":")[0]) >= 0.95
-    assert float(rows["Error, candidates too"].split(" m RMS")[0]) <= 0.25  # half a voxel
+    scores = outcome.scores[", candidates too"]
+    assert scores.mota >= 0.95
+    assert scores.rmse <= 0.25  # half a voxel

@@ -15,8 +15,9 @@ from elusive.geometry.areas import Area
 from elusive.io.area_files import read_area
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
+from elusive.systems.links.recording import simulate_links
 from elusive.systems.links.scene import LinkScene, track_scene
-from elusive.systems.links.simulate import LinkSimulation, simulate_links
+from elusive.systems.links.simulate import LinkSimulation
 
 TRACKED_WITH = (("", "log.csv"), ("--nodes", "nodes.csv"), ("--truth", "truth.csv"))  # of a simulated log
 
@@ -61,7 +62,7 @@ def run_scene(scene: Path, given: dict[str, Any], out: Path) -> None:
     with bar("frames", simulation.calibration_steps + simulation.walks.total_positions) as advance:
         outcome = track_scene(parameters, out, on_frame=advance)
     console.print(escape(outcome.verdict), highlight=False)
-    show(scene.name, ("", ""), outcome.table)
+    show(scene.name, ("", ""), outcome.tracked.rows)
     console.print(
         f"Written to {out}: tracks.csv, events.csv, result.nc, report.html, report.png, scores.json, config.yaml, "
         "scene.yaml; the log in recording"

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple, TypeAlias
 
 import numpy as np
 from pydantic import Field, SerializeAsAny
+from scipy.special import expit, logit
 
 from elusive.charts.interval import IntervalWater
 from elusive.contracts import Array, Birth, Knowledge, Motion, Sensor
@@ -89,6 +90,11 @@ def check_intensity(motion: Motion, sensor: Sensor) -> None:
             f"motion: {type(motion).__name__} has no intensity as its last component, where sensor 'white' reads it; "
             "put WithIntensity round it, or choose sensor 'clutter'."
         )
+
+
+def posterior(prior: float, log_ratio: float) -> float:
+    """Probability after evidence of a log likelihood ratio."""
+    return prior if prior in (0.0, 1.0) else float(expit(logit(prior) + log_ratio))
 
 
 def check_amplitude(motion: Motion, birth: Birth, sensor: Sensor) -> None:

@@ -21,18 +21,11 @@ from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.io.csv_files import csv_text
 from elusive.io.path_truth import PathTruth
-from elusive.results import STATUSES, Scores, TrackLog, score, spread, write_result
+from elusive.results import STATUSES, Scores, TrackLog, score, spread
 from elusive.results.spool import Records
 from elusive.sensors.radio_network import RadioNodes
 from elusive.systems.links.by_image import ImageState
-from elusive.systems.links.report import (
-    LinkPath,
-    LinksTracked,
-    SceneKeeper,
-    TruePath,
-    write_links_html,
-    write_links_png,
-)
+from elusive.systems.links.report import LinkPath, LinksTracked, SceneKeeper, TruePath
 from elusive.systems.links.track import LinkTracking, RoomState
 from elusive.tracking.people import TrackEvent
 from elusive.tracking.track import Status, Step
@@ -53,12 +46,8 @@ FRAMES_AT_MOST, POINTS_AT_MOST = 50_000, 200_000  # of the report; of all tracks
 class LinkOutcome(NamedTuple):
     """What a tracked log came to."""
 
-    title: str
     verdict: str
-    header: tuple[str, ...]
-    tracks: list[tuple[str, ...]]  # a line a confirmed track
-    table: list[tuple[str, str]]  # about the run
-    remarks: tuple[str, ...]
+    remarks: tuple[str, ...]  # of the calibration
     scores: dict[str, Scores]  # by SCORED's words; none without a truth
     tracked: LinksTracked  # what the report shows
 
@@ -97,7 +86,7 @@ class LinkRun:
         self._nodes, self._parameters, self._truth, self._folder = nodes, parameters, truth, folder
         self._scenes = SceneKeeper()
         self._events: deque[TrackEvent] = deque(maxlen=EVENTS_KEPT)
-        self._event_counts: dict[int, int] = {}
+        self._befell = 0
         self._calibrated = 0
         self._remarks: tuple[str, ...] = ()
         with ExitStack() as stack:
@@ -145,9 +134,8 @@ class LinkRun:
             targets = state.people.belief.targets
             clouds = {t.life.track: t.particles[:, [0, 2]] for t in targets if t.life.lives and t.life.track}
             self._scenes.offer(step.time_s, None, clouds)
-        for event in state.events:
-            self._events.append(event)
-            self._event_counts[event.track] = self._event_counts.get(event.track, 0) + 1
+        self._events.extend(state.events)
+        self._befell += len(state.events)
         if self._file is not None and state.events:
             try:
                 csv.writer(self._file, lineterminator="\n").writerows(map(event_row, state.events))
@@ -192,25 +180,16 @@ class LinkRun:
             every *= 2
         paths = [_path(number, rows, every) for number, rows in confirmed.items()]
         grid, truth = self._parameters.grid_of(self._nodes), self._truth
-        unlisted = sum(count for number, count in self._event_counts.items() if number in confirmed)
-        unlisted -= sum(event.track in confirmed for event in self._events)
         tracked = LinksTracked(
             self.title, " ".join([verdict, *self._remarks]), times_s[::every],
             np.array(self._parameters.area_of(self._nodes).corners_m), self._nodes.names, self._nodes.positions_m,
             [path for path in paths if path.confirmed.any()], self._scenes.scenes,
             None if grid is None else (grid.shape, (grid.x0, grid.x1, grid.y0, grid.y1)),
             None if truth is None else [TruePath(*path) for path in zip(truth.names, truth.paths, strict=True)],
-            list(self._events), table, HEADER, lines, -(-self._calibrated // every), unlisted,
+            list(self._events), table, HEADER, lines, -(-self._calibrated // every),
+            self._befell - len(self._events),
         )  # fmt: skip
-        return LinkOutcome(self.title, verdict, HEADER, lines, table, self._remarks, scores, tracked)
-
-
-def write_link_results(folder: Path, run: LinkRun, outcome: LinkOutcome, config: str) -> None:
-    """Write ``result.nc``, ``report.png``, ``report.html`` and ``config.yaml`` into a folder."""
-    write_result(folder / "result.nc", run.log, title=run.title, config=config)
-    write_links_png(folder / "report.png", outcome.tracked)
-    write_links_html(folder / "report.html", outcome.tracked)
-    (folder / "config.yaml").write_text(config, encoding="utf-8")
+        return LinkOutcome(verdict, self._remarks, scores, tracked)
 
 
 def scores_text(outcome: LinkOutcome) -> str:

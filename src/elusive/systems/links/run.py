@@ -11,8 +11,10 @@ from elusive.errors import DataError
 from elusive.io import atomic_folder, existing_folder
 from elusive.io.link_logs import LinkLog
 from elusive.io.path_truth import PathTruth
+from elusive.results import write_result
 from elusive.sensors.radio_network import RadioNodes, RssFrame
-from elusive.systems.links.results import LinkOutcome, LinkRun, write_link_results
+from elusive.systems.links.report import write_links_html, write_links_png
+from elusive.systems.links.results import LinkOutcome, LinkRun
 from elusive.systems.links.track import LinkTracking, track
 from elusive.tracking.track import Step
 
@@ -67,7 +69,10 @@ def track_links_recording(
                 on_frame(number)
         run.flush()
         outcome = run.outcome()
-        write_link_results(folder, run, outcome, parameters.to_yaml())
+        write_result(folder / "result.nc", run.log, title=run.title, config=parameters.to_yaml())
+        write_links_png(folder / "report.png", outcome.tracked)
+        write_links_html(folder / "report.html", outcome.tracked)
+        (folder / "config.yaml").write_text(parameters.to_yaml(), encoding="utf-8")
     return outcome
 
 

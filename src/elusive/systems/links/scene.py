@@ -13,7 +13,7 @@ from typing import Any, Literal, NamedTuple, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from elusive.contracts import Array, X, Y
+from elusive.contracts import Array
 from elusive.errors import ParameterError
 from elusive.geometry.areas import Area
 from elusive.io import existing_folder
@@ -24,9 +24,10 @@ from elusive.preprocess.link_weights import coverage
 from elusive.preprocess.voxels import VoxelGrid
 from elusive.sensors.radio_network import RssFrame
 from elusive.systems.links.by_image import ImageState
-from elusive.systems.links.results import GATE_M, LinkOutcome, LinkRun, scores_text
+from elusive.systems.links.recording import simulate_links
+from elusive.systems.links.results import LinkOutcome, LinkRun, scores_text
 from elusive.systems.links.run import track_links_recording
-from elusive.systems.links.simulate import LinkSimulation, people_of, simulate_links
+from elusive.systems.links.simulate import LinkSimulation, people_of
 from elusive.systems.links.smoothing import Beliefs, ParticleSmoothing
 from elusive.systems.links.track import LinksMethod, LinkTracking, track
 from elusive.tracking.track import Step
@@ -183,31 +184,6 @@ def run_log(
                 on_frame(number)
         tables = run.log.csv_text(), run.events_text()
         return SceneRun(scene, tracking, truth, None, tuple(steps), tuple(particles), run.outcome(), tables)
-
-
-def estimates(run: SceneRun) -> dict[str, Array]:
-    """Return how far pairs of a person and a track within the gate are apart by each estimator, ``(M,)`` [m].
-
-    Head, smoothing and particle filter of tracks by heads (tables 3.8 and 3.9); else the track alone.
-    """
-    found: dict[str, list[float]] = {}
-    if run.truth is None:
-        return {}
-    true = run.truth.interpolated([step.time_s for step in run.steps])
-    for number, step in enumerate(run.steps):
-        there = true[number][np.isfinite(true[number, :, 0])]
-        for one in step.tracks:
-            apart = np.hypot(*(there - one.mean[[X, Y]]).T)
-            if one.status == "deleted" or not (apart <= GATE_M).any():
-                continue
-            place, places = there[apart.argmin()], {"track": one.mean[[X, Y]]}
-            if isinstance(step.state, ImageState):
-                head = np.array(step.state.people.living[one.track].position)
-                smoothed, particles = places["track"], run.particles[number][one.track].mean[[X, Y]]
-                places = {"head": head, "smoothing": smoothed, "particle filter": particles}
-            for name, estimate in places.items():
-                found.setdefault(name, []).append(float(np.hypot(*(estimate - place))))
-    return {name: np.array(values) for name, values in found.items()}
 
 
 def track_scene(scene: LinkScene, out: Path, *, on_frame: Callable[[int], None] | None = None) -> LinkOutcome:

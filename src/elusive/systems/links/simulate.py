@@ -6,10 +6,8 @@ by the link budget (eqs. 3.1-3.2) less the change.
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from functools import lru_cache
-from pathlib import Path
 from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
@@ -19,20 +17,16 @@ from pydantic import Field, model_validator
 from elusive.contracts import Array
 from elusive.errors import ParameterError
 from elusive.geometry.areas import Area
-from elusive.io.atomic import atomic_folder
-from elusive.io.csv_files import write_csv
-from elusive.io.path_truth import TRUTH_COLUMNS, PathTruth
+from elusive.io.path_truth import PathTruth
 from elusive.model import FROM_RECORDING, Model, NonNegative, Positive
 from elusive.preprocess.link_weights import EllipseWeights
 from elusive.preprocess.quantiser import Quantiser
 from elusive.preprocess.voxels import VoxelGrid
 from elusive.sensors.link_budget import LinkBudget
 from elusive.sensors.radiation import Radiation
-from elusive.sensors.radio_network import COLUMNS as NODE_COLUMNS
 from elusive.sensors.radio_network import RadioNodes, RssFrame, directed_links_of, radio_nodes, undirected_of
-from elusive.systems.links.coverage import write_coverage
 from elusive.systems.links.networks import BorderNodes, Network
-from elusive.systems.links.walks import Walks
+from elusive.systems.links.walks import DrawnPath, Walks
 
 PATHS_AT_MOST = 1000
 CHANNEL_STEP_HZ = 5e6  # between neighbouring channels of IEEE 802.15.4
@@ -52,13 +46,6 @@ class SimulatedLinks(NamedTuple):
     empty: Array  # (K, L) changes of the calibration's steps, nobody there [dB]
     changes: Array  # (T, L) changes [dB]
     truth: Array  # (T, users, 2) x and y [m], NaN where absent
-
-
-class DrawnPath(Model):
-    """A person's places, step by step from the step at which they come in."""
-
-    start: int = Field(0, ge=0, description="Step of the first place, from 0")
-    places_m: tuple[tuple[float, float], ...] = Field(min_length=1, description="x and y of each step [m]")
 
 
 class LinkSimulation(Model):
@@ -200,72 +187,6 @@ def _weights(
     return grid, weights.sparse(radio_nodes(np.array(places)), grid)
 
 
-class LinkSimulated(NamedTuple):
-    """What a simulated log came to."""
-
-    rows: list[tuple[str, str]]
-
-
-def simulate_links(
-    parameters: LinkSimulation, out: Path, *, on_frame: Callable[[int], None] | None = None
-) -> LinkSimulated:
-    """Write ``log.csv``, ``nodes.csv``, ``truth.csv``, ``coverage.csv`` and ``.png``, and ``config.yaml``.
-
-    The log has a frame a line, under the header ``time_s`` and ``tx-rx-channel``; channels are numbered from 0.
-
-    Parameters
-    ----------
-    parameters
-        What to simulate.
-    out
-        The folder; made if need be.
-    on_frame
-        Called with the number of frames done.
-
-    Raises
-    ------
-    DataError
-        If the nodes are no network, no link passes the area, or a file cannot be written.
-    """
-    network, truth = parameters.bind(), parameters.truth()
-    nodes = network.nodes
-    links = directed_links_of(len(nodes.names))
-    channels = parameters.radiation.channels
-    header = [
-        "time_s", *(f"{nodes.names[tx]}-{nodes.names[rx]}-{c}" for tx, rx in links.tolist() for c in range(channels))
-    ]  # fmt: skip
-    present = np.isfinite(truth[..., 0])
-    with atomic_folder(out) as folder:
-        with (folder / "log.csv").open("w", encoding="utf-8", newline="") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(header)
-            for number, frame in enumerate(parameters.frames(parameters.images(truth)), 1):
-                writer.writerow([repr(frame.time_s), *(f"{level:.2f}" for level in frame.rss_dbm.ravel())])
-                if on_frame is not None:
-                    on_frame(number)
-        write_csv(folder / "nodes.csv", NODE_COLUMNS, zip(nodes.names, *nodes.positions_m.T.tolist(), strict=True))
-        write_csv(folder / "truth.csv", TRUTH_COLUMNS, _truth_rows(people_of(parameters, truth)))
-        covered = write_coverage(folder, nodes, network.grid, network.weights)
-        (folder / "config.yaml").write_text(parameters.to_yaml(), encoding="utf-8")
-    there = present.any(axis=1)
-    return LinkSimulated(
-        [
-            ("Network", f"{len(nodes.names)} nodes, {len(links) // 2} links, {_counted(channels, 'channel')}"),
-            ("Coverage", covered),
-            ("Frames", f"{parameters.calibration_steps + len(truth)}, the first {parameters.calibration_steps} empty"),
-            (
-                "People",
-                f"{truth.shape[1]}, at most {present.sum(axis=1).max()} at a time; somebody in "
-                f"{_counted(int(there.sum()), 'frame')}",
-            ),
-        ]
-    )
-
-
-def _counted(number: int, thing: str) -> str:
-    return f"{number} {thing}{'' if number == 1 else 's'}"
-
-
 def people_of(simulation: LinkSimulation, truth: Array) -> PathTruth | None:
     """Return who was where and when, from places ``(T, users, 2)`` of a simulation's steps; None: nobody."""
     paths = {}
@@ -275,10 +196,3 @@ def people_of(simulation: LinkSimulation, truth: Array) -> PathTruth | None:
             times_s = (simulation.calibration_steps + there) * simulation.interval_s
             paths[str(person + 1)] = np.column_stack([times_s, truth[there, person]])
     return PathTruth(tuple(paths), tuple(paths.values())) if paths else None
-
-
-def _truth_rows(people: PathTruth | None) -> Iterator[tuple[object, ...]]:
-    if people is None:
-        return
-    rows = [(row[0], name, *row[1:]) for name, path in zip(*people, strict=True) for row in path.tolist()]
-    yield from sorted(rows, key=lambda row: row[0])

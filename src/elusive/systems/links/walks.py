@@ -18,6 +18,13 @@ from elusive.geometry.areas import Area
 from elusive.model import FROM_RECORDING, Model, Positive
 
 
+class DrawnPath(Model):
+    """A person's places, step by step from the step at which they come in."""
+
+    start: int = Field(0, ge=0, description="Step of the first place, from 0")
+    places_m: tuple[tuple[float, float], ...] = Field(min_length=1, description="x and y of each step [m]")
+
+
 class Walks(Model):
     """How people walk through an area, one position a step."""
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from nicegui import ui
+
 from elusive.systems.links.networks import BorderNodes
 from elusive.systems.links.page.algorithm import AlgorithmWindow, apply
 from elusive.systems.links.page.paths import PathsWindow
@@ -9,11 +11,10 @@ from elusive.systems.links.page.performance import PerformanceWindow
 from elusive.systems.links.page.radiation import RadiationWindow
 from elusive.systems.links.page.sensors import SensorsWindow
 from elusive.systems.links.page.state import LinksState
-from elusive.systems.links.page.tracking import tracking_window
 from elusive.systems.links.presets import first_simulation
 from elusive.systems.links.scene import run_scene
 from elusive.workbench.jobs import Job
-from elusive.workbench.parts import told
+from elusive.workbench.parts import Drawing, told
 from elusive.workbench.session import state_of
 from elusive.workbench.shell import Page, Steps, head, main, waiting
 
@@ -50,11 +51,20 @@ async def build(example: bool) -> None:
                 "2 Radiation": lambda: RadiationWindow(state),
                 "3 Sensors": lambda: SensorsWindow(state),
                 "4 Algorithm": lambda: AlgorithmWindow(state, lambda: steps.go(WATCHED)),
-                WATCHED: lambda: tracking_window(state),
+                WATCHED: lambda: _tracking_window(state),
                 "6 Performance": lambda: PerformanceWindow(state),
             },
             WATCHED if example else None,
         )
+
+
+def _tracking_window(state: LinksState) -> None:
+    """Build window 5: the stages of tracking, played in step. Mendieta (2017), section 5.6."""
+    with ui.element("section").classes("ew-box w-full"):
+        if state.tracking_spec is None:
+            ui.label("Nothing is tracked yet: press Apply under Algorithm.").classes("ew-note")
+        else:
+            Drawing(state.tracking_spec)
 
 
 PAGE = Page(

@@ -13,15 +13,16 @@ from typing import Any
 import numpy as np
 from nicegui import ui
 
-from elusive.contracts import Array
+from elusive.contracts import Array, X, Y
 from elusive.errors import DataError
 from elusive.model import read_yaml
 from elusive.report import drawing as draw
 from elusive.report.plots import SERIES
+from elusive.systems.links.by_image import ImageState
 from elusive.systems.links.page.state import LinksState
 from elusive.systems.links.report import write_links_png
-from elusive.systems.links.results import scores_text
-from elusive.systems.links.scene import LinkScene, SceneRun, estimates
+from elusive.systems.links.results import GATE_M, scores_text
+from elusive.systems.links.scene import LinkScene, SceneRun
 from elusive.workbench.exports import table_html
 from elusive.workbench.files import UPLOAD_MOST_BYTES, read_upload
 from elusive.workbench.jobs import away
@@ -135,6 +136,31 @@ def _read_scene(path: Path) -> LinkScene:
     if scene.simulation.network.kind == "file":
         raise DataError(f"{path}: names a file of nodes on a disk; list them as a network of kind 'placed' instead.")
     return scene
+
+
+def estimates(run: SceneRun) -> dict[str, Array]:
+    """Return how far pairs of a person and a track within the gate are apart by each estimator, ``(M,)`` [m].
+
+    Head, smoothing and particle filter of tracks by heads (tables 3.8 and 3.9); else the track alone.
+    """
+    found: dict[str, list[float]] = {}
+    if run.truth is None:
+        return {}
+    true = run.truth.interpolated([step.time_s for step in run.steps])
+    for number, step in enumerate(run.steps):
+        there = true[number][np.isfinite(true[number, :, 0])]
+        for one in step.tracks:
+            apart = np.hypot(*(there - one.mean[[X, Y]]).T)
+            if one.status == "deleted" or not (apart <= GATE_M).any():
+                continue
+            place, places = there[apart.argmin()], {"track": one.mean[[X, Y]]}
+            if isinstance(step.state, ImageState):
+                head = np.array(step.state.people.living[one.track].position)
+                smoothed, particles = places["track"], run.particles[number][one.track].mean[[X, Y]]
+                places = {"head": head, "smoothing": smoothed, "particle filter": particles}
+            for name, estimate in places.items():
+                found.setdefault(name, []).append(float(np.hypot(*(estimate - place))))
+    return {name: np.array(values) for name, values in found.items()}
 
 
 def _histogram(apart: Array) -> list[int]:

@@ -11,10 +11,11 @@ from nicegui import ui
 
 from elusive.errors import DataError, ElusiveError
 from elusive.geometry.places import NamedPlace, with_place
+from elusive.io.csv_files import csv_text
 from elusive.io.node_files import read_nodes
+from elusive.sensors.radio_network import COLUMNS as NODE_COLUMNS
 from elusive.systems.links.networks import BorderNodes, GridNodes, PlacedNodes
 from elusive.systems.links.page.floors import node_floor
-from elusive.systems.links.page.sensor_files import TABLES, nodes_csv
 from elusive.systems.links.page.state import LinksState
 from elusive.systems.links.scene import Coverage, LinkScene, coverage_of
 from elusive.workbench.files import UPLOAD_MOST_BYTES, inside, read_upload
@@ -29,6 +30,7 @@ COLUMNS = [
     {"name": "y_m", "label": "y [m]", "field": "y_m"},
     {"name": "kind", "label": "Type", "field": "kind", "align": "left"},
 ]
+TABLES = (".csv", ".txt")
 EXCESS = ("simulation", "weights", "excess_m")
 
 
@@ -188,6 +190,11 @@ class SensorsWindow:
         self._table.rows = rows
         self._table.selected = [row for row in rows if row["name"] in state.selected]
         self._table.update()
+
+
+def nodes_csv(nodes: tuple[NamedPlace, ...]) -> str:
+    """Return the sensors as `elusive track links --nodes` reads them."""
+    return csv_text(NODE_COLUMNS, ((node.name, node.x_m, node.y_m) for node in nodes))
 
 
 def _listed(nodes: Any) -> list[NamedPlace]:

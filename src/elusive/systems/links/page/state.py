@@ -15,7 +15,7 @@ from elusive.sensors.radio_network import RssFrame
 from elusive.systems.links.networks import PlacedNodes
 from elusive.systems.links.presets import first_simulation
 from elusive.systems.links.scene import LinkScene, Radiated, SceneRun
-from elusive.systems.links.simulate import DrawnPath
+from elusive.systems.links.walks import DrawnPath
 from elusive.workbench.files import read_upload
 from elusive.workbench.jobs import Job
 
