@@ -10,6 +10,8 @@ import pytest
 
 from elusive.errors import DataError
 from elusive.io.bearings import open_bearings, read_sensors
+from elusive.sensors.arrival_times import ArrivalSet
+from elusive.sensors.hybrid import HybridSet
 
 HEAD = "time_s,sensor,azimuth_deg,elevation_deg\n"
 SENSORS = "sensor,x_m,y_m,z_m\nwest,0,0,1.5\neast, 70,12,2\n"
@@ -128,3 +130,18 @@ def test_other_marks_and_empty_cells_at_the_end(tmp_path, sites):
     assert np.isnan(second.elevation_rad).all()
     with pytest.raises(DataError, match="'1,5' is no number; write a decimal point"):
         list(open_bearings(written(tmp_path, "time_s;sensor;azimuth_deg\n1,5;west;90\n"), sites))
+
+
+def test_columns_decide_what_is_read(tmp_path, sites):
+    (alone,) = open_bearings(written(tmp_path, "time_s,sensor,arrival_s\n0,west,1e-7\n0,east,3e-7\n"), sites)
+    assert isinstance(alone, ArrivalSet)
+    assert alone.sensor.tolist() == [0, 1]
+    np.testing.assert_array_equal(alone.arrival_s, [1e-7, 3e-7])
+    text = "time_s,sensor,azimuth_deg,arrival_s\n0,west,90,\n0,east,,3e-7\n1,east,10,4e-7\n"
+    first, second = open_bearings(written(tmp_path, text), sites)
+    assert isinstance(first, HybridSet)
+    assert (first.bearings.sensor.tolist(), first.arrivals.sensor.tolist()) == ([0], [1])
+    assert (second.bearings.sensor.tolist(), second.arrivals.sensor.tolist()) == ([1], [1])
+    assert second.bearings.time_s == second.arrivals.time_s == 1.0
+    with pytest.raises(DataError, match="line 2, column arrival_s: 'soon' is no number"):
+        list(open_bearings(written(tmp_path, "time_s,sensor,arrival_s\n0,west,soon\n"), sites))
