@@ -143,11 +143,11 @@ def test_long_calibration_sets_the_threshold_from_its_own_scores() -> None:
 
 
 def test_a_short_calibration_raises_the_threshold_as_far_as_it_errs() -> None:
-    """Samples whose deviation came out too small stand out ever after; 6 signals of unlike samples, 25 frames each."""
+    """Samples whose deviation came out too small stand out ever after; 3 signals of unlike samples, 25 frames each."""
     rng = np.random.default_rng(9)
     told = SignalTracking(**QUICK, calibration_frames=25, false_alarm={"probability": 0.01})
     alarms = []
-    for _ in range(6):
+    for _ in range(3):
         frames = np.exp(rng.normal(0.0, 0.7, 400)) * rng.standard_normal((225, 400))
         alarms.append(np.mean([r.state.score.max() > r.state.threshold for r in list(track_signal(frames, told))[65:]]))
     assert np.mean(alarms) < 0.09  # .03 over 40 signals; .2 if noise is simulated as if all samples were alike

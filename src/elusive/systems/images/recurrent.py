@@ -174,7 +174,8 @@ class SeveralTargets:
             if seen is None:
                 return state
         model = self.model
-        recurrent = model.step(state.recurrent, frame, None if seen is None else seen.centred, rng)
+        centred = None if seen is None else seen.centred
+        recurrent = model.step(state.recurrent, frame, centred, rng)
         if recurrent.belief is None:
             return state._replace(recurrent=recurrent)
         offset = state.offset
@@ -184,17 +185,9 @@ class SeveralTargets:
         law = self._law(recurrent, offset, age, state.null)
         threshold = law.threshold(model.false_alarm)
         peaks = find_peaks(
-            recurrent.score,
-            recurrent.velocity,
-            self._vectors,
-            threshold,
-            smoothing=model.smoothing,
-            frames=age,
-            window=model.reach_px + 1,
-            fluctuation=model.fluctuation,
-            border=model.border,
-        )
-        centred = None if seen is None else seen.centred
+            recurrent.score, recurrent.velocity, self._vectors, threshold, smoothing=model.smoothing, frames=age,
+            window=model.reach_px + 1, fluctuation=model.fluctuation, border=model.border,
+        )  # fmt: skip
         links = self._tracker.step(state.links, peaks, centred, threshold, round(elapsed, FRAME_DIGITS))
         scores = tuple(1 - law.probability(_score_at(recurrent.score, track)) for track in links.tracks)
         highest = 1 - law.probability(float(recurrent.score.max()))

@@ -178,14 +178,7 @@ def simulate_images(simulation: ImageSimulation, out: Path) -> DrawnImages:
 def track_image_scene(scene: ImageScene, out: Path, *, on_frame: Callable[[int], None] | None = None) -> Outcome:
     """Run a scene and write what :func:`track_recording` writes, and ``frames.npy``, ``truth.txt``, ``scene.yaml``.
 
-    Parameters
-    ----------
-    scene
-        What to run.
-    out
-        Folder for the results.
-    on_frame
-        Called with the number of frames done.
+    ``on_frame`` is called with the number of frames done.
 
     Raises
     ------

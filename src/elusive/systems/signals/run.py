@@ -11,7 +11,7 @@ import numpy as np
 
 from elusive.contracts import Array
 from elusive.errors import DataError
-from elusive.io import SignalSource, atomic_folder
+from elusive.io import SignalFrame, SignalSource, atomic_folder
 from elusive.results import write_result
 from elusive.systems.signals.parameters import SignalTracking
 from elusive.systems.signals.report import SignalTracked, write_signal_html, write_signal_png
@@ -55,22 +55,16 @@ def follow(source: SignalSource, parameters: SignalTracking) -> Iterator[Step]:
     DataError
         If a frame cannot be used; the sentence says which.
     """
-    times: list[float] = []  # of frames read and not tracked yet: all of calibration's, else one
     read = 0
 
-    def frames() -> Iterator[Array]:
+    def counted() -> Iterator[SignalFrame]:
         nonlocal read
         for frame in source:
-            times.append(frame.time_s)
             read += 1
-            yield frame.samples
-
-    def clock() -> Iterator[float]:
-        while times:
-            yield times.pop(0)
+            yield frame
 
     try:
-        yield from track_signal(frames(), parameters, clock())
+        yield from track_signal(counted(), parameters)
     except DataError as error:
         raise DataError(_placed(str(error), source.name, source.start + read - 1)) from None
 

@@ -164,14 +164,7 @@ def track_signal_scene(
 ) -> SignalOutcome:
     """Run a scene and write what :func:`track_signal_recording` writes, and ``signal.npy``, ``truth.txt`` and itself.
 
-    Parameters
-    ----------
-    scene
-        What to run; it is written as ``scene.yaml``.
-    out
-        Folder for the results.
-    on_frame
-        Called with the number of frames done.
+    ``on_frame`` is called with the number of frames done.
 
     Raises
     ------

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from elusive.contracts import Array, interval_since
 from elusive.errors import DataError
 from elusive.filters.accumulate.false_alarm import ExtremeValue, NullScores, frame_law
+from elusive.io import SignalFrame
 from elusive.runner import timed
 from elusive.systems.signals.evidence import SignalEvidence, noise_law
 from elusive.systems.signals.parameters import SignalTracking
@@ -43,7 +44,7 @@ class SignalState(NamedTuple):
 
 
 def track_signal(
-    frames: Iterable[Array], parameters: SignalTracking, times_s: Iterable[float] | None = None
+    frames: Iterable[Array | SignalFrame], parameters: SignalTracking, times_s: Iterable[float] | None = None
 ) -> Iterator[Step]:
     """Track objects through the frames of a signal, lazily; a live stream and a file are the same.
 
@@ -52,11 +53,11 @@ def track_signal(
     Parameters
     ----------
     frames
-        ``(n,)`` each.
+        ``(n,)`` each, or with its time.
     parameters
         What to do, with the time between frames (see :meth:`SignalTracking.bind`).
     times_s
-        Of the frames; by default as far apart as the parameters say.
+        Of frames without; by default as far apart as the parameters say.
 
     Yields
     ------
@@ -73,7 +74,7 @@ def track_signal(
     """
     rng = np.random.default_rng(parameters.seed)
     times = (number * parameters.interval_s for number in count()) if times_s is None else times_s
-    stream: Iterator[Any] = timed(frames, times)
+    stream: Iterator[Any] = ((getattr(frame, "samples", frame), time_s) for frame, time_s in timed(frames, times))
     calibration = list(islice(stream, parameters.calibration_frames))
     first = list(islice(stream, 1))
     if not first:
