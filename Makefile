@@ -37,6 +37,10 @@ lint: $(VENV)/.dev
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	@if ! command -v npm >/dev/null; then echo "JavaScript is not checked: npm is not installed (Node.js 20 or later)."; \
+	elif ! npm install --prefix tools/js --no-audit --no-fund --silent; then \
+	    echo "JavaScript is not checked: its linters could not be installed, see above."; \
+	else npm run --prefix tools/js --silent lint; fi
 
 docs: $(VENV)/.dev
 	$(BIN)/sphinx-build -W -q --keep-going -b html docs docs/_build/html
@@ -47,7 +51,7 @@ figures: $(VENV)/.dev
 	$(BIN)/python docs/make_figures.py
 
 clean:
-	rm -rf $(VENV) demo docs/_build
+	rm -rf $(VENV) demo docs/_build tools/js/node_modules
 
 # Installed once, and again only when a pin or the project's own list of dependencies changes.
 $(VENV)/.core: $(VENV)/.python $(PINS)
