@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -57,6 +58,13 @@ def figure(
         yield drawn, drawn.subplots(rows, columns, squeeze=False)
         with atomic_path(path) as temporary:
             drawn.savefig(temporary, metadata={"Software": None} if path.suffix == ".png" else None)
+
+
+def heading(drawn: Figure, title: str, verdict: str, top: float, letters: int) -> None:
+    """Write the title of a report's figure and its verdict beneath, so many letters a line."""
+    lines = textwrap.wrap(verdict, letters) or [""]
+    drawn.suptitle(title + "\n" * (len(lines) + 1), x=0.01, ha="left", size=12, weight="bold")
+    drawn.text(0.01, top, "\n".join(lines), va="top", size=9)
 
 
 def frame(axes: Axes, pixels: Array, title: str = "", shrink: int = 1) -> None:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from elusive.report import plots
+from elusive.report.drawing import top_of
 from elusive.systems.bearings.report.contents import RADIUS_95, BearingsTracked
 
 if TYPE_CHECKING:
@@ -19,7 +19,6 @@ ELLIPSES, RAYS = 16, 5  # how many are drawn along the track
 WALL = "#334155"
 VERDICT_WIDTH = 150  # letters a line
 SENSORS_NAMED = 8  # in the legend of the residuals
-BULK = 3.0  # axes reach so many times the 90 % quantile, where a first moment would flatten the rest
 
 
 def write_bearings_png(path: Path, tracked: BearingsTracked) -> None:
@@ -33,9 +32,7 @@ def write_bearings_png(path: Path, tracked: BearingsTracked) -> None:
         _draw_error(panels["E"], tracked)
         _draw_residuals(panels["R"], tracked)
         figure.legend(*panels["G"].get_legend_handles_labels(), loc="outside lower left", ncols=6)
-        said = textwrap.wrap(tracked.verdict, VERDICT_WIDTH) or [""]
-        figure.suptitle(tracked.title + "\n" * (len(said) + 1), x=0.01, ha="left", size=12, weight="bold")
-        figure.text(0.01, 0.937, "\n".join(said), va="top", size=9)
+        plots.heading(figure, tracked.title, tracked.verdict, 0.937, VERDICT_WIDTH)
 
 
 def _draw_ground(axes: Axes, tracked: BearingsTracked) -> None:
@@ -73,10 +70,7 @@ def _draw_error(axes: Axes, tracked: BearingsTracked) -> None:
         axes.plot(tracked.times_s, curves[1], color=plots.ESTIMATE, lw=1.2, label="distance to the truth")
     dashes: Any = "-" if error is None else (0, (4, 3))
     axes.plot(tracked.times_s, deviation, color=plots.MUTED, lw=1.2, linestyle=dashes, label="its own deviation")
-    values = np.concatenate(curves)
-    values = values[np.isfinite(values)]
-    if len(values):
-        axes.set_ylim(0, 1.1 * min(float(values.max()), BULK * float(np.quantile(values, 0.9))) or 1.0)
+    axes.set_ylim(0, top_of(curves))
     axes.set(title="How sure?" if error is None else "How far off?", ylabel="over the ground [m]")
     axes.legend(loc="lower right", ncols=2, bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
 
@@ -89,10 +83,8 @@ def _draw_residuals(axes: Axes, tracked: BearingsTracked) -> None:
         colour = plots.SERIES[number % len(plots.SERIES)]
         label = tracked.names[row] if len(used) <= SENSORS_NAMED else None
         axes.plot(times[mine], tracked.residual_deg[mine], ".", markersize=2.5, color=colour, label=label)
-    known = np.abs(tracked.residual_deg[np.isfinite(tracked.residual_deg)])
-    if len(known):
-        reach = 1.1 * min(float(known.max()), BULK * float(np.quantile(known, 0.9))) or 1.0
-        axes.set_ylim(-reach, reach)
+    reach = top_of([tracked.residual_deg])
+    axes.set_ylim(-reach, reach)
     axes.set(title="What did the bearings leave?", xlabel="time [s]", ylabel="bearing less track [degrees]")
     if 0 < len(used) <= SENSORS_NAMED:
         axes.legend(loc="lower right", ncols=8, markerscale=3, bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -33,10 +34,12 @@ def node_floor(state: LinksState, nodes: tuple[NamedPlace, ...], coverage: Cover
     if coverage is not None:
         grid = scene.grid
         rows, columns = grid.shape
-        links = np.where(grid.inside, coverage.links, np.nan).reshape(rows, columns)
+        links = np.where(grid.inside, coverage.links, 0.0).reshape(rows, columns)
+        most = max(1.0, float(links.max()))
+        seen: dict[str, Any] = {**draw.shares(np.where(links > 0, links / most, np.nan)), "high": most, "unit": "links"}
         edges = (grid.x0, grid.x0 + columns * grid.voxel_m, grid.y0, grid.y0 + rows * grid.voxel_m)
         within = [draw.rounded(np.ravel(scene.area.corners_m))]
-        layers.append(draw.image(draw.scaled(links, low=0.0), edges, "heat", unit="links", within=within))
+        layers.append(draw.image(seen, edges, "heat", within=within))
     if state.shows_ellipses and len(nodes) > 1:
         found = _ellipses(np.array([(one.x_m, one.y_m) for one in nodes]), scene.simulation.weights.excess_m)
         layers.append(draw.ellipses(found, "--accent", alpha=0.18 if len(found) > 300 else 0.5))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -36,9 +35,7 @@ def write_links_png(path: Path, tracked: LinksTracked) -> None:
         for name in "PE":
             panels[name].set_xlim(*_span(tracked.times_s))
         figure.legend(*panels["F"].get_legend_handles_labels(), loc="outside lower left", ncols=6)
-        said = textwrap.wrap(tracked.verdict, VERDICT_WIDTH) or [""]
-        figure.suptitle(tracked.title + "\n" * (len(said) + 1), x=0.01, ha="left", size=12, weight="bold")
-        figure.text(0.01, 0.937, "\n".join(said), va="top", size=9)
+        plots.heading(figure, tracked.title, tracked.verdict, 0.937, VERDICT_WIDTH)
 
 
 def _draw_floor(axes: Axes, tracked: LinksTracked) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from elusive.report import plots
+from elusive.report.drawing import top_of
 from elusive.systems.radar.report.contents import Cloud, Extent, RadarPath, RadarTracked, WaterRaster
 
 if TYPE_CHECKING:
@@ -54,9 +54,7 @@ def write_radar_png(path: Path, tracked: RadarTracked) -> None:
             bar.set_label("P(water)")
             bar.outline.set_visible(False)
         figure.legend(*_key(panels.values(), tracked), loc="outside lower center", ncols=6)
-        said = textwrap.wrap(tracked.verdict, VERDICT_WIDTH) or [""]
-        figure.suptitle(tracked.title + "\n" * (len(said) + 1), x=0.01, ha="left", size=12, weight="bold")
-        figure.text(0.01, 0.952, "\n".join(said), va="top", size=9)
+        plots.heading(figure, tracked.title, tracked.verdict, 0.952, VERDICT_WIDTH)
         _fill(figure, [panels[name] for name in panels if name in f"W{CLOUDS}"])
 
 
@@ -172,9 +170,7 @@ def _draw_deviation(axes: Axes, tracked: RadarTracked) -> None:
         times, errors = nearest
         error = np.where(np.isin(tracked.times_s, times), np.interp(tracked.times_s, times, errors), np.nan)
         axes.plot(tracked.times_s, error, color=plots.TRUTH, linewidth=1.5, label="error of the nearest track")
-    values = np.concatenate([np.ones(1), *shown])
-    # a track's first deviation would flatten all that follows
-    top = 1.1 * min(values.max(), 3.0 * float(np.quantile(values, 0.9)))
+    top = top_of([[1.0], *shown])
     title = "How sure?" if nearest is None else f"How far off? At most {nearest[1].max():.1f} m"
     axes.set(title=title, xlabel="time [s]", ylabel="[m]", ylim=(0.0, top))
     _span(axes, tracked)
