@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from elusive import run
+from elusive.contracts import AdditiveSensor, DetectionSensor, Linearisable, Sensor
 from elusive.errors import ElusiveError, ParameterError
 from elusive.model import Model
 from tests.composition.builders import FILTERS, KNOWLEDGE, MIDDLE, MOTIONS, SENSORS, prior_of
 from tests.composition.table import PAGE, page_with, refusal, table
+from tests.tracking.link_scenes import linear_links
 
 TIMES = [3.0, 3.2, 8.0, 8.0, 9.5]
 MISSING = 2  # that measurement does not come
@@ -69,6 +71,15 @@ def test_yaml_is_read_back_or_the_part_that_cannot_be_is_named(name, tmp_path):
         path = tmp_path / "filter.yaml"
         path.write_text(filter.to_yaml())
         assert type(filter).from_yaml(path) == filter, (motion_name, sensor_name)
+
+
+def test_sensors_offer_what_their_filters_ask():
+    sensors = {name: case.build(MOTIONS["cv"].state_names) for name, case in SENSORS.items()}
+    assert all(isinstance(sensor, Sensor) for sensor in sensors.values())
+    linearised = {name for name, sensor in sensors.items() if isinstance(sensor, Linearisable)}
+    assert linearised == {"bearings", "arrival times", "both", "linear", "a user's own"}
+    assert isinstance(sensors["radar"], DetectionSensor)
+    assert isinstance(linear_links(), AdditiveSensor)
 
 
 def test_the_docs_say_what_composes():

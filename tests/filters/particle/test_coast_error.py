@@ -75,9 +75,9 @@ def on_a_grid(measurements, correlation_m, share):
     """The same recursion over place and coast's error, each on a fine grid; without a share, over place alone."""
     x, h = np.linspace(-65, 35, 201, retstep=True)
     u, w = np.linspace(-5, 5, 61, retstep=True) if share else (np.zeros(1), 1.0)
-    jumps = np.arange(-9, 10)
+    jumps = np.arange(10)  # to either side alike, so that the errors of both are mixed at once
     chance = norm.pdf(jumps * h, scale=Drifting.step_m)
-    chance /= chance.sum()
+    chance /= chance[0] + 2 * chance[1:].sum()
     mixes = []
     for jump in jumps:
         kept = np.exp(-abs(jump * h) / correlation_m)
@@ -91,7 +91,9 @@ def on_a_grid(measurements, correlation_m, share):
         moved = np.zeros_like(density)
         for jump, part, mix in zip(jumps, chance, mixes, strict=True):
             shifted = np.zeros_like(density)
-            shifted[max(jump, 0) : len(x) + min(jump, 0)] = density[max(-jump, 0) : len(x) - max(jump, 0)]
+            shifted[jump:] = density[: len(x) - jump]
+            if jump:
+                shifted[: len(x) - jump] += density[jump:]
             moved += part * shifted @ mix.T
         density = moved * np.exp(log_water + norm.logpdf(z, x, Place.deviation)[:, None])
         density /= density.sum()
