@@ -289,11 +289,12 @@ def test_a_file_with_a_fault_is_a_sentence(base: dict[str, Any], sentence: str) 
 
 
 MODELS = [
-    "systems.images.track:ImageTracking", "systems.signals.parameters:SignalTracking",
+    "systems.images.parameters:ImageTracking", "systems.signals.parameters:SignalTracking",
     "systems.radar.parameters:RadarTracking", "systems.links.track:LinkTracking", "systems.links.fit:LinkFitting",
-    "systems.bearings.parameters:BearingTracking", "systems.radar.simulate:RadarSimulation",
-    "systems.links.simulate:LinkSimulation", "filters.gaussian.geolocation:Geolocation",
-    "systems.radar.chart:ChartParameters",
+    "systems.bearings.parameters:BearingTracking", "systems.images.scene:ImageSimulation",
+    "systems.signals.scene:SignalSimulation", "systems.radar.simulate:RadarSimulation",
+    "systems.links.simulate:LinkSimulation", "systems.bearings.simulate:BearingSimulation",
+    "systems.bearings.locate:EmitterLocation", "systems.radar.chart:ChartParameters",
 ]  # fmt: skip
 UNITS = re.compile(r"_(m|s|px|samples|frames|db|dbm|hz|deg|rad|mrad|mps|mps2|mm)(_|$)")
 # what has no unit says what it is

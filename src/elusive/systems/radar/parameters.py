@@ -118,7 +118,7 @@ class RadarTracking(Model):
     """Parameters of `elusive track radar`."""
 
     main_options: ClassVar[tuple[str, ...]] = (
-        "motion", "max_acceleration_mps2", "range_sd_m", "bearing_sd_mrad", "detection_probability", "false_alarms",
+        "motion", "q", "range_sd_m", "bearing_sd_mrad", "detection_probability", "false_alarms",
         "coast_sigma_m", "coast_error", "knowledge", "seed",
     )  # fmt: skip
 
