@@ -59,6 +59,44 @@ class RadarView(Model):
         distance, bearing = np.hypot(east, north), np.arctan2(east, north)
         return distance, bearing, np.sin(bearing) * states[:, VX] + np.cos(bearing) * states[:, VY]
 
+    def residual(self, state: Array, measurement: RadarScan | RadarPlot) -> Array:
+        """Range, bearing and Doppler, measured less expected, of a plot known to be the target's; without one, nothing.
+
+        Raises
+        ------
+        DataError
+            If it is no measurement, or a scan of several plots: which is the target's is for a tracker to say.
+        """
+        z, _ = self._plot(measurement)
+        error = z - np.array(self.measured(state[None]))[: len(z), 0]
+        error[1:2] = wrapped(error[1:2], TURN_RAD)
+        return np.asarray(error)
+
+    def jacobian(self, state: Array, measurement: RadarScan | RadarPlot) -> Array:
+        """Return the derivative of what is expected, ``(m, d)``."""
+        z, _ = self._plot(measurement)
+        distance, bearing, _ = (float(part[0]) for part in self.measured(state[None]))
+        distance, sin, cos = max(distance, 1e-9), math.sin(bearing), math.cos(bearing)
+        turning = (cos * state[VX] - sin * state[VY]) / distance
+        H = np.zeros((3, len(state)))
+        H[0, [X, Y]], H[1, [X, Y]] = (sin, cos), (cos / distance, -sin / distance)
+        H[2, [X, Y]], H[2, [VX, VY]] = (cos * turning, -sin * turning), (sin, cos)
+        return H[: len(z)]
+
+    def noise(self, measurement: RadarScan | RadarPlot) -> Array:
+        """Covariance of range, bearing and Doppler, ``(m, m)``."""
+        return np.diag(self._plot(measurement)[1] ** 2)
+
+    def _plot(self, measurement: RadarScan | RadarPlot) -> tuple[Array, Array]:
+        scan = self.detections_in_view(measurement)
+        if len(scan.range_m) > 1:
+            raise DataError(
+                f"scan at {scan.time_s:g} s: has {len(scan.range_m)} plots; give a Gaussian filter the target's alone, "
+                "or take a tracker."
+            )
+        z = np.array([*scan.range_m, *scan.bearing_rad, *scan.doppler_mps[np.isfinite(scan.doppler_mps)]])
+        return z, np.array([self.range_sd_m, self.bearing_sd_rad, self.doppler_sd_mps])[: len(z)]
+
     def scattered(self, range_m: Array, bearing_rad: Array, rng: Generator) -> tuple[Array, Array]:
         """Draw ranges [m] and bearings [rad] about places in view, with the radar's errors but within its view."""
 
