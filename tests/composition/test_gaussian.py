@@ -19,7 +19,8 @@ from elusive.filters.gaussian.interacting import InteractingFilter
 from elusive.filters.gaussian.kalman import KalmanFilter, smoothed
 from elusive.filters.gaussian.map_smoother import MapSmoother
 from elusive.filters.gaussian.moments import moved
-from elusive.filters.particle.sir import GaussianPrior, ParticleFilter
+from elusive.filters.particle.sir import ParticleFilter
+from elusive.filters.priors import GaussianPrior
 from elusive.motion import (
     ConstantAcceleration,
     ConstantTurnRateVelocity,
@@ -129,7 +130,7 @@ FILTERS = {
 }
 START = {"x": 40.0, "vx": 3.0, "y": 60.0, "vy": -2.0, "z": 45.0, "vz": 0.5, "intensity": 20.0, "turn_rate": 0.02}
 WIDTH = {"x": 10.0, "y": 10.0, "z": 10.0, "intensity": 3.0, "turn_rate": 0.01, "ax": 0.05, "ay": 0.05}
-STEPS = 5
+STEPS = 4
 
 
 def prior_of(motion):
@@ -140,7 +141,7 @@ def prior_of(motion):
 
 def recorded(motion, sensor, rng, steps=STEPS):
     """A path from the prior, and what the sensor reports of it."""
-    times = np.cumsum(rng.uniform(0.2, 8.0, steps))
+    times = np.round(np.cumsum(rng.uniform(0.2, 8.0, steps)), 3)
     states = [prior_of(motion).sample(1, rng)]
     for interval_s in np.diff(times):
         states.append(motion.propagate(states[-1], float(interval_s), rng))
@@ -158,6 +159,12 @@ def made(name, motion, sensor, **changes):
         return KalmanFilter(motion=motion, **shared)
     if name == "interacting":
         return InteractingFilter(motions=(motion, motion), loss="squares", **shared, **changes)
+    if name == "lag":
+        # several measurements: what leaves the window is linearised once and for all
+        changes = {"lag_s": 100.0 if "turn_rate" in motion.state_names else 12.0, **changes}
+    if name in ("lag", "map") and "turn_rate" in motion.state_names:
+        # the noise of a turn leaves the place certain: a descent needs room beside the arc
+        changes = {"position_noise_m": 0.3, "iterations": 50, **changes}
     return FILTERS[name](motion=motion, loss="squares", **shared, **changes)
 
 
@@ -171,11 +178,10 @@ def followed(name, filter, times, measurements):
     return last.mean, last.covariance
 
 
-@pytest.mark.parametrize(("motion", "sensor"), GRID)
-def test_every_filter_is_as_sure_as_it_may_be(motion, sensor):
+def check_nees(motion, sensor, runs):
     """Errors of independent runs; bounds that one in 10 000 combinations leaves by chance, and some for the bend."""
     motion, seen = MOTIONS[motion], (RISEN if motion == "altitude" else SENSORS)[sensor]
-    runs, d = 4, len(motion.state_names)
+    d = len(motion.state_names)
     total = dict.fromkeys(FILTERS, 0.0)
     rng = np.random.default_rng(sum(map(ord, sensor)) + d)
     for _ in range(runs):
@@ -190,29 +196,44 @@ def test_every_filter_is_as_sure_as_it_may_be(motion, sensor):
         assert low * 0.9 < nees < high * 1.15, name
 
 
-@pytest.mark.parametrize("sensor", ["bearings", "differences", "hybrid"])
-@pytest.mark.parametrize("motion", ["cv", "ctrv", "altitude"])
-@pytest.mark.parametrize("loss", ["squares", "cauchy", "huber"])
+@pytest.mark.parametrize(("motion", "sensor"), GRID)
+def test_every_filter_is_as_sure_as_it_may_be(motion, sensor):
+    check_nees(motion, sensor, 1)
+
+
+@pytest.mark.validate
+@pytest.mark.parametrize(("motion", "sensor"), GRID)
+def test_over_many_runs_too(motion, sensor):
+    check_nees(motion, sensor, 12)
+
+
+@pytest.mark.parametrize(
+    ("motion", "sensor"),
+    [("cv", "bearings"), ("cv", "differences"), ("ctrv", "bearings"), ("altitude", "hybrid"), ("altitude", "arrivals")],
+)
+@pytest.mark.parametrize("loss", ["squares", "cauchy"])
 def test_compiled_and_plain_are_the_same(motion, sensor, loss):
     motion = MOTIONS[motion]
-    seen = RISEN.get(sensor, RISEN["arrivals"]) if "z" in motion.state_names else SENSORS[sensor]
+    seen = RISEN[sensor] if "z" in motion.state_names else SENSORS[sensor]
     times, _, measurements = recorded(motion, seen, np.random.default_rng(1))
-    for name in FILTERS:
-        changes = {} if name == "kalman" else {"loss": loss}
+    for name in ("extended", "interacting", "lag", "map"):
+        # a displacement at each step: a descent over steps that are almost certain ends sooner or later by chance
+        changes = {"loss": loss, "position_noise_m": 0.3}
+        changes |= {"iterations": 2} if name in ("extended", "interacting") else {}
         compiled, plain = (made(name, motion, s).replace(**changes) for s in (seen, Plain(seen)))
         for one, other in zip(
             followed(name, compiled, times, measurements), followed(name, plain, times, measurements), strict=True
         ):
-            # a descent ends within a share of the deviation
-            exact = name in ("kalman", "extended", "interacting")
-            np.testing.assert_allclose(one, other, rtol=1e-8 if exact else 1e-3, atol=1e-8 if exact else 1e-3)
+            # a descent ends within a share of the deviation; an arc's slope loses digits near a straight line
+            close = 1e-3 if name in ("lag", "map") else 2e-7 if motion is MOTIONS["ctrv"] else 1e-8
+            np.testing.assert_allclose(one, other, rtol=close, atol=close)
 
 
 def test_evidence_of_compiled_and_plain_is_the_same():
     for motion in (MOTIONS["cv"], MOTIONS["ctrv"]):
         times, _, measurements = recorded(motion, FLAT, np.random.default_rng(2))
         for name, find in (("extended", "track"), ("interacting", "track"), ("map", "smooth")):
-            compiled, plain = (made(name, motion, sensor) for sensor in (FLAT, Plain(FLAT)))
+            compiled, plain = (made(name, motion, sensor, position_noise_m=0.3) for sensor in (FLAT, Plain(FLAT)))
             found = [getattr(filter, find)(measurements, times).log_evidence for filter in (compiled, plain)]
             assert found[0] == pytest.approx(found[1], abs=1e-3)
 
@@ -266,7 +287,7 @@ def test_a_motion_that_is_drawn_from_is_nearly_the_motion_itself():
 
 def test_several_motions_over_the_components_that_they_share():
     motions = (MOTIONS["cv"], MOTIONS["ca"], MOTIONS["ctrv"])
-    times, _, measurements = recorded(MOTIONS["cv"], FLAT, np.random.default_rng(4))
+    _, _, measurements = recorded(MOTIONS["cv"], FLAT, np.random.default_rng(4))
     shared = {"motions": motions, "prior": prior_of(MOTIONS["cv"])}
     compiled, plain = (InteractingFilter(sensor=s, **shared).track(measurements) for s in (FLAT, Plain(FLAT)))
     np.testing.assert_allclose(compiled.states, plain.states, atol=1e-7)
@@ -302,7 +323,7 @@ def test_time_that_runs_backwards_is_refused(name):
 def test_the_particle_filter_takes_the_same_sensors(sensor):
     motion, seen = MOTIONS["cv"], SENSORS[sensor]
     times, _, measurements = recorded(motion, seen, np.random.default_rng(6))
-    particles = ParticleFilter(motion=motion, sensor=seen, prior=prior_of(motion), particles=20_000)
+    particles = ParticleFilter(motion=motion, sensor=seen, prior=prior_of(motion), particles=100_000)
     *_, drawn = run(particles, measurements, np.random.default_rng(0), times)
     mean, covariance = followed("extended", made("extended", motion, seen), times, measurements)
     deviation = np.sqrt(np.diag(covariance))

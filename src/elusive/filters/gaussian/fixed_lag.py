@@ -55,7 +55,11 @@ class LaggedPath(NamedTuple):
 
 
 class FixedLagSmoother(Problem):
-    """The most probable path of a sliding window: live, and nearly as good as that of all measurements at once."""
+    """The most probable path of a sliding window: live, and nearly as good as that of all measurements at once.
+
+    Noise of a turn (ctrv) leaves the place certain along the arc: over intervals of seconds give ``position_noise_m``
+    and more ``iterations``, or the descent ends before it is there.
+    """
 
     lag_s: Positive = Field(2.0, description="Time over which later measurements still correct a state [s]")
     iterations: int = Field(5, gt=0, le=100, description="Most steps of the descent at each time")
