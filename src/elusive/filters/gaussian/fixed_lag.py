@@ -57,8 +57,8 @@ class LaggedPath(NamedTuple):
 class FixedLagSmoother(Problem):
     """The most probable path of a sliding window: live, and nearly as good as that of all measurements at once.
 
-    Noise of a turn (ctrv) leaves the place certain along the arc: over intervals of seconds give ``position_noise_m``
-    and more ``iterations``, or the descent ends before it is there.
+    The noise of a turn (ctrv) leaves place and velocity certain beside the arc: over many seconds between measurements
+    the few steps of a live descent may end beside it, and the extended filter or the batch estimate is to be preferred.
     """
 
     lag_s: Positive = Field(2.0, description="Time over which later measurements still correct a state [s]")
