@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, Self
+from typing import Any, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 from numpy.random import Generator
@@ -31,6 +31,10 @@ NAME = "scene"
 
 class ImageSimulation(Model):
     """Frames with targets in them; frames and pixels count from 0, and frames are 1 s apart."""
+
+    main_options: ClassVar[tuple[str, ...]] = (
+        "snr_db", "frames", "rows", "columns", "appears", "leaves", "more_targets", "motion", "noise_sigma", "seed",
+    )  # fmt: skip
 
     snr_db: float = Field(6.71, ge=-40, le=80, description="Peak SNR of a target when it appears [dB]")
     appears: int = Field(5, ge=0, description="First frame with the target, from 0")
