@@ -226,6 +226,7 @@ def test_a_recording_gives_a_row_a_track_and_a_report_of_all(tmp_path: Path) -> 
     assert np.nanmax(error[15:]) < 2.5  # of the first target to the nearest track
     page = data_in(tmp_path / "out" / "report.html")
     assert len(layers(page, type="track")) == 2
+    assert len(layers(page, name="truth")) == 2
     # the configuration repeats the run
     again = ImageTracking.from_yaml(tmp_path / "out" / "config.yaml")
     assert again == tracking().bind(SHAPE)

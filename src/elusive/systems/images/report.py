@@ -53,6 +53,7 @@ class Tracked(NamedTuple):
     shape: tuple[int, int]  # rows, columns
     rows: Sequence[tuple[str, str]]  # what the table says
     extra: Mapping[str, Array] = {}  # other curves of probability over time, by name
+    others: Sequence[Array] = ()  # (T, 2) pixels each: where further targets truly are, drawn alone
     tracks: Mapping[int, Array] | None = None  # each track's (T, 2) pixels, NaN where it does not live, if several can
 
     @property
@@ -140,9 +141,9 @@ def frame_panel(
 def marks(tracked: Tracked) -> list[draw.Layer]:
     """Return the truth and the tracks over the frames, a place a frame."""
     layers, found = [], {1: tracked.estimate} if tracked.tracks is None else tracked.tracks
-    if tracked.truth is not None:
-        at = {"times": draw.rounded(tracked.times, 4), "show": "now", "width": 2, "name": "truth"}
-        layers.append(draw.points(tracked.truth, "--truth", marker="ring", size=14, **at))
+    at = {"times": draw.rounded(tracked.times, 4), "show": "now", "width": 2, "name": "truth"}
+    known = () if tracked.truth is None else (tracked.truth, *tracked.others)
+    layers += [draw.points(truth, "--truth", marker="ring", size=14, **at) for truth in known]
     for number, places in found.items():
         there = np.isfinite(places[:, 0])
         colour = "--accent" if tracked.tracks is None else plots.track_colour(number)

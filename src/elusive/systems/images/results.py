@@ -61,6 +61,7 @@ def tracked_of(title: str, log: ImageLog, shape: tuple[int, int], *, timed: bool
         Path(title).name or title, log.times_s.copy(), "s" if timed else "frame", measure, estimate, deviation,
         None if truth is None else truth[:, 0], shape,
         _table(log, shape, measure, timed=timed, truth=truth) + _noise(log),
+        others=() if truth is None else list(np.moveaxis(truth[:, 1:], 1, 0)),
         tracks=_paths(log, frames) if several else None,
     )  # fmt: skip
 
