@@ -345,3 +345,21 @@ def test_a_state_is_stepped_once_and_a_copy_of_it_again():
         model.step(state, state.time_s + 1, frames[2], RNG)
     np.testing.assert_array_equal(state.score, score)
     np.testing.assert_array_equal(model.step(kept, kept.time_s + 1, frames[1], RNG).score, one.score)
+
+
+def test_at_uneven_times_a_trajectory_goes_on_for_as_long_as_it_took() -> None:
+    times, velocity = [2.0, 2.5, 5.5, 6.0, 12.25], (1.5, -0.5)
+    model = RecurrentFilter(smoothing=0.5, max_velocity=2.0, velocity_step=0.5, precision="double")
+    frames = []
+    for time_s in times:
+        frame = np.zeros((30, 40))
+        x, y = (round(v * (time_s - times[0])) for v in velocity)
+        frame[(20 + y) % 30, (5 + x) % 40] = 1.0
+        frames.append(frame)
+    *_, state = run(model, frames, RNG, times)
+    assert state.time_s == times[-1]
+    np.testing.assert_allclose(state.mean, [(5 + x) % 40, velocity[0], (20 + y) % 30, velocity[1]])
+    # all five frames lie on one trajectory: the sum of what is left of each
+    assert state.score.max() * state.deviation == pytest.approx(sum(0.5 * 0.5**k for k in range(5)))
+    with pytest.raises(DataError, match="sort the measurements by time"):
+        model.step(state, times[0], frames[0], RNG)
