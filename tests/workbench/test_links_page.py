@@ -79,6 +79,7 @@ def picture(page: Any, name: str, frame: int | None = None) -> None:
             slider = page.locator(".drawing:not(.ew-live) input[type=range]").first
             slider.evaluate("(one, at) => { one.value = at; one.dispatchEvent(new Event('input')); }", frame)
         page.mouse.move(2, 2)
+        page.add_style_tag(content=".drawing .controls { position: static !important }")  # a page is shown whole
         page.wait_for_timeout(400)
         page.screenshot(path=Path(os.environ["WORKBENCH_PICTURES"]) / f"workbench-{name}.png", full_page=True)
 
