@@ -158,7 +158,7 @@ def made(name, motion, sensor, **changes):
     if name == "kalman":
         return KalmanFilter(motion=motion, **shared)
     if name == "interacting":
-        return InteractingFilter(motions=(motion, motion), loss="squares", **shared, **changes)
+        return InteractingFilter(motions=(motion,) * 3, loss="squares", **shared, **changes)
     if name == "lag":
         # several measurements: what leaves the window is linearised once and for all
         changes = {"lag_s": 12.0, **changes}

@@ -70,9 +70,10 @@ def test_a_step_is_the_textbooks(bias):
         np.testing.assert_allclose(after.covariance[:4, :4], spread, atol=1e-2 * spread.max())
 
 
-def test_a_single_model_is_the_extended_filter():
+def test_equal_models_are_the_extended_filter():
+    """Three everywhere: the bank is compiled for a number of models."""
     _, _, sets = recorded(PROBLEMS["height"], steps=12)
-    alone = InteractingFilter(motions=(PROBLEMS["height"]["motion"],), sensor=SOLID, iterations=10).track(sets)
+    alone = InteractingFilter(motions=(PROBLEMS["height"]["motion"],) * 3, sensor=SOLID, iterations=10).track(sets)
     extended = ExtendedKalmanFilter(**PROBLEMS["height"]).track(sets)
     np.testing.assert_allclose(alone.states, extended.states, atol=1e-9)
     np.testing.assert_allclose(alone.covariances, extended.covariances, atol=1e-9)
@@ -81,7 +82,7 @@ def test_a_single_model_is_the_extended_filter():
 
 def test_live_steps_are_the_recordings():
     _, _, sets = recorded(PROBLEMS["jerk"], steps=12)
-    plane = (ConstantVelocity(q=0.5), ConstantAcceleration(q=0.05))
+    plane = (ConstantVelocity(q=0.5), ConstantAcceleration(q=0.05), ConstantVelocity(q=0.01))
     motions = tuple(WithAltitude(motion=motion, q_vertical=0.2) for motion in plane)
     filter = InteractingFilter(motions=motions, sensor=SOLID)
     assert filter.state_names == ("x", "vx", "y", "vy", "z", "vz")
