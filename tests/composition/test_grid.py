@@ -77,7 +77,7 @@ def test_sensors_offer_what_their_filters_ask():
     sensors = {name: case.build(MOTIONS["cv"].state_names) for name, case in SENSORS.items()}
     assert all(isinstance(sensor, Sensor) for sensor in sensors.values())
     linearised = {name for name, sensor in sensors.items() if isinstance(sensor, Linearisable)}
-    assert linearised == {"bearings", "arrival times", "both", "linear", "a user's own"}
+    assert linearised == {"radar", "bearings", "arrival times", "both", "linear", "a user's own"}
     assert isinstance(sensors["radar"], DetectionSensor)
     assert isinstance(linear_links(), AdditiveSensor)
 
