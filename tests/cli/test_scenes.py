@@ -43,7 +43,7 @@ def test_every_system_has_its_commands(system: str) -> None:
     ("system", "options", "targets", "axes"),
     [
         ("images", ("--more-targets", 2, "--rows", 40, "--columns", 40, "--snr-db", 12, "--frames", 24), 3, 2),
-        ("signals", ("--more-objects", 1, "--samples", 300, "--frames", 90), 2, 1),
+        ("signal", ("--more-objects", 1, "--samples", 300, "--frames", 90), 2, 1),
     ],
 )
 def test_what_is_simulated_is_tracked_with_its_truth(

@@ -1,4 +1,4 @@
-"""`elusive track signals` as a new user meets it: in an empty folder, with files of every kind and every mistake."""
+"""`elusive track signal` as a new user meets it: in an empty folder, with files of every kind and every mistake."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def save(folder: Path, form: str) -> list[object]:
 def test_every_form_of_a_signal_gives_the_same_tracks(elusive_in: Run, tmp_path: Path, form: str) -> None:
     timed = form in ("csv", "wav")
     code, said = elusive_in(
-        "track", "signals", *save(tmp_path, form), "--out", "out", *FAST, *([] if timed else ["--rate-hz", "10"])
+        "track", "signal", *save(tmp_path, form), "--out", "out", *FAST, *([] if timed else ["--rate-hz", "10"])
     )
     assert code == 0, said
     assert "One object was found" in said
@@ -94,7 +94,7 @@ def test_every_form_of_a_signal_gives_the_same_tracks(elusive_in: Run, tmp_path:
 def test_options_go_before_the_configuration_and_that_before_the_defaults(elusive_in: Run, tmp_path: Path) -> None:
     (tmp_path / "c.yaml").write_text("object_size: 7\nfilter: {smoothing: 0.8, max_velocity: 2}\nseed: 4\n")
     code, said = elusive_in(
-        "track", "signals", *save(tmp_path, "npy"), "--out", "out", "--config", "c.yaml", "--smoothing", "0.9",
+        "track", "signal", *save(tmp_path, "npy"), "--out", "out", "--config", "c.yaml", "--smoothing", "0.9",
         "--statistic", "std", "--border", "bounded", "--probability", "0.01",
     )  # fmt: skip
     assert code == 0, said
@@ -194,7 +194,7 @@ def test_bad_input_is_one_sentence_and_leaves_nothing(
     monkeypatch.setattr(psutil, "virtual_memory", lambda: type("Memory", (), {"total": 10**9}))
     arguments = make(tmp_path)
     before = sorted(tmp_path.rglob("*"))
-    code, said = elusive_in("track", "signals", *arguments, "--out", "deep/out")
+    code, said = elusive_in("track", "signal", *arguments, "--out", "deep/out")
     assert code == 2
     assert sentence in said
     assert "Traceback" not in said
@@ -204,7 +204,7 @@ def test_bad_input_is_one_sentence_and_leaves_nothing(
 
 def test_out_that_is_a_file_is_left_alone(elusive_in: Run, tmp_path: Path) -> None:
     (tmp_path / "out").write_text("precious")
-    code, said = elusive_in("track", "signals", *save(tmp_path, "npy"), "--out", "out")
+    code, said = elusive_in("track", "signal", *save(tmp_path, "npy"), "--out", "out")
     assert code == 2
     assert "out: is a file" in said
     assert (tmp_path / "out").read_text() == "precious"
@@ -213,7 +213,7 @@ def test_out_that_is_a_file_is_left_alone(elusive_in: Run, tmp_path: Path) -> No
 def test_ctrl_c_leaves_nothing(elusive_in: Run, ctrl_c: Callable[[int], list[int]], tmp_path: Path) -> None:
     np.save(tmp_path / "signal.npy", np.random.default_rng(4).standard_normal((60, 300)))
     frames = ctrl_c(20)
-    code, said = elusive_in("track", "signals", "signal.npy", "--out", "deep/out")
+    code, said = elusive_in("track", "signal", "signal.npy", "--out", "deep/out")
     assert code == 130
     assert len(frames) == 20  # in the middle of it
     assert "Traceback" not in said
@@ -222,7 +222,7 @@ def test_ctrl_c_leaves_nothing(elusive_in: Run, ctrl_c: Callable[[int], list[int
 
 
 def test_help_names_what_the_documentation_names(elusive_in: Run) -> None:
-    code, said = elusive_in("track", "signals", "--help")
+    code, said = elusive_in("track", "signal", "--help")
     assert code == 0
     page = (Path(__file__).parents[2] / "docs" / "signals.md").read_text(encoding="utf-8")
     for flag in {*re.findall(r"--[a-z][a-z-]+", page)} - {"--out"}:

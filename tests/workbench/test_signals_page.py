@@ -109,11 +109,11 @@ def test_a_signal_of_ones_own_from_the_folder(
     field(page, "filter.max_velocity").fill("3")
     button(page, "Run").click()
     page.locator("[data-score='This run']").wait_for()
-    told(page, "elusive track signals long.npy --frame-samples 300 --config tracking.yaml --out results")
+    told(page, "elusive track signal long.npy --frame-samples 300 --config tracking.yaml --out results")
     shown = score(page, "This run")
     config = download(page, "Run as YAML", tmp_path)
     given = ["--frame-samples", 300, "--config", config, "--truth", served.folder / "places.txt"]
-    main_quietly("track", "signals", served.folder / "long.npy", *given, "--out", tmp_path / "out")
+    main_quietly("track", "signal", served.folder / "long.npy", *given, "--out", tmp_path / "out")
     assert re.search(rf"│\s+{re.escape(shown)} ", capsys.readouterr().out)
     assert download(page, "Tracks as CSV", tmp_path).read_bytes() == (tmp_path / "out" / "tracks.csv").read_bytes()
 

@@ -1,4 +1,4 @@
-"""`elusive track signals`: objects that differ from a signal's noise only in their statistics."""
+"""`elusive track signal`: objects that differ from a signal's noise only in their statistics."""
 
 from __future__ import annotations
 

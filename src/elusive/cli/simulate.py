@@ -8,7 +8,7 @@ from elusive.cli.lazy import lazy
 from elusive.systems.registry import SYSTEMS
 
 app = typer.Typer(
-    cls=lazy({system.name: f"elusive.cli.scenes.{system.name}:simulate_command" for system in SYSTEMS}),
+    cls=lazy({system.noun: f"elusive.cli.scenes.{system.name}:simulate_command" for system in SYSTEMS}),
     no_args_is_help=True,
 )
 

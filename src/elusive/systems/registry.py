@@ -12,7 +12,8 @@ class System(NamedTuple):
     ``run_scene`` in ``elusive.cli.scenes.<name>``.
     """
 
-    name: str  # of its folder, of its commands ``elusive track <name>`` and of a scene's key ``system``
+    name: str  # of its folder and of a scene's key ``system``
+    noun: str  # of its commands: ``elusive track <noun>``
     recording: str  # what its users have
     targets: str  # what is found in that
     command: str  # the shortest that does it
@@ -22,12 +23,14 @@ class System(NamedTuple):
 SYSTEMS = (
     System(
         "links",
+        "links",
         "levels of a radio network",
         "people without devices",
         "elusive track links log.csv --nodes nodes.csv --out result",
         "elusive.systems.links.page",
     ),
     System(
+        "images",
         "images",
         "a sequence of frames",
         "targets below the noise",
@@ -36,12 +39,14 @@ SYSTEMS = (
     ),
     System(
         "signals",
+        "signal",
         "a signal over time",
         "objects that differ only in their noise",
-        "elusive track signals signal.npy --out result",
+        "elusive track signal signal.npy --out result",
         "elusive.systems.signals.page",
     ),
     System(
+        "radar",
         "radar",
         "a radar's plots, and charts",
         "ships near the coast",
@@ -49,6 +54,7 @@ SYSTEMS = (
         "elusive.systems.radar.page",
     ),
     System(
+        "bearings",
         "bearings",
         "bearings from a few places",
         "emitters",

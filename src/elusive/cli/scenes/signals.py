@@ -1,4 +1,4 @@
-"""`elusive simulate signals`, and a scene of a signal."""
+"""`elusive simulate signal`, and a scene of a signal."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def simulate_command(out: Out, given: dict[str, Any], config: Config = None) -> 
     console.print(f"Written to {out}: signal.npy{truth}, simulation.yaml")
     scored = f"--truth {shlex.quote(str(out / 'truth.txt'))} " if objects else ""
     sensor = parameters.sensor
-    command = f"elusive track signals {shlex.quote(str(out / 'signal.npy'))} {scored}--border {sensor.border}"
+    command = f"elusive track signal {shlex.quote(str(out / 'signal.npy'))} {scored}--border {sensor.border}"
     console.print(
         f"To track: {escape(command)} --object-size {sensor.object_size} --smoothing 0.9 --out tracks", highlight=False,
         soft_wrap=True,

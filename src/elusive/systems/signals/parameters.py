@@ -21,7 +21,7 @@ LEAST_WINDOW = {"std": 3}  # samples; a deviation needs some
 
 
 class SignalTracking(Model):
-    """Everything `elusive track signals` can be told.
+    """Everything `elusive track signal` can be told.
 
     Where no window is given it is as long as the object, made odd; where no border of the window is given it follows
     the filter's: ``circular``, or, of a bounded signal, fewer samples (``cut``). Where no step between velocities is

@@ -41,7 +41,7 @@ def read_recorded(path: Path, frame_samples: int | None, channel: int | None, ra
         if len(frames) == most:
             raise DataError(
                 f"{path}: has more than {most} frames of {source.samples} samples, too many for a page; cut it, or "
-                "track it with elusive track signals."
+                "track it with elusive track signal."
             )
         frames.append(samples)
         times.append(time_s)

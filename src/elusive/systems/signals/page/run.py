@@ -35,7 +35,7 @@ def work_of(state: SignalsState) -> Callable[[LiveJob], Run]:
     recorded, tracking, name, truth = state.recorded, state.tracking, state.name, state.truth
     if recorded is None:
         raise DataError("signal: none is opened; open one, or make a scene.")
-    words = ["elusive", "track", "signals", name, *state.recorded_by, "--config", "tracking.yaml", "--out", "results"]
+    words = ["elusive", "track", "signal", name, *state.recorded_by, "--config", "tracking.yaml", "--out", "results"]
     words += ["--truth", state.truth_name] if truth is not None else []
     times = recorded.times if recorded.timed and recorded.rate_hz is None else None
     source = held_signal(name, recorded.frames, recorded.rate_hz, times)

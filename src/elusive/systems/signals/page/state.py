@@ -15,7 +15,7 @@ from elusive.workbench.runs import BenchState
 
 
 class Cutting(Model):
-    """How a recording is read; the options of `elusive track signals` of the same names."""
+    """How a recording is read; the options of `elusive track signal` of the same names."""
 
     frame_samples: int | None = Field(None, ge=2, description="Samples of a frame, of a long recording; else 1200")
     channel: int | None = Field(None, ge=0, description="Channel of a .wav file of several, from 0")
