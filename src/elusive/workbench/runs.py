@@ -50,7 +50,6 @@ class BenchState(Generic[Scene]):
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
-        self.opened: Any = None  # a recording, instead of the scene
         self.run: Run | None = None
         self.kept: Run | None = None
         self.job: LiveJob | None = None

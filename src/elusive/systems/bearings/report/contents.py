@@ -65,12 +65,3 @@ class BearingsTracked(NamedTuple):
         (west, south), (east, north) = points.min(axis=0), points.max(axis=0)
         margin = MARGIN * max(east - west, north - south, 1e-3)
         return float(west - margin), float(east + margin), float(south - margin), float(north + margin)
-
-
-def half_axes(covariances: Array) -> Array:
-    """Half axes and direction of 95 % ellipses, ``(K, 3)``: longer and shorter [m], angle from east [rad]."""
-    known: NDArray[np.bool_] = np.asarray(np.isfinite(covariances).all(axis=(1, 2)), np.bool_)
-    values, vectors = np.linalg.eigh(np.where(known[:, None, None], covariances, np.eye(2)))
-    half = RADIUS_95 * np.sqrt(np.maximum(values, 0.0))
-    angle = np.arctan2(vectors[:, 1, 1], vectors[:, 0, 1])
-    return np.where(known[:, None], np.column_stack([half[:, 1], half[:, 0], angle]), np.nan)

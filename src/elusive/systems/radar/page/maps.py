@@ -62,13 +62,6 @@ def chart_shapes(state: ChartsState, extent: Extent, *, land: bool = True) -> li
     return shapes
 
 
-def grades_of(state: ChartsState) -> list[str]:
-    """Return the grades of quality that the chart states."""
-    assert state.chart is not None
-    found = {GRADES.get(int(grade), "U") for chart in state.chart.charts for grade in chart.catzoc}
-    return [grade for grade in ZONES if grade in found]
-
-
 def _rings(shape: Any, window: Any, finest: float, **style: Any) -> list[draw.Layer]:
     import shapely
 
