@@ -6,13 +6,15 @@ Circular mean of N samples, of variance sigma^2 / N: Mardia and Jupp (2000), Dir
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from elusive.contracts import Array
 from elusive.errors import DataError
+
+Number = TypeVar("Number", np.float64, np.intp)
 
 
 class BearingSet(NamedTuple):
@@ -75,3 +77,10 @@ def _circular_mean(angle: Array, place: NDArray[np.intp], n: int) -> Array:
     sine = np.bincount(place[known], np.sin(angle[known]), n)
     cosine = np.bincount(place[known], np.cos(angle[known]), n)
     return np.where(np.bincount(place[known], minlength=n) > 0, np.arctan2(sine, cosine), np.nan)
+
+
+def in_turn(across: NDArray[Number], upwards: NDArray[Number], elevation: Array) -> NDArray[Number]:
+    """Rows of what is across and upwards, each sensor's next to each other; upwards only where it is measured."""
+    rows: NDArray[Number] = np.stack([across, upwards], axis=1)
+    found: NDArray[Number] = rows[np.column_stack([np.ones(len(elevation), np.bool_), np.isfinite(elevation)])]
+    return found

@@ -9,7 +9,7 @@ as upwards.
 from __future__ import annotations
 
 import math
-from typing import Literal, Self, TypeVar
+from typing import Literal, Self
 
 import numpy as np
 from numpy.random import Generator
@@ -19,10 +19,9 @@ from pydantic import Field, model_validator
 from elusive.contracts import Array, X, Y
 from elusive.errors import DataError
 from elusive.model import FROM_RECORDING, Model, NonNegative, Positive, Probability
-from elusive.sensors.bearing_sets import BearingSet, SensorSites, averaged, checked
+from elusive.sensors.bearing_sets import BearingSet, SensorSites, averaged, checked, in_turn
 
 Z = 4  # column of the height in a state of three dimensions
-Number = TypeVar("Number", np.float64, np.intp)
 LEAST_RANGE_M = 1e-9  # the direction to a sensor's own place is undefined
 
 
@@ -191,24 +190,24 @@ class BearingSensors(Model):
         east, north, up = (part[0, sensor] for part in self._offsets(state[None]))
         slant = np.where(np.isfinite(elevation), np.cos(elevation), 1.0)
         across = wrapped(azimuth - np.arctan2(east, north)) * slant
-        return _in_turn(across, elevation - np.arctan2(up, np.hypot(east, north)), elevation)
+        return in_turn(across, elevation - np.arctan2(up, np.hypot(east, north)), elevation)
 
     def jacobian(self, state: Array, measurement: BearingSet) -> Array:
         """Return the derivative of the expected angles, ``(m, d)``."""
         sensor, _, elevation, _ = self.averaged(measurement)
         across, upwards = (slope[0, sensor] for slope in self._slopes(state[None]))
         slant = np.where(np.isfinite(elevation), np.cos(elevation), 1.0)
-        return _in_turn(across * slant[:, None], upwards, elevation)
+        return in_turn(across * slant[:, None], upwards, elevation)
 
     def noise(self, measurement: BearingSet) -> Array:
         """Covariance of the angles, ``(m, m)`` [rad^2]."""
         _, _, elevation, variance = self.averaged(measurement)
-        return np.diag(_in_turn(variance, variance, elevation))
+        return np.diag(in_turn(variance, variance, elevation))
 
     def parts(self, measurement: BearingSet) -> NDArray[np.intp]:
         """Sensor of each angle: an azimuth and an elevation stray together."""
         sensor, _, elevation, _ = self.averaged(measurement)
-        return _in_turn(sensor, sensor, elevation)
+        return in_turn(sensor, sensor, elevation)
 
     def bend(self, state: Array, covariance: Array, measurement: BearingSet) -> Array:
         """How far each angle bends within a belief, half the variance of the place over the range squared, ``(m,)``."""
@@ -216,7 +215,7 @@ class BearingSensors(Model):
         places = [X, Y, Z][: self.dimensions]
         squared = sum(offset[0, sensor] ** 2 for offset in self._offsets(state[None])) + LEAST_RANGE_M**2
         bend = np.asarray(0.5 * np.trace(covariance[np.ix_(places, places)]) / squared)
-        return _in_turn(bend, bend, elevation)
+        return in_turn(bend, bend, elevation)
 
     def information(self, states: Array) -> Array:
         """Fisher information of one time's bearings, all sensors reporting ``samples`` each: ``(N, d, d)``.
@@ -252,10 +251,3 @@ class BearingSensors(Model):
 def wrapped(angle_rad: Array) -> Array:
     """Angles from -pi to below pi."""
     return np.asarray((angle_rad + np.pi) % (2 * np.pi) - np.pi)
-
-
-def _in_turn(across: NDArray[Number], upwards: NDArray[Number], elevation: Array) -> NDArray[Number]:
-    """Rows of what is across and upwards, each sensor's next to each other; upwards only where it is measured."""
-    rows: NDArray[Number] = np.stack([across, upwards], axis=1)
-    found: NDArray[Number] = rows[np.column_stack([np.ones(len(elevation), np.bool_), np.isfinite(elevation)])]
-    return found

@@ -99,9 +99,9 @@ def _exchange(azimuth: Array, spread: Array, places: Array, graph: FactorGraphFi
         x, of_x = _others(*from_x, there)
         y, of_y = _others(*from_y, there)
     found = [_product(mean, np.where(there, 1.0 / each, 0.0)) for mean, each in (from_x, from_y)]
-    told = (there.sum(axis=-1) >= 2)[..., None]
-    mean = np.where(told, np.stack([each[0] for each in found], axis=-1), np.nan)
-    return Fixes(mean, np.where(told, np.stack([each[1] for each in found], axis=-1), np.inf))
+    known = (there.sum(axis=-1) >= 2)[..., None]
+    mean = np.where(known, np.stack([each[0] for each in found], axis=-1), np.nan)
+    return Fixes(mean, np.where(known, np.stack([each[1] for each in found], axis=-1), np.inf))
 
 
 def _others(mean: Array, variance: Array, there: Array) -> tuple[Array, Array]:

@@ -109,10 +109,10 @@ class Geolocation(Model):
         else:
             information = _lenth_information(gradient, residual, weights)
         covariance = np.asarray(inverse_kappa * np.linalg.inv(information))
-        told = bool(self.sigma_deg is not None or np.count_nonzero(weights > UNUSED) > 2)
-        if not told:
+        known = bool(self.sigma_deg is not None or np.count_nonzero(weights > UNUSED) > 2)
+        if not known:
             covariance, inverse_kappa = np.full((2, 2), np.nan), math.nan
-        remarks = _remarks(position, covariance, residual, weights, places, told=told)
+        remarks = _remarks(position, covariance, residual, weights, places, known=known)
         return Fix(position, covariance, math.sqrt(inverse_kappa), weights, residual, iterations, remarks)
 
     def _descend(self, azimuth: Array, places: Array, start: Array) -> tuple[Array, Array, int]:
@@ -223,10 +223,10 @@ def _refuse_behind(residual: Array, weights: Array) -> None:
 
 
 def _remarks(
-    position: Array, covariance: Array, residual: Array, weights: Array, places: Array, *, told: bool
+    position: Array, covariance: Array, residual: Array, weights: Array, places: Array, *, known: bool
 ) -> tuple[str, ...]:
     remarks = []
-    if not told:
+    if not known:
         remarks.append("Two bearings always cross, so their noise is not told; give it for an ellipse.")
     elif (
         math.sqrt(max(np.linalg.eigvalsh(covariance)[1], 0.0)) > VAGUE * np.linalg.norm(position - places, axis=1).max()
