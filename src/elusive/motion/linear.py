@@ -11,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.random import Generator
 from pydantic import Field
-from scipy.linalg import block_diag, cholesky
+from scipy.linalg import cholesky
 
 from elusive.contracts import Array
 from elusive.model import Model, NonNegative
@@ -71,14 +71,14 @@ class ConstantVelocity(LinearMotion):
 
     def F(self, interval_s: float) -> Array:
         """Transition matrix, ``(4, 4)``."""
-        axis = np.array([[1.0, interval_s], [0.0, 1.0]])
-        return np.asarray(block_diag(axis, axis))
+        T = interval_s
+        return np.array([[1.0, T, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, T], [0.0, 0.0, 0.0, 1.0]])
 
     def Q(self, interval_s: float) -> Array:
         """Covariance of the process noise, ``(4, 4)``."""
         T = interval_s
-        axis = self.q * np.array([[T**3 / 3, T**2 / 2], [T**2 / 2, T]])
-        return np.asarray(block_diag(axis, axis))
+        a, b = T**3 / 3, T**2 / 2
+        return self.q * np.array([[a, b, 0.0, 0.0], [b, T, 0.0, 0.0], [0.0, 0.0, a, b], [0.0, 0.0, b, T]])
 
 
 class CoordinatedTurn(LinearMotion):
