@@ -40,9 +40,9 @@ HELD = Blocks()
 
 
 def told_of(drawn: Drawing) -> dict[str, Any]:
-    """Return what a page is told of a drawing: itself, or where it is to be had; its images are held in any case."""
+    """Return what a page is given of a drawing: itself, or where it is to be had; its images are held in any case."""
     words = dumps(drawn, lambda data: f"/blocks/{HELD.hold(data)}")
     if len(words) > TOLD_MOST:
         return {"url": f"/blocks/{HELD.hold(words.encode(), 'application/json')}"}
-    told: dict[str, Any] = json.loads(words)
-    return told
+    spec: dict[str, Any] = json.loads(words)
+    return spec

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from nicegui import ui
 
 from elusive.workbench.jobs import away
-from elusive.workbench.parts import told
+from elusive.workbench.parts import errors_shown
 
 
 class Export(NamedTuple):
@@ -24,7 +24,7 @@ def export_buttons(archive_name: str, archive: Callable[[], bytes], each: Sequen
     """Build the buttons that download the runs, and say which command repeats the first of them."""
 
     async def give_archive() -> None:
-        with told():
+        with errors_shown():
             ui.download.content(await away(archive), archive_name)
 
     with ui.element("div").classes("ew-row"):

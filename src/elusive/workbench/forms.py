@@ -145,9 +145,9 @@ def _control(model: BaseModel, path: FieldPath, field: FieldInfo, group: str) ->
         for rule in field.metadata
         if (limit := getattr(rule, name, None)) is not None and isinstance(limit, int | float)
     ]
-    told = f"{words}. {' '.join(limits).capitalize()}." if limits else f"{words}."
+    help_text = f"{words}. {' '.join(limits).capitalize()}." if limits else f"{words}."
     return Control(
-        path, type(model).__name__, _label(path[-1], unit), unit, told, choices, plain is bool, optional, group
+        path, type(model).__name__, _label(path[-1], unit), unit, help_text, choices, plain is bool, optional, group
     )
 
 

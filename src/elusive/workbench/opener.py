@@ -11,7 +11,7 @@ from nicegui import ui
 from elusive.errors import DataError, ElusiveError
 from elusive.workbench.files import UPLOAD_MOST_BYTES, inside, read_upload
 from elusive.workbench.jobs import away
-from elusive.workbench.parts import refuse, told
+from elusive.workbench.parts import errors_shown, refuse
 from elusive.workbench.settings import SETTINGS
 
 Read = TypeVar("Read")
@@ -38,14 +38,14 @@ def opener(
     """
 
     async def named() -> None:
-        with told():
+        with errors_shown():
             found = name.value or ""
             take(found, await away(lambda: read_named(SETTINGS.folder, found, kinds, read, folders)))
 
     async def sent(event: Any) -> None:
         event.sender.reset()
         data = await event.file.read()
-        with told():
+        with errors_shown():
             take(event.file.name, await away(lambda: read_upload(event.file.name, data, kinds, read)))
 
     words = ", ".join(kinds)

@@ -162,7 +162,7 @@ def are_right(forms: Sequence[Form]) -> bool:
 
 
 @contextmanager
-def told() -> Iterator[None]:
+def errors_shown() -> Iterator[None]:
     """Show a refusal as the library's own sentence."""
     try:
         yield

@@ -8,7 +8,7 @@ from typing import Any, Protocol, TypeVar
 from nicegui import ui
 
 from elusive.workbench.jobs import CancelledError, Job, away
-from elusive.workbench.parts import told
+from elusive.workbench.parts import errors_shown
 
 Done = TypeVar("Done")
 
@@ -47,7 +47,7 @@ class RunBar:
         self._state.job = job
         self.show()
         try:
-            with told():
+            with errors_shown():
                 work = prepare()
                 found = await away(lambda: work(job))
         except CancelledError:

@@ -1,4 +1,4 @@
-"""What the server was told when it started."""
+"""Settings of the server, made when it starts."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from elusive.model import Model
 from elusive.report.drawing import Drawing as Drawn
 from elusive.workbench.forms import FieldPath
 from elusive.workbench.jobs import Job, away
-from elusive.workbench.parts import Drawing, Form, are_right, told
+from elusive.workbench.parts import Drawing, Form, are_right, errors_shown
 from elusive.workbench.run_bar import RunBar
 from elusive.workbench.shell import window
 
@@ -79,7 +79,7 @@ async def run(state: TrackedState[Any, Any], ways: Ways, bar: RunBar | None = No
         return all_of_it
 
     if bar is None:
-        with told():
+        with errors_shown():
             work = prepare()
             done = await away(lambda: work(Job()))
     else:

@@ -14,20 +14,20 @@ from tests.browsing import data_in, is_drawn, layers, names, numbers, stands_alo
 SENSORS = np.array([[0.0, 0.0], [70.0, 12.0], [500.0, 900.0]])
 
 
-def tracked(times: int = 30, *, truth: bool = True, solid: bool = False, begun: int = 3) -> BearingsTracked:
+def tracked(times: int = 30, *, truth: bool = True, solid: bool = False, started: int = 3) -> BearingsTracked:
     rng = np.random.default_rng(3)
     k = np.arange(times)
     places = np.column_stack([10 + k, 40 + 5 * np.sin(k / 5)])
     true = np.column_stack([places, np.full(times, 4.0)])
     found = places + rng.normal(size=places.shape)
-    found[: min(begun, 1)] = np.nan
+    found[: min(started, 1)] = np.nan
     covariances = np.broadcast_to([[4.0, 1.0], [1.0, 1.0]], (times, 2, 2)).copy()
     sensor = np.tile([0, 1], times)
     azimuth = np.arctan2(*(np.repeat(places, 2, axis=0) - SENSORS[sensor]).T)
     return BearingsTracked(
         "A <b>& title</b> </script>", "A track & more.", ["mast </script>", "roof", "silent"], SENSORS, 0.5 * k,
         found, covariances,
-        np.column_stack([4 + 0.1 * k, np.full(times, 0.5)]) if solid else None, begun,
+        np.column_stack([4 + 0.1 * k, np.full(times, 0.5)]) if solid else None, started,
         2 * np.arange(times + 1), sensor, azimuth, rng.normal(size=2 * times), true if truth else None,
         [("Estimator", "map")],
     )  # fmt: skip
@@ -36,8 +36,8 @@ def tracked(times: int = 30, *, truth: bool = True, solid: bool = False, begun: 
 CASES = [(30, True, False, 3), (30, False, True, 0), (1, False, False, 0), (2, True, False, 2), (9000, True, True, 5)]
 
 
-def made(times: int, truth: bool, solid: bool, begun: int) -> BearingsTracked:
-    return tracked(times, truth=truth, solid=solid, begun=begun)
+def made(times: int, truth: bool, solid: bool, started: int) -> BearingsTracked:
+    return tracked(times, truth=truth, solid=solid, started=started)
 
 
 def test_errors_and_deviations() -> None:
@@ -45,7 +45,7 @@ def test_errors_and_deviations() -> None:
     assert one.error is not None
     np.testing.assert_allclose(one.error[5], np.hypot(*(one.places[5] - one.truth[5, :2])))
     np.testing.assert_allclose(one.deviation, np.sqrt(5.0))
-    assert one.told.tolist() == [False] * 3 + [True] * 27
+    assert one.known.tolist() == [False] * 3 + [True] * 27
 
 
 def test_a_sensor_that_never_reports_does_not_widen_the_ground() -> None:
@@ -91,20 +91,20 @@ def test_a_long_recording_is_thinned_for_the_page(tmp_path: Path) -> None:
     assert len(numbers(layers(data, name="truth")[0]["x"])) == len(data["times"])
 
 
-@pytest.mark.parametrize(("times", "truth", "solid", "begun"), CASES)
+@pytest.mark.parametrize(("times", "truth", "solid", "started"), CASES)
 def test_the_figure_is_drawn_and_the_same_each_time(
-    tmp_path: Path, times: int, truth: bool, solid: bool, begun: int
+    tmp_path: Path, times: int, truth: bool, solid: bool, started: int
 ) -> None:
     first, again = tmp_path / "first.png", tmp_path / "again.png"
-    write_bearings_png(first, made(times, truth, solid, begun))
-    write_bearings_png(again, made(times, truth, solid, begun))
+    write_bearings_png(first, made(times, truth, solid, started))
+    write_bearings_png(again, made(times, truth, solid, started))
     assert first.read_bytes() == again.read_bytes()
     assert first.stat().st_size > 10_000
 
 
-@pytest.mark.parametrize(("times", "truth", "solid", "begun"), CASES)
-def test_the_page_shows_what_there_is(tmp_path: Path, times: int, truth: bool, solid: bool, begun: int) -> None:
-    data = data_in(written(tmp_path, made(times, truth, solid, begun)))
+@pytest.mark.parametrize(("times", "truth", "solid", "started"), CASES)
+def test_the_page_shows_what_there_is(tmp_path: Path, times: int, truth: bool, solid: bool, started: int) -> None:
+    data = data_in(written(tmp_path, made(times, truth, solid, started)))
     assert ("truth" in names(data)) == ("distance to the truth" in names(data)) == truth
     assert titles(data)[1:3] == ["How far off" if truth else "How sure", "What did the bearings leave"]
     assert ("How high" in titles(data)) == solid
@@ -112,4 +112,4 @@ def test_the_page_shows_what_there_is(tmp_path: Path, times: int, truth: bool, s
 
 @pytest.mark.parametrize(("times", "solid", "width"), [(30, True, 1280), (1, False, 800)])
 def test_a_browser_draws_it_without_complaint(tmp_path: Path, times: int, solid: bool, width: int) -> None:
-    is_drawn(written(tmp_path, tracked(times, solid=solid, begun=0)), width)
+    is_drawn(written(tmp_path, tracked(times, solid=solid, started=0)), width)

@@ -95,7 +95,7 @@ def write_outcome(folder: Path, outcome: BearingOutcome, config: str) -> None:
 
 
 def _verdict(tracked: BearingsTracked, *, alone: bool) -> str:
-    known = tracked.told
+    known = tracked.known
     if not known.any():
         return "The bearings give no place."
     first, last = tracked.times_s[known][[0, -1]]
@@ -130,8 +130,8 @@ def _table(tracked: BearingsTracked, parameters: BearingTracking, steps: Sequenc
         rows.append(
             ("Residuals", f"{np.sqrt(np.mean(residual**2)):.3g} degrees RMS, {np.median(np.abs(residual)):.3g} median")
         )
-    if tracked.begun:
-        rows.append(("A place is known", f"from {tracked.times_s[min(tracked.begun, len(steps) - 1)]:g} s on"))
+    if tracked.started:
+        rows.append(("A place is known", f"from {tracked.times_s[min(tracked.started, len(steps) - 1)]:g} s on"))
     log_evidence = sum(step.state.log_evidence for step in steps)
     if math.isfinite(log_evidence):
         rows.append(("Log evidence", f"{log_evidence:.2f}, to compare settings by"))
@@ -143,7 +143,7 @@ def _scores(tracked: BearingsTracked, means: Array, spread: Array, sensors: Arra
     assert tracked.truth is not None
     d = 3 if tracked.heights is not None and bool(np.isfinite(tracked.truth[:, 2]).any()) else 2
     off = means[:, :d] - tracked.truth[:, :d]
-    scored = tracked.told & np.isfinite(off).all(axis=1)
+    scored = tracked.known & np.isfinite(off).all(axis=1)
     if not scored.any():
         return [("Scores", "none: the truth has no time of the track")]
     nees = squared_deviations(off[scored], spread[scored][:, :d, :d])
@@ -166,7 +166,7 @@ def nees(tracked: BearingsTracked) -> Array:
     squared = np.full(len(tracked.times_s), math.nan)
     if tracked.truth is not None:
         off = tracked.places - tracked.truth[:, :2]
-        known = tracked.told & np.isfinite(off).all(axis=1)
+        known = tracked.known & np.isfinite(off).all(axis=1)
         squared[known] = squared_deviations(off[known], tracked.covariances[known])
     return squared
 

@@ -93,7 +93,7 @@ class Estimated(NamedTuple):
         """Root mean square error over the ground where a place is known [m]; NaN if it was refused."""
         if self.outcome is None or self.outcome.tracked.error is None:
             return float("nan")
-        return _rms(self.outcome.tracked.error[self.outcome.tracked.told])
+        return _rms(self.outcome.tracked.error[self.outcome.tracked.known])
 
 
 class Bounds(NamedTuple):

@@ -57,7 +57,7 @@ def _charts(flown: Flown) -> None:
     for number, (name, outcome) in enumerate(flown.shown):
         colour = SERIES[number % len(SERIES)]
         assert outcome.tracked.error is not None
-        error = np.where(outcome.tracked.told, outcome.tracked.error, math.nan)
+        error = np.where(outcome.tracked.known, outcome.tracked.error, math.nan)
         errors.append(draw.line(times, error, colour, 4, name=name))
         squares.append(draw.line(times, nees(outcome.tracked), colour, 4, name=name))
     known = np.array([value for layer in errors for value in layer["y"] if value is not None] or [1.0])

@@ -77,6 +77,8 @@ def _near(flown: Flown, extent: draw.Extent) -> float:
     usual = [10.0]
     for _, outcome in flown.shown:
         tracked = outcome.tracked
-        if tracked.told.any() and tracked.error is not None:
-            usual.append(float(np.median(tracked.error[tracked.told]) + 6 * np.median(tracked.deviation[tracked.told])))
+        if tracked.known.any() and tracked.error is not None:
+            usual.append(
+                float(np.median(tracked.error[tracked.known]) + 6 * np.median(tracked.deviation[tracked.known]))
+            )
     return max(1.5, (extent[1] - extent[0]) / (2 * float(np.median(usual))))

@@ -12,7 +12,7 @@ from elusive.systems.bearings.page.panels import scene_floor
 from elusive.systems.bearings.page.state import BearingsState
 from elusive.systems.bearings.scene import BearingScene
 from elusive.systems.bearings.simulate import length_m
-from elusive.workbench.parts import Drawing, Form, told
+from elusive.workbench.parts import Drawing, Form, errors_shown
 from elusive.workbench.shell import window
 
 MODES = {"node": "Place sensors", "path": "Draw the path", "view": "Look"}
@@ -75,16 +75,16 @@ class PlaceWindow:
     def _add(self) -> None:
         if self._one.is_right:
             one = self._one.model
-            with told():
+            with errors_shown():
                 self._sites(with_place(self._state.scene.simulation.sites, one.x_m, one.y_m, one.name))
 
     def _placed(self, event: Any) -> None:
-        with told():
+        with errors_shown():
             self._sites(with_place(self._state.scene.simulation.sites, event.args["x"], event.args["y"]))
 
     def _moved(self, event: Any) -> None:
         at = {"x_m": event.args["x"], "y_m": event.args["y"]}
-        with told():
+        with errors_shown():
             sites = self._state.scene.simulation.sites
             self._sites(tuple(one.replace(**at) if one.name == event.args["name"] else one for one in sites))
 
@@ -99,7 +99,7 @@ class PlaceWindow:
         self._sites(tuple(one for one in self._state.scene.simulation.sites if one.name not in self._state.selected))
 
     def _drawn(self, event: Any) -> None:
-        with told():
+        with errors_shown():
             points = np.array(event.args["points"], np.float64).reshape(-1, 2)
             corners = np.concatenate([along_path(points, CORNER_M), points[-1:]])
             self._change(ways_m=(tuple(map(tuple, np.round(corners, 3).tolist())),))

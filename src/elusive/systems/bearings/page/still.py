@@ -16,7 +16,7 @@ from elusive.systems.bearings.results import squared_deviations
 from elusive.systems.bearings.scene import BearingScene, locate_still
 from elusive.workbench.exports import table_html
 from elusive.workbench.jobs import away
-from elusive.workbench.parts import Drawing, Form, are_right, told
+from elusive.workbench.parts import Drawing, Form, are_right, errors_shown
 from elusive.workbench.shell import window
 
 COMMAND = "elusive locate bearings.csv --sensors sensors.csv --config config.yaml --out results"
@@ -70,7 +70,7 @@ class StillWindow:
             return
         self._button.disable()
         try:
-            with told():
+            with errors_shown():
                 found = await away(lambda: locate_still(scene))
                 if state.scene == scene:
                     state.found = found
@@ -79,7 +79,7 @@ class StillWindow:
         self._show()
 
     def _pack(self) -> None:
-        with told():
+        with errors_shown():
             ui.download.content(archive(self._state.scene, still=True), "emitter.zip")
 
     def _show(self) -> None:

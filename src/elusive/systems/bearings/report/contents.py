@@ -27,7 +27,7 @@ class BearingsTracked(NamedTuple):
     places: Array  # (K, 2) [m]; NaN before there is one
     covariances: Array  # (K, 2, 2) [m^2]
     heights: Array | None  # (K, 2) height and its deviation [m]; None in two dimensions
-    begun: int  # row from which on a place is told
+    started: int  # row from which on a place is known
     first: NDArray[np.intp]  # (K + 1,) bearings of time k are rows first[k] to first[k + 1]
     sensor: NDArray[np.intp]  # (M,)
     azimuth_rad: Array  # (M,) clockwise from north
@@ -46,17 +46,17 @@ class BearingsTracked(NamedTuple):
         return np.asarray(np.sqrt(np.trace(self.covariances, axis1=1, axis2=2)))
 
     @property
-    def told(self) -> NDArray[np.bool_]:
-        """Whether a place is told at each time, ``(K,)``."""
+    def known(self) -> NDArray[np.bool_]:
+        """Whether a place is known at each time, ``(K,)``."""
         known: NDArray[np.bool_] = np.zeros(len(self.times_s), np.bool_)
-        known[self.begun :] = np.isfinite(self.places[self.begun :, 0])
+        known[self.started :] = np.isfinite(self.places[self.started :, 0])
         return known
 
     @property
     def extent(self) -> Extent:
         """What of the ground is shown: the sensors that report, the truth and nearly all of the track."""
         shown = [self.sensors[np.unique(self.sensor)]]
-        path = self.places[self.told]
+        path = self.places[self.known]
         if len(path):
             shown.append(np.quantile(path, [STRAY, 1 - STRAY], axis=0))
         if self.truth is not None and np.isfinite(self.truth[:, 0]).any():

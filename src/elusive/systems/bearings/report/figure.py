@@ -39,7 +39,7 @@ def _draw_ground(axes: Axes, tracked: BearingsTracked) -> None:
     west, east, south, north = tracked.extent
     axes.set(title="Where?", xlabel="x, east [m]", ylabel="y, north [m]", aspect="equal")
     axes.set(xlim=(west, east), ylim=(south, north))
-    rows = np.flatnonzero(tracked.told)
+    rows = np.flatnonzero(tracked.known)
     length = 2 * math.hypot(east - west, north - south)
     for number, row in enumerate(rows[np.linspace(0, len(rows) - 1, min(RAYS, len(rows))).astype(int)]):
         for bearing in range(tracked.first[row], tracked.first[row + 1]):
@@ -54,7 +54,7 @@ def _draw_ground(axes: Axes, tracked: BearingsTracked) -> None:
         axes.annotate(tracked.names[row], tuple(tracked.sensors[row]), (6, 5), **style)
     if tracked.truth is not None:
         axes.plot(*tracked.truth[:, :2].T, color=plots.TRUTH, lw=4, alpha=0.4, label="truth", zorder=2)
-    path = np.where(tracked.told[:, None], tracked.places, np.nan)
+    path = np.where(tracked.known[:, None], tracked.places, np.nan)
     axes.plot(*path.T, color=plots.ESTIMATE, lw=1.5, label="track", zorder=5)
     for row in rows[np.linspace(0, len(rows) - 1, min(ELLIPSES, len(rows))).astype(int)]:
         plots.ellipse(axes, tracked.places[row], tracked.covariances[row], RADIUS_95, plots.ESTIMATE)
@@ -62,11 +62,11 @@ def _draw_ground(axes: Axes, tracked: BearingsTracked) -> None:
 
 
 def _draw_error(axes: Axes, tracked: BearingsTracked) -> None:
-    deviation = np.where(tracked.told, tracked.deviation, np.nan)
+    deviation = np.where(tracked.known, tracked.deviation, np.nan)
     error = tracked.error
     curves = [deviation]
     if error is not None:
-        curves.append(np.where(tracked.told, error, np.nan))
+        curves.append(np.where(tracked.known, error, np.nan))
         axes.plot(tracked.times_s, curves[1], color=plots.ESTIMATE, lw=1.2, label="distance to the truth")
     dashes: Any = "-" if error is None else (0, (4, 3))
     axes.plot(tracked.times_s, deviation, color=plots.MUTED, lw=1.2, linestyle=dashes, label="its own deviation")

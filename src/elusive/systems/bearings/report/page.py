@@ -23,7 +23,7 @@ def write_bearings_html(path: Path, tracked: BearingsTracked) -> None:
 def bearings_drawing(tracked: BearingsTracked) -> draw.Drawing:
     """Return what a report draws."""
     shown = np.arange(0, len(tracked.times_s), draw.stride_of(len(tracked.times_s), TIMES_SHOWN))
-    known = np.flatnonzero(tracked.told[shown])
+    known = np.flatnonzero(tracked.known[shown])
     # a page that opens before there is a track shows nothing: the middle of it
     start = int(known[len(known) // 2]) if len(known) else 0
     layers = [*bearing_layers(tracked, shown), track_layer(tracked, shown)]
@@ -60,7 +60,7 @@ def bearing_layers(tracked: BearingsTracked, shown: np.ndarray) -> list[draw.Lay
 
 def track_layer(tracked: BearingsTracked, shown: np.ndarray) -> draw.Layer:
     """Return the track, with its own deviations."""
-    mine = shown[tracked.told[shown]]
+    mine = shown[tracked.known[shown]]
     covariances = tracked.covariances[mine]
     values = [draw.numbers("deviation", tracked.deviation[mine], "m", 2)]
     if tracked.error is not None:
@@ -79,7 +79,7 @@ def sensor_colour(row: int) -> str:
 
 
 def _where(tracked: BearingsTracked, values: np.ndarray, shown: np.ndarray) -> np.ndarray:
-    return np.asarray(np.where(tracked.told, values, np.nan)[shown])
+    return np.asarray(np.where(tracked.known, values, np.nan)[shown])
 
 
 def _error(tracked: BearingsTracked, shown: np.ndarray) -> draw.Panel:

@@ -14,7 +14,7 @@ from elusive.systems.links.page.state import LinksState
 from elusive.systems.links.presets import first_simulation
 from elusive.systems.links.scene import run_scene
 from elusive.workbench.jobs import Job
-from elusive.workbench.parts import Drawing, told
+from elusive.workbench.parts import Drawing, errors_shown
 from elusive.workbench.session import state_of
 from elusive.workbench.shell import Page, Steps, head, main, waiting
 
@@ -40,7 +40,7 @@ async def build(example: bool) -> None:
     state = await state_of("links", LinksState)
     with main(TITLE, LEAD):
         if example and state.run is None:
-            with waiting("Drawing and tracking the first simulation ..."), told():
+            with waiting("Drawing and tracking the first simulation ..."), errors_shown():
                 await apply(state, Job())
             if state.tracking_spec is not None:
                 state.tracking_spec["autoplay"] = True

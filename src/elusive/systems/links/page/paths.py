@@ -18,7 +18,7 @@ from elusive.systems.links.page.floors import path_floor
 from elusive.systems.links.page.state import LinksState
 from elusive.systems.links.scene import LinkScene
 from elusive.workbench.jobs import away
-from elusive.workbench.parts import Drawing, Form, told
+from elusive.workbench.parts import Drawing, Form, errors_shown
 from elusive.workbench.shell import window
 
 WALKS = ("simulation", "walks")
@@ -102,7 +102,7 @@ class PathsWindow:
         return kept
 
     def _limit(self, limits: AreaLimits) -> None:
-        with told():
+        with errors_shown():
             self._state.within(limits.area())
             self._refresh()
 
@@ -114,7 +114,7 @@ class PathsWindow:
     async def _create(self) -> None:
         state = self._state
         simulation = state.simulate(paths=()).simulation
-        with told():
+        with errors_shown():
             state.truth = await away(simulation.truth)
         self._refresh()
 
@@ -133,7 +133,7 @@ class PathsWindow:
         self._show()
 
     def _drawn(self, event: Any) -> None:
-        with told():
+        with errors_shown():
             step_m = self._state.scene.simulation.walks.step_distance_m
             self._state.add_path(
                 along_path(np.array(event.args["points"], np.float64), step_m), self._start.model.start
@@ -141,7 +141,7 @@ class PathsWindow:
             self._refresh()
 
     def _outlined(self, event: Any) -> None:
-        with told():
+        with errors_shown():
             self._state.within(Area(corners_m=tuple(map(tuple, event.args["points"]))))
             self._refresh()
 

@@ -26,7 +26,7 @@ from elusive.systems.links.scene import LinkScene, SceneRun
 from elusive.workbench.exports import table_html
 from elusive.workbench.files import UPLOAD_MOST_BYTES, read_upload
 from elusive.workbench.jobs import away
-from elusive.workbench.parts import Drawing, refuse, told
+from elusive.workbench.parts import Drawing, errors_shown, refuse
 
 SCENES = (".yaml", ".yml")
 BIN_M = 0.1  # of the histograms
@@ -116,7 +116,7 @@ class PerformanceWindow:
 
     async def _sent(self, event: Any) -> None:
         data = await event.file.read()
-        with told():
+        with errors_shown():
             scene = read_upload(event.file.name, data, SCENES, _read_scene)
             self._state.take(scene)
             ui.notify("The scene is open: press Apply under Algorithm.", type="positive")

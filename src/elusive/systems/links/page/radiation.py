@@ -16,7 +16,7 @@ from elusive.systems.links.page.state import LOGS, LinksState, Recorded
 from elusive.systems.links.scene import LinkScene, radiate
 from elusive.workbench.files import UPLOAD_MOST_BYTES, read_upload
 from elusive.workbench.jobs import away
-from elusive.workbench.parts import Drawing, Form, are_right, refuse, told
+from elusive.workbench.parts import Drawing, Form, are_right, errors_shown, refuse
 from elusive.workbench.shell import window
 
 SIMULATION = ("simulation",)
@@ -67,7 +67,7 @@ class RadiationWindow:
     async def _sent_log(self, event: Any) -> None:
         log, scene = Recorded(event.file.name, await event.file.read()), self._state.scene
         event.sender.reset()
-        with told():
+        with errors_shown():
             frames = await away(lambda: log.frames(scene))
             self._record(log)
             ui.notify(f"{len(frames)} frames: press Apply under Algorithm.", type="positive")
@@ -75,7 +75,7 @@ class RadiationWindow:
     async def _sent_truth(self, event: Any) -> None:
         data = await event.file.read()
         event.sender.reset()
-        with told():
+        with errors_shown():
             truth = read_upload(event.file.name, data, LOGS, read_path_truth)
             if self._state.log is None:
                 raise DataError(f"{event.file.name}: is the truth of no log; open the log first.")
@@ -95,7 +95,7 @@ class RadiationWindow:
         self._wait.visible = True
         self._button.disable()
         try:
-            with told():
+            with errors_shown():
                 radiated = await away(lambda: radiate(scene, truth))
                 spec = await away(lambda: radiation_spec(scene, radiated))
                 if state.scene == scene:

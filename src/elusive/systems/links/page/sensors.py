@@ -20,7 +20,7 @@ from elusive.systems.links.page.state import LinksState
 from elusive.systems.links.scene import Coverage, LinkScene, coverage_of
 from elusive.workbench.files import UPLOAD_MOST_BYTES, inside, read_upload
 from elusive.workbench.jobs import away
-from elusive.workbench.parts import Drawing, Form, refuse, told
+from elusive.workbench.parts import Drawing, Form, errors_shown, refuse
 from elusive.workbench.settings import SETTINGS
 from elusive.workbench.shell import window
 
@@ -88,7 +88,7 @@ class SensorsWindow:
         ).props('accept=".csv,.txt" flat bordered').classes("w-full")  # fmt: skip
 
     async def _take(self, nodes: tuple[NamedPlace, ...]) -> None:
-        with told():
+        with errors_shown():
             self._state.simulate(network=PlacedNodes(places=nodes))
         self._state.selected &= {one.name for one in nodes}
         await self._show()
@@ -103,11 +103,11 @@ class SensorsWindow:
 
     async def _add(self) -> None:
         if self._typed.is_right:
-            with told():
+            with errors_shown():
                 await self._take(with_place(self._state.listed(), self._one.x_m, self._one.y_m, self._one.name))
 
     async def _placed(self, event: Any) -> None:
-        with told():
+        with errors_shown():
             await self._take(with_place(self._state.listed(), event.args["x"], event.args["y"]))
 
     async def _moved(self, event: Any) -> None:
@@ -134,7 +134,7 @@ class SensorsWindow:
         if not form.is_right:
             return
         network: Any = form.model
-        with told():
+        with errors_shown():
             nodes = network.bind(self._state.scene.area)
             rows = zip(nodes.names, nodes.positions_m.tolist(), strict=True)
             await self._take(tuple(NamedPlace(name=name, x_m=x, y_m=y) for name, (x, y) in rows))
@@ -148,12 +148,12 @@ class SensorsWindow:
         return self._show()
 
     async def _load(self) -> None:
-        with told():
+        with errors_shown():
             nodes = read_nodes(inside(SETTINGS.folder, self._name.value or "", TABLES))
             await self._take(tuple(_listed(nodes)))
 
     def _save(self, *, over: bool) -> None:
-        with told():
+        with errors_shown():
             path = inside(SETTINGS.folder, self._name.value or "", TABLES)
             if path.exists() and not over:
                 raise DataError(f"{path.name}: is there already; press Save to replace it, or choose another name.")
@@ -166,7 +166,7 @@ class SensorsWindow:
     async def _sent(self, event: Any) -> None:
         event.sender.reset()
         data = await event.file.read()
-        with told():
+        with errors_shown():
             await self._take(tuple(_listed(read_upload(event.file.name, data, TABLES, read_nodes))))
 
     async def _show(self) -> None:

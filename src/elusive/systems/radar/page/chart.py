@@ -16,7 +16,7 @@ from elusive.systems.radar.scene import EXAMPLE_NAME, RadarScene
 from elusive.workbench.exports import table_html
 from elusive.workbench.jobs import away
 from elusive.workbench.opener import opener
-from elusive.workbench.parts import Drawing, Form, told
+from elusive.workbench.parts import Drawing, Form, errors_shown
 from elusive.workbench.placing import placing
 from elusive.workbench.shell import window
 
@@ -53,7 +53,7 @@ class ChartWindow:
         ui.timer(0.01, self._show, once=True)
 
     async def _ready(self) -> None:
-        with told():
+        with errors_shown():
             chart = await away(example)
             self._state.open(EXAMPLE_NAME, chart, RadarScene.example())
             self._form.show(self._state.scene)

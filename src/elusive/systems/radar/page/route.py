@@ -16,7 +16,7 @@ from elusive.systems.radar.scene import RadarScene
 from elusive.systems.radar.scene_run import record
 from elusive.workbench.exports import table_html
 from elusive.workbench.jobs import away
-from elusive.workbench.parts import Drawing, Form, are_right, told
+from elusive.workbench.parts import Drawing, Form, are_right, errors_shown
 from elusive.workbench.shell import window
 
 MODES = {
@@ -88,7 +88,7 @@ class RouteWindow:
         return self._show()
 
     async def _drawn(self, event: Any) -> None:
-        with told():
+        with errors_shown():
             points = np.array(event.args["points"], np.float64).reshape(-1, 2)
             length = float(np.hypot(*np.diff(points, axis=0).T).sum())
             corners = np.concatenate([along_path(points, max(length / WAYPOINTS, 1.0)), points[-1:]])
@@ -99,7 +99,7 @@ class RouteWindow:
 
     async def _placed(self, event: Any) -> None:
         x, y = event.args["x"], event.args["y"]
-        with told():
+        with errors_shown():
             lon, lat = np.round(self._state.frame.to_lonlat([[x, y]])[0], 7).tolist()
             radar = self._state.scene.radar.replace(lon_deg=lon, lat_deg=lat)
             self._place.show(self._take(self._state.scene.replace(radar=radar)))
@@ -125,7 +125,7 @@ class RouteWindow:
         chart = state.chart.file
         self._button.disable()
         try:
-            with told():
+            with errors_shown():
                 recorded = await away(lambda: record(scene, chart))
                 if state.scene == scene:
                     state.recorded = recorded

@@ -16,7 +16,7 @@ from elusive.systems.signals.page.state import Cutting, SignalsState
 from elusive.systems.signals.parameters import SignalTracking
 from elusive.systems.signals.scene import SignalScene
 from elusive.workbench.opener import opener
-from elusive.workbench.parts import Form, told
+from elusive.workbench.parts import Form, errors_shown
 
 SENSOR = ("sensor",)
 MAIN = (
@@ -90,7 +90,7 @@ class SignalInputs:
 
     def _add(self) -> None:
         scene = self._state.scene
-        with told():
+        with errors_shown():
             path = NoiseObjectPath(start=(float(scene.samples // 2),), velocity=(-1.0,), appears=scene.frames // 8)
             self._take(scene.replace(objects=(*scene.objects, path)))
         self._build()
