@@ -22,9 +22,10 @@ def simulate_command(out: Out, given: dict[str, Any], config: Config = None) -> 
     drawn = simulate_images(parameters, out)
     console.print(f"Written to {out}: frames.npy, truth.txt ({drawn.truth.shape[1]} targets), simulation.yaml")
     frames, truth = (shlex.quote(str(out / name)) for name in ("frames.npy", "truth.txt"))
-    sensor, several = parameters.sensor, " --filter recurrent" if parameters.more_targets else ""
+    sensor, several = parameters.sensor, bool(parameters.more_targets)
+    sought = f"{'--filter recurrent --target-snr-db' if several else '--snr-db'} {parameters.snr_db:g}"
     noise = "" if sensor.noise == "gaussian" else f" --noise {sensor.noise}"
-    seen = f"--noise-sigma {sensor.noise_sigma:g} --psf-sigma {sensor.psf_sigma:g}{noise}{several}"
+    seen = f"--noise-sigma {sensor.noise_sigma:g} --psf-sigma {sensor.psf_sigma:g}{noise} {sought}"
     command = f"elusive track images {frames} --truth {truth} {seen} --out tracks"
     console.print(f"To track: {escape(command)}", highlight=False, soft_wrap=True)
 
