@@ -92,8 +92,8 @@ MOTIONS: dict[str, Any] = {
     "altitude": WithAltitude(motion=ConstantVelocity(q=0.01)),
     "anchoring": MovingOrAnchored(),
     "coast_error": WithCoastError(motion=ConstantVelocity(q=0.01)),
-    "intensity": WithIntensity(motion=ConstantVelocity(q=0.01)),
-    "intensity, ctrv": WithIntensity(motion=ConstantTurnRateVelocity()),
+    "cv with intensity": WithIntensity(motion=ConstantVelocity(q=0.01)),
+    "ctrv with intensity": WithIntensity(motion=ConstantTurnRateVelocity()),
     "walk": Walk(),
     "a user's own": OwnMotion(),
 }
