@@ -2,42 +2,46 @@
 
 from __future__ import annotations
 
+import json
 import time
 
 import numpy as np
 import pytest
 
+from elusive.report import drawing as draw
 from tests.workbench.conftest import browser, open_tab, served  # noqa: F401  fixtures
 from tests.workbench.test_links_page import ANSWERS, READY, begin_long_run, button, step
 
 FRAMES, SECONDS = 400, 4.0
 RATE = """async ([seconds]) => {
-    const root = document.querySelector(".ew-player");
+    const root = document.querySelector(".drawing");
     const before = Number(root.dataset.drawn), began = performance.now();
     await new Promise((go) => setTimeout(go, 1000 * seconds));
     return (Number(root.dataset.drawn) - before) / ((performance.now() - began) / 1000);
 }"""
-PLAYER = """([panels, side, frames]) => {
-    const bytes = new Uint8Array(frames * panels * side * side);
-    for (let k = 0; k < bytes.length; k++) bytes[k] = (k * 2654435761) >>> 24;
+FIGURE = """(spec) => {
     const root = document.createElement("div");
     root.style.width = "1200px";
     document.body.prepend(root);
-    const shown = Array.from({ length: panels }, (_, k) => ({ title: `${k}`, colours: "heat", low: 0, high: 1 }));
-    const player = new elusive.Player(root, {
-        label: "bench", url: URL.createObjectURL(new Blob([bytes])), frames, width: side, height: side,
-        extent: [0, side, 0, side], panels: shown,
-    }, () => {});
-    player.speed.value = "0";
-    player.tick = function (now) { this.show((this.frame + 1) % frames); };
+    const figure = new elusive.Figure(root, spec);
+    figure.tick = () => figure.show((figure.index + 1) % spec.times.length);
 }"""
+
+
+def figure(panels, side):
+    """Return a drawing of images side by side, each of noise over time."""
+    bytes_ = np.random.default_rng(0).integers(0, 256, (panels, FRAMES, side, side), dtype=np.uint8)
+    edges, times = (0.0, side, 0.0, side), list(range(FRAMES))
+    images = [draw.image({"block": one, "low": 0.0, "high": 1.0}, edges, "heat", times=times) for one in bytes_]
+    drawn = [draw.plane(f"{k}", edges, [image], span=3) for k, image in enumerate(images)]
+    return json.loads(draw.dumps(draw.drawing("bench", times, drawn)))
 
 
 @pytest.mark.parametrize(("panels", "side", "name"), [(8, 49, "eight panels of 49x49"), (1, 256, "one of 256x256")])
 def test_frames_a_second(panels, side, name, served, open_tab, report):  # noqa: F811
     page = open_tab().page
     page.goto(served.address)
-    page.evaluate(PLAYER, [panels, side, FRAMES])
+    page.evaluate(FIGURE, figure(panels, side))
     page.locator(READY).wait_for()
     report(f"workbench: {name}, frames a second", page.evaluate(RATE, [SECONDS]), 50)
 
@@ -50,7 +54,7 @@ def test_apply_shows_its_first_frame(served, open_tab, report):  # noqa: F811
         step(page, "4 Algorithm")
         began = time.perf_counter()
         button(page, "Apply").click()
-        page.get_by_text("CANDIDATE").first.wait_for()
+        page.get_by_text("track 1  CANDIDATE").first.wait_for()
         step(page, "5 Tracking")
         page.locator(READY).wait_for()
         waits.append(time.perf_counter() - began)
