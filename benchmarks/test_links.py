@@ -21,7 +21,7 @@ from elusive.systems.links.by_links import LinksMethod
 from elusive.systems.links.results import LinkRun
 from elusive.systems.links.run import track_links_recording
 from elusive.systems.links.track import LinkTracking
-from elusive.tracking.superposed import SuperposedTracker
+from elusive.tracking.link_people import SuperposedTracker
 from tests.reference import links as reference
 from tests.reference.tomography import border_nodes
 from tests.systems.links import link_day

@@ -108,6 +108,7 @@ TWINS: dict[str, dict[str, str]] = {
     },
     "sensors._clutter_kernels": {"sample_states": "sensors/test_clutter_sensor.py::map_coordinates"},
     "sensors._envelope_kernels": {"log_ratio_rayleigh": "sensors/test_image.py::reference.log_ratio_rayleigh"},
+    "sensors._field_kernels": {"power_at": "sensors/test_field.py::reference.power_at"},
     "sensors._kernels": {
         "in_view": "sensors/test_image.py::np.where(inside",
         "log_ratio_gaussian": "sensors/test_image.py::reference.log_ratio_gaussian",

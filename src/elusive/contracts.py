@@ -7,6 +7,7 @@ components follow (accelerations, turn rate), and an intensity, where there is o
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any, NamedTuple, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
@@ -58,16 +59,27 @@ class Linearisable(Protocol):
 
 @runtime_checkable
 class AdditiveSensor(Protocol):
-    """A sensor whose reading is the sum of what each target does to it, and noise."""
+    """A sensor whose measurement is the sum of what each target adds to it, and noise.
 
-    def nobody(self) -> Any:
-        """Effect of no target; effects have ``plus`` and ``minus``."""
+    What a target adds, and what it is expected to add, are of the sensor's own types: dense values, patches, ...
+    ``log_likelihood(states, measurement)`` is ``log_ratio(expected(states), measurement, ())``. NaN in a measurement is
+    a missing or masked part of it.
+    """
 
-    def effect(self, places: Array, existence: float) -> Any:
-        """Return the expected effect of a target that exists with a probability, at one of the places ``(N, 2)``."""
+    def expected(self, states: Array) -> Any:
+        """Return what a target at each state ``(N, d)`` adds."""
 
-    def log_ratio(self, places: Array, measurement: Any, others: Any) -> Array:
-        """Log likelihood of one more target at each place, less that of the others alone, ``(N, 2) -> (N,)``."""
+    def effect(self, expected: Any, weights: Array, existence: float) -> Any:
+        """Return the mean, and its uncertainty, of what a target adds that exists with a probability.
+
+        ``expected`` is of its states, whose weights ``(N,)`` sum to one.
+        """
+
+    def log_ratio(self, expected: Any, measurement: Any, others: Sequence[Any]) -> Array:
+        """Log likelihood of one more target at each state, less that of the others alone, ``(N,)``.
+
+        The mean of the others' effects is subtracted, and their uncertainty added to the noise.
+        """
 
 
 @runtime_checkable

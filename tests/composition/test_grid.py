@@ -9,9 +9,9 @@ from elusive import run
 from elusive.contracts import AdditiveSensor, DetectionSensor, Linearisable, Sensor
 from elusive.errors import ElusiveError, ParameterError
 from elusive.model import Model
+from elusive.sensors.field import FieldSensors
 from tests.composition.builders import FILTERS, KNOWLEDGE, MIDDLE, MOTIONS, SENSORS, prior_of
 from tests.composition.table import PAGE, page_with, refusal, table
-from tests.tracking.link_scenes import linear_links
 
 TIMES = [3.0, 3.2, 8.0, 8.0, 9.5]
 MISSING = 2  # that measurement does not come
@@ -79,7 +79,7 @@ def test_sensors_offer_what_their_filters_ask():
     linearised = {name for name, sensor in sensors.items() if isinstance(sensor, Linearisable)}
     assert linearised == {"radar", "bearings", "arrival times", "both", "linear", "a user's own"}
     assert isinstance(sensors["radar"], DetectionSensor)
-    assert isinstance(linear_links(), AdditiveSensor)
+    assert isinstance(FieldSensors(positions_m=((0.0, 0.0),)), AdditiveSensor)
 
 
 def test_the_docs_say_what_composes():

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from elusive.contracts import AdditiveSensor
 from elusive.errors import DataError, ParameterError
 from elusive.sensors.linear_links import LinkRadiation
 from elusive.sensors.link_effects import Effect
+from elusive.tracking.link_people import PeopleSensor
 from tests.reference.links import bell, linear_log_ratio
 
 BOUNDS, VOXEL = (-3.0, 3.0, 0.0, 4.0), 0.5
@@ -53,7 +53,7 @@ def test_the_effect_of_a_cloud_has_its_moments():
     places = rng.uniform((-2, 1), (2, 3), (25, 2))
     effect = model.links(weights, BOUNDS, VOXEL).effect(places, existence)
     response = bell(model, CENTRES, places) @ weights.T
-    assert isinstance(model.links(weights, BOUNDS, VOXEL), AdditiveSensor)
+    assert isinstance(model.links(weights, BOUNDS, VOXEL), PeopleSensor)
     np.testing.assert_allclose(effect.mean, existence * response.mean(axis=0), rtol=2e-3, atol=0.1)
     square = existence * (1 + model.spread**2) * (response**2).mean(axis=0)
     np.testing.assert_allclose(effect.variance, square - (existence * response.mean(axis=0)) ** 2, rtol=5e-3, atol=2.0)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from elusive.contracts import AdditiveSensor
 from elusive.errors import DataError, ParameterError
 from elusive.sensors.link_shadowing import LinkShadowing, fade_levels
 from elusive.sensors.radio_network import directed_links_of, radio_nodes
+from elusive.tracking.link_people import PeopleSensor
 from tests.reference.links import shadowed_log_ratio, shadowing
 
 NODES = radio_nodes(np.array([[0.0, 0.0], [5.0, 0.5], [4.0, 6.0], [-1.0, 4.0], [2.0, 7.0]]))
@@ -103,7 +103,7 @@ def test_fade_levels_take_the_loss_with_distance_out():
 
 def test_it_is_a_sensor_of_people_whose_effects_add_up():
     sensor = network(np.random.default_rng(5))
-    assert isinstance(sensor, AdditiveSensor)
+    assert isinstance(sensor, PeopleSensor)
     assert sensor.area == (-2.0, 6.0, -1.0, 8.0)
     assert sensor.with_model(LinkShadowing(temper=0.5)).temper == 0.5
     # 59 readings of ten links

@@ -1,4 +1,4 @@
-"""People found and followed straight on the links: against an exact filter on a grid, simulated crowds."""
+"""Several targets whose readings add up: existence, places and labels against what is known of simple scenes."""
 
 from __future__ import annotations
 
@@ -6,158 +6,165 @@ import math
 
 import numpy as np
 import pytest
+from pydantic import Field
 
-from elusive.errors import DataError, ParameterError
-from elusive.geometry.areas import Area
-from elusive.motion.walk import Walk
-from elusive.runner import run
-from elusive.sensors.link_shadowing import LinkShadowing
-from elusive.tracking.lifecycle import Life
-from elusive.tracking.superposed import SuperposedState, SuperposedTracker, Target
-from tests.tracking.link_scenes import linear_links, shadowed_links, simulated, states_of
+from elusive.errors import DataError
+from elusive.model import Model
+from elusive.motion import ConstantVelocity
+from elusive.sensors.additive import DenseAdditiveSensor
+from elusive.sensors.field import FieldSensors
+from elusive.tracking.birth_density import AreaBirths, GaussianBirths
+from elusive.tracking.superposed import SuperposedTracker
 
-
-def crossing(frames=30, reach=4.5):
-    """Two people who walk through the same point at the same time, and a third who comes later and leaves."""
-    along = np.linspace(-reach, reach, frames)
-    paths = np.full((frames, 3, 2), np.nan)
-    paths[:, 0] = np.column_stack([along, 0.4 * along])
-    paths[:, 1] = np.column_stack([-along, 0.4 * along])
-    paths[8:22, 2] = np.column_stack([np.full(14, 3.0), np.linspace(5.5, 2.0, 14)])
-    return paths
+GRID = tuple((float(x), float(y)) for y in range(5, 60, 10) for x in range(5, 60, 10))
+FIELD = FieldSensors(positions_m=GRID)
+COVARIANCE = tuple(map(tuple, np.diag([100.0, 1.0, 100.0, 1.0]).tolist()))
 
 
-def deviations(state, places):
-    """Distance of each person to the nearest track."""
-    found = np.array([track.mean[[0, 2]] for track in state.tracks]).reshape(-1, 2)
-    return [np.linalg.norm(found - place, axis=1).min(initial=math.inf) for place in places if np.isfinite(place[0])]
+def tracker(**changes):
+    given = {
+        "motion": ConstantVelocity(q=0.05),
+        "sensor": FIELD,
+        "birth": GaussianBirths(
+            means=((15.0, 0, 30, 0), (45.0, 0, 30, 0)), covariance=COVARIANCE, birth_probability=0.01
+        ),
+        "particles": 500,
+    }
+    return SuperposedTracker(**given | changes)
 
 
-def test_one_person_is_where_an_exact_filter_on_a_grid_says():
+def flights(rng, steps, *starts, q=0.05):
+    """Paths ``(B, 4, K)`` of constant velocity."""
+    motion, states, path = ConstantVelocity(q=q), np.array(starts), []
+    for _ in range(steps):
+        path.append(states)
+        states = motion.propagate(states, 1.0, rng)
+    return np.stack(path, axis=2)
+
+
+def followed(model, truth, rng, present=lambda k: slice(None)):
+    state = model.init(rng)
+    for k in range(truth.shape[2]):
+        state = model.step(state, float(k), model.sensor.simulate(truth[present(k)][:, :, k], rng), rng)
+        yield state
+
+
+def test_two_targets_are_found_followed_and_labelled():
     rng = np.random.default_rng(0)
-    sensor = shadowed_links(model=LinkShadowing(temper=0.05))
-    step_m, died = 0.3, 0.1
-    # of so many turns a second the steps are as good as independent, of .3 m each
-    walk = Walk(speed_sd_mps=step_m * math.sqrt(500), turn_rate_hz=1000, long_rate_hz=1e-9)
-    path = np.cumsum(np.vstack([[0.5, -1.0], rng.normal(0, 0.25, (14, 2))]), axis=0)
-    frames = simulated(sensor, path[:, None], rng)
-    frames[6] = None
-
-    axis = np.arange(-4.95, 5, 0.1)
-    x, y = np.meshgrid(axis, axis)
-    cells = np.column_stack([x.ravel(), y.ravel()])
-    move = np.exp(-0.5 * ((axis[:, None] - axis) / step_m) ** 2) * 0.1 / (step_m * math.sqrt(2 * math.pi))
-    belief, absent = np.exp(-0.5 * ((cells - path[0]) ** 2).sum(axis=1) / 0.5**2), 0.5
-    belief *= 0.5 / belief.sum()
-
-    n = 4000
-    start = np.zeros((n, 4))
-    start[:, [0, 2]] = rng.normal(path[0], 0.5, (n, 2))
-    model = SuperposedTracker(
-        sensor=sensor, walk=walk, particles=n, birth_probability=0.0, death_probability=died, least_existence=0.0
-    )
-    state = SuperposedState(0.0, (Target(Life(), 0.5, start.mean(axis=0), np.cov(start.T), start),), 0)
-    for time_s, frame in enumerate(frames, 1):
-        there = (1 - died) * (move.T @ belief.reshape(x.shape) @ move).ravel()
-        absent += belief.sum() - there.sum()  # gone, or out of the area
-        if frame is not None:
-            there = there * np.exp(sensor.log_ratio(cells, frame, sensor.nobody()))
-        total = there.sum() + absent
-        belief, absent = there / total, absent / total
-        state = model.step(state, time_s, frame, rng)
-        person = state.targets[0]
-        mean = belief @ cells / belief.sum()
-        sd = np.sqrt(belief @ (cells - mean) ** 2 / belief.sum())
-        # four standard errors, the particles counting for a quarter of their number, and the grid's own error
-        np.testing.assert_allclose(person.mean[[0, 2]], mean, atol=4 * sd.max() / math.sqrt(n / 4) + 0.005)
-        np.testing.assert_allclose(np.sqrt(np.diag(person.covariance)[[0, 2]]), sd, rtol=0.12)
-        odds = math.log(person.existence / (1 - person.existence))
-        assert odds == pytest.approx(math.log((1 - absent) / absent), abs=0.5)
-    assert state.targets[0].existence > 0.99
+    truth = flights(rng, 25, (12.0, 0.8, 28.0, 0.0), (48.0, -0.8, 32.0, 0.0))
+    *_, before, last = followed(tracker(), truth, rng)
+    tracks = last.tracks
+    assert [track.status for track in tracks] == ["confirmed"] * 2
+    assert {track.track for track in tracks} == {track.track for track in before.tracks}
+    places = np.array(sorted(track.mean[[0, 2]].tolist() for track in tracks))
+    true = np.array(sorted(truth[:, [0, 2], -1].tolist()))
+    assert np.linalg.norm(places - true, axis=1).max() < 3.0
 
 
-def test_crossing_people_keep_their_numbers_and_who_leaves_is_forgotten():
+def test_a_target_that_leaves_is_deleted_once_and_forgotten():
     rng = np.random.default_rng(1)
-    sensor, paths = linear_links(), crossing()
-    walk = Walk(speed_sd_mps=0.4, straight_q=0.0025, turn_rate_hz=0.22)
-    model = SuperposedTracker(sensor=sensor, walk=walk, particles=200, birth_pitch_m=0.5)
-    states = list(run(model, simulated(sensor, paths, rng), rng))
-    for state, places in zip(states, paths, strict=True):
-        living = [track for track in state.tracks if track.status != "deleted"]
-        assert len(living) == np.isfinite(places[:, 0]).sum()
-        assert max(deviations(state, places)) < 0.3
-    first, last = (sorted((p.mean[0], p.track) for p in states[k].tracks) for k in (3, -1))
-    assert [track for _, track in first] == [track for _, track in last][::-1]
-    assert {person.status for person in states[-1].tracks} == {"confirmed"}
-    assert {person.status for person in states[0].tracks} == {"candidate"}
-    speeds = [np.hypot(*person.mean[[1, 3]]) for person in states[-1].tracks]
-    np.testing.assert_allclose(speeds, np.hypot(9, 3.6) / 29, atol=0.05)
+    truth = flights(rng, 30, (15.0, 0.3, 30.0, 0.0))
+    shown = [state.tracks for state in followed(tracker(), truth, rng, lambda k: slice(0, 1 if k < 15 else 0))]
+    statuses = [track.status for step in shown for track in step if track.track == shown[10][0].track]
+    assert statuses.count("deleted") == 1
+    assert statuses[-1] == "deleted"
+    assert shown[-1] == ()
 
 
-def test_two_people_are_told_apart_in_a_room_with_fading():
+def test_noise_alone_confirms_no_track():
     rng = np.random.default_rng(2)
-    sensor = shadowed_links(nodes=14, model=LinkShadowing(temper=0.2))
-    angle = np.linspace(0, 2 * np.pi, 60)
-    paths = np.stack([2 * np.column_stack([np.cos(angle), np.sin(angle)]), np.tile([-0.3, 0.2], (60, 1))], axis=1)
-    model = SuperposedTracker(sensor=sensor, walk=Walk(speed_sd_mps=0.6), particles=300)
-    states = list(run(model, simulated(sensor, paths, rng), rng))[15:]
-    errors = [deviations(state, places) for state, places in zip(states, paths[15:], strict=True)]
-    assert np.mean([len(state.tracks) == 2 for state in states]) > 0.9
-    assert np.median(errors) < 0.3
+    nobody = np.zeros((1, 4, 200))
+    statuses = [t.status for state in followed(tracker(), nobody, rng, lambda k: slice(0, 0)) for t in state.tracks]
+    assert "confirmed" not in statuses
 
 
-@pytest.mark.parametrize("sensor", [linear_links(), shadowed_links()])
-def test_nobody_is_found_where_nobody_is(sensor):
+def test_existence_of_one_target_is_that_of_the_exact_recursion():
+    # a sensor that hears targets alike wherever they are: existence follows from the readings alone
+    class Counter(DenseAdditiveSensor):
+        level: float = Field(1.0, description="What a target adds")
+
+        @property
+        def noise_variance(self):
+            return np.ones(3)
+
+        def added(self, states):
+            return np.full((len(states), 3), self.level)
+
+    model = tracker(
+        sensor=Counter(), birth=AreaBirths(area=(0, 1, 0, 1), birth_probability=1e-9, most=1), death_probability=0.1,
+        forget_below=1e-12,
+    )  # fmt: skip
     rng = np.random.default_rng(3)
-    model = SuperposedTracker(sensor=sensor, particles=100)
-    assert all(not s.tracks for s in run(model, (sensor.simulate(np.empty((0, 4)), rng) for _ in range(60)), rng))
+    readings = rng.normal(1.0, 1.0, (6, 3))
+    state, existence = model.init(rng, -1.0), 0.0
+    for k, reading in enumerate(readings):
+        state = model.step(state, float(k), reading, rng)
+        ratio = math.exp((reading - 0.5).sum())
+        # the survivor and the newborn are in one place, and become one
+        prior = 0.9 * existence + 1e-9
+        odds = prior / (1 - prior) * ratio
+        existence = odds / (1 + odds)
+        oldest = max(state.targets, key=lambda target: target.existence)
+        assert oldest.existence == pytest.approx(existence, rel=0.02)
 
 
-def test_missing_links_and_frames_are_borne():
-    rng = np.random.default_rng(4)
-    sensor = linear_links()
-    model = SuperposedTracker(sensor=sensor, particles=200)
-    place = np.array([[1.0, 2.0]])
-    state: SuperposedState = model.init(rng)
-    failed = np.zeros(190, dtype=bool)
-    for k in range(12):
-        failed[rng.integers(190, size=10)] = True
-        frame = np.where(failed, np.nan, sensor.simulate(states_of(place), rng))
-        state = model.step(state, k, frame, rng)
-        assert deviations(state, place)[0] < 0.3
-    blind = model.step(state, 12, np.full(190, np.nan), rng)
-    skipped = model.step(state, 12, None, rng)
-    for after in (blind, skipped):
-        assert after.targets[0].existence == pytest.approx(
-            (1 - model.death_probability) * state.targets[0].existence, abs=1e-6
-        )
-        assert after.targets[0].covariance[0, 0] > state.targets[0].covariance[0, 0]
+def test_the_covariance_of_a_lone_target_holds():
+    squares = []
+    for seed in range(40):
+        rng = np.random.default_rng([4, seed])
+        truth = flights(rng, 14, (25.0, 0.5, 30.0, 0.3))
+        *_, last = followed(tracker(particles=4000), truth, rng)
+        target = max(last.targets, key=lambda target: target.existence)
+        off = (target.mean - truth[0, :, -1])[[0, 2]]
+        squares.append(off @ np.linalg.solve(target.covariance[np.ix_([0, 2], [0, 2])], off))
+    # 99.7 % of the mean of 40 chi-squares of two degrees
+    assert 1.2 < np.mean(squares) < 3.1
 
 
-def test_nobody_is_looked_for_out_of_the_area_or_beyond_the_most():
+def test_a_missing_measurement_predicts_and_equal_times_only_update():
     rng = np.random.default_rng(5)
-    sensor = linear_links()
-    places = np.array([[-3.0, 0.0], [3.0, 0.0], [3.0, 3.0]])
-    frames = [sensor.simulate(states_of(places), rng) for _ in range(5)]
-    left = Area(corners_m=((-6, -6), (0, -6), (0, 6), (-6, 6)))
-    for state in run(SuperposedTracker(sensor=sensor, area=left, particles=100), frames, rng):
-        assert all(person.particles[:, 0].max() <= 0 for person in state.targets)
-        # those on the other side, whom nobody may explain, pull a little
-        assert deviations(state, places[:1])[0] < 1.0
-    for state in run(SuperposedTracker(sensor=sensor, most_people=1, particles=100), frames, rng):
-        assert len(state.targets) == 1
+    truth = flights(rng, 10, (15.0, 0.5, 30.0, 0.0))
+    *_, state = followed(tracker(), truth, rng)
+    model = tracker()
+    later = model.step(state, 12.0, None, rng)
+    assert later.targets[0].existence == pytest.approx(state.targets[0].existence * 0.99**3, rel=1e-9)
+    assert later.targets[0].covariance[0, 0] > state.targets[0].covariance[0, 0]
+    again = model.step(state, state.time_s, FIELD.simulate(truth[:, :, -1], rng), rng)
+    np.testing.assert_array_equal(again.targets[0].particles, state.targets[0].particles)
+    with pytest.raises(DataError, match="comes after"):
+        model.step(state, 3.0, None, rng)
 
 
-def test_what_does_not_fit_is_refused():
-    rng, sensor = np.random.default_rng(6), linear_links()
-    model = SuperposedTracker(sensor=sensor)
-    with pytest.raises(DataError, match="frame: has shape"):
-        model.step(model.init(rng), 0.0, np.zeros(7), rng)
-    with pytest.raises(ParameterError, match=r"SuperposedTracker\.sensor: a str is no sensor"):
-        SuperposedTracker(sensor="links")
-    with pytest.raises(ParameterError, match="is not set"):
-        SuperposedTracker().init(rng)
-    with pytest.raises(ParameterError, match=r"SuperposedTracker\.particles"):
-        SuperposedTracker(sensor=sensor, particles=1)
-    with pytest.raises(ParameterError, match=r"Walk\.speed_sd_mps"):
-        Walk(speed_sd_mps=0)
+class West(Model):
+    """Targets are west of a line."""
+
+    def log_probability(self, states):
+        return np.where(states[:, 0] < 15.0, 0.0, -np.inf)
+
+
+def test_knowledge_counts_in_places_and_in_existence():
+    rng = np.random.default_rng(6)
+    truth = flights(rng, 12, (14.5, 0.0, 30.0, 0.0), q=0.0)
+    *_, state = followed(tracker(), truth, rng)
+    free, known = (
+        max(model.step(state, 12.0, None, np.random.default_rng(7)).targets, key=lambda target: target.existence)
+        for model in (tracker(), tracker(knowledge=(West(),)))
+    )
+    west = free.particles[:, 0] < 15.0
+    assert 0.2 < west.mean() < 0.95
+    np.testing.assert_allclose(known.weights, west / west.sum(), atol=1e-12)
+    odds = free.existence / (1 - free.existence) * west.mean()
+    assert known.existence == pytest.approx(odds / (1 + odds))
+
+
+def test_the_same_seed_gives_the_same():
+    def run():
+        rng = np.random.default_rng(7)
+        return [
+            state.targets[0].mean
+            for state in followed(tracker(), flights(rng, 6, (15.0, 0, 30, 0)), rng)
+            if state.targets
+        ]
+
+    for one, other in zip(run(), run(), strict=True):
+        np.testing.assert_array_equal(one, other)

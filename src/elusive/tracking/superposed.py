@@ -1,58 +1,57 @@
-"""Particle filter for targets whose readings add up: no image, no threshold, any number of targets.
+"""Several targets whose contributions to a measurement add up: a multi-Bernoulli particle filter.
 
-Each target is a Bernoulli component: a probability of existence, and particles given existence. What targets do to
-the readings adds up, so that each is updated given the others' expected effect and the variance of it, in turn, and
-once more when all have been: Nannuru, Coates and Mahler (2013), "Computationally-tractable approximate PHD and CPHD
-filters for superpositional sensors", IEEE J. Sel. Topics Signal Process. 7(3), 410-420, for the approximation.
+Each target has a probability of existence and particles given existence. It is updated given the others' expected
+effect and the covariance of it, in turn, and once more when all have been: Nannuru, Coates and Mahler (2013), IEEE J.
+Sel. Topics Signal Process. 7(3), 370-380; Davies and Garcia-Fernandez (2024), IEEE Trans. Signal Process. 72, 607-620.
+Newborn targets are drawn from what the known ones leave over (:mod:`elusive.filters.particle.annealed`).
 """
 
 from __future__ import annotations
 
 import math
-from functools import cached_property
-from typing import Any, Literal, NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
-from pydantic import Field, field_validator
+from pydantic import ConfigDict, Field, SerializeAsAny
 
-from elusive.contracts import AdditiveSensor, Array, X, Y, interval_since
-from elusive.errors import ParameterError
-from elusive.filters.particle.annealed import MOVES, anneal
-from elusive.filters.particle.parts import posterior, switching
-from elusive.filters.particle.resampling import Indices, resample
-from elusive.geometry.areas import Area
-from elusive.model import FROM_RECORDING, Model, NonNegative, Positive, Probability
-from elusive.motion.walk import Walk
+from elusive.contracts import AdditiveSensor, Array, Knowledge, Motion, interval_since
+from elusive.filters.particle import _kernels
+from elusive.filters.particle.annealed import anneal
+from elusive.filters.particle.parts import posterior
+from elusive.filters.particle.resampling import resample
+from elusive.model import Model, Positive, Probability
+from elusive.tracking.birth_density import BirthComponent, BirthDensity, within
 from elusive.tracking.lifecycle import Life, Lifecycle
 from elusive.tracking.track import Track
 
-UNIFORM_SHARE = 0.1  # of newborn particles drawn anywhere
-SCREENED = 0.1  # of the least existence: what the cells alone must promise for newborn particles to be drawn
-BESIDE = 0.5  # existence from which nobody else appears near by
+SUREST = 1 - 1e-9  # existence, at most: a target may always have just gone
+FIRST_S = 1.0  # time before the first measurement in which its targets may have appeared
+SCREENED = 0.1  # of the least existence: what the drawn states must promise for a newborn target to be sought
 
 
 class Target(NamedTuple):
     """Somebody who may be there."""
 
     life: Life
-    existence: float  # probability that they are there
-    mean: Array  # (4,) given existence
-    covariance: Array  # (4, 4)
-    particles: Array  # (N, 4) x, vx, y, vy given existence, of equal weight
+    existence: float  # posterior probability that it is there
+    particles: Array  # (N, d) given that it is
+    weights: Array  # (N,) summing to one
+    mean: Array  # (d,)
+    covariance: Array  # (d, d)
 
 
 class SuperposedState(NamedTuple):
-    """Belief after a frame; a target whose track was deleted is shown once as such."""
+    """Belief after a measurement."""
 
-    time_s: float  # NaN before the first frame, where no time was given
+    time_s: float  # NaN before the first measurement, where no time was given
     targets: tuple[Target, ...]
-    born: int  # tracks numbered so far
+    numbered: int  # tracks so far
 
     @property
     def tracks(self) -> tuple[Track, ...]:
-        """The tracks."""
+        """The targets that have a number."""
         return tuple(
             Track(target.life.track, target.life.status, target.existence, target.mean, target.covariance)
             for target in self.targets
@@ -60,190 +59,165 @@ class SuperposedState(NamedTuple):
         )
 
 
-class _Found(NamedTuple):
-    """A target's particles before or after an update."""
+class _Sought(NamedTuple):
+    """A target while a measurement is taken in."""
 
-    before: Array  # (N, 4) states at the frame before that the places come from
-    places: Array  # (N, 2)
+    life: Life
+    prior: float  # existence before the measurement
     existence: float
-    log_evidence: float  # of the target there against not there
-    others: Any  # effect of the others given which they were found; None before
+    particles: Array
+    log_prior: Array  # (N,) log weights before the measurement
+    weights: Array  # (N,)
+    expected: Any  # what each particle adds to the measurement
+    effect: Any  # what the target adds, as it is believed now
 
 
 class SuperposedTracker(Model):
-    """Detects and tracks targets by the sum of what they do to the readings."""
+    """Tracks any number of targets through any sensor whose readings add up."""
 
-    kind: Literal["superposed"] = "superposed"
-    sensor: Any = Field(None, description="What targets do to the readings", json_schema_extra=FROM_RECORDING)
-    walk: Walk = Field(Walk(), description="How people walk")
-    area: Area | None = Field(
-        None, description="Where people can be; none: all of the sensor's area", json_schema_extra=FROM_RECORDING
+    model_config = ConfigDict(arbitrary_types_allowed=True)
+
+    motion: SerializeAsAny[Motion] = Field(description="How a target moves")
+    sensor: SerializeAsAny[AdditiveSensor] = Field(description="What targets add to a measurement")
+    birth: SerializeAsAny[BirthDensity] = Field(description="Where and how often targets appear")
+    knowledge: tuple[SerializeAsAny[Knowledge], ...] = Field((), description="Where a target can be")
+    death_probability: Probability = Field(0.01, description="Probability that a target disappears in 1 s")
+    particles: int = Field(1000, ge=10, le=1_000_000, description="Particles of a target, N")
+    sweeps: int = Field(2, ge=1, le=20, description="Updates of each target given the others, a measurement")
+    forget_below: float = Field(1e-3, gt=0, lt=1, description="Existence below which a target is forgotten")
+    merge_within: Positive = Field(
+        0.5, description="Two targets nearer than this that are together one at most are one [deviations]"
     )
-    particles: int = Field(500, ge=10, le=1_000_000, description="Particles of a person")
-    birth_probability: Probability = Field(0.016, description="Probability that somebody comes, in a second")
-    death_probability: Probability = Field(0.016, description="Probability that a person is gone, in a second")
-    least_existence: Probability = Field(0.02, description="Existence below which a person is forgotten")
-    life: Lifecycle = Field(Lifecycle(), description="When a track begins, is confirmed and ends")
-    birth_pitch_m: Positive = Field(0.4, description="Side of a cell in which newcomers are looked for [m]")
-    separation_m: NonNegative = Field(0.5, description="Distance from known people within which nobody appears [m]")
-    sweeps: int = Field(2, ge=1, le=20, description="Updates of each person given the others, a frame")
-    effective: Probability = Field(0.5, description="Share of particles that stays effective in a stage of an update")
-    most_people: int = Field(50, ge=1, le=1000, description="Most people at a time")
-
-    @field_validator("sensor")
-    @classmethod
-    def _adds_up(cls, sensor: Any) -> Any:
-        if sensor is not None and not isinstance(sensor, AdditiveSensor):
-            raise ParameterError(
-                f"SuperposedTracker.sensor: a {type(sensor).__name__} is no sensor of targets whose effects add up; "
-                "set LinkShadowing or LinkRadiation on a network with its method links."
-            )
-        return sensor
+    lifecycle: Lifecycle = Field(Lifecycle(), description="When a track begins, is confirmed and ends")
 
     def init(self, rng: Generator, time_s: float = math.nan) -> SuperposedState:
-        """Return the belief before the first frame: nobody.
-
-        Raises
-        ------
-        ParameterError
-            If there is no sensor yet.
-        """
-        if self.sensor is None:
-            raise ParameterError(
-                "SuperposedTracker.sensor: is not set; bind LinkShadowing or LinkRadiation to a network."
-            )
+        """Return the belief before any measurement: no target."""
         return SuperposedState(time_s, (), 0)
 
     def step(self, state: SuperposedState, time_s: float, measurement: Any | None, rng: Generator) -> SuperposedState:
-        """Return the belief after a frame.
-
-        Parameters
-        ----------
-        state
-            The belief before.
-        time_s
-            Time of the frame.
-        measurement
-            What the sensor reports: changes of the links, NaN where missing. ``None``: only predict.
-        rng
-            Source of randomness.
+        """Return the belief at a time, with the measurement made then; without one (``None``), the prediction.
 
         Raises
         ------
         DataError
-            If time runs backwards, or the sensor refuses the frame.
+            If time runs backwards, or the sensor refuses the measurement.
         """
         interval_s = interval_since(state.time_s, time_s)
-        # whoever is there in the first frame came in the second before it
-        since_s = 1.0 if math.isnan(state.time_s) else interval_s
-        comes, goes = switching(self.birth_probability, self.death_probability, since_s)
-        known = [target for target in state.targets if target.existence >= self.least_existence]
-        found = [self._predict(target, interval_s, goes, rng) for target in known]
-        newborn: list[tuple[Array, float]] = []
+        survival = 1 - within(self.death_probability, interval_s)
+        living = [target for target in state.targets if target.life.status != "deleted"]
+        found = [self._predicted(target, interval_s, survival, rng) for target in living]
         if measurement is not None:
-            found, total = self._update(found, measurement, interval_s, rng)
-            newborn = self._births(found, measurement, total, comes, rng)
-        walked = [(self.walk.arrived(one.before, one.places, interval_s, rng), one.existence) for one in found]
-        born, targets = state.born, []
-        lives = [target.life for target in known] + [Life()] * len(newborn)
-        for before, (particles, existence) in zip(lives, walked + newborn, strict=True):
-            life, born = self.life.step(before, existence, born, gone=existence == 0)
-            if existence >= self.least_existence or life.status == "deleted":
-                covariance = np.cov(particles.T, bias=True)
-                targets.append(Target(life, existence, particles.mean(axis=0), covariance, particles))
-        return SuperposedState(time_s, tuple(targets), born)
+            found = self._updated(found, measurement)
+            found += self._newborn(found, measurement, FIRST_S if math.isnan(state.time_s) else interval_s, rng)
+        return self._judged(time_s, self._merged(found), state.numbered)
 
-    def _predict(self, target: Target, interval_s: float, goes: float, rng: Generator) -> _Found:
-        """Move a target's particles; who walks out of the area is gone."""
-        places = self.walk.propagate(target.particles, interval_s, rng)[:, [X, Y]]
-        inside = np.flatnonzero(self._area.contains(places))
-        if not len(inside):
-            return _Found(target.particles, target.particles[:, [X, Y]], 0.0, 0.0, None)
-        existence = (1 - goes) * target.existence * len(inside) / len(places)
-        kept = inside[resample(np.ones(len(inside)), len(places), rng)]
-        return _Found(target.particles[kept], places[kept], existence, 0.0, None)
+    def _predicted(self, target: Target, interval_s: float, survival: float, rng: Generator) -> _Sought:
+        """Move a target's particles; where it cannot be, it is not."""
+        n = self.particles
+        particles, log_prior = target.particles, np.full(n, -math.log(n))
+        if interval_s > 0:
+            chosen = resample(target.weights, n, rng)
+            particles = self.motion.propagate(_kernels.gather(particles, chosen, n), interval_s, rng)
+        else:
+            with np.errstate(divide="ignore"):
+                log_prior = np.log(target.weights)
+        existence = survival * target.existence
+        for known in self.knowledge:
+            log_prior = log_prior + known.log_probability(particles)
+        if self.knowledge:
+            weights, log_allowed = _kernels.weigh(log_prior)
+            allowed = math.exp(log_allowed)
+            existence = existence * allowed / (1 - existence + existence * allowed)
+            with np.errstate(divide="ignore"):
+                log_prior = np.log(weights)
+        return self._sought(target.life, existence, particles, log_prior)
 
-    def _update(self, found: list[_Found], measurement: Any, interval_s: float, rng: Generator) -> tuple[Any, Any]:
-        """Update each target given the others, in turn; return also the effect of all."""
-        effects = [self.sensor.effect(target.places, target.existence) for target in found]
-        total = self.sensor.nobody()
-        for effect in effects:
-            total = total.plus(effect)
-        priors = [target.existence for target in found]
+    def _sought(self, life: Life, existence: float, particles: Array, log_prior: Array) -> _Sought:
+        expected = self.sensor.expected(particles)
+        weights = np.exp(log_prior)
+        effect = self.sensor.effect(expected, weights, existence)
+        return _Sought(life, existence, existence, particles, log_prior, weights, expected, effect)
+
+    def _updated(self, found: list[_Sought], measurement: Any) -> list[_Sought]:
+        """Update each target given the others, in turn."""
         for _ in range(self.sweeps if len(found) > 1 else 1):
-            for k, prior in enumerate(priors):
-                others = total.minus(effects[k])
-                found[k] = self._given(found[k], prior, measurement, others, interval_s, rng)
-                effects[k] = self.sensor.effect(found[k].places, found[k].existence)
-                total = others.plus(effects[k])
-        return found, total
+            for k, target in enumerate(found):
+                others = [other.effect for other in found[:k] + found[k + 1 :]]
+                log_ratio = self.sensor.log_ratio(target.expected, measurement, others)
+                weights, log_evidence = _kernels.weigh(target.log_prior + log_ratio)
+                existence = min(posterior(target.prior, log_evidence), SUREST)
+                effect = self.sensor.effect(target.expected, weights, existence)
+                found[k] = target._replace(existence=existence, weights=weights, effect=effect)
+        return found
 
-    def _given(
-        self, target: _Found, prior: float, measurement: Any, others: Any, interval_s: float, rng: Generator
-    ) -> _Found:
-        """Update a target from the prediction or, the second time, from the update given other effects of others."""
-        earlier = target.others
-
-        def level_before(places: Array) -> Array | float:
-            return 0.0 if earlier is None else np.asarray(self.sensor.log_ratio(places, measurement, earlier))
-
-        def log_prior(places: Array, origin: Indices) -> Array:
-            walked = self.walk.log_density(target.before[origin], places, interval_s) if interval_s else 0.0
-            return np.where(self._area.contains(places), walked + level_before(places), -math.inf)
-
-        def log_likelihood(places: Array) -> Array:
-            return np.asarray(self.sensor.log_ratio(places, measurement, others) - level_before(places))
-
-        moves = MOVES if interval_s else 0  # without time nobody moves
-        after = anneal(target.places, log_prior, log_likelihood, rng, effective=self.effective, moves=moves)
-        log_evidence = target.log_evidence + after.log_evidence
-        return _Found(target.before[after.origin], after.places, posterior(prior, log_evidence), log_evidence, others)
-
-    def _births(
-        self, found: list[_Found], measurement: Any, total: Any, comes: float, rng: Generator
-    ) -> list[tuple[Array, float]]:
-        """Look for targets that the known ones do not explain, one after the other: particles and existence."""
-        newborn: list[tuple[Array, float]] = []
-        taken = [target.places.mean(axis=0) for target in found if target.existence >= BESIDE]
-        while len(found) + len(newborn) < self.most_people:
-            free = self._free(self._cells[0], taken)
-            if not free.any():
-                break
-            cells = self._cells[0][free]
-            level = self.sensor.log_ratio(cells, measurement, total)
-            likely = np.exp(level - level.max())
-            promise = float(level.max()) + math.log(likely.mean())
-            if posterior(comes, promise) <= SCREENED * self.least_existence:
-                break
-            share = (1 - UNIFORM_SHARE) * likely / likely.sum() + UNIFORM_SHARE / len(cells)
-            chosen = resample(share, self.particles, rng)
-            places = cells[chosen] + self._cells[1] * rng.uniform(-0.5, 0.5, (self.particles, 2))
-            after = anneal(
-                places,
-                lambda there, _: np.where(self._free(there, taken), 0.0, -math.inf),
-                lambda there: self.sensor.log_ratio(there, measurement, total),  # noqa: B023
-                rng,
-                log_weight=-np.log(share[chosen] * len(cells)),
-                effective=self.effective,
-            )
-            existence = posterior(comes, after.log_evidence)
-            if existence < self.least_existence:
-                break
-            newborn.append((self.walk.newborn(after.places, rng), existence))
-            taken.append(after.places.mean(axis=0))
-            total = total.plus(self.sensor.effect(after.places, existence))
+    def _newborn(self, found: list[_Sought], measurement: Any, interval_s: float, rng: Generator) -> list[_Sought]:
+        """Look for targets that the known ones do not explain, a component of the birth after the other."""
+        newborn: list[_Sought] = []
+        effects = [target.effect for target in found]
+        for component in self.birth.components:
+            probability = component.probability(interval_s)
+            if probability == 0.0:
+                continue
+            target = self._born(component, probability, measurement, effects, rng)
+            if target is not None:
+                newborn.append(target)
+                effects.append(target.effect)
         return newborn
 
-    def _free(self, places: Array, taken: list[Array]) -> NDArray[np.bool_]:
-        free = self._area.contains(places)
-        for place in taken:
-            free &= ((places - place) ** 2).sum(axis=1) >= self.separation_m**2
-        return free
+    def _born(
+        self, component: BirthComponent, probability: float, measurement: Any, others: Sequence[Any], rng: Generator
+    ) -> _Sought | None:
+        """Draw a component's target from what the others leave over, if that promises any."""
+        n = self.particles
 
-    @cached_property
-    def _area(self) -> Area:
-        return Area.rectangle(*self.sensor.area) if self.area is None else self.area
+        def log_prior(states: Array, _: Any) -> Array:
+            density = component.log_density(states)
+            for known in self.knowledge:
+                density = density + known.log_probability(states)
+            return density
 
-    @cached_property
-    def _cells(self) -> tuple[Array, Array]:
-        return self._area.cells(self.birth_pitch_m)
+        def log_likelihood(states: Array) -> Array:
+            return self.sensor.log_ratio(self.sensor.expected(states), measurement, others)
+
+        drawn = component.sample(n, rng)
+        _, promise = _kernels.weigh(log_likelihood(drawn) - math.log(n))
+        if posterior(probability, promise) < SCREENED * self.forget_below:
+            return None
+        after = anneal(drawn, log_prior, log_likelihood, rng)
+        existence = min(posterior(probability, after.log_evidence), SUREST)
+        if existence < self.forget_below:
+            return None
+        return self._sought(Life(), existence, after.states, np.full(n, -math.log(n)))
+
+    def _merged(self, found: list[_Sought]) -> list[_Sought]:
+        """Make one of two targets in one place that are together hardly more than one."""
+        kept: list[_Sought] = []
+        moments = [_kernels.moments(target.particles, target.weights) for target in found]
+        order = sorted(range(len(found)), key=lambda k: (found[k].life.track is None, -found[k].existence))
+        places: list[int] = []
+        for k in order:
+            for slot, other in enumerate(places):
+                both = kept[slot].existence + found[k].existence
+                if both < 1.5 and _apart(moments[k], moments[other]) < self.merge_within:
+                    kept[slot] = kept[slot]._replace(existence=min(both, SUREST))
+                    break
+            else:
+                kept.append(found[k])
+                places.append(k)
+        return kept
+
+    def _judged(self, time_s: float, found: Sequence[_Sought], numbered: int) -> SuperposedState:
+        """Let each target's life go on, and forget those that hardly exist."""
+        targets = []
+        for target in found:
+            life, numbered = self.lifecycle.step(target.life, target.existence, numbered)
+            if target.existence >= self.forget_below or life.status == "deleted":
+                moments = _kernels.moments(target.particles, target.weights)
+                targets.append(Target(life, target.existence, target.particles, target.weights, *moments))
+        return SuperposedState(time_s, tuple(targets), numbered)
+
+
+def _apart(first: tuple[Array, Array], second: tuple[Array, Array]) -> float:
+    """Root mean square difference of two beliefs, in their deviations."""
+    off = first[0] - second[0]
+    return math.sqrt(max(0.0, float(off @ np.linalg.lstsq(first[1] + second[1], off)[0])) / len(off))

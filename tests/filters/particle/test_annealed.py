@@ -26,8 +26,8 @@ def test_a_narrow_posterior_and_its_evidence_are_found(sd):
     variance = sd**2 / (1 + sd**2)
     # particles share ancestors: as good as a fifth of them
     tolerance = 4 * math.sqrt(variance / (n / 5))
-    np.testing.assert_allclose(found.places.mean(axis=0), centre / (1 + sd**2), atol=tolerance)
-    np.testing.assert_allclose(found.places.std(axis=0), math.sqrt(variance), rtol=0.15)
+    np.testing.assert_allclose(found.states.mean(axis=0), centre / (1 + sd**2), atol=tolerance)
+    np.testing.assert_allclose(found.states.std(axis=0), math.sqrt(variance), rtol=0.15)
     exact = float(gaussian(centre[None], 0.0, math.hypot(1, sd))[0])
     assert found.log_evidence == pytest.approx(exact, abs=0.25)
 
@@ -42,7 +42,7 @@ def test_particles_keep_the_row_that_they_descend_from():
         rng,
     )
     assert (found.origin >= 500).all()
-    np.testing.assert_allclose(found.places.mean(axis=0), [5.5, 0.0], atol=0.01)
+    np.testing.assert_allclose(found.states.mean(axis=0), [5.5, 0.0], atol=0.01)
 
 
 def test_a_proposal_is_paid_for():
@@ -59,7 +59,7 @@ def test_a_proposal_is_paid_for():
         log_weight=-np.log(share),
     )
     assert found.log_evidence == pytest.approx(math.log(2.0), abs=0.05)
-    assert (found.places[:, 0] < 0).mean() == pytest.approx(0.75, abs=0.04)
+    assert (found.states[:, 0] < 0).mean() == pytest.approx(0.75, abs=0.04)
 
 
 def test_where_the_prior_excludes_everything_there_is_no_evidence():

@@ -10,8 +10,8 @@ import numpy as np
 from elusive.io.path_truth import PathTruth
 from elusive.sensors.radio_network import radio_nodes
 from elusive.tracking.lifecycle import Life
+from elusive.tracking.link_people import Target
 from elusive.tracking.people import TrackEvent
-from elusive.tracking.superposed import Target
 from elusive.tracking.track import Step, Track
 
 RATE_HZ = 4

@@ -17,9 +17,9 @@ from numpy.random import Generator
 from elusive.contracts import Array
 from elusive.filters.particle.resampling import Indices, resample
 
-MOVE = 2.38 / math.sqrt(2)  # of the cloud's spread: Roberts, Gelman and Gilks (1997), two dimensions
+MOVE = 2.38  # of the cloud's spread, over the root of its dimensions: Roberts, Gelman and Gilks (1997)
 LEAST_SHARE = 1e-6  # of the likelihood a stage takes
-LEAST_SPREAD_M = 1e-4
+LEAST_SPREAD = 1e-4
 STAGES = 60
 MOVES = 2  # of each particle between stages
 
@@ -27,13 +27,13 @@ MOVES = 2  # of each particle between stages
 class Annealed(NamedTuple):
     """A cloud under its posterior."""
 
-    places: Array  # (n, 2)
+    states: Array  # (n, d)
     origin: Indices  # (n,) row of the prior's cloud that each descends from
     log_evidence: float  # log of the likelihood's mean under the prior
 
 
 def anneal(
-    places: Array,
+    states: Array,
     log_prior: Callable[[Array, Indices], Array],
     log_likelihood: Callable[[Array], Array],
     rng: Generator,
@@ -46,16 +46,16 @@ def anneal(
 
     Parameters
     ----------
-    places
-        ``(n, 2)`` drawn from the prior, or weighted to it.
+    states
+        ``(n, d)`` drawn from the prior, or weighted to it.
     log_prior
-        Log density of places ``(n, 2)`` given the rows they descend from ``(n,)``.
+        Log density of states ``(n, d)`` given the rows they descend from ``(n,)``.
     log_likelihood
-        ``(n, 2) -> (n,)``.
+        ``(n, d) -> (n,)``.
     rng
         Source of randomness.
     log_weight
-        ``(n,)`` log of prior over proposal, where the places were not drawn from the prior.
+        ``(n,)`` log of prior over proposal, where the states were not drawn from the prior.
     effective
         Share of the particles that stays effective in a stage.
     moves
@@ -66,13 +66,13 @@ def anneal(
     Annealed
         Particles of equal weight.
     """
-    n = len(places)
+    n, d = states.shape
     origin: Indices = np.arange(n, dtype=np.int64)
     # a place that the prior excludes has no weight
-    carried = np.where(log_prior(places, origin) > -math.inf, 0.0 if log_weight is None else log_weight, -math.inf)
-    level, taken, log_evidence = log_likelihood(places), 0.0, 0.0
+    carried = np.where(log_prior(states, origin) > -math.inf, 0.0 if log_weight is None else log_weight, -math.inf)
+    level, taken, log_evidence = log_likelihood(states), 0.0, 0.0
     if carried.max() == -math.inf:
-        return Annealed(places, origin, -math.inf)
+        return Annealed(states, origin, -math.inf)
     for _ in range(STAGES):
         share = _share(level, carried, 1 - taken, effective * n)
         gain = share * level + carried
@@ -80,19 +80,19 @@ def anneal(
         weights = np.exp(gain - top)
         log_evidence += top + math.log(weights.mean())
         chosen = resample(weights, n, rng)
-        places, origin, level = places[chosen], origin[chosen], level[chosen]
+        states, origin, level = states[chosen], origin[chosen], level[chosen]
         taken, carried = taken + share, np.zeros(n)
         if taken >= 1:
             break
-        prior = log_prior(places, origin)
-        root = np.linalg.cholesky(np.cov(places.T) + LEAST_SPREAD_M**2 * np.eye(2))
+        prior = log_prior(states, origin)
+        root = np.linalg.cholesky(np.cov(states.T) + LEAST_SPREAD**2 * np.eye(d))
         for _ in range(moves):
-            there = places + MOVE * rng.standard_normal((n, 2)) @ root.T
+            there = states + MOVE / math.sqrt(d) * rng.standard_normal((n, d)) @ root.T
             prior_there, level_there = log_prior(there, origin), log_likelihood(there)
             accept = np.log(rng.random(n)) < taken * (level_there - level) + prior_there - prior
-            places = np.where(accept[:, None], there, places)
+            states = np.where(accept[:, None], there, states)
             level, prior = np.where(accept, level_there, level), np.where(accept, prior_there, prior)
-    return Annealed(places, origin, log_evidence)
+    return Annealed(states, origin, log_evidence)
 
 
 def _share(level: Array, carried: Array, left: float, wanted: float) -> float:

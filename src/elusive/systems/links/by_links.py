@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Literal, NamedTuple
 from numpy.random import Generator
 from pydantic import Field
 
-from elusive.contracts import AdditiveSensor, Array
+from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.geometry.areas import Area
 from elusive.model import Model, Positive
@@ -17,8 +17,8 @@ from elusive.preprocess.link_weights import EllipseWeights
 from elusive.sensors.linear_links import LinkRadiation
 from elusive.sensors.link_shadowing import LinkShadowing
 from elusive.sensors.radio_network import RadioNodes
+from elusive.tracking.link_people import PeopleSensor, SuperposedState, SuperposedTracker
 from elusive.tracking.people import Entrance, TrackEvent, events_between
-from elusive.tracking.superposed import SuperposedState, SuperposedTracker
 from elusive.tracking.track import Track
 
 EMPTY_BELOW = 0.1  # existence of everybody below which the room is taken for empty
@@ -91,7 +91,7 @@ class LinksMethod(Model):
         effect = self.effect
         if isinstance(effect, VoxelRadiation):
             weights = effect.weights.sparse(nodes, effect.weights.grid(area))
-            sensor: AdditiveSensor = effect.links(weights, area.bounds_m, effect.weights.voxel_m)
+            sensor: PeopleSensor = effect.links(weights, area.bounds_m, effect.weights.voxel_m)
         elif empty is None:
             raise DataError("calibration: shadowing needs the levels of the empty room; calibrate on a log.")
         else:

@@ -22,9 +22,9 @@ from elusive.systems.links.scene import LinkScene
 from elusive.systems.links.simulate import LinkSimulation
 from elusive.systems.links.track import LinkTracking
 from elusive.systems.links.walks import Walks
+from elusive.tracking.link_people import SuperposedTracker
 from elusive.tracking.people import Entrance
 from elusive.tracking.people_radius import RadiusTracker
-from elusive.tracking.superposed import SuperposedTracker
 
 FIRST_SIMULATION = "First simulation (tables 4.1 to 4.3)"
 DEFAULT_TRACKER = "First simulation, this package's default tracker"

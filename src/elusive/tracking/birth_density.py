@@ -1,0 +1,144 @@
+"""Where several targets may appear, and how often: densities that can be drawn from and evaluated.
+
+A multi-Bernoulli birth, one target a component: Davies and Garcia-Fernandez (2024), IEEE Trans. Signal Process. 72,
+607-620, section VI.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Annotated, Literal, NamedTuple, Protocol, Self, runtime_checkable
+
+import numpy as np
+from numpy.random import Generator
+from pydantic import Field, model_validator
+
+from elusive.contracts import VX, VY, Array, X, Y
+from elusive.model import Model, Positive, Probability
+from elusive.motion import square_root
+
+
+@runtime_checkable
+class BirthComponent(Protocol):
+    """A target that may appear."""
+
+    def probability(self, interval_s: float) -> float:
+        """Probability that it appears within an interval."""
+
+    def sample(self, n: int, rng: Generator) -> Array:
+        """Draw ``n`` states, ``(n, d)``."""
+
+    def log_density(self, states: Array) -> Array:
+        """Log density of states, ``(N, d) -> (N,)``; minus infinity where it never appears."""
+
+
+@runtime_checkable
+class BirthDensity(Protocol):
+    """Targets that may appear, independently of one another."""
+
+    @property
+    def components(self) -> Sequence[BirthComponent]:
+        """One a target."""
+
+
+def within(probability: float, interval_s: float) -> float:
+    """Probability of what happens with this probability in a second, over an interval."""
+    return 1.0 if probability == 1.0 else -math.expm1(interval_s * math.log1p(-probability))
+
+
+class _Gaussian(NamedTuple):
+    """A component about a known state."""
+
+    a_second: float
+    mean: Array
+    root: Array
+
+    def probability(self, interval_s: float) -> float:
+        return within(self.a_second, interval_s)
+
+    def sample(self, n: int, rng: Generator) -> Array:
+        drawn: Array = self.mean + rng.standard_normal((n, len(self.mean))) @ self.root.T
+        return drawn
+
+    def log_density(self, states: Array) -> Array:
+        off = np.linalg.solve(self.root, (states - self.mean).T)
+        scale = np.log(np.diag(self.root)).sum() + 0.5 * len(self.mean) * math.log(2 * math.pi)
+        density: Array = -0.5 * (off * off).sum(axis=0) - scale
+        return density
+
+
+class GaussianBirths(Model):
+    """Targets that appear about known states, all with the same covariance."""
+
+    kind: Literal["gaussian"] = "gaussian"
+    means: tuple[tuple[float, ...], ...] = Field(min_length=1, description="Mean state of each component")
+    covariance: tuple[tuple[float, ...], ...] = Field(description="Covariance of every component, row by row")
+    birth_probability: Probability = Field(1e-4, description="Probability that a component's target appears in 1 s")
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        d = len(self.means[0])
+        covariance = np.array(self.covariance) if {len(row) for row in self.covariance} == {d} else np.zeros((0, 0))
+        if {len(mean) for mean in self.means} != {d} or covariance.shape != (d, d):
+            raise ValueError(f"means and covariance: must have {d} components each, as the first mean has")
+        if not np.allclose(covariance, covariance.T) or np.linalg.eigvalsh(covariance).min() <= 0:
+            raise ValueError("covariance: must be symmetric and positive definite")
+        return self
+
+    @cached_property
+    def components(self) -> tuple[_Gaussian, ...]:
+        """One a mean."""
+        root = square_root(np.array(self.covariance))
+        return tuple(_Gaussian(self.birth_probability, np.array(mean), root) for mean in self.means)
+
+
+class _Anywhere(NamedTuple):
+    """A component anywhere in a rectangle."""
+
+    a_second: float
+    low: Array
+    high: Array
+    speed_sd: float
+
+    def probability(self, interval_s: float) -> float:
+        return within(self.a_second, interval_s)
+
+    def sample(self, n: int, rng: Generator) -> Array:
+        states = np.empty((n, 4))
+        states[:, [X, Y]] = rng.uniform(self.low, self.high, (n, 2))
+        states[:, [VX, VY]] = self.speed_sd * rng.standard_normal((n, 2))
+        return states
+
+    def log_density(self, states: Array) -> Array:
+        places, speeds = states[:, [X, Y]], states[:, [VX, VY]] / self.speed_sd
+        inside = ((places >= self.low) & (places <= self.high)).all(axis=1)
+        scale = np.log(self.high - self.low).sum() + 2 * math.log(self.speed_sd) + math.log(2 * math.pi)
+        return np.where(inside, -0.5 * (speeds**2).sum(axis=1) - scale, -math.inf)
+
+
+class AreaBirths(Model):
+    """Targets that appear anywhere in a rectangle, with any velocity about nought."""
+
+    kind: Literal["area"] = "area"
+    area: tuple[float, float, float, float] = Field(description="Least and greatest x, least and greatest y [m or px]")
+    speed_sd: Positive = Field(1.0, description="Deviation of a newborn's velocity on each axis [m/s or px/s]")
+    birth_probability: Probability = Field(1e-3, description="Probability that a target appears in 1 s")
+    most: int = Field(4, ge=1, le=100, description="Targets that may appear at one time")
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        x0, x1, y0, y1 = self.area
+        if not (x0 < x1 and y0 < y1):
+            raise ValueError("area: has no width or no height; give the lower bound first")
+        return self
+
+    @cached_property
+    def components(self) -> tuple[_Anywhere, ...]:
+        """As many as may appear at one time, all alike."""
+        low, high = np.array([self.area[0], self.area[2]]), np.array([self.area[1], self.area[3]])
+        return (_Anywhere(self.birth_probability, low, high, self.speed_sd),) * self.most
+
+
+BuiltInBirths = Annotated[GaussianBirths | AreaBirths, Field(discriminator="kind")]
