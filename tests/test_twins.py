@@ -118,6 +118,11 @@ TWINS: dict[str, dict[str, str]] = {
         "log_ratio": "sensors/test_linear_links.py::linear_log_ratio",
         "moments": "sensors/test_linear_links.py::bell",
     },
+    "sensors._patch_kernels": {
+        "lay": "sensors/test_image_patches.py::reference.spread",
+        "log_ratio": "sensors/test_image_patches.py::reference.log_ratio_beside",
+        "moments": "sensors/test_image_patches.py::reference.effect",
+    },
     "sensors._radar_kernels": {
         "judge": "tracking/test_radar_tracks.py::reference",
         "scan_log_ratio": "sensors/test_radar.py::reference.log_ratio",

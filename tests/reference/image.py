@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.special import i0e, logsumexp
+from scipy.stats import norm
 
 
 def spread(states, sensor):
@@ -70,3 +71,21 @@ def log_ratio_by_patch(states, frame, sensor):
     if not seen.all():
         h *= valid.ravel().take(inside)
     return np.einsum("nrc,nrc->n", h, padded.ravel().take(inside) - 0.5 * h) / sensor.noise_sigma**2
+
+
+def effect(states, weights, existence, sensor):
+    """Mean and variance, ``(rows, columns)``, of what a target adds that exists with a probability."""
+    h = spread(states, sensor)
+    mean = existence * np.einsum("n,nrc->rc", weights, h)
+    return mean, existence * np.einsum("n,nrc->rc", weights, h**2) - mean**2
+
+
+def log_ratio_beside(states, frame, sensor, others):
+    """Log of N(z; M + h, V) / N(z; M, V), M and V those of the noise and of others (states, weights, existence)."""
+    h = spread(states, sensor)
+    effects = [effect(*other, sensor) for other in others]
+    mean = sum(effect[0] for effect in effects)
+    variance = sensor.noise_sigma**2 + sum(effect[1] for effect in effects)
+    z, deviation = np.where(np.isfinite(frame), frame, 0.0), np.sqrt(variance)
+    terms = norm.logpdf(z, mean + h, deviation) - norm.logpdf(z, mean, deviation)
+    return np.where(np.isfinite(frame), terms, 0.0).sum(axis=(1, 2))

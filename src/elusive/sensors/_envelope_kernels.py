@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from elusive.contracts import Array
 
@@ -26,43 +27,34 @@ def bessel_i0(x: float) -> tuple[float, float]:
 
 @njit(cache=True, nogil=True)
 def log_ratio_rayleigh(
-    states: Array,
-    frame: Array,
-    dx: float,
-    dy: float,
-    psf: float,
-    gain: float,
-    sigma: float,
-    p: int,
+    corner: NDArray[np.int64],
+    bells: Array,
+    first: tuple[int, int],
+    left: Array,
+    precision: Array,
     swerling: int,
 ) -> Array:
     """Rice against Rayleigh in each cell; Swerling 1 averaged over the amplitude common to a target's cells.
 
+    The cells of targets are those of :func:`elusive.sensors._patch_kernels.lay`; ``left`` holds the envelope in the
+    rectangle that begins at ``first``, ``precision`` one over the variance of a quadrature, 0 where masked.
     With the amplitude ``a = t^2`` the average over its density ``2 a exp(-a^2)`` is an integral of
     ``4 t^3 exp(-t^4)``, done by midpoints close enough for the likelihood's width: .001 in log ratio up to 20 dB.
     """
-    rows, columns = frame.shape
-    n, d = states.shape
+    n, width = len(corner), bells.shape[2]
     ratio = np.empty(n)
-    half = 0.5 / (psf * psf)
-    width = 2 * p + 1
     drawn = np.empty(width * width)
     for i in range(n):
-        x, y = states[i, 0], states[i, 2]
-        centre_x, centre_y = np.floor(x / dx + 0.5), np.floor(y / dy + 0.5)
-        ratio[i] = 0.0
-        if not (-p <= centre_x < columns + p and -p <= centre_y < rows + p):
-            continue
-        column, row = int(centre_x), int(centre_y)
+        row, column = corner[i, 0] - first[0], corner[i, 1] - first[1]
         cells = 0
         energy = 0.0
-        for r in range(max(0, row - p), min(rows - 1, row + p) + 1):
-            for c in range(max(0, column - p), min(columns - 1, column + p) + 1):
-                z = frame[r, c]
-                if np.isfinite(z):
-                    h = abs(gain * states[i, d - 1]) * np.exp(-half * ((c * dx - x) ** 2 + (r * dy - y) ** 2)) / sigma
-                    drawn[cells] = h * z / sigma
-                    energy += h * h
+        for k in range(width):
+            for m in range(width):
+                weight = precision[row + k, column + m]
+                if weight > 0.0:
+                    h = abs(bells[i, 0, k]) * bells[i, 1, m]
+                    drawn[cells] = h * left[row + k, column + m] * weight
+                    energy += h * h * weight
                     cells += 1
         if swerling == 0:
             ratio[i] = log_rice_over_rayleigh(drawn[:cells], energy, 1.0)

@@ -8,6 +8,7 @@ with a steady target (Swerling 0) or one whose amplitude is drawn anew each fram
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Literal
 
@@ -18,6 +19,7 @@ from pydantic import Field
 from elusive.contracts import INTENSITY, Array, X, Y
 from elusive.errors import DataError
 from elusive.model import FROM_RECORDING, Model, Positive
+from elusive.sensors.patches import PatchEffect, Patches, box_of, left_over, moments_of
 
 
 class ImageSensor(Model):
@@ -110,15 +112,49 @@ class ImageSensor(Model):
         DataError
             If the frame has another shape, or an envelope is negative somewhere.
         """
-        from elusive.sensors import _envelope_kernels, _kernels
+        if self.noise == "rayleigh":
+            return self.log_ratio(self.expected(states), measurement, ())
+        from elusive.sensors import _kernels
 
         frame = self._checked(measurement)
         optics = (self.psf_sigma, self.gain, self.noise_sigma)
+        return _kernels.log_ratio_gaussian(states, frame, (self.dx, self.dy), *optics, self._steps, self._window)
+
+    def expected(self, states: Array) -> Patches:
+        """Return what a target at each state ``(N, d)`` adds to the cells of its patch."""
+        from elusive.sensors._patch_kernels import lay
+
+        x, y, amplitude = states[:, X].copy(), states[:, Y].copy(), self.gain * states[:, INTENSITY]
+        corner, bells = lay(x, y, amplitude, (self.dx, self.dy), self.psf_sigma, self.truncation, self.shape)
+        return Patches(corner, bells, box_of(corner, bells.shape[2]))
+
+    def effect(self, expected: Patches, weights: Array, existence: float) -> PatchEffect:
+        """Return what a target adds that exists with a probability, its states weighted ``(N,)``.
+
+        Phases in an envelope are unknown, so that no mean is left of it: it adds to the power of the noise.
+        """
+        mean, square = moments_of(expected, weights)
+        if self.noise == "rayleigh":
+            return PatchEffect(expected.box, np.zeros_like(mean), 0.5 * existence * square)
+        mean *= existence
+        return PatchEffect(expected.box, mean, existence * square - mean * mean)
+
+    def log_ratio(self, expected: Patches, measurement: Array, others: Sequence[PatchEffect]) -> Array:
+        """Log likelihood of one more target at each state, less that of the others alone, ``(N,)``.
+
+        Raises
+        ------
+        DataError
+            If the frame has another shape, or an envelope is negative somewhere.
+        """
+        from elusive.sensors import _envelope_kernels, _patch_kernels
+
+        frame = self._checked(measurement)
+        left, precision = left_over(frame, self.noise_sigma**2, expected.box, others)
+        corner, bells, box = expected
         if self.noise == "gaussian":
-            return _kernels.log_ratio_gaussian(states, frame, (self.dx, self.dy), *optics, self._steps, self._window)
-        return _envelope_kernels.log_ratio_rayleigh(
-            states, frame, self.dx, self.dy, *optics, self.truncation, self.swerling
-        )
+            return _patch_kernels.log_ratio(corner, bells, box[:2], left * precision, precision)
+        return _envelope_kernels.log_ratio_rayleigh(corner, bells, box[:2], left, precision, self.swerling)
 
     def birth_map(self, measurement: Array, intensity: float) -> Array:
         """Log likelihood ratio of a target of that intensity centred on each cell, ``(rows, columns)``."""
