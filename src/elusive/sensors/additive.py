@@ -14,12 +14,12 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.random import Generator
 
-from elusive.contracts import Array
+from elusive.contracts import Array, X, Y
 from elusive.errors import DataError
 from elusive.model import Model
 
@@ -49,6 +49,8 @@ class DenseAdditiveSensor(Model):
     a state the readings depend on.
     """
 
+    observed: ClassVar[tuple[int, ...]] = (X, Y)  # components of a state that the readings depend on
+
     @property
     @abstractmethod
     def noise_variance(self) -> Array:
@@ -58,14 +60,10 @@ class DenseAdditiveSensor(Model):
     def added(self, states: Array) -> Array:
         """Return what a target at each state adds to every reading, ``(N, d) -> (N, m)``."""
 
-    def observed(self, states: Array) -> Array:
-        """Components that the readings depend on, ``(N, d) -> (N, k)``; by default x and y."""
-        return states[:, [0, 2]]
-
     def expected(self, states: Array) -> DenseExpected:
         """Return what a target at each state adds, as the other methods take it."""
         values = self.added(states)
-        return DenseExpected(self.observed(states), values, values * values)
+        return DenseExpected(states[:, list(self.observed)], values, values * values)
 
     def effect(self, expected: DenseExpected, weights: Array, existence: float) -> DenseEffect:
         """Return what a target adds that exists with a probability, its states weighted ``(N,)``."""

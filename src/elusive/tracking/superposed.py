@@ -1,27 +1,31 @@
 """Several targets whose contributions to a measurement add up: a multi-Bernoulli particle filter.
 
 Each target has a probability of existence and particles given existence. It is updated given the others' expected
-effect and the covariance of it, in turn, and once more when all have been: Nannuru, Coates and Mahler (2013), IEEE J.
+effect and the uncertainty of it, in turn, and again while the others change: Nannuru, Coates and Mahler (2013), IEEE J.
 Sel. Topics Signal Process. 7(3), 370-380; Davies and Garcia-Fernandez (2024), IEEE Trans. Signal Process. 72, 607-620.
-Newborn targets are drawn from what the known ones leave over (:mod:`elusive.filters.particle.annealed`).
+Its particles are drawn with the measurement in view (:mod:`elusive.filters.particle.informed`), those of newborn
+targets from what the known ones leave over (:mod:`elusive.filters.particle.annealed`).
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.random import Generator
 from pydantic import ConfigDict, Field, SerializeAsAny
 
-from elusive.contracts import AdditiveSensor, Array, Knowledge, Motion, interval_since
+from elusive.contracts import AdditiveSensor, Array, Knowledge, Motion, X, Y, interval_since
 from elusive.filters.particle import _kernels
 from elusive.filters.particle.annealed import anneal
+from elusive.filters.particle.informed import Cloud, draw_informed, fit_likelihood
 from elusive.filters.particle.parts import posterior
 from elusive.filters.particle.resampling import resample
 from elusive.model import Model, Positive, Probability
+from elusive.motion import transition
 from elusive.tracking.birth_density import BirthComponent, BirthDensity, within
 from elusive.tracking.lifecycle import Life, Lifecycle
 from elusive.tracking.track import Track
@@ -29,6 +33,10 @@ from elusive.tracking.track import Track
 SUREST = 1 - 1e-9  # existence, at most: a target may always have just gone
 FIRST_S = 1.0  # time before the first measurement in which its targets may have appeared
 SCREENED = 0.1  # of the least existence: what the drawn states must promise for a newborn target to be sought
+PILOTS = 0.25  # of the particles: plain predictions that tell where to draw the particles
+LEAST_PILOTS = 200
+PROBES = 16  # particles that tell whether a target's update still holds when the others have changed
+SETTLED = 0.1  # change of their log likelihoods up to which it does
 
 
 class Target(NamedTuple):
@@ -68,8 +76,11 @@ class _Sought(NamedTuple):
     particles: Array
     log_prior: Array  # (N,) log weights before the measurement
     weights: Array  # (N,)
-    expected: Any  # what each particle adds to the measurement
-    effect: Any  # what the target adds, as it is believed now
+    expected: Any = None  # what each particle adds to the measurement
+    effect: Any = None  # what the target adds, as it is believed now
+    log_ratio: Array | None = None  # (N,) of the last update
+    probes: Any = None  # what a few particles add
+    probed: Array | None = None  # their log likelihood ratios in the last update
 
 
 class SuperposedTracker(Model):
@@ -83,7 +94,7 @@ class SuperposedTracker(Model):
     knowledge: tuple[SerializeAsAny[Knowledge], ...] = Field((), description="Where a target can be")
     death_probability: Probability = Field(0.01, description="Probability that a target disappears in 1 s")
     particles: int = Field(1000, ge=10, le=1_000_000, description="Particles of a target, N")
-    sweeps: int = Field(2, ge=1, le=20, description="Updates of each target given the others, a measurement")
+    sweeps: int = Field(3, ge=1, le=20, description="Updates of a target given the others, a measurement, at most")
     forget_below: float = Field(1e-3, gt=0, lt=1, description="Existence below which a target is forgotten")
     merge_within: Positive = Field(
         0.5, description="Two targets nearer than this that are together one at most are one [deviations]"
@@ -105,50 +116,108 @@ class SuperposedTracker(Model):
         interval_s = interval_since(state.time_s, time_s)
         survival = 1 - within(self.death_probability, interval_s)
         living = [target for target in state.targets if target.life.status != "deleted"]
-        found = [self._predicted(target, interval_s, survival, rng) for target in living]
+        informed = measurement is not None and interval_s > 0 and transition(self.motion, interval_s) is not None
+        n = max(LEAST_PILOTS, round(PILOTS * self.particles)) if informed else self.particles
+        found = [
+            self._sought(target.life, survival * target.existence, self._plain(target, n, interval_s, rng))
+            for target in living
+        ]
         if measurement is not None:
-            found = self._updated(found, measurement)
-            found += self._newborn(found, measurement, FIRST_S if math.isnan(state.time_s) else interval_s, rng)
+            pilots = found = self._updated([self._opened(target) for target in found], measurement)
+            if informed:
+                found = self._drawn(living, pilots, interval_s, measurement, rng)
+            newborn = self._newborn(found, measurement, FIRST_S if math.isnan(state.time_s) else interval_s, rng)
+            if newborn:
+                if informed:  # what the known targets were drawn for was partly the newborn's
+                    pilots = self._updated([*pilots, *newborn], measurement)[: len(pilots)]
+                    found = self._drawn(living, pilots, interval_s, measurement, rng, newborn)
+                else:
+                    found = self._updated([*found, *newborn], measurement)
         return self._judged(time_s, self._merged(found), state.numbered)
 
-    def _predicted(self, target: Target, interval_s: float, survival: float, rng: Generator) -> _Sought:
-        """Move a target's particles; where it cannot be, it is not."""
-        n = self.particles
-        particles, log_prior = target.particles, np.full(n, -math.log(n))
-        if interval_s > 0:
-            chosen = resample(target.weights, n, rng)
-            particles = self.motion.propagate(_kernels.gather(particles, chosen, n), interval_s, rng)
-        else:
-            with np.errstate(divide="ignore"):
-                log_prior = np.log(target.weights)
-        existence = survival * target.existence
-        for known in self.knowledge:
-            log_prior = log_prior + known.log_probability(particles)
-        if self.knowledge:
-            weights, log_allowed = _kernels.weigh(log_prior)
-            allowed = math.exp(log_allowed)
-            existence = existence * allowed / (1 - existence + existence * allowed)
-            with np.errstate(divide="ignore"):
-                log_prior = np.log(weights)
-        return self._sought(target.life, existence, particles, log_prior)
+    def _drawn(
+        self,
+        living: list[Target],
+        pilots: list[_Sought],
+        interval_s: float,
+        measurement: Any,
+        rng: Generator,
+        newborn: Sequence[_Sought] = (),
+    ) -> list[_Sought]:
+        """Draw the targets where their pilots let expect them, and update them."""
+        drawn = [
+            self._sought(target.life, pilot.prior, self._informed(target, pilot, interval_s, rng), pilot)
+            for target, pilot in zip(living, pilots, strict=True)
+        ]
+        return self._updated([*drawn, *newborn], measurement)
 
-    def _sought(self, life: Life, existence: float, particles: Array, log_prior: Array) -> _Sought:
-        expected = self.sensor.expected(particles)
-        weights = np.exp(log_prior)
-        effect = self.sensor.effect(expected, weights, existence)
-        return _Sought(life, existence, existence, particles, log_prior, weights, expected, effect)
+    def _plain(self, target: Target, n: int, interval_s: float, rng: Generator) -> Cloud:
+        """Predict a target."""
+        if interval_s == 0:
+            with np.errstate(divide="ignore"):
+                return Cloud(target.particles, np.log(target.weights))
+        chosen = resample(target.weights, n, rng)
+        moved = self.motion.propagate(_kernels.gather(target.particles, chosen, n), interval_s, rng)
+        return Cloud(moved, np.full(n, -math.log(n)))
+
+    def _informed(self, target: Target, pilot: _Sought, interval_s: float, rng: Generator) -> Cloud:
+        """Predict a target with the measurement in view, of which a few predictions have been weighted."""
+        assert pilot.log_ratio is not None
+        likelihood = fit_likelihood(pilot.particles[:, self._observed], pilot.log_prior, pilot.log_ratio)
+        return draw_informed(
+            target.particles, target.weights, self.motion, interval_s, likelihood, self._observed, self.particles, rng
+        )
+
+    @cached_property
+    def _observed(self) -> list[int]:
+        return list(getattr(self.sensor, "observed", (X, Y)))
+
+    def _sought(self, life: Life, prior: float, cloud: Cloud, pilot: _Sought | None = None) -> _Sought:
+        """Let a target be where its particles are and can be; a pilot tells what it adds."""
+        log_prior = cloud.log_prior
+        for known in self.knowledge:
+            log_prior = log_prior + known.log_probability(cloud.states)
+        weights, log_allowed = _kernels.weigh(log_prior)
+        if pilot is not None:
+            sought = _Sought(life, prior, pilot.existence, cloud.states, log_prior, weights)
+            return sought._replace(expected=self.sensor.expected(cloud.states), effect=pilot.effect)
+        return _Sought(life, prior, posterior(prior, min(log_allowed, 0.0)), cloud.states, log_prior, weights)
+
+    def _opened(self, target: _Sought) -> _Sought:
+        """Find out what a target adds, as far as is known before the measurement."""
+        expected = self.sensor.expected(target.particles)
+        return target._replace(expected=expected, effect=self.sensor.effect(expected, target.weights, target.existence))
 
     def _updated(self, found: list[_Sought], measurement: Any) -> list[_Sought]:
-        """Update each target given the others, in turn."""
-        for _ in range(self.sweeps if len(found) > 1 else 1):
+        """Update each target given the others, in turn, and again those whose others have changed."""
+        for sweep in range(self.sweeps):
+            changed = False
             for k, target in enumerate(found):
-                others = [other.effect for other in found[:k] + found[k + 1 :]]
-                log_ratio = self.sensor.log_ratio(target.expected, measurement, others)
-                weights, log_evidence = _kernels.weigh(target.log_prior + log_ratio)
-                existence = min(posterior(target.prior, log_evidence), SUREST)
-                effect = self.sensor.effect(target.expected, weights, existence)
-                found[k] = target._replace(existence=existence, weights=weights, effect=effect)
+                others = [other.effect for j, other in enumerate(found) if j != k]
+                if sweep == 0 or self._stirred(target, measurement, others):
+                    found[k] = self._given(target, measurement, others)
+                    changed = True
+            if not changed or len(found) == 1:
+                break
         return found
+
+    def _given(self, target: _Sought, measurement: Any, others: Sequence[Any]) -> _Sought:
+        """Update a target given the others' effects."""
+        log_ratio = self.sensor.log_ratio(target.expected, measurement, others)
+        weights, log_evidence = _kernels.weigh(target.log_prior + log_ratio)
+        existence = min(posterior(target.prior, log_evidence), SUREST)
+        effect = self.sensor.effect(target.expected, weights, existence)
+        updated = target._replace(existence=existence, weights=weights, effect=effect, log_ratio=log_ratio)
+        if not others:
+            return updated
+        chosen = _kernels.systematic(weights, 1.0, PROBES, 0.5)
+        probes = self.sensor.expected(target.particles[chosen])
+        return updated._replace(probes=probes, probed=log_ratio[chosen])
+
+    def _stirred(self, target: _Sought, measurement: Any, others: Sequence[Any]) -> bool:
+        """Tell whether the others have changed so much that a target's update does not hold any more."""
+        now = self.sensor.log_ratio(target.probes, measurement, others)
+        return bool(np.abs(now - target.probed).max() > SETTLED)
 
     def _newborn(self, found: list[_Sought], measurement: Any, interval_s: float, rng: Generator) -> list[_Sought]:
         """Look for targets that the known ones do not explain, a component of the birth after the other."""
@@ -187,7 +256,13 @@ class SuperposedTracker(Model):
         existence = min(posterior(probability, after.log_evidence), SUREST)
         if existence < self.forget_below:
             return None
-        return self._sought(Life(), existence, after.states, np.full(n, -math.log(n)))
+        even = np.full(n, 1.0 / n)
+        expected = self.sensor.expected(after.states)
+        log_ratio = self.sensor.log_ratio(expected, measurement, others)
+        effect = self.sensor.effect(expected, even, existence)
+        # drawn from the posterior: prior over proposal is evidence over likelihood
+        log_prior = after.log_evidence - log_ratio - math.log(n)
+        return _Sought(Life(), probability, existence, after.states, log_prior, even, expected, effect, log_ratio)
 
     def _merged(self, found: list[_Sought]) -> list[_Sought]:
         """Make one of two targets in one place that are together hardly more than one."""

@@ -74,7 +74,7 @@ def anneal(
     if carried.max() == -math.inf:
         return Annealed(states, origin, -math.inf)
     for _ in range(STAGES):
-        share = _share(level, carried, 1 - taken, effective * n)
+        share = share_of(level, carried, 1 - taken, effective * n)
         gain = share * level + carried
         top = float(gain.max())
         weights = np.exp(gain - top)
@@ -95,7 +95,7 @@ def anneal(
     return Annealed(states, origin, log_evidence)
 
 
-def _share(level: Array, carried: Array, left: float, wanted: float) -> float:
+def share_of(level: Array, carried: Array, left: float, wanted: float) -> float:
     """Greatest share of the likelihood, up to what is left, that keeps the wanted effective number of particles."""
 
     def enough(share: float) -> bool:

@@ -1,0 +1,135 @@
+"""Particles drawn with the measurement in view, where the motion is linear with Gaussian noise.
+
+Pitt and Shephard (1999), J. Am. Stat. Assoc. 94(446), 590-599 (auxiliary selection); Doucet, Godsill and Andrieu
+(2000), Stat. Comput. 10, 197-208, section II.C (optimal proposals of a Gaussian likelihood). A Gaussian l is fitted to
+what the likelihood says of the components that it depends on. For it, selection and proposals have closed forms, and
+the particles' density is the prediction's f times l(s) / A, A the mean of l: a mixture of a share e of plain
+predictions and of these has the weights f / q = 1 / (e + (1 - e) l / A). Whatever the fit is worth, they are exact.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.random import Generator
+
+from elusive.contracts import Array, Motion
+from elusive.filters.particle import _kernels
+from elusive.filters.particle.annealed import share_of
+from elusive.filters.particle.resampling import resample
+from elusive.motion import transition
+
+PLAIN_SHARE = 0.1  # of the particles: plain predictions, e
+EFFECTIVE = 0.2  # share of the pilot's particles that the fit is left with at least
+WIDENED = 1.3  # covariance of the fitted likelihood, for what the fit cannot know of its tails
+LEAST_GAIN = 1e-6  # of precision, relative to the prediction's
+LEAST_SPREAD = 1e-9  # of a component, relative to its size: particles that all stand in one place
+
+
+class Cloud(NamedTuple):
+    """Particles for a prediction."""
+
+    states: Array  # (n, d)
+    log_prior: Array  # (n,) log of prediction over proposal, less log n: exp(log_prior) @ likelihood is the evidence
+
+
+class FittedLikelihood(NamedTuple):
+    """A Gaussian of some components that rises and falls as the likelihood does."""
+
+    mean: Array  # (k,)
+    covariance: Array  # (k, k)
+
+
+def fit_likelihood(places: Array, log_prior: Array, log_likelihood: Array) -> FittedLikelihood:
+    """Fit a Gaussian to a likelihood: posterior precision less prediction precision.
+
+    Where the likelihood is so narrow that it would leave few particles, a power of it is fitted, and taken back.
+
+    Parameters
+    ----------
+    places
+        ``(n, k)`` components that the likelihood depends on, of predicted particles.
+    log_prior, log_likelihood
+        ``(n,)`` of each.
+    """
+    weights, _ = _kernels.weigh(log_prior)
+    log_weights = np.log(np.maximum(weights, 1e-300))
+    power = share_of(log_likelihood, log_weights, 1.0, EFFECTIVE / (weights @ weights))
+    after, _ = _kernels.weigh(log_weights + power * log_likelihood)
+    mean, covariance = _moments(places, weights)
+    found, left = _moments(places, after)
+    # in axes in which the prediction has unit covariance
+    root = np.linalg.cholesky(covariance)
+    whiten = np.linalg.inv(root)
+    values, axes = np.linalg.eigh(np.linalg.inv(whiten @ left @ whiten.T))
+    gain = np.maximum((values - 1) / power, LEAST_GAIN)
+    # information of the posterior, about the prediction's mean: nothing where nothing was gained
+    along = axes.T @ whiten @ (found - mean)
+    offset = np.where(gain > LEAST_GAIN, values * along / (power * gain), 0.0)
+    scaled = root @ axes
+    return FittedLikelihood(mean + scaled @ offset, WIDENED * (scaled / gain) @ scaled.T)
+
+
+def draw_informed(
+    states: Array,
+    weights: Array,
+    motion: Motion,
+    interval_s: float,
+    likelihood: FittedLikelihood,
+    observed: Sequence[int],
+    n: int,
+    rng: Generator,
+) -> Cloud:
+    """Draw predicted particles where the likelihood lets expect them; plain predictions of a motion that is not linear.
+
+    Parameters
+    ----------
+    states, weights
+        ``(N, d)`` before, ``(N,)``.
+    motion, interval_s
+        How the target moved, and for how long.
+    likelihood
+        Of the observed components.
+    observed
+        Their places in the state.
+    n
+        Particles to draw.
+    rng
+        Source of randomness.
+    """
+    linear = transition(motion, interval_s)
+    if linear is None or interval_s == 0:
+        chosen = resample(weights, n, rng)
+        moved = motion.propagate(_kernels.gather(states, chosen, n), interval_s, rng)
+        return Cloud(moved, np.full(n, -math.log(n)))
+    F, Q = linear
+    seen = list(observed)
+    spread = Q[np.ix_(seen, seen)] + likelihood.covariance
+    # first stage: how well each particle's own prediction fits
+    root = np.linalg.cholesky(spread)
+    off = np.linalg.solve(root, (likelihood.mean - states @ F[seen].T).T)
+    with np.errstate(divide="ignore"):
+        fits = np.log(weights) - 0.5 * (off * off).sum(axis=0)
+    selected, log_mean = _kernels.weigh(fits)
+    log_mean -= float(np.log(np.diag(root)).sum())
+    plain = round(PLAIN_SHARE * n)
+    chosen = np.concatenate([resample(weights, plain, rng), resample(selected, n - plain, rng)])
+    moved = motion.propagate(_kernels.gather(states, chosen, n), interval_s, rng)
+    # second stage: a draw of the prediction, corrected by a draw of what is measured, is one of the posterior
+    narrow = np.linalg.cholesky(likelihood.covariance)
+    drawn = likelihood.mean + rng.standard_normal((n - plain, len(seen))) @ narrow.T
+    gain = np.linalg.solve(spread, Q[seen])
+    moved[plain:] += (drawn - moved[plain:, seen]) @ gain
+    off = np.linalg.solve(narrow, (likelihood.mean - moved[:, seen]).T)
+    log_ratio = -0.5 * (off * off).sum(axis=0) - float(np.log(np.diag(narrow)).sum()) - log_mean
+    share = plain / n
+    return Cloud(moved, -np.logaddexp(math.log(share), math.log1p(-share) + log_ratio) - math.log(n))
+
+
+def _moments(places: Array, weights: Array) -> tuple[Array, Array]:
+    mean, covariance = _kernels.moments(places, weights)
+    covariance[np.diag_indices_from(covariance)] += LEAST_SPREAD * (1.0 + mean**2)
+    return mean, covariance
