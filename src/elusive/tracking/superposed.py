@@ -80,7 +80,7 @@ class _Sought(NamedTuple):
     effect: Any = None  # what the target adds, as it is believed now
     log_ratio: Array | None = None  # (N,) of the last update
     probes: Any = None  # what a few particles add
-    probed: Array | None = None  # their log likelihood ratios in the last update
+    probed: Any = None  # (PROBES,) their log likelihood ratios in the last update
 
 
 class SuperposedTracker(Model):
@@ -239,7 +239,7 @@ class SuperposedTracker(Model):
         """Draw a component's target from what the others leave over, if that promises any."""
         n = self.particles
 
-        def log_prior(states: Array, _: Any) -> Array:
+        def log_density(states: Array, _: Any) -> Array:
             density = component.log_density(states)
             for known in self.knowledge:
                 density = density + known.log_probability(states)
@@ -252,7 +252,7 @@ class SuperposedTracker(Model):
         _, promise = _kernels.weigh(log_likelihood(drawn) - math.log(n))
         if posterior(probability, promise) < SCREENED * self.forget_below:
             return None
-        after = anneal(drawn, log_prior, log_likelihood, rng)
+        after = anneal(drawn, log_density, log_likelihood, rng)
         existence = min(posterior(probability, after.log_evidence), SUREST)
         if existence < self.forget_below:
             return None

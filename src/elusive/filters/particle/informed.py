@@ -57,7 +57,7 @@ def fit_likelihood(places: Array, log_prior: Array, log_likelihood: Array) -> Fi
     """
     weights, _ = _kernels.weigh(log_prior)
     log_weights = np.log(np.maximum(weights, 1e-300))
-    power = share_of(log_likelihood, log_weights, 1.0, EFFECTIVE / (weights @ weights))
+    power = share_of(log_likelihood, log_weights, 1.0, EFFECTIVE / float(weights @ weights))
     after, _ = _kernels.weigh(log_weights + power * log_likelihood)
     mean, covariance = _moments(places, weights)
     found, left = _moments(places, after)
