@@ -32,12 +32,14 @@ from elusive.systems.links.simulate import LinkSimulation
 from elusive.systems.links.walks import Walks
 from elusive.systems.registry import SYSTEMS
 from tests.bearing_flight import write_flight
+from tests.experiments.field_scene import write_scene
 
 ROOT = Path(__file__).parents[1]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 FEWER = {  # the whole thing takes minutes
     "amrouche2018": ["fig2", "--trials", "2"],
     "bootsveld2012": ["fig5_3", "--trials", "2"],
+    "davies2024": ["--particles", "100"],
     "jiang2024": ["fig2", "--trials", "2"],
     "mazurek2013": ["fig3", "--trials", "2"],
     "mendieta2017": ["table4_5", "--trials", "2"],
@@ -104,6 +106,9 @@ def test_command_runs(
         )
         simulate_links(room, tmp_path / "room")
         shutil.copytree(tmp_path / "room", tmp_path, dirs_exist_ok=True)
+    if " davies2024 " in line:
+        for number in (1, 2):
+            write_scene(tmp_path / "superposed", number)
     if "bearings.csv" in line or "arrivals.csv" in line:
         write_flight(tmp_path)
     for other in blocks(COMMANDS[line].page):
