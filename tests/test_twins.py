@@ -122,6 +122,7 @@ TWINS: dict[str, dict[str, str]] = {
         "lay": "sensors/test_image_patches.py::reference.spread",
         "log_ratio": "sensors/test_image_patches.py::reference.log_ratio_beside",
         "moments": "sensors/test_image_patches.py::reference.effect",
+        "template_sums": "sensors/test_image_patches.py::reference.log_ratio_beside",
     },
     "sensors._radar_kernels": {
         "judge": "tracking/test_radar_tracks.py::reference",

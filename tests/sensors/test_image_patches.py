@@ -93,3 +93,25 @@ def test_what_lies_beyond_the_frame_is_masked():
     assert left.shape == box.shape == (5, 5)
     np.testing.assert_array_equal(left[2:, 2:], frame[:, :3])
     np.testing.assert_array_equal(precision > 0, np.pad(np.ones((3, 3), bool), ((2, 0), (2, 0))))
+
+
+@pytest.mark.parametrize("noise", ["gaussian", "rayleigh"])
+@pytest.mark.parametrize("box", [None, Box(2, 5, 9, 8)], ids=["whole", "part"])
+def test_the_ratio_of_each_cell_is_that_of_a_target_centred_on_it(noise, box):
+    sensor = ImageSensor(noise=noise, truncation=2, **ODD)
+    others = [(*cloud(sensor, (4.0, 6.0), seed=1), 0.9)]
+    effects = [sensor.effect(sensor.expected(others[0][0]), *others[0][1:])]
+    intensities, frame = np.array([20.0, 55.0]), frame_of(sensor, masked=(np.nan,))
+    found = sensor.cell_ratios(frame, effects, intensities, box)
+    part = box or Box(0, 0, *sensor.shape)
+    assert found.shape == (2, *part.shape)
+    r, c = np.indices(sensor.shape)
+    for ratios, intensity in zip(found, intensities, strict=True):
+        centred = np.zeros((r.size, 5))
+        centred[:, 0], centred[:, 2], centred[:, 4] = c.ravel() * sensor.dx, r.ravel() * sensor.dy, intensity
+        if noise == "gaussian":
+            twin = reference.log_ratio_beside(centred, frame, sensor, others)
+        else:
+            twin = sensor.log_ratio(sensor.expected(centred), frame, effects)
+        whole = twin.reshape(sensor.shape)
+        np.testing.assert_allclose(ratios, whole[part.top : part.bottom, part.left : part.right], rtol=1e-9, atol=1e-9)

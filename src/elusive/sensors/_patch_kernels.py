@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from elusive._kernels import add_product
 from elusive.contracts import Array
 
 
@@ -71,3 +72,25 @@ def log_ratio(corner: NDArray[np.int64], bells: Array, first: tuple[int, int], l
             total += height * (cross - 0.5 * height * square)
         ratio[i] = total
     return ratio
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def template_sums(left: Array, precision: Array, taps_x: Array, taps_y: Array) -> tuple[Array, Array]:
+    """Sums of ``g z / v`` and ``g^2 / v`` about each cell, g the product of the taps, by two 1-D passes."""
+    rows, columns = left.shape
+    p = len(taps_x) // 2
+    cross, square = np.zeros((rows, columns)), np.zeros((rows, columns))
+    first, second = np.empty(columns), np.empty(columns)
+    for r in range(rows):
+        first[:] = 0.0
+        second[:] = 0.0
+        for m in range(-min(p, columns - 1), min(p, columns - 1) + 1):
+            tap = taps_x[m + p]
+            reach = columns - abs(m)
+            begin, source = max(0, -m), max(0, m)
+            add_product(first[begin : begin + reach], tap, left[r, source : source + reach])
+            add_product(second[begin : begin + reach], tap * tap, precision[r, source : source + reach])
+        for k in range(max(-p, r - rows + 1), min(p, r) + 1):
+            add_product(cross[r - k], taps_y[k + p], first)
+            add_product(square[r - k], taps_y[k + p] * taps_y[k + p], second)
+    return cross, square

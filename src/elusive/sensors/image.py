@@ -19,7 +19,7 @@ from pydantic import Field
 from elusive.contracts import INTENSITY, Array, X, Y
 from elusive.errors import DataError
 from elusive.model import FROM_RECORDING, Model, Positive
-from elusive.sensors.patches import PatchEffect, Patches, box_of, left_over, moments_of
+from elusive.sensors.patches import Box, PatchEffect, Patches, box_of, left_over, moments_of
 
 
 class ImageSensor(Model):
@@ -155,6 +155,31 @@ class ImageSensor(Model):
         if self.noise == "gaussian":
             return _patch_kernels.log_ratio(corner, bells, box[:2], left * precision, precision)
         return _envelope_kernels.log_ratio_rayleigh(corner, bells, box[:2], left, precision, self.swerling)
+
+    def cell_ratios(
+        self, measurement: Array, others: Sequence[PatchEffect], intensities: Array, box: Box | None = None
+    ) -> Array:
+        """Log likelihood ratio of one more target given others, ``(K, rows, columns)``: for each intensity, each cell.
+
+        ``box`` is the rectangle of cells at whose centres it is asked for; by default all.
+        """
+        from elusive.sensors._patch_kernels import template_sums
+
+        box = box or Box(0, 0, *self.shape)
+        if self.noise == "rayleigh":
+            x, y = np.arange(box.left, box.right) * self.dx, np.arange(box.top, box.bottom) * self.dy
+            centred = np.zeros((len(intensities), len(y), len(x), 5))
+            centred[..., X], centred[..., Y] = x, y[:, None]
+            centred[..., INTENSITY] = intensities[:, None, None]
+            expected = self.expected(centred.reshape(-1, 5))
+            return self.log_ratio(expected, measurement, others).reshape(centred.shape[:-1])
+        p = self.truncation
+        wider = Box(box.top - p, box.left - p, box.bottom + p, box.right + p)
+        left, precision = left_over(self._checked(measurement), self.noise_sigma**2, wider, others)
+        cross, square = template_sums(left * precision, precision, *self._taps)
+        inside = slice(p, p + box.shape[0]), slice(p, p + box.shape[1])
+        amplitude = self.gain * intensities[:, None, None]
+        return np.asarray(amplitude * (cross[inside] - 0.5 * amplitude * square[inside]))
 
     def birth_map(self, measurement: Array, intensity: float) -> Array:
         """Log likelihood ratio of a target of that intensity centred on each cell, ``(rows, columns)``."""

@@ -7,9 +7,9 @@ A multi-Bernoulli birth, one target a component: Davies and Garcia-Fernandez (20
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
-from typing import Annotated, Literal, NamedTuple, Protocol, Self, runtime_checkable
+from typing import Annotated, Any, Literal, NamedTuple, Protocol, Self, runtime_checkable
 
 import numpy as np
 from numpy.random import Generator
@@ -41,6 +41,35 @@ class BirthDensity(Protocol):
     @property
     def components(self) -> Sequence[BirthComponent]:
         """One a target."""
+
+
+class BirthProposal(NamedTuple):
+    """States of a target that may have appeared, drawn with the measurement in view."""
+
+    states: Array  # (n, d)
+    log_weight: Array  # (n,) log of birth density over proposal density
+    probability: float  # that one target appears, wherever the birth density allows it
+    log_density: Callable[[Array], Array]  # log birth density of states (N, d), up to a constant, (N,)
+
+
+@runtime_checkable
+class ProposedBirths(Protocol):
+    """Targets that may appear in numbers: the measurement tells where to look for them."""
+
+    def proposals(
+        self,
+        sensor: Any,
+        state_names: tuple[str, ...],
+        measurement: Any,
+        others: Sequence[Any],
+        interval_s: float,
+        least: float,
+        rng: Generator,
+    ) -> Iterator[BirthProposal]:
+        """Yield targets that may reach an existence of ``least``, each apart from the others.
+
+        ``others`` are the effects of those that are known; it may grow while the proposals are read.
+        """
 
 
 def within(probability: float, interval_s: float) -> float:

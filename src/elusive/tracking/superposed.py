@@ -10,7 +10,7 @@ targets from what the known ones leave over (:mod:`elusive.filters.particle.anne
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -20,22 +20,27 @@ from pydantic import ConfigDict, Field, SerializeAsAny
 
 from elusive.contracts import AdditiveSensor, Array, Knowledge, Motion, X, Y, interval_since
 from elusive.filters.particle import _kernels
-from elusive.filters.particle.annealed import anneal
+from elusive.filters.particle.annealed import Annealed, anneal
 from elusive.filters.particle.informed import Cloud, draw_informed, fit_likelihood
-from elusive.filters.particle.parts import posterior
+from elusive.filters.particle.parts import Known, posterior
 from elusive.filters.particle.resampling import resample
 from elusive.model import Model, Positive, Probability
 from elusive.motion import transition
-from elusive.tracking.birth_density import BirthComponent, BirthDensity, within
+from elusive.sensors.field_of_view import FieldOfView
+from elusive.tracking.birth_density import BirthComponent, BirthDensity, ProposedBirths, within
 from elusive.tracking.lifecycle import Life, Lifecycle
 from elusive.tracking.track import Track
 
+LEAST_SPREAD = 1e-9  # of a component: particles that all stand in one place
 SUREST = 1 - 1e-9  # existence, at most: a target may always have just gone
 FIRST_S = 1.0  # time before the first measurement in which its targets may have appeared
 SCREENED = 0.1  # of the least existence: what the drawn states must promise for a newborn target to be sought
 PILOTS = 0.25  # of the particles: plain predictions that tell where to draw the particles
 LEAST_PILOTS = 200
 PROBES = 16  # particles that tell whether a target's update still holds when the others have changed
+FAINT = 0.1  # existence below which a target hardly exists
+FEWEST = 10.0  # effective particles under which a target is drawn anew
+LOUD = 0.02  # existence above which what a target adds is told to the others
 SETTLED = 0.1  # change of their log likelihoods up to which it does
 
 
@@ -90,10 +95,17 @@ class SuperposedTracker(Model):
 
     motion: SerializeAsAny[Motion] = Field(description="How a target moves")
     sensor: SerializeAsAny[AdditiveSensor] = Field(description="What targets add to a measurement")
-    birth: SerializeAsAny[BirthDensity] = Field(description="Where and how often targets appear")
-    knowledge: tuple[SerializeAsAny[Knowledge], ...] = Field((), description="Where a target can be")
+    birth: SerializeAsAny[BirthDensity | ProposedBirths] = Field(description="Where and how often targets appear")
+    knowledge: tuple[SerializeAsAny[Knowledge | FieldOfView], ...] = Field((), description="Where a target can be")
     death_probability: Probability = Field(0.01, description="Probability that a target disappears in 1 s")
     particles: int = Field(1000, ge=10, le=1_000_000, description="Particles of a target, N")
+    faint_particles: int | None = Field(
+        None, ge=10, description="Particles of a target that hardly exists; by default as many as of the others"
+    )
+    informed: bool = Field(True, description="Draw particles with the measurement in view, where the motion is linear")
+    kernel: float = Field(
+        0.0, ge=0, lt=1, description="Width of the kernel that a cloud is smoothed with, h [deviations of the cloud]"
+    )
     sweeps: int = Field(3, ge=1, le=20, description="Updates of a target given the others, a measurement, at most")
     forget_below: float = Field(1e-3, gt=0, lt=1, description="Existence below which a target is forgotten")
     merge_within: Positive = Field(
@@ -116,10 +128,21 @@ class SuperposedTracker(Model):
         interval_s = interval_since(state.time_s, time_s)
         survival = 1 - within(self.death_probability, interval_s)
         living = [target for target in state.targets if target.life.status != "deleted"]
-        informed = measurement is not None and interval_s > 0 and transition(self.motion, interval_s) is not None
+        if interval_s > 0 and self.kernel > 0:
+            living = [self._smoothed(target, rng) for target in living]
+        informed = (
+            self.informed
+            and measurement is not None
+            and interval_s > 0
+            and transition(self.motion, interval_s) is not None
+        )
         n = max(LEAST_PILOTS, round(PILOTS * self.particles)) if informed else self.particles
         found = [
-            self._sought(target.life, survival * target.existence, self._plain(target, n, interval_s, rng))
+            self._sought(
+                target.life,
+                survival * target.existence,
+                self._plain(target, self._particles_of(target, n), interval_s, rng),
+            )
             for target in living
         ]
         if measurement is not None:
@@ -127,7 +150,9 @@ class SuperposedTracker(Model):
             if informed:
                 found = self._drawn(living, pilots, interval_s, measurement, rng)
             newborn = self._newborn(found, measurement, FIRST_S if math.isnan(state.time_s) else interval_s, rng)
-            if newborn:
+            if not any(target.existence > LOUD for target in newborn):
+                found = found + newborn
+            else:
                 if informed:  # what the known targets were drawn for was partly the newborn's
                     pilots = self._updated([*pilots, *newborn], measurement)[: len(pilots)]
                     found = self._drawn(living, pilots, interval_s, measurement, rng, newborn)
@@ -151,6 +176,9 @@ class SuperposedTracker(Model):
         ]
         return self._updated([*drawn, *newborn], measurement)
 
+    def _particles_of(self, target: Target, usual: int) -> int:
+        return usual if self.faint_particles is None or target.existence > FAINT else self.faint_particles
+
     def _plain(self, target: Target, n: int, interval_s: float, rng: Generator) -> Cloud:
         """Predict a target."""
         if interval_s == 0:
@@ -169,14 +197,25 @@ class SuperposedTracker(Model):
         )
 
     @cached_property
+    def _known(self) -> Known:
+        return Known.of(self.knowledge, self.sensor)
+
+    @cached_property
     def _observed(self) -> list[int]:
         return list(getattr(self.sensor, "observed", (X, Y)))
 
     def _sought(self, life: Life, prior: float, cloud: Cloud, pilot: _Sought | None = None) -> _Sought:
         """Let a target be where its particles are and can be; a pilot tells what it adds."""
         log_prior = cloud.log_prior
-        for known in self.knowledge:
+        for known in self._known.maps:
             log_prior = log_prior + known.log_probability(cloud.states)
+        for view in self._known.views:
+            # who has left the field of view is not there
+            _, before = _kernels.weigh(log_prior)
+            seen = log_prior + view.log_probability(cloud.states)
+            _, log_stays = _kernels.weigh(seen)
+            prior *= math.exp(min(log_stays - before, 0.0))
+            log_prior = seen if prior == 0.0 else seen - min(log_stays - before, 0.0)
         weights, log_allowed = _kernels.weigh(log_prior)
         if pilot is not None:
             sought = _Sought(life, prior, pilot.existence, cloud.states, log_prior, weights)
@@ -193,7 +232,7 @@ class SuperposedTracker(Model):
         for sweep in range(self.sweeps):
             changed = False
             for k, target in enumerate(found):
-                others = [other.effect for j, other in enumerate(found) if j != k]
+                others = [other.effect for j, other in enumerate(found) if j != k and other.existence > LOUD]
                 if sweep == 0 or self._stirred(target, measurement, others):
                     found[k] = self._given(target, measurement, others)
                     changed = True
@@ -216,13 +255,17 @@ class SuperposedTracker(Model):
 
     def _stirred(self, target: _Sought, measurement: Any, others: Sequence[Any]) -> bool:
         """Tell whether the others have changed so much that a target's update does not hold any more."""
+        if target.probes is None:
+            return bool(others)
         now = self.sensor.log_ratio(target.probes, measurement, others)
         return bool(np.abs(now - target.probed).max() > SETTLED)
 
     def _newborn(self, found: list[_Sought], measurement: Any, interval_s: float, rng: Generator) -> list[_Sought]:
         """Look for targets that the known ones do not explain, a component of the birth after the other."""
         newborn: list[_Sought] = []
-        effects = [target.effect for target in found]
+        effects = [target.effect for target in found if target.existence > LOUD]
+        if isinstance(self.birth, ProposedBirths):
+            return self._proposed(self.birth, effects, measurement, interval_s, rng)
         for component in self.birth.components:
             probability = component.probability(interval_s)
             if probability == 0.0:
@@ -233,6 +276,41 @@ class SuperposedTracker(Model):
                 effects.append(target.effect)
         return newborn
 
+    def _proposed(
+        self, birth: ProposedBirths, effects: list[Any], measurement: Any, interval_s: float, rng: Generator
+    ) -> list[_Sought]:
+        """Weigh the targets that the birth proposes."""
+        newborn: list[_Sought] = []
+        names = tuple(self.motion.state_names)
+        for proposal in birth.proposals(self.sensor, names, measurement, effects, interval_s, self.forget_below, rng):
+            cloud = Cloud(proposal.states, proposal.log_weight - math.log(len(proposal.states)))
+            target = self._sought(Life(), proposal.probability, cloud)
+            expected = self.sensor.expected(cloud.states)
+            log_ratio = self.sensor.log_ratio(expected, measurement, effects)
+            weights, log_evidence = _kernels.weigh(target.log_prior + log_ratio)
+            existence = min(posterior(proposal.probability, log_evidence), SUREST)
+            if existence < self.forget_below:
+                continue
+            effect = self.sensor.effect(expected, weights, existence)
+            target = target._replace(
+                existence=existence, weights=weights, expected=expected, effect=effect, log_ratio=log_ratio
+            )
+            if existence > FAINT and weights @ weights > 1 / FEWEST:
+                target = self._annealed(target, proposal.log_density, measurement, effects, rng)
+            newborn.append(target)
+            if target.existence > LOUD:
+                effects.append(target.effect)
+        return newborn
+
+    def _smoothed(self, target: Target, rng: Generator) -> Target:
+        """Draw a target's particles from kernels about them that leave mean and covariance: Liu and West (2001)."""
+        n = len(target.particles)
+        particles = _kernels.gather(target.particles, resample(target.weights, n, rng), n)
+        root = self.kernel * np.linalg.cholesky(_full_rank(target.mean, target.covariance))
+        drawn = target.mean + math.sqrt(1 - self.kernel**2) * (particles - target.mean)
+        drawn += rng.standard_normal(particles.shape) @ root.T
+        return target._replace(particles=np.asfortranarray(drawn), weights=np.full(n, 1 / n))
+
     def _born(
         self, component: BirthComponent, probability: float, measurement: Any, others: Sequence[Any], rng: Generator
     ) -> _Sought | None:
@@ -241,7 +319,7 @@ class SuperposedTracker(Model):
 
         def log_density(states: Array, _: Any) -> Array:
             density = component.log_density(states)
-            for known in self.knowledge:
+            for known in (*self._known.maps, *self._known.views):
                 density = density + known.log_probability(states)
             return density
 
@@ -254,15 +332,42 @@ class SuperposedTracker(Model):
             return None
         after = anneal(drawn, log_density, log_likelihood, rng)
         existence = min(posterior(probability, after.log_evidence), SUREST)
-        if existence < self.forget_below:
-            return None
+        return None if existence < self.forget_below else self._settled(Life(), probability, after, measurement, others)
+
+    def _annealed(
+        self,
+        target: _Sought,
+        log_density: Callable[[Array], Array],
+        measurement: Any,
+        others: Sequence[Any],
+        rng: Generator,
+    ) -> _Sought:
+        """Draw a target anew of whose particles few are left."""
+
+        def log_likelihood(states: Array) -> Array:
+            return self.sensor.log_ratio(self.sensor.expected(states), measurement, others)
+
+        n = len(target.particles)
+        after = anneal(
+            target.particles,
+            lambda states, _: log_density(states),
+            log_likelihood,
+            rng,
+            log_weight=target.log_prior + math.log(n),
+        )
+        return self._settled(target.life, target.prior, after, measurement, others)
+
+    def _settled(self, life: Life, prior: float, after: Annealed, measurement: Any, others: Sequence[Any]) -> _Sought:
+        """Lay out a target whose particles are of equal weight."""
+        n = len(after.states)
+        existence = min(posterior(prior, after.log_evidence), SUREST)
         even = np.full(n, 1.0 / n)
         expected = self.sensor.expected(after.states)
         log_ratio = self.sensor.log_ratio(expected, measurement, others)
         effect = self.sensor.effect(expected, even, existence)
         # drawn from the posterior: prior over proposal is evidence over likelihood
         log_prior = after.log_evidence - log_ratio - math.log(n)
-        return _Sought(Life(), probability, existence, after.states, log_prior, even, expected, effect, log_ratio)
+        return _Sought(life, prior, existence, after.states, log_prior, even, expected, effect, log_ratio)
 
     def _merged(self, found: list[_Sought]) -> list[_Sought]:
         """Make one of two targets in one place that are together hardly more than one."""
@@ -290,6 +395,11 @@ class SuperposedTracker(Model):
                 moments = _kernels.moments(target.particles, target.weights)
                 targets.append(Target(life, target.existence, target.particles, target.weights, *moments))
         return SuperposedState(time_s, tuple(targets), numbered)
+
+
+def _full_rank(mean: Array, covariance: Array) -> Array:
+    """Covariance of a cloud that may stand in one place."""
+    return np.asarray(covariance + np.diag(LEAST_SPREAD * (1 + mean**2)))
 
 
 def _apart(first: tuple[Array, Array], second: tuple[Array, Array]) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, TypeAlias
 
 import numpy as np
 from pydantic import Field, SerializeAsAny
@@ -40,7 +40,7 @@ class Known(NamedTuple):
     views: tuple[Knowledge, ...]
 
     @classmethod
-    def of(cls, knowledge: Sequence[AnyKnowledge], sensor: Sensor) -> Known:
+    def of(cls, knowledge: Sequence[AnyKnowledge], sensor: Any) -> Known:
         """Sort a filter's knowledge; the field of view is that of its sensor."""
         views = [member.bind(sensor) for member in knowledge if isinstance(member, FieldOfView)]
         maps = tuple(member for member in knowledge if not isinstance(member, FieldOfView))
