@@ -76,7 +76,7 @@ def log_ratio(corner: NDArray[np.int64], bells: Array, first: tuple[int, int], l
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
 def template_sums(left: Array, precision: Array, taps_x: Array, taps_y: Array) -> tuple[Array, Array]:
-    """Sums of ``g z / v`` and ``g^2 / v`` about each cell, g the product of the taps, by two 1-D passes."""
+    """Sum ``g z / v`` and ``g^2 / v`` about each cell, g the product of the taps, by two 1-D passes."""
     rows, columns = left.shape
     p = len(taps_x) // 2
     cross, square = np.zeros((rows, columns)), np.zeros((rows, columns))
