@@ -151,7 +151,7 @@ def test_refused():
         (good._replace(azimuth_rad=np.array([np.inf])), "a number is not finite"),
         (good._replace(elevation_rad=np.array([np.inf])), "a number is not finite"),
         (good._replace(sensor=np.array([3])), "sensors are numbered 0 to 2"),
-        (good._replace(azimuth_rad=np.empty(0)), "give each a sensor"),
+        (good._replace(azimuth_rad=np.empty(0)), "give each bearing a sensor"),
         ((1.0, 2.0), "give a BearingSet"),
     ):
         with pytest.raises(DataError, match=sentence):

@@ -8,7 +8,6 @@ Process. 50(12), on the equality of the bounds).
 
 from __future__ import annotations
 
-import math
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -16,10 +15,11 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 from pydantic import Field
 
-from elusive.contracts import Array, X, Y
+from elusive.contracts import Array
 from elusive.errors import DataError
-from elusive.model import FROM_RECORDING, Model, Positive, Probability
-from elusive.sensors.bearings import LEAST_RANGE_M, Z
+from elusive.model import Positive
+from elusive.sensors.bearing_sets import checked_rows
+from elusive.sensors.placed import LEAST_RANGE_M, PlacedSensors
 
 LIGHT_MPS = 299_792_458.0
 
@@ -32,30 +32,15 @@ class ArrivalSet(NamedTuple):
     arrival_s: Array  # (m,) since the emission or, where that is unknown, since any common instant
 
 
-class ArrivalTimeSensors(Model):
+class ArrivalTimeSensors(PlacedSensors):
     """Times of arrival at several places; without the time of emission, their differences."""
 
     kind: Literal["arrivals"] = "arrivals"
-    positions_m: tuple[tuple[float, float, float], ...] = Field(
-        min_length=1, description="Places of the sensors, east, north, up [m]", json_schema_extra=FROM_RECORDING
-    )
-    dimensions: Literal[2, 3] = Field(
-        2, description="2: in the plane of the ground; 3: with heights", json_schema_extra=FROM_RECORDING
-    )
     sigma_s: Positive = Field(1e-8, description="Deviation of a sample's time of arrival [s]")
     speed_mps: Positive = Field(LIGHT_MPS, description="Speed of the signal [m/s]")
     emission_known: bool = Field(
         True, description="Whether times count from the emission (TOA); if not, only their differences do (TDOA)"
     )
-    detection_probability: Probability = Field(
-        1.0, description="Simulation: probability that a sensor reports at a time"
-    )
-    samples: int = Field(1, ge=1, description="Simulation: samples of a sensor at each time, N")
-
-    @property
-    def places(self) -> Array:
-        """Places of the sensors, ``(n, 3)`` [m]."""
-        return np.array(self.positions_m)
 
     def measured(self, states: Array) -> Array:
         """Time from the emission to each sensor without noise, ``(N, n)`` [s]."""
@@ -75,18 +60,13 @@ class ArrivalTimeSensors(Model):
         DataError
             If the arrays do not fit each other.
         """
-        states, times = np.asarray(states, np.float64), np.asarray(times_s, np.float64)
-        if states.ndim != 2 or times.shape != (len(states),) or states.shape[1] < self.dimensions * 2:
-            raise DataError(
-                f"states, times_s: have shapes {states.shape} and {times.shape}; give (T, d), d at least "
-                f"{2 * self.dimensions}, and (T,)."
-            )
+        states, times = self.path(states, times_s)
         sets = []
-        for time_s, delay in zip(times, self.measured(states), strict=True):
-            sensor = np.repeat(np.flatnonzero(rng.random(len(delay)) < self.detection_probability), self.samples)
+        for time_s, delay in zip(times.tolist(), self.measured(states), strict=True):
+            sensor = self.reporting(rng)
             arrival = delay[sensor] + self.sigma_s * rng.standard_normal(len(sensor))
             emitted = 0.0 if self.emission_known else delay.mean() * rng.uniform(-10, 10)
-            sets.append(ArrivalSet(float(time_s), sensor, arrival + emitted))
+            sets.append(ArrivalSet(time_s, sensor, arrival + emitted))
         return sets
 
     def contrasted(self, measurement: object) -> tuple[Array, Array, Array]:
@@ -108,7 +88,9 @@ class ArrivalTimeSensors(Model):
         DataError
             If an arrival is not finite or its sensor unknown.
         """
-        sensor, arrival = _checked(measurement, len(self.positions_m))
+        if not isinstance(measurement, ArrivalSet):
+            raise DataError(f"arrivals: measurement is {type(measurement).__name__}; give an ArrivalSet.")
+        sensor, arrival = checked_rows("arrival", *measurement, len(self.positions_m))
         each, place, count = np.unique(sensor, return_inverse=True, return_counts=True)
         reach = self.speed_mps * np.bincount(place, arrival, len(each)) / count
         variance = (self.speed_mps * self.sigma_s) ** 2 / count
@@ -137,7 +119,7 @@ class ArrivalTimeSensors(Model):
         """Return the derivative of the expected distances or contrasts, ``(m, d)``."""
         weights, _, _ = self.contrasted(measurement)
         slope = np.zeros((len(weights), len(state)))
-        for column, unit in zip((X, Y, Z), self._ranges(state[None])[1], strict=False):
+        for column, unit in zip(self.place_columns, self._ranges(state[None])[1], strict=True):
             slope[:, column] = weights @ unit[0]
         return slope
 
@@ -152,8 +134,7 @@ class ArrivalTimeSensors(Model):
     def bend(self, state: Array, covariance: Array, measurement: ArrivalSet) -> Array:
         """How far each bends within a belief: half the variance of the place over the range, ``(m,)`` [m]."""
         weights, _, _ = self.contrasted(measurement)
-        places = [X, Y, Z][: self.dimensions]
-        spread = 0.5 * np.trace(covariance[np.ix_(places, places)])
+        spread = 0.5 * np.trace(covariance[np.ix_(self.place_columns, self.place_columns)])
         return np.asarray(np.abs(weights) @ (spread / self._ranges(state[None])[0][0]))
 
     def log_likelihood(self, states: Array, measurement: ArrivalSet) -> Array:
@@ -173,7 +154,7 @@ class ArrivalTimeSensors(Model):
         units = self._ranges(states)[1]
         n, d = len(self.positions_m), states.shape[1]
         slope = np.zeros((len(states), n, d))
-        for axis, column in enumerate((X, Y, Z)[: self.dimensions]):
+        for axis, column in enumerate(self.place_columns):
             slope[:, :, column] = units[axis]
         if not self.emission_known:
             slope -= slope.mean(axis=1, keepdims=True)
@@ -182,7 +163,7 @@ class ArrivalTimeSensors(Model):
 
     def _ranges(self, states: Array) -> tuple[Array, list[Array]]:
         """Distance from each sensor to each state ``(N, n)``, and its gradient's components."""
-        offsets = [states[:, c, None] - self.places[:, axis] for axis, c in enumerate((X, Y, Z)[: self.dimensions])]
+        offsets = self.offsets(states)[: self.dimensions]
         ranges = np.maximum(np.sqrt(np.sum(np.square(offsets), axis=0)), LEAST_RANGE_M)
         return ranges, [offset / ranges for offset in offsets]
 
@@ -195,17 +176,3 @@ def _contrasts(scale: Array) -> Array:
     mirror[0] += 1.0
     rows = np.eye(len(unit)) - np.outer(mirror, mirror) * (2 / (mirror @ mirror))
     return np.asarray(rows[1:] * scale)
-
-
-def _checked(measurement: object, sensors: int) -> tuple[NDArray[np.intp], Array]:
-    if not isinstance(measurement, ArrivalSet):
-        raise DataError(f"arrivals: measurement is {type(measurement).__name__}; give an ArrivalSet.")
-    sensor, arrival = np.asarray(measurement.sensor, np.intp), np.asarray(measurement.arrival_s, np.float64)
-    when = f"arrivals at {measurement.time_s:g} s"
-    if sensor.ndim != 1 or arrival.shape != sensor.shape:
-        raise DataError(f"{when}: give each a sensor and a time.")
-    if not (math.isfinite(measurement.time_s) and np.isfinite(arrival).all()):
-        raise DataError(f"{when}: a number is not finite; leave that arrival out.")
-    if ((sensor < 0) | (sensor >= sensors)).any():
-        raise DataError(f"{when}: sensors are numbered 0 to {sensors - 1} (got {sensor!s:.60}).")
-    return sensor, arrival

@@ -33,6 +33,26 @@ class SensorSites(NamedTuple):
     positions_m: Array  # (n, 3) east, north, up; up is 0 where the table has none
 
 
+def checked_rows(
+    what: str, time_s: float, sensor: object, values: object, sensors: int
+) -> tuple[NDArray[np.intp], Array]:
+    """Sensors and what each reports at a time.
+
+    Raises
+    ------
+    DataError
+        If the arrays differ in length, a number is not finite, or a sensor unknown.
+    """
+    rows, numbers, when = np.asarray(sensor, np.intp), np.asarray(values, np.float64), f"{what}s at {time_s:g} s"
+    if rows.ndim != 1 or numbers.shape != rows.shape:
+        raise DataError(f"{when}: give each {what} a sensor.")
+    if not (math.isfinite(time_s) and np.isfinite(numbers).all()):
+        raise DataError(f"{when}: a number is not finite; leave that {what} out.")
+    if ((rows < 0) | (rows >= sensors)).any():
+        raise DataError(f"{when}: sensors are numbered 0 to {sensors - 1} (got {rows!s:.60}).")
+    return rows, numbers
+
+
 def checked(measurement: object, sensors: int) -> tuple[NDArray[np.intp], Array, Array]:
     """Sensors, azimuths and elevations of a time.
 
@@ -43,15 +63,12 @@ def checked(measurement: object, sensors: int) -> tuple[NDArray[np.intp], Array,
     """
     if not isinstance(measurement, BearingSet):
         raise DataError(f"bearings: measurement is {type(measurement).__name__}; give a BearingSet.")
-    time_s, sensor, azimuth, elevation = measurement
-    sensor = np.asarray(sensor, np.intp)
-    azimuth, elevation = np.asarray(azimuth, np.float64), np.asarray(elevation, np.float64)
-    if sensor.ndim != 1 or not azimuth.shape == elevation.shape == sensor.shape:
-        raise DataError(f"bearings at {time_s:g} s: give each a sensor, an azimuth, and an elevation or NaN.")
-    if not (math.isfinite(time_s) and np.isfinite(azimuth).all() and not np.isinf(elevation).any()):
-        raise DataError(f"bearings at {time_s:g} s: a number is not finite; leave that bearing out.")
-    if ((sensor < 0) | (sensor >= sensors)).any():
-        raise DataError(f"bearings at {time_s:g} s: sensors are numbered 0 to {sensors - 1} (got {sensor!s:.60}).")
+    sensor, azimuth = checked_rows("bearing", *measurement[:3], sensors)
+    elevation = np.asarray(measurement.elevation_rad, np.float64)
+    if elevation.shape != azimuth.shape or np.isinf(elevation).any():
+        raise DataError(
+            f"bearings at {measurement.time_s:g} s: an elevation lacks or a number is not finite; give each, or NaN."
+        )
     return sensor, azimuth, elevation
 
 

@@ -17,27 +17,15 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from elusive.contracts import Array, X, Y
-from elusive.errors import DataError
-from elusive.model import FROM_RECORDING, Model, NonNegative, Positive, Probability
-from elusive.sensors.bearing_sets import BearingSet, SensorSites, averaged, checked, in_turn
-
-Z = 4  # column of the height in a state of three dimensions
-LEAST_RANGE_M = 1e-9  # the direction to a sensor's own place is undefined
+from elusive.model import NonNegative, Positive, Probability
+from elusive.sensors.bearing_sets import BearingSet, averaged, checked, in_turn
+from elusive.sensors.placed import LEAST_RANGE_M, PlacedSensors, Z
 
 
-class BearingSensors(Model):
-    """Azimuths, and elevations in three dimensions, of one emitter at several places.
-
-    In three dimensions a state begins x, vx, y, vy, z, vz.
-    """
+class BearingSensors(PlacedSensors):
+    """Azimuths, and elevations in three dimensions, of one emitter at several places."""
 
     kind: Literal["bearings"] = "bearings"
-    positions_m: tuple[tuple[float, float, float], ...] = Field(
-        min_length=1, description="Places of the sensors, east, north, up [m]", json_schema_extra=FROM_RECORDING
-    )
-    dimensions: Literal[2, 3] = Field(
-        2, description="2: azimuths alone; 3: elevations too", json_schema_extra=FROM_RECORDING
-    )
     sigma_deg: Positive = Field(1.0, le=180, description="Deviation of a sample's angle, sigma_phi of table I [deg]")
     sensor_sigma_deg: tuple[Positive, ...] | None = Field(
         None, description="The same, sensor by sensor; none: sigma_deg for each [deg]"
@@ -45,11 +33,7 @@ class BearingSensors(Model):
     outlier_probability: Probability = Field(
         0.0, lt=1, description="Probability that a bearing is of something else, in any direction"
     )
-    detection_probability: Probability = Field(
-        1.0, description="Simulation: probability that a sensor reports at a time"
-    )
     bias_sd_deg: NonNegative = Field(0.0, description="Simulation: deviation of each sensor's constant bias [deg]")
-    samples: int = Field(1, ge=1, description="Simulation: samples of a sensor at each time, N")
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
@@ -58,16 +42,6 @@ class BearingSensors(Model):
             raise ValueError(f"sensor_sigma_deg: has {len(given)} numbers for {len(self.positions_m)} sensors")
         return self
 
-    @classmethod
-    def at(cls, sites: SensorSites, **parameters: object) -> Self:
-        """Return sensors at the places of a table."""
-        return cls(positions_m=[tuple(place) for place in sites.positions_m.tolist()], **parameters)
-
-    @property
-    def places(self) -> Array:
-        """Places of the sensors, ``(n, 3)`` [m]."""
-        return np.array(self.positions_m)
-
     @property
     def sigmas_rad(self) -> Array:
         """Deviation of each sensor's sample, ``(n,)`` [rad]."""
@@ -75,7 +49,7 @@ class BearingSensors(Model):
 
     def measured(self, states: Array) -> tuple[Array, Array]:
         """Azimuth and elevation [rad] at each sensor without noise, each ``(N, n)``; elevation 0 in two dimensions."""
-        east, north, up = self._offsets(states)
+        east, north, up = self.offsets(states)
         return np.arctan2(east, north), np.arctan2(up, np.hypot(east, north))
 
     def nothing(self, time_s: float) -> BearingSet:
@@ -104,19 +78,12 @@ class BearingSensors(Model):
         DataError
             If the arrays do not fit each other.
         """
-        states, times = np.asarray(states, np.float64), np.asarray(times_s, np.float64)
-        if states.ndim != 2 or times.shape != (len(states),) or states.shape[1] < self.dimensions * 2:
-            raise DataError(
-                f"states, times_s: have shapes {states.shape} and {times.shape}; give (T, d), d at least "
-                f"{2 * self.dimensions}, and (T,)."
-            )
-        n = len(self.positions_m)
-        bias = rng.standard_normal((2, n)) * np.deg2rad(self.bias_sd_deg)
+        states, times = self.path(states, times_s)
+        bias = rng.standard_normal((2, len(self.positions_m))) * np.deg2rad(self.bias_sd_deg)
         azimuths, elevations = self.measured(states)
         sets = []
-        for time_s, azimuth, elevation in zip(times, azimuths, elevations, strict=True):
-            seen = np.flatnonzero(rng.random(n) < self.detection_probability)
-            sensor = np.repeat(seen, self.samples)
+        for time_s, azimuth, elevation in zip(times.tolist(), azimuths, elevations, strict=True):
+            sensor = self.reporting(rng)
             noise = rng.standard_normal((2, len(sensor))) * self.sigmas_rad[sensor] + bias[:, sensor]
             up = elevation[sensor] + noise[1]
             round_ = azimuth[sensor] + noise[0] / np.cos(elevation[sensor])
@@ -127,7 +94,7 @@ class BearingSensors(Model):
             over = np.cos(up) < 0
             round_, up = np.where(over, round_ + np.pi, round_), np.arcsin(np.sin(up))
             up = up if self.dimensions == 3 else np.full(len(sensor), np.nan)
-            sets.append(BearingSet(float(time_s), sensor, np.mod(round_, 2 * np.pi), up))
+            sets.append(BearingSet(time_s, sensor, np.mod(round_, 2 * np.pi), up))
         return sets
 
     def log_likelihood(self, states: Array, measurement: BearingSet) -> Array:
@@ -151,7 +118,7 @@ class BearingSensors(Model):
             If a bearing is not finite or its sensor unknown.
         """
         sensor, azimuth, elevation = checked(measurement, len(self.positions_m))
-        east, north, up = (part[:, sensor] for part in self._offsets(states))
+        east, north, up = (part[:, sensor] for part in self.offsets(states))
         level = np.hypot(east, north)
         sigma = self.sigmas_rad[sensor]
         seen = np.isfinite(elevation) & (self.dimensions == 3)
@@ -187,7 +154,7 @@ class BearingSensors(Model):
             If a bearing cannot be used.
         """
         sensor, azimuth, elevation, _ = self.averaged(measurement)
-        east, north, up = (part[0, sensor] for part in self._offsets(state[None]))
+        east, north, up = (part[0, sensor] for part in self.offsets(state[None]))
         slant = np.where(np.isfinite(elevation), np.cos(elevation), 1.0)
         across = wrapped(azimuth - np.arctan2(east, north)) * slant
         return in_turn(across, elevation - np.arctan2(up, np.hypot(east, north)), elevation)
@@ -212,8 +179,8 @@ class BearingSensors(Model):
     def bend(self, state: Array, covariance: Array, measurement: BearingSet) -> Array:
         """How far each angle bends within a belief, half the variance of the place over the range squared, ``(m,)``."""
         sensor, _, elevation, _ = self.averaged(measurement)
-        places = [X, Y, Z][: self.dimensions]
-        squared = sum(offset[0, sensor] ** 2 for offset in self._offsets(state[None])) + LEAST_RANGE_M**2
+        places = self.place_columns
+        squared = sum(offset[0, sensor] ** 2 for offset in self.offsets(state[None])) + LEAST_RANGE_M**2
         bend = np.asarray(0.5 * np.trace(covariance[np.ix_(places, places)]) / squared)
         return in_turn(bend, bend, elevation)
 
@@ -231,7 +198,7 @@ class BearingSensors(Model):
 
     def _slopes(self, states: Array) -> tuple[Array, Array]:
         """Slopes of azimuth and elevation at each sensor, ``(N, n, d)`` each; of elevation 0 in the plane."""
-        east, north, up = self._offsets(states)
+        east, north, up = self.offsets(states)
         azimuth, elevation = (np.zeros((*east.shape, states.shape[1])) for _ in range(2))
         level2 = np.maximum(east**2 + north**2, LEAST_RANGE_M**2)
         azimuth[:, :, X], azimuth[:, :, Y] = north / level2, -east / level2
@@ -240,12 +207,6 @@ class BearingSensors(Model):
             elevation[:, :, X], elevation[:, :, Y] = -up * east / (level * range2), -up * north / (level * range2)
             elevation[:, :, Z] = level / range2
         return azimuth, elevation
-
-    def _offsets(self, states: Array) -> tuple[Array, Array, Array]:
-        """East, north and up from each sensor to each state, ``(N, n)`` each."""
-        x, y, z = self.places.T
-        up = states[:, Z, None] - z if self.dimensions == 3 else np.zeros((len(states), len(x)))
-        return states[:, X, None] - x, states[:, Y, None] - y, up
 
 
 def wrapped(angle_rad: Array) -> Array:

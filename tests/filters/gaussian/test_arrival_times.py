@@ -154,7 +154,7 @@ def test_refused():
     for bad, sentence in (
         (good._replace(arrival_s=np.array([np.nan])), "a number is not finite"),
         (good._replace(sensor=np.array([4])), "sensors are numbered 0 to 3"),
-        (good._replace(arrival_s=np.empty(0)), "give each a sensor and a time"),
+        (good._replace(arrival_s=np.empty(0)), "give each arrival a sensor"),
         ("later", "give an ArrivalSet"),
     ):
         with pytest.raises(DataError, match=sentence):
