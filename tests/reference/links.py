@@ -24,12 +24,12 @@ def shadowing(model, fade_db, nodes, places):
     return mean, f**2 * (model.near_sd_db**2 * near + model.far_sd_db**2 * far)
 
 
-def shadowed_log_ratio(sensor, places, change, others):
+def shadowed_log_ratio(sensor, places, change, others_mean, variance):
     """Tempered log likelihood ratio of one more person at each place."""
     model = sensor.model
     mean, squared = shadowing(model, sensor.fade_db, sensor.nodes, places)
-    there = t.logpdf(change, model.degrees, others.mean + mean, np.sqrt(others.variance + squared))
-    away = t.logpdf(change, model.degrees, others.mean, np.sqrt(others.variance))
+    there = t.logpdf(change, model.degrees, others_mean + mean, np.sqrt(variance + squared))
+    away = t.logpdf(change, model.degrees, others_mean, np.sqrt(variance))
     return sensor.temper * np.nansum(there - away, axis=(1, 2))
 
 
@@ -41,9 +41,9 @@ def bell(model, centres, places):
     return model.amplitude_db * np.exp(-0.5 * (along**2).sum(axis=2))
 
 
-def linear_log_ratio(model, weights, centres, places, change, others):
+def linear_log_ratio(model, weights, centres, places, change, others_mean, variance):
     """Tempered log likelihood ratio of one more person at each place."""
     response = bell(model, centres, places) @ weights.T
-    there = norm.logpdf(change, others.mean + response, np.sqrt(others.variance + (model.spread * response) ** 2))
-    away = norm.logpdf(change, others.mean, np.sqrt(others.variance))
+    there = norm.logpdf(change, others_mean + response, np.sqrt(variance + (model.spread * response) ** 2))
+    away = norm.logpdf(change, others_mean, np.sqrt(variance))
     return model.temper * np.nansum(there - away, axis=1)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy import sparse
 
+from elusive.contracts import AdditiveSensor
 from elusive.errors import DataError, ParameterError
 from elusive.sensors.linear_links import LinkRadiation
 from elusive.sensors.link_effects import Effect
-from elusive.tracking.link_people import PeopleSensor
 from tests.reference.links import bell, linear_log_ratio
 
 BOUNDS, VOXEL = (-3.0, 3.0, 0.0, 4.0), 0.5
@@ -36,14 +36,15 @@ def test_the_ratio_is_that_of_the_densities(model):
     change[3] = np.nan
     places = rng.uniform((-3.2, -0.2), (3.2, 4.2), (40, 2))
     others = Effect(rng.normal(0, 10, 15), rng.uniform(1, 40, 15))
-    expected = linear_log_ratio(model, weights, CENTRES, places, change, others)
+    states = np.column_stack([places[:, 0], np.ones(40), places[:, 1], np.ones(40)])
+    variance = others.variance + model.noise_sd_db**2 + model.voxel_sd_db**2 * (weights**2).sum(axis=1)
+    wanted = linear_log_ratio(model, weights, CENTRES, places, change, others.mean, variance)
     # the bell is cut at 3.5 deviations, where it is .002 of its height
     np.testing.assert_allclose(
-        sensor.log_ratio(places, change, others), expected, rtol=0.01, atol=0.05 * model.temper * 20
+        sensor.log_ratio(sensor.expected(states), change, (others,)), wanted, rtol=0.01, atol=0.05 * model.temper * 20
     )
-    states = np.column_stack([places[:, 0], np.ones(40), places[:, 1], np.ones(40)])
     np.testing.assert_array_equal(
-        sensor.log_likelihood(states, change), sensor.log_ratio(places, change, sensor.nobody())
+        sensor.log_likelihood(states, change), sensor.log_ratio(sensor.expected(states), change, ())
     )
 
 
@@ -51,12 +52,14 @@ def test_the_effect_of_a_cloud_has_its_moments():
     rng = np.random.default_rng(1)
     model, weights, existence = LinkRadiation(), weights_of(rng), 0.3
     places = rng.uniform((-2, 1), (2, 3), (25, 2))
-    effect = model.links(weights, BOUNDS, VOXEL).effect(places, existence)
+    shares, sensor = rng.dirichlet(np.ones(25)), model.links(weights, BOUNDS, VOXEL)
+    states = np.column_stack([places[:, 0], np.zeros(25), places[:, 1], np.zeros(25)])
+    effect = sensor.effect(sensor.expected(states), shares, existence)
     response = bell(model, CENTRES, places) @ weights.T
-    assert isinstance(model.links(weights, BOUNDS, VOXEL), PeopleSensor)
-    np.testing.assert_allclose(effect.mean, existence * response.mean(axis=0), rtol=2e-3, atol=0.1)
-    square = existence * (1 + model.spread**2) * (response**2).mean(axis=0)
-    np.testing.assert_allclose(effect.variance, square - (existence * response.mean(axis=0)) ** 2, rtol=5e-3, atol=2.0)
+    assert isinstance(sensor, AdditiveSensor)
+    np.testing.assert_allclose(effect.mean, existence * shares @ response, rtol=2e-3, atol=0.1)
+    square = existence * (1 + model.spread**2) * (shares @ response**2)
+    np.testing.assert_allclose(effect.variance, square - (existence * shares @ response) ** 2, rtol=5e-3, atol=2.0)
 
 
 def test_what_is_simulated_has_the_model_s_moments():
@@ -67,7 +70,6 @@ def test_what_is_simulated_has_the_model_s_moments():
     draws = np.array([sensor.simulate(people, rng) for _ in range(4000)])
     response = (bell(sensor.model, CENTRES, people[:, [0, 2]]) @ weights.T).sum(axis=0)
     deviation = np.sqrt(4 + 1.5**2 * (weights**2).sum(axis=1))
-    np.testing.assert_allclose(sensor.nobody().variance, deviation**2, rtol=1e-12)
     # four standard errors of a mean and of a deviation over 4000 draws
     assert np.abs((draws.mean(axis=0) - response) / deviation).max() < 4 / np.sqrt(4000) + 0.02
     np.testing.assert_allclose(draws.std(axis=0) / deviation, 1, atol=4 / np.sqrt(8000))
@@ -78,7 +80,7 @@ def test_what_does_not_fit_is_refused():
     sensor = LinkRadiation().links(weights, BOUNDS, VOXEL)
     for change in (np.zeros(14), np.full(15, np.inf)):
         with pytest.raises(DataError, match="frame: has shape"):
-            sensor.log_ratio(np.zeros((1, 2)), change, sensor.nobody())
+            sensor.log_likelihood(np.zeros((1, 4)), change)
     with pytest.raises(DataError, match="not the 8 x 12 of the area"):
         LinkRadiation().links(weights[:, 1:], BOUNDS, VOXEL)
     with pytest.raises(DataError, match="not finite, or all zero"):

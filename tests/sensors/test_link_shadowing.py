@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from elusive.contracts import AdditiveSensor
 from elusive.errors import DataError, ParameterError
+from elusive.sensors.link_effects import total
 from elusive.sensors.link_shadowing import LinkShadowing, fade_levels
 from elusive.sensors.radio_network import directed_links_of, radio_nodes
-from elusive.tracking.link_people import PeopleSensor
 from tests.reference.links import shadowed_log_ratio, shadowing
 
 NODES = radio_nodes(np.array([[0.0, 0.0], [5.0, 0.5], [4.0, 6.0], [-1.0, 4.0], [2.0, 7.0]]))
@@ -21,6 +22,10 @@ def network(rng, model=None, unheard=True):
     if unheard:
         mean[4, 1] = variance[4, 1] = np.nan
     return (LinkShadowing() if model is None else model).links(NODES, mean, variance)
+
+
+def states_at(places):
+    return np.column_stack([places[:, 0], np.zeros(len(places)), places[:, 1], np.zeros(len(places))])
 
 
 def change_of(rng):
@@ -39,38 +44,50 @@ def test_the_ratio_is_that_of_the_densities(model):
     sensor = network(rng, model)
     change, places = change_of(rng), rng.uniform(-2, 8, (50, 2))
     places[0] = [2.5, 0.25]  # on a line
-    others = sensor.effect(rng.uniform(0, 5, (30, 2)), 0.7).plus(sensor.nobody())
-    for background in (sensor.nobody(), others):
-        np.testing.assert_allclose(
-            sensor.log_ratio(places, change, background),
-            shadowed_log_ratio(sensor, places, change, background),
-            rtol=1e-9,
-            atol=1e-9,
-        )
+    crowd = sensor.effect(sensor.expected(states_at(rng.uniform(0, 5, (30, 2)))), np.full(30, 1 / 30), 0.7)
+    floor = np.nan_to_num(sensor.variance_db2) + sensor.model.floor_sd_db**2
+    for others in ((), (crowd,), (crowd, crowd)):
+        mean, variance = total(others, floor)
+        wanted = shadowed_log_ratio(sensor, places, change, mean, variance)
+        one_by_one = [sensor.log_ratio(sensor.expected(states_at(place[None])), change, others) for place in places]
+        np.testing.assert_allclose(np.concatenate(one_by_one), wanted, rtol=1e-9, atol=1e-9)
+        # of a cloud by cubics over an eighth of a doubling of the excess path
+        together = sensor.log_ratio(sensor.expected(states_at(places)), change, others)
+        np.testing.assert_allclose(together, wanted, rtol=1e-4, atol=1e-3)
     states = np.column_stack([places[:, 0], np.ones(50), places[:, 1], np.ones(50), np.ones(50)])
-    np.testing.assert_allclose(
-        sensor.log_likelihood(states, change), sensor.log_ratio(places, change, sensor.nobody()), rtol=1e-12
+    np.testing.assert_array_equal(
+        sensor.log_likelihood(states, change), sensor.log_ratio(sensor.expected(states), change, ())
     )
+
+
+@pytest.mark.parametrize("spread_m", [0.1, 1.0])
+def test_between_the_knots_a_cloud_s_ratio_is_the_densities_too(spread_m):
+    """Cubics over an eighth of a doubling: far below what a cloud's own error comes to."""
+    rng = np.random.default_rng(7)
+    sensor = network(rng)
+    change, places = change_of(rng), rng.normal([2.5, 3.0], spread_m, (4000, 2))
+    floor = np.nan_to_num(sensor.variance_db2) + sensor.model.floor_sd_db**2
+    found = sensor.log_ratio(sensor.expected(states_at(places)), change, ())
+    np.testing.assert_allclose(found, shadowed_log_ratio(sensor, places, change, 0.0, floor), atol=1e-3)
 
 
 def test_nothing_heard_says_nothing():
     sensor = network(np.random.default_rng(1))
     silent = np.full((20, CHANNELS), np.nan)
-    np.testing.assert_array_equal(sensor.log_ratio(np.zeros((3, 2)), silent, sensor.nobody()), 0)
+    np.testing.assert_array_equal(sensor.log_likelihood(np.zeros((3, 4)), silent), 0)
 
 
 def test_the_effect_of_a_cloud_has_its_moments():
     rng = np.random.default_rng(2)
     sensor = network(rng, unheard=False)
-    places, existence = rng.uniform(0, 5, (40, 2)), 0.6
+    places, existence, weights = rng.uniform(0, 5, (40, 2)), 0.6, rng.dirichlet(np.ones(40))
     mean, squared = shadowing(sensor.model, sensor.fade_db, NODES, places)
-    effect = sensor.effect(places, existence)
-    np.testing.assert_allclose(effect.mean, existence * mean.mean(axis=0), rtol=1e-10, atol=1e-12)
+    effect = sensor.effect(sensor.expected(states_at(places)), weights, existence)
+    average = np.tensordot(weights, mean, 1)
+    np.testing.assert_allclose(effect.mean, existence * average, rtol=1e-10, atol=1e-12)
     # the law of total variance, over whether they are there and where
-    total = existence * (squared + mean**2).mean(axis=0) - (existence * mean.mean(axis=0)) ** 2
-    np.testing.assert_allclose(effect.variance, total, rtol=1e-9, atol=1e-12)
-    empty = sensor.nobody().plus(effect).minus(effect)
-    np.testing.assert_allclose(empty.variance, sensor.nobody().variance, rtol=1e-9)
+    square = existence * np.tensordot(weights, squared + mean**2, 1) - (existence * average) ** 2
+    np.testing.assert_allclose(effect.variance, square, rtol=1e-9, atol=1e-12)
 
 
 def test_what_is_simulated_has_the_model_s_quantiles():
@@ -80,7 +97,7 @@ def test_what_is_simulated_has_the_model_s_quantiles():
     draws = np.array([sensor.simulate(people, rng) for _ in range(4000)])
     np.testing.assert_array_equal(np.isnan(draws).all(axis=0), ~np.isfinite(sensor.fade_db))
     mean, squared = shadowing(sensor.model, sensor.fade_db, NODES, people[:, [0, 2]])
-    centre, scale = mean.sum(axis=0), np.sqrt(squared.sum(axis=0) + sensor.nobody().variance)
+    centre, scale = mean.sum(axis=0), np.sqrt(squared.sum(axis=0) + sensor.variance_db2 + sensor.model.floor_sd_db**2)
     standard = ((draws - centre) / scale)[:, np.isfinite(sensor.fade_db)]
     # quartiles of Student's t with four degrees: +-.7407; the error of each of 59 is .02, so 4 of them
     assert np.abs(np.quantile(standard, [0.25, 0.5, 0.75], axis=0).T - [-0.7407, 0, 0.7407]).max() < 0.09
@@ -103,33 +120,31 @@ def test_fade_levels_take_the_loss_with_distance_out():
 
 def test_it_is_a_sensor_of_people_whose_effects_add_up():
     sensor = network(np.random.default_rng(5))
-    assert isinstance(sensor, PeopleSensor)
-    assert sensor.area == (-2.0, 6.0, -1.0, 8.0)
+    assert isinstance(sensor, AdditiveSensor)
     assert sensor.with_model(LinkShadowing(temper=0.5)).temper == 0.5
     # 59 readings of ten links
     assert sensor.temper == pytest.approx(10 / 59)
 
 
 @pytest.mark.parametrize(
-    ("mean", "variance", "area", "said"),
+    ("mean", "variance", "said"),
     [
-        (np.zeros((19, 2)), np.zeros((19, 2)), None, r"5 nodes need \(20, C\)"),
-        (np.zeros((20, 2)), np.zeros((20, 3)), None, r"5 nodes need \(20, C\)"),
-        (np.full((20, 2), np.nan), np.zeros((20, 2)), None, "has no reading"),
-        (np.zeros((20, 2)), np.full((20, 2), -1.0), None, "negative variance"),
-        (np.zeros((20, 2)), np.zeros((20, 2)), (0, 0, 0, 1), "holds no place"),
+        (np.zeros((19, 2)), np.zeros((19, 2)), r"5 nodes need \(20, C\)"),
+        (np.zeros((20, 2)), np.zeros((20, 3)), r"5 nodes need \(20, C\)"),
+        (np.full((20, 2), np.nan), np.zeros((20, 2)), "has no reading"),
+        (np.zeros((20, 2)), np.full((20, 2), -1.0), "negative variance"),
     ],
 )
-def test_a_calibration_that_does_not_fit_is_refused(mean, variance, area, said):
+def test_a_calibration_that_does_not_fit_is_refused(mean, variance, said):
     with pytest.raises(DataError, match=said):
-        LinkShadowing().links(NODES, mean, variance, area)
+        LinkShadowing().links(NODES, mean, variance)
 
 
 def test_faulty_frames_and_constants_are_refused():
     sensor = network(np.random.default_rng(6))
     for change in (np.zeros((20, 2)), np.full((20, CHANNELS), np.inf)):
         with pytest.raises(DataError, match="frame: has shape"):
-            sensor.log_ratio(np.zeros((1, 2)), change, sensor.nobody())
+            sensor.log_likelihood(np.zeros((1, 4)), change)
     for constants in ({"temper": 0.0}, {"loss_db": -1}, {"near_length_m": 0.0}, {"floor_sd_db": float("nan")}):
         with pytest.raises(ParameterError, match=next(iter(constants))):
             LinkShadowing(**constants)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_validator
 
-from elusive.contracts import Array
+from elusive.contracts import Array, X, Y
 from elusive.errors import ParameterError
 from elusive.model import Model
 
@@ -108,6 +108,10 @@ class Area(Model):
         """Tell which of ``(n, 2)`` points [m] lie inside or on the border; NaN lies nowhere."""
         inside: NDArray[np.bool_] = self.depth_m(points_m) >= -ON_BORDER_M
         return inside
+
+    def log_probability(self, states: Array) -> Array:
+        """0 of each state ``(N, d)`` whose place lies inside, minus infinity of any other, ``(N,)``."""
+        return np.where(self.contains(states[:, [X, Y]]), 0.0, -math.inf)
 
     def on_border(self, distance_m: float) -> tuple[Array, Array]:
         """Return the point so far along the border from the first corner, and the unit vector inwards there.

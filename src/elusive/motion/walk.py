@@ -55,13 +55,6 @@ class Walk(Model):
         """Names of the state's components."""
         return "x", "vx", "y", "vy"
 
-    def newborn(self, places: Array, rng: Generator) -> Array:
-        """Draw states ``(N, 4)`` of people at places ``(N, 2)`` who have just been found."""
-        states = np.empty((len(places), 4))
-        states[:, [X, Y]] = places
-        states[:, [VX, VY]] = self.speed_sd_mps * rng.standard_normal((len(places), 2))
-        return states
-
     def propagate(self, states: Array, interval_s: float, rng: Generator) -> Array:
         """Draw the states an interval later, ``(N, 4) -> (N, 4)``."""
         if interval_s == 0:

@@ -48,30 +48,34 @@ def add_response(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def log_ratio(
+def responses(
     places: Array,
-    residual: Array,
-    variance: Array,
-    spread: float,
+    size: int,
     shape: tuple[float, float, float, float],
     grid: tuple[float, float, float, int, int],
     first: Indices32,
     links: Indices32,
     weights: Array,
 ) -> Array:
-    """Gaussian log likelihood ratio of one more person at each place ``(N, 2)``; NaN residuals say nothing.
+    """Change of each of ``size`` links by a person at each place ``(N, 2)``, ``(N, size)``."""
+    response = np.zeros((len(places), size))
+    for n in range(len(places)):
+        add_response(places[n, 0], places[n, 1], shape, grid, first, links, weights, response[n])
+    return response
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def log_ratio(responses: Array, residual: Array, variance: Array, spread: float) -> Array:
+    """Gaussian log likelihood ratio of one more person of each response ``(N, L)``; NaN residuals say nothing.
 
     The person adds ``(spread * response)^2`` to the variance. Ratios of variances are gathered in a product, whose
     logarithms are few.
     """
-    ratios = np.empty(len(places))
-    response = np.empty(len(residual))
-    for n in range(len(places)):
-        response[:] = 0.0
-        add_response(places[n, 0], places[n, 1], shape, grid, first, links, weights, response)
+    ratios = np.empty(len(responses))
+    for n in range(len(responses)):
         total, product = 0.0, 1.0
         for link in range(len(residual)):
-            change, seen = response[link], residual[link]
+            change, seen = responses[n, link], residual[link]
             if change == 0.0 or np.isnan(seen):
                 continue
             wider = variance[link] + (spread * change) ** 2
@@ -82,25 +86,3 @@ def log_ratio(
                 product = 1.0
         ratios[n] = 0.5 * (total - np.log(product))
     return ratios
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def moments(
-    places: Array,
-    size: int,
-    shape: tuple[float, float, float, float],
-    grid: tuple[float, float, float, int, int],
-    first: Indices32,
-    links: Indices32,
-    weights: Array,
-) -> tuple[Array, Array]:
-    """Mean and mean square over places ``(N, 2)`` of the response of each of ``size`` links."""
-    mean, square = np.zeros(size), np.zeros(size)
-    response = np.empty(size)
-    for n in range(len(places)):
-        response[:] = 0.0
-        add_response(places[n, 0], places[n, 1], shape, grid, first, links, weights, response)
-        for link in range(size):
-            mean[link] += response[link]
-            square[link] += response[link] ** 2
-    return mean / len(places), square / len(places)

@@ -1,4 +1,8 @@
-"""Compiled kernels of the shadowed links: a person's effect on every link, and the likelihood of places."""
+"""Compiled kernels of the shadowed links: a person's effect on every link, and the likelihood of places.
+
+What a link's readings say depends on a place by one number alone, the excess path length. So it is evaluated at knots,
+evenly within each doubling of it, over the reach of the cloud, and read by cubics between them.
+"""
 
 from __future__ import annotations
 
@@ -8,18 +12,10 @@ from numpy.typing import NDArray
 
 from elusive.contracts import Array
 
-FLUSH = 1e120  # a product of scales is turned into a logarithm before it leaves the range of numbers
+Indices = NDArray[np.int64]
+CHUNK = 16  # readings whose ratios stay within the range of numbers when multiplied
 GONE = 50.0  # lengths after which a decay, 2e-22, is nothing
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def excess_length(x: float, y: float, ends: Array, link: int) -> float:
-    """Excess length of the path from one end of a link over (x, y) to the other [m]."""
-    ax, ay, bx, by = ends[link, 0], ends[link, 1], ends[link, 2], ends[link, 3]
-    straight = np.sqrt((ax - bx) ** 2 + (ay - by) ** 2)
-    around = np.sqrt((x - ax) ** 2 + (y - ay) ** 2) + np.sqrt((x - bx) ** 2 + (y - by) ** 2)
-    excess: float = max(around - straight, 0.0)
-    return excess
+SHIFT = 49  # bits of a number below the eighth of its power of two: eight knots a doubling
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -29,71 +25,115 @@ def decay(excess: float, length: float) -> float:
     return value
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def profiles(excess: float, near: float, wide: float, far: float) -> tuple[float, float, float]:
-    """Decay of the mean's, the near and the far spread's effect with the excess path length."""
-    return decay(excess, near), decay(excess, wide), decay(excess, far)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
+def level(
+    excess: float, weight: float, own: Array, lengths: tuple[float, float, float], degrees: float
+) -> tuple[float, float]:
+    """Log likelihood of a link's readings, but for a constant, of a person of a weight, and its slope.
+
+    ``own`` ``(4, R)``: residual and loss in the deviations without the person, near and far variance in the variance.
+    Student's t: the scales and the residuals are gathered in products, whose logarithms are few.
+    """
+    near, wide = weight * decay(excess, lengths[0]), weight * decay(excess, lengths[1])
+    far = weight * decay(excess, lengths[2])
+    half, more = 0.5 * degrees, 0.5 * (degrees + 1.0)
+    total, slope = 0.0, 0.0
+    for first in range(0, own.shape[1], CHUNK):
+        scales, residuals = 1.0, 1.0
+        for r in range(first, min(first + CHUNK, own.shape[1])):
+            off = own[0, r] + near * own[1, r]
+            near_part, far_part = wide * own[2, r], far * own[3, r]
+            scale = 1.0 + near_part + far_part
+            residual = degrees * scale + off * off
+            scales *= scale
+            residuals *= residual
+            shrink = near_part / lengths[1] + far_part / lengths[2]
+            turn = near * own[1, r] / lengths[0]
+            slope += more * (degrees * shrink + 2.0 * off * turn) / residual - half * shrink / scale
+        total += half * np.log(scales) - more * np.log(residuals)
+    return total, slope
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
-def log_likelihood(
-    places: Array,
-    weight: float,
-    change: Array,
-    mean: Array,
+def log_ratio(
+    distances: Array,
+    ends: Indices,
+    straight: Array,
+    residual: Array,
     variance: Array,
-    ends: Array,
     loss: Array,
     near_variance: Array,
     far_variance: Array,
     lengths: tuple[float, float, float],
     degrees: float,
-    ways: NDArray[np.int64],
+    ways: Indices,
 ) -> Array:
-    """Log likelihood, but for a constant, of one more person of a weight at each place ``(N, 2)``.
+    """Log likelihood ratio ``(N,)`` of one more person at places whose distances to the nodes are ``(S, N)``.
 
-    Rows of the arrays ``(D, C)`` are the directed links; ``ways[link]`` are an undirected link's two rows. NaN
-    changes say nothing. Student's t: the scales and the residuals are gathered in products, whose logarithms are few.
+    ``ends`` ``(L, 2)`` are the nodes of each undirected link, ``straight`` its length, ``ways`` its two rows of the
+    arrays ``(D, C)``. NaN residuals say nothing.
     """
-    total = np.zeros(len(places))
-    channels = change.shape[1]
-    half, more = 0.5 * degrees, 0.5 * (degrees + 1.0)
-    for n in range(len(places)):
-        log_sum, scales, residuals = 0.0, 1.0, 1.0
-        for link in range(len(ends)):
-            excess = excess_length(places[n, 0], places[n, 1], ends, link)
-            near, wide, far = profiles(excess, lengths[0], lengths[1], lengths[2])
-            for way in range(2):
-                row = ways[link, way]
-                for channel in range(channels):
-                    seen = change[row, channel]
-                    if np.isnan(seen):
-                        continue
-                    off = seen - mean[row, channel] + weight * near * loss[row, channel]
-                    squared = variance[row, channel] + weight * (
-                        wide * near_variance[row, channel] + far * far_variance[row, channel]
-                    )
-                    scales *= squared
-                    residuals *= degrees * squared + off * off
-                    if max(residuals, scales) > FLUSH or min(residuals, scales) < 1.0 / FLUSH:
-                        log_sum += half * np.log(scales) - more * np.log(residuals)
-                        scales, residuals = 1.0, 1.0
-        total[n] = log_sum + half * np.log(scales) - more * np.log(residuals)
+    places, channels = distances.shape[1], residual.shape[1]
+    total = np.zeros(places)
+    own, shifted = np.empty((4, 2 * channels)), np.empty(places)
+    bits = shifted.view(np.int64)
+    core = 0.5 * min(lengths)
+    for link in range(len(ends)):
+        heard = 0
+        for way in range(2):
+            row = ways[link, way]
+            for channel in range(channels):
+                if not np.isnan(residual[row, channel]):
+                    deviation = np.sqrt(variance[row, channel])
+                    own[0, heard] = residual[row, channel] / deviation
+                    own[1, heard] = loss[row, channel] / deviation
+                    own[2, heard] = near_variance[row, channel] / variance[row, channel]
+                    own[3, heard] = far_variance[row, channel] / variance[row, channel]
+                    heard += 1
+        if heard == 0:
+            continue
+        without, _ = level(0.0, 0.0, own[:, :heard], lengths, degrees)
+        one, other = distances[ends[link, 0]], distances[ends[link, 1]]
+        low, high = np.inf, 0.0
+        for n in range(places):
+            shifted[n] = max(one[n] + other[n] - straight[link], 0.0) + core
+            low, high = min(low, shifted[n]), max(high, shifted[n])
+        reach = np.array([low, high]).view(np.int64) >> SHIFT
+        start, knots = reach[0], reach[1] - reach[0] + 2
+        if knots > places:
+            for n in range(places):
+                total[n] += level(shifted[n] - core, 1.0, own[:, :heard], lengths, degrees)[0] - without
+            continue
+        at = ((np.arange(knots) + start) << SHIFT).view(np.float64)
+        cubic = np.empty((knots, 4))
+        for k in range(knots):
+            cubic[k, 0], cubic[k, 1] = level(max(at[k] - core, 0.0), 1.0, own[:, :heard], lengths, degrees)
+            cubic[k, 0] -= without
+        for k in range(knots - 1):
+            width = at[k + 1] - at[k]
+            rise = (cubic[k + 1, 0] - cubic[k, 0]) / width
+            cubic[k, 2] = (3.0 * rise - 2.0 * cubic[k, 1] - cubic[k + 1, 1]) / width
+            cubic[k, 3] = (cubic[k, 1] + cubic[k + 1, 1] - 2.0 * rise) / (width * width)
+        for n in range(places):
+            k = (bits[n] >> SHIFT) - start
+            d = shifted[n] - at[k]
+            total[n] += cubic[k, 0] + d * (cubic[k, 1] + d * (cubic[k, 2] + d * cubic[k, 3]))
     return total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def mean_profiles(places: Array, ends: Array, lengths: tuple[float, float, float]) -> tuple[Array, Array, Array, Array]:
-    """Mean over places ``(N, 2)`` of a person's three profiles on each link, and of the first one's square."""
-    links = len(ends)
-    near_sum, square_sum, wide_sum, far_sum = np.zeros(links), np.zeros(links), np.zeros(links), np.zeros(links)
-    for n in range(len(places)):
-        for link in range(links):
-            excess = excess_length(places[n, 0], places[n, 1], ends, link)
-            near, wide, far = profiles(excess, lengths[0], lengths[1], lengths[2])
-            near_sum[link] += near
-            square_sum[link] += near * near
-            wide_sum[link] += wide
-            far_sum[link] += far
-    size = len(places)
-    return near_sum / size, square_sum / size, wide_sum / size, far_sum / size
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
+def mean_profiles(
+    distances: Array, weights: Array, ends: Indices, straight: Array, lengths: tuple[float, float, float]
+) -> Array:
+    """Weighted mean over places of a person's three decays on each link, and of the first one's square, ``(4, L)``."""
+    sums = np.zeros((4, len(ends)))
+    for link in range(len(ends)):
+        one, other = distances[ends[link, 0]], distances[ends[link, 1]]
+        for n in range(len(weights)):
+            excess = max(one[n] + other[n] - straight[link], 0.0)
+            near = decay(excess, lengths[0])
+            sums[0, link] += weights[n] * near
+            sums[1, link] += weights[n] * near * near
+            sums[2, link] += weights[n] * decay(excess, lengths[1])
+            sums[3, link] += weights[n] * decay(excess, lengths[2])
+    return sums

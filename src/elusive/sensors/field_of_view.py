@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from typing import Any, Literal, NamedTuple, Protocol, runtime_checkable
 
+from pydantic import Field
+
 from elusive.contracts import Array, Knowledge
+from elusive.geometry.areas import Area
 from elusive.model import Model
 
 
@@ -27,13 +30,16 @@ class View(NamedTuple):
 
 
 class FieldOfView(Model):
-    """The field of view of a filter's own sensor: a target that leaves it is absent, and found anew if it comes back.
+    """What a filter's sensor can see: a target that leaves it is absent, and found anew if it comes back.
 
-    A sensor without ``log_in_view`` has no edge.
+    Without an area it is the sensor's own; a sensor without ``log_in_view`` has no edge.
     """
 
     kind: Literal["field_of_view"] = "field_of_view"
+    area: Area | None = Field(None, description="Where targets are watched; none: what the sensor says it sees")
 
     def bind(self, sensor: Any) -> Knowledge | None:
-        """Return the view of a sensor; None of a sensor without edges."""
+        """Return the area, or the view of a sensor; None of a sensor without edges."""
+        if self.area is not None:
+            return self.area
         return View(sensor) if isinstance(sensor, SensorWithView) else None

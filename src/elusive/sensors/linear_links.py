@@ -7,6 +7,7 @@ adds to the variance of a link's noise: sv^2 times the sum of the squares of its
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -17,7 +18,7 @@ from scipy import sparse
 from elusive.contracts import Array, X, Y
 from elusive.errors import DataError
 from elusive.model import Model, NonNegative, Positive
-from elusive.sensors.link_effects import Effect
+from elusive.sensors.link_effects import Effect, total
 
 
 class LinkRadiation(Model):
@@ -77,7 +78,7 @@ class LinearLinks:
         voxel_m: float,
         shape: tuple[int, int],
     ) -> None:
-        self.model, self._weights, self._area = model, by_voxel, bounds
+        self.model, self._weights = model, by_voxel
         angle = math.radians(model.rotation_deg)
         first, second = 1 / model.width_x_m**2, 1 / model.width_y_m**2
         c, s = math.cos(angle), math.sin(angle)
@@ -90,26 +91,29 @@ class LinearLinks:
         self._tables = (bell, grid, *lists)
         self._variance = model.noise_sd_db**2 + model.voxel_sd_db**2 * np.asarray(by_voxel.power(2).sum(axis=1)).ravel()
 
-    @property
-    def area(self) -> tuple[float, float, float, float]:
-        """Where people can be: least and greatest x, least and greatest y [m]."""
-        return self._area
+    def expected(self, states: Array) -> Array:
+        """Change of each link by a person at each state, ``(N, d) -> (N, L)`` [dB]."""
+        return self.expected_at(states[:, [X, Y]])
 
-    def nobody(self) -> Effect:
-        """Effect of nobody: no change, and the variance of the noise."""
-        return Effect(np.zeros(len(self._variance)), self._variance)
+    def expected_at(self, places: Array) -> Array:
+        """Change of each link by a person at each place, ``(N, 2) -> (N, L)`` [dB]."""
+        from elusive.sensors._linear_link_kernels import responses
 
-    def effect(self, places: Array, existence: float) -> Effect:
-        """Return the expected effect of a person that exists with a probability, at one of the places ``(N, 2)``."""
-        from elusive.sensors._linear_link_kernels import moments
+        return responses(np.ascontiguousarray(places), len(self._variance), *self._tables)
 
-        mean, square = moments(np.ascontiguousarray(places), len(self._variance), *self._tables)
-        return Effect(
-            existence * mean, np.maximum(existence * (1 + self.model.spread**2) * square - (existence * mean) ** 2, 0.0)
-        )
+    def effect(self, expected: Array, weights: Array, existence: float) -> Effect:
+        """Effect of a person that exists with a probability, at one of the weighted states."""
+        mean, square = existence * (weights @ expected), existence * (weights @ expected**2)
+        return Effect(mean, np.maximum((1 + self.model.spread**2) * square - mean**2, 0.0))
 
-    def log_ratio(self, places: Array, measurement: Array, others: Effect) -> Array:
-        """Log likelihood of one more person at each place ``(N, 2)`` less that of the others alone, tempered."""
+    def log_ratio(self, expected: Array, measurement: Array, others: Sequence[Effect]) -> Array:
+        """Log likelihood of one more person at each state less that of the others alone, ``(N,)``, tempered.
+
+        Raises
+        ------
+        DataError
+            If the frame is not of this network's links, or a change is infinite.
+        """
         from elusive.sensors._linear_link_kernels import log_ratio
 
         change = np.asarray(measurement, dtype=np.float64)
@@ -117,19 +121,16 @@ class LinearLinks:
             raise DataError(
                 f"frame: has shape {change.shape}, not {self._variance.shape}, or an infinite change; missing is NaN."
             )
-        return self.model.temper * log_ratio(
-            np.ascontiguousarray(places), change - others.mean, others.variance, float(self.model.spread), *self._tables
-        )
+        mean, variance = total(others, self._variance)
+        return self.model.temper * log_ratio(expected, change - mean, variance, float(self.model.spread))
 
     def log_likelihood(self, states: Array, measurement: Array) -> Array:
         """Log likelihood ratio of one person at each state against nobody, ``(N, d) -> (N,)``, tempered."""
-        return self.log_ratio(states[:, [X, Y]], measurement, self.nobody())
+        return self.log_ratio(self.expected(states), measurement, ())
 
     def simulate(self, states: Array, rng: Generator) -> Array:
         """Draw the changes ``(L,)`` with people at the states ``(P, d)``; ``(0, d)``: nobody."""
-        total = np.zeros(len(self._variance))
-        for state in states:
-            total += self.effect(state[None, [X, Y]], 1.0).mean
         voxels = self._weights @ rng.normal(0.0, self.model.voxel_sd_db, self._weights.shape[1])
-        noisy: Array = total + voxels + rng.normal(0.0, self.model.noise_sd_db, len(total))
+        people = self.expected(states).sum(axis=0)
+        noisy: Array = people + voxels + rng.normal(0.0, self.model.noise_sd_db, len(people))
         return noisy

@@ -7,21 +7,20 @@ passive indoor multitarget tracking", IEEE Trans. Mobile Computing 12(12).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from elusive.contracts import Array
 
 
 class Effect(NamedTuple):
-    """What people do to each reading: what it is expected to change by, and the variance that this adds."""
+    """What a person does to each reading: what it is expected to change by, and the variance that this adds."""
 
     mean: Array
     variance: Array
 
-    def plus(self, other: Effect) -> Effect:
-        """Effect of both."""
-        return Effect(self.mean + other.mean, self.variance + other.variance)
 
-    def minus(self, other: Effect) -> Effect:
-        """Effect without the other's."""
-        return Effect(self.mean - other.mean, self.variance - other.variance)
+def total(people: Sequence[Effect], noise: Array) -> tuple[Array | float, Array]:
+    """Sum of what people do, and of their variances and the noise's."""
+    mean: Array | float = sum(person.mean for person in people)
+    return mean, noise + sum(person.variance for person in people)

@@ -11,6 +11,7 @@ of a link are not independent.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -20,7 +21,7 @@ from pydantic import Field
 from elusive.contracts import Array, X, Y
 from elusive.errors import DataError
 from elusive.model import Model, NonNegative, Positive
-from elusive.sensors.link_effects import Effect
+from elusive.sensors.link_effects import Effect, total
 from elusive.sensors.radio_network import Indices, RadioNodes, directed_links_of, links_of, undirected_of
 
 FADE_SCALE_DB = 5.0  # of the sigmoid g
@@ -54,7 +55,6 @@ class LinkShadowing(Model):
         nodes: RadioNodes,
         empty_dbm: Array,
         empty_variance_db2: Array,
-        area: tuple[float, float, float, float] | None = None,
     ) -> ShadowedLinks:
         """Set the model on a network whose empty room has been measured.
 
@@ -65,9 +65,6 @@ class LinkShadowing(Model):
         empty_dbm, empty_variance_db2
             ``(D, C)`` mean and variance of each directed link's readings on each channel with nobody there; NaN where
             there were none.
-        area
-            Where people can be: least and greatest x, least and greatest y [m]; by default where the nodes are, and a
-            metre more on each side.
 
         Returns
         -------
@@ -77,7 +74,7 @@ class LinkShadowing(Model):
         Raises
         ------
         DataError
-            If the arrays do not fit the network, hold no reading, or a variance is negative; or the area is empty.
+            If the arrays do not fit the network, hold no reading, or a variance is negative.
         """
         size = len(nodes.names)
         mean, variance = np.asarray(empty_dbm, np.float64), np.asarray(empty_variance_db2, np.float64)
@@ -88,11 +85,7 @@ class LinkShadowing(Model):
             )
         if not np.isfinite(mean).any() or (variance < 0).any():
             raise DataError("calibration: has no reading, or a negative variance; calibrate with the room empty.")
-        low, high = nodes.positions_m.min(axis=0) - 1, nodes.positions_m.max(axis=0) + 1
-        box = (low[0], high[0], low[1], high[1]) if area is None else tuple(map(float, area))
-        if not (np.isfinite(box).all() and box[0] < box[1] and box[2] < box[3]):
-            raise DataError(f"area: {box} holds no place; give least and greatest x, least and greatest y in metres.")
-        return ShadowedLinks(self, nodes, fade_levels(nodes, mean), variance, (box[0], box[1], box[2], box[3]))
+        return ShadowedLinks(self, nodes, fade_levels(nodes, mean), variance)
 
 
 def fade_levels(nodes: RadioNodes, empty_dbm: Array) -> Array:
@@ -124,110 +117,107 @@ def fade_levels(nodes: RadioNodes, empty_dbm: Array) -> Array:
 
 
 class _Tables(NamedTuple):
-    """What the kernels need, ``(D, C)`` but for the first and last."""
+    """What the kernels need: of each undirected link, and ``(D, C)`` of each reading."""
 
-    ends: Array  # (L, 4) x and y of both nodes of each undirected link
+    ends: Indices  # (L, 2) nodes
+    straight: Array  # (L,) [m]
+    ways: Indices  # (L, 2) rows of its directions
     loss: Array
     near_variance: Array
     far_variance: Array
     floor: Array
-    ways: Indices  # (L, 2) rows of each undirected link
 
 
 class ShadowedLinks:
-    """Sensor: the change of every reading from its mean in the empty room, ``(D, C)`` [dB], NaN where missing."""
+    """Sensor: the change of every reading from its mean in the empty room, ``(D, C)`` [dB], NaN where missing.
 
-    def __init__(
-        self,
-        model: LinkShadowing,
-        nodes: RadioNodes,
-        fade_db: Array,
-        variance_db2: Array,
-        area: tuple[float, float, float, float],
-    ) -> None:
+    What is expected of a person depends on the distances of the state's place to the nodes, ``(S, N)``.
+    """
+
+    def __init__(self, model: LinkShadowing, nodes: RadioNodes, fade_db: Array, variance_db2: Array) -> None:
         self.model, self.nodes, self.fade_db, self.variance_db2 = model, nodes, fade_db, variance_db2
-        self._area = area
-        size = len(nodes.names)
         fade = np.nan_to_num(fade_db)
         deep = np.exp(-2 * model.fade_slope * fade / FADE_UNIT_DB)
-        pairs = links_of(size)
-        link = undirected_of(size)
+        pairs, self._link = links_of(len(nodes.names)), undirected_of(len(nodes.names))
         self._tables = _Tables(
-            np.hstack([nodes.positions_m[pairs[:, 0]], nodes.positions_m[pairs[:, 1]]]),
+            pairs,
+            np.linalg.norm(nodes.positions_m[pairs[:, 0]] - nodes.positions_m[pairs[:, 1]], axis=1),
+            np.argsort(self._link, kind="stable").reshape(-1, 2),
             model.loss_db / (1 + np.exp(-fade / FADE_SCALE_DB)),
             model.near_sd_db**2 * deep,
             model.far_sd_db**2 * deep,
             np.nan_to_num(variance_db2) + model.floor_sd_db**2,
-            np.argsort(link, kind="stable").reshape(-1, 2),
         )
         self._lengths = float(model.loss_length_m), float(model.near_length_m), float(model.far_length_m)
-        self._link = link
-        self._unheard = ~np.isfinite(fade_db)
-        heard = np.add.reduceat(
-            (~self._unheard).sum(axis=1)[self._tables.ways.ravel()], np.arange(0, 2 * len(pairs), 2)
-        )
-        self.temper = model.temper if model.temper is not None else float(np.sum(heard > 0) / heard.sum())
-
-    @property
-    def area(self) -> tuple[float, float, float, float]:
-        """Where people can be: least and greatest x, least and greatest y [m]."""
-        return self._area
+        heard = np.isfinite(fade_db)
+        self._unheard = ~heard
+        of_link = heard.sum(axis=1)[self._tables.ways].sum(axis=1)
+        self.temper = model.temper if model.temper is not None else float(np.sum(of_link > 0) / of_link.sum())
 
     def with_model(self, model: LinkShadowing) -> ShadowedLinks:
         """Return the same network with other constants."""
-        return ShadowedLinks(model, self.nodes, self.fade_db, self.variance_db2, self._area)
+        return ShadowedLinks(model, self.nodes, self.fade_db, self.variance_db2)
 
-    def nobody(self) -> Effect:
-        """Effect of nobody: no change, and the spread of the empty room."""
-        return Effect(np.zeros_like(self._tables.floor), self._tables.floor)
+    def expected(self, states: Array) -> Array:
+        """Distances of each state's place to each node, ``(N, d) -> (S, N)`` [m]."""
+        return self.expected_at(states[:, [X, Y]])
 
-    def effect(self, places: Array, existence: float) -> Effect:
-        """Return the expected effect of a person that exists with a probability, at one of the places ``(N, 2)``."""
+    def expected_at(self, places: Array) -> Array:
+        """Distances of each place to each node, ``(N, 2) -> (S, N)`` [m]."""
+        away = places[None] - self.nodes.positions_m[:, None]
+        distances: Array = np.sqrt((away**2).sum(axis=2))
+        return distances
+
+    def effect(self, expected: Array, weights: Array, existence: float) -> Effect:
+        """Effect of a person that exists with a probability, at one of the weighted states."""
         from elusive.sensors._shadowing_kernels import mean_profiles
 
         tables = self._tables
-        near, square, wide, far = (
-            part[self._link][:, None] for part in mean_profiles(_rows(places), tables.ends, self._lengths)
-        )
+        means = mean_profiles(expected, weights, tables.ends, tables.straight, self._lengths)
+        near, square, wide, far = means[:, self._link, None]
         spread = wide * tables.near_variance + far * tables.far_variance
         moved = (square - existence * near**2) * tables.loss**2
         return Effect(-existence * near * tables.loss, existence * (spread + moved))
 
-    def log_ratio(self, places: Array, measurement: Array, others: Effect) -> Array:
-        """Log likelihood of one more person at each place ``(N, 2)`` less that of the others alone, tempered."""
-        return self._log_likelihood(places, 1.0, measurement, others) - self.log_without(measurement, others)
+    def log_ratio(self, expected: Array, measurement: Array, others: Sequence[Effect]) -> Array:
+        """Log likelihood of one more person at each state less that of the others alone, ``(N,)``, tempered.
 
-    def log_without(self, measurement: Array, others: Effect) -> float:
-        """Return the log likelihood of the others alone, tempered, but for a constant."""
-        return float(self._log_likelihood(np.zeros((1, 2)), 0.0, measurement, others)[0])
+        Raises
+        ------
+        DataError
+            If the frame is not of this network's links and channels, or a change is infinite.
+        """
+        from elusive.sensors._shadowing_kernels import log_ratio
 
-    def log_likelihood(self, states: Array, measurement: Array) -> Array:
-        """Log likelihood ratio of one person at each state against nobody, ``(N, d) -> (N,)``, tempered."""
-        return self.log_ratio(states[:, [X, Y]], measurement, self.nobody())
-
-    def simulate(self, states: Array, rng: Generator) -> Array:
-        """Draw the changes ``(D, C)`` with people at the states ``(P, d)``; ``(0, d)``: nobody."""
-        total = self.nobody()
-        for state in states:
-            total = total.plus(self.effect(state[None, [X, Y]], 1.0))
-        draw = rng.standard_t(self.model.degrees, total.mean.shape)
-        return np.where(self._unheard, np.nan, total.mean + np.sqrt(total.variance) * draw)
-
-    def _log_likelihood(self, places: Array, weight: float, measurement: Array, others: Effect) -> Array:
-        from elusive.sensors._shadowing_kernels import log_likelihood
-
-        tables = self._tables
-        change = np.asarray(measurement, dtype=np.float64)
-        if change.shape != tables.loss.shape or np.isinf(change).any():
-            raise DataError(
-                f"frame: has shape {change.shape}, not {tables.loss.shape}, or an infinite change; missing is NaN."
-            )
-        change = np.where(self._unheard, np.nan, change)
-        return self.temper * log_likelihood(
-            _rows(places), weight, change, others.mean, others.variance, tables.ends, tables.loss, tables.near_variance,
+        tables, (residual, variance) = self._tables, self._less(measurement, others)
+        return self.temper * log_ratio(
+            expected, tables.ends, tables.straight, residual, variance, tables.loss, tables.near_variance,
             tables.far_variance, self._lengths, float(self.model.degrees), tables.ways,
         )  # fmt: skip
 
+    def log_without(self, measurement: Array, others: Sequence[Effect]) -> float:
+        """Return the log likelihood of the others alone, tempered, but for a constant."""
+        degrees, (residual, variance) = self.model.degrees, self._less(measurement, others)
+        away = 0.5 * degrees * np.log(variance) - 0.5 * (degrees + 1) * np.log(degrees * variance + residual**2)
+        return self.temper * float(np.nansum(away))
 
-def _rows(places: Array) -> Array:
-    return np.ascontiguousarray(places, dtype=np.float64)
+    def log_likelihood(self, states: Array, measurement: Array) -> Array:
+        """Log likelihood ratio of one person at each state against nobody, ``(N, d) -> (N,)``, tempered."""
+        return self.log_ratio(self.expected(states), measurement, ())
+
+    def simulate(self, states: Array, rng: Generator) -> Array:
+        """Draw the changes ``(D, C)`` with people at the states ``(P, d)``; ``(0, d)``: nobody."""
+        people = [self.effect(self.expected(state[None]), np.ones(1), 1.0) for state in states]
+        mean, variance = total(people, self._tables.floor)
+        draw = rng.standard_t(self.model.degrees, self._unheard.shape)
+        return np.where(self._unheard, np.nan, mean + np.sqrt(variance) * draw)
+
+    def _less(self, measurement: Array, others: Sequence[Effect]) -> tuple[Array, Array]:
+        """Return what others leave over of the changes, and its variance, ``(D, C)``."""
+        change = np.asarray(measurement, dtype=np.float64)
+        if change.shape != self._unheard.shape or np.isinf(change).any():
+            raise DataError(
+                f"frame: has shape {change.shape}, not {self._unheard.shape}, or an infinite change; missing is NaN."
+            )
+        mean, variance = total(others, self._tables.floor)
+        return np.where(self._unheard, np.nan, change - mean), variance

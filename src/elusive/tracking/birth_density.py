@@ -16,6 +16,7 @@ from numpy.random import Generator
 from pydantic import Field, model_validator
 
 from elusive.contracts import VX, VY, Array, X, Y
+from elusive.geometry.areas import Area
 from elusive.model import Model, Positive, Probability
 from elusive.motion import square_root
 
@@ -70,6 +71,18 @@ class ProposedBirths(Protocol):
 
         ``others`` are the effects of those that are known; it may grow while the proposals are read.
         """
+
+
+@runtime_checkable
+class CellBirths(BirthComponent, Protocol):
+    """A component whose places are looked for cell by cell, each cell as likely as the others."""
+
+    @property
+    def cells(self) -> tuple[Array, Array] | None:
+        """Centres of the cells ``(M, 2)`` and their sides ``(2,)``; None: states are drawn from the density."""
+
+    def newborn(self, places: Array, rng: Generator) -> Array:
+        """Draw the states ``(N, d)`` of newborn targets at places ``(N, 2)``."""
 
 
 def within(probability: float, interval_s: float) -> float:
@@ -130,15 +143,26 @@ class _Anywhere(NamedTuple):
     low: Array
     high: Array
     speed_sd: float
+    pitch: float | None
+
+    @property
+    def cells(self) -> tuple[Array, Array] | None:
+        if self.pitch is None:
+            return None
+        (x0, y0), (x1, y1) = self.low.tolist(), self.high.tolist()
+        return Area.rectangle(x0, x1, y0, y1).cells(self.pitch)
+
+    def newborn(self, places: Array, rng: Generator) -> Array:
+        states = np.empty((len(places), 4))
+        states[:, [X, Y]] = places
+        states[:, [VX, VY]] = self.speed_sd * rng.standard_normal((len(places), 2))
+        return states
 
     def probability(self, interval_s: float) -> float:
         return within(self.a_second, interval_s)
 
     def sample(self, n: int, rng: Generator) -> Array:
-        states = np.empty((n, 4))
-        states[:, [X, Y]] = rng.uniform(self.low, self.high, (n, 2))
-        states[:, [VX, VY]] = self.speed_sd * rng.standard_normal((n, 2))
-        return states
+        return self.newborn(rng.uniform(self.low, self.high, (n, 2)), rng)
 
     def log_density(self, states: Array) -> Array:
         places, speeds = states[:, [X, Y]], states[:, [VX, VY]] / self.speed_sd
@@ -154,6 +178,9 @@ class AreaBirths(Model):
     area: tuple[float, float, float, float] = Field(description="Least and greatest x, least and greatest y [m or px]")
     speed_sd: Positive = Field(1.0, description="Deviation of a newborn's velocity on each axis [m/s or px/s]")
     birth_probability: Probability = Field(1e-3, description="Probability that a target appears in 1 s")
+    pitch: Positive | None = Field(
+        None, description="Side of a cell in which newborn targets are looked for; none: drawn anywhere [m or px]"
+    )
     most: int = Field(4, ge=1, le=100, description="Targets that may appear at one time")
 
     @model_validator(mode="after")
@@ -167,7 +194,7 @@ class AreaBirths(Model):
     def components(self) -> tuple[_Anywhere, ...]:
         """As many as may appear at one time, all alike."""
         low, high = np.array([self.area[0], self.area[2]]), np.array([self.area[1], self.area[3]])
-        return (_Anywhere(self.birth_probability, low, high, self.speed_sd),) * self.most
+        return (_Anywhere(self.birth_probability, low, high, self.speed_sd, self.pitch),) * self.most
 
 
 BuiltInBirths = Annotated[GaussianBirths | AreaBirths, Field(discriminator="kind")]

@@ -3,8 +3,9 @@
 Each target has a probability of existence and particles given existence. It is updated given the others' expected
 effect and the uncertainty of it, in turn, and again while the others change: Nannuru, Coates and Mahler (2013), IEEE J.
 Sel. Topics Signal Process. 7(3), 370-380; Davies and Garcia-Fernandez (2024), IEEE Trans. Signal Process. 72, 607-620.
-Its particles are drawn with the measurement in view (:mod:`elusive.filters.particle.informed`), those of newborn
-targets from what the known ones leave over (:mod:`elusive.filters.particle.annealed`).
+Its particles are drawn with the measurement in view (:mod:`elusive.filters.particle.informed`,
+:mod:`elusive.tracking.by_place`), those of newborn targets from what the known ones leave over
+(:mod:`elusive.tracking.newborn`).
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.random import Generator
@@ -22,18 +23,21 @@ from elusive.contracts import AdditiveSensor, Array, Knowledge, Motion, X, Y, in
 from elusive.filters.particle import _kernels
 from elusive.filters.particle.annealed import Annealed, anneal
 from elusive.filters.particle.informed import Cloud, draw_informed, fit_likelihood
-from elusive.filters.particle.parts import Known, posterior
+from elusive.filters.particle.parts import Known, allowed_by, posterior
 from elusive.filters.particle.resampling import resample
-from elusive.model import Model, Positive, Probability
 from elusive.motion import transition
 from elusive.sensors.field_of_view import FieldOfView
 from elusive.tracking.birth_density import BirthComponent, BirthDensity, ProposedBirths, within
-from elusive.tracking.lifecycle import Life, Lifecycle
+from elusive.tracking.by_place import ByPlace, Placed, PlaceMotion, PlaceSensor
+from elusive.tracking.lifecycle import Life
+from elusive.tracking.newborn import Left, Seeker
+from elusive.tracking.superposed_settings import SuperposedSettings
 from elusive.tracking.track import Track
 
 LEAST_SPREAD = 1e-9  # of a component: particles that all stand in one place
 SUREST = 1 - 1e-9  # existence, at most: a target may always have just gone
 FIRST_S = 1.0  # time before the first measurement in which its targets may have appeared
+BESIDE = 0.5  # existence from which no other appears near by
 SCREENED = 0.1  # of the least existence: what the drawn states must promise for a newborn target to be sought
 PILOTS = 0.25  # of the particles: plain predictions that tell where to draw the particles
 LEAST_PILOTS = 200
@@ -86,9 +90,10 @@ class _Sought(NamedTuple):
     log_ratio: Array | None = None  # (N,) of the last update
     probes: Any = None  # what a few particles add
     probed: Any = None  # (PROBES,) their log likelihood ratios in the last update
+    placed: Placed | None = None  # where places are drawn before the rest of the states
 
 
-class SuperposedTracker(Model):
+class SuperposedTracker(SuperposedSettings):
     """Tracks any number of targets through any sensor whose readings add up."""
 
     model_config = ConfigDict(arbitrary_types_allowed=True)
@@ -97,21 +102,11 @@ class SuperposedTracker(Model):
     sensor: SerializeAsAny[AdditiveSensor] = Field(description="What targets add to a measurement")
     birth: SerializeAsAny[BirthDensity | ProposedBirths] = Field(description="Where and how often targets appear")
     knowledge: tuple[SerializeAsAny[Knowledge | FieldOfView], ...] = Field((), description="Where a target can be")
-    death_probability: Probability = Field(0.01, description="Probability that a target disappears in 1 s")
-    particles: int = Field(1000, ge=10, le=1_000_000, description="Particles of a target, N")
-    faint_particles: int | None = Field(
-        None, ge=10, description="Particles of a target that hardly exists; by default as many as of the others"
-    )
-    informed: bool = Field(True, description="Draw particles with the measurement in view, where the motion is linear")
-    kernel: float = Field(
-        0.0, ge=0, lt=1, description="Width of the kernel that a cloud is smoothed with, h [deviations of the cloud]"
-    )
-    sweeps: int = Field(3, ge=1, le=20, description="Updates of a target given the others, a measurement, at most")
-    forget_below: float = Field(1e-3, gt=0, lt=1, description="Existence below which a target is forgotten")
-    merge_within: Positive = Field(
-        0.5, description="Two targets nearer than this that are together one at most are one [deviations]"
-    )
-    lifecycle: Lifecycle = Field(Lifecycle(), description="When a track begins, is confirmed and ends")
+
+    @classmethod
+    def of(cls, settings: SuperposedSettings, **parts: Any) -> Self:
+        """Return the tracker of settings with its parts: motion, sensor, birth, knowledge."""
+        return cls(**{name: getattr(settings, name) for name in SuperposedSettings.model_fields}, **parts)
 
     def init(self, rng: Generator, time_s: float = math.nan) -> SuperposedState:
         """Return the belief before any measurement: no target."""
@@ -138,7 +133,9 @@ class SuperposedTracker(Model):
         )
         n = max(LEAST_PILOTS, round(PILOTS * self.particles)) if informed else self.particles
         found = [
-            self._sought(
+            self._placed(target, survival * target.existence, interval_s, rng)
+            if self._by_place is not None and interval_s > 0
+            else self._sought(
                 target.life,
                 survival * target.existence,
                 self._plain(target, self._particles_of(target, n), interval_s, rng),
@@ -146,7 +143,7 @@ class SuperposedTracker(Model):
             for target in living
         ]
         if measurement is not None:
-            pilots = found = self._updated([self._opened(target) for target in found], measurement)
+            pilots = found = self._updated([self._opened(target) for target in found], measurement, rng)
             if informed:
                 found = self._drawn(living, pilots, interval_s, measurement, rng)
             newborn = self._newborn(found, measurement, FIRST_S if math.isnan(state.time_s) else interval_s, rng)
@@ -154,11 +151,12 @@ class SuperposedTracker(Model):
                 found = found + newborn
             else:
                 if informed:  # what the known targets were drawn for was partly the newborn's
-                    pilots = self._updated([*pilots, *newborn], measurement)[: len(pilots)]
+                    pilots = self._updated([*pilots, *newborn], measurement, rng)[: len(pilots)]
                     found = self._drawn(living, pilots, interval_s, measurement, rng, newborn)
                 else:
-                    found = self._updated([*found, *newborn], measurement)
-        return self._judged(time_s, self._merged(found), state.numbered)
+                    found = self._updated([*found, *newborn], measurement, rng)
+        arrived = [self._arrived(target, rng) for target in found]
+        return self._judged(time_s, self._merged(arrived), state.numbered)
 
     def _drawn(
         self,
@@ -174,7 +172,7 @@ class SuperposedTracker(Model):
             self._sought(target.life, pilot.prior, self._informed(target, pilot, interval_s, rng), pilot)
             for target, pilot in zip(living, pilots, strict=True)
         ]
-        return self._updated([*drawn, *newborn], measurement)
+        return self._updated([*drawn, *newborn], measurement, rng)
 
     def _particles_of(self, target: Target, usual: int) -> int:
         return usual if self.faint_particles is None or target.existence > FAINT else self.faint_particles
@@ -195,10 +193,6 @@ class SuperposedTracker(Model):
         return draw_informed(
             target.particles, target.weights, self.motion, interval_s, likelihood, self._observed, self.particles, rng
         )
-
-    @cached_property
-    def _known(self) -> Known:
-        return Known.of(self.knowledge, self.sensor)
 
     @cached_property
     def _observed(self) -> list[int]:
@@ -227,23 +221,50 @@ class SuperposedTracker(Model):
         expected = self.sensor.expected(target.particles)
         return target._replace(expected=expected, effect=self.sensor.effect(expected, target.weights, target.existence))
 
-    def _updated(self, found: list[_Sought], measurement: Any) -> list[_Sought]:
+    def _placed(self, target: Target, prior: float, interval_s: float, rng: Generator) -> _Sought:
+        """Predict a target whose places are drawn first; each particle as likely as the others."""
+        n, even = self.particles, np.full(self.particles, -math.log(self.particles))
+        before = _kernels.gather(target.particles, resample(target.weights, n, rng), n)
+        moved = self.motion.propagate(before, interval_s, rng)
+        sought = self._sought(target.life, prior, Cloud(moved, even))
+        kept = resample(sought.weights, n, rng)
+        moved = _kernels.gather(moved, kept, n)
+        placed = Placed(_kernels.gather(before, kept, n), moved[:, [X, Y]], interval_s)
+        return sought._replace(
+            prior=sought.existence, particles=moved, log_prior=even, weights=np.exp(even), placed=placed
+        )
+
+    def _arrived(self, target: _Sought, rng: Generator) -> _Sought:
+        """Draw the rest of the states of a target whose places have been drawn given a measurement."""
+        if self._by_place is None or target.placed is None or target.placed.others is None:
+            return target
+        return target._replace(particles=self._by_place.arrived(target.placed, rng))
+
+    def _updated(self, found: list[_Sought], measurement: Any, rng: Generator) -> list[_Sought]:
         """Update each target given the others, in turn, and again those whose others have changed."""
         for sweep in range(self.sweeps):
             changed = False
             for k, target in enumerate(found):
                 others = [other.effect for j, other in enumerate(found) if j != k and other.existence > LOUD]
                 if sweep == 0 or self._stirred(target, measurement, others):
-                    found[k] = self._given(target, measurement, others)
+                    found[k] = self._given(target, measurement, others, rng)
                     changed = True
             if not changed or len(found) == 1:
                 break
         return found
 
-    def _given(self, target: _Sought, measurement: Any, others: Sequence[Any]) -> _Sought:
+    def _given(self, target: _Sought, measurement: Any, others: Sequence[Any], rng: Generator) -> _Sought:
         """Update a target given the others' effects."""
-        log_ratio = self.sensor.log_ratio(target.expected, measurement, others)
-        weights, log_evidence = _kernels.weigh(target.log_prior + log_ratio)
+        if self._by_place is not None and target.placed is not None:
+            placed = self._by_place.update(target.placed, measurement, others, rng)
+            particles = placed.before.copy()
+            particles[:, [X, Y]] = placed.places
+            target = target._replace(placed=placed, particles=particles, expected=self.sensor.expected(particles))
+            log_ratio = self.sensor.log_ratio(target.expected, measurement, others)
+            weights, log_evidence = target.weights, placed.log_evidence
+        else:
+            log_ratio = self.sensor.log_ratio(target.expected, measurement, others)
+            weights, log_evidence = _kernels.weigh(target.log_prior + log_ratio)
         existence = min(posterior(target.prior, log_evidence), SUREST)
         effect = self.sensor.effect(target.expected, weights, existence)
         updated = target._replace(existence=existence, weights=weights, effect=effect, log_ratio=log_ratio)
@@ -266,14 +287,23 @@ class SuperposedTracker(Model):
         effects = [target.effect for target in found if target.existence > LOUD]
         if isinstance(self.birth, ProposedBirths):
             return self._proposed(self.birth, effects, measurement, interval_s, rng)
+        vain = None
         for component in self.birth.components:
             probability = component.probability(interval_s)
-            if probability == 0.0:
+            if probability == 0.0 or component is vain:  # where one of several alike is hardly found, none is
                 continue
-            target = self._born(component, probability, measurement, effects, rng)
+            if len(found) + len(newborn) >= self.most_targets:
+                break
+            taken = [
+                target.weights @ target.particles[:, [X, Y]] for target in found + newborn if target.existence >= BESIDE
+            ]
+            target = self._born(component, probability, Left(measurement, effects, taken), rng)
             if target is not None:
                 newborn.append(target)
+            if target is not None and target.existence > LOUD:
                 effects.append(target.effect)
+            else:
+                vain = component
         return newborn
 
     def _proposed(
@@ -311,28 +341,16 @@ class SuperposedTracker(Model):
         drawn += rng.standard_normal(particles.shape) @ root.T
         return target._replace(particles=np.asfortranarray(drawn), weights=np.full(n, 1 / n))
 
-    def _born(
-        self, component: BirthComponent, probability: float, measurement: Any, others: Sequence[Any], rng: Generator
-    ) -> _Sought | None:
+    def _born(self, component: BirthComponent, probability: float, left: Left, rng: Generator) -> _Sought | None:
         """Draw a component's target from what the others leave over, if that promises any."""
-        n = self.particles
 
-        def log_density(states: Array, _: Any) -> Array:
-            density = component.log_density(states)
-            for known in (*self._known.maps, *self._known.views):
-                density = density + known.log_probability(states)
-            return density
+        def worth(log_evidence: float) -> bool:
+            return posterior(probability, log_evidence) >= SCREENED * self.forget_below
 
-        def log_likelihood(states: Array) -> Array:
-            return self.sensor.log_ratio(self.sensor.expected(states), measurement, others)
-
-        drawn = component.sample(n, rng)
-        _, promise = _kernels.weigh(log_likelihood(drawn) - math.log(n))
-        if posterior(probability, promise) < SCREENED * self.forget_below:
+        after = self._seeker.seek(component, left, worth, rng)
+        if after is None or posterior(probability, after.log_evidence) < self.forget_below:
             return None
-        after = anneal(drawn, log_density, log_likelihood, rng)
-        existence = min(posterior(probability, after.log_evidence), SUREST)
-        return None if existence < self.forget_below else self._settled(Life(), probability, after, measurement, others)
+        return self._settled(Life(), probability, after, left.measurement, left.others)
 
     def _annealed(
         self,
@@ -369,6 +387,25 @@ class SuperposedTracker(Model):
         log_prior = after.log_evidence - log_ratio - math.log(n)
         return _Sought(life, prior, existence, after.states, log_prior, even, expected, effect, log_ratio)
 
+    @cached_property
+    def _known(self) -> Known:
+        return Known.of(self.knowledge, self.sensor)
+
+    def _log_allowed(self, states: Array) -> Array:
+        """Log probability that all that is known allows each state, ``(N, d) -> (N,)``."""
+        members = (*self._known.maps, *self._known.views)
+        return allowed_by(members, states) if members else np.zeros(len(states))
+
+    @cached_property
+    def _by_place(self) -> ByPlace | None:
+        if isinstance(self.motion, PlaceMotion) and isinstance(self.sensor, PlaceSensor):
+            return ByPlace(self.motion, self.sensor, self._log_allowed, self.effective)
+        return None
+
+    @cached_property
+    def _seeker(self) -> Seeker:
+        return Seeker(self.sensor, self._log_allowed, self.particles, self.effective, self.separation)
+
     def _merged(self, found: list[_Sought]) -> list[_Sought]:
         """Make one of two targets in one place that are together hardly more than one."""
         kept: list[_Sought] = []
@@ -390,7 +427,7 @@ class SuperposedTracker(Model):
         """Let each target's life go on, and forget those that hardly exist."""
         targets = []
         for target in found:
-            life, numbered = self.lifecycle.step(target.life, target.existence, numbered)
+            life, numbered = self.lifecycle.step(target.life, target.existence, numbered, gone=target.existence == 0)
             if target.existence >= self.forget_below or life.status == "deleted":
                 moments = _kernels.moments(target.particles, target.weights)
                 targets.append(Target(life, target.existence, target.particles, target.weights, *moments))

@@ -10,8 +10,8 @@ import numpy as np
 from elusive.io.path_truth import PathTruth
 from elusive.sensors.radio_network import radio_nodes
 from elusive.tracking.lifecycle import Life
-from elusive.tracking.link_people import Target
 from elusive.tracking.people import TrackEvent
+from elusive.tracking.superposed import Target
 from elusive.tracking.track import Step, Track
 
 RATE_HZ = 4
@@ -19,6 +19,7 @@ CALIBRATION = 20
 PERIOD = 512  # frames until a track is lost or exchanged
 NODES = radio_nodes(np.array([[-3.0, -3], [3, -3], [3, 3], [-3, 3]]))
 SPREAD = np.diag([0.09, 0.01, 0.16, 0.01])
+EVEN = np.full(500, 1 / 500)
 REMARKS = ("The room was not quite empty.",)
 
 
@@ -38,7 +39,8 @@ def truth(seconds):
 
 def step_of(time_s, tracks, events, cloud, calibrating=False):
     targets = tuple(
-        Target(Life(one.track, one.status), one.existence, one.mean, one.covariance, cloud + one.mean) for one in tracks
+        Target(Life(one.track, one.status), one.existence, cloud + one.mean, EVEN, one.mean, one.covariance)
+        for one in tracks
     )
     people = SimpleNamespace(belief=SimpleNamespace(targets=targets), events=tuple(events))
     state = SimpleNamespace(people=people, events=tuple(events), calibrating=calibrating, remarks=REMARKS)

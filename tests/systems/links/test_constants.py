@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from elusive.errors import DataError
+from elusive.geometry.areas import Area
 from elusive.sensors.link_shadowing import LinkShadowing
 from elusive.systems.links.constants import LinkFitting
 from tests.tracking.link_scenes import shadowed_links, states_of
 
+ROOM = Area.rectangle(-4.0, 4.0, -4.0, 4.0)
 TRUE = LinkShadowing(loss_length_m=0.05, near_length_m=0.05, temper=0.3)
 
 
@@ -27,7 +29,9 @@ def log_of(frames=150, empty=30):
 def test_known_constants_are_found_from_afar():
     sensor, changes = log_of()
     start = TRUE.replace(loss_db=4.0, far_sd_db=1.2, far_length_m=2.5, fade_slope=0.4, floor_sd_db=0.8, near_sd_db=3.0)
-    fit = LinkFitting(pitch_m=0.4, spread_m=0.3, iterations=6).fit(sensor.with_model(start), np.arange(150.0), changes)
+    fit = LinkFitting(pitch_m=0.4, spread_m=0.3, iterations=6).fit(
+        sensor.with_model(start), np.arange(150.0), changes, ROOM
+    )
     gains = np.diff(fit.log_likelihood)
     assert (gains > -1e-6 * abs(fit.log_likelihood[0])).all()
     assert fit.log_likelihood[-1] > fit.log_likelihood[0] + 10
@@ -45,8 +49,8 @@ def test_known_constants_are_found_from_afar():
 def test_a_log_that_cannot_be_fitted_is_refused():
     sensor, changes = log_of(frames=30, empty=30)
     with pytest.raises(DataError, match="nobody seems to have been there"):
-        LinkFitting().fit(sensor, np.arange(30.0), changes)
+        LinkFitting().fit(sensor, np.arange(30.0), changes, ROOM)
     with pytest.raises(DataError, match="the fit needs at least 20"):
-        LinkFitting().fit(sensor, np.arange(19.0), changes[:19])
+        LinkFitting().fit(sensor, np.arange(19.0), changes[:19], ROOM)
     with pytest.raises(DataError, match="frame: has shape"):
-        LinkFitting().fit(sensor, np.arange(30.0), changes[:, :5])
+        LinkFitting().fit(sensor, np.arange(30.0), changes[:, :5], ROOM)

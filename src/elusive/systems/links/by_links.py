@@ -7,18 +7,22 @@ from typing import Annotated, ClassVar, Literal, NamedTuple
 from numpy.random import Generator
 from pydantic import Field
 
-from elusive.contracts import Array
+from elusive.contracts import AdditiveSensor, Array
 from elusive.errors import DataError
 from elusive.geometry.areas import Area
-from elusive.model import Model, Positive
+from elusive.model import Model, Positive, Probability
+from elusive.motion.walk import Walk
 from elusive.preprocess.fade_level import RssChange, RssState
 from elusive.preprocess.link_calibration import Calibration
 from elusive.preprocess.link_weights import EllipseWeights
+from elusive.sensors.field_of_view import FieldOfView
 from elusive.sensors.linear_links import LinkRadiation
 from elusive.sensors.link_shadowing import LinkShadowing
 from elusive.sensors.radio_network import RadioNodes
-from elusive.tracking.link_people import PeopleSensor, SuperposedState, SuperposedTracker
+from elusive.tracking.birth_density import AreaBirths
 from elusive.tracking.people import Entrance, TrackEvent, events_between
+from elusive.tracking.superposed import SuperposedState, SuperposedTracker
+from elusive.tracking.superposed_settings import SuperposedSettings
 from elusive.tracking.track import Track
 
 EMPTY_BELOW = 0.1  # existence of everybody below which the room is taken for empty
@@ -59,7 +63,13 @@ class LinksMethod(Model):
     effect: Effects = Field(
         LinkShadowing(), description="How a person changes the readings: shadowing of real links, or radiation added up"
     )
-    people: SuperposedTracker = Field(SuperposedTracker(), description="The filter")
+    walk: Walk = Field(Walk(), description="How people walk")
+    birth_probability: Probability = Field(0.016, description="Probability that somebody comes, in a second")
+    birth_pitch_m: Positive = Field(0.4, description="Side of a cell in which newcomers are looked for [m]")
+    people: SuperposedSettings = Field(
+        SuperposedSettings(particles=500, death_probability=0.016, forget_below=0.02, separation=0.5),
+        description="The filter",
+    )
     near_m: Positive = Field(1.0, description="Distance at which two people are said to be near [m]")
 
     @property
@@ -91,21 +101,26 @@ class LinksMethod(Model):
         effect = self.effect
         if isinstance(effect, VoxelRadiation):
             weights = effect.weights.sparse(nodes, effect.weights.grid(area))
-            sensor: PeopleSensor = effect.links(weights, area.bounds_m, effect.weights.voxel_m)
+            sensor: AdditiveSensor = effect.links(weights, area.bounds_m, effect.weights.voxel_m)
         elif empty is None:
             raise DataError("calibration: shadowing needs the levels of the empty room; calibrate on a log.")
         else:
-            sensor = effect.links(nodes, empty.mean_dbm, empty.variance_db2, area.bounds_m)
-        return LinksChain(self.people.replace(sensor=sensor, area=area), self.near_m)
+            sensor = effect.links(nodes, empty.mean_dbm, empty.variance_db2)
+        births = AreaBirths(
+            area=area.bounds_m, speed_sd=self.walk.speed_sd_mps, birth_probability=self.birth_probability,
+            pitch=self.birth_pitch_m, most=self.people.most_targets,
+        )  # fmt: skip
+        view = (FieldOfView(area=area),)
+        people = SuperposedTracker.of(self.people, motion=self.walk, sensor=sensor, birth=births, knowledge=view)
+        return LinksChain(people, area, self.near_m, isinstance(effect, LinkShadowing))
 
 
 class LinksChain:
     """The filter on a network."""
 
-    def __init__(self, people: SuperposedTracker, near_m: float) -> None:
-        self._filter, self._near_m = people, near_m
-        self._by_reading = isinstance(people.sensor.model, LinkShadowing)
-        self._entrance = Entrance(area=people.area, width_m=near_m)
+    def __init__(self, people: SuperposedTracker, area: Area, near_m: float, by_reading: bool) -> None:
+        self._filter, self._near_m, self._by_reading = people, near_m, by_reading
+        self._entrance = Entrance(area=area, width_m=near_m)
 
     def seen(self, rss: RssState) -> Array:
         """Return what the chain takes of a frame: the rise of each reading ``(D, C)``, or each undirected loss."""

@@ -60,8 +60,8 @@ class LinkFitting(Model):
         sensor: ShadowedLinks,
         times_s: Array,
         changes: Array,
+        area: Area,
         *,
-        area: Area | None = None,
         on_iteration: Callable[[int], None] | None = None,
     ) -> LinkFit:
         """Fit the constants.
@@ -77,7 +77,7 @@ class LinkFitting(Model):
             is there at a time, for a part of them. The frames of the calibration are left out: they are no evidence of
             the spread that they were used to measure.
         area
-            Where the walker can be; none: all of the sensor's area.
+            Where the walker can be.
         on_iteration
             Called with the number of iterations done.
 
@@ -99,7 +99,7 @@ class LinkFitting(Model):
             )
         if not np.isfinite(changes).any():
             raise DataError("log: has no reading after the calibration; fit to a log in which the links are heard.")
-        cells = _Cells(sensor.area, self.pitch_m, self.spread_m, area)
+        cells = _Cells(area, self.pitch_m, self.spread_m)
         # before the first frame, a second in which somebody may have come
         intervals_s = np.diff(times_s[: len(changes)], prepend=times_s[0] - 1.0)
         history: list[float] = []
@@ -122,9 +122,9 @@ class LinkFitting(Model):
         self, sensor: ShadowedLinks, intervals_s: Array, changes: Array, cells: _Cells
     ) -> tuple[list[_Where], Array, float]:
         """Return where the walker was in each frame, whether, and the log likelihood of the log."""
-        nobody = sensor.nobody()
-        absent = np.array([sensor.log_without(change, nobody) for change in changes])
-        ratio = np.array([sensor.log_ratio(cells.centres, change, nobody) for change in changes])
+        absent = np.array([sensor.log_without(change, ()) for change in changes])
+        somebody = sensor.expected_at(cells.centres)
+        ratio = np.array([sensor.log_ratio(somebody, change, ()) for change in changes])
         ratio[:, ~cells.inside] = -math.inf
         size, anywhere = len(cells.centres), cells.inside / cells.inside.sum()
         chances = [switching(self.birth_probability, self.death_probability, dt) for dt in intervals_s]
@@ -168,20 +168,13 @@ class _Where(NamedTuple):
 class _Cells:
     """The grid and a random walk on it."""
 
-    def __init__(
-        self, box: tuple[float, float, float, float], pitch_m: float, spread_m: float, area: Area | None
-    ) -> None:
-        axes, self._spread_m = [], spread_m
-        for low, high in (box[:2], box[2:]):
-            count = max(2, math.ceil((high - low) / pitch_m))
-            axes.append(low + (np.arange(count) + 0.5) * (high - low) / count)
-        self._axes = axes
-        x, y = np.meshgrid(*axes)
-        self._shape = x.shape
-        self.centres = np.column_stack([x.ravel(), y.ravel()])
-        self.inside = np.ones(len(self.centres), dtype=bool) if area is None else area.contains(self.centres)
+    def __init__(self, area: Area, pitch_m: float, spread_m: float) -> None:
+        self.centres, _ = area.cells(pitch_m)
+        self.inside, self._spread_m = area.contains(self.centres), spread_m
         if not self.inside.any():
             raise DataError(f"area: no cell of {pitch_m:g} m lies in it; choose smaller cells.")
+        self._axes = [np.unique(axis) for axis in self.centres.T]
+        self._shape = tuple(map(len, self._axes[::-1]))
 
     def spread(self, mass: Array, interval_s: float) -> Array:
         x, y = self._moves(interval_s)
@@ -214,11 +207,11 @@ def _maximise(sensor: ShadowedLinks, changes: Array, centres: Array, where: list
 
     def loss(point: Array) -> float:
         trial = sensor.with_model(model_at(point))
-        nobody, total = trial.nobody(), 0.0
+        total = 0.0
         for change, frame in zip(changes, where, strict=True):
-            total += trial.log_without(change, nobody)
+            total += trial.log_without(change, ())
             if len(frame.cells):
-                total += float(frame.weights @ trial.log_ratio(centres[frame.cells], change, nobody))
+                total += float(frame.weights @ trial.log_ratio(trial.expected_at(centres[frame.cells]), change, ()))
         return -total
 
     reach = math.log(MOST_FACTOR)

@@ -109,7 +109,7 @@ def fit_links(
     empty = list(islice(stream, tracking.calibration_frames))
     calibration = tracking.calibrate.over(empty)
     area = tracking.area_of(nodes)
-    sensor = method.effect.links(nodes, calibration.mean_dbm, calibration.variance_db2, area.bounds_m)
+    sensor = method.effect.links(nodes, calibration.mean_dbm, calibration.variance_db2)
     rss = tracking.change.init(calibration)
     times: list[float] = []
     changes: list[Array] = []
@@ -123,7 +123,7 @@ def fit_links(
             f"log: has {len(times)} frames after the {len(empty)} of calibration; the fit needs at least "
             f"{LEAST_FRAMES}, with somebody walking in some."
         )
-    fit = fitting.fit(sensor, np.array(times), np.array(changes), area=area, on_iteration=on_iteration)
+    fit = fitting.fit(sensor, np.array(times), np.array(changes), area, on_iteration=on_iteration)
     fitted = tracking.replace(method=method.replace(effect=fit.model))
     return FittedLinks(fitted, method.effect, fit, np.array(times), calibration.remarks)
 

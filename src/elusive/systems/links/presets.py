@@ -22,7 +22,6 @@ from elusive.systems.links.scene import LinkScene
 from elusive.systems.links.simulate import LinkSimulation
 from elusive.systems.links.track import LinkTracking
 from elusive.systems.links.walks import Walks
-from elusive.tracking.link_people import SuperposedTracker
 from elusive.tracking.people import Entrance
 from elusive.tracking.people_radius import RadiusTracker
 
@@ -61,11 +60,10 @@ def links_method(simulation: LinkSimulation) -> LinksMethod:
         speed_sd_mps=simulation.walks.step_distance_m / interval_s / 2**0.5, turn_rate_hz=0.22, straight_q=0.0025,
         long_rate_hz=0.005,
     )  # fmt: skip
-    people = SuperposedTracker(
-        walk=walk, particles=200, birth_probability=0.01, death_probability=0.01,
-        birth_pitch_m=simulation.weights.voxel_m,
-    )  # fmt: skip
-    return LinksMethod(effect=person, people=people)
+    people = LinksMethod().people.replace(particles=200, death_probability=0.01)
+    return LinksMethod(
+        effect=person, walk=walk, people=people, birth_probability=0.01, birth_pitch_m=simulation.weights.voxel_m
+    )
 
 
 def first_simulation() -> LinkScene:

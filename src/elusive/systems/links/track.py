@@ -53,7 +53,7 @@ class LinkTracking(Model):
     """How people are tracked through a radio network."""
 
     main_options: ClassVar[tuple[str, ...]] = (
-        "method", "effect", "calibration_frames", "voxel_m", "particles", "most_people", "birth_probability",
+        "method", "effect", "calibration_frames", "voxel_m", "particles", "most_targets", "birth_probability",
         "confirm_frames", "q", "seed",
     )  # fmt: skip
 

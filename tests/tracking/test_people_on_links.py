@@ -7,14 +7,31 @@ import math
 import numpy as np
 import pytest
 
-from elusive.errors import DataError, ParameterError
+from elusive.errors import DataError
 from elusive.geometry.areas import Area
 from elusive.motion.walk import Walk
 from elusive.runner import run
+from elusive.sensors.field_of_view import FieldOfView
 from elusive.sensors.link_shadowing import LinkShadowing
+from elusive.systems.links.by_links import LinksMethod
+from elusive.tracking.birth_density import AreaBirths
 from elusive.tracking.lifecycle import Life
-from elusive.tracking.link_people import SuperposedState, SuperposedTracker, Target
+from elusive.tracking.superposed import SuperposedState, SuperposedTracker, Target
 from tests.tracking.link_scenes import linear_links, shadowed_links, simulated, states_of
+
+PEOPLE = LinksMethod().people
+HALL = Area.rectangle(-6.0, 6.0, -6.0, 6.0)
+ROOM = Area.rectangle(-5.0, 5.0, -5.0, 5.0)
+
+
+def people(sensor, area=ROOM, walk=Walk(), birth_probability=0.016, pitch=0.4, **settings):
+    """Return the tracker of people."""
+    settings = PEOPLE.replace(**settings)
+    birth = AreaBirths(
+        area=area.bounds_m, speed_sd=walk.speed_sd_mps, birth_probability=birth_probability, pitch=pitch,
+        most=settings.most_targets,
+    )  # fmt: skip
+    return SuperposedTracker.of(settings, motion=walk, sensor=sensor, birth=birth, knowledge=(FieldOfView(area=area),))
 
 
 def crossing(frames=30, reach=4.5):
@@ -53,15 +70,14 @@ def test_one_person_is_where_an_exact_filter_on_a_grid_says():
     n = 4000
     start = np.zeros((n, 4))
     start[:, [0, 2]] = rng.normal(path[0], 0.5, (n, 2))
-    model = SuperposedTracker(
-        sensor=sensor, walk=walk, particles=n, birth_probability=0.0, death_probability=died, least_existence=0.0
-    )
-    state = SuperposedState(0.0, (Target(Life(), 0.5, start.mean(axis=0), np.cov(start.T), start),), 0)
+    model = people(sensor, walk=walk, particles=n, birth_probability=0.0, death_probability=died, forget_below=1e-9)
+    even = np.full(n, 1 / n)
+    state = SuperposedState(0.0, (Target(Life(), 0.5, start, even, start.mean(axis=0), np.cov(start.T)),), 0)
     for time_s, frame in enumerate(frames, 1):
         there = (1 - died) * (move.T @ belief.reshape(x.shape) @ move).ravel()
         absent += belief.sum() - there.sum()  # gone, or out of the area
         if frame is not None:
-            there = there * np.exp(sensor.log_ratio(cells, frame, sensor.nobody()))
+            there = there * np.exp(sensor.log_likelihood(states_of(cells), frame))
         total = there.sum() + absent
         belief, absent = there / total, absent / total
         state = model.step(state, time_s, frame, rng)
@@ -80,7 +96,7 @@ def test_crossing_people_keep_their_numbers_and_who_leaves_is_forgotten():
     rng = np.random.default_rng(1)
     sensor, paths = linear_links(), crossing()
     walk = Walk(speed_sd_mps=0.4, straight_q=0.0025, turn_rate_hz=0.22)
-    model = SuperposedTracker(sensor=sensor, walk=walk, particles=200, birth_pitch_m=0.5)
+    model = people(sensor, HALL, walk, particles=200, pitch=0.5)
     states = list(run(model, simulated(sensor, paths, rng), rng))
     for state, places in zip(states, paths, strict=True):
         living = [track for track in state.tracks if track.status != "deleted"]
@@ -99,24 +115,24 @@ def test_two_people_are_told_apart_in_a_room_with_fading():
     sensor = shadowed_links(nodes=14, model=LinkShadowing(temper=0.2))
     angle = np.linspace(0, 2 * np.pi, 60)
     paths = np.stack([2 * np.column_stack([np.cos(angle), np.sin(angle)]), np.tile([-0.3, 0.2], (60, 1))], axis=1)
-    model = SuperposedTracker(sensor=sensor, walk=Walk(speed_sd_mps=0.6), particles=300)
+    model = people(sensor, walk=Walk(speed_sd_mps=0.6), particles=300)
     states = list(run(model, simulated(sensor, paths, rng), rng))[15:]
     errors = [deviations(state, places) for state, places in zip(states, paths[15:], strict=True)]
     assert np.mean([len(state.tracks) == 2 for state in states]) > 0.9
     assert np.median(errors) < 0.3
 
 
-@pytest.mark.parametrize("sensor", [linear_links(), shadowed_links()])
-def test_nobody_is_found_where_nobody_is(sensor):
+@pytest.mark.parametrize(("sensor", "area"), [(linear_links(), HALL), (shadowed_links(), ROOM)])
+def test_nobody_is_found_where_nobody_is(sensor, area):
     rng = np.random.default_rng(3)
-    model = SuperposedTracker(sensor=sensor, particles=100)
+    model = people(sensor, area, particles=100)
     assert all(not s.tracks for s in run(model, (sensor.simulate(np.empty((0, 4)), rng) for _ in range(60)), rng))
 
 
 def test_missing_links_and_frames_are_borne():
     rng = np.random.default_rng(4)
     sensor = linear_links()
-    model = SuperposedTracker(sensor=sensor, particles=200)
+    model = people(sensor, HALL, particles=200)
     place = np.array([[1.0, 2.0]])
     state: SuperposedState = model.init(rng)
     failed = np.zeros(190, dtype=bool)
@@ -140,24 +156,16 @@ def test_nobody_is_looked_for_out_of_the_area_or_beyond_the_most():
     places = np.array([[-3.0, 0.0], [3.0, 0.0], [3.0, 3.0]])
     frames = [sensor.simulate(states_of(places), rng) for _ in range(5)]
     left = Area(corners_m=((-6, -6), (0, -6), (0, 6), (-6, 6)))
-    for state in run(SuperposedTracker(sensor=sensor, area=left, particles=100), frames, rng):
+    for state in run(people(sensor, left, particles=100), frames, rng):
         assert all(person.particles[:, 0].max() <= 0 for person in state.targets)
         # those on the other side, whom nobody may explain, pull a little
         assert deviations(state, places[:1])[0] < 1.0
-    for state in run(SuperposedTracker(sensor=sensor, most_people=1, particles=100), frames, rng):
+    for state in run(people(sensor, HALL, most_targets=1, particles=100), frames, rng):
         assert len(state.targets) == 1
 
 
 def test_what_does_not_fit_is_refused():
-    rng, sensor = np.random.default_rng(6), linear_links()
-    model = SuperposedTracker(sensor=sensor)
+    rng = np.random.default_rng(6)
+    model = people(linear_links(), HALL)
     with pytest.raises(DataError, match="frame: has shape"):
         model.step(model.init(rng), 0.0, np.zeros(7), rng)
-    with pytest.raises(ParameterError, match=r"SuperposedTracker\.sensor: a str is no sensor"):
-        SuperposedTracker(sensor="links")
-    with pytest.raises(ParameterError, match="is not set"):
-        SuperposedTracker().init(rng)
-    with pytest.raises(ParameterError, match=r"SuperposedTracker\.particles"):
-        SuperposedTracker(sensor=sensor, particles=1)
-    with pytest.raises(ParameterError, match=r"Walk\.speed_sd_mps"):
-        Walk(speed_sd_mps=0)
