@@ -19,12 +19,13 @@ from elusive.tracking.lifecycle import Life
 from elusive.tracking.superposed import SuperposedState, SuperposedTracker, Target
 from tests.tracking.link_scenes import linear_links, shadowed_links, simulated, states_of
 
+WALK = Walk()
 PEOPLE = LinksMethod().people
 HALL = Area.rectangle(-6.0, 6.0, -6.0, 6.0)
 ROOM = Area.rectangle(-5.0, 5.0, -5.0, 5.0)
 
 
-def people(sensor, area=ROOM, walk=Walk(), birth_probability=0.016, pitch=0.4, **settings):
+def people(sensor, area=ROOM, walk=WALK, birth_probability=0.016, pitch=0.4, **settings):
     """Return the tracker of people."""
     settings = PEOPLE.replace(**settings)
     birth = AreaBirths(

@@ -14,7 +14,8 @@ from elusive.contracts import Array
 
 Indices = NDArray[np.int64]
 CHUNK = 16  # readings whose ratios stay within the range of numbers when multiplied
-GONE = 50.0  # lengths after which a decay, 2e-22, is nothing
+GONE = 36.0  # lengths after which a decay, 2e-16, is nothing
+PRODUCT = 300.0  # lengths of a link up to which its decay is a product of numbers within their range
 SHIFT = 49  # bits of a number below the eighth of its power of two: eight knots a doubling
 
 
@@ -76,7 +77,7 @@ def log_ratio(
     places, channels = distances.shape[1], residual.shape[1]
     total = np.zeros(places)
     own, shifted = np.empty((4, 2 * channels)), np.empty(places)
-    bits = shifted.view(np.int64)
+    bits = shifted.view(np.uint64)
     core = 0.5 * min(lengths)
     for link in range(len(ends)):
         heard = 0
@@ -107,15 +108,16 @@ def log_ratio(
         at = ((np.arange(knots) + start) << SHIFT).view(np.float64)
         cubic = np.empty((knots, 4))
         for k in range(knots):
-            cubic[k, 0], cubic[k, 1] = level(max(at[k] - core, 0.0), 1.0, own[:, :heard], lengths, degrees)
+            cubic[k, 0], cubic[k, 1] = level(at[k] - core, 1.0, own[:, :heard], lengths, degrees)
             cubic[k, 0] -= without
         for k in range(knots - 1):
             width = at[k + 1] - at[k]
             rise = (cubic[k + 1, 0] - cubic[k, 0]) / width
             cubic[k, 2] = (3.0 * rise - 2.0 * cubic[k, 1] - cubic[k + 1, 1]) / width
             cubic[k, 3] = (cubic[k, 1] + cubic[k + 1, 1] - 2.0 * rise) / (width * width)
+        origin = np.uint64(start)
         for n in range(places):
-            k = (bits[n] >> SHIFT) - start
+            k = (bits[n] >> np.uint64(SHIFT)) - origin
             d = shifted[n] - at[k]
             total[n] += cubic[k, 0] + d * (cubic[k, 1] + d * (cubic[k, 2] + d * cubic[k, 3]))
     return total
@@ -125,15 +127,34 @@ def log_ratio(
 def mean_profiles(
     distances: Array, weights: Array, ends: Indices, straight: Array, lengths: tuple[float, float, float]
 ) -> Array:
-    """Weighted mean over places of a person's three decays on each link, and of the first one's square, ``(4, L)``."""
-    sums = np.zeros((4, len(ends)))
+    """Weighted mean over places of a person's three decays on each link, and of the first one's square, ``(4, L)``.
+
+    The far decay of a sum of distances is a product; the others are asked for where the cloud comes near a link.
+    """
+    nodes, places = distances.shape
+    sums, least, faded = np.zeros((4, len(ends))), np.empty(nodes), np.empty((nodes, places))
+    for node in range(nodes):
+        least[node] = distances[node].min()
+        faded[node] = np.exp(-distances[node] / lengths[2])
+    reach = GONE * max(lengths[0], lengths[1])
     for link in range(len(ends)):
-        one, other = distances[ends[link, 0]], distances[ends[link, 1]]
-        for n in range(len(weights)):
+        first, second = ends[link, 0], ends[link, 1]
+        one, other, far = distances[first], distances[second], 0.0
+        if straight[link] < PRODUCT * lengths[2]:
+            for n in range(places):
+                far += weights[n] * faded[first, n] * faded[second, n]
+            sums[3, link] = far * np.exp(straight[link] / lengths[2])
+        else:
+            for n in range(places):
+                far += weights[n] * decay(max(one[n] + other[n] - straight[link], 0.0), lengths[2])
+            sums[3, link] = far
+        if least[first] + least[second] - straight[link] > reach:
+            continue
+        for n in range(places):
             excess = max(one[n] + other[n] - straight[link], 0.0)
-            near = decay(excess, lengths[0])
-            sums[0, link] += weights[n] * near
-            sums[1, link] += weights[n] * near * near
-            sums[2, link] += weights[n] * decay(excess, lengths[1])
-            sums[3, link] += weights[n] * decay(excess, lengths[2])
+            if excess < reach:
+                near = decay(excess, lengths[0])
+                sums[0, link] += weights[n] * near
+                sums[1, link] += weights[n] * near * near
+                sums[2, link] += weights[n] * decay(excess, lengths[1])
     return sums

@@ -260,19 +260,19 @@ class SuperposedTracker(SuperposedSettings):
             particles = placed.before.copy()
             particles[:, [X, Y]] = placed.places
             target = target._replace(placed=placed, particles=particles, expected=self.sensor.expected(particles))
-            log_ratio = self.sensor.log_ratio(target.expected, measurement, others)
-            weights, log_evidence = target.weights, placed.log_evidence
+            log_evidence = placed.log_evidence
         else:
             log_ratio = self.sensor.log_ratio(target.expected, measurement, others)
             weights, log_evidence = _kernels.weigh(target.log_prior + log_ratio)
+            target = target._replace(weights=weights, log_ratio=log_ratio)
         existence = min(posterior(target.prior, log_evidence), SUREST)
-        effect = self.sensor.effect(target.expected, weights, existence)
-        updated = target._replace(existence=existence, weights=weights, effect=effect, log_ratio=log_ratio)
+        effect = self.sensor.effect(target.expected, target.weights, existence)
+        updated = target._replace(existence=existence, effect=effect)
         if not others:
             return updated
-        chosen = _kernels.systematic(weights, 1.0, PROBES, 0.5)
+        chosen = _kernels.systematic(target.weights, 1.0, PROBES, 0.5)
         probes = self.sensor.expected(target.particles[chosen])
-        return updated._replace(probes=probes, probed=log_ratio[chosen])
+        return updated._replace(probes=probes, probed=self.sensor.log_ratio(probes, measurement, others))
 
     def _stirred(self, target: _Sought, measurement: Any, others: Sequence[Any]) -> bool:
         """Tell whether the others have changed so much that a target's update does not hold any more."""
