@@ -13,6 +13,7 @@ import numpy as np
 import psutil
 import pytest
 
+from elusive.geometry.areas import Area
 from elusive.io.link_logs import open_link_log
 from elusive.io.path_truth import PathTruth
 from elusive.sensors.link_shadowing import LinkShadowing
@@ -21,7 +22,6 @@ from elusive.systems.links.by_links import LinksMethod
 from elusive.systems.links.results import LinkRun
 from elusive.systems.links.run import track_links_recording
 from elusive.systems.links.track import LinkTracking
-from elusive.tracking.link_people import SuperposedTracker
 from tests.reference import links as reference
 from tests.reference.tomography import border_nodes
 from tests.systems.links import link_day
@@ -48,7 +48,7 @@ def walk(people, half, frames):
 
 @pytest.mark.parametrize(
     ("nodes", "channels", "side", "people", "least"),
-    [(10, 8, 8.0, 1, RATE_HZ), (10, 8, 8.0, 3, RATE_HZ), (41, 1, 24.0, 1, RATE_HZ), (41, 8, 24.0, 3, 1)],
+    [(10, 8, 8.0, 1, RATE_HZ), (10, 8, 8.0, 3, RATE_HZ), (41, 1, 24.0, 1, RATE_HZ), (41, 8, 24.0, 3, 10)],
 )
 def test_frames_a_second(benchmark, report, nodes, channels, side, people, least):
     _, sensor = network(nodes, channels, side)
@@ -58,7 +58,7 @@ def test_frames_a_second(benchmark, report, nodes, channels, side, people, least
     for places in walk(people, side / 2, 20):
         states[:, [0, 2]] = places
         frames.append(sensor.simulate(states, rng))
-    model = SuperposedTracker(sensor=sensor)
+    model = LinksMethod().tracker(sensor, Area.rectangle(-side / 2, side / 2, -side / 2, side / 2))
     state = model.init(rng, 0.0)
     for frame in frames[:8]:
         state = model.step(state, state.time_s + 1, frame, rng)
@@ -74,16 +74,17 @@ def test_frames_a_second(benchmark, report, nodes, channels, side, people, least
 def test_log_likelihood_against_numpy(benchmark, best_of, report):
     _, sensor = network(10, 8, 8.0)
     rng = np.random.default_rng(2)
-    places = rng.uniform(-4, 4, (500, 2))
-    frame, nobody = sensor.simulate(np.array([[1.0, 0, 2, 0]]), rng), sensor.nobody()
+    states = np.zeros((500, 4))
+    states[:, [0, 2]] = rng.normal([1, 2], 0.5, (500, 2))
+    frame, noise = sensor.simulate(np.array([[1.0, 0, 2, 0]]), rng), EMPTY_SD_DB**2 + sensor.model.floor_sd_db**2
 
     def ours():
-        return sensor.log_ratio(places, frame, nobody)
+        return sensor.log_likelihood(states, frame)
 
     def twin():
-        return reference.shadowed_log_ratio(sensor, places, frame, nobody)
+        return reference.shadowed_log_ratio(sensor, states[:, [0, 2]], frame, 0.0, noise)
 
-    np.testing.assert_allclose(ours(), twin(), rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(ours(), twin(), rtol=1e-4, atol=1e-3)
     mine, theirs = best_of(ours, twin)
     report("links, 500 particles, 720 readings: against NumPy", theirs / mine, 5)
     benchmark(ours)
@@ -107,7 +108,8 @@ def circling(sensor, frames):
 
 
 SMALL = LinkTracking(
-    method=LinksMethod(people=SuperposedTracker(particles=50, birth_pitch_m=1.0)), calibration_frames=CALIBRATION
+    method=LinksMethod(people=LinksMethod().people.replace(particles=50), birth_pitch_m=1.0),
+    calibration_frames=CALIBRATION,
 )
 
 

@@ -116,7 +116,7 @@ TWINS: dict[str, dict[str, str]] = {
     },
     "sensors._linear_link_kernels": {
         "log_ratio": "sensors/test_linear_links.py::linear_log_ratio",
-        "moments": "sensors/test_linear_links.py::bell",
+        "responses": "sensors/test_linear_links.py::bell",
     },
     "sensors._patch_kernels": {
         "lay": "sensors/test_image_patches.py::reference.spread",
@@ -130,7 +130,7 @@ TWINS: dict[str, dict[str, str]] = {
         "tabulate": "sensors/test_radar.py::reference.log_ratio",
     },
     "sensors._shadowing_kernels": {
-        "log_likelihood": "sensors/test_link_shadowing.py::shadowed_log_ratio",
+        "log_ratio": "sensors/test_link_shadowing.py::shadowed_log_ratio",
         "mean_profiles": "sensors/test_link_shadowing.py::shadowing",
     },
     "sensors._waveform_kernels": {"covered_sums": "sensors/test_waveform.py::log_likelihood"},

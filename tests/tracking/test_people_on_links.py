@@ -11,28 +11,21 @@ from elusive.errors import DataError
 from elusive.geometry.areas import Area
 from elusive.motion.walk import Walk
 from elusive.runner import run
-from elusive.sensors.field_of_view import FieldOfView
 from elusive.sensors.link_shadowing import LinkShadowing
 from elusive.systems.links.by_links import LinksMethod
-from elusive.tracking.birth_density import AreaBirths
 from elusive.tracking.lifecycle import Life
-from elusive.tracking.superposed import SuperposedState, SuperposedTracker, Target
+from elusive.tracking.superposed import SuperposedState, Target
 from tests.tracking.link_scenes import linear_links, shadowed_links, simulated, states_of
 
 WALK = Walk()
-PEOPLE = LinksMethod().people
 HALL = Area.rectangle(-6.0, 6.0, -6.0, 6.0)
 ROOM = Area.rectangle(-5.0, 5.0, -5.0, 5.0)
 
 
 def people(sensor, area=ROOM, walk=WALK, birth_probability=0.016, pitch=0.4, **settings):
     """Return the tracker of people."""
-    settings = PEOPLE.replace(**settings)
-    birth = AreaBirths(
-        area=area.bounds_m, speed_sd=walk.speed_sd_mps, birth_probability=birth_probability, pitch=pitch,
-        most=settings.most_targets,
-    )  # fmt: skip
-    return SuperposedTracker.of(settings, motion=walk, sensor=sensor, birth=birth, knowledge=(FieldOfView(area=area),))
+    method = LinksMethod(walk=walk, birth_probability=birth_probability, birth_pitch_m=pitch)
+    return method.replace(people=method.people.replace(**settings)).tracker(sensor, area)
 
 
 def crossing(frames=30, reach=4.5):

@@ -106,13 +106,16 @@ class LinksMethod(Model):
             raise DataError("calibration: shadowing needs the levels of the empty room; calibrate on a log.")
         else:
             sensor = effect.links(nodes, empty.mean_dbm, empty.variance_db2)
+        return LinksChain(self.tracker(sensor, area), area, self.near_m, isinstance(effect, LinkShadowing))
+
+    def tracker(self, sensor: AdditiveSensor, area: Area) -> SuperposedTracker:
+        """Return the tracker of people in an area through a sensor."""
         births = AreaBirths(
             area=area.bounds_m, speed_sd=self.walk.speed_sd_mps, birth_probability=self.birth_probability,
             pitch=self.birth_pitch_m, most=self.people.most_targets,
         )  # fmt: skip
         view = (FieldOfView(area=area),)
-        people = SuperposedTracker.of(self.people, motion=self.walk, sensor=sensor, birth=births, knowledge=view)
-        return LinksChain(people, area, self.near_m, isinstance(effect, LinkShadowing))
+        return SuperposedTracker.of(self.people, motion=self.walk, sensor=sensor, birth=births, knowledge=view)
 
 
 class LinksChain:
