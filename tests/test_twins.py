@@ -68,6 +68,10 @@ TWINS: dict[str, dict[str, str]] = {
         "started": "filters/gaussian/test_map_smoother.py::twin.least",
     },
     "filters.gaussian._window_kernels": {"summed_out": "filters/gaussian/test_fixed_lag.py::twin.residuals"},
+    "filters.particle._informed_kernels": {
+        "correct": "filters/particle/test_informed.py::reference.corrected",
+        "selection": "filters/particle/test_informed.py::reference.selection",
+    },
     "filters.particle._kernels": {
         "draw_cells": "filters/particle/test_births.py::systematic",
         "fill_newborns": "filters/particle/test_bernoulli.py::bernoulli_step",
@@ -105,6 +109,11 @@ TWINS: dict[str, dict[str, str]] = {
         "regions": "preprocess/test_windows.py::reference.chi_square",
         "row_spreads": "preprocess/test_windows.py::reference.deviation",
         "row_sums": "preprocess/test_windows.py::reference",
+    },
+    "sensors._additive_kernels": {
+        "directions": "sensors/test_field.py::reference.log_ratio",
+        "effect": "sensors/test_field.py::reference.covariance_of",
+        "ratios": "sensors/test_field.py::reference.log_ratio",
     },
     "sensors._clutter_kernels": {"sample_states": "sensors/test_clutter_sensor.py::map_coordinates"},
     "sensors._envelope_kernels": {"log_ratio_rayleigh": "sensors/test_image.py::reference.log_ratio_rayleigh"},

@@ -72,3 +72,18 @@ def step(model, root, state, plot, rng):
     total = weights.sum()
     weights = weights / total
     return (time_s + 1, particles, weights, *moments(particles, weights), best + np.log(total / allowed), allowed)
+
+
+def selection(states, weights, F, mean, precision):
+    """Log weight of each state for a proposal, but for a constant."""
+    off = mean - states @ F.T
+    return np.log(weights) - 0.5 * np.einsum("ni,ij,nj->n", off, precision, off)
+
+
+def corrected(moved, plain, seen, mean, root, precision, gain, rng):
+    """Predictions corrected by draws of what is measured, and the log density of that there, but for a constant."""
+    moved = moved.copy()
+    drawn = mean + rng.standard_normal((len(moved) - plain, len(mean))) @ root.T
+    moved[plain:] += (drawn - moved[plain:][:, seen]) @ gain
+    off = mean - moved[:, seen]
+    return moved, -0.5 * np.einsum("ni,ij,nj->n", off, precision, off)

@@ -11,7 +11,6 @@ factors, what remains as variances: the inverse of V then costs a few rows (Wood
 
 from __future__ import annotations
 
-import math
 from abc import abstractmethod
 from collections.abc import Sequence
 from typing import ClassVar, NamedTuple
@@ -31,7 +30,6 @@ class DenseExpected(NamedTuple):
 
     observed: Array  # (N, k) components of the states that the readings depend on
     values: Array  # (N, m)
-    squares: Array  # (N, m)
 
 
 class DenseEffect(NamedTuple):
@@ -62,20 +60,13 @@ class DenseAdditiveSensor(Model):
 
     def expected(self, states: Array) -> DenseExpected:
         """Return what a target at each state adds, as the other methods take it."""
-        values = self.added(states)
-        return DenseExpected(states[:, list(self.observed)], values, values * values)
+        return DenseExpected(states[:, list(self.observed)], self.added(states))
 
     def effect(self, expected: DenseExpected, weights: Array, existence: float) -> DenseEffect:
         """Return what a target adds that exists with a probability, its states weighted ``(N,)``."""
-        places = expected.observed - weights @ expected.observed
-        weighted = np.vstack([weights, places.T * weights])
-        moments = weighted @ expected.values
-        mean, spread = moments[0], weighted[1:] @ places
-        spread[np.diag_indices_from(spread)] += LEAST_SPREAD * (1.0 + np.diag(spread))
-        linear = np.linalg.solve(np.linalg.cholesky(spread), moments[1:])
-        rest = np.maximum(weights @ expected.squares - mean**2 - (linear**2).sum(axis=0), 0.0)
-        factor = np.vstack([math.sqrt(existence) * linear, math.sqrt(existence * (1 - existence)) * mean])
-        return DenseEffect(existence * mean, factor, existence * rest)
+        from elusive.sensors import _additive_kernels as kernels
+
+        return DenseEffect(*kernels.effect(expected.values, expected.observed, weights, float(existence), LEAST_SPREAD))
 
     def log_ratio(self, expected: DenseExpected, measurement: Array, others: Sequence[DenseEffect]) -> Array:
         """Log likelihood of one more target at each state, less that of the others alone, ``(N,)``.
@@ -85,20 +76,13 @@ class DenseAdditiveSensor(Model):
         DataError
             If the measurement has another length or is infinite somewhere; NaN is a missing reading.
         """
-        variance = self.noise_variance + sum(other.rest for other in others)
-        left = self._checked(measurement) - sum(other.mean for other in others)
-        missing = np.isnan(left)
-        left, precision = np.where(missing, 0.0, left), np.where(missing, 0.0, 1 / variance)
-        directions = (precision * left)[None]
-        if others:
-            factor = np.vstack([other.factor for other in others])
-            scaled = factor * precision
-            whitened = np.linalg.solve(np.linalg.cholesky(np.eye(len(factor)) + scaled @ factor.T), scaled)
-            directions = np.vstack([directions - (whitened @ left) @ whitened, whitened])
-        along = expected.values @ directions.T
-        ratio: Array = along[:, 0] - 0.5 * (expected.squares @ precision)
-        ratio += 0.5 * np.einsum("nq,nq->n", along[:, 1:], along[:, 1:])
-        return ratio
+        from elusive.sensors import _additive_kernels as kernels
+
+        left, variance = self._checked(measurement), self.noise_variance
+        for other in others:
+            left, variance = left - other.mean, variance + other.rest
+        factors = np.concatenate([np.empty((0, len(left))), *(other.factor for other in others)])
+        return kernels.ratios(expected.values, *kernels.directions(left, variance, factors))
 
     def log_likelihood(self, states: Array, measurement: Array) -> Array:
         """Log likelihood ratio of one target at each state against none, ``(N, d) -> (N,)``."""

@@ -19,12 +19,19 @@ from numpy.typing import NDArray
 from elusive.contracts import AdditiveSensor, Array, X, Y
 from elusive.filters.particle import _kernels
 from elusive.filters.particle.annealed import Annealed, anneal
+from elusive.filters.particle.parts import posterior
 from elusive.filters.particle.resampling import Indices, resample
-from elusive.tracking.birth_density import BirthComponent, CellBirths
+from elusive.tracking.birth_density import BirthComponent, BirthProposal, CellBirths
 from elusive.tracking.by_place import PlaceSensor
+from elusive.tracking.lifecycle import Life
+from elusive.tracking.sought import SUREST, Sought
 
 Worth = Callable[[float], bool]
 UNIFORM_SHARE = 0.1  # of newborn particles drawn anywhere
+SCREENS = 500  # states that tell whether a component's target is worth to be sought
+PROMISED = 0.1  # of the least existence: what they must promise
+FAINT = 0.1  # existence below which a target hardly exists
+FEWEST = 10.0  # effective particles under which a target is drawn anew
 
 
 class Left(NamedTuple):
@@ -40,6 +47,13 @@ class _Cells(NamedTuple):
 
     centres: Array  # (M, 2) of those that are allowed
     sides: Array  # (2,)
+    expected: Any
+
+
+class _Screen(NamedTuple):
+    """States drawn from a component once, that tell what it promises."""
+
+    states: Array  # (SCREENS, d)
     expected: Any
 
 
@@ -71,6 +85,7 @@ class Seeker:
         self._sensor, self._log_allowed = sensor, log_allowed
         self._particles, self._effective, self._separation = particles, effective, separation
         self._cells: dict[int, _Cells | None] = {}
+        self._screens: dict[int, tuple[BirthComponent, _Screen]] = {}
 
     def seek(self, component: BirthComponent, left: Left, worth: Worth, rng: Generator) -> Annealed | None:
         """Look for a component's target, where a log evidence of as much as it promises is worth it."""
@@ -90,12 +105,14 @@ class Seeker:
         def log_likelihood(states: Array) -> Array:
             return self._sensor.log_ratio(self._sensor.expected(states), left.measurement, left.others)
 
-        drawn = component.sample(self._particles, rng)
-        _, promise = _kernels.weigh(log_likelihood(drawn) - math.log(self._particles))
+        screen = self._screen_of(component)
+        level = self._sensor.log_ratio(screen.expected, left.measurement, left.others)
+        _, promise = _kernels.weigh(level + self._log_allowed(screen.states) - math.log(SCREENS))
         if not worth(promise):
             return None
-        after = anneal(drawn, log_prior, log_likelihood, rng, effective=self._effective)
-        return after
+        drawn = component.sample(self._particles, rng)
+        log_weight = self._log_allowed(drawn)
+        return anneal(drawn, log_prior, log_likelihood, rng, log_weight=log_weight, effective=self._effective)
 
     def _in_cells(
         self, cells: _Cells, component: CellBirths, sensor: PlaceSensor, left: Left, worth: Worth, rng: Generator
@@ -121,7 +138,7 @@ class Seeker:
         def log_likelihood(there: Array) -> Array:
             return sensor.log_ratio(sensor.expected_at(there), left.measurement, left.others)
 
-        log_weight = -np.log(share[chosen] * free.sum())
+        log_weight = self._log_allowed(newborn) - np.log(share[chosen] * free.sum())
         after = anneal(places, log_prior, log_likelihood, rng, log_weight=log_weight, effective=self._effective)
         return after._replace(states=component.newborn(after.states, rng))
 
@@ -144,3 +161,68 @@ class Seeker:
             else:
                 self._cells[key] = None
         return self._cells[key]
+
+    def _screen_of(self, component: BirthComponent) -> _Screen:
+        """Return a component's screen, drawn once; the component is kept with it, lest another take its number."""
+        held = self._screens.get(id(component))
+        if held is None:
+            states = component.sample(SCREENS, np.random.default_rng(0))
+            held = self._screens[id(component)] = component, _Screen(states, self._sensor.expected(states))
+        return held[1]
+
+
+class Newborn(NamedTuple):
+    """Newborn targets of a measurement."""
+
+    seeker: Seeker
+    sensor: AdditiveSensor
+    log_allowed: Callable[[Array], Array]
+    forget_below: float
+    measurement: Any
+    rng: Generator
+
+    def of_component(
+        self, component: BirthComponent, probability: float, others: Sequence[Any], taken: Sequence[Array]
+    ) -> Sought | None:
+        """Draw a component's target from what the others leave over, if that promises any."""
+
+        def worth(log_evidence: float) -> bool:
+            return posterior(probability, log_evidence) >= PROMISED * self.forget_below
+
+        after = self.seeker.seek(component, Left(self.measurement, others, taken), worth, self.rng)
+        return None if after is None else self._settled(probability, after, others)
+
+    def of_proposal(self, proposal: BirthProposal, others: Sequence[Any]) -> Sought | None:
+        """Weigh a target that a birth proposes."""
+        states, n = proposal.states, len(proposal.states)
+        log_weight = proposal.log_weight + self.log_allowed(states)
+        log_prior, expected = log_weight - math.log(n), self.sensor.expected(states)
+        log_ratio = self.sensor.log_ratio(expected, self.measurement, others)
+        weights, log_evidence = _kernels.weigh(log_prior + log_ratio)
+        existence = min(posterior(proposal.probability, log_evidence), SUREST)
+        if existence < self.forget_below:
+            return None
+        if existence > FAINT and weights @ weights > 1 / FEWEST:
+            after = anneal(
+                states,
+                lambda there, _: proposal.log_density(there) + self.log_allowed(there),
+                lambda there: self.sensor.log_ratio(self.sensor.expected(there), self.measurement, others),
+                self.rng,
+                log_weight=log_weight,
+            )
+            return self._settled(proposal.probability, after, others)
+        effect = self.sensor.effect(expected, weights, existence)
+        return Sought(Life(), proposal.probability, existence, states, log_prior, weights, expected, effect, log_ratio)
+
+    def _settled(self, probability: float, after: Annealed, others: Sequence[Any]) -> Sought | None:
+        """Lay out a target whose particles are of equal weight; None if it hardly exists."""
+        existence, n = min(posterior(probability, after.log_evidence), SUREST), len(after.states)
+        if existence < self.forget_below:
+            return None
+        even = np.full(n, 1.0 / n)
+        expected = self.sensor.expected(after.states)
+        log_ratio = self.sensor.log_ratio(expected, self.measurement, others)
+        effect = self.sensor.effect(expected, even, existence)
+        # drawn from the posterior: prior over proposal is evidence over likelihood
+        log_prior = after.log_evidence - log_ratio - math.log(n)
+        return Sought(Life(), probability, existence, after.states, log_prior, even, expected, effect, log_ratio)

@@ -20,7 +20,7 @@ class SuperposedSettings(Model):
     kernel: float = Field(
         0.0, ge=0, lt=1, description="Width of the kernel that a cloud is smoothed with, h [deviations of the cloud]"
     )
-    sweeps: int = Field(3, ge=1, le=20, description="Updates of a target given the others, a measurement, at most")
+    sweeps: int = Field(2, ge=1, le=20, description="Updates of a target given the others, a measurement, at most")
     forget_below: float = Field(1e-3, gt=0, lt=1, description="Existence below which a target is forgotten")
     merge_within: Positive = Field(
         0.5, description="Two targets nearer than this that are together one at most are one [deviations]"

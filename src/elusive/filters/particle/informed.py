@@ -105,28 +105,36 @@ def draw_informed(
         chosen = resample(weights, n, rng)
         moved = motion.propagate(_kernels.gather(states, chosen, n), interval_s, rng)
         return Cloud(moved, np.full(n, -math.log(n)))
+    from elusive.filters.particle import _informed_kernels as kernels
+
     F, Q = linear
-    seen = list(observed)
+    seen = np.arange(states.shape[1])[list(observed)]
     spread = Q[np.ix_(seen, seen)] + likelihood.covariance
     # first stage: how well each particle's own prediction fits
-    root = np.linalg.cholesky(spread)
-    off = np.linalg.solve(root, (likelihood.mean - states @ F[seen].T).T)
-    with np.errstate(divide="ignore"):
-        fits = np.log(weights) - 0.5 * (off * off).sum(axis=0)
+    precision, inverse = (np.asarray(np.linalg.inv(c), dtype=np.float64) for c in (spread, likelihood.covariance))
+    fits = kernels.selection(states, weights, F[seen], likelihood.mean, precision)
     selected, log_mean = _kernels.weigh(fits)
-    log_mean -= float(np.log(np.diag(root)).sum())
     plain = round(PLAIN_SHARE * n)
     chosen = np.concatenate([resample(weights, plain, rng), resample(selected, n - plain, rng)])
     moved = motion.propagate(_kernels.gather(states, chosen, n), interval_s, rng)
     # second stage: a draw of the prediction, corrected by a draw of what is measured, is one of the posterior
-    narrow = np.linalg.cholesky(likelihood.covariance)
-    drawn = likelihood.mean + rng.standard_normal((n - plain, len(seen))) @ narrow.T
-    gain = np.linalg.solve(spread, Q[seen])
-    moved[plain:] += (drawn - moved[plain:, seen]) @ gain
-    off = np.linalg.solve(narrow, (likelihood.mean - moved[:, seen]).T)
-    log_ratio = -0.5 * (off * off).sum(axis=0) - float(np.log(np.diag(narrow)).sum()) - log_mean
+    root = np.asarray(np.linalg.cholesky(likelihood.covariance), dtype=np.float64)
+    level = kernels.correct(moved, plain, seen, likelihood.mean, root, inverse, precision @ Q[seen], rng)
+    scale = 0.5 * (np.linalg.slogdet(likelihood.covariance)[1] - np.linalg.slogdet(spread)[1])
+    log_ratio = level - (log_mean + scale)
     share = plain / n
     return Cloud(moved, -np.logaddexp(math.log(share), math.log1p(-share) + log_ratio) - math.log(n))
+
+
+def smoothed(states: Array, weights: Array, width: float, rng: Generator) -> Array:
+    """Draw as many states from kernels about them that leave mean and covariance: Liu and West (2001).
+
+    ``width`` is that of the kernel, in deviations of the cloud.
+    """
+    n, (mean, covariance) = len(states), _moments(states, weights)
+    drawn = mean + math.sqrt(1 - width**2) * (_kernels.gather(states, resample(weights, n, rng), n) - mean)
+    drawn += width * rng.standard_normal(states.shape) @ np.linalg.cholesky(covariance).T
+    return np.asfortranarray(drawn)
 
 
 def _moments(places: Array, weights: Array) -> tuple[Array, Array]:

@@ -1,0 +1,162 @@
+"""Compiled kernels of dense sensors whose readings add up: what a target is expected to add, and log ratios."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from elusive.contracts import Array
+
+NEGLIGIBLE = 1e-12  # weight of a particle, and variance of a factor in that of the noise, that change nothing
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
+def effect(values: Array, places: Array, weights: Array, existence: float, spread: float) -> tuple[Array, Array, Array]:
+    """Mean ``(m,)``, factors ``(k + 1, m)`` and remaining variances ``(m,)`` of what a target adds.
+
+    The first k factors are linear in the places ``(N, k)``, the last is that of existence; ``spread`` keeps places
+    apart that are one.
+    """
+    (n, m), k = values.shape, places.shape[1]
+    centre = np.zeros(k)
+    for i in range(n):
+        for c in range(k):
+            centre[c] += weights[i] * places[i, c]
+    mean, squares = np.zeros(m), np.zeros(m)
+    factors, root, off = np.zeros((k + 1, m)), np.zeros((k, k)), np.empty(k)
+    for i in range(n):
+        weight, row = weights[i], values[i]
+        if weight < NEGLIGIBLE:
+            continue
+        for j in range(m):
+            weighted = weight * row[j]
+            mean[j] += weighted
+            squares[j] += weighted * row[j]
+        for c in range(k):
+            off[c] = places[i, c] - centre[c]
+            share, product = weight * off[c], factors[c]
+            for j in range(m):
+                product[j] += share * row[j]
+            for e in range(c + 1):
+                root[c, e] += share * off[e]
+    existing, uncertain = np.sqrt(existence), np.sqrt(existence * (1.0 - existence))
+    rest = np.empty(m)
+    for j in range(m):
+        rest[j] = squares[j] - mean[j] * mean[j]
+    for c in range(k):
+        # Cholesky root of the places' covariance, and the products divided by it
+        root[c, c] += spread * (1.0 + root[c, c])
+        for e in range(c + 1):
+            for f in range(e):
+                root[c, e] -= root[c, f] * root[e, f]
+            root[c, e] = np.sqrt(root[c, e]) if e == c else root[c, e] / root[e, e]
+        row = factors[c]
+        for e in range(c):
+            for j in range(m):
+                row[j] -= root[c, e] * factors[e, j]
+        for j in range(m):
+            row[j] /= root[c, c]
+            rest[j] -= row[j] * row[j]
+    for j in range(m):
+        for c in range(k):
+            factors[c, j] *= existing
+        factors[k, j] = uncertain * mean[j]
+        rest[j] = existence * max(rest[j], 0.0)
+        mean[j] *= existence
+    return mean, factors, rest
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
+def directions(left: Array, variance: Array, factors: Array) -> tuple[Array, Array]:
+    """Return what log ratios need of what is left over ``(m,)``, of covariance ``factors' factors + diag(variance)``.
+
+    Rows ``(1 + q, m)``: the inverse covariance times what is left over, then W of which the inverse covariance is
+    ``diag(precision) - W' W`` (Woodbury); and the precision ``(m,)``. A reading that is NaN has none.
+    """
+    q, m = factors.shape
+    precision, weighted = np.zeros(m), np.zeros(m)
+    for j in range(m):
+        if not np.isnan(left[j]):
+            precision[j] = 1.0 / variance[j]
+            weighted[j] = precision[j] * left[j]
+    rows = np.zeros((1 + q, m))
+    kept = 0
+    root = np.zeros((q, q))
+    used = np.zeros(q, dtype=np.int64)
+    along = np.zeros(q)
+    for r in range(q):
+        size = 0.0
+        for j in range(m):
+            size += factors[r, j] * factors[r, j] * precision[j]
+        if size < NEGLIGIBLE:
+            continue
+        used[kept] = r
+        # a row of the Cholesky root of 1 + F P F', and of the whitened factors at once
+        row = rows[1 + kept]
+        for j in range(m):
+            row[j] = factors[r, j] * precision[j]
+        for c in range(kept):
+            other = factors[used[c]]
+            total = 0.0
+            for j in range(m):
+                total += row[j] * other[j]
+            for e in range(c):
+                total -= root[kept, e] * root[c, e]
+            root[kept, c] = total / root[c, c]
+        pivot = 1.0 + size
+        for c in range(kept):
+            pivot -= root[kept, c] * root[kept, c]
+        root[kept, kept] = np.sqrt(pivot)
+        for c in range(kept):
+            share, before = root[kept, c], rows[1 + c]
+            for j in range(m):
+                row[j] -= share * before[j]
+        scale = 1.0 / root[kept, kept]
+        total = 0.0
+        for j in range(m):
+            row[j] *= scale
+            if precision[j] > 0.0:
+                total += row[j] * left[j]
+        along[kept] = total
+        kept += 1
+    first = rows[0]
+    for j in range(m):
+        first[j] = weighted[j]
+    for c in range(kept):
+        row = rows[1 + c]
+        for j in range(m):
+            first[j] -= along[c] * row[j]
+    return rows[: 1 + kept], precision
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
+def ratios(values: Array, rows: Array, precision: Array) -> Array:
+    """Log ratio ``(N,)`` of values ``(N, m)``, by what :func:`directions` returns."""
+    n, m = values.shape
+    found = np.empty(n)
+    for i in range(n):
+        row, first = values[i], rows[0]
+        energy, gain = 0.0, 0.0
+        for j in range(m):
+            energy += row[j] * row[j] * precision[j]
+            gain += row[j] * first[j]
+        c = 1
+        while c + 4 <= len(rows):  # four at a time: each value is read once for them
+            r0, r1, r2, r3 = rows[c], rows[c + 1], rows[c + 2], rows[c + 3]
+            s0, s1, s2, s3 = 0.0, 0.0, 0.0, 0.0
+            for j in range(m):
+                s0 += row[j] * r0[j]
+                s1 += row[j] * r1[j]
+                s2 += row[j] * r2[j]
+                s3 += row[j] * r3[j]
+            energy -= s0 * s0 + s1 * s1 + s2 * s2 + s3 * s3
+            c += 4
+        while c < len(rows):
+            other = rows[c]
+            along = 0.0
+            for j in range(m):
+                along += row[j] * other[j]
+            energy -= along * along
+            c += 1
+        found[i] = gain - 0.5 * energy
+    return found
