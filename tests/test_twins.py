@@ -134,8 +134,9 @@ TWINS: dict[str, dict[str, str]] = {
         "template_sums": "sensors/test_image_patches.py::reference.log_ratio_beside",
     },
     "sensors._radar_kernels": {
-        "judge": "tracking/test_radar_tracks.py::reference",
+        "judge": "sensors/test_radar.py::reference",
         "scan_log_ratio": "sensors/test_radar.py::reference.log_ratio",
+        "seen_with": "sensors/test_radar.py::reference.in_view",
         "tabulate": "sensors/test_radar.py::reference.log_ratio",
     },
     "sensors._shadowing_kernels": {
@@ -143,6 +144,12 @@ TWINS: dict[str, dict[str, str]] = {
         "mean_profiles": "sensors/test_link_shadowing.py::shadowing",
     },
     "sensors._waveform_kernels": {"covered_sums": "sensors/test_waveform.py::log_likelihood"},
+    "tracking._detection_kernels": {
+        "associate": "tracking/test_detections.py::twin.marginals",
+        "associate_few": "tracking/test_detections.py::twin.marginals",
+        "clusters": "tracking/test_detections.py::connected_components",
+        "explanations": "tracking/test_detections.py::twin.step",
+    },
 }
 
 

@@ -82,22 +82,34 @@ class AdditiveSensor(Protocol):
         """
 
 
+class DetectionBirths(NamedTuple):
+    """States of new targets that made some detections, drawn from the birth density times the detection's density."""
+
+    states: Array  # (k, n, d) for each of k detections; the components that are drawn, place and velocity first
+    log_density: Array  # (k,) log density of each detection, of a new target that is detected; minus infinity: of none
+
+
 @runtime_checkable
 class DetectionSensor(Protocol):
-    """A sensor that reports detections (plots), some of them false, and misses some targets."""
+    """A sensor that reports detections (plots, peaks, bearings), some of them false, and misses some targets.
 
-    @property
-    def detection_probability(self) -> float:
-        """Probability that a target in view is detected."""
+    A measurement holds the m detections of one scan, in whatever form; ``which``, ``(k,)``, are indices of some.
+    A sensor may also offer ``gate``: see :class:`~elusive.tracking.detections.GatingSensor`.
+    """
 
-    def log_densities(self, states: Array, measurement: Any) -> Array:
-        """Log density of each detection given each state, ``(N, d) -> (N, m)``."""
+    def detection_probabilities(self, states: Array, measurement: Any) -> Array:
+        """Probability that a target at each state is detected, ``(N, d) -> (N,)``; 0 out of view."""
+
+    def log_densities(self, states: Array, measurement: Any, which: NDArray[np.int64]) -> Array:
+        """Log density of some detections, given that a target at each state made them, ``(N, d) -> (N, k)``."""
 
     def log_clutter(self, measurement: Any) -> Array:
-        """Log density of false detections where each detection is, ``(m,)``; minus infinity where there are none."""
+        """Log intensity of false detections where each is, ``(m,)``; minus infinity where there are none."""
 
-    def draw_births(self, measurement: Any, n: int, rng: Generator, speed_sd_mps: float) -> Array:
-        """Draw ``n`` states ``x, vx, y, vy`` of a target that made the measurement's only detection, ``(n, 4)``."""
+    def draw_births(
+        self, measurement: Any, which: NDArray[np.int64], n: int, speed_sd_mps: float, rng: Generator
+    ) -> DetectionBirths:
+        """Draw ``n`` states of a new target for each of some detections; a velocity not measured has this spread."""
 
 
 @runtime_checkable

@@ -139,7 +139,7 @@ def test_a_simulated_ship_is_found_where_it_was(elusive_in: Run, tmp_path: Path)
     with (tmp_path / "deep/out/tracks.csv").open() as file:
         assert next(csv.reader(file)) == [
             "time_s", "track", "status", "existence", "x_m", "y_m", "vx_mps", "vy_mps", "sd_x_m", "sd_y_m",
-            "correlation_xy", "lon_deg", "lat_deg", "log_evidence", "allowed", "map_left_out", "plot_on_water",
+            "correlation_xy", "lon_deg", "lat_deg", "log_odds", "allowed", "map_left_out", "plot_on_water",
             "at_anchor",
         ]  # fmt: skip
 
@@ -266,11 +266,6 @@ CELL = ["--chart", "AA5TEST.000"]
         (plots(), [], "plots.csv: holds no plot"),
         (chart("", "plots.csv"), [], "plots.csv: is empty"),
         (chart("time,range\n1,2\n", "plots.csv"), [], "name them time_s,range_m,bearing_deg"),
-        (
-            plots("0,3000,40,1", "0,2000,90,1"),
-            ["--false-alarms", "0"],
-            "plots.csv: scan at 0 s: holds 2 plots, and without false alarms",
-        ),
         (nothing, ["--knowledge", "hard", "--tolerance", "0.01"], "--tolerance: has no meaning for knowledge 'hard'"),
         (nothing, ["--truth-mmsi", "4"], "truth_mmsi: has no meaning without a truth"),
         (nothing, ["--coast-correlation-m", "9"], "coast_correlation_m: has no meaning for coast_error 'fresh'"),

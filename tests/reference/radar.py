@@ -59,13 +59,12 @@ def log_ratio(sensor, states, scan):
     """Log of 1 - P_D + P_D sum p / lambda; without false alarms, of the likelihood."""
     seen = in_view(sensor, *measured(sensor, states)[:2])
     detection = np.where(seen, sensor.detection_probability, 0.0)
-    claimed = np.zeros(len(scan.range_m)) if scan.claimed is None else scan.claimed
-    plots = list(zip(*scan[1:5], claimed, strict=True))
+    plots = list(zip(*scan[1:], strict=True))
     with np.errstate(divide="ignore"):
         log_detection, log_missed = np.log(detection), np.log(1 - detection)
         terms = []
-        for time_s, *plot, share in plots:
-            term = log_detection - np.log1p(share) + log_density(sensor, states, plot, time_s - scan.time_s)
+        for time_s, *plot in plots:
+            term = log_detection + log_density(sensor, states, plot, time_s - scan.time_s)
             if sensor.false_alarms:
                 _, width = sector(sensor)
                 volume = (sensor.max_range_m - sensor.min_range_m) * width

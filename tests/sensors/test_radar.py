@@ -16,6 +16,7 @@ from elusive.filters.priors import Prior
 from elusive.io import RadarPlot, RadarScan
 from elusive.motion import ConstantAcceleration, ConstantVelocity
 from elusive.sensors import RadarBirth, RadarSensor, ScanPrior
+from elusive.sensors.radar_births import drawn_about
 from tests.reference import radar as reference
 
 CLUTTERED = {"detection_probability": 0.8, "false_alarms": 6.0, "max_range_m": 400.0, "max_doppler_mps": 20.0}
@@ -75,9 +76,13 @@ def test_it_is_a_detection_sensor(name):
     states = states_near(sensor, n=50)
     looked = sensor.simulate(states[:3], rng) if sensor.false_alarms else sensor.simulate(states[:1], rng)
     there = sensor.in_view(states)
+    seen = np.where(reference.in_view(sensor, *reference.measured(sensor, states)[:2]), sensor.detection_probability, 0)
+    np.testing.assert_array_equal(sensor.detection_probabilities(states, looked), seen)
     densities, clutter = sensor.log_densities(states, looked), sensor.log_clutter(looked)
+    some = np.arange(looked.detections)[::-2]
+    np.testing.assert_array_equal(sensor.log_densities(states, looked, some), densities[:, some])
     assert densities.shape == (50, looked.detections)
-    for found, time_s, *plot in zip(densities.T, *looked[1:5], strict=True):
+    for found, time_s, *plot in zip(densities.T, *looked[1:], strict=True):
         known = reference.log_density(sensor, states[there], plot, time_s)
         np.testing.assert_allclose(found[there], known, rtol=1e-9, atol=1e-9)
         assert (found[~there] == -np.inf).all()
@@ -243,23 +248,38 @@ def test_simulated_false_alarms_are_poisson_and_uniform_over_the_field():
 def test_states_drawn_from_a_plot_have_its_errors():
     sensor, n = RadarSensor(x_m=500.0, bearing_sd_mrad=200.0), 20_000
     looked = scan((3.0, 2_000.0, 6.2, -6.0), time_s=5.0)
-    states = sensor.draw_births(looked, n, np.random.default_rng(8), speed_sd_mps=4.0)
+    states = drawn_about(sensor, looked, n, np.random.default_rng(8), 4.0)
     distance, bearing, rate = reference.measured(sensor, states, later=-2.0)
     x, y = states[:, 0] - 2 * states[:, 1] - 500, states[:, 2] - 2 * states[:, 3]
     across = (states[:, 1] * y - states[:, 3] * x) / distance
     off = (bearing - 6.2 + np.pi) % (2 * np.pi) - np.pi
     for values, mean, sd in ((distance, 2_000, 10), (off, 0, 0.2), (rate, -6, 3), (across, 0, 4)):
         assert kstest(values, norm(mean, sd).cdf).pvalue > 1e-4
-    silent = sensor.draw_births(looked._replace(doppler_mps=np.array([np.nan])), n, np.random.default_rng(9), 4.0)
+    silent = drawn_about(sensor, looked._replace(doppler_mps=np.array([np.nan])), n, np.random.default_rng(9), 4.0)
     assert kstest(reference.measured(sensor, silent, later=-2.0)[2], norm(0, 4).cdf).pvalue > 1e-4
     two = scan((0, 100.0, 0.1, 0.0), (0, 900.0, 0.1, 0.0))
-    near = RadarSensor().draw_births(two, n, np.random.default_rng(10))[:, 2] < 500
+    near = drawn_about(RadarSensor(), two, n, np.random.default_rng(10), 5.0)[:, 2] < 500
     assert abs(near.mean() - 0.5) < 5 * 0.5 / np.sqrt(n)
     assert isinstance(ScanPrior(sensor, looked), Prior)
     np.testing.assert_array_equal(
         ScanPrior(sensor, looked, 4.0).sample(50, np.random.default_rng(8)),
-        sensor.draw_births(looked, 50, np.random.default_rng(8), 4.0),
+        drawn_about(sensor, looked, 50, np.random.default_rng(8), 4.0),
     )
+    born = RadarSensor().draw_births(two, np.array([1, 0]), n, 4.0, np.random.default_rng(8))
+    assert born.states.shape == (2, n, 4)
+    for drawn, range_m in zip(born.states, (900, 100), strict=True):
+        assert kstest(reference.measured(RadarSensor(), drawn)[0], norm(range_m, 10).cdf).pvalue > 1e-4
+
+
+def test_new_targets_are_as_uniform_as_false_alarms_and_none_out_of_view():
+    sensor, rng = SENSORS["sector"], np.random.default_rng(3)
+    looked = scan((0, 5_000.0, 5.9, 0.0), (0, 200.0, 5.9, 2.0), (0, 200.0, 3.0, 2.0))
+    born = sensor.draw_births(looked, np.arange(3), 40, 4.0, rng)
+    np.testing.assert_allclose(born.log_density, sensor.log_uniform(looked))
+    np.testing.assert_array_equal(np.isfinite(born.log_density), [False, True, False])
+    assert sensor.in_view(born.states[1]).all()
+    unbounded = RadarSensor().draw_births(looked, np.arange(3), 40, 4.0, rng)
+    assert np.isfinite(unbounded.log_density).all()
 
 
 @pytest.mark.parametrize("name", ["wide errors", "sector elsewhere"])
@@ -420,7 +440,7 @@ def test_bad_states_and_missing_numbers_are_refused():
     assert np.isfinite(untold.log_likelihood(state, plot._replace(doppler_mps=np.nan))).all()
     assert np.isnan(untold.replace(doppler_probability=0.0).simulate(state, rng).doppler_mps).all()
     with pytest.raises(DataError, match="no plot in the field"):
-        untold.draw_births(scan((0, 500.0, 1.0, 0.0)), 5, rng)
+        ScanPrior(untold, scan((0, 500.0, 1.0, 0.0))).sample(5, rng)
     with pytest.raises(ParameterError, match="drawn over the area in view"):
         RadarBirth().draw(5, None, RadarSensor(), ("x", "vx", "y", "vy"), rng)
     with pytest.raises(ParameterError, match="how to draw 'intensity'"):

@@ -42,11 +42,11 @@ def judge(
 
     The field: least and greatest range, the sector's middle and half its width. The scan: as :func:`tabulate`.
     """
-    times_s, range_m, bearing_rad, doppler_mps, claimed = scan
+    times_s, range_m, bearing_rad, doppler_mps = scan
     inside = np.zeros(len(range_m), np.bool_)
     for j in range(len(range_m)):
         sound = np.isfinite(times_s[j] - time_s) and 0.0 <= range_m[j] < np.inf and not np.isinf(doppler_mps[j])
-        if not (sound and 0.0 <= bearing_rad[j] < TURN and claimed[j] >= 0.0):
+        if not (sound and 0.0 <= bearing_rad[j] < TURN):
             return j, 0, inside
         off = bearing_rad[j] - middle
         off = abs(off - TURN * np.floor(off / TURN + 0.5))
@@ -60,9 +60,9 @@ def tabulate(
 ) -> Array:
     """Rows of plots as :func:`scan_log_ratio` takes them; the second logarithm counts where there is a Doppler.
 
-    The scan: times, ranges, bearings, Dopplers (NaN where there is none) and claims of its plots.
+    The scan: times, ranges, bearings and Dopplers (NaN where there is none) of its plots.
     """
-    times_s, range_m, bearing_rad, doppler_mps, claimed = scan
+    times_s, range_m, bearing_rad, doppler_mps = scan
     table = np.empty((len(range_m), 7))
     for j in range(len(range_m)):
         told = not np.isnan(doppler_mps[j])
@@ -70,8 +70,26 @@ def tabulate(
         table[j, DOPPLER] = doppler_mps[j] if told else 0.0
         table[j, DOPPLER_WEIGHT] = 1.0 / doppler_sd if told else 0.0
         table[j, LATER] = times_s[j] - time_s
-        table[j, LOG_SCALE] = log_scale + (log_doppler_scale if told else 0.0) - np.log1p(claimed[j])
+        table[j, LOG_SCALE] = log_scale + (log_doppler_scale if told else 0.0)
     return table
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+def seen_with(states: Array, origin: tuple[float, float], field: tuple[float, ...], probability: float) -> Array:
+    """Return a probability for states in the field of view, 0 for others; the field as for :func:`scan_log_ratio`."""
+    low, high, sin, cos, half = field
+    x, y, found = states.T[X], states.T[Y], np.empty(len(states))
+    for i in range(len(found)):
+        east, north = x[i] - origin[0], y[i] - origin[1]
+        far = np.sqrt(east * east + north * north)
+        found[i] = probability if low <= far <= high else 0.0
+    if half < np.pi:
+        for i in range(len(found)):
+            east, north = x[i] - origin[0], y[i] - origin[1]
+            here = east != 0.0 or north != 0.0
+            off = angle_of(cos * east - sin * north, sin * east + cos * north) if here else angle_of(-sin, cos)
+            found[i] = found[i] if abs(off) <= half else 0.0
+    return found
 
 
 @njit(cache=True, nogil=True)

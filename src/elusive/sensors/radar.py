@@ -7,24 +7,26 @@ at x, and lambda the density of false alarms, a scan Z has the ratio
     l(Z | x) = 1 - P_D(x) + P_D(x) sum over z in Z of g(z | x) / lambda(z)
 
 of target against none; P_D(x) is P_D in the field of view and zero outside of it. g integrates to one over the field.
-Of a plot that other targets claim, c times the density of false alarms, lambda becomes lambda (1 + c): Musicki and La
-Scala (2008), IEEE Trans. Aerosp. Electron. Syst. 44(3), 877-896.
 """
 
 from __future__ import annotations
 
 import math
+from functools import cached_property
 from typing import Literal, Self
 
 import numpy as np
 from numpy.random import Generator
+from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from elusive.contracts import Array
+from elusive.contracts import Array, DetectionBirths
 from elusive.errors import DataError, ParameterError
 from elusive.model import NonNegative, Positive, Probability
-from elusive.sensors.radar_scans import TURN_RAD, RadarPlot, RadarScan
+from elusive.sensors.radar_scans import TURN_RAD, RadarPlot, RadarScan, scan_of
 from elusive.sensors.radar_view import RadarView, check_finite, wrapped
+
+FAINTEST = -600.0  # log density of a plot that may lie anywhere, without bounds
 
 
 class RadarSensor(RadarView):
@@ -101,18 +103,48 @@ class RadarSensor(RadarView):
         table = self._table(scan, log_scale + _log(self.detection_probability), log_doppler)
         return self._log_ratio(states, table, _log(1 - self.detection_probability), clutter=self.false_alarms > 0)
 
-    def log_densities(self, states: Array, measurement: RadarScan | RadarPlot) -> Array:
-        """Log density of each plot if it is that of a target at each state, ``(N, d) -> (N, m)``.
+    def detection_probabilities(self, states: Array, measurement: RadarScan | RadarPlot) -> Array:
+        """Probability that a scan sees a target at each state, ``(N, d) -> (N,)``: P_D in view, else 0."""
+        from elusive.sensors._radar_kernels import seen_with
+
+        return seen_with(states, (float(self.x_m), float(self.y_m)), self._field, float(self.detection_probability))
+
+    def log_densities(
+        self, states: Array, measurement: RadarScan | RadarPlot, which: NDArray[np.int64] | None = None
+    ) -> Array:
+        """Log density of plots, all or some, if each is that of a target at each state, ``(N, d) -> (N, k)``.
 
         Minus infinity for states and plots out of the field of view. Raises as :meth:`log_likelihood`.
         """
-        scan, inside = self.judged(measurement)
+        scan, inside = self.judged(measurement if which is None else _selected(measurement, which))
         check_finite(states)
-        table = self._table(scan._replace(claimed=None), 0.0, 0.0)
-        found = np.full((len(states), len(inside)), -np.inf)
+        table = self._table(scan, 0.0, 0.0)
+        found = np.full((len(inside), len(states)), -np.inf)
         for row, column in enumerate(np.flatnonzero(inside)):
-            found[:, column] = self._log_ratio(states, table[row : row + 1], -math.inf, clutter=False)
-        return found
+            found[column] = self._log_ratio(states, table[row : row + 1], -math.inf, clutter=False)
+        return found.T
+
+    def draw_births(
+        self,
+        measurement: RadarScan | RadarPlot,
+        which: NDArray[np.int64],
+        n: int,
+        speed_sd_mps: float,
+        rng: Generator,
+    ) -> DetectionBirths:
+        """Draw new targets that made some plots, as uniform in view as false alarms; none out of view.
+
+        See :meth:`~elusive.contracts.DetectionSensor.draw_births` and :meth:`RadarView.draw_from_plots`.
+        """
+        scan, inside = self.judged(_selected(measurement, which))
+        states = np.zeros((len(which), n, 4))
+        states[inside] = self.draw_from_plots(
+            scan, np.repeat(np.arange(scan.detections), n), rng, speed_sd_mps
+        ).reshape(-1, n, 4)
+        log_density = np.full(len(inside), -np.inf)
+        # a view without bounds has plots of new targets too, however thinly they are spread
+        log_density[inside] = self.log_uniform(scan).clip(FAINTEST)
+        return DetectionBirths(states, log_density)
 
     def log_uniform(self, measurement: RadarScan | RadarPlot) -> Array:
         """Log density of a plot that lies anywhere in view, with any Doppler, at each plot, ``(m,)``.
@@ -177,11 +209,17 @@ class RadarSensor(RadarView):
     def _log_ratio(self, states: Array, table: Array, log_missed: float, *, clutter: bool) -> Array:
         from elusive.sensors._radar_kernels import scan_log_ratio
 
-        low, high, half = self.limits
-        field = low, high, math.sin(self.middle_rad), math.cos(self.middle_rad), half
         sd = self.range_sd_m, self.bearing_sd_rad
         fold = 2 * self.max_doppler_mps if self.max_doppler_mps is not None else 0.0
-        return scan_log_ratio(states, (float(self.x_m), float(self.y_m)), table, sd, fold, field, log_missed, clutter)
+        return scan_log_ratio(
+            states, (float(self.x_m), float(self.y_m)), table, sd, fold, self._field, log_missed, clutter
+        )
+
+    @cached_property
+    def _field(self) -> tuple[float, float, float, float, float]:
+        """The field of view as kernels take it."""
+        low, high, half = self.limits
+        return low, high, math.sin(self.middle_rad), math.cos(self.middle_rad), half
 
     def _table(self, scan: RadarScan, log_scale: float, log_doppler: float) -> Array:
         """Rows of plots as the kernel takes them, each with the logarithm of its constant factor."""
@@ -189,9 +227,7 @@ class RadarSensor(RadarView):
 
         log_scale -= math.log(TURN_RAD * self.range_sd_m * self.bearing_sd_rad)
         log_doppler -= math.log(self.doppler_sd_mps) + 0.5 * math.log(TURN_RAD)
-        claimed = np.zeros(scan.detections) if scan.claimed is None else scan.claimed
-        plots = scan.times_s, scan.range_m, scan.bearing_rad, scan.doppler_mps, claimed
-        return tabulate(plots, scan.time_s, self.doppler_sd_mps, log_scale, log_doppler)
+        return tabulate(tuple(scan[1:]), scan.time_s, self.doppler_sd_mps, log_scale, log_doppler)
 
     def _log_volumes(self, scan: RadarScan) -> tuple[float, float]:
         """Logarithms of what a plot in view can be: range times bearing, and Doppler where the scan has any."""
@@ -210,6 +246,13 @@ class RadarSensor(RadarView):
                 f"{where}: false alarms have Doppler, uniform up to max_doppler_mps; give it, or leave Doppler out."
             )
         return self.max_doppler_mps
+
+
+def _selected(measurement: RadarScan | RadarPlot, which: NDArray[np.int64]) -> RadarScan:
+    """Return a scan with some of its plots."""
+    if isinstance(measurement, RadarPlot):
+        measurement = scan_of(measurement.time_s, [measurement])
+    return measurement.select_detections(which)
 
 
 def _log(probability: float) -> float:

@@ -16,10 +16,15 @@ from pydantic import Field
 from scipy.special import ndtr
 
 from elusive.contracts import VX, VY, Array, Births, X, Y
-from elusive.errors import ParameterError
+from elusive.errors import DataError, ParameterError
 from elusive.model import Model, NonNegative, Positive
 from elusive.sensors.radar_scans import TURN_RAD, RadarScan
 from elusive.sensors.radar_view import RadarView, wrapped
+
+
+def drawn_about(radar: RadarView, scan: RadarScan, n: int, rng: Generator, speed_sd_mps: float) -> Array:
+    """Draw ``n`` states, each of a plot in view taken at random: see :meth:`RadarView.draw_from_plots`."""
+    return radar.draw_from_plots(scan, rng.integers(scan.detections, size=n), rng, speed_sd_mps)
 
 
 class ScanPrior(NamedTuple):
@@ -30,8 +35,17 @@ class ScanPrior(NamedTuple):
     speed_sd_mps: float = 5.0
 
     def sample(self, n: int, rng: Generator) -> Array:
-        """Draw ``n`` states at the scan's time, ``(n, 4)``: see :meth:`RadarView.draw_births`."""
-        return self.radar.draw_births(self.scan, n, rng, self.speed_sd_mps)
+        """Draw ``n`` states at the scan's time, ``(n, 4)``: see :func:`drawn_about`.
+
+        Raises
+        ------
+        DataError
+            If a plot is no measurement, or none lies in the field of view.
+        """
+        scan = self.radar.detections_in_view(self.scan)
+        if not scan.detections:
+            raise DataError(f"scan at {scan.time_s:g} s: has no plot in the field of view; draw from one that has.")
+        return drawn_about(self.radar, scan, n, rng, self.speed_sd_mps)
 
 
 class RadarBirth(Model):
@@ -68,7 +82,7 @@ class RadarBirth(Model):
         drawn = self._uniform(uniform, sensor, rng)
         log_ratio = np.zeros(n)
         if scan is not None and plots and self.uniform_share < 1:
-            drawn = np.concatenate([drawn, sensor.draw_births(scan, n - uniform, rng, self.speed_sd_mps)])
+            drawn = np.concatenate([drawn, drawn_about(sensor, scan, n - uniform, rng, self.speed_sd_mps)])
             log_birth = self._log_birth(drawn, sensor)
             # what was drawn in view stays there, though its place is rounded
             log_birth[uniform:][~sensor.in_view(drawn[uniform:])] = -np.inf
@@ -108,7 +122,7 @@ class RadarBirth(Model):
         return log_density
 
     def _log_proposal(self, states: Array, scan: RadarScan, sensor: RadarView) -> Array:
-        """Log density that :meth:`RadarView.draw_births` draws states with."""
+        """Log density that :func:`drawn_about` draws states with."""
         low, high, half = sensor.limits
         range_sd, angle_sd, speed_sd = sensor.range_sd_m, sensor.bearing_sd_rad, self.speed_sd_mps
         total = np.full(len(states), -np.inf)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,17 +36,15 @@ class RadarScan(NamedTuple):
     range_m: Array  # (n,)
     bearing_rad: Array  # (n,) clockwise from north, from 0 to below 2 pi
     doppler_mps: Array  # (n,) range rate, positive away from the radar; NaN where not measured
-    claimed: Array | None = None  # (n,) density of plots that other targets are expected to make, to false alarms'
 
     @property
     def detections(self) -> int:
         """How many plots it holds, n."""
         return len(self.range_m)
 
-    def select_detections(self, chosen: NDArray[np.bool_], claimed: Array | None = None) -> RadarScan:
-        """Return the scan with some of its plots, ``chosen (n,)``, and what other targets claim of each of those."""
-        times_s, range_m, bearing_rad, doppler_mps = (part[chosen] for part in self[1:5])
-        return RadarScan(self.time_s, times_s, range_m, bearing_rad, doppler_mps, claimed)
+    def select_detections(self, chosen: NDArray[Any]) -> RadarScan:
+        """Return the scan with some of its plots: their numbers, or whether each is chosen."""
+        return RadarScan(self.time_s, *(part[chosen] for part in self[1:]))
 
 
 def scan_of(time_s: float, plots: Iterable[RadarPlot] = ()) -> RadarScan:

@@ -135,24 +135,21 @@ class RadarView(Model):
             scan = RadarScan(measurement.time_s, *np.array(measurement, dtype=np.float64)[:, None])
         if not isinstance(scan, RadarScan):
             raise DataError(f"radar: measurement is {type(scan).__name__}; give a RadarScan or a RadarPlot.")
-        table = [np.ascontiguousarray(part, dtype=np.float64) for part in scan[1:5]]
-        claims = np.zeros(table[0].size) if scan.claimed is None else scan.claimed
-        claimed = np.ascontiguousarray(claims, dtype=np.float64)
-        if not (math.isfinite(scan.time_s) and all(part.shape == (table[0].size,) for part in (*table, claimed))):
+        table = [np.ascontiguousarray(part, dtype=np.float64) for part in scan[1:]]
+        if not (math.isfinite(scan.time_s) and all(part.shape == (table[0].size,) for part in table)):
             raise DataError(
                 f"scan at {scan.time_s:g} s: needs a finite time, and arrays that hold a number for each plot."
             )
         low, high, half = self.limits
-        bad, count, inside = judge((*table, claimed), scan.time_s, low, high, self.middle_rad, half)
+        bad, count, inside = judge(tuple(table), scan.time_s, low, high, self.middle_rad, half)
         if bad >= 0:
             times_s, range_m, bearing_rad, doppler_mps = (part[bad] for part in table)
             raise DataError(
                 f"scan at {scan.time_s:g} s, plot {bad}: time {times_s:g} s, range {range_m:g} m, bearing "
                 f"{bearing_rad:g} rad, Doppler {doppler_mps:g} m/s; give a finite time, a range from 0, a "
-                "bearing from 0 to below 2 pi, a Doppler or NaN, and claims from 0."
+                "bearing from 0 to below 2 pi, and a Doppler or NaN."
             )
-        every = [*table, claimed]
-        kept = every if count == inside.size else [part[inside] for part in every]
+        kept = table if count == inside.size else [part[inside] for part in table]
         return RadarScan(float(scan.time_s), *kept), inside
 
     def places(self, scan: RadarScan) -> tuple[Array, Array]:
@@ -162,42 +159,42 @@ class RadarView(Model):
         axes = np.stack([self.range_sd_m * along, (self.bearing_sd_rad * scan.range_m)[:, None] * across], axis=-1)
         return np.array([self.x_m, self.y_m]) + scan.range_m[:, None] * along, axes @ axes.transpose(0, 2, 1)
 
-    def draw_births(self, scan: RadarScan | RadarPlot, n: int, rng: Generator, speed_sd_mps: float = 5.0) -> Array:
-        """Draw states that explain a scan: each of a plot taken at random, within the radar's errors and its view.
+    def gate(
+        self, means: Array, covariances: Array, measurement: RadarScan | RadarPlot, deviations: float
+    ) -> NDArray[np.bool_]:
+        """Whether plots lie within so many deviations of targets, ``(T, d), (T, d, d) -> (T, m)``.
+
+        A target of unknown velocity may be anywhere by the time of a plot that comes later in its scan.
+        """
+        scan = measurement if isinstance(measurement, RadarScan) else self.judged(measurement)[0]
+        places, errors = self.places(scan)
+        later = scan.times_s - scan.time_s
+        off = places - means[:, None, [X, Y]] - later[:, None] * means[:, None, [VX, VY]]
+        drift = covariances[:, [VX, VY], [VX, VY]].max(axis=1)[:, None] * later**2
+        xx = covariances[:, None, X, X] + errors[:, 0, 0] + drift
+        yy = covariances[:, None, Y, Y] + errors[:, 1, 1] + drift
+        xy = covariances[:, None, X, Y] + errors[:, 0, 1]
+        squared = yy * off[..., 0] ** 2 - 2 * xy * off[..., 0] * off[..., 1] + xx * off[..., 1] ** 2
+        return np.asarray(squared <= deviations**2 * (xx * yy - xy**2))
+
+    def draw_from_plots(
+        self, scan: RadarScan, of: NDArray[np.int64], rng: Generator, speed_sd_mps: float = 5.0
+    ) -> Array:
+        """Draw states that explain plots in view, ``(n,)`` their numbers, within the radar's errors and its view.
 
         The velocity along the line of sight is the Doppler's; across, and where there is none, Gaussian about zero.
-
-        Parameters
-        ----------
-        scan
-            A scan, or a plot alone.
-        n
-            Number of states.
-        rng
-            Source of randomness.
-        speed_sd_mps
-            Deviation of a velocity that is not measured, on each axis [m/s].
 
         Returns
         -------
         ndarray
             ``(n, 4)`` x, vx, y, vy at the scan's time.
-
-        Raises
-        ------
-        DataError
-            If a plot is no measurement, or none lies in the field of view.
         """
-        scan = self.detections_in_view(scan)
-        if not scan.detections:
-            raise DataError(f"scan at {scan.time_s:g} s: has no plot in the field of view; draw from one that has.")
-        of = rng.integers(scan.detections, size=n)
         distance, bearing = self.scattered(scan.range_m[of], scan.bearing_rad[of], rng)
         known = np.isfinite(scan.doppler_mps)[of]
         along = rng.normal(
             np.where(known, scan.doppler_mps[of], 0.0), np.where(known, self.doppler_sd_mps, speed_sd_mps)
         )
-        across = rng.normal(0.0, speed_sd_mps, n)
+        across = rng.normal(0.0, speed_sd_mps, len(of))
         sin, cos = np.sin(bearing), np.cos(bearing)
         vx, vy = along * sin + across * cos, along * cos - across * sin
         before = scan.time_s - scan.times_s[of]

@@ -176,7 +176,7 @@ def test_every_knowledge_and_every_coast_error(kind):
     looks = [sensor.simulate(state[None], rng, time_s=time) for state, time in zip(states, times, strict=True)]
     for error in ("fresh", "persistent", "bias") if kind in ("hard", "field") else ("fresh",):
         parameters = RadarTracking(knowledge={"kind": kind}, coast={"coast_error": error}, particles=800)
-        *_, last = track_radar(looks, parameters.filter(sensor, coast), parameters)
+        *_, last = track_radar(looks, parameters.bind(sensor, coast), parameters)
         (ship,) = [one for one in last.tracks if one.status == "confirmed"]
         np.testing.assert_allclose(ship.mean[[0, 2]], states[-1, [0, 2]], atol=25)
 
@@ -192,5 +192,5 @@ def test_refusals(tmp_path):
         )
     parameters, sensor = RadarTracking(knowledge={"kind": "hard"}), RecordedRadar().bind(survey(source))
     with pytest.raises(ParameterError, match="knowledge: is 'hard', and no chart is given"):
-        parameters.filter(sensor, None)
+        parameters.bind(sensor, None)
     assert not (tmp_path / "out").exists()

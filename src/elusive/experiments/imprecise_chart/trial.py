@@ -96,15 +96,16 @@ def follow(parameters: ImpreciseChartTrial, case: Case, drawn: Run, rng: Generat
     if case.coast_error == "persistent":
         motion = WithCoastError(motion=motion)
     sensor, (first, *later) = drawn.sensor, drawn.scans
+    about_plot = ScanPrior(sensor, first)
     chosen = ParticleFilter(
         motion=motion,
         sensor=sensor,
-        prior=ScanPrior(sensor, first),
+        prior=about_plot,
         knowledge=charts(parameters.fine, parameters.coarse).knowledge(case),
         particles=parameters.particles,
     )
-    around_plot = complete(motion, sensor.draw_births(first, parameters.particles, rng), rng)
-    states = [chosen.start(around_plot, first.time_s)]
+    started = complete(motion, about_plot.sample(parameters.particles, rng), rng)
+    states = [chosen.start(started, first.time_s)]
     for scan in later:
         states.append(chosen.step(states[-1], scan.time_s, scan, rng))
     return states

@@ -15,8 +15,7 @@ from pydantic import Field
 
 from elusive.charts import BiasedWater, Coast, CoastBias, DisplacedWater, WaterModel
 from elusive.contracts import Array, Knowledge, Motion, X, Y
-from elusive.filters.particle.parts import AnyKnowledge
-from elusive.filters.particle.sir import ParticleState
+from elusive.filters.particle.parts import AnyKnowledge, Belief
 from elusive.model import Model, Positive
 from elusive.motion import WithCoastError
 
@@ -70,7 +69,7 @@ def with_coast(
 
 def learn_bias(
     knowledge: tuple[AnyKnowledge, ...],
-    steps: Iterable[tuple[ParticleState, ParticleState]],
+    steps: Iterable[tuple[Belief, Belief]],
     parameters: CoastError,
 ) -> tuple[AnyKnowledge, ...]:
     """Return a filter's knowledge after some ships moved; it is given back as it is where no bias is estimated.

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator
 
-from elusive.contracts import Array, interval_since
+from elusive.contracts import Array, Motion, interval_since
 from elusive.errors import DataError, ParameterError
 from elusive.filters.particle import _density, _kernels, _particle_kernels
 from elusive.filters.particle.estimates import marginal_map
-from elusive.filters.particle.parts import Known, allowed_by
+from elusive.filters.particle.parts import Belief, Known, allowed_by
 from elusive.filters.particle.resampling import resample
 from elusive.filters.particle.sir import ParticleFilter, ParticleState
 from elusive.motion import square_root, transition
@@ -68,9 +68,6 @@ def map_estimate(
     DataError
         If the two states' components do not fit the motion.
     """
-    for name, number in (("candidates", candidates), ("parents", parents)):
-        if number < 1:
-            raise ParameterError(f"{name}: must be at least 1 (got {number}).")
     d = len(filter.state_names)
     if before.particles.shape[1] != d or after.particles.shape[1] != d:
         raise DataError(
@@ -83,12 +80,34 @@ def map_estimate(
     known = Known.of(filter.knowledge, filter.sensor)
     if any(known) and not after.forbidden:
         score += allowed_by(known.maps + known.views, after.particles)
+    return likeliest(
+        filter.motion, before, after, score, interval_since(before.time_s, after.time_s), rng, candidates, parents
+    )
+
+
+def likeliest(
+    motion: Motion,
+    before: Belief,
+    after: Belief,
+    score: Array,
+    interval_s: float,
+    rng: Generator,
+    candidates: int = 200,
+    parents: int = 600,
+) -> Array:
+    """Return the particle of greatest posterior density, the log likelihood of each under the map known, ``(N,)``.
+
+    Parameters and errors as of :func:`map_estimate`.
+    """
+    for name, number in (("candidates", candidates), ("parents", parents)):
+        if number < 1:
+            raise ParameterError(f"{name}: must be at least 1 (got {number}).")
     if not np.isfinite(score).any():
-        score[:] = 0.0
+        score = np.zeros(len(score))
     states, weights = before.particles, before.weights
     if parents < len(states):
         states, weights = states[resample(weights, parents, rng)], np.full(parents, 1 / parents)
-    centres, noise = _prediction(filter.motion, states, interval_since(before.time_s, after.time_s), rng)
+    centres, noise = _prediction(motion, states, interval_s, rng)
     of = after.particles
     if candidates < len(of):
         best = np.argpartition(-(score + _log_gaussian(of, centres, weights, noise)), candidates)[:candidates]

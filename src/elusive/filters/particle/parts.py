@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 from pydantic import Field, SerializeAsAny
@@ -31,6 +31,22 @@ else:
     AnyBirth = Annotated[SerializeAsAny[ImageBirth], or_own(Birth)]
     BuiltInKnowledge = Annotated[FieldOfView | IntervalWater, Field(discriminator="kind")]
     AnyKnowledge = Annotated[SerializeAsAny[BuiltInKnowledge], or_own(Knowledge)]
+
+
+class Belief(Protocol):
+    """A target's, whatever else its record holds."""
+
+    @property
+    def particles(self) -> Array:
+        """States, ``(N, d)``."""
+
+    @property
+    def weights(self) -> Array:
+        """Summing to one, ``(N,)``."""
+
+    @property
+    def mean(self) -> Array:
+        """Of the particles, ``(d,)``."""
 
 
 class Known(NamedTuple):

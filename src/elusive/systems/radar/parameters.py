@@ -14,13 +14,11 @@ from elusive.charts.charted_area import ChartedAreaParameters
 from elusive.contracts import Knowledge, Motion
 from elusive.errors import ParameterError
 from elusive.filters.particle.coast_error import CoastError, with_coast
-from elusive.filters.particle.sir import ParticleFilter
 from elusive.model import FROM_RECORDING, Model, NonNegative, Positive, Probability
 from elusive.motion import ConstantVelocity, MovingOrAnchored
 from elusive.sensors.radar import RadarSensor
-from elusive.sensors.radar_births import ScanPrior
-from elusive.sensors.radar_scans import RadarScan, scan_of
-from elusive.tracking.radar_tracks import RadarTracker
+from elusive.sensors.radar_scans import RadarScan
+from elusive.tracking.detections import DetectionRules, DetectionTracker
 
 ROOM = 1.05  # greatest range in view, to the greatest of a plot
 HALF = 0.5  # P(water) below which a plot is on charted land
@@ -92,9 +90,7 @@ class RecordedRadar(RadarSensor):
     """The radar of a recording; its limits, where they are not given, are those of the plots."""
 
     detection_probability: Probability = Field(0.9, description="Probability that a scan sees a ship, P_D")
-    false_alarms: NonNegative = Field(
-        1.0, description="Mean number of false alarms a scan; 0: none ever, and one plot a scan at most"
-    )
+    false_alarms: NonNegative = Field(1.0, description="Mean number of false alarms a scan; 0: none ever")
     max_range_m: Positive | None = Field(None, description="Greatest range in view [m]")
     max_doppler_mps: Positive | None = Field(
         None, description="Greatest range rate told apart, either sign: beyond it Doppler folds [m/s]"
@@ -131,7 +127,7 @@ class RadarTracking(Model):
     )
     particles: int = Field(2000, ge=100, description="Number of particles of each track, N")
     estimate: Literal["mean", "map"] = Field("mean", description="What is written as a track's place: mean or MAP")
-    tracker: RadarTracker = Field(RadarTracker(), description="When a track begins and ends")
+    tracker: DetectionRules = Field(DetectionRules(), description="When a track begins and ends")
     seed: int = Field(0, ge=0, description="Root of all random numbers")
 
     @model_validator(mode="after")
@@ -146,8 +142,8 @@ class RadarTracking(Model):
                 raise ParameterError(f"{name}: has no meaning for {reason}; leave it out.")
         return self
 
-    def filter(self, sensor: RadarSensor, coast: Coast | None) -> ParticleFilter:
-        """Return what each track is followed with.
+    def bind(self, sensor: RadarSensor, coast: Coast | None) -> DetectionTracker:
+        """Return the tracker for a radar and a coast.
 
         Raises
         ------
@@ -162,7 +158,7 @@ class RadarTracking(Model):
                     f"knowledge: is {self.knowledge.kind!r}, and no chart is given; give --chart, or --knowledge none."
                 )
             motion, *knowledge = with_coast(motion, self.knowledge, coast, self.coast)
-        nowhere = ScanPrior(sensor, scan_of(0.0))  # each track begins about a plot of its own
-        return ParticleFilter(
-            motion=motion, sensor=sensor, prior=nowhere, knowledge=tuple(knowledge), particles=self.particles
+        rules = {name: getattr(self.tracker, name) for name in DetectionRules.model_fields}
+        return DetectionTracker(
+            **rules, motion=motion, sensor=sensor, knowledge=tuple(knowledge), particles=self.particles
         )

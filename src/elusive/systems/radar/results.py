@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,14 +12,15 @@ import numpy as np
 from elusive.charts import Water
 from elusive.charts.biased import CoastBias
 from elusive.charts.charted_area import ChartedArea
-from elusive.contracts import Array, X, Y
+from elusive.contracts import Array, X, Y, interval_since
 from elusive.filters.particle.coast_error import anchored_probability, coast_bias
-from elusive.filters.particle.particle_map import map_estimate
+from elusive.filters.particle.particle_map import likeliest
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io import RadarSource
 from elusive.results import STATUSES, TrackLog, write_geojson, write_result
 from elusive.results.spool import Records
 from elusive.sensors.radar import RadarSensor
+from elusive.sensors.radar_scans import RadarScan
 from elusive.systems.radar.parameters import RadarSurvey, RadarTracking
 from elusive.systems.radar.report import (
     RadarKeeper,
@@ -31,13 +32,14 @@ from elusive.systems.radar.report import (
 )
 from elusive.systems.radar.summary import bias_row, header, line_of, remarks, run_facts, verdict
 from elusive.systems.radar.truth import Truth
-from elusive.tracking.radar_tracks import Target, Targets
+from elusive.tracking.detection_targets import Target
+from elusive.tracking.detections import DetectionState, DetectionTracker
 from elusive.tracking.track import Step, Track
 
 SHOWN_CELL = 1 / 3  # of the coast's deviation
 NODES = np.array([-2.02018287, -0.95857246, 0.0, 0.95857246, 2.02018287]) * math.sqrt(2)  # Gauss-Hermite
 SHARES = np.array([0.01995324, 0.39361932, 0.94530872, 0.39361932, 0.01995324]) / math.sqrt(math.pi)
-ADDED = ("lon_deg", "lat_deg", "log_evidence", "allowed", "map_left_out", "plot_on_water", "at_anchor")
+ADDED = ("lon_deg", "lat_deg", "log_odds", "allowed", "map_left_out", "plot_on_water", "at_anchor")
 CONFIRMED, DELETED = STATUSES.index("confirmed"), STATUSES.index("deleted")
 
 
@@ -56,15 +58,40 @@ class RadarOutcome(NamedTuple):
     tracked: RadarTracked
 
 
+class Ship(NamedTuple):
+    """A track's target after a scan, and before."""
+
+    before: Target | None  # after the scan before; None where the track begins
+    target: Target
+    interval_s: float  # between the two
+
+
+def ships_of(before: DetectionState, after: DetectionState) -> list[Ship]:
+    """Return the targets that are candidates at least after a scan, each with what it was after the scan before."""
+    old = {target.life.track: target for target in before.targets if target.life.track is not None}
+    shown = [target for target in after.targets if target.life.track is not None and target.life.status is not None]
+    interval_s = interval_since(before.time_s, after.time_s)
+    return [Ship(old.get(target.life.track or 0), target, interval_s) for target in shown]
+
+
 def tracks_of(
-    state: Targets, around: Surroundings | None, estimate: str, rng: np.random.Generator
+    tracker: DetectionTracker,
+    scan: RadarScan,
+    ships: Sequence[Ship],
+    around: Surroundings | None,
+    estimate: str,
+    rng: np.random.Generator,
 ) -> tuple[Track, ...]:
-    """Return the tracks of the targets that are candidates at least.
+    """Return the tracks of ships after a scan.
 
     Parameters
     ----------
-    state
-        After a scan.
+    tracker
+        That followed them.
+    scan
+        That they were seen in.
+    ships
+        From :func:`ships_of`.
     around
         What longitude, latitude and water are known from; None: they are not.
     estimate
@@ -72,41 +99,41 @@ def tracks_of(
     rng
         Source of the randomness of a MAP.
     """
-    shown = [target for target in state.targets if target.life.track is not None and target.life.status is not None]
-    means = [_place(target, state, estimate, rng) for target in shown]
+    means = [_place(ship, tracker, estimate, rng) for ship in ships]
     places = np.array([mean[[X, Y]] for mean in means]).reshape(-1, 2)
     lonlat = np.full_like(places, np.nan) if around is None else around.frame.to_lonlat(places)
     water = None if around is None else around.water
     tracks = []
-    for target, mean, (lon, lat) in zip(shown, means, lonlat.tolist(), strict=True):
-        belief = target.state
-        extra = {"lon_deg": lon, "lat_deg": lat, "log_evidence": belief.log_evidence}
+    for (_, target, _), mean, (lon, lat) in zip(ships, means, lonlat.tolist(), strict=True):
+        extra = {"lon_deg": lon, "lat_deg": lat, "log_odds": target.log_odds}
         if water is not None:
-            extra["plot_on_water"] = _on_water(target, water, state.filter.sensor)  # type: ignore[arg-type]
-        if state.filter.knowledge:
-            extra |= {"allowed": belief.allowed, "map_left_out": float(belief.forbidden)}
-        anchored = anchored_probability(state.filter.state_names, belief.particles, belief.weights)
+            extra["plot_on_water"] = _on_water(target.detection, scan, water, tracker.sensor)  # type: ignore[arg-type]
+        if tracker.knowledge:
+            extra |= {"allowed": target.allowed, "map_left_out": float(target.forbidden)}
+        anchored = anchored_probability(tracker.state_names, target.particles, target.weights)
         if anchored is not None:
             extra["at_anchor"] = anchored
         number, status = target.life.track, target.life.status
-        tracks.append(Track(number, status, target.existence, mean, belief.covariance, extra=extra))  # type: ignore[arg-type]
+        tracks.append(Track(number, status, target.existence, mean, target.covariance, extra=extra))  # type: ignore[arg-type]
     return tuple(tracks)
 
 
-def _place(target: Target, state: Targets, estimate: str, rng: np.random.Generator) -> Array:
-    if estimate == "mean" or target.before is target.state:
-        return target.state.mean
-    return map_estimate(state.filter, target.before, target.state, target.scan, rng)
+def _place(ship: Ship, tracker: DetectionTracker, estimate: str, rng: np.random.Generator) -> Array:
+    before, target, interval_s = ship
+    if estimate == "mean" or before is None:
+        return target.mean
+    with np.errstate(divide="ignore", invalid="ignore"):
+        score = np.nan_to_num(np.log(target.weights / target.predicted), nan=-np.inf, neginf=-np.inf)
+    return likeliest(tracker.motion, before, target, score, interval_s, rng)
 
 
-def _on_water(target: Target, water: Water, sensor: RadarSensor) -> float:
-    """P(water) where the plot nearest to a track says that it is, over the plot's error; NaN without a plot."""
-    if not target.scan.detections:
+def _on_water(plot: int, scan: RadarScan, water: Water, sensor: RadarSensor) -> float:
+    """P(water) where a track's plot says that it is, over the plot's error; NaN without a plot."""
+    if plot < 0:
         return math.nan
-    places, errors = sensor.places(target.scan)
-    nearest = int(np.argmin(np.hypot(*(places - target.state.mean[[X, Y]]).T)))
+    places, errors = sensor.places(scan.select_detections(np.array([plot])))
     grid = np.stack(np.meshgrid(NODES, NODES, indexing="ij"), axis=-1).reshape(-1, 2)
-    at = places[nearest] + grid @ np.linalg.cholesky(errors[nearest]).T
+    at = places[0] + grid @ np.linalg.cholesky(errors[0]).T
     return float(np.outer(SHARES, SHARES).ravel() @ water.probability(at))
 
 
@@ -137,8 +164,8 @@ class RadarRun:
         """Take in a scan's result."""
         self._log.append(step)
         self._keeper.scan(step.time_s, self._sensor.places(step.measurement)[0])
-        self._bias = coast_bias(step.state.filter.knowledge)
-        beliefs = {target.life.track: target.state for target in step.state.targets}
+        self._bias = coast_bias(step.state.knowledge)
+        beliefs = {target.life.track: target for target in step.state.targets}
         for track in step.tracks:
             state, water = beliefs[track.track], self._around.water
             least = math.nan

@@ -1,7 +1,7 @@
 """From a radar's plots to the tracks of ships, with charts that are known to be imprecise.
 
-A particle filter a track under the chart, existence by integrated data association; Bootsveld (2012), algorithm 2, for
-a recording of one plot a scan.
+Poisson multi-Bernoulli tracking (:mod:`elusive.tracking.detections`) with particles under the chart; Bootsveld (2012),
+algorithm 2, for a recording of one plot a scan.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ from elusive.charts import HardWater, Water, WaterModel
 from elusive.charts.charted_area import ChartedArea, lay_charts, read_charts
 from elusive.errors import DataError, ParameterError
 from elusive.filters.particle.coast_error import learn_bias
-from elusive.filters.particle.sir import ParticleFilter
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io import RadarSource, atomic_folder, summarize_asterix
 from elusive.io.radar_plots import TABLES
 from elusive.results import TrackLog
 from elusive.sensors.radar_scans import RadarScan
 from elusive.systems.radar.parameters import NoMap, RadarTracking, survey
-from elusive.systems.radar.results import ADDED, RadarOutcome, RadarRun, Surroundings, tracks_of
+from elusive.systems.radar.results import ADDED, RadarOutcome, RadarRun, Surroundings, ships_of, tracks_of
 from elusive.systems.radar.truth import truth_in_frame
+from elusive.tracking.detections import DetectionTracker
 from elusive.tracking.track import Step
 
 UNIX_S = 1e8  # a time from here on counts from 1970, not from a midnight
@@ -34,7 +34,10 @@ __all__ = ["RadarTracking", "track_radar", "track_radar_recording"]
 
 
 def track_radar(
-    scans: Iterable[RadarScan], flt: ParticleFilter, parameters: RadarTracking, around: Surroundings | None = None
+    scans: Iterable[RadarScan],
+    tracker: DetectionTracker,
+    parameters: RadarTracking,
+    around: Surroundings | None = None,
 ) -> Iterator[Step]:
     """Track ships through a radar's scans, lazily; a live stream and a file are the same.
 
@@ -42,8 +45,8 @@ def track_radar(
     ----------
     scans
         In the order of time; without a plot too.
-    flt
-        What each track is followed with: :meth:`RadarTracking.filter`.
+    tracker
+        What follows them: :meth:`RadarTracking.bind`.
     parameters
         Of the run.
     around
@@ -52,7 +55,7 @@ def track_radar(
     Yields
     ------
     Step
-        After each scan; its state is :class:`~elusive.tracking.radar_tracks.Targets`.
+        After each scan; its state is :class:`~elusive.tracking.detections.DetectionState`.
 
     Raises
     ------
@@ -61,14 +64,13 @@ def track_radar(
     """
     rng = np.random.default_rng(parameters.seed)
     mode_rng = np.random.default_rng([parameters.seed, 1])  # estimates do not change what is tracked
-    state = parameters.tracker.init(flt)
+    state = tracker.init(rng)
     for scan in scans:
-        state = parameters.tracker.step(state, scan.time_s, scan, rng)
-        yield Step(scan.time_s, scan, state, tracks_of(state, around, parameters.estimate, mode_rng))
-        believed = [(ship.before, ship.state) for ship in state.targets if ship.life.status == "confirmed"]
-        learnt = learn_bias(state.filter.knowledge, believed, parameters.coast)
-        if learnt is not state.filter.knowledge:
-            state = state._replace(filter=state.filter.replace(knowledge=learnt))
+        before, state = state, tracker.step(state, scan.time_s, scan, rng)
+        ships = ships_of(before, state)
+        yield Step(scan.time_s, scan, state, tracks_of(tracker, scan, ships, around, parameters.estimate, mode_rng))
+        moved = [(old, now) for old, now, _ in ships if old is not None and now.life.status == "confirmed"]
+        state = state._replace(knowledge=learn_bias(state.knowledge, moved, parameters.coast))
 
 
 def track_radar_recording(
@@ -130,14 +132,14 @@ def track_radar_recording(
         )
     known = {} if truth is None else truth_in_frame(truth, frame, midnight_unix_s=_midnight(source), mmsi=truth_mmsi)
     sensor = parameters.radar.bind(seen)
-    flt = parameters.filter(sensor, None if charted is None else charted.coast)
-    around = Surroundings(frame, charted, _water(parameters, flt, charted))
+    tracker = parameters.bind(sensor, None if charted is None else charted.coast)
+    around = Surroundings(frame, charted, _water(parameters, tracker, charted))
     with nullcontext() if out is None else atomic_folder(out) as folder:
         table = None if folder is None else folder / "tracks.csv"
-        with TrackLog(flt.state_names, "m", ADDED, path=table) as log:
+        with TrackLog(tracker.state_names, "m", ADDED, path=table) as log:
             run = RadarRun(parameters, sensor, around, seen, log)
             try:
-                for number, step in enumerate(track_radar(source, flt, parameters, around), 1):
+                for number, step in enumerate(track_radar(source, tracker, parameters, around), 1):
                     run.append(step)
                     if on_scan is not None:
                         on_scan(number)
@@ -166,9 +168,9 @@ def _midnight(source: RadarSource) -> float:
     return math.nan if Path(source.name).suffix.lower() in TABLES else summarize_asterix(source.name).midnight_unix_s
 
 
-def _water(parameters: RadarTracking, flt: ParticleFilter, charted: ChartedArea | None) -> Water | None:
+def _water(parameters: RadarTracking, tracker: DetectionTracker, charted: ChartedArea | None) -> Water | None:
     """Return P(water) whatever the coast's error; None without a map."""
     if charted is None or not isinstance(parameters.knowledge, WaterModel):
         return None
-    known = (member for member in flt.knowledge if isinstance(member, Water))
+    known = (member for member in tracker.knowledge if isinstance(member, Water))
     return next(known, None) or parameters.knowledge.bind(charted.coast)

@@ -1,0 +1,191 @@
+"""A target of the tracker of detections: moved to a scan's time, updated by what the scan says.
+
+Williams (2015), IEEE Trans. Aerosp. Electron. Syst. 51(3), 1664-1687, section IV, with particles. What is known of
+places is evidence as a measurement is: the probability that it allows the target is part of that it exists.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+
+from elusive.contracts import Array, DetectionSensor, Knowledge, Motion
+from elusive.errors import DataError
+from elusive.filters.particle import _kernels, _particle_kernels
+from elusive.filters.particle.parts import a_number_a_state, allowed_by
+from elusive.filters.particle.resampling import resample
+from elusive.tracking._detection_kernels import explanations
+from elusive.tracking.lifecycle import Life
+
+CERTAIN = 1 - 1e-12  # existence, at most: a target may always have just gone
+
+
+class Target(NamedTuple):
+    """A target after a scan."""
+
+    life: Life  # its track's number, once it is a candidate, and status
+    existence: float  # posterior probability that it is there
+    particles: Array  # (N, d) given that it is
+    weights: Array  # (N,) summing to one
+    mean: Array  # (d,)
+    covariance: Array  # (d, d)
+    predicted: Array  # (N,) weights before the scan
+    detection: int  # that it most likely made; -1: none
+    log_odds: float  # by how much the scan and what is known changed those of existence
+    allowed: float  # P(what is known allows it) before the scan
+    forbidden: bool  # what is known forbade what was measured, and was left out of the scan
+    least_odds: float  # of existence, below which it is given up before it is a candidate
+
+
+class Expected(NamedTuple):
+    """A target at the time of a scan, before it."""
+
+    target: Target  # after the scan before
+    existence: float
+    particles: Array  # (N, d)
+    weights: Array  # (N,)
+    mean: Array  # (d,)
+    covariance: Array  # (d, d)
+    allowed: Array | None  # (N,) probability that each is where a target can be; None: nothing is asked
+
+
+class Evidence(NamedTuple):
+    """What a scan says of a target, detection by detection."""
+
+    existence: float  # before the scan, under what is known
+    weights: Array  # (N,) before the scan, under what is known
+    allowed: float
+    forbidden: bool
+    which: NDArray[np.int64]  # (k,) detections within reach
+    likely: Array  # (k + 1, N) likelihood of each particle: missed, and each detection, but for a scale
+    total: Array  # (k + 1,) of the likelihoods under the weights
+    scale: Array  # (k + 1,) logarithms of the scales
+
+    @property
+    def log_missed(self) -> float:
+        """Logarithm of the probability that it is not there or was missed."""
+        return math.log(1 - self.existence + self.existence * float(self.total[0]))
+
+    @property
+    def log_made(self) -> Array:
+        """Logarithms of the densities that it is there and made each detection, ``(k,)``."""
+        with np.errstate(divide="ignore"):
+            made: Array = np.log(self.total[1:]) + self.scale[1:]
+            return made + math.log(self.existence) if self.existence > 0 else np.full_like(made, -math.inf)
+
+
+def expected(
+    target: Target,
+    motion: Motion,
+    interval_s: float,
+    survival: float,
+    known: Sequence[Knowledge],
+    resample_below: float,
+    rng: Generator,
+) -> Expected:
+    """Move a target over an interval, and ask what is known of its places; over no time it stays as it is."""
+    particles, weights, allowed, n = target.particles, target.weights, None, len(target.weights)
+    if interval_s == 0:
+        return Expected(target, target.existence, particles, weights, target.mean, target.covariance, None)
+    if _particle_kernels.effective_size(weights) < resample_below * n:
+        particles = _kernels.gather(particles, resample(weights, n, rng), n)
+        weights = np.full(n, 1 / n)
+    particles = motion.propagate(particles, interval_s, rng)
+    if known:
+        allowed = np.exp(allowed_by(known, particles))
+    moments = _kernels.moments(particles, weights)
+    return Expected(target, survival * target.existence, particles, weights, *moments, allowed)
+
+
+def evidence(
+    one: Expected,
+    sensor: DetectionSensor,
+    measurement: Any | None,
+    which: NDArray[np.int64],
+    log_new: Array,
+    least_allowed: float,
+) -> Evidence:
+    """Ask what each detection within reach says of each particle, and whether what is known can stand beside it.
+
+    Parameters
+    ----------
+    one
+        The target before the scan.
+    sensor, measurement
+        What reports the detections; without a measurement (``None``) nothing is missed either.
+    which
+        ``(k,)`` detections within reach.
+    log_new
+        ``(k,)`` logarithm of the intensity of each detection, if it is not this target's.
+    least_allowed
+        Knowledge that allows what is measured with no more than this probability is left out.
+
+    Raises
+    ------
+    DataError
+        If the sensor or what is known does not give one number a state, or gives NaN or plus infinity.
+    """
+    n, k = len(one.weights), len(which)
+    if measurement is None:
+        likely, scale = np.ones((1, n)), np.zeros(1)
+    else:
+        detected = a_number_a_state(
+            sensor.detection_probabilities(one.particles, measurement), one.particles, "detection_probabilities"
+        )
+        log_densities = sensor.log_densities(one.particles, measurement, which) if k else np.empty((n, 0))
+        if log_densities.shape != (n, k):
+            raise DataError(
+                f"log_densities: gave an array of shape {log_densities.shape} for {n} states and {k} detections; give "
+                "a row a state and a column a detection."
+            )
+        likely, scale = explanations(log_densities, detected)
+    weights, existence, allowed, forbidden = one.weights, one.existence, 1.0, False
+    total = likely @ weights
+    if one.allowed is not None:
+        under = weights * one.allowed
+        joint, allowed = likely @ under, float(under.sum())
+        with np.errstate(divide="ignore", over="ignore"):
+            share = np.exp(np.minimum(scale - np.concatenate([[0.0], log_new]), 600.0))
+        forbidden = bool(share @ joint <= least_allowed * (share @ total))
+        if not forbidden:
+            weights, total, odds = under / allowed, joint / allowed, allowed
+        else:  # that a map is wrong altogether is paid for once
+            odds = 1.0 if one.target.forbidden else least_allowed
+        existence = existence * odds / (1 - existence + existence * odds)
+    if not (np.isfinite(total).all() and (scale < math.inf).all()):
+        raise DataError(
+            "log_densities, detection_probabilities or log_probability: is NaN or plus infinity for some state; check "
+            "the sensor and what is known."
+        )
+    return Evidence(existence, weights, allowed, forbidden, which, likely, total, scale)
+
+
+def after_scan(one: Expected, found: Evidence, made: Array, missed: float) -> Target:
+    """Return the target, the probabilities known that it made each detection, ``(k,)``, and that it made none."""
+    gone_unseen = missed * found.existence * float(found.total[0]) * math.exp(-found.log_missed)
+    shares = np.concatenate([[gone_unseen], made])
+    existence = float(shares.sum())
+    weights = found.weights
+    if existence > 0:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            factors = np.where(shares > 0, shares / (existence * found.total), 0.0)
+        weights = weights * (factors @ found.likely)
+        weights /= weights.sum()
+    existence = min(existence, CERTAIN)
+    best = int(shares.argmax())
+    before = one.existence
+    log_odds = _log_odds(existence) - _log_odds(before) if 0 < before < 1 else 0.0
+    return Target(
+        one.target.life, existence, one.particles, weights, *_kernels.moments(one.particles, weights),
+        one.weights, -1 if best == 0 else int(found.which[best - 1]), log_odds, found.allowed, found.forbidden,
+        one.target.least_odds,
+    )  # fmt: skip
+
+
+def _log_odds(probability: float) -> float:
+    return math.log(probability) - math.log1p(-probability) if probability > 0 else -math.inf
