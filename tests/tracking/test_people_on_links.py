@@ -14,7 +14,7 @@ from elusive.runner import run
 from elusive.sensors.link_shadowing import LinkShadowing
 from elusive.systems.links.by_links import LinksMethod
 from elusive.tracking.lifecycle import Life
-from elusive.tracking.superposed import SuperposedState, Target
+from elusive.tracking.superposed_state import SuperposedState, Target
 from tests.tracking.link_scenes import linear_links, shadowed_links, simulated, states_of
 
 WALK = Walk()

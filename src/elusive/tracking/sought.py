@@ -40,6 +40,11 @@ class Sought(NamedTuple):
     probed: Any = None  # (PROBES,) their log likelihood ratios in the last update
     placed: Placed | None = None  # where places are drawn before the rest of the states
 
+    @property
+    def effective(self) -> float:
+        """Effective number of particles."""
+        return 1 / float(self.weights @ self.weights)
+
 
 class Update(NamedTuple):
     """What targets are updated with."""

@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from functools import cached_property
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.random import Generator
@@ -30,42 +30,16 @@ from elusive.tracking.birth_density import BirthDensity, ProposedBirths, within
 from elusive.tracking.by_place import ByPlace, Placed, PlaceMotion, PlaceSensor
 from elusive.tracking.lifecycle import Life
 from elusive.tracking.newborn import FAINT, Newborn, Seeker
-from elusive.tracking.sought import LOUD, SUREST, Sought, Update
+from elusive.tracking.sought import LOUD, Sought, Update
 from elusive.tracking.superposed_settings import SuperposedSettings
-from elusive.tracking.track import Track
+from elusive.tracking.superposed_state import SuperposedState, Target, judged
 
 FIRST_S = 1.0  # time before the first measurement in which its targets may have appeared
 BESIDE = 0.5  # existence from which no other appears near by
 PILOTS = 0.25  # of the particles: plain predictions that tell where to draw the particles
 LEAST_PILOTS = 200
-
-
-class Target(NamedTuple):
-    """Somebody who may be there."""
-
-    life: Life
-    existence: float  # posterior probability that it is there
-    particles: Array  # (N, d) given that it is
-    weights: Array  # (N,) summing to one
-    mean: Array  # (d,)
-    covariance: Array  # (d, d)
-
-
-class SuperposedState(NamedTuple):
-    """Belief after a measurement."""
-
-    time_s: float  # NaN before the first measurement, where no time was given
-    targets: tuple[Target, ...]
-    numbered: int  # tracks so far
-
-    @property
-    def tracks(self) -> tuple[Track, ...]:
-        """The targets that have a number."""
-        return tuple(
-            Track(target.life.track, target.life.status, target.existence, target.mean, target.covariance)
-            for target in self.targets
-            if target.life.track is not None and target.life.status is not None
-        )
+POOR = 0.1  # share of the particles that are effective, under which they are drawn again
+REDRAWN = 3  # times at most
 
 
 class SuperposedTracker(SuperposedSettings):
@@ -117,7 +91,7 @@ class SuperposedTracker(SuperposedSettings):
                 found = self._drawn(living, pilots, interval_s, update, newborn)
             else:
                 found = update.of([*found, *newborn], self.sweeps)
-        return self._judged(time_s, self._merged([self._arrived(target, rng) for target in found]), state.numbered)
+        return judged(time_s, [self._arrived(target, rng) for target in found], state.numbered, self)
 
     def _drawn(
         self,
@@ -132,7 +106,16 @@ class SuperposedTracker(SuperposedSettings):
             self._sought(target.life, pilot.prior, self._informed(target, pilot, interval_s, update.rng), pilot)
             for target, pilot in zip(living, pilots, strict=True)
         ]
-        return update.of([*drawn, *newborn], self.sweeps)
+        found = update.of([*drawn, *newborn], self.sweeps)
+        for _ in range(REDRAWN):
+            poor = [k for k, sought in enumerate(found[: len(living)]) if sought.effective < POOR * self.particles]
+            if not poor:
+                break
+            for k in poor:  # where the pilot misled, the particles themselves are a better one
+                cloud = self._informed(living[k], found[k], interval_s, update.rng)
+                found[k] = self._sought(found[k].life, pilots[k].prior, cloud, found[k])
+            found = update.of(found, self.sweeps)
+        return found
 
     def _predicted(self, target: Target, n: int, survival: float, interval_s: float, rng: Generator) -> Sought:
         """Predict a target, by ``n`` particles if it is not to be drawn by place."""
@@ -262,36 +245,3 @@ class SuperposedTracker(SuperposedSettings):
     @cached_property
     def _seeker(self) -> Seeker:
         return Seeker(self.sensor, self._log_allowed, self.particles, self.effective, self.separation)
-
-    def _merged(self, found: list[Sought]) -> list[Sought]:
-        """Make one of two targets in one place that are together hardly more than one."""
-        kept: list[Sought] = []
-        moments = [_kernels.moments(target.particles, target.weights) for target in found]
-        order = sorted(range(len(found)), key=lambda k: (found[k].life.track is None, -found[k].existence))
-        places: list[int] = []
-        for k in order:
-            for slot, other in enumerate(places):
-                both = kept[slot].existence + found[k].existence
-                if both < 1.5 and _apart(moments[k], moments[other]) < self.merge_within:
-                    kept[slot] = kept[slot]._replace(existence=min(both, SUREST))
-                    break
-            else:
-                kept.append(found[k])
-                places.append(k)
-        return kept
-
-    def _judged(self, time_s: float, found: Sequence[Sought], numbered: int) -> SuperposedState:
-        """Let each target's life go on, and forget those that hardly exist."""
-        targets = []
-        for target in found:
-            life, numbered = self.lifecycle.step(target.life, target.existence, numbered, gone=target.existence == 0)
-            if target.existence >= self.forget_below or life.status == "deleted":
-                moments = _kernels.moments(target.particles, target.weights)
-                targets.append(Target(life, target.existence, target.particles, target.weights, *moments))
-        return SuperposedState(time_s, tuple(targets), numbered)
-
-
-def _apart(first: tuple[Array, Array], second: tuple[Array, Array]) -> float:
-    """Root mean square difference of two beliefs, in their deviations."""
-    off = first[0] - second[0]
-    return math.sqrt(max(0.0, float(off @ np.linalg.lstsq(first[1] + second[1], off)[0])) / len(off))

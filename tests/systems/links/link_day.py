@@ -11,7 +11,7 @@ from elusive.io.path_truth import PathTruth
 from elusive.sensors.radio_network import radio_nodes
 from elusive.tracking.lifecycle import Life
 from elusive.tracking.people import TrackEvent
-from elusive.tracking.superposed import Target
+from elusive.tracking.superposed_state import Target
 from elusive.tracking.track import Step, Track
 
 RATE_HZ = 4

@@ -21,8 +21,9 @@ from elusive.sensors.link_shadowing import LinkShadowing
 from elusive.sensors.radio_network import RadioNodes
 from elusive.tracking.birth_density import AreaBirths
 from elusive.tracking.people import Entrance, TrackEvent, events_between
-from elusive.tracking.superposed import SuperposedState, SuperposedTracker
+from elusive.tracking.superposed import SuperposedTracker
 from elusive.tracking.superposed_settings import SuperposedSettings
+from elusive.tracking.superposed_state import SuperposedState
 from elusive.tracking.track import Track
 
 EMPTY_BELOW = 0.1  # existence of everybody below which the room is taken for empty
