@@ -14,8 +14,8 @@ import psutil
 import pytest
 
 from elusive.geometry.areas import Area
+from elusive.io import Truth
 from elusive.io.link_logs import open_link_log
-from elusive.io.path_truth import PathTruth
 from elusive.sensors.link_shadowing import LinkShadowing
 from elusive.sensors.radio_network import RssFrame, radio_nodes
 from elusive.systems.links.by_links import LinksMethod
@@ -123,7 +123,7 @@ def test_memory_of_a_log(report, tmp_path):
             file.write(f"{frame.time_s}," + ",".join(f"{level:.2f}" for level in frame.rss_dbm[:, 0]) + "\n")
     times = np.arange(LONG) / RATE_HZ
     angle = 2 * np.pi * times * RATE_HZ / 80
-    truth = PathTruth(("1",), (np.column_stack([times, 1.5 * np.cos(angle), 1.5 * np.sin(angle)]),))
+    truth = Truth(("1",), (np.column_stack([times, 1.5 * np.cos(angle), 1.5 * np.sin(angle)]),))
     seen = {}
 
     def on_frame(number):

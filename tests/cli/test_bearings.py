@@ -16,7 +16,7 @@ from elusive.cli import main
 from elusive.results import read_tracks_csv
 from tests.bearing_flight import STEPS, path, write_flight
 
-WRITTEN = {"config.yaml", "report.html", "report.png", "result.nc", "tracks.csv"}
+WRITTEN = {"config.yaml", "report.html", "report.png", "result.nc", "scores.csv", "scores.json", "tracks.csv"}
 
 
 @pytest.fixture(scope="module")

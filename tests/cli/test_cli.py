@@ -306,7 +306,7 @@ def test_part_of_a_recording_keeps_its_frames_numbers(
     np.save("weak.npy", frames)
     np.save("part.npy", frames[4:20])
     save_truth(tmp_path / "truth.txt", path)
-    save_truth(tmp_path / "part.txt", path[4:])
+    save_truth(tmp_path / "part.txt", path[4:20])
     part = ["--start", "4", "--stop", "20"]
     ran = elusive_in("track", "images", "weak.npy", "--out", "a", *WHITE, *part, "--truth", "truth.txt")
     assert ran.code == 0, ran.err
@@ -456,7 +456,7 @@ def option(*arguments: object) -> Callable[[Path], list[object]]:
         (config("seed: two"), "ImageTracking.seed: must be a valid integer"),
         (option("--config", "gone.yaml"), "gone.yaml: cannot be read (No such file or directory); check the path."),
         (truth("1 2\n1 2\nabout here\n" + "1 2\n" * 3), "t.txt, line 3: 'about here' is no pair of numbers"),
-        (truth("1 2\n" * 5), "truth: has 5 rows for 6 frames"),
+        (truth("1 2\n" * 5), "t.txt: has 5 rows for 6 frames"),
         (truth(""), "t.txt: holds no position"),
         (option("--truth", "gone.txt"), "gone.txt"),
     ],

@@ -44,7 +44,16 @@ def test_somebody_crosses_the_room(network, tmp_path, capsys, method):
     code, said = run(capsys, *usual(network, "--method", method, "--truth", network / "truth.csv", "--out", out))
     assert code == 0, said
     assert ("At most one person at a time, in one track" in said) or method == "image"  # an image has ghosts
-    written = {"config.yaml", "events.csv", "report.html", "report.png", "result.nc", "tracks.csv"}
+    written = {
+        "config.yaml",
+        "events.csv",
+        "report.html",
+        "report.png",
+        "result.nc",
+        "tracks.csv",
+        "scores.json",
+        "scores.csv",
+    }
     assert {path.name for path in out.iterdir()} == written
     rows = read_tracks_csv(out / "tracks.csv").rows
     assert rows["time_s"].min() >= 20
@@ -244,7 +253,7 @@ def test_truth_that_cannot_be_read(network, tmp_path, capsys):
         ("a,b\n1,2\n", "line 1: the columns are"),
         ("time_s,x_m,y_m\n1,2\n", "line 2: has 2 cells"),
         ("time_s,x_m,y_m\n1,2,here\n", "line 2, column y_m: 'here' is no number"),
-        ("time_s,x_m,y_m\n1,2,3\n1,2,3\n", "line 3: the time 1 s comes after 1 s"),
+        ("time_s,x_m,y_m\n1,2,3\n1,2,3\n", "line 3: target 1 is there twice at 1 s"),
         ("time_s,x_m,y_m\n", "holds no place"),
     ):
         path = tmp_path / "truth.csv"

@@ -16,12 +16,15 @@ import yaml
 
 from elusive.cli import main
 from elusive.geometry.local_frame import LocalFrame
+from elusive.io import read_truth
 from elusive.results import STATUSES, read_tracks_csv
-from elusive.systems.radar.truth import truth_at, truth_in_frame
 from tests.charts.scenes import head
-from tests.systems.radar.test_truth import ais_line
+from tests.io.test_ship_truth import ais_line
 
-WRITTEN = ["config.yaml", "report.html", "report.png", "result.nc", "tracks.csv", "tracks.geojson"]
+WRITTEN = [
+    "config.yaml", "report.html", "report.png", "result.nc", "scores.csv", "scores.json", "tracks.csv",
+    "tracks.geojson",
+]  # fmt: skip
 FRAME = LocalFrame.at(4.0, 52.0)
 RADAR = ["--radar-lat-deg", "52", "--radar-lon-deg", "4"]
 TRACK = ["track", "radar", "plots.csv", "--chart", "coast.geojson", *RADAR, "--out", "deep/out"]
@@ -78,7 +81,7 @@ def recording(run: Run, folder: Path, *options: object) -> None:
     if options not in SAILED:
         coast(folder)
         route(folder, (2985.0, -200.0), (2985.0, 220.0))
-        code, said = run("simulate", "radar", "--route", "route.csv", *RADAR, "--out", "plots.csv", *options)
+        code, said = run("simulate", "radar", "--route", "route.csv", *RADAR, "--out", ".", *options)
         assert code == 0, said
         SAILED[options] = {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
     for name, content in SAILED[options].items():
@@ -120,17 +123,19 @@ def test_a_ship_at_anchor_is_told(elusive_in: Run, tmp_path: Path) -> None:
 
 def test_a_simulated_ship_is_found_where_it_was(elusive_in: Run, tmp_path: Path) -> None:
     recording(elusive_in, tmp_path)
-    code, said = elusive_in(*TRACK, "--coast-sigma-m", "7", "--truth", "plots_truth.csv", *THESIS)
+    code, said = elusive_in(*TRACK, "--coast-sigma-m", "7", "--truth", "truth.csv", *THESIS)
     assert code == 0, said
     assert "One ship was found, from 0.0 to 60.0 s" in said
-    assert "Written to deep/out: tracks.csv, tracks.geojson, result.nc, report.html, report.png, config.yaml" in said
+    assert (
+        "Written to deep/out: tracks.csv, tracks.geojson, result.nc, report.html, report.png, config.yaml, scores.json"
+        in said
+    )
     assert sorted(path.name for path in (tmp_path / "deep" / "out").iterdir()) == WRITTEN
     log = read_tracks_csv(tmp_path / "deep/out/tracks.csv")
     rows = log.rows
     sure = rows[rows["status"] == STATUSES.index("confirmed")]
     assert len(sure) == 59
-    truth = truth_in_frame(tmp_path / "plots_truth.csv", FRAME)["1"]
-    off = sure["position"] - truth_at(truth, sure["time_s"])
+    off = sure["position"] - read_truth(tmp_path / "truth.csv", "m").at(sure["time_s"])[:, 0]
     assert np.sqrt((off**2).sum(axis=1).mean()) < 10
     assert log.columns.added[:2] == ("lon_deg", "lat_deg")
     np.testing.assert_allclose(FRAME.to_local(sure["added"][:, :2]), sure["position"], atol=1e-3)
@@ -160,7 +165,7 @@ def test_a_map_that_leaves_no_room_is_said(elusive_in: Run, tmp_path: Path) -> N
     coast(tmp_path)
     route(tmp_path, (2960.0, -200.0), (3150.0, -50.0), (3150.0, 220.0))  # 150 m inland, by a chart taken as exact
     code, said = elusive_in(
-        "simulate", "radar", "--route", "route.csv", *RADAR, "--out", "plots.csv", "--chart", "coast.geojson"
+        "simulate", "radar", "--route", "route.csv", *RADAR, "--out", ".", "--chart", "coast.geojson"
     )
     assert code == 0
     assert re.search(r"On charted land \d\d\.\d % of the scans", said)
@@ -184,8 +189,9 @@ def test_ais_positions_as_truth(elusive_in: Run, tmp_path: Path) -> None:
     lines = [line.split(",") for line in (tmp_path / "plots.csv").read_text().splitlines()]
     shifted = [",".join([f"{start + float(time_s):.0f}", *rest]) for time_s, *rest in lines[1:]]
     (tmp_path / "plots.csv").write_text("\n".join([",".join(lines[0]), *shifted]))
-    truth = np.loadtxt(tmp_path / "plots_truth.csv", delimiter=",", skiprows=1, usecols=(0, 2, 3))
-    reports = [ais_line(start + time_s, place, mmsi) for mmsi in (7, 8) for time_s, *place in truth[::5]]
+    (truth,) = read_truth(tmp_path / "truth.csv", "m").paths
+    places = zip(truth[::5, 0], FRAME.to_lonlat(truth[::5, 1:]).tolist(), strict=True)
+    reports = [ais_line(start + time_s, place, mmsi) for time_s, place in places for mmsi in (7, 8)]
     (tmp_path / "ais.log").write_text("\n".join(reports))
     code, said = elusive_in(*TRACK, "--coast-sigma-m", "7", "--truth", "ais.log", "--truth-mmsi", "8")
     assert code == 0
@@ -223,7 +229,7 @@ def test_a_recording_without_ships(elusive_in: Run, tmp_path: Path) -> None:
     code, said = elusive_in(*TRACK)
     assert code == 0
     assert "No ship was found" in said
-    assert sorted(path.name for path in (tmp_path / "deep/out").iterdir()) == WRITTEN
+    assert {path.name for path in (tmp_path / "deep/out").iterdir()} == {*WRITTEN} - {"scores.csv", "scores.json"}
     assert not len(read_tracks_csv(tmp_path / "deep/out/tracks.csv").rows)  # times without a track have no row
     assert json.loads((tmp_path / "deep/out/tracks.geojson").read_text())["features"] == []
 
@@ -332,14 +338,14 @@ def test_knowledge_needs_a_chart(elusive_in: Run, tmp_path: Path) -> None:
         ("lon_deg,lat_deg\n4,52\n4,52.01\n", ["--false-alarms", "2"], "max_range_m: is not given"),
         ("lon_deg,lat_deg\n4,52\n4,52.01\n", ["--radar-lat-deg", "-91"], "is no longitude and latitude in degrees"),
         ("lon_deg,lat_deg\n4,52\n4,52.01\n", ["--chart", "none.000"], "none.000"),
-        ("lon_deg,lat_deg\n4,52\n4,52.01\n", ["--out", "none/plots.csv"], "there is no folder"),
+        ("lon_deg,lat_deg\n4,52\n4,52.01\n", ["--out", "route.csv"], "is a file; give the name of a folder"),
     ],
 )
 def test_a_bad_route_is_one_sentence_and_leaves_nothing(
     elusive_in: Run, tmp_path: Path, text: str, options: list[str], sentence: str
 ) -> None:
     (tmp_path / "route.csv").write_text(text)
-    code, said = elusive_in("simulate", "radar", "--route", "route.csv", *RADAR, "--out", "plots.csv", *options)
+    code, said = elusive_in("simulate", "radar", "--route", "route.csv", *RADAR, "--out", "made", *options)
     assert code == 2, said
     assert sentence in said
     assert said.count("Error") == 1

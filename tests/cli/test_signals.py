@@ -180,7 +180,12 @@ def put(place: tuple[int, ...], value: float) -> np.ndarray:
         (option("--source", "frame"), "frames of 300 samples are too short to tell, each by itself, what noise does"),
         (option("--calibration-frames", "60"), "all of them taken for calibration"),
         (option("--object-sise", "5"), "No such option"),
-        (truth("1\n2\n"), "truth: has 2 rows for 60 frames"),
+        (truth("1\n2\n"), "truth.txt: has 2 rows for 60 frames"),
+        (
+            truth("frame,track,x_samples\n60,1,5\n"),
+            "truth.txt: has a target in frame 60, and the recording's last is 59",
+        ),
+        (option("--truth-cutoff-samples", "3"), "--truth-cutoff: has no meaning without --truth"),
         (truth("1\nhere\n"), "truth.txt, line 2: 'here' is no place"),
     ],
 )

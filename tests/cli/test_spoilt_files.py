@@ -22,10 +22,10 @@ from elusive.charts.enc import read_cell
 from elusive.charts.outlines import read_outline
 from elusive.errors import ElusiveError
 from elusive.geometry.local_frame import LocalFrame
-from elusive.io import asterix_plots, open_radar_plots, read_ais, write_radar_plots_csv
+from elusive.io import asterix_plots, open_radar_plots, read_ais, read_truth, write_radar_plots_csv
 from elusive.io.routes import read_route
+from elusive.io.ship_truth import read_ship_truth
 from elusive.sensors.radar import RadarSensor
-from elusive.systems.radar.truth import truth_in_frame
 from tests.charts.scenes import cell_path
 from tests.charts.shapes import DATA, star
 
@@ -134,6 +134,17 @@ def truth_tables() -> list[bytes]:
     return [f"time_s,lon_deg,lat_deg\n{rows}".encode(), f"time_s,x_m,y_m\n{rows}".encode()]
 
 
+def place_tables() -> list[bytes]:
+    rows = [f"{k},{n},{5 + k / 3},{2.5 * k}\n" for k in range(12) for n in (1, 2)]
+    lines = "".join(f"{5 + k / 3} {2.5 * k} nan nan\n" for k in range(12))
+    heads = ("frame,track,x_px,y_px\n", "time_s,track,x_px,y_px\n")
+    return [*((head + "".join(rows)).encode() for head in heads), lines.encode()]
+
+
+def scored_frames(path: Path) -> None:
+    read_truth(path, "px").aligned(np.arange(12.0))
+
+
 def both_ways(path: Path) -> None:
     """Read a table of plots as it is, and by an antenna's turns."""
     for rotation_s in (2.5, None):
@@ -176,7 +187,8 @@ KINDS = {
     "geojson": ("coast.geojson", lambda folder: islands(), scene, 150),
     "plots": ("plots.csv", plot_tables, both_ways, 300),
     "ais": ("log.nmea", lambda folder: ais_log(), lambda path: list(read_ais(path)), 200),
-    "truth": ("truth.csv", lambda folder: truth_tables(), lambda path: truth_in_frame(path, FRAME), 200),
+    "truth": ("truth.csv", lambda folder: truth_tables(), lambda path: read_ship_truth(path, FRAME), 200),
+    "places": ("places.csv", lambda folder: place_tables(), scored_frames, 400),
     "route": ("route.any", lambda folder: routes(), as_either, 200),
     "asterix": ("capture.pcap", lambda folder: captures(), turns, 100),
 }

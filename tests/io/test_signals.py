@@ -367,9 +367,13 @@ def test_a_long_recording_is_not_held_in_memory(tmp_path: Path, suffix: str) -> 
 
 def test_a_truth_of_one_and_of_several_objects(tmp_path: Path) -> None:
     (tmp_path / "one.txt").write_text("x_sample\n3.5\nnan # gone\n\n-1e1\n")
-    np.testing.assert_array_equal(read_truth(tmp_path / "one.txt", axes=1)[:, :, 0], [[3.5], [np.nan], [-10]])
+    np.testing.assert_array_equal(
+        read_truth(tmp_path / "one.txt", "samples").at(np.arange(3))[:, :, 0], [[3.5], [np.nan], [-10]]
+    )
     (tmp_path / "two.txt").write_text("1, nan\n2 7\n")
-    np.testing.assert_array_equal(read_truth(tmp_path / "two.txt", axes=1)[:, :, 0], [[1, np.nan], [2, 7]])
+    np.testing.assert_array_equal(
+        read_truth(tmp_path / "two.txt", "samples").at(np.arange(2))[:, :, 0], [[1, np.nan], [2, 7]]
+    )
 
 
 @pytest.mark.parametrize(
@@ -385,4 +389,4 @@ def test_a_truth_of_one_and_of_several_objects(tmp_path: Path) -> None:
 def test_a_truth_that_is_none_is_said(tmp_path: Path, content: str, sentence: str) -> None:
     (tmp_path / "t.txt").write_text(content)
     with pytest.raises(DataError, match=sentence):
-        read_truth(tmp_path / "t.txt", axes=1)
+        read_truth(tmp_path / "t.txt", "samples")

@@ -45,7 +45,7 @@ def test_the_ready_example_runs_by_one_click_and_the_command_finds_its_numbers(
     folder = unpacked(download(page, "Recording and settings (ZIP)", tmp_path))
     told_by = page.get_by_text("Run it again without a browser").inner_text()
     radar = re.findall(r"--radar-(?:lat|lon)-deg (\S+)", told_by)
-    files = ["--chart", str(folder / EXAMPLE_NAME), "--truth", str(folder / "plots_truth.csv")]
+    files = ["--chart", str(folder / EXAMPLE_NAME), "--truth", str(folder / "truth.csv")]
     settings = ["--config", str(folder / "config-exact.yaml"), "--out", str(tmp_path / "out")]
     plots = [str(folder / "plots.csv"), "--radar-lat-deg", radar[0], "--radar-lon-deg", radar[1]]
     with pytest.raises(SystemExit):

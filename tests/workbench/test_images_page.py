@@ -15,7 +15,7 @@ from PIL import Image
 from elusive.cli import main
 from elusive.errors import DataError, ParameterError
 from elusive.experiments.amrouche2018.scenario import WeakTarget
-from elusive.io import write_truth
+from elusive.io import Truth, write_truth
 from elusive.systems.images.page.panels import belief_of, images_page
 from elusive.systems.images.page.recording import KINDS, read_frames
 from elusive.systems.images.results import ImageLog, tracked_of
@@ -146,7 +146,7 @@ def test_frames_of_ones_own_sent_and_from_the_folder(
 ) -> None:
     drawn = draw_images(ImageScene(rows=48, columns=48, snr_db=18, leaves=29))
     np.save(served.folder / "own.npy", drawn.frames)
-    write_truth(served.folder / "own.txt", drawn.truth)
+    write_truth(served.folder / "own.csv", Truth.of_frames(drawn.truth), "px")
     page = open_tab().page
     page.goto(f"{served.address}/images")
     page.get_by_role("radio", name="Open frames").click()
@@ -166,16 +166,16 @@ def test_frames_of_ones_own_sent_and_from_the_folder(
     button(page, "Open frames").click()
     told(page, "own.npy: 30 frames of 48 x 48 pixels")
     page.get_by_text("Where it truly was").click()
-    page.get_by_label("Name of truth").fill("own.txt")
+    page.get_by_label("Name of truth").fill("own.csv")
     button(page, "Open truth").click()
-    told(page, "own.txt: 30 places")
+    told(page, "own.csv: 30 places")
     field(page, "filter.particles").fill("800")
     button(page, "Run").click()
     page.locator("[data-score='This run']").wait_for()
     assert page.get_by_text("elusive track images own.npy --config tracking.yaml").count() == 1
     shown = score(page, "This run")
     config = download(page, "Run as YAML", tmp_path)
-    given = ["--config", config, "--truth", served.folder / "own.txt", "--out", tmp_path / "out"]
+    given = ["--config", config, "--truth", served.folder / "own.csv", "--out", tmp_path / "out"]
     main_quietly("track", "images", served.folder / "own.npy", *given)
     said = capsys.readouterr().out
     assert re.search(rf"│\s+{re.escape(shown)} ", said)

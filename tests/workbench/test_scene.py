@@ -19,7 +19,6 @@ from elusive.systems.links.page.panels import tracking_spec
 from elusive.systems.links.page.performance import estimates
 from elusive.systems.links.page.state import LinksState
 from elusive.systems.links.presets import first_simulation, links_method
-from elusive.systems.links.results import scores_text
 from elusive.systems.links.scene import LinkScene, SceneRun, coverage_of, radiate, run_scene
 from elusive.systems.links.walks import DrawnPath
 
@@ -72,13 +71,13 @@ def test_page_scene_and_track_links_give_the_same_numbers(
         assert not ended.value.code
     run = run_scene(small)
     tracks, events = run.tables
-    assert capsys.readouterr().out.count(f"{run.outcome.scores[''].mota:.3f}: ") == 2
-    assert json.loads((out / "scores.json").read_text()) == json.loads(scores_text(run.outcome))
+    assert capsys.readouterr().out.count(f"{run.outcome.scored.confirmed.mota:.3f}: ") == 2
+    assert json.loads((out / "scores.json").read_text()) == json.loads(run.outcome.scored.text)
     for folder in (out, tmp_path / "again"):
         assert (folder / "tracks.csv").read_text() == tracks
         assert (folder / "events.csv").read_text() == events
     assert (out / "scene.yaml").read_text() == small.to_yaml()
-    assert run.outcome.scores[", candidates too"].mota > 0.8
+    assert run.outcome.scored.candidates_too.mota > 0.8
 
 
 def test_the_radiation_stays_when_sensors_change(small: LinkScene) -> None:
@@ -92,7 +91,7 @@ def test_a_run_scores_as_the_thesis_experiment_does() -> None:
     """Of eight runs each, drawn by other numbers, the mean MOTA agrees within three standard errors."""
     first = first_simulation()
     mine = [
-        run_scene(first.replace(simulation=first.simulation.replace(seed=seed))).outcome.scores[", candidates too"].mota
+        run_scene(first.replace(simulation=first.simulation.replace(seed=seed))).outcome.scored.candidates_too.mota
         for seed in range(8)
     ]
     theirs = [

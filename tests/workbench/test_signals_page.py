@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 
 from elusive.errors import DataError, ParameterError
-from elusive.io import write_truth
+from elusive.io import Truth, write_truth
 from elusive.systems.signals.page.panels import errors_of
 from elusive.systems.signals.page.recording import read_recorded
 from elusive.systems.signals.page.state import Cutting
@@ -88,7 +88,7 @@ def test_a_signal_of_ones_own_from_the_folder(
 ) -> None:
     drawn = draw_signal(SignalScene(samples=300, frames=60))
     np.save(served.folder / "long.npy", drawn.frames.ravel())
-    write_truth(served.folder / "places.txt", drawn.truth)
+    write_truth(served.folder / "places.csv", Truth.of_frames(drawn.truth), "samples")
     page = open_tab().page
     page.goto(f"{served.address}/signals")
     page.get_by_role("radio", name="Open a signal").click()
@@ -102,9 +102,9 @@ def test_a_signal_of_ones_own_from_the_folder(
     button(page, "Open a signal").click()
     told(page, "long.npy: 60 frames of 300 samples")
     page.get_by_text("Where objects truly were").click()
-    page.get_by_label("Name of truth").fill("places.txt")
+    page.get_by_label("Name of truth").fill("places.csv")
     button(page, "Open truth").click()
-    told(page, "places.txt: 60 frames, objects: 1")
+    told(page, "places.csv: 60 frames, objects: 1")
     field(page, "filter.smoothing").fill("0.8")
     field(page, "filter.max_velocity").fill("3")
     button(page, "Run").click()
@@ -112,7 +112,7 @@ def test_a_signal_of_ones_own_from_the_folder(
     told(page, "elusive track signal long.npy --frame-samples 300 --config tracking.yaml --out results")
     shown = score(page, "This run")
     config = download(page, "Run as YAML", tmp_path)
-    given = ["--frame-samples", 300, "--config", config, "--truth", served.folder / "places.txt"]
+    given = ["--frame-samples", 300, "--config", config, "--truth", served.folder / "places.csv"]
     main_quietly("track", "signal", served.folder / "long.npy", *given, "--out", tmp_path / "out")
     assert re.search(rf"│\s+{re.escape(shown)} ", capsys.readouterr().out)
     assert download(page, "Tracks as CSV", tmp_path).read_bytes() == (tmp_path / "out" / "tracks.csv").read_bytes()

@@ -13,10 +13,9 @@ import numpy as np
 import typer
 from rich.markup import escape
 
-from elusive.cli.terminal import Config, Out, bar, console, show
+from elusive.cli.terminal import Config, Out, bar, console, known_truth, show, tell_written
 from elusive.errors import ParameterError
 from elusive.io.bearings import open_bearings, read_sensors
-from elusive.io.path_truth import read_path_truth
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
 from elusive.systems.bearings.parameters import BearingTracking, usual_filter
@@ -36,7 +35,15 @@ def track_bearings_command(
     given: dict[str, Any],
     config: Config = None,
     truth: Annotated[
-        Path | None, typer.Option("--truth", help="Where it truly was: .csv of time_s, x_m, y_m, perhaps z_m; scores.")
+        Path | None,
+        typer.Option("--truth", help="Where emitters truly are: .csv of time_s, track, x_m, y_m, perhaps z_m. Scores."),
+    ] = None,
+    truth_cutoff: Annotated[
+        float | None,
+        typer.Option(
+            "--truth-cutoff-m",
+            help="Scores: further off is missed; c of GOSPA; by default a tenth of the distance between sensors.",
+        ),
     ] = None,
     follow: Annotated[
         bool, typer.Option("--follow", help="Track live: read lines as they come, write the track as it goes.")
@@ -51,17 +58,17 @@ def track_bearings_command(
         raise ParameterError("--idle-s: has no meaning without --follow; leave it out.")
     if follow and truth is not None:
         raise ParameterError("--truth: has no meaning with --follow; score a recording once it is whole.")
-    known = None if truth is None else read_path_truth(truth)
+    known = known_truth(truth, "m", cutoff=truth_cutoff)
     source = open_bearings(bearings, read_sensors(sensors), follow=follow, idle_s=idle_s)
     if follow:
         _live(lambda report: follow_bearings(source, parameters, out, report), out)
         return
     with bar("times", None) as advance:
-        outcome = track_bearings_recording(source, parameters, out, truth=known, on_time=advance)
+        outcome = track_bearings_recording(source, parameters, out, truth=known, cutoff_m=truth_cutoff, on_time=advance)
     _warn(outcome.remarks)
     console.print(escape(outcome.verdict), highlight=False)
     show(outcome.tracked.title, ("", ""), outcome.table)
-    console.print(f"Written to {out}: report.html, report.png, tracks.csv, result.nc, config.yaml")
+    tell_written(out, ("report.html", "report.png", "tracks.csv", "result.nc", "config.yaml"), outcome.scored)
 
 
 def _tracking(given: dict[str, Any], base: dict[str, Any], *, live: bool) -> BearingTracking:

@@ -7,8 +7,8 @@ from typing import Annotated, Any
 
 import typer
 
-from elusive.cli.terminal import Config, Out, bar, console, show
-from elusive.io import open_frames, read_truth
+from elusive.cli.terminal import Config, OneBased, Out, bar, known_truth, show, tell_written
+from elusive.io import open_frames
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
 from elusive.systems.images.parameters import ImageTracking
@@ -27,18 +27,25 @@ def track_images_command(
     given: dict[str, Any],
     config: Config = None,
     truth: Annotated[
-        Path | None, typer.Option("--truth", help="File with 'x y' of each target a frame, 0-based; only scores.")
+        Path | None,
+        typer.Option(
+            "--truth", help="Where targets truly are: .csv of frame, track, x_px, y_px; or x y a line. Scores."
+        ),
     ] = None,
-    truth_one_based: Annotated[bool, typer.Option(help="The truth counts pixels from 1.")] = False,
+    truth_one_based: OneBased = False,
+    truth_cutoff: Annotated[
+        float | None,
+        typer.Option("--truth-cutoff-px", help="Scores: further off is missed; c of GOSPA; by default 4."),
+    ] = None,
     rate_hz: Annotated[float | None, typer.Option("--rate-hz", help="Frames a second; else from the file.")] = None,
     start: Annotated[int, typer.Option(help="First frame to use, from 0.")] = 0,
     stop: Annotated[int | None, typer.Option(help="Frame before which to stop.")] = None,
 ) -> None:
     """Track targets too faint to threshold through a sequence of frames."""
     parameters = ImageTracking(**nested(ImageTracking, given, read_yaml(config) if config else {}))
-    places = None if truth is None else read_truth(truth, one_based=truth_one_based)
+    known = known_truth(truth, "px", one_based=truth_one_based, cutoff=truth_cutoff)
     frames = open_frames(source, start=start, stop=stop, rate_hz=rate_hz)
     with bar("frames", frames.length) as advance:
-        outcome = track_recording(frames, parameters, out, truth=places, on_frame=advance)
+        outcome = track_recording(frames, parameters, out, truth=known, cutoff_px=truth_cutoff, on_frame=advance)
     show(outcome.tracked.title, ("", ""), outcome.tracked.rows)
-    console.print(f"Written to {out}: {', '.join(FILES)}")
+    tell_written(out, FILES, outcome.scored)

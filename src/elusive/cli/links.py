@@ -11,19 +11,18 @@ from typing import Annotated, Any
 import typer
 from rich.markup import escape
 
-from elusive.cli.terminal import Config, Out, bar, console, interrupted, show
+from elusive.cli.terminal import Config, Out, bar, console, interrupted, known_truth, show, tell_written
 from elusive.errors import ParameterError
 from elusive.geometry.areas import Area
 from elusive.io._link_formats import LAYOUTS
 from elusive.io.area_files import read_area
 from elusive.io.link_logs import open_link_log
 from elusive.io.node_files import read_nodes
-from elusive.io.path_truth import read_path_truth
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
 from elusive.sensors.radio_network import RadioNodes, RssFrame
 from elusive.systems.links.fit import HEADER, LinkFitting, fit_link_log
-from elusive.systems.links.run import LiveFrame, follow_links, track_links_recording
+from elusive.systems.links.run import FILES, LiveFrame, follow_links, track_links_recording
 from elusive.systems.links.track import LinkTracking
 
 Log = Annotated[
@@ -55,7 +54,11 @@ def track_links_command(
     area: Rectangle = None,
     area_file: Polygon = None,
     truth: Annotated[
-        Path | None, typer.Option("--truth", help="Where people truly were: .csv of time_s, person, x_m, y_m; scores.")
+        Path | None, typer.Option("--truth", help="Where people truly are: .csv of time_s, track, x_m, y_m. Scores.")
+    ] = None,
+    truth_cutoff: Annotated[
+        float | None,
+        typer.Option("--truth-cutoff-m", help="Scores: further off is missed; c of GOSPA; by default 2."),
     ] = None,
     layout: Layout = None,
     period_s: Period = None,
@@ -78,16 +81,18 @@ def track_links_command(
             raise ParameterError("--truth: has no meaning with --follow; score a log once it is whole.")
         _live(source, network, parameters, out)
         return
-    known = None if truth is None else read_path_truth(truth)
+    known = known_truth(truth, "m", cutoff=truth_cutoff)
     with bar("frames", None) as advance:
-        outcome = track_links_recording(source, network, parameters, out, truth=known, on_frame=advance)
+        outcome = track_links_recording(
+            source, network, parameters, out, truth=known, cutoff_m=truth_cutoff, on_frame=advance
+        )
     _tell(outcome.remarks)
     console.print(escape(outcome.verdict), highlight=False)
     tracked = outcome.tracked
     if tracked.tracks:
         show("Tracks", tracked.header, tracked.tracks)
     show(tracked.title, ("", ""), tracked.rows)
-    console.print(f"Written to {out}: report.html, report.png, tracks.csv, events.csv, result.nc, config.yaml")
+    tell_written(out, FILES, outcome.scored)
 
 
 @fit_app.callback()

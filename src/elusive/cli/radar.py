@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 from rich.markup import escape
 
-from elusive.cli.terminal import Config, Out, bar, console, show
+from elusive.cli.terminal import Config, Out, bar, console, show, tell_written
 from elusive.io import open_radar_plots
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
@@ -35,8 +35,13 @@ def track_radar_command(
     truth: Annotated[
         Path | None,
         typer.Option(
-            "--truth", help="Where ships truly were: .csv of time_s, (ship,) lon_deg, lat_deg or x_m, y_m; AIS log."
+            "--truth",
+            help="Where ships truly are: .csv of time_s, track, x_m, y_m or lon_deg, lat_deg; AIS log. Scores.",
         ),
+    ] = None,
+    truth_cutoff: Annotated[
+        float | None,
+        typer.Option("--truth-cutoff-m", help="Scores: further off is missed; c of GOSPA; by default 50."),
     ] = None,
     truth_mmsi: Annotated[int | None, typer.Option("--truth-mmsi", help="The only ship to read of an AIS log.")] = None,
     rotation_s: Annotated[
@@ -52,11 +57,12 @@ def track_radar_command(
     with bar("scans", None) as advance:
         outcome = track_radar_recording(
             source, parameters, out, radar_lon_deg=radar_lon, radar_lat_deg=radar_lat, charts=chart or (),
-            truth=truth, truth_mmsi=truth_mmsi, on_scan=advance,
+            truth=truth, truth_mmsi=truth_mmsi, cutoff_m=truth_cutoff, on_scan=advance,
         )  # fmt: skip
     tracked = outcome.tracked
     console.print(escape(tracked.verdict), highlight=False)
     if tracked.tracks:
         show("Tracks", [name.partition(" [")[0] for name in tracked.header], tracked.tracks)
     show(tracked.title, ("", ""), tracked.rows)
-    console.print(f"Written to {out}: tracks.csv, tracks.geojson, result.nc, report.html, report.png, config.yaml")
+    files = ("tracks.csv", "tracks.geojson", "result.nc", "report.html", "report.png", "config.yaml")
+    tell_written(out, files, outcome.scored)

@@ -8,8 +8,8 @@ from typing import Annotated, Any
 import typer
 from rich.markup import escape
 
-from elusive.cli.terminal import Config, Out, bar, console, show
-from elusive.io import open_signal, read_truth
+from elusive.cli.terminal import Config, OneBased, Out, bar, console, known_truth, show, tell_written
+from elusive.io import open_signal
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
 from elusive.systems.signals.parameters import SignalTracking
@@ -26,7 +26,16 @@ def track_signals_command(
     given: dict[str, Any],
     config: Config = None,
     truth: Annotated[
-        Path | None, typer.Option("--truth", help="File with the place of each object a frame, 0-based; only scores.")
+        Path | None,
+        typer.Option("--truth", help="Where objects truly are: .csv of frame, track, x_samples; or x a line. Scores."),
+    ] = None,
+    truth_one_based: OneBased = False,
+    truth_cutoff: Annotated[
+        float | None,
+        typer.Option(
+            "--truth-cutoff-samples",
+            help="Scores: further off is missed; c of GOSPA; by default an object's size.",
+        ),
     ] = None,
     rate_hz: Annotated[float | None, typer.Option("--rate-hz", help="Frames a second; else from the file.")] = None,
     frame_samples: Annotated[
@@ -41,16 +50,18 @@ def track_signals_command(
 ) -> None:
     """Track objects that differ from a signal's noise only in their statistics."""
     parameters = SignalTracking(**nested(SignalTracking, given, read_yaml(config) if config else {}))
-    places = None if truth is None else read_truth(truth, axes=1)
+    known = known_truth(truth, "samples", one_based=truth_one_based, cutoff=truth_cutoff)
     frames = open_signal(
         recording, frame_samples=frame_samples, hop_samples=hop_samples, channel=channel, start=start, stop=stop,
         rate_hz=rate_hz,
     )  # fmt: skip
     with bar("frames", frames.length) as advance:
-        outcome = track_signal_recording(frames, parameters, out, truth=places, on_frame=advance)
+        outcome = track_signal_recording(
+            frames, parameters, out, truth=known, cutoff_samples=truth_cutoff, on_frame=advance
+        )
     tracked = outcome.tracked
     console.print(escape(tracked.verdict), highlight=False)
     if tracked.tracks:
         show("Tracks", [name.partition(" [")[0] for name in tracked.header], tracked.tracks)
     show(tracked.title, ("", ""), tracked.rows)
-    console.print(f"Written to {out}: {', '.join(FILES)}")
+    tell_written(out, FILES, outcome.scored)

@@ -14,11 +14,15 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
+from elusive.errors import ParameterError
+
 if TYPE_CHECKING:
     from elusive.campaign import Progress as CampaignProgress
+    from elusive.io.truth import Truth, Unit
 
 Out = Annotated[Path, typer.Option("--out", help="Folder for the results; made if need be.")]
 Config = Annotated[Path | None, typer.Option("--config", help="YAML file with any of the parameters below.")]
+OneBased = Annotated[bool, typer.Option(help="The truth counts frames and places from 1.")]
 Workers = Annotated[int | None, typer.Option("--workers", min=1, help="Processes to share the trials among.")]
 Scheduler = Annotated[str | None, typer.Option("--scheduler", help="Address of a Dask scheduler, tcp://host:8786.")]
 
@@ -75,6 +79,26 @@ def campaign_bar() -> Iterator[Callable[[CampaignProgress], None]]:
             progress.update(task, completed=state.done, total=state.total, description=left)
 
         yield report
+
+
+def known_truth(path: Path | None, unit: Unit, *, one_based: bool = False, cutoff: float | None = None) -> Truth | None:
+    """Read where targets truly are, if that is told; what has a meaning for scores alone is refused without."""
+    from elusive.io.truth import read_truth
+
+    if path is None:
+        for name, given in (("--truth-one-based", one_based), ("--truth-cutoff", cutoff is not None)):
+            if given:
+                raise ParameterError(f"{name}: has no meaning without --truth; give that, or leave it out.")
+        return None
+    return read_truth(path, unit, one_based=one_based)
+
+
+def tell_written(out: Path, files: Sequence[str], scored: object) -> None:
+    """Say what stands in a folder; with the scores, where there are any."""
+    from elusive.results.scores import FILES  # loads SciPy, which not every command needs
+
+    names = ", ".join([*files, *(() if scored is None else FILES)])
+    console.print(f"Written to {out}: {names}", soft_wrap=True, highlight=False)
 
 
 def show(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:

@@ -7,7 +7,7 @@ from elusive.io.atomic import atomic_folder, atomic_path, existing_folder
 from elusive.io.frames import FrameSource, open_frames
 from elusive.io.radar_plots import RadarSource, open_radar_plots, write_radar_plots_csv
 from elusive.io.signals import SignalFrame, SignalSource, open_signal
-from elusive.io.truth import read_truth, write_truth
+from elusive.io.truth import Truth, read_truth, write_truth
 from elusive.sensors.radar_scans import RadarPlot, RadarScan, scans_by_rotation
 
 __all__ = [
@@ -20,6 +20,7 @@ __all__ = [
     "SignalFrame",
     "SignalSource",
     "TargetReport",
+    "Truth",
     "asterix_plots",
     "atomic_folder",
     "atomic_path",

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 import os
+import re
 from collections.abc import Generator, Sequence
 from contextlib import closing
 from typing import NamedTuple
 
 from elusive.errors import DataError
 from elusive.io._link_lines import lines_of
-from elusive.io.truth import NUMBER
+
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?nan", re.ASCII | re.IGNORECASE)
 
 
 class TableLine(NamedTuple):

@@ -68,6 +68,11 @@ class FrameSource:
             raise DataError(f"{self.name}: holds no frame from number {self.start} on; choose an earlier start.")
 
     @property
+    def whole(self) -> bool:
+        """Whether iterating ends where the file does."""
+        return self._stop is None or self._stop == self._stack.length
+
+    @property
     def timed(self) -> bool:
         """Whether times are seconds: from the rate, or from the file; else they are the frames' numbers."""
         return self.rate_hz is not None or self._stack.times_s is not None

@@ -1,4 +1,4 @@
-"""A ship's route as waypoints in longitude and latitude: a table in CSV, or a line in GeoJSON (RFC 7946)."""
+"""A ship's route as waypoints in longitude and latitude: a table in CSV, or GeoJSON (RFC 7946); a path in metres."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.io._table_lines import table_lines
 
+CORNER = ("x_m", "y_m")
 COLUMNS = ("lon_deg", "lat_deg", "speed_mps")
 GEOJSON = (".geojson", ".json")
 Waypoint = tuple[float, float, float]
@@ -55,6 +56,20 @@ def read_route(path: str | os.PathLike[str]) -> Route:
         raise DataError(f"{path}: holds {len(table)} waypoints; a route needs two at least.")
     values = np.array(table, dtype=np.float64)
     return Route(values[:, :2], values[:, 2])
+
+
+def read_way(path: str | os.PathLike[str]) -> Array:
+    """Read the corners of a path, ``(n, 2)`` east and north [m]: CSV under a header that names ``x_m`` and ``y_m``.
+
+    Raises
+    ------
+    DataError
+        If the header lacks a column, a line is no place, or there is none.
+    """
+    corners = [[line.number(name) for name in CORNER] for line in table_lines(path, CORNER, None, "a corner a line")]
+    if not corners:
+        raise DataError(f"{path}: holds no place; write {','.join(CORNER)}, a corner a line.")
+    return np.array(corners)
 
 
 def _table(path: Path) -> list[Waypoint]:

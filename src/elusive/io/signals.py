@@ -48,6 +48,8 @@ class SignalSource:
     """Number in the file, from 0, of the first frame yielded."""
     _read: Callable[[int, int | None], Iterator[tuple[str, float | None, Any]]] = field(repr=False)
     _stop: int | None = field(repr=False)
+    whole: bool = True
+    """Whether iterating ends where the file does."""
 
     def __iter__(self) -> Iterator[SignalFrame]:
         """Yield the frames.
@@ -126,7 +128,7 @@ def open_signal(
         raise DataError(f"{path}: its frames have {reading.samples} samples; between 2 and {MAX_PIXELS} are read.")
     if rate_hz is not None and reading.timed:
         raise DataError(f"{path}: has times of its own (time_s); leave rate_hz={rate_hz:g} out.")
-    length = None
+    length, whole = None, stop is None or (reading.length is not None and stop >= reading.length)
     if reading.length is not None:
         _enough(reading.length, str(path))
         if start >= reading.length:
@@ -136,7 +138,7 @@ def open_signal(
         _enough(length, str(path))
     rate = reading.rate_hz if rate_hz is None else rate_hz
     timed = reading.timed or rate is not None
-    return SignalSource(str(path), reading.samples, length, rate, timed, start, reading.read, stop)
+    return SignalSource(str(path), reading.samples, length, rate, timed, start, reading.read, stop, whole)
 
 
 def _open(path: Path, cut: Cut, channel: int | None, *, long_only: bool) -> Reading:

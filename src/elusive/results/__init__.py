@@ -3,19 +3,20 @@
 from elusive.results.exports import write_geojson, write_mot_csv
 from elusive.results.log import ByTrack, TrackLog, read_tracks_csv, write_tracks_csv
 from elusive.results.netcdf import write_result
-from elusive.results.scores import Scores, known_truth, score
+from elusive.results.scores import Scored, Scores, score, scored
 from elusive.results.table import STATUSES, Columns, Unit, spread
 
 __all__ = [
     "STATUSES",
     "ByTrack",
     "Columns",
+    "Scored",
     "Scores",
     "TrackLog",
     "Unit",
-    "known_truth",
     "read_tracks_csv",
     "score",
+    "scored",
     "spread",
     "write_geojson",
     "write_mot_csv",

@@ -14,7 +14,7 @@ from elusive.cli import main
 from elusive.errors import DataError, ParameterError
 from elusive.filters.accumulate.image_evidence import FromNormal, WhiteEvidence
 from elusive.filters.accumulate.likelihood_bound import LikelihoodBound
-from elusive.io import open_frames
+from elusive.io import Truth, open_frames
 from elusive.results import read_tracks_csv
 from elusive.sensors import ClutterSensor, ImageSensor
 from elusive.systems.images.recurrent import RecurrentImages
@@ -207,7 +207,9 @@ def test_a_recording_gives_a_row_a_track_and_a_report_of_all(tmp_path: Path) -> 
     first, second = straight(25, (4, 6), (0.75, 0.2)), straight(25, (44, 30), (-0.6, 0.0))
     np.save(tmp_path / "frames.npy", frames_of(first, second))
     source = open_frames(str(tmp_path / "frames.npy"))
-    outcome = track_recording(source, tracking(), tmp_path / "out", truth=np.stack([first, second], axis=1))
+    outcome = track_recording(
+        source, tracking(), tmp_path / "out", truth=Truth.of_frames(np.stack([first, second], axis=1))
+    )
     read = read_tracks_csv(tmp_path / "out" / "tracks.csv")
     np.testing.assert_array_equal(read.rows["position"], outcome.log.rows["position"])
     assert np.isnan(read.rows["existence"]).all()  # it is no posterior: the column is empty

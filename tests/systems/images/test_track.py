@@ -16,7 +16,7 @@ from elusive.contracts import VX, VY, X, Y
 from elusive.errors import DataError
 from elusive.filters import BernoulliFilter, MeasurementBirth
 from elusive.filters.particle.parts import switching
-from elusive.io import open_frames
+from elusive.io import Truth, open_frames
 from elusive.results import read_tracks_csv
 from elusive.sensors.image import ImageSensor
 from elusive.systems.images.run import follow, track_recording
@@ -274,7 +274,7 @@ def test_a_recording_leaves_what_the_filter_said(recording: tuple[Path, NDArray[
         open_frames(source, rate_hz=10.0),
         tracking((5, 5), max_speed=20.0),
         out,
-        truth=path[:, None],
+        truth=Truth.of_frames(path[:, None]),
         on_frame=done.append,
     )
     assert done == list(range(1, 25))
@@ -300,7 +300,7 @@ def test_a_recording_leaves_what_the_filter_said(recording: tuple[Path, NDArray[
     assert last["position"][0] == pytest.approx(path[-1, 0], abs=1.0)
     table = dict(outcome.tracked.rows)
     assert table["Frames"] == "24, 24 x 20 pixels"
-    rows = outcome.log.rows[outcome.log.rows["status"] < 2]
+    rows = outcome.log.rows[outcome.log.rows["status"] == 1]
     found = np.hypot(*(rows["position"] - path[rows["step"]]).T) < 4
     assert table["Targets found within 4 px"] == f"{100 * found.sum() / 20:.0f} % of their times"
 
@@ -308,7 +308,9 @@ def test_a_recording_leaves_what_the_filter_said(recording: tuple[Path, NDArray[
 def test_a_truth_that_ends_too_soon_is_refused(recording: tuple[Path, NDArray[np.float64]], tmp_path: Path) -> None:
     source, path = recording
     with pytest.raises(DataError, match=r"^truth: has 23 rows for 24 frames"):
-        track_recording(open_frames(source), tracking((20, 24)), tmp_path / "out", truth=path[:-1, None])
+        track_recording(
+            open_frames(source), tracking((20, 24)), tmp_path / "out", truth=Truth.of_frames(path[:-1, None])
+        )
     assert sorted(file.name for file in tmp_path.iterdir()) == ["frames.npy"]
 
 
@@ -316,11 +318,18 @@ def test_a_truth_is_counted_from_the_files_first_frame(
     recording: tuple[Path, NDArray[np.float64]], tmp_path: Path
 ) -> None:
     source, path = recording
-    outcome = track_recording(open_frames(source, start=10), tracking((20, 24)), tmp_path / "out", truth=path[:, None])
+    outcome = track_recording(
+        open_frames(source, start=10), tracking((20, 24)), tmp_path / "out", truth=Truth.of_frames(path[:, None])
+    )
     assert outcome.tracked.truth is not None
     np.testing.assert_array_equal(outcome.tracked.truth, path[10:])
     with pytest.raises(DataError, match=r"^truth: "):
-        track_recording(open_frames(source, start=10), tracking((20, 24)), tmp_path / "other", truth=path[:-1, None])
+        track_recording(
+            open_frames(source, start=10),
+            tracking((20, 24)),
+            tmp_path / "other",
+            truth=Truth.of_frames(path[:-1, None]),
+        )
 
 
 def test_another_filter_still_takes_frames_as_recorded() -> None:

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from elusive.io.path_truth import PathTruth
+from elusive.io import Truth
 from elusive.sensors.radio_network import radio_nodes
 from elusive.tracking.lifecycle import Life
 from elusive.tracking.people import TrackEvent
@@ -34,7 +34,7 @@ def truth(seconds):
     for person in range(2):
         times = np.arange(person * seconds / 3, seconds, 0.5)
         paths.append(np.array([(time_s, *place(person, time_s)) for time_s in times]))
-    return PathTruth(("Ann", "Bob"), tuple(paths))
+    return Truth(("Ann", "Bob"), tuple(paths))
 
 
 def step_of(time_s, tracks, events, cloud, calibrating=False):

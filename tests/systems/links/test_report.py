@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from elusive.io import Truth
 from elusive.report.drawing import EVENTS_SHOWN
 from elusive.systems.links.report import (
     LinkPath,
     LinksTracked,
     SceneKeeper,
-    TruePath,
     write_links_html,
     write_links_png,
 )
@@ -44,7 +44,7 @@ def tracked(frames: int, tracks: int = 1, *, truth: bool = True, image: bool = F
         seen = {path.track: path.places[k - path.frames[0]] for path in paths if path.frames[0] <= k}
         clouds = {track: place + rng.normal(0, 0.3, (100, 2)) for track, place in seen.items()}
         keeper.offer(times[k], images(k) if image else None, {} if image else clouds)
-    true = [TruePath("Ann <b>", np.column_stack([times[4:-3], np.tile([[2.0, 3.0]], (frames - 7, 1))]))] * truth
+    true = Truth(("Ann <b>",), (np.column_stack([times[4:-3], np.tile([[2.0, 3.0]], (frames - 7, 1))]),))
     return LinksTracked(
         "A <b>& title</b> </script>", "One person & more.", times, CORNERS, ["a", "b", "c", "<d>"], NODES, paths,
         keeper.scenes, ((ROWS, COLUMNS), (0.0, 6.0, 0.0, 5.0)) if image else None, true if truth else None,
@@ -102,8 +102,10 @@ def test_people_are_counted_and_errors_measured_to_the_nearest_confirmed_track()
         sure = [path.places[frame - path.frames[0]] for path in given.paths if frame > path.frames[0] + 2]
         expected = min((np.hypot(*(place - [2.0, 3.0])) for place in sure), default=np.nan) if frame < 37 else np.nan
         np.testing.assert_allclose(error[frame], expected)
-    two = given._replace(truth=[*given.truth, TruePath("B", given.truth[0].points + np.array([0, 1, 0]))])
-    apart = given._replace(truth=two.truth[1:])
+    (way,) = given.truth.paths
+    other = way + np.array([0, 1, 0])
+    two = given._replace(truth=Truth(("Ann", "B"), (way, other)))
+    apart = given._replace(truth=Truth(("B",), (other,)))
     np.testing.assert_allclose(two.error, (given.error + apart.error) / 2)
     assert given._replace(truth=None).error is None
     assert not np.isfinite(given._replace(paths=[]).error).any()
@@ -139,7 +141,7 @@ def test_the_page_holds_what_was_tracked(tmp_path: Path) -> None:
         assert found["sure"] == path.confirmed.astype(int).tolist()
     (truth,) = layers(data, name="truth")
     np.testing.assert_allclose(
-        np.column_stack([truth[c] for c in ("times", "x", "y")]), given.truth[0].points, atol=0.0051
+        np.column_stack([truth[c] for c in ("times", "x", "y")]), given.truth.paths[0], atol=0.0051
     )
     np.testing.assert_allclose(numbers(data["status"][1]["values"]), given.error, atol=0.0051)
     assert layers(data, name="truly there")[0]["y"] == [0] * 4 + [1] * 53 + [0] * 3

@@ -13,9 +13,9 @@ from PIL import Image
 from elusive.cli import main
 from elusive.errors import DataError, ParameterError
 from elusive.geometry.areas import Area
+from elusive.io import read_truth
 from elusive.io.link_logs import open_link_log
 from elusive.io.node_files import read_nodes
-from elusive.io.path_truth import read_path_truth
 from elusive.preprocess.link_calibration import Calibrate
 from elusive.sensors.radio_network import directed_links_of, links_of
 from elusive.systems.links.by_links import VoxelRadiation
@@ -127,11 +127,11 @@ def test_a_log_is_the_link_budget_less_the_change(tmp_path: Path) -> None:
     for channel, frequency in enumerate((2.45e9, 2.455e9)):
         expected = 4.0 - 20 * np.log10(4 * np.pi * apart * frequency / 299_792_458)
         np.testing.assert_allclose(frames[0].rss_dbm[:, channel], expected, atol=0.006)
-    truth = read_path_truth(out / "truth.csv").interpolated([frame.time_s for frame in frames])
+    truth = read_truth(out / "truth.csv", "m").at([frame.time_s for frame in frames])
     drawn = simulation.truth()
     assert np.isnan(truth[:10]).all()
     np.testing.assert_allclose(
-        truth[10:], drawn[:, [int(n) - 1 for n in read_path_truth(out / "truth.csv").names]], atol=1e-4
+        truth[10:], drawn[:, [int(n) - 1 for n in read_truth(out / "truth.csv", "m").names]], atol=1e-4
     )
     step = int(np.flatnonzero(np.isfinite(drawn[..., 0]).sum(axis=1) == 1)[0])
     place = drawn[step][np.isfinite(drawn[step, :, 0])][0]
@@ -230,9 +230,10 @@ def test_straight_on_the_links_of_a_simulated_log_by_its_own_model(tmp_path: Pat
     parameters = LinkTracking(
         calibration_frames=20, method=LinksMethod(effect=VoxelRadiation(), people={"particles": 200})
     )
-    truth = read_path_truth(tmp_path / "room" / "truth.csv")
+    truth = read_truth(tmp_path / "room" / "truth.csv", "m")
     log = open_link_log(tmp_path / "room" / "log.csv", nodes)
     outcome = track_links_recording(log, nodes, parameters, tmp_path / "tracks", truth=truth)
-    scores = outcome.scores[", candidates too"]
+    assert outcome.scored is not None
+    scores = outcome.scored.candidates_too
     assert scores.mota >= 0.95
     assert scores.rmse <= 0.25  # half a voxel

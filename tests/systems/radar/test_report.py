@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from elusive.errors import ParameterError
+from elusive.io import Truth
 from elusive.systems.radar.report import (
     ChartMap,
     Cloud,
@@ -67,9 +68,9 @@ def tracked(
                 path.track, float(water(mean[None])[0]), lambda p=drawn, m=mean: (p, np.full(200, 0.005), m, p[0])
             )
     where = (
-        {"": np.column_stack([2.0 * np.arange(scans), paths[0].places + np.array([3.0, 4.0])])}
+        Truth(("",), (np.column_stack([2.0 * np.arange(scans), paths[0].places + np.array([3.0, 4.0])]),))
         if truth and tracks
-        else {}
+        else None
     )
     given = RadarTracked(
         "A <b>& title</b> </script>", "One ship & more.", 2.0 * np.arange(scans), keeper.plots, paths, keeper.clouds,
@@ -142,16 +143,17 @@ def test_a_cloud_has_particles_in_proportion_to_their_weights() -> None:
 
 def test_the_error_is_the_distance_to_the_truth_at_the_time() -> None:
     given = tracked(20, 2, chart=False, clouds=False)
+    (ship,) = given.ships
     np.testing.assert_allclose(given.error(given.paths[0]), 5.0)
-    halfway = given._replace(truth={"": given.truth[""][::2]})  # interpolated between, absent after its last
-    expected = np.hypot(*(given.paths[0].places[:-1] - given.truth[""][:-1, 1:]).T)
+    halfway = given._replace(truth=Truth(("",), (ship[::2],)))  # interpolated between, absent after its last
+    expected = np.hypot(*(given.paths[0].places[:-1] - ship[:-1, 1:]).T)
     np.testing.assert_allclose(halfway.error(given.paths[0])[:-1], expected, atol=0.2)
     assert np.isnan(halfway.error(given.paths[0])[-1])
     times, nearest = halfway.nearest_error
     np.testing.assert_array_equal(times, given.times_s[:-1])
     np.testing.assert_allclose(nearest, expected, atol=0.2)
-    assert given._replace(truth={}).error(given.paths[0]) is None
-    assert given._replace(truth={"": given.truth[""] + np.array([1e6, 0, 0])}).nearest_error is None
+    assert given._replace(truth=None).error(given.paths[0]) is None
+    assert given._replace(truth=Truth(("",), (ship + np.array([1e6, 0, 0]),))).nearest_error is None
 
 
 def test_the_error_is_not_drawn_where_there_is_no_track(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

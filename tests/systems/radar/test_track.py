@@ -14,7 +14,7 @@ from elusive.charts import Coast, CoastPart
 from elusive.charts.biased import CoastBias
 from elusive.errors import DataError, ParameterError
 from elusive.geometry.local_frame import LocalFrame
-from elusive.io import open_radar_plots
+from elusive.io import open_radar_plots, read_truth
 from elusive.io.routes import Route
 from elusive.results import STATUSES, read_tracks_csv
 from elusive.sensors.radar import RadarSensor
@@ -23,7 +23,6 @@ from elusive.systems.radar.parameters import RecordedRadar, survey
 from elusive.systems.radar.simulate import RadarSimulation, simulate_radar, voyage
 from elusive.systems.radar.summary import bias_row, contradicts
 from elusive.systems.radar.track import RadarTracking, track_radar, track_radar_recording
-from elusive.systems.radar.truth import truth_at, truth_in_frame
 from tests.charts.scenes import cell_path
 
 FRAME = LocalFrame.at(-76.44, 38.97)
@@ -49,11 +48,11 @@ def test_ships_of_several_routes_are_seen_until_they_arrive(tmp_path):
     assert np.isfinite(states[0]).all()
     assert np.isfinite(states[1, :61]).all()
     assert np.isnan(states[1, 61:]).all()
-    found = simulate_radar(routes, sure, tmp_path / "plots.csv", **RADAR)
+    found = simulate_radar(routes, sure, tmp_path, **RADAR)
     assert found.rows[0] == ("Voyage", "140 s, 141 scans, 2 ships")
-    truth = truth_in_frame(found.truth, FRAME)
-    assert {ship: len(table) for ship, table in truth.items()} == {"1": 141, "2": 61}
-    np.testing.assert_allclose(truth["2"][:, 1:], states[1, :61][:, [0, 2]], atol=1e-6)
+    truth = read_truth(tmp_path / "truth.csv", "m")
+    assert {ship: len(table) for ship, table in zip(truth.names, truth.paths, strict=True)} == {"1": 141, "2": 61}
+    np.testing.assert_allclose(truth.paths[1][:, 1:], states[1, :61][:, [0, 2]], atol=1e-6)
     scans = list(open_radar_plots(tmp_path / "plots.csv"))
     assert [len(scan.range_m) for scan in scans] == [2] * 61 + [1] * 80
 
@@ -71,8 +70,8 @@ def test_a_voyage_keeps_its_route_and_speed():
 
 def test_simulated_plots_err_as_the_radar_does(tmp_path):
     out = tmp_path / "plots.csv"
-    found = simulate_radar([route(CORNERS)], RadarSimulation(speed_mps=2.0, seed=4), out, **RADAR)
-    truth = truth_in_frame(found.truth, FRAME)["1"]
+    simulate_radar([route(CORNERS)], RadarSimulation(speed_mps=2.0, seed=4), tmp_path, **RADAR)
+    (truth,) = read_truth(tmp_path / "truth.csv", "m").paths
     scans = list(open_radar_plots(out))
     assert len(scans) == len(truth) == 701
     (range_m, bearing_rad) = np.array([(scan.range_m[0], scan.bearing_rad[0]) for scan in scans]).T
@@ -91,7 +90,7 @@ def test_a_route_on_land_or_out_of_view_is_said(tmp_path):
         simulate_radar(
             [route(CORNERS)],
             RadarSimulation(radar=sight),
-            tmp_path / "p.csv",
+            tmp_path / "made",
             charts=[tmp_path / "coast.geojson"],
             **RADAR,
         ).rows
@@ -137,7 +136,7 @@ def test_the_bias_is_said():
 def test_a_real_chart_is_used_and_everything_is_written(tmp_path):
     """A ship 12 m off the shore of a real bay, its plots at 5 km."""
     corners = np.array([[-5090.0, 3160.0], [-4990.0, 3105.0], [-4900.0, 3056.0], [-4830.0, 3060.0]])
-    simulate_radar([route(corners)], RadarSimulation(speed_mps=4.0, seed=1), tmp_path / "plots.csv", **RADAR)
+    simulate_radar([route(corners)], RadarSimulation(speed_mps=4.0, seed=1), tmp_path, **RADAR)
     source = open_radar_plots(tmp_path / "plots.csv")
     charts = [cell_path("US5MD1MC")]
     errors, files = {}, {}
@@ -154,7 +153,7 @@ def test_a_real_chart_is_used_and_everything_is_written(tmp_path):
         rows = read_tracks_csv(out / "tracks.csv").rows
         rows = rows[rows["status"] == STATUSES.index("confirmed")]
         assert [line[0] for line in outcome.tracked.tracks] == ["1"]
-        truth = truth_at(truth_in_frame(tmp_path / "plots_truth.csv", FRAME)["1"], rows["time_s"])
+        truth = read_truth(tmp_path / "truth.csv", "m").at(rows["time_s"])[:, 0]
         errors[kind] = np.sqrt(np.mean(np.sum((rows["position"] - truth) ** 2, axis=1)))
         with xr.open_dataset(out / "result.nc", engine="h5netcdf") as dataset:
             sure = dataset.status == STATUSES.index("confirmed")
@@ -182,7 +181,7 @@ def test_every_knowledge_and_every_coast_error(kind):
 
 
 def test_refusals(tmp_path):
-    simulate_radar([route(CORNERS)], RadarSimulation(), tmp_path / "plots.csv", **RADAR)
+    simulate_radar([route(CORNERS)], RadarSimulation(), tmp_path, **RADAR)
     source = open_radar_plots(tmp_path / "plots.csv")
     with pytest.raises(ParameterError, match="knowledge: is 'field', and no chart is given"):
         track_radar_recording(source, RadarTracking(), tmp_path / "out", **RADAR)

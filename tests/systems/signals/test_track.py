@@ -16,7 +16,7 @@ from scipy.special import polygamma
 
 from elusive.errors import DataError, ParameterError
 from elusive.filters.accumulate.false_alarm import ExtremeValue
-from elusive.io import open_signal
+from elusive.io import Truth, open_signal
 from elusive.preprocess.standardise import learn_standard
 from elusive.results import read_tracks_csv
 from elusive.sensors.waveform import NoiseObject, NoiseObjectPath
@@ -28,7 +28,7 @@ from elusive.tracking import ReadBack, Step, Track
 
 QUICK = {"filter": {"smoothing": 0.9, "max_velocity": 3}}  # a short memory: the law of noise is soon simulated
 TIMED = {"filter": {"smoothing": 0.9, "max_velocity": 12}}  # the same at 4 frames a second
-WRITTEN = ["config.yaml", "report.html", "report.png", "result.nc", "tracks.csv"]
+WRITTEN = ["config.yaml", "report.html", "report.png", "result.nc", "scores.csv", "scores.json", "tracks.csv"]
 
 
 def simulated(
@@ -205,7 +205,7 @@ def tracked(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, np.ndarray,
     source = open_signal(folder / "a.npy", rate_hz=4.0, start=5)
     seen: list[int] = []
     done = track_signal_recording(
-        source, SignalTracking(**TIMED), folder / "out", truth=truth[:, :, None], on_frame=seen.append
+        source, SignalTracking(**TIMED), folder / "out", truth=Truth.of_frames(truth[:, :, None]), on_frame=seen.append
     )
     assert seen == list(range(1, 96))
     return folder, truth, dict(done.tracked.rows)
@@ -275,7 +275,10 @@ def test_the_configuration_repeats_the_run(tracked: tuple[Path, np.ndarray, dict
     folder, truth, _ = tracked
     again = SignalTracking.from_yaml(folder / "out" / "config.yaml")
     track_signal_recording(
-        open_signal(folder / "a.npy", rate_hz=4.0, start=5), again, tmp_path / "out", truth=truth[:, :, None]
+        open_signal(folder / "a.npy", rate_hz=4.0, start=5),
+        again,
+        tmp_path / "out",
+        truth=Truth.of_frames(truth[:, :, None]),
     )
     for name in WRITTEN:
         assert (tmp_path / "out" / name).read_bytes() == (folder / "out" / name).read_bytes(), name
@@ -333,13 +336,13 @@ def test_the_truth_only_scores(tracked: tuple[Path, np.ndarray, dict[str, str]],
     elsewhere = (truth + 200) % 400
     told = dict(
         track_signal_recording(
-            source, SignalTracking(**TIMED), tmp_path / "c", truth=elsewhere[:, :, None]
+            source, SignalTracking(**TIMED), tmp_path / "c", truth=Truth.of_frames(elsewhere[:, :, None])
         ).tracked.rows
     )
     assert told["Tracks that never met a target"] == "1"
     assert told["Targets found within 5 samples"] == "0 % of their times"
     with pytest.raises(DataError, match="truth: has 50 rows for 100 frames"):
-        tracked_of(outcome.log, truth[:50, :, None])
+        tracked_of(outcome.log, Truth.of_frames(truth[:50, :, None]))
 
 
 # --------------------------------------------------------------------------------------------------------- parameters

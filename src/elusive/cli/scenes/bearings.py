@@ -12,7 +12,7 @@ from rich.markup import escape
 from elusive.cli.terminal import Config, Out, bar, console, show
 from elusive.geometry.places import NamedPlace
 from elusive.io.bearings import read_sensors
-from elusive.io.path_truth import read_way
+from elusive.io.routes import read_way
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
 from elusive.systems.bearings.scene import BearingScene, track_bearing_scene

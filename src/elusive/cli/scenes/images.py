@@ -8,7 +8,7 @@ from typing import Any
 
 from rich.markup import escape
 
-from elusive.cli.terminal import Config, Out, bar, console, show
+from elusive.cli.terminal import Config, Out, bar, console, show, tell_written
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
 from elusive.systems.images.run import FILES
@@ -20,8 +20,8 @@ def simulate_command(out: Out, given: dict[str, Any], config: Config = None) -> 
     """Let weak targets move through image frames and write what a camera sees, and where they were."""
     parameters = ImageSimulation(**nested(ImageSimulation, given, read_yaml(config) if config else {}))
     drawn = simulate_images(parameters, out)
-    console.print(f"Written to {out}: frames.npy, truth.txt ({drawn.truth.shape[1]} targets), simulation.yaml")
-    frames, truth = (shlex.quote(str(out / name)) for name in ("frames.npy", "truth.txt"))
+    console.print(f"Written to {out}: frames.npy, truth.csv ({drawn.truth.shape[1]} targets), simulation.yaml")
+    frames, truth = (shlex.quote(str(out / name)) for name in ("frames.npy", "truth.csv"))
     sensor, several = parameters.sensor, bool(parameters.more_targets)
     sought = f"{'--filter recurrent --target-snr-db' if several else '--snr-db'} {parameters.snr_db:g}"
     noise = "" if sensor.noise == "gaussian" else f" --noise {sensor.noise}"
@@ -36,4 +36,4 @@ def run_scene(scene: Path, given: dict[str, Any], out: Path) -> None:
     with bar("frames", parameters.frames) as advance:
         outcome = track_image_scene(parameters, out, on_frame=advance)
     show(scene.name, ("", ""), outcome.tracked.rows)
-    console.print(f"Written to {out}: {', '.join(FILES)}, frames.npy, truth.txt, scene.yaml")
+    tell_written(out, (*FILES, "frames.npy", "truth.csv", "scene.yaml"), outcome.scored)

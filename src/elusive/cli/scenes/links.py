@@ -9,13 +9,14 @@ from typing import Annotated, Any, cast
 import typer
 from rich.markup import escape
 
-from elusive.cli.terminal import Config, Out, bar, console, show
+from elusive.cli.terminal import Config, Out, bar, console, show, tell_written
 from elusive.errors import ParameterError
 from elusive.geometry.areas import Area
 from elusive.io.area_files import read_area
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
 from elusive.systems.links.recording import simulate_links
+from elusive.systems.links.run import FILES
 from elusive.systems.links.scene import LinkScene, track_scene
 from elusive.systems.links.simulate import LinkSimulation
 
@@ -63,7 +64,4 @@ def run_scene(scene: Path, given: dict[str, Any], out: Path) -> None:
         outcome = track_scene(parameters, out, on_frame=advance)
     console.print(escape(outcome.verdict), highlight=False)
     show(scene.name, ("", ""), outcome.tracked.rows)
-    console.print(
-        f"Written to {out}: tracks.csv, events.csv, result.nc, report.html, report.png, scores.json, config.yaml, "
-        "scene.yaml; the log in recording"
-    )
+    tell_written(out, (*FILES, "scene.yaml", "recording"), outcome.scored)

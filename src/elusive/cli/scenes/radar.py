@@ -2,34 +2,46 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from rich.markup import escape
 
-from elusive.cli.terminal import Config, bar, console, show
+from elusive.cli.terminal import Config, Out, bar, console, show
+from elusive.geometry.local_frame import LocalFrame
 from elusive.io.routes import read_route
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
+from elusive.systems.radar.parameters import RecordedRadar
 from elusive.systems.radar.scene import RadarScene
 from elusive.systems.radar.scene_run import HEADER, track_radar_scene
-from elusive.systems.radar.simulate import RadarSimulation, simulate_radar
+from elusive.systems.radar.simulate import MID_OCEAN_DEG, RadarSimulation, crossing_routes, simulate_radar
+
+# of the simulated radar, what the tracker is told
+FEW = 0.1  # false alarms a scan
+TOLD = ("range_sd_m", "bearing_sd_mrad", "doppler_sd_mps", "detection_probability", "false_alarms")
 
 
 @accepts(RadarSimulation)
 def simulate_command(
+    out: Out,
+    given: dict[str, Any],
     route: Annotated[
-        list[Path],
+        list[Path] | None,
         typer.Option(
             "--route",
-            help="Waypoints of a ship: .csv of lon_deg, lat_deg, perhaps speed_mps; or a GeoJSON line. One or several.",
+            help="Waypoints of a ship: .csv of lon_deg, lat_deg, perhaps speed_mps; or a GeoJSON line. One or several. "
+            "\\[default: two ships that cross]",
         ),
-    ],
-    radar_lat: Annotated[float, typer.Option("--radar-lat-deg", help="Latitude of the radar, WGS 84, in degrees.")],
-    radar_lon: Annotated[float, typer.Option("--radar-lon-deg", help="Longitude of the radar, WGS 84, in degrees.")],
-    out: Annotated[Path, typer.Option("--out", help="CSV of the plots; the truth is written beside it.")],
-    given: dict[str, Any],
+    ] = None,
+    radar_lat: Annotated[
+        float, typer.Option("--radar-lat-deg", help="Latitude of the radar, WGS 84, in degrees.")
+    ] = MID_OCEAN_DEG[1],
+    radar_lon: Annotated[
+        float, typer.Option("--radar-lon-deg", help="Longitude of the radar, WGS 84, in degrees.")
+    ] = MID_OCEAN_DEG[0],
     chart: Annotated[
         list[Path] | None,
         typer.Option("--chart", help="Charts to compare the route with, one or several."),
@@ -38,13 +50,25 @@ def simulate_command(
 ) -> None:
     """Sail ships along routes near a coast and write what a radar sees of them."""
     parameters = RadarSimulation(**nested(RadarSimulation, given, read_yaml(config) if config else {}))
+    frame = LocalFrame.at(radar_lon, radar_lat)
+    routes = [read_route(path) for path in route] if route else crossing_routes(frame)
     with bar("scans", None) as advance:
         simulated = simulate_radar(
-            [read_route(path) for path in route], parameters, out, radar_lon_deg=radar_lon, radar_lat_deg=radar_lat,
+            routes, parameters, out, radar_lon_deg=radar_lon, radar_lat_deg=radar_lat,
             charts=chart or (), on_scan=advance,
         )  # fmt: skip
     show(out.name, ("", ""), simulated.rows)
-    console.print(f"Written to {out}, the truth to {simulated.truth}")
+    console.print(f"Written to {out}: {', '.join(simulated.files)}")
+    plots, truth = (shlex.quote(str(out / name)) for name in simulated.files[:2])
+    used = " ".join(f"--chart {shlex.quote(str(path))}" for path in chart or ()) or "--knowledge none"
+    seen = {name: getattr(parameters.radar, name) for name in TOLD}
+    if len(routes) > 1:  # a plot may be another ship's: none ever false would make it each track's own
+        seen["false_alarms"] = max(seen["false_alarms"], FEW)
+    seen = {name: value for name, value in seen.items() if value != RecordedRadar.model_fields[name].default}
+    told = "".join(f" --{name.replace('_', '-')} {value:g}" for name, value in seen.items())
+    place = f"--radar-lat-deg {radar_lat:g} --radar-lon-deg {radar_lon:g}"
+    command = f"elusive track radar {plots} --truth {truth} {place} {used}{told}"
+    console.print(f"To track: {escape(command)} --out tracks", highlight=False, soft_wrap=True)
 
 
 def run_scene(scene: Path, given: dict[str, Any], out: Path) -> None:
@@ -58,6 +82,6 @@ def run_scene(scene: Path, given: dict[str, Any], out: Path) -> None:
         if used.refusal:
             console.print(f"{used.name}: {escape(used.refusal)}", highlight=False)
     console.print(
-        f"Written to {out}: plots.csv, plots_truth.csv, scene.yaml, the chart, and for each use of it a folder",
+        f"Written to {out}: plots.csv, truth.csv, scene.yaml, the chart, and for each use of it a folder",
         soft_wrap=True,
     )

@@ -8,7 +8,7 @@ from typing import Any
 
 from rich.markup import escape
 
-from elusive.cli.terminal import Config, Out, bar, console, show
+from elusive.cli.terminal import Config, Out, bar, console, show, tell_written
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
 from elusive.systems.signals.run import FILES
@@ -21,9 +21,9 @@ def simulate_command(out: Out, given: dict[str, Any], config: Config = None) -> 
     parameters = SignalSimulation(**nested(SignalSimulation, given, read_yaml(config) if config else {}))
     drawn = simulate_signal(parameters, out)
     objects = drawn.truth.shape[1]
-    truth = f", truth.txt ({objects} object{'s' if objects > 1 else ''})" if objects else ""
+    truth = f", truth.csv ({objects} object{'s' if objects > 1 else ''})" if objects else ""
     console.print(f"Written to {out}: signal.npy{truth}, simulation.yaml")
-    scored = f"--truth {shlex.quote(str(out / 'truth.txt'))} " if objects else ""
+    scored = f"--truth {shlex.quote(str(out / 'truth.csv'))} " if objects else ""
     sensor = parameters.sensor
     command = f"elusive track signal {shlex.quote(str(out / 'signal.npy'))} {scored}--border {sensor.border}"
     console.print(
@@ -36,7 +36,7 @@ def run_scene(scene: Path, given: dict[str, Any], out: Path) -> None:
     """Run a scene and say what came of it."""
     parameters = SignalScene(**given)
     with bar("frames", parameters.frames) as advance:
-        tracked = track_signal_scene(parameters, out, on_frame=advance).tracked
-    console.print(escape(tracked.verdict), highlight=False)
-    show(scene.name, ("", ""), tracked.rows)
-    console.print(f"Written to {out}: {', '.join(FILES)}, signal.npy, truth.txt, scene.yaml")
+        outcome = track_signal_scene(parameters, out, on_frame=advance)
+    console.print(escape(outcome.tracked.verdict), highlight=False)
+    show(scene.name, ("", ""), outcome.tracked.rows)
+    tell_written(out, (*FILES, "signal.npy", "truth.csv", "scene.yaml"), outcome.scored)

@@ -10,14 +10,15 @@ from typing import NamedTuple
 import numpy as np
 
 from elusive.contracts import Array
-from elusive.io.path_truth import PathTruth
-from elusive.results import TrackLog, write_result, write_tracks_csv
+from elusive.io.truth import Truth
+from elusive.results import Scored, TrackLog, scored, write_result, write_tracks_csv
 from elusive.sensors.bearing_sets import SensorSites
 from elusive.systems.bearings.heard import bearings_of, sensors_of
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.report import BearingsTracked, write_bearings_html, write_bearings_png
 from elusive.tracking.track import Step
 
+CUTOFF_M, CUTOFF = 20.0, 0.1  # of a single sensor; of the widest distance between several
 RADIUS2_95 = {2: 5.991, 3: 7.815}  # chi-square, 95 %
 
 
@@ -29,6 +30,7 @@ class BearingOutcome(NamedTuple):
     remarks: tuple[str, ...]
     log: TrackLog
     tracked: BearingsTracked  # what the report shows
+    scored: Scored | None  # None without a truth
 
 
 def outcome_of(
@@ -37,7 +39,8 @@ def outcome_of(
     sites: SensorSites,
     parameters: BearingTracking,
     remarks: Sequence[str],
-    truth: PathTruth | None,
+    truth: Truth | None,
+    cutoff_m: float | None = None,
 ) -> BearingOutcome:
     """Lay out tracks, table and report of a recording."""
     names = steps[0].state.state_names
@@ -53,11 +56,12 @@ def outcome_of(
     places = means[:, :2]
     east, north = (np.repeat(places, counts, axis=0) - sites.positions_m[sensor, :2]).T
     residual = (azimuth - np.arctan2(east, north) + np.pi) % (2 * np.pi) - np.pi
-    true = None
+    true, scores = None, None
     if truth is not None:
         true = np.full((len(steps), 3), np.nan)
-        known = truth.interpolated(log.times_s)[:, 0]
-        true[:, : known.shape[1]] = known
+        known = truth.aligned(log.times_s)
+        true[:, : known.shape[2]] = known[:, 0]
+        scores = scored(log, known[..., : len(axes)], cutoff_of(sites) if cutoff_m is None else cutoff_m)
     tracked = BearingsTracked(
         Path(name).name or name, "", sites.names, sites.positions_m[:, :2], log.times_s, places, spread[:, :2, :2],
         heights, int(np.argmax(started)) if started.any() else len(steps),
@@ -68,8 +72,16 @@ def outcome_of(
     table = _table(tracked, parameters, steps)
     if true is not None:
         table += _scores(tracked, means, spread, np.array([len(heard) for heard in reporting]))
+    if scores is not None:
+        table += [row for row in scores.lines() if row[0] != "NEES"]  # that of all times stands above
     tracked = tracked._replace(verdict=" ".join([verdict, *remarks]), rows=table)
-    return BearingOutcome(verdict, table, tuple(remarks), log, tracked)
+    return BearingOutcome(verdict, table, tuple(remarks), log, tracked, scores)
+
+
+def cutoff_of(sites: SensorSites) -> float:
+    """Return the distance up to which a track can stand for an emitter, where none is given [m]."""
+    apart = sites.positions_m[:, None, :2] - sites.positions_m[None, :, :2]
+    return CUTOFF * float(np.linalg.norm(apart, axis=2).max(initial=0.0)) or CUTOFF_M
 
 
 def write_outcome(folder: Path, outcome: BearingOutcome, config: str) -> None:
@@ -77,6 +89,8 @@ def write_outcome(folder: Path, outcome: BearingOutcome, config: str) -> None:
     tracked = outcome.tracked
     write_tracks_csv(folder / "tracks.csv", outcome.log)
     (folder / "config.yaml").write_text(config, encoding="utf-8")
+    if outcome.scored is not None:
+        outcome.scored.write(folder)
     number = np.repeat(np.arange(len(tracked.times_s)), np.diff(tracked.first))
     meanings = {"flag_values": np.arange(len(tracked.names)), "flag_meanings": " ".join(tracked.names)}
     north = {"units": "degree", "long_name": "azimuth, clockwise from north"}

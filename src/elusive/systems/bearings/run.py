@@ -13,7 +13,7 @@ from typing import NamedTuple
 from elusive.errors import DataError
 from elusive.io import atomic_folder, existing_folder
 from elusive.io.bearings import BearingSource
-from elusive.io.path_truth import PathTruth
+from elusive.io.truth import Truth
 from elusive.results import TrackLog
 from elusive.sensors.bearing_table import PlaceSet
 from elusive.systems.bearings.heard import have_elevations
@@ -36,7 +36,8 @@ def track_bearings_recording(
     parameters: BearingTracking,
     out: Path | None,
     *,
-    truth: PathTruth | None = None,
+    truth: Truth | None = None,
+    cutoff_m: float | None = None,
     on_time: Callable[[int], None] | None = None,
 ) -> BearingOutcome:
     """Track an emitter through a recording and write ``tracks.csv``, ``result.nc`` and the report.
@@ -53,7 +54,10 @@ def track_bearings_recording(
     out
         Folder for the results; None writes nothing.
     truth
-        Where the emitter truly was; scores only.
+        Where emitters truly were; scores only.
+    cutoff_m
+        Distance up to which a track can stand for an emitter, and c of GOSPA; None: a tenth of the widest
+        distance between sensors.
     on_time
         Called with the number of times read.
 
@@ -65,8 +69,6 @@ def track_bearings_recording(
         If a line cannot be used.
     """
     parameters.check(live=False)
-    if truth is not None and len(truth.names) > 1:
-        raise DataError(f"--truth: is of {len(truth.names)} targets, and an emitter is one; give its lines alone.")
     heard = list[PlaceSet]()
     with warnings_heard() as said:
         for measurement in source:
@@ -76,7 +78,7 @@ def track_bearings_recording(
     remarks = [*said(), *parameters.remarks(elevations=have_elevations(heard))]
     with nullcontext() if out is None else atomic_folder(out) as folder:
         steps = list(track(heard, parameters, source.sites))
-        outcome = outcome_of(source.name, steps, source.sites, parameters, remarks, truth)
+        outcome = outcome_of(source.name, steps, source.sites, parameters, remarks, truth, cutoff_m)
         if folder is not None:
             write_outcome(folder, outcome, parameters.to_yaml())
     return outcome

@@ -17,7 +17,7 @@ from elusive.errors import ElusiveError, ParameterError
 from elusive.filters.gaussian.map_smoother import MapSmoother
 from elusive.io import atomic_folder
 from elusive.io.bearings import open_bearings, read_sensors
-from elusive.io.path_truth import read_path_truth
+from elusive.io.truth import read_truth
 from elusive.metrics.path_bound import path_bound
 from elusive.model import Model
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
@@ -160,7 +160,7 @@ def track_bearing_scene(
         nullcontext() if out is None else atomic_folder(out) as folder,
     ):
         files = scene.record(folder or Path(aside))
-        source, truth = open_bearings(files.bearings, read_sensors(files.sensors)), read_path_truth(files.truth)
+        source, truth = open_bearings(files.bearings, read_sensors(files.sensors)), read_truth(files.truth, "m")
         if folder is not None:
             (folder / "scene.yaml").write_text(scene.to_yaml(), encoding="utf-8")
         sets = [heard for heard in source if isinstance(heard, BearingSet)]
@@ -176,7 +176,7 @@ def track_bearing_scene(
             except ElusiveError as error:
                 refusal = str(error)
             each.append(Estimated(name, parameters, outcome, refusal, time.perf_counter() - started_s))
-        places = truth.interpolated([heard.time_s for heard in sets])[:, 0]
+        places = truth.at([heard.time_s for heard in sets])[:, 0]
         return Flown(scene, sets, places, each, bounds_of(scene, sets))
 
 

@@ -14,6 +14,7 @@ from elusive.errors import DataError, ParameterError
 from elusive.geometry.places import NamedPlace, along_path
 from elusive.io.atomic import atomic_folder
 from elusive.io.csv_files import write_csv
+from elusive.io.truth import Truth, write_truth
 from elusive.model import FROM_RECORDING, Model, Positive
 from elusive.sensors.bearing_sets import BearingSet
 from elusive.sensors.bearings import BearingSensors
@@ -114,8 +115,8 @@ class BearingSimulation(Model):
         files = BearingFiles(folder / f"bearings{label}.csv", folder / "sensors.csv", folder / f"truth{label}.csv")
         write_csv(files.sensors, ("sensor", "x_m", "y_m"), ((site.name, site.x_m, site.y_m) for site in self.sites))
         write_csv(files.bearings, ("time_s", "sensor", "azimuth_deg"), _rows(sets, names))
-        truth = np.column_stack([flight.times_s, flight.states[:, [X, Y]]])
-        write_csv(files.truth, ("time_s", "x_m", "y_m"), map(tuple, truth.tolist()))
+        path = np.column_stack([flight.times_s, flight.states[:, [X, Y]]])
+        write_truth(files.truth, Truth(("1",), (path,)), "m")
         return files
 
 

@@ -12,7 +12,7 @@ from scipy.special import ndtri
 from elusive.contracts import Array
 from elusive.filters.particle.recorded import RecordedState
 from elusive.preprocess.background import LEVELS
-from elusive.results import STATUSES, TrackLog, score
+from elusive.results import STATUSES, Scored, TrackLog
 from elusive.results.spool import Records
 from elusive.sensors import ClutterSensor
 from elusive.systems.images.parameters import ImageTracking
@@ -45,7 +45,9 @@ class ImageLog(TrackLog):
         self.append(step, **values)
 
 
-def tracked_of(title: str, log: ImageLog, shape: tuple[int, int], *, timed: bool, truth: Array | None) -> Tracked:
+def tracked_of(
+    title: str, log: ImageLog, shape: tuple[int, int], *, timed: bool, truth: Array | None, scores: Scored | None = None
+) -> Tracked:
     """Gather a log for the report; ``truth`` is ``(T, targets, 2)`` [px], NaN where a target is absent."""
     several, frames = log.measure == "score", len(log.steps)
     living = log.rows[log.rows["status"] != DELETED]
@@ -60,7 +62,7 @@ def tracked_of(title: str, log: ImageLog, shape: tuple[int, int], *, timed: bool
     return Tracked(
         Path(title).name or title, log.times_s.copy(), "s" if timed else "frame", measure, estimate, deviation,
         None if truth is None else truth[:, 0], shape,
-        _table(log, shape, measure, timed=timed, truth=truth) + _noise(log),
+        _table(log, shape, measure, timed=timed) + _noise(log) + ([] if scores is None else scores.lines()),
         others=() if truth is None else list(np.moveaxis(truth[:, 1:], 1, 0)),
         tracks=_paths(log, frames) if several else None,
     )  # fmt: skip
@@ -77,9 +79,7 @@ def _paths(log: TrackLog, frames: int) -> dict[int, Array]:
     return paths
 
 
-def _table(
-    log: ImageLog, shape: tuple[int, int], measure: Array, *, timed: bool, truth: Array | None
-) -> list[tuple[str, str]]:
+def _table(log: ImageLog, shape: tuple[int, int], measure: Array, *, timed: bool) -> list[tuple[str, str]]:
     frames, sure = len(log.steps), log.rows[log.rows["status"] == CONFIRMED]
     there, sign = (np.isfinite(measure), "a track lives") if log.measure == "score" else (measure > 0.5, "P above .5")
     table = [
@@ -92,8 +92,6 @@ def _table(
         when = f"{first['time_s']:.2f} s" if timed else f"frame {first['time_s']:g}"
         x, y = first["position"]
         table.append(("First confirmed", f"{when}, at x {x:.1f}, y {y:.1f}"))
-    if truth is not None:
-        table += score(log, truth, NEAR_PX, ("candidate", "confirmed")).lines()
     return table
 
 

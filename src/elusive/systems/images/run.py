@@ -6,12 +6,11 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from elusive.contracts import Array
-from elusive.io import FrameSource, atomic_folder
-from elusive.results import known_truth, write_mot_csv, write_result
+from elusive.io import FrameSource, Truth, atomic_folder
+from elusive.results import Scored, scored, write_mot_csv, write_result
 from elusive.systems.images.parameters import ImageTracking
 from elusive.systems.images.report import FrameKeeper, Tracked, write_html, write_png
-from elusive.systems.images.results import ImageLog, tracked_of
+from elusive.systems.images.results import NEAR_PX, ImageLog, tracked_of
 from elusive.systems.images.track import track_images
 from elusive.tracking import Step
 
@@ -23,6 +22,7 @@ class Outcome(NamedTuple):
 
     log: ImageLog
     tracked: Tracked
+    scored: Scored | None  # None without a truth
 
 
 def follow(source: FrameSource, parameters: ImageTracking) -> Iterator[Step]:
@@ -36,7 +36,8 @@ def track_recording(
     parameters: ImageTracking,
     out: Path,
     *,
-    truth: Array | None = None,
+    truth: Truth | None = None,
+    cutoff_px: float | None = None,
     on_frame: Callable[[int], None] | None = None,
 ) -> Outcome:
     """Track a recording and write FILES.
@@ -52,17 +53,21 @@ def track_recording(
     out
         Folder for the results.
     truth
-        ``(T, targets, 2)`` x, y in pixels of each frame of the file, NaN where a target is absent; scores only.
+        Where targets truly are in the frames of the file; scores only.
+    cutoff_px
+        Distance up to which a track can stand for a target, and c of GOSPA; None: 4 px.
     on_frame
         Called with the number of frames done.
 
     Raises
     ------
     DataError
-        If a frame cannot be used, or the truth has fewer rows than there are frames.
+        If a frame cannot be used, or the truth is of other frames.
     """
     bound = parameters.bind(source.shape, source.interval_s)
     keeper, config = FrameKeeper(), bound.to_yaml()
+    if truth is not None and source.length is not None:
+        truth.check_frames(source.start, source.length, whole=source.whole)
     with atomic_folder(out) as folder:
         with ImageLog(bound, folder / "tracks.csv") as log:
             for number, step in enumerate(follow(source, bound)):
@@ -70,11 +75,14 @@ def track_recording(
                 keeper.offer(number, step.measurement)
                 if on_frame is not None:
                     on_frame(number + 1)
-        known = known_truth(truth, source.start, len(log.steps))
-        tracked = tracked_of(source.name, log, source.shape, timed=source.timed, truth=known)
+        known = None if truth is None else truth.aligned(log.times_s, source.start, whole=source.whole)
+        scores = None if known is None else scored(log, known, NEAR_PX if cutoff_px is None else cutoff_px)
+        tracked = tracked_of(source.name, log, source.shape, timed=source.timed, truth=known, scores=scores)
+        if scores is not None:
+            scores.write(folder)
         write_mot_csv(folder / "tracks_mot.csv", log, sigma_px=bound.spread_px, first_frame=source.start)
         write_result(folder / "result.nc", log, title=source.name, config=config)
         (folder / "config.yaml").write_text(config, encoding="utf-8")
         write_png(folder / "report.png", tracked, keeper)
         write_html(folder / "report.html", tracked, keeper)
-    return Outcome(log, tracked)
+    return Outcome(log, tracked, scores)

@@ -16,7 +16,7 @@ from pydantic import Field, model_validator
 from elusive.contracts import Array, X, Y
 from elusive.errors import ParameterError
 from elusive.filters import BernoulliFilter, MeasurementBirth
-from elusive.io import FrameSource, atomic_folder, write_truth
+from elusive.io import FrameSource, Truth, atomic_folder, write_truth
 from elusive.io._stack import Stack
 from elusive.model import Model
 from elusive.motion import WithIntensity
@@ -165,7 +165,7 @@ def held_frames(name: str, frames: Array, rate_hz: float | None = None, times_s:
 
 
 def simulate_images(simulation: ImageSimulation, out: Path) -> DrawnImages:
-    """Draw frames and write ``frames.npy``, ``truth.txt`` (which ``--truth`` takes) and ``simulation.yaml``.
+    """Draw frames and write ``frames.npy``, ``truth.csv`` (which ``--truth`` takes) and ``simulation.yaml``.
 
     Raises
     ------
@@ -180,7 +180,7 @@ def simulate_images(simulation: ImageSimulation, out: Path) -> DrawnImages:
 
 
 def track_image_scene(scene: ImageScene, out: Path, *, on_frame: Callable[[int], None] | None = None) -> Outcome:
-    """Run a scene and write what :func:`track_recording` writes, and ``frames.npy``, ``truth.txt``, ``scene.yaml``.
+    """Run a scene and write what :func:`track_recording` writes, and ``frames.npy``, ``truth.csv``, ``scene.yaml``.
 
     ``on_frame`` is called with the number of frames done.
 
@@ -194,9 +194,9 @@ def track_image_scene(scene: ImageScene, out: Path, *, on_frame: Callable[[int],
         _write(folder, drawn)
         (folder / "scene.yaml").write_text(scene.to_yaml(), encoding="utf-8")
         source = held_frames(NAME, drawn.frames)
-        return track_recording(source, settled.tracking, folder, truth=drawn.truth, on_frame=on_frame)
+        return track_recording(source, settled.tracking, folder, truth=Truth.of_frames(drawn.truth), on_frame=on_frame)
 
 
 def _write(folder: Path, drawn: DrawnImages) -> None:
     np.save(folder / "frames.npy", drawn.frames)
-    write_truth(folder / "truth.txt", drawn.truth)
+    write_truth(folder / "truth.csv", Truth.of_frames(drawn.truth), "px")

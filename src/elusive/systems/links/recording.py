@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from elusive.io.atomic import atomic_folder
 from elusive.io.csv_files import write_csv
-from elusive.io.path_truth import TRUTH_COLUMNS, PathTruth
+from elusive.io.truth import Truth, write_truth
 from elusive.sensors.radio_network import COLUMNS as NODE_COLUMNS
 from elusive.sensors.radio_network import directed_links_of
 from elusive.systems.links.coverage import write_coverage
@@ -62,7 +62,7 @@ def simulate_links(
                 if on_frame is not None:
                     on_frame(number)
         write_csv(folder / "nodes.csv", NODE_COLUMNS, zip(nodes.names, *nodes.positions_m.T.tolist(), strict=True))
-        write_csv(folder / "truth.csv", TRUTH_COLUMNS, _truth_rows(people_of(parameters, truth)))
+        write_truth(folder / "truth.csv", people_of(parameters, truth) or Truth((), ()), "m")
         covered = write_coverage(folder, nodes, network.grid, network.weights)
         (folder / "config.yaml").write_text(parameters.to_yaml(), encoding="utf-8")
     there = present.any(axis=1)
@@ -82,10 +82,3 @@ def simulate_links(
 
 def _counted(number: int, thing: str) -> str:
     return f"{number} {thing}{'' if number == 1 else 's'}"
-
-
-def _truth_rows(people: PathTruth | None) -> Iterator[tuple[object, ...]]:
-    if people is None:
-        return
-    rows = [(row[0], name, *row[1:]) for name, path in zip(*people, strict=True) for row in path.tolist()]
-    yield from sorted(rows, key=lambda row: row[0])

@@ -6,7 +6,6 @@ Steps are taken in one by one, and a frame's rows stand in the files before the 
 from __future__ import annotations
 
 import csv
-import json
 import math
 from collections import deque
 from contextlib import ExitStack
@@ -20,24 +19,20 @@ from numpy.typing import NDArray
 from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.io.csv_files import csv_text
-from elusive.io.path_truth import PathTruth
-from elusive.results import STATUSES, Scores, TrackLog, score, spread
+from elusive.io.truth import Truth
+from elusive.results import STATUSES, Scored, TrackLog, scored, spread
 from elusive.results.spool import Records
 from elusive.sensors.radio_network import RadioNodes
 from elusive.systems.links.by_image import ImageState
-from elusive.systems.links.report import LinkPath, LinksTracked, SceneKeeper, TruePath
+from elusive.systems.links.report import LinkPath, LinksTracked, SceneKeeper
 from elusive.systems.links.track import LinkTracking, RoomState
 from elusive.tracking.people import TrackEvent
-from elusive.tracking.track import Status, Step
+from elusive.tracking.track import Step
 
 STATE_NAMES = ("x", "vx", "y", "vy")
 EVENT_COLUMNS = ("time_s", "track", "event", "x_m", "y_m")
 HEADER = ("track", "from [s]", "to [s]", "confirmed [s]", "walked [m]", "mean existence")
-GATE_M = 2.0  # of the thesis's scores, section 4.1
-SCORED: tuple[tuple[str, tuple[Status, ...]], ...] = (
-    ("", ("confirmed",)),
-    (", candidates too", ("confirmed", "candidate")),
-)
+CUTOFF_M = 2.0  # of the thesis's scores, section 4.1
 CONFIRMED, DELETED = STATUSES.index("confirmed"), STATUSES.index("deleted")
 EVENTS_KEPT = 5000  # latest ones, for the report
 FRAMES_AT_MOST, POINTS_AT_MOST = 50_000, 200_000  # of the report; of all tracks together
@@ -48,7 +43,7 @@ class LinkOutcome(NamedTuple):
 
     verdict: str
     remarks: tuple[str, ...]  # of the calibration
-    scores: dict[str, Scores]  # by SCORED's words; none without a truth
+    scored: Scored | None  # None without a truth
     tracked: LinksTracked  # what the report shows
 
 
@@ -65,6 +60,8 @@ class LinkRun:
         How it is tracked.
     truth
         Where people truly were; scores only.
+    cutoff_m
+        Distance up to which a track can stand for somebody, and c of GOSPA; None: 2 m.
     folder
         Where ``tracks.csv`` and ``events.csv`` are written to; None: nowhere.
 
@@ -79,11 +76,13 @@ class LinkRun:
         name: str,
         nodes: RadioNodes,
         parameters: LinkTracking,
-        truth: PathTruth | None = None,
+        truth: Truth | None = None,
         folder: Path | None = None,
+        cutoff_m: float | None = None,
     ) -> None:
         self.title = Path(name).name or name
         self._nodes, self._parameters, self._truth, self._folder = nodes, parameters, truth, folder
+        self._cutoff_m = cutoff_m
         self._scenes = SceneKeeper()
         self._events: deque[TrackEvent] = deque(maxlen=EVENTS_KEPT)
         self._befell = 0
@@ -159,11 +158,11 @@ class LinkRun:
         confirmed = {n: rows for n, rows in living.items() if (rows["status"] == CONFIRMED).any()}
         confirmed = dict(sorted(confirmed.items(), key=lambda item: (item[1]["time_s"][0], item[0])))
         people = np.bincount(log.rows["step"][log.rows["status"] == CONFIRMED], minlength=len(times_s))
-        scores = {}
+        scores = None
         if self._truth is not None:
-            places = self._truth.interpolated(times_s)
+            places = self._truth.aligned(times_s)
             places[: self._calibrated] = np.nan
-            scores = {words: score(log, places, GATE_M, statuses) for words, statuses in SCORED}
+            scores = scored(log, places[..., :2], CUTOFF_M if self._cutoff_m is None else self._cutoff_m)
         x0, x1, y0, y1 = self._parameters.area_of(self._nodes).bounds_m
         step_s = float(np.median(np.diff(times_s))) if len(times_s) > 1 else math.nan
         table = [
@@ -171,7 +170,7 @@ class LinkRun:
             ("Area", f"{x0:.1f} to {x1:.1f} m by {y0:.1f} to {y1:.1f} m"),
             *self._parameters.described(self._nodes),
             ("Candidates never confirmed", f"{len(living) - len(confirmed)}"),
-            *(line for words, found in scores.items() for line in found.lines(words)),
+            *([] if scores is None else scores.lines()),
         ]
         verdict = _verdict(people, len(confirmed))
         lines = [_line(number, rows) for number, rows in confirmed.items()]
@@ -185,22 +184,11 @@ class LinkRun:
             np.array(self._parameters.area_of(self._nodes).corners_m), self._nodes.names, self._nodes.positions_m,
             [path for path in paths if path.confirmed.any()], self._scenes.scenes,
             None if grid is None else (grid.shape, (grid.x0, grid.x1, grid.y0, grid.y1)),
-            None if truth is None else [TruePath(*path) for path in zip(truth.names, truth.paths, strict=True)],
+            truth,
             list(self._events), table, HEADER, lines, -(-self._calibrated // every),
             self._befell - len(self._events),
         )  # fmt: skip
         return LinkOutcome(verdict, self._remarks, scores, tracked)
-
-
-def scores_text(outcome: LinkOutcome) -> str:
-    """Return the scores of confirmed tracks, and of candidates too, as JSON; null where there is no number."""
-    found = {}
-    for name, scores in zip(("confirmed", "candidates too"), outcome.scores.values(), strict=False):
-        values = {"mota": scores.mota, "rmse_m": scores.rmse, "idf1": scores.identity.idf1, "gospa_m": scores.gospa}
-        counts = {"targets": scores.targets, "misses": scores.misses, "false": scores.false}
-        known = {key: value if math.isfinite(value) else None for key, value in values.items()}
-        found[name] = {**known, **counts, "mismatches": scores.mismatches}
-    return json.dumps(found, indent=1) + "\n"
 
 
 def event_row(event: TrackEvent) -> tuple[str, ...]:

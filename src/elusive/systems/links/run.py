@@ -10,7 +10,7 @@ from typing import NamedTuple
 from elusive.errors import DataError
 from elusive.io import atomic_folder, existing_folder
 from elusive.io.link_logs import LinkLog
-from elusive.io.path_truth import PathTruth
+from elusive.io.truth import Truth
 from elusive.results import write_result
 from elusive.sensors.radio_network import RadioNodes, RssFrame
 from elusive.systems.links.report import write_links_html, write_links_png
@@ -18,7 +18,9 @@ from elusive.systems.links.results import LinkOutcome, LinkRun
 from elusive.systems.links.track import LinkTracking, track
 from elusive.tracking.track import Step
 
-__all__ = ["LiveFrame", "follow_links", "track_links_recording"]
+FILES = ("tracks.csv", "events.csv", "result.nc", "report.html", "report.png", "config.yaml")
+
+__all__ = ["FILES", "LiveFrame", "follow_links", "track_links_recording"]
 
 
 class LiveFrame(NamedTuple):
@@ -34,7 +36,8 @@ def track_links_recording(
     parameters: LinkTracking,
     out: Path,
     *,
-    truth: PathTruth | None = None,
+    truth: Truth | None = None,
+    cutoff_m: float | None = None,
     on_frame: Callable[[int], None] | None = None,
 ) -> LinkOutcome:
     """Track people through a log and write ``tracks.csv``, ``events.csv``, ``result.nc`` and the report.
@@ -54,6 +57,8 @@ def track_links_recording(
         Folder for the results.
     truth
         Where people truly were; scores only.
+    cutoff_m
+        Distance up to which a track can stand for somebody, and c of GOSPA; None: 2 m.
     on_frame
         Called with the number of frames done.
 
@@ -62,13 +67,15 @@ def track_links_recording(
     DataError
         If a frame cannot be used, or the calibration takes all frames.
     """
-    with atomic_folder(out) as folder, LinkRun(log.name, nodes, parameters, truth, folder) as run:
+    with atomic_folder(out) as folder, LinkRun(log.name, nodes, parameters, truth, folder, cutoff_m) as run:
         for number, step in enumerate(track(log, nodes, parameters), 1):
             run.append(step)
             if on_frame is not None:
                 on_frame(number)
         run.flush()
         outcome = run.outcome()
+        if outcome.scored is not None:
+            outcome.scored.write(folder)
         write_result(folder / "result.nc", run.log, title=run.title, config=parameters.to_yaml())
         write_links_png(folder / "report.png", outcome.tracked)
         write_links_html(folder / "report.html", outcome.tracked)

@@ -18,14 +18,14 @@ from elusive.errors import ParameterError
 from elusive.geometry.areas import Area
 from elusive.io import existing_folder
 from elusive.io.link_logs import open_link_log
-from elusive.io.path_truth import PathTruth
+from elusive.io.truth import Truth
 from elusive.model import Model
 from elusive.preprocess.link_weights import coverage
 from elusive.preprocess.voxels import VoxelGrid
 from elusive.sensors.radio_network import RssFrame
 from elusive.systems.links.by_image import ImageState
 from elusive.systems.links.recording import simulate_links
-from elusive.systems.links.results import LinkOutcome, LinkRun, scores_text
+from elusive.systems.links.results import LinkOutcome, LinkRun
 from elusive.systems.links.run import track_links_recording
 from elusive.systems.links.simulate import LinkSimulation, people_of
 from elusive.systems.links.smoothing import Beliefs, ParticleSmoothing
@@ -100,7 +100,7 @@ class SceneRun(NamedTuple):
 
     scene: LinkScene
     tracking: LinkTracking  # as it was run
-    truth: PathTruth | None
+    truth: Truth | None
     images: Array | None  # (T, V) of the steps after calibration [dB]; None of a recorded log
     steps: tuple[Step, ...]  # after calibration; their states are those of the people alone
     particles: tuple[Beliefs, ...]  # of each step, where people are tracked by heads
@@ -140,7 +140,7 @@ def run_log(
     scene: LinkScene,
     log: Iterable[RssFrame],
     tracking: LinkTracking,
-    truth: PathTruth | None = None,
+    truth: Truth | None = None,
     *,
     name: str = "log.csv",
     on_frame: Callable[[int], None] | None = None,
@@ -187,7 +187,7 @@ def run_log(
 
 
 def track_scene(scene: LinkScene, out: Path, *, on_frame: Callable[[int], None] | None = None) -> LinkOutcome:
-    """Simulate a scene's log into ``recording``, track it as any other, and write ``scene.yaml`` and ``scores.json``.
+    """Simulate a scene's log into ``recording``, track it as any other, and write ``scene.yaml``.
 
     Parameters
     ----------
@@ -210,7 +210,6 @@ def track_scene(scene: LinkScene, out: Path, *, on_frame: Callable[[int], None] 
     truth = people_of(scene.simulation, scene.simulation.truth())
     outcome = track_links_recording(log, network.nodes, tracking, folder, truth=truth, on_frame=on_frame)
     (folder / "scene.yaml").write_text(scene.to_yaml(), encoding="utf-8")
-    (folder / "scores.json").write_text(scores_text(outcome), encoding="utf-8")
     return outcome
 
 

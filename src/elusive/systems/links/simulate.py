@@ -17,7 +17,7 @@ from pydantic import Field, model_validator
 from elusive.contracts import Array
 from elusive.errors import ParameterError
 from elusive.geometry.areas import Area
-from elusive.io.path_truth import PathTruth
+from elusive.io.truth import Truth
 from elusive.model import FROM_RECORDING, Model, NonNegative, Positive
 from elusive.preprocess.link_weights import EllipseWeights
 from elusive.preprocess.quantiser import Quantiser
@@ -187,7 +187,7 @@ def _weights(
     return grid, weights.sparse(radio_nodes(np.array(places)), grid)
 
 
-def people_of(simulation: LinkSimulation, truth: Array) -> PathTruth | None:
+def people_of(simulation: LinkSimulation, truth: Array) -> Truth | None:
     """Return who was where and when, from places ``(T, users, 2)`` of a simulation's steps; None: nobody."""
     paths = {}
     for person in range(truth.shape[1]):
@@ -195,4 +195,4 @@ def people_of(simulation: LinkSimulation, truth: Array) -> PathTruth | None:
         if len(there):
             times_s = (simulation.calibration_steps + there) * simulation.interval_s
             paths[str(person + 1)] = np.column_stack([times_s, truth[there, person]])
-    return PathTruth(tuple(paths), tuple(paths.values())) if paths else None
+    return Truth(tuple(paths), tuple(paths.values())) if paths else None

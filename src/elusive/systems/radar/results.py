@@ -16,8 +16,8 @@ from elusive.contracts import Array, X, Y, interval_since
 from elusive.filters.particle.coast_error import anchored_probability, coast_bias
 from elusive.filters.particle.particle_map import likeliest
 from elusive.geometry.local_frame import LocalFrame
-from elusive.io import RadarSource
-from elusive.results import STATUSES, TrackLog, write_geojson, write_result
+from elusive.io import RadarSource, Truth
+from elusive.results import STATUSES, Scored, TrackLog, scored, write_geojson, write_result
 from elusive.results.spool import Records
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarScan
@@ -31,7 +31,6 @@ from elusive.systems.radar.report import (
     write_radar_png,
 )
 from elusive.systems.radar.summary import bias_row, header, line_of, remarks, run_facts, verdict
-from elusive.systems.radar.truth import Truth
 from elusive.tracking.detection_targets import Target
 from elusive.tracking.detections import DetectionState, DetectionTracker
 from elusive.tracking.track import Step, Track
@@ -39,6 +38,7 @@ from elusive.tracking.track import Step, Track
 SHOWN_CELL = 1 / 3  # of the coast's deviation
 NODES = np.array([-2.02018287, -0.95857246, 0.0, 0.95857246, 2.02018287]) * math.sqrt(2)  # Gauss-Hermite
 SHARES = np.array([0.01995324, 0.39361932, 0.94530872, 0.39361932, 0.01995324]) / math.sqrt(math.pi)
+CUTOFF_M = 50.0  # some deviations of a ship's track, and less than ships keep apart
 ADDED = ("lon_deg", "lat_deg", "log_odds", "allowed", "map_left_out", "plot_on_water", "at_anchor")
 CONFIRMED, DELETED = STATUSES.index("confirmed"), STATUSES.index("deleted")
 
@@ -56,6 +56,7 @@ class RadarOutcome(NamedTuple):
 
     log: TrackLog
     tracked: RadarTracked
+    scored: Scored | None  # None without a truth
 
 
 class Ship(NamedTuple):
@@ -178,8 +179,20 @@ class RadarRun:
                 lambda s=state, m=mode: (s.particles, s.weights, s.mean, m),  # type: ignore[misc]
             )
 
-    def outcome(self, source: RadarSource, truth: Truth) -> RadarOutcome:
-        """Return the tracks and what the report shows."""
+    def outcome(self, source: RadarSource, truth: Truth | None, cutoff_m: float | None = None) -> RadarOutcome:
+        """Return the tracks and what the report shows.
+
+        Raises
+        ------
+        DataError
+            If the truth is of other times.
+        """
+        times_s = self._log.times_s
+        scores = (
+            None
+            if truth is None
+            else scored(self._log, truth.aligned(times_s)[..., :2], CUTOFF_M if cutoff_m is None else cutoff_m)
+        )
         confirmed = {number: rows for number, rows in self._log.by_track() if (rows["status"] == CONFIRMED).any()}
         paths = {number: self._path(number, rows) for number, rows in confirmed.items()}
         said = [
@@ -190,7 +203,7 @@ class RadarRun:
         tracked = RadarTracked(
             title=Path(source.name).name or source.name,
             verdict=" ".join([verdict(list(paths.values())), *said]),
-            times_s=self._log.times_s,
+            times_s=times_s,
             plots=self._keeper.plots,
             paths=list(paths.values()),
             clouds=self._keeper.clouds,
@@ -199,13 +212,14 @@ class RadarRun:
                 *run_facts(self._parameters, self._sensor, self._around.charted, self._seen, source.counts),
                 *([] if self._bias is None else [bias_row(self._bias)]),
                 ("Candidates never confirmed", f"{len(self._log.by_track().numbers) - len(paths)}"),
+                *([] if scores is None else scores.lines()),
             ],
-            header=header(bool(truth)),
+            header=header(truth is not None),
             tracks=[line_of(paths[n], bool(rows["status"][-1] == DELETED), truth) for n, rows in confirmed.items()],
             lonlat=self._around.frame.to_lonlat,
             estimate="MAP" if self._parameters.estimate == "map" else "mean",
         )
-        return RadarOutcome(self._log, self._charted(tracked))
+        return RadarOutcome(self._log, self._charted(tracked), scores)
 
     def write(self, folder: Path, outcome: RadarOutcome, config: str) -> None:
         """Write everything into a folder but the table, which the log writes."""
@@ -216,6 +230,8 @@ class RadarRun:
             "radar_lat_deg": ((), np.array(frame.lat_deg), {"units": "degrees_north", "long_name": "of the origin"}),
         }
         write_result(folder / "result.nc", self._log, title=tracked.title, config=config, more=place)
+        if outcome.scored is not None:
+            outcome.scored.write(folder)
         (folder / "config.yaml").write_text(config, encoding="utf-8")
         write_radar_png(folder / "report.png", tracked)
         write_radar_html(folder / "report.html", tracked)

@@ -19,14 +19,13 @@ from elusive.io.routes import Route
 from elusive.model import Model
 from elusive.sensors.radar import RadarSensor
 from elusive.systems.radar.parameters import NoMap, RadarTracking, RecordedRadar, UnderWay
-from elusive.systems.radar.simulate import RadarSimulation, Voyage, voyage
+from elusive.systems.radar.simulate import MID_OCEAN_DEG, RadarSimulation, Voyage, voyage
 
 Method = Literal["none", "hard", "nearest", "grid", "exact", "field"]
 METHODS: tuple[Method, ...] = get_args(Method)
 SCANS_MOST = 2000
 EXAMPLE_NAME = "synthetic-delta.geojson"
 EXAMPLE_SEED = 2012
-MIDDLE_DEG = (-30.0, 45.0)  # in mid-ocean, so that nobody takes it for a real place
 RADAR_M = (1500.0, -4800.0)  # about the middle of the delta
 AROUND_M = 600.0  # of the delta, round the route
 # a way along the delta's shore, through its narrows, in metres about the delta's middle
@@ -46,7 +45,7 @@ def example_chart() -> bytes:
     """
     import shapely
 
-    frame, way = LocalFrame.at(*MIDDLE_DEG), np.array(WAY_M, np.float64)
+    frame, way = LocalFrame.at(*MID_OCEAN_DEG), np.array(WAY_M, np.float64)
     window = shapely.box(*(way.min(axis=0) - AROUND_M), *(way.max(axis=0) + AROUND_M))
     land = shapely.intersection(synthetic_delta(EXAMPLE_SEED), window)
     west, south = frame.to_lonlat(way.min(axis=0) - AROUND_M)[0].tolist()
@@ -61,7 +60,7 @@ def example_chart() -> bytes:
 
 
 def _example_degrees(places: Any) -> tuple[tuple[float, float], ...]:
-    found = LocalFrame.at(*MIDDLE_DEG).to_lonlat(np.array(places, np.float64).reshape(-1, 2))
+    found = LocalFrame.at(*MID_OCEAN_DEG).to_lonlat(np.array(places, np.float64).reshape(-1, 2))
     return tuple(map(tuple, np.round(found, 7).tolist()))
 
 

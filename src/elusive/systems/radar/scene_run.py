@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from elusive.charts.charted_area import ChartedArea, lay_charts, read_charts
 from elusive.contracts import Array, X, Y
 from elusive.errors import DataError, ElusiveError
-from elusive.io import atomic_folder, open_radar_plots
+from elusive.io import Truth, atomic_folder, open_radar_plots
 from elusive.sensors.radar import RadarSensor
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.report import RadarTracked
@@ -28,7 +28,6 @@ from elusive.systems.radar.scene import EXAMPLE_NAME, RadarScene, example_chart
 from elusive.systems.radar.simulate import simulate_radar
 from elusive.systems.radar.summary import errors_of
 from elusive.systems.radar.track import track_radar_recording
-from elusive.systems.radar.truth import truth_at
 
 LOST_AFTER = 10  # scans in a row outside of the tracks' own regions
 REGION_999 = 13.816  # chi-square of two degrees of freedom
@@ -56,6 +55,7 @@ class Used(NamedTuple):
         """Root mean square error where a track is confirmed [m]; NaN where none is."""
         assert self.outcome is not None
         tracked = self.outcome.tracked
+        assert tracked.truth is not None
         errors = [errors_of(path, tracked.truth) for path in tracked.paths]
         known = np.concatenate([np.zeros(0), *(error[np.isfinite(error)] for error in errors)])
         return math.sqrt(float(np.mean(known**2))) if len(known) else math.nan
@@ -117,7 +117,7 @@ def lay(scene: RadarScene, chart: ChartFile, folder: Path) -> list[tuple[str, st
     (folder / chart.name).write_bytes(chart.data)
     (folder / "scene.yaml").write_text(scene.replace(chart=chart.name).to_yaml(), encoding="utf-8")
     charts = [folder / chart.name]
-    return simulate_radar(routes, scene.simulation, folder / "plots.csv", charts=charts, **scene.radar.named).rows
+    return simulate_radar(routes, scene.simulation, folder, charts=charts, **scene.radar.named).rows
 
 
 def record(scene: RadarScene, chart: ChartFile) -> Recorded:
@@ -155,7 +155,7 @@ def sail(scene: RadarScene, chart: ChartFile, advance: Callable[[int], None], ou
             try:
                 outcome = track_radar_recording(
                     source, parameters, None if out is None else folder / method, charts=[folder / chart.name],
-                    truth=folder / "plots_truth.csv", on_scan=partial(_on_scan, advance, number * len(way.times_s)),
+                    truth=folder / "truth.csv", on_scan=partial(_on_scan, advance, number * len(way.times_s)),
                     **scene.radar.named,
                 )  # fmt: skip
             except ElusiveError as error:
@@ -193,17 +193,19 @@ def lost(used: Used) -> NDArray[np.bool_]:
     """
     assert used.outcome is not None
     tracked = used.outcome.tracked
-    found = [_away(tracked, ship) for ship in tracked.truth.values()]
+    assert tracked.truth is not None
+    ships = range(len(tracked.truth.names))
+    found = [_away(tracked, tracked.truth, ship) for ship in ships]
     return np.array(found).reshape(-1, len(tracked.times_s))
 
 
-def _away(tracked: RadarTracked, ship: Array) -> NDArray[np.bool_]:
+def _away(tracked: RadarTracked, truth: Truth, ship: int) -> NDArray[np.bool_]:
     """Tell at which scans a ship is lost, ``(T,)``."""
-    held = np.isnan(truth_at(ship, tracked.times_s)[:, 0])
+    held: NDArray[np.bool_] = np.isnan(truth.at(tracked.times_s)[:, ship, 0])
     started = len(held)
     for path in tracked.paths:
         at = np.searchsorted(tracked.times_s, path.times_s)
-        off = path.places - truth_at(ship, path.times_s)
+        off = path.places - truth.at(path.times_s)[:, ship]
         spread = path.deviation[:, :, None] ** 2 * np.eye(2) + 1e-6 * np.eye(2)
         if path.covariance is not None:
             spread += path.covariance[:, None, None] * np.eye(2)[::-1]

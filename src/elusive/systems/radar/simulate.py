@@ -14,16 +14,19 @@ from pydantic import Field
 
 from elusive.charts import HardWater
 from elusive.charts.charted_area import ChartedAreaParameters, lay_charts, read_charts
-from elusive.contracts import VX, VY, Array, X, Y
+from elusive.contracts import Array, X, Y
 from elusive.errors import DataError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io import RadarScan, write_radar_plots_csv
-from elusive.io.atomic import atomic_path
-from elusive.io.csv_files import number_text
+from elusive.io.atomic import atomic_folder
 from elusive.io.routes import Route
+from elusive.io.truth import Truth, write_truth
 from elusive.model import Model, Positive
 from elusive.sensors.radar import RadarSensor
 
+FILES = ("plots.csv", "truth.csv", "config.yaml")
+CROSSING_M = (((-1000.0, 1500.0), (1000.0, 2500.0)), ((-1000.0, 2500.0), (1000.0, 1500.0)))  # two ships' ways
+MID_OCEAN_DEG = (-30.0, 45.0)
 MOST_SCANS = 1_000_000
 FURTHEST_M = 500_000.0  # of a waypoint from the radar: beyond it the frame is not flat
 
@@ -53,7 +56,7 @@ class RadarSimulated(NamedTuple):
     """What a simulation came to."""
 
     rows: list[tuple[str, str]]
-    truth: Path
+    files: tuple[str, ...]
 
 
 def simulate_radar(
@@ -66,10 +69,9 @@ def simulate_radar(
     charts: Sequence[str | Path] = (),
     on_scan: Callable[[int], None] | None = None,
 ) -> RadarSimulated:
-    """Sail a ship along each route and write a radar's plots as CSV, the truth beside them.
+    """Sail a ship along each route; write a radar's ``plots.csv``, ``truth.csv`` and ``config.yaml``.
 
-    The truth's file has the plots' name and ``_truth``, and the columns ``time_s, ship, lon_deg, lat_deg, vx_mps,
-    vy_mps``; ships are numbered from 1. The legs are straight in the radar's frame, and sailed at constant speed.
+    Ships are numbered from 1. The legs are straight in the radar's frame, and sailed at constant speed.
 
     Parameters
     ----------
@@ -78,7 +80,7 @@ def simulate_radar(
     parameters
         The radar, the time between scans, the seed.
     out
-        CSV of the plots.
+        Folder for the files.
     radar_lon_deg, radar_lat_deg
         The radar's place, WGS 84.
     charts
@@ -116,21 +118,20 @@ def simulate_radar(
                 on_scan(number)
             yield scan
 
-    truth = out.with_name(f"{out.stem}_truth.csv")
-    with atomic_path(truth) as beside, atomic_path(out) as temporary:
-        write_radar_plots_csv(temporary, scans())
-        with beside.open("w", encoding="utf-8", newline="") as file:
-            file.write("time_s,ship,lon_deg,lat_deg,vx_mps,vy_mps\n")
-            for ship, states in enumerate(ships, 1):
-                there = np.isfinite(states[:, X])
-                table = np.column_stack(
-                    [times[there], frame.to_lonlat(states[there][:, [X, Y]]), states[there][:, [VX, VY]]]
-                )
-                for time_s, *rest in table.tolist():
-                    file.write(",".join([number_text(time_s), str(ship), *map(number_text, rest)]) + "\n")
+    paths = (np.insert(states[:, [X, Y]], 0, times, axis=1)[np.isfinite(states[:, X])] for states in ships)
+    truth = Truth(tuple(str(ship + 1) for ship in range(len(ships))), tuple(paths))
+    with atomic_folder(out) as folder:
+        write_radar_plots_csv(folder / FILES[0], scans())
+        write_truth(folder / FILES[1], truth, "m")
+        (folder / FILES[2]).write_text(parameters.to_yaml(), encoding="utf-8")
     if not parameters.radar.sees(*parameters.radar.measured(sailed)[:2]).all():
         rows.append(("In the radar's view", "not all the way"))
-    return RadarSimulated([*rows, ("Plots", f"{seen}")], truth)
+    return RadarSimulated([*rows, ("Plots", f"{seen}")], FILES)
+
+
+def crossing_routes(frame: LocalFrame) -> list[Route]:
+    """Return the ways of two ships that cross north of a radar."""
+    return [Route(frame.to_lonlat(np.array(way)), np.full(len(way), np.nan)) for way in CROSSING_M]
 
 
 def voyage(routes: Sequence[Route], frame: LocalFrame, parameters: RadarSimulation) -> Voyage:

@@ -18,10 +18,10 @@ from elusive.charts import WaterModel
 from elusive.charts.biased import CoastBias
 from elusive.charts.charted_area import ChartedArea
 from elusive.contracts import Array
+from elusive.io.truth import Truth
 from elusive.sensors.radar import RadarSensor
 from elusive.systems.radar.parameters import RadarSurvey, RadarTracking
 from elusive.systems.radar.report import RadarPath
-from elusive.systems.radar.truth import Truth, nearest_ship
 
 JUDGED = 20  # plots in a row by which chart and radar are compared
 UNLIKELY = math.log(0.05)  # mean logarithm of P(water) at them under which they contradict each other
@@ -54,7 +54,7 @@ def header(scored: bool) -> tuple[str, ...]:
     return (*names, "RMSE [m]") if scored else names
 
 
-def line_of(path: RadarPath, ended: bool, truth: Truth) -> tuple[str, ...]:
+def line_of(path: RadarPath, ended: bool, truth: Truth | None) -> tuple[str, ...]:
     """Return a track's line of the table; the error's where the track is confirmed. ``ended``: it was deleted."""
     alive = slice(-1) if ended else slice(None)
     vx, vy = path.velocity[alive].mean(axis=0)
@@ -68,7 +68,7 @@ def line_of(path: RadarPath, ended: bool, truth: Truth) -> tuple[str, ...]:
         f"{np.median(path.spread[alive]):.1f}",
         f"{int(path.forbidden.sum())}",
     )
-    if not truth:
+    if truth is None:
         return line
     errors = errors_of(path, truth)
     errors = errors[np.isfinite(errors)]
@@ -77,8 +77,7 @@ def line_of(path: RadarPath, ended: bool, truth: Truth) -> tuple[str, ...]:
 
 def errors_of(path: RadarPath, truth: Truth) -> Array:
     """Distance to the nearest ship in each scan in which a track is confirmed, ``(k,)`` [m]; NaN: none is known."""
-    nearest = nearest_ship(truth, path.times_s, path.places)
-    return np.asarray(np.where(path.confirmed, nearest, np.nan))
+    return np.asarray(np.where(path.confirmed, truth.distance(path.times_s, path.places), np.nan))
 
 
 def verdict(paths: Sequence[RadarPath]) -> str:

@@ -20,11 +20,11 @@ from elusive.filters.particle.coast_error import learn_bias
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io import RadarSource, atomic_folder, summarize_asterix
 from elusive.io.radar_plots import TABLES
+from elusive.io.ship_truth import read_ship_truth
 from elusive.results import TrackLog
 from elusive.sensors.radar_scans import RadarScan
 from elusive.systems.radar.parameters import NoMap, RadarTracking, survey
 from elusive.systems.radar.results import ADDED, RadarOutcome, RadarRun, Surroundings, ships_of, tracks_of
-from elusive.systems.radar.truth import truth_in_frame
 from elusive.tracking.detections import DetectionTracker
 from elusive.tracking.track import Step
 
@@ -83,6 +83,7 @@ def track_radar_recording(
     charts: Sequence[str | Path] = (),
     truth: str | Path | None = None,
     truth_mmsi: int | None = None,
+    cutoff_m: float | None = None,
     on_scan: Callable[[int], None] | None = None,
 ) -> RadarOutcome:
     """Track ships through a recording and write ``tracks.csv``, ``tracks.geojson``, ``result.nc`` and a report.
@@ -103,9 +104,11 @@ def track_radar_recording(
     charts
         S-57 base cells, GeoJSON or shapefiles; none with ``knowledge`` ``none`` only.
     truth
-        Where ships truly were, see :func:`~elusive.systems.radar.truth.truth_in_frame`; scores only.
+        Where ships truly were, see :func:`~elusive.io.ship_truth.read_ship_truth`; scores only.
     truth_mmsi
         The only ship to read, where that is an AIS log.
+    cutoff_m
+        Distance up to which a track can stand for a ship, and c of GOSPA; None: 50 m.
     on_scan
         Called with the number of scans done.
 
@@ -120,8 +123,9 @@ def track_radar_recording(
         raise ParameterError(
             f"knowledge: is {parameters.knowledge.kind!r}, and no chart is given; give --chart, or --knowledge none."
         )
-    if truth_mmsi is not None and truth is None:
-        raise ParameterError("truth_mmsi: has no meaning without a truth; give --truth, or leave it out.")
+    if truth is None and (truth_mmsi is not None or cutoff_m is not None):
+        name = "truth_mmsi" if truth_mmsi is not None else "cutoff_m"
+        raise ParameterError(f"{name}: has no meaning without a truth; give --truth, or leave it out.")
     frame = LocalFrame.at(radar_lon_deg, radar_lat_deg)
     charted = lay_charts(read_charts(*charts), parameters.charted, frame) if charts else None
     seen = survey(_looked_through(source, on_scan), None if charted is None else HardWater().bind(charted.coast))
@@ -130,7 +134,9 @@ def track_radar_recording(
             f"{source.name}: none of its {seen.plots} plots falls on a chart, seen from a radar at longitude "
             f"{radar_lon_deg:g}, latitude {radar_lat_deg:g}; check the radar's place and the charts."
         )
-    known = {} if truth is None else truth_in_frame(truth, frame, midnight_unix_s=_midnight(source), mmsi=truth_mmsi)
+    known = None
+    if truth is not None:
+        known = read_ship_truth(truth, frame, midnight_unix_s=_midnight(source), mmsi=truth_mmsi)
     sensor = parameters.radar.bind(seen)
     tracker = parameters.bind(sensor, None if charted is None else charted.coast)
     around = Surroundings(frame, charted, _water(parameters, tracker, charted))
@@ -146,7 +152,7 @@ def track_radar_recording(
             except DataError as error:
                 text = str(error)
                 raise DataError(text if text.startswith(source.name) else f"{source.name}: {text}") from None
-        outcome = run.outcome(source, known)
+        outcome = run.outcome(source, known, cutoff_m)
         if folder is not None:
             run.write(folder, outcome, parameters.to_yaml())
     return outcome

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from elusive.contracts import Array
-from elusive.io import SignalSource
-from elusive.results import STATUSES, TrackLog, known_truth, score
+from elusive.io import SignalSource, Truth
+from elusive.results import STATUSES, Scored, TrackLog, scored
 from elusive.results.netcdf import Variable
 from elusive.results.spool import Records
 from elusive.systems.signals.parameters import SignalTracking
@@ -84,16 +84,19 @@ class SignalLog(TrackLog):
         return found
 
 
-def tracked_of(log: SignalLog, truth: Array | None) -> SignalTracked:
-    """Gather a log for the report; ``truth`` is ``(T, objects, 1)`` for each frame of the file.
+def tracked_of(
+    log: SignalLog, truth: Truth | None, cutoff_samples: float | None = None
+) -> tuple[SignalTracked, Scored | None]:
+    """Gather a log for the report, and score it where the truth is known.
 
     Raises
     ------
     DataError
-        If the truth has fewer rows than the recording has frames.
+        If the truth is of other frames.
     """
     source, parameters, count = log.source, log.parameters, len(log.steps)
-    known = known_truth(truth, source.start, count)
+    known = None if truth is None else truth.aligned(log.times_s, source.start, whole=source.whole)
+    scores = None
     times, unit = log.times_s.copy(), "s" if source.timed else "frame"
     highest, threshold = (np.array(log.steps[name]) for name in ("highest", "threshold"))
     tracks = log.by_track()
@@ -109,12 +112,14 @@ def tracked_of(log: SignalLog, truth: Array | None) -> SignalTracked:
         ("Candidates never confirmed", f"{len(tracks.numbers) - len(sure)}"),
     ]
     if known is not None:
-        table += score(log, known, parameters.object_size, period=log.period).lines()
-    return SignalTracked(
+        scores = scored(log, known, parameters.object_size if cutoff_samples is None else cutoff_samples, log.period)
+        table += scores.lines()
+    tracked = SignalTracked(
         Path(source.name).name or source.name, verdict(lines, unit), times, unit, source.samples, highest, threshold,
         [_path(number, rows, earlier.get(number)) for number, rows in sure.items()],
         None if known is None else known[:, :, 0], table, header(unit), lines,
     )  # fmt: skip
+    return tracked, scores
 
 
 def _path(number: int, rows: Records, earlier: Array | None) -> Path1D:

@@ -9,10 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from elusive.contracts import Array
 from elusive.errors import DataError
-from elusive.io import SignalFrame, SignalSource, atomic_folder
-from elusive.results import write_result
+from elusive.io import SignalFrame, SignalSource, Truth, atomic_folder
+from elusive.results import Scored, write_result
 from elusive.systems.signals.parameters import SignalTracking
 from elusive.systems.signals.report import SignalTracked, write_signal_html, write_signal_png
 from elusive.systems.signals.results import SignalLog, tracked_of
@@ -28,6 +27,7 @@ class SignalOutcome(NamedTuple):
 
     log: SignalLog
     tracked: SignalTracked
+    scored: Scored | None  # None without a truth
 
 
 def bound_to(source: SignalSource, parameters: SignalTracking) -> SignalTracking:
@@ -74,7 +74,8 @@ def track_signal_recording(
     parameters: SignalTracking,
     out: Path,
     *,
-    truth: Array | None = None,
+    truth: Truth | None = None,
+    cutoff_samples: float | None = None,
     on_frame: Callable[[int], None] | None = None,
 ) -> SignalOutcome:
     """Track objects through a recording and write FILES.
@@ -90,30 +91,36 @@ def track_signal_recording(
     out
         Folder for the results.
     truth
-        ``(T, objects, 1)`` places in samples for each frame of the file, NaN where an object is absent; scores only.
+        Where objects truly are in the frames of the file; scores only.
+    cutoff_samples
+        Distance up to which a track can stand for an object, and c of GOSPA; None: an object's size.
     on_frame
         Called with the number of frames done.
 
     Raises
     ------
     DataError
-        If a frame cannot be used, the recording needs more memory than half of the machine's, or the truth has fewer
-        rows than there are frames.
+        If a frame cannot be used, the recording needs more memory than half of the machine's, or the truth is
+        of other frames.
     """
     bound = bound_to(source, parameters)
     config = bound.to_yaml()
+    if truth is not None and source.length is not None:
+        truth.check_frames(source.start, source.length, whole=source.whole)
     with atomic_folder(out) as folder:
         with SignalLog(source, bound, folder / "tracks.csv") as log:
             for number, step in enumerate(follow(source, bound), 1):
                 log.take(step)
                 if on_frame is not None:
                     on_frame(number)
-        tracked = tracked_of(log, truth)
+        tracked, scores = tracked_of(log, truth, cutoff_samples)
+        if scores is not None:
+            scores.write(folder)
         write_result(folder / "result.nc", log, title=source.name, config=config, more=log.evidence_map())
         (folder / "config.yaml").write_text(config, encoding="utf-8")
         write_signal_png(folder / "report.png", tracked, log.signal, log.score)
         write_signal_html(folder / "report.html", tracked, log.signal, log.score)
-    return SignalOutcome(log, tracked)
+    return SignalOutcome(log, tracked, scores)
 
 
 def _placed(fault: str, name: str, frame: int) -> str:

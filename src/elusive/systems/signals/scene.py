@@ -15,7 +15,7 @@ from pydantic import Field, model_validator
 from elusive.contracts import Array, X
 from elusive.errors import ParameterError
 from elusive.filters.accumulate.recurrent import RecurrentFilter
-from elusive.io import SignalSource, atomic_folder, write_truth
+from elusive.io import SignalSource, Truth, atomic_folder, write_truth
 from elusive.model import Model
 from elusive.sensors.waveform import NoiseObject, NoiseObjectPath
 from elusive.systems.signals.parameters import SignalTracking
@@ -145,7 +145,7 @@ def held_signal(name: str, frames: Array, rate_hz: float | None = None, times_s:
 
 
 def simulate_signal(simulation: SignalSimulation, out: Path) -> DrawnSignal:
-    """Draw a signal and write ``signal.npy``, ``truth.txt`` (which ``--truth`` takes) and ``simulation.yaml``.
+    """Draw a signal and write ``signal.npy``, ``truth.csv`` (which ``--truth`` takes) and ``simulation.yaml``.
 
     Raises
     ------
@@ -162,7 +162,7 @@ def simulate_signal(simulation: SignalSimulation, out: Path) -> DrawnSignal:
 def track_signal_scene(
     scene: SignalScene, out: Path, *, on_frame: Callable[[int], None] | None = None
 ) -> SignalOutcome:
-    """Run a scene and write what :func:`track_signal_recording` writes, and ``signal.npy``, ``truth.txt`` and itself.
+    """Run a scene and write what :func:`track_signal_recording` writes, and ``signal.npy``, ``truth.csv`` and itself.
 
     ``on_frame`` is called with the number of frames done.
 
@@ -175,7 +175,7 @@ def track_signal_scene(
     with atomic_folder(out) as folder:
         _write(folder, drawn)
         (folder / "scene.yaml").write_text(scene.to_yaml(), encoding="utf-8")
-        truth = drawn.truth if drawn.truth.size else None
+        truth = Truth.of_frames(drawn.truth) if drawn.truth.size else None
         source = held_signal(NAME, drawn.frames)
         return track_signal_recording(source, settled.tracking, folder, truth=truth, on_frame=on_frame)
 
@@ -183,4 +183,4 @@ def track_signal_scene(
 def _write(folder: Path, drawn: DrawnSignal) -> None:
     np.save(folder / "signal.npy", drawn.frames)
     if drawn.truth.size:
-        write_truth(folder / "truth.txt", drawn.truth)
+        write_truth(folder / "truth.csv", Truth.of_frames(drawn.truth), "samples")

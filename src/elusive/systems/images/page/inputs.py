@@ -7,7 +7,7 @@ from typing import Any
 
 from nicegui import ui
 
-from elusive.contracts import Array
+from elusive.io import Truth
 from elusive.systems.images.page.recording import KINDS, TRUTHS, Recorded, read_frames, read_places
 from elusive.systems.images.page.state import ImagesState
 from elusive.systems.images.recurrent import RecurrentImages
@@ -88,7 +88,7 @@ class ImageInputs:
         with ui.expansion("Where it truly was").props("dense").classes("w-full"):
             opener("truth", TRUTHS, read_places, self._told_truth)
         if state.truth is not None:
-            ui.label(f"{state.truth_name}: {len(state.truth)} places")
+            ui.label(f"{state.truth_name}: {len(state.truth.paths)} targets")
         forms = [Form(state.tracking, OPEN_MAIN, self._track, grouped=False)]
         without = [*OPEN_MAIN, *([("tracks",), ("jitter_px",), ("clump_px",)] if self._several else [])]
         with self._filter():
@@ -112,7 +112,7 @@ class ImageInputs:
         self._state.truth = None
         self._build()
 
-    def _told_truth(self, name: str, truth: Array) -> None:
+    def _told_truth(self, name: str, truth: Truth) -> None:
         self._state.truth_name, self._state.truth = name, truth
         self._build()
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from elusive.contracts import Array
 from elusive.errors import DataError
-from elusive.io import open_frames, read_truth
+from elusive.io import Truth, open_frames, read_truth
 from elusive.systems.images.scene import VALUES_AT_MOST
 
 # read without a decoder of another program, and without a container that can hold anything else
@@ -45,6 +45,6 @@ def read_frames(path: Path) -> Recorded:
     return Recorded(np.stack(kept), source.rate_hz)
 
 
-def read_places(path: Path) -> Array:
-    """Read where the target truly was, ``(T, 2)`` [px]."""
-    return read_truth(path)
+def read_places(path: Path) -> Truth:
+    """Read where targets truly are [px]."""
+    return read_truth(path, "px")

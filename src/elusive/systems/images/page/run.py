@@ -7,11 +7,11 @@ from collections.abc import Callable
 
 from elusive.contracts import Array
 from elusive.errors import DataError
-from elusive.io import FrameSource
-from elusive.results import known_truth
+from elusive.io import FrameSource, Truth
+from elusive.results import scored
 from elusive.systems.images.page.panels import Belief, belief_of, dots_each, images_page, stride_of
 from elusive.systems.images.page.state import ImagesState
-from elusive.systems.images.results import ImageLog, tracked_of
+from elusive.systems.images.results import NEAR_PX, ImageLog, tracked_of
 from elusive.systems.images.run import follow
 from elusive.systems.images.scene import NAME, ImageScene, draw_images, held_frames
 from elusive.systems.images.track import ImageTracking
@@ -54,7 +54,7 @@ def run_scene(scene: ImageScene, job: LiveJob) -> Run:
     kind = settled.tracking.filter.kind
     title = f"SNR {scene.snr_db:g} dB" + ("" if kind == "bernoulli" else f", {kind}")
     source = held_frames(NAME, drawn.frames)
-    return watched(title, source, drawn.frames, settled.tracking, drawn.truth, yaml, again, job)
+    return watched(title, source, drawn.frames, settled.tracking, Truth.of_frames(drawn.truth), yaml, again, job)
 
 
 def watched(
@@ -62,7 +62,7 @@ def watched(
     source: FrameSource,
     frames: Array,
     tracking: ImageTracking,
-    truth: Array | None,
+    truth: Truth | None,
     yaml: File,
     again: str,
     job: LiveJob,
@@ -72,11 +72,11 @@ def watched(
     Raises
     ------
     DataError
-        If a frame cannot be used, or the truth has fewer rows than there are frames.
+        If a frame cannot be used, or the truth is of other frames.
     CancelledError
         If it was called off.
     """
-    known = known_truth(truth, 0, len(frames))
+    known = None if truth is None else truth.aligned(list(source.times_s()))
     job.total, most = len(frames), dots_each(len(frames))
     stride, _ = stride_of(frames)
     beliefs: list[Belief] = []
@@ -85,7 +85,8 @@ def watched(
         beliefs.append(belief_of(step.state, most) if len(beliefs) % stride == 0 else Belief())
         log.take(step)
         job.tell(getattr(step.state, log.measure))
-    tracked = tracked_of(title, log, source.shape, timed=source.timed, truth=known)
+    scores = None if known is None else scored(log, known, NEAR_PX)
+    tracked = tracked_of(title, log, source.shape, timed=source.timed, truth=known, scores=scores)
     said = dict(tracked.rows)
     headline = (ERROR, said[ERROR]) if ERROR in said else ("Confirmed tracks", said["Confirmed tracks"])
     files = [yaml, File("Tracks as CSV", "tracks.csv", log.csv_text().encode())]

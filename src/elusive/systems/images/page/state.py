@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from elusive.contracts import Array
+from elusive.io import Truth
 from elusive.systems.images.page.recording import Recorded
 from elusive.systems.images.scene import ImageScene
 from elusive.systems.images.track import ImageTracking
@@ -18,5 +18,5 @@ class ImagesState(BenchState[ImageScene]):
         self.records = False  # whether frames are opened, not made
         self.recorded: Recorded | None = None
         self.name = ""
-        self.truth: Array | None = None
+        self.truth: Truth | None = None
         self.truth_name = ""

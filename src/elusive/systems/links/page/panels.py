@@ -36,7 +36,7 @@ def radiation_spec(scene: LinkScene, radiated: Radiated) -> draw.Drawing:
 def tracking_spec(run: SceneRun) -> draw.Drawing:
     """Return the stages: eight by way of an image, three straight on the links."""
     grid, times = run.scene.grid, np.array([step.time_s for step in run.steps])
-    places = np.empty((len(times), 0, 2)) if run.truth is None else run.truth.interpolated(times.tolist())
+    places = np.empty((len(times), 0, 2)) if run.truth is None else run.truth.at(times)
     truth = _truth(places, times)
     radiation = np.zeros((len(times), len(grid.centres))) if run.images is None else run.images
     seen = {**draw.scaled(_frames(grid, radiation), low=0.0), "unit": "dB"}

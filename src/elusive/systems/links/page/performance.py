@@ -21,7 +21,7 @@ from elusive.report.plots import SERIES
 from elusive.systems.links.by_image import ImageState
 from elusive.systems.links.page.state import LinksState
 from elusive.systems.links.report import write_links_png
-from elusive.systems.links.results import GATE_M, scores_text
+from elusive.systems.links.results import CUTOFF_M
 from elusive.systems.links.scene import LinkScene, SceneRun
 from elusive.workbench.exports import table_html
 from elusive.workbench.files import UPLOAD_MOST_BYTES, read_upload
@@ -47,7 +47,7 @@ class PerformanceWindow:
         with self._box, ui.column().classes("w-full gap-3"):
             if state.run is None:
                 ui.label("Nothing is tracked yet: press Apply under Algorithm.").classes("ew-note")
-            elif not state.run.outcome.scores:
+            elif state.run.outcome.scored is None:
                 ui.label("The truth of this recording is not known: there is nothing to score by.").classes("ew-note")
             else:
                 self._scores(state.run, state.kept)
@@ -62,24 +62,22 @@ class PerformanceWindow:
             ui.label("Run the scene again without a browser: elusive scene scene.yaml --out results").classes("ew-note")
 
     def _scores(self, run: SceneRun, kept: SceneRun | None) -> None:
-        runs = [("This run", run)] + ([("Kept run", kept)] if kept is not None and kept.outcome.scores else [])
+        both = (("This run", run), ("Kept run", kept))
+        runs = [(title, one, one.outcome.scored) for title, one in both if one is not None and one.outcome.scored]
         with ui.element("div").classes("ew-row"):
-            for title, one in runs:
+            for title, _, scores in runs:
                 with ui.column().classes("gap-0 pr-8"):
                     ui.label(f"MOTA, {title.lower()}").classes("ew-section")
-                    mota = one.outcome.scores[""].mota
-                    ui.label(f"{mota:.3f}").classes("ew-score").props(f'data-mota="{title}"')
+                    ui.label(f"{scores.confirmed.mota:.3f}").classes("ew-score").props(f'data-mota="{title}"')
             ui.button("Keep this run to compare", on_click=self._keep).props("outline no-caps")
             if kept is not None:
                 ui.button("Forget the kept run", on_click=self._forget).props("flat no-caps")
-        columns = [
-            [line for words, found in one.outcome.scores.items() for line in found.lines(words)] for _, one in runs
-        ]
-        rows = [(cells[0][0], *(cell[1] for cell in cells)) for cells in zip(*columns, strict=True)]
+        tables = [dict(scores.lines()) for *_, scores in runs]
+        rows = [(name, *(table.get(name, "") for table in tables)) for name in tables[0]]
         with ui.element("div").classes("ew-scroll"):
-            ui.html(table_html(["", *(title for title, _ in runs)], rows), sanitize=False)
+            ui.html(table_html(["", *(title for title, *_ in runs)], rows), sanitize=False)
         panels = []
-        for title, one in runs:
+        for title, one, _ in runs:
             found = {name: (apart.mean(), _histogram(apart)) for name, apart in estimates(one).items()}
             bars = [
                 draw.bars(EDGES, counts, BIN_M, SERIES[k], beside=(k, len(found)), name=f"{name}: {mean:.3f} m mean")
@@ -94,12 +92,12 @@ class PerformanceWindow:
         texts = {
             "Tracks as CSV": (tracks, "tracks.csv"),
             "Events as CSV": (events, "events.csv"),
-            "Scores as JSON": (scores_text(run.outcome), "scores.json"),
+            "Scores as JSON": ("{}\n" if run.outcome.scored is None else run.outcome.scored.text, "scores.json"),
             "Configuration for track links": (run.tracking.to_yaml(), "track_links.yaml"),
         }
         for label, (text, name) in texts.items():
             ui.button(label, on_click=partial(ui.download.content, text, name)).props("outline no-caps")
-        if run.outcome.scores:
+        if run.outcome.scored:
             ui.button("Figure as PNG", on_click=lambda: self._figure(run)).props("outline no-caps")
 
     async def _figure(self, run: SceneRun) -> None:
@@ -146,12 +144,12 @@ def estimates(run: SceneRun) -> dict[str, Array]:
     found: dict[str, list[float]] = {}
     if run.truth is None:
         return {}
-    true = run.truth.interpolated([step.time_s for step in run.steps])
+    true = run.truth.at([step.time_s for step in run.steps])
     for number, step in enumerate(run.steps):
         there = true[number][np.isfinite(true[number, :, 0])]
         for one in step.tracks:
             apart = np.hypot(*(there - one.mean[[X, Y]]).T)
-            if one.status == "deleted" or not (apart <= GATE_M).any():
+            if one.status == "deleted" or not (apart <= CUTOFF_M).any():
                 continue
             place, places = there[apart.argmin()], {"track": one.mean[[X, Y]]}
             if isinstance(step.state, ImageState):

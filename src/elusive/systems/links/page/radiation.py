@@ -5,12 +5,13 @@ Mendieta (2017), section 5.3.
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 from nicegui import ui
 
 from elusive.errors import DataError
-from elusive.io.path_truth import read_path_truth
+from elusive.io.truth import read_truth
 from elusive.systems.links.page.panels import radiation_spec
 from elusive.systems.links.page.state import LOGS, LinksState, Recorded
 from elusive.systems.links.scene import LinkScene, radiate
@@ -76,7 +77,7 @@ class RadiationWindow:
         data = await event.file.read()
         event.sender.reset()
         with errors_shown():
-            truth = read_upload(event.file.name, data, LOGS, read_path_truth)
+            truth = read_upload(event.file.name, data, LOGS, partial(read_truth, unit="m"))
             if self._state.log is None:
                 raise DataError(f"{event.file.name}: is the truth of no log; open the log first.")
             self._record(self._state.log._replace(truth=truth))

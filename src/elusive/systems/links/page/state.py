@@ -10,7 +10,7 @@ from elusive.contracts import Array
 from elusive.geometry.areas import Area
 from elusive.geometry.places import NamedPlace
 from elusive.io.link_logs import open_link_log
-from elusive.io.path_truth import PathTruth
+from elusive.io.truth import Truth
 from elusive.sensors.radio_network import RssFrame
 from elusive.systems.links.networks import PlacedNodes
 from elusive.systems.links.presets import first_simulation
@@ -27,7 +27,7 @@ class Recorded(NamedTuple):
 
     name: str
     data: bytes
-    truth: PathTruth | None = None
+    truth: Truth | None = None
 
     def frames(self, scene: LinkScene) -> list[RssFrame]:
         """Return its frames.

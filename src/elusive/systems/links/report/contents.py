@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elusive.contracts import Array
+from elusive.io.truth import Truth
 from elusive.tracking.people import TrackEvent
 
 Extent = tuple[float, float, float, float]  # west, east, south, north [m]
@@ -24,13 +25,6 @@ class LinkPath(NamedTuple):
     deviation: Array  # (k, 2) of x and y [m]
     existence: Array  # (k,)
     confirmed: NDArray[np.bool_]  # (k,)
-
-
-class TruePath(NamedTuple):
-    """Where somebody truly was."""
-
-    name: str
-    points: Array  # (K, 3) time [s], x and y [m], ascending in time
 
 
 class Scene(NamedTuple):
@@ -54,7 +48,7 @@ class LinksTracked(NamedTuple):
     paths: Sequence[LinkPath]  # of tracks that were confirmed
     scenes: Sequence[Scene]
     grid: tuple[tuple[int, int], Extent] | None  # rows and columns of the images, the first row in the south, and edges
-    truth: Sequence[TruePath] | None  # None where it is not known
+    truth: Truth | None  # None where it is not known
     events: Sequence[TrackEvent]
     rows: Sequence[tuple[str, str]]  # what the table about the run says
     header: Sequence[str]  # of the table of tracks
@@ -71,14 +65,7 @@ class LinksTracked(NamedTuple):
     @property
     def true_places(self) -> Array | None:
         """Everybody's true place in each frame, ``(T, P, 2)`` [m], NaN where absent; None where it is not known."""
-        if self.truth is None:
-            return None
-        places = np.full((len(self.times_s), len(self.truth), 2), np.nan)
-        for person, path in enumerate(self.truth):
-            time, *along = path.points.T
-            for axis in (0, 1):
-                places[:, person, axis] = np.interp(self.times_s, time, along[axis], left=np.nan, right=np.nan)
-        return places
+        return None if self.truth is None else self.truth.at(self.times_s)[..., :2]
 
     @property
     def error(self) -> Array | None:

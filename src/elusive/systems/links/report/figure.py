@@ -55,9 +55,9 @@ def _draw_floor(axes: Axes, tracked: LinksTracked) -> None:
         for name, place in zip(tracked.names, tracked.nodes, strict=True):
             style: Any = {"textcoords": "offset points", "color": plots.MUTED, "size": 7, "zorder": 3}
             axes.annotate(name, tuple(place), (4, 3), **style)
-    for number, true in enumerate(tracked.truth or ()):
+    for number, true in enumerate(() if tracked.truth is None else tracked.truth.paths):
         label = "truth" if number == 0 else None
-        axes.plot(*true.points[:, 1:].T, color=plots.TRUTH, linewidth=4.0, alpha=0.4, zorder=4, label=label)
+        axes.plot(*true[:, 1:3].T, color=plots.TRUTH, linewidth=4.0, alpha=0.4, zorder=4, label=label)
     for number, path in enumerate(tracked.paths):
         colour = plots.track_colour(path.track)
         axes.plot(*path.places.T, color=colour, linewidth=0.9, linestyle=(0, (1, 2)), zorder=5)

@@ -75,10 +75,12 @@ def _nodes(tracked: LinksTracked) -> Iterable[draw.Layer]:
 
 
 def _truth(tracked: LinksTracked) -> Iterable[draw.Layer]:
-    for one in tracked.truth or ():
-        time, x, y = one.points.T
+    if tracked.truth is None:
+        return
+    for name, way in zip(tracked.truth.names, tracked.truth.paths, strict=True):
+        time, x, y = way.T[:3]
         path: dict[str, Any] = {"times": draw.rounded(time, 3), "head": "diamond", "width": 5, "alpha": 0.55}
-        text = {"text": one.name} if len(tracked.truth or ()) > 1 else {}
+        text = {"text": name} if len(tracked.truth.names) > 1 else {}
         yield draw.line(x, y, "--truth", 2, **path, **text, name="truth")
 
 

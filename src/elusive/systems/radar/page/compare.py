@@ -76,7 +76,7 @@ def command(state: ChartsState, method: str) -> str:
     radar = state.run.scene.radar
     return (
         f"elusive track radar plots.csv --radar-lat-deg {radar.lat_deg!r} --radar-lon-deg {radar.lon_deg!r} --chart "
-        f"'{state.chart.file.name}' --truth plots_truth.csv --config config-{method}.yaml --out results"
+        f"'{state.chart.file.name}' --truth truth.csv --config config-{method}.yaml --out results"
     )
 
 

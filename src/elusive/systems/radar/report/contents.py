@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elusive.contracts import Array
-from elusive.systems.radar.truth import Truth, nearest_ship
+from elusive.io.truth import Truth
 
 Extent = tuple[float, float, float, float]  # west, east, south, north [m]
 AT_COAST = 0.95  # P(water) below which a cloud counts as being at the coast
@@ -71,7 +71,7 @@ class RadarTracked(NamedTuple):
     plots: Array  # (P, 3) time [s], x and y [m]
     paths: Sequence[RadarPath]
     clouds: Sequence[Cloud]
-    truth: Truth  # of each ship (K, 3) time [s], x and y [m], ascending in time; empty where it is not known
+    truth: Truth | None  # None where it is not known
     rows: Sequence[tuple[str, str]]  # what the table about the run says
     header: Sequence[str]  # of the table of tracks
     tracks: Sequence[Sequence[str]]  # its lines; the first cell is the number of the track
@@ -79,9 +79,14 @@ class RadarTracked(NamedTuple):
     lonlat: Callable[[Array], Array] | None = None  # (N, 2) [m] to longitude and latitude (N, 2) [deg]
     estimate: str = "mean"  # what the places are
 
+    @property
+    def ships(self) -> Sequence[Array]:
+        """Where each ship truly is, ``(K, 3)`` time [s], x and y [m], ascending in time; none where it is not known."""
+        return () if self.truth is None else self.truth.paths
+
     def error(self, path: RadarPath) -> Array | None:
         """Distance of a track to the nearest ship, ``(k,)`` [m], NaN where none is known; None without a truth."""
-        return nearest_ship(self.truth, path.times_s, path.places) if self.truth else None
+        return None if self.truth is None else self.truth.distance(path.times_s, path.places)
 
     @property
     def nearest_error(self) -> tuple[Array, Array] | None:
@@ -98,7 +103,10 @@ class RadarTracked(NamedTuple):
     @property
     def extent(self) -> Extent:
         """What of the plane the tracks and the truth take up, with a margin; without either, the plots."""
-        parts = [*(path.places for path in self.paths), *(ship[:, 1:] for ship in self.truth.values())]
+        parts = [
+            *(path.places for path in self.paths),
+            *(ship[:, 1:3] for ship in self.ships),
+        ]
         if not sum(map(len, parts)):
             parts = [self.plots[:, 1:]] if len(self.plots) else [np.array([[-1000.0, -1000.0], [1000.0, 1000.0]])]
         low, high = np.concatenate(parts).min(axis=0), np.concatenate(parts).max(axis=0)

@@ -149,7 +149,7 @@ def _fill(figure: Figure, maps: list[Axes]) -> None:
 
 
 def _draw_truth(axes: Axes, tracked: RadarTracked, width: float, time_s: float | None = None) -> None:
-    for number, (time, *place) in enumerate(ship.T for ship in tracked.truth.values()):
+    for number, (time, *place) in enumerate(ship.T[:3] for ship in tracked.ships):
         label = None if number else "truth"
         axes.plot(*place, color=plots.TRUTH, linewidth=width, alpha=0.5, zorder=4, label=label)
         if time_s is not None and time[0] <= time_s <= time[-1]:

@@ -58,7 +58,7 @@ def radar_layers(tracked: RadarTracked, times: np.ndarray) -> list[draw.Layer]:
     size = 1.0 if len(seen) > 3000 else 1.5
     layers = [] if tracked.chart is None else chart_layers(tracked.chart)
     layers.append(draw.points(seen, "--plot", **now, show="past", size=size, alpha=0.6, name="plots so far"))
-    for time, x, y in (ship.T for ship in tracked.truth.values()):
+    for time, x, y in (ship.T[:3] for ship in tracked.ships):
         path = {"times": draw.rounded(time, 4), "head": "diamond", "width": 5, "alpha": 0.55}
         layers.append(draw.line(x, y, "--truth", 2, **path, name="truth"))
     layers += _clouds(tracked)

@@ -75,7 +75,7 @@ def _raster(water: Probability, extent: Extent, side: int) -> WaterRaster:
 
 def _tiles(water: Probability, tracked: RadarTracked, cell_m: float, coarse_m: float) -> list[WaterRaster]:
     """Return fine rasters where a track is near the coast; coarser ones where there would be too many."""
-    places = [*(path.places for path in tracked.paths), *(ship[:, 1:] for ship in tracked.truth.values())]
+    places = [*(path.places for path in tracked.paths), *(ship[:, 1:3] for ship in tracked.ships)]
     if not places:
         return []
     along = np.concatenate(places)

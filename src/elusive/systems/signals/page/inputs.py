@@ -8,8 +8,7 @@ from typing import Any
 
 from nicegui import ui
 
-from elusive.contracts import Array
-from elusive.io import read_truth
+from elusive.io import Truth, read_truth
 from elusive.sensors.waveform import NoiseObjectPath
 from elusive.systems.signals.page.recording import KINDS, TRUTHS, Recorded
 from elusive.systems.signals.page.state import Cutting, SignalsState
@@ -108,9 +107,9 @@ class SignalInputs:
             count, samples = state.recorded.frames.shape
             ui.label(f"{state.name}: {count} frames of {samples} samples").props('role="status"')
         with ui.expansion("Where objects truly were").props("dense").classes("w-full"):
-            opener("truth", TRUTHS, partial(read_truth, axes=1), self._told_truth)
+            opener("truth", TRUTHS, partial(read_truth, unit="samples"), self._told_truth)
         if state.truth is not None:
-            ui.label(f"{state.truth_name}: {len(state.truth)} frames, objects: {state.truth.shape[1]}")
+            ui.label(f"{state.truth_name}: {len(state.truth.paths)} objects")
         tracked = [Form(state.tracking, OPEN_MAIN, self._track, grouped=False)]
         with ui.expansion("The filter").props("dense").classes("w-full"):
             tracked.append(Form(state.tracking, ((),), self._track, without=OPEN_MAIN))
@@ -132,6 +131,6 @@ class SignalInputs:
         state.truth = None
         self._build()
 
-    def _told_truth(self, name: str, truth: Array) -> None:
+    def _told_truth(self, name: str, truth: Truth) -> None:
         self._state.truth_name, self._state.truth = name, truth
         self._build()

@@ -5,9 +5,8 @@ from __future__ import annotations
 import shlex
 from collections.abc import Callable
 
-from elusive.contracts import Array
 from elusive.errors import DataError
-from elusive.io import SignalSource
+from elusive.io import SignalSource, Truth
 from elusive.systems.signals.page.panels import Maps
 from elusive.systems.signals.page.state import SignalsState
 from elusive.systems.signals.parameters import SignalTracking
@@ -49,12 +48,12 @@ def run_scene(scene: SignalScene, job: LiveJob) -> Run:
     yaml = File("Run as YAML", "scene.yaml", settled.to_yaml().encode())
     again = "elusive scene scene.yaml --out results"
     title = f"deviation {scene.sensor.object_deviation:g} on {scene.sensor.background_deviation:g}"
-    truth = drawn.truth if drawn.truth.size else None
+    truth = Truth.of_frames(drawn.truth) if drawn.truth.size else None
     return watched(title, held_signal(NAME, drawn.frames), settled.tracking, truth, yaml, again, job)
 
 
 def watched(
-    title: str, source: SignalSource, tracking: SignalTracking, truth: Array | None, yaml: File, again: str,
+    title: str, source: SignalSource, tracking: SignalTracking, truth: Truth | None, yaml: File, again: str,
     job: LiveJob,
 ) -> Run:  # fmt: skip
     """Track a signal and gather what is shown of it.
@@ -62,7 +61,7 @@ def watched(
     Raises
     ------
     DataError
-        If a frame cannot be used, or the truth has fewer rows than there are frames.
+        If a frame cannot be used, or the truth is of other frames.
     CancelledError
         If it was called off.
     """
@@ -73,7 +72,7 @@ def watched(
         log.take(step)
         maps.offer(step.state)
         job.tell(float(log.steps["highest"][-1]))
-    tracked = tracked_of(log, truth)
+    tracked, _ = tracked_of(log, truth)
     said = [("In words", tracked.verdict), *tracked.rows, *_tracks(tracked)]
     found = dict(tracked.rows)
     headline = (ERROR, found[ERROR]) if ERROR in found else ("Tracks", str(len(tracked.paths)))

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pydantic import Field
 
-from elusive.contracts import Array
+from elusive.io import Truth
 from elusive.model import Model, Positive
 from elusive.systems.signals.page.recording import Recorded, read_recorded
 from elusive.systems.signals.parameters import SignalTracking
@@ -46,5 +46,5 @@ class SignalsState(BenchState[SignalScene]):
         self.recorded: Recorded | None = None
         self.recorded_by: list[str] = []  # options it was read with
         self.name = ""
-        self.truth: Array | None = None  # (T, objects)
+        self.truth: Truth | None = None
         self.truth_name = ""

@@ -13,10 +13,11 @@ from elusive.contracts import X, Y
 from elusive.errors import DataError
 from elusive.filters.particle.sir import ParticleFilter
 from elusive.geometry.local_frame import LocalFrame
+from elusive.io import Truth
+from elusive.io.ship_truth import read_ship_truth
 from elusive.motion import ConstantVelocity
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_births import ScanPrior
-from elusive.systems.radar.truth import truth_at, truth_in_frame
 
 FRAME = LocalFrame.at(-76.46, 38.96)
 MIDNIGHT = datetime(2026, 3, 1, tzinfo=UTC).timestamp()
@@ -27,6 +28,11 @@ def saved(folder, text, name="truth.csv"):
     path = folder / name
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
     return path
+
+
+def ships(path, **more):
+    found = read_ship_truth(path, FRAME, **more)
+    return dict(zip(found.names, found.paths, strict=True))
 
 
 def ais_line(unix_s, lonlat, mmsi=SHIP):
@@ -55,27 +61,27 @@ def path_of(times_s):
     ],
 )
 def test_tables_in_metres(tmp_path, text):
-    np.testing.assert_array_equal(truth_in_frame(saved(tmp_path, text), FRAME)["1"], [[1, 10, 20], [2.5, -11, 20]])
+    np.testing.assert_array_equal(read_ship_truth(saved(tmp_path, text), FRAME).paths[0], [[1, 10, 20], [2.5, -11, 20]])
 
 
 def test_tables_in_degrees(tmp_path):
     places = np.array([[-500.0, 2500.0], [12.0, -8000.0]])
     rows = [f"{k},{lon!r},{lat!r},x" for k, (lon, lat) in enumerate(FRAME.to_lonlat(places).tolist())]
-    found = truth_in_frame(saved(tmp_path, "\n".join(["time_s,lon_deg,lat_deg,name", *rows])), FRAME)["1"]
+    found = read_ship_truth(saved(tmp_path, "\n".join(["time_s,lon_deg,lat_deg,name", *rows])), FRAME).paths[0]
     np.testing.assert_allclose(found, np.column_stack([[0, 1], places]), atol=1e-6)
 
 
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("time_s,x_m\n1,2\n", "its columns are 'time_s,x_m'; name them time_s,x_m,y_m or time_s,lon_deg,lat_deg"),
+        ("time_s,x_m\n1,2\n", "the columns are 'time_s,x_m'; name them time_s,x_m,y_m"),
         ("time_s,x_m,y_m,x_m\n1,2,3,4\n", "the columns are"),
         ("time_s,x_m,y_m\n", "holds no place; write time_s,x_m,y_m"),
         ("time_s,x_m,y_m\n1,2\n", "line 2: has 2 cells for 3 columns"),
         ("time_s,x_m,y_m\n1,2,north\n", "line 2, column y_m: 'north' is no number"),
         ("time_s,x_m,y_m\n1,2,nan\n", "line 2, column y_m: 'nan' is no number"),
-        ("time_s,x_m,y_m\n1,2,3\n\n0.5,2,3\n", "line 4: the time 0.5 s comes after 1 s"),
-        ("time_s,x_m,y_m\n1,2,3\n1,2,3\n", "line 3: the time 1 s comes after 1 s"),
+        ("time_s,x_m,y_m\n1,2,3\n\n0.5,2,3\n", "line 4: 0.5 s comes after 1 s"),
+        ("time_s,x_m,y_m\n1,2,3\n1,2,3\n", "line 3: target 1 is there twice at 1 s"),
         ("time_s,lon_deg,lat_deg\n1,5,95\n", r"1 s: \(5, 95\) is no longitude and latitude"),
         (b"time_s,x_m,y_m\n1,2,\xff\n", "is not text in UTF-8"),
         ("1,2,3\n4,5,6\n", "holds no AIS position"),
@@ -84,25 +90,25 @@ def test_tables_in_degrees(tmp_path):
 )
 def test_what_is_no_truth_is_refused(tmp_path, text, message):
     with pytest.raises(DataError, match=rf"truth\.csv.*{message}"):
-        truth_in_frame(saved(tmp_path, text), FRAME)
+        read_ship_truth(saved(tmp_path, text), FRAME)
 
 
 def test_what_does_not_fit_is_refused(tmp_path):
     with pytest.raises(DataError, match=r"none\.csv: cannot be read \(No such file"):
-        truth_in_frame(tmp_path / "none.csv", FRAME)
+        read_ship_truth(tmp_path / "none.csv", FRAME)
     with pytest.raises(DataError, match="mmsi=5 chooses in an AIS log; leave it out"):
-        truth_in_frame(saved(tmp_path, "time_s,x_m,y_m\n1,2,3\n"), FRAME, mmsi=5)
+        read_ship_truth(saved(tmp_path, "time_s,x_m,y_m\n1,2,3\n"), FRAME, mmsi=5)
     other = ais_line(MIDNIGHT, (5.0, 53.0), OTHER)
     log = ais_log(tmp_path, [0.0, 1.0], np.zeros((2, 2)), others=[other])
-    assert {ship: len(table) for ship, table in truth_in_frame(log, FRAME).items()} == {str(SHIP): 2, str(OTHER): 1}
-    assert list(truth_in_frame(log, FRAME, mmsi=OTHER)) == [str(OTHER)]
+    assert {ship: len(table) for ship, table in ships(log).items()} == {str(SHIP): 2, str(OTHER): 1}
+    assert list(ships(log, mmsi=OTHER)) == [str(OTHER)]
     with pytest.raises(DataError, match="no AIS position of 7"):
-        truth_in_frame(log, FRAME, mmsi=7)
+        read_ship_truth(log, FRAME, mmsi=7)
 
 
 def test_several_ships_in_a_table(tmp_path):
     text = "time_s,ship,x_m,y_m\n1,a,1,2\n1,b,3,4\n2,a,5,6\n"
-    found = truth_in_frame(saved(tmp_path, text), FRAME)
+    found = ships(saved(tmp_path, text))
     assert {ship: table.tolist() for ship, table in found.items()} == {"a": [[1, 1, 2], [2, 5, 6]], "b": [[1, 3, 4]]}
 
 
@@ -111,12 +117,10 @@ def test_times_of_a_log(tmp_path):
     places = path_of(times)
     later = [ais_line(MIDNIGHT + 20, FRAME.to_lonlat(path_of(np.array([20.0])))[0])]  # relayed late
     log = ais_log(tmp_path, times, places, others=later)
-    found = truth_in_frame(log, FRAME)[str(SHIP)]
+    found = ships(log)[str(SHIP)]
     assert found[:, 0].tolist() == [5, 15, 20, 25]
-    assert truth_in_frame(log, FRAME, midnight_unix_s=0.0)[str(SHIP)][:, 0].tolist() == [
-        MIDNIGHT + t for t in (5, 15, 20, 25)
-    ]
-    assert truth_in_frame(log, FRAME, midnight_unix_s=MIDNIGHT - 3600)[str(SHIP)][0, 0] == 3605
+    assert ships(log, midnight_unix_s=0.0)[str(SHIP)][:, 0].tolist() == [MIDNIGHT + t for t in (5, 15, 20, 25)]
+    assert ships(log, midnight_unix_s=MIDNIGHT - 3600)[str(SHIP)][0, 0] == 3605
     # a position is told to 1e-4 minutes, .19 m
     np.testing.assert_allclose(found[[0, 1, 3], 1:], places[[0, 1, 3]], atol=0.14)
 
@@ -126,9 +130,11 @@ def test_between_reports():
     times = np.array([-1.0, 0.0, 2.5, 10.0, 11.0, 399.0, 400.0, 405.0, 410.0, 411.0])
     nan = [np.nan, np.nan]
     expected = [nan, [0, 0], [25, -12.5], [100, -50], nan, nan, [0, 0], [5, 5], [10, 10], nan]
-    np.testing.assert_allclose(truth_at(truth, times), expected)
-    np.testing.assert_allclose(truth_at(truth, times[4:6], longest_gap_s=500)[:, 0], [100 * 389 / 390, 100 / 390])
-    np.testing.assert_allclose(truth_at(truth[:1], [0.0, 1.0]), [[0, 0], nan])
+    ship = Truth(("1",), (truth,), longest_gap_s=200.0)
+    np.testing.assert_allclose(ship.at(times)[:, 0], expected)
+    longer = ship._replace(longest_gap_s=500.0)
+    np.testing.assert_allclose(longer.at(times[4:6])[:, 0, 0], [100 * 389 / 390, 100 / 390])
+    np.testing.assert_allclose(Truth(("1",), (truth[:1],)).at([0.0, 1.0])[:, 0], [[0, 0], nan])
 
 
 def test_a_radar_track_beside_ais(tmp_path):
@@ -138,7 +144,7 @@ def test_a_radar_track_beside_ais(tmp_path):
     velocity = np.gradient(places, times, axis=0)
     states = np.column_stack([places, velocity])[:, [0, 2, 1, 3]]
     log = ais_log(tmp_path, times[::4], places[::4])
-    truth = truth_at(truth_in_frame(log, FRAME)[str(SHIP)], times)
+    truth = read_ship_truth(log, FRAME).at(times)[:, 0]
     np.testing.assert_allclose(truth, places, atol=0.3)  # straight between reports: 4^2 x 10^2 / 8000 m beside the arc
     sensor, rng = RadarSensor(), np.random.default_rng(0)
     scans = [sensor.simulate(state[None], rng, time) for state, time in zip(states, times, strict=True)]
@@ -152,6 +158,6 @@ def test_a_radar_track_beside_ais(tmp_path):
         return (off * np.linalg.solve(covariance[20:], off[:, :, None])[:, :, 0]).sum(axis=1).mean()
 
     assert 0.7 < squared(truth[1:]) < 3.5  # 2 where all is right; errors persist, so that 100 are worth about 20
-    late = truth_at(truth_in_frame(log, FRAME, midnight_unix_s=MIDNIGHT + 10)[str(SHIP)], times)
+    late = read_ship_truth(log, FRAME, midnight_unix_s=MIDNIGHT + 10).at(times)[:, 0]
     assert np.nanmean(np.hypot(*(late - truth).T)) == pytest.approx(40, abs=1)
     assert squared(places[1:] + 8.0) > 6
