@@ -117,7 +117,8 @@ def test_each_stage_of_a_frame_follows_from_the_one_before(ran: SceneRun) -> Non
 def test_estimates_are_of_pairs_within_the_gate(ran: SceneRun) -> None:
     found = estimates(ran)
     assert list(found) == ["head", "smoothing", "particle filter"]
-    pairs = ran.outcome.scores[", candidates too"].pairs
+    scores = ran.outcome.scored.candidates_too
+    pairs = scores.targets - scores.misses
     assert len({len(apart) for apart in found.values()}) == 1
     assert abs(len(found["head"]) - pairs) <= 0.1 * pairs  # two tracks may be near one person
     assert found["smoothing"].max() <= 2.0
