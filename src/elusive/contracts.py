@@ -87,6 +87,7 @@ class DetectionBirths(NamedTuple):
 
     states: Array  # (k, n, d) for each of k detections; the components that are drawn, place and velocity first
     log_density: Array  # (k,) log density of each detection, of a new target that is detected; minus infinity: of none
+    weights: Array  # (k, n) summing to one: how much more often they should have been drawn
 
 
 @runtime_checkable
@@ -94,7 +95,8 @@ class DetectionSensor(Protocol):
     """A sensor that reports detections (plots, peaks, bearings), some of them false, and misses some targets.
 
     A measurement holds the m detections of one scan, in whatever form; ``which``, ``(k,)``, are indices of some.
-    A sensor may also offer ``gate``: see :class:`~elusive.tracking.detections.GatingSensor`.
+    A sensor may also offer ``gate``: see :class:`~elusive.tracking.detections.GatingSensor`; and ``scans``, where a
+    measurement is of several sensors: :class:`~elusive.tracking.detections.ManyScans`.
     """
 
     def detection_probabilities(self, states: Array, measurement: Any) -> Array:

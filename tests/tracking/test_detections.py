@@ -12,6 +12,7 @@ from scipy.stats import norm
 
 from elusive.contracts import DetectionBirths, DetectionSensor
 from elusive.errors import DataError, ParameterError
+from elusive.filters.particle import _kernels
 from elusive.filters.particle.sir import ParticleFilter
 from elusive.filters.priors import GaussianPrior
 from elusive.motion import ConstantVelocity
@@ -20,7 +21,9 @@ from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarPlot, scan_of
 from elusive.tracking._detection_kernels import associate, clusters
 from elusive.tracking.association import marginals
+from elusive.tracking.detection_targets import Target, expected
 from elusive.tracking.detections import DetectionTracker, GatingSensor
+from elusive.tracking.lifecycle import Life, Lifecycle
 from tests.reference import detections as twin
 
 NOWHERE = GaussianPrior(mean=(0, 0, 0, 0), covariance=tuple(map(tuple, np.eye(4))))
@@ -280,6 +283,49 @@ def test_two_tracks_of_one_ship_become_one():
     assert [other.life.track for other in doubled.targets if other.life.track is not None] == [1]
 
 
+class TwoLooks(RadarSensor):
+    """A radar whose measurement is two scans of one time."""
+
+    def scans(self, measurement):
+        return measurement
+
+
+def test_scans_of_one_time_are_steps_over_no_time_after_which_tracks_are_judged_once():
+    looks, _ = sail([[3000, 0, 4000, 7], [4500, 2, 3000, -3]], CLUTTER, 10, seed=14)
+    both = TwoLooks(**CLUTTER.model_dump())
+    rules = {"lifecycle": Lifecycle(candidate_from=1.0, confirm_from=1.0, delete_below=0.0)}  # none is ever numbered
+    together, single = follower(both, **rules), follower(CLUTTER, **rules)
+    rngs = [np.random.default_rng(3) for _ in range(2)]
+    states = [together.init(rngs[0]), single.init(rngs[1])]
+    for first, second in zip(looks[::2], looks[1::2], strict=True):
+        later = second._replace(time_s=first.time_s, times_s=first.time_s + second.times_s - second.time_s)
+        states[0] = together.step(states[0], first.time_s, (first, later), rngs[0])
+        for look in (first, later):
+            states[1] = single.step(states[1], first.time_s, look, rngs[1])
+        for one, other in zip(*(state.targets for state in states), strict=True):
+            assert one.existence == other.existence
+            np.testing.assert_array_equal(one.particles, other.particles)
+    assert states[0].undetected == states[1].undetected
+    once = follower(both, lifecycle=Lifecycle(confirm_frames=2))
+    assert not any(track.status == "confirmed" for track in once.step(once.init(rngs[0]), 0.0, looks, rngs[0]).tracks)
+
+
+@pytest.mark.parametrize(("apart", "moved"), [(0.0, True), (200.0, False)])
+def test_kernels_spread_a_belief_of_one_mode_alone_and_leave_its_moments(apart, moved):
+    rng, n = np.random.default_rng(4), 4000
+    states = rng.normal(0, (5, 1, 5, 1), (n, 4)) + np.where(rng.random((n, 1)) < 0.5, apart, 0.0)
+    weights = np.exp(-0.5 * ((states[:, 0] - states[:, 0].mean()) / states[:, 0].std()) ** 2)
+    weights /= weights.sum()
+    moments = _kernels.moments(states, weights)
+    target = Target(Life(), 0.9, states, weights, *moments, weights, -1, 0.0, 1.0, False, 0.0)
+    after = expected(target, ConstantVelocity(q=1e-12), 1e-9, 1.0, (), 1.0, 1.0, rng)
+    fresh = np.abs(after.particles[:, :1] - states[:, 0]).min(axis=1) > 1e-6
+    assert fresh.mean() > 0.9 if moved else not fresh.any()
+    error = 5 / np.sqrt(n * 0.5)
+    np.testing.assert_allclose(after.mean, moments[0], atol=error * np.sqrt(np.diag(moments[1])).max())
+    np.testing.assert_allclose(np.diag(after.covariance), np.diag(moments[1]), rtol=2 * error)
+
+
 def test_a_ship_that_goes_away_loses_its_track_and_a_number_is_never_given_twice():
     looks, _ = sail([[3000, 0, 4000, 7]], CLUTTER, 20, seed=14)
     empty, _ = sail([], CLUTTER, 12, seed=15)
@@ -330,7 +376,8 @@ def test_refusals():
     wrong.log_densities = lambda states, measurement, which: np.full((len(states), len(which)), np.nan)
     with pytest.raises(DataError, match="is NaN or plus infinity for some state"):
         tracker.replace(sensor=wrong).step(tracks, 2.0, looks[0], rng)
-    wrong.draw_births = lambda measurement, which, n, speed, rng: DetectionBirths(np.zeros((1, 1, 4)), np.zeros(1))
+    one = DetectionBirths(np.zeros((1, 1, 4)), np.zeros(1), np.ones((1, 1)))
+    wrong.draw_births = lambda measurement, which, n, speed, rng: one
     with pytest.raises(DataError, match="draw_births: gave states of shape"):
         tracker.replace(sensor=wrong).step(tracker.init(rng), 2.0, looks[0], rng)
 

@@ -144,7 +144,7 @@ class RadarSensor(RadarView):
         log_density = np.full(len(inside), -np.inf)
         # a view without bounds has plots of new targets too, however thinly they are spread
         log_density[inside] = self.log_uniform(scan).clip(FAINTEST)
-        return DetectionBirths(states, log_density)
+        return DetectionBirths(states, log_density, np.full((len(which), n), 1 / n))
 
     def log_uniform(self, measurement: RadarScan | RadarPlot) -> Array:
         """Log density of a plot that lies anywhere in view, with any Doppler, at each plot, ``(m,)``.

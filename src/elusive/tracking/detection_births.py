@@ -68,14 +68,15 @@ def newborn(
     """
     k = len(which)
     drawn = sensor.draw_births(measurement, which, particles, spread[0], rng)
-    if drawn.states.shape[:2] != (k, particles) or drawn.log_density.shape != (k,):
+    if drawn.states.shape[:2] != (k, particles) or [part.shape for part in drawn[1:]] != [(k,), (k, particles)]:
         raise DataError(
-            f"draw_births: gave states of shape {drawn.states.shape} and densities of shape {drawn.log_density.shape} "
-            f"for {k} detections; give ({k}, {particles}, d) and ({k},)."
+            f"draw_births: gave states of shape {drawn.states.shape}, densities of shape {drawn.log_density.shape} and "
+            f"weights of shape {drawn.weights.shape} for {k} detections; give ({k}, {particles}, d), ({k},) and "
+            f"({k}, {particles})."
         )
     flat = _completed(motion, drawn.states.reshape(k * particles, drawn.states.shape[-1]), spread[1], rng)
     seen = a_number_a_state(sensor.detection_probabilities(flat, measurement), flat, "detection_probabilities")
-    detected = seen.reshape(k, particles)
+    detected = seen.reshape(k, particles) * drawn.weights
     weights, allowed = detected, np.ones(k)
     if known:
         weights = detected * np.exp(allowed_by(known, flat)).reshape(k, particles)
@@ -83,9 +84,9 @@ def newborn(
             allowed = np.nan_to_num(weights.sum(axis=1) / detected.sum(axis=1))
     total = np.where(allowed > least_allowed, weights.sum(axis=1), 0.0) if known else weights.sum(axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        log_intensity = np.log(undetected) + drawn.log_density + np.log(total / particles)
+        log_intensity = np.log(undetected) + drawn.log_density + np.log(total)
         weights = np.where(total[:, None] > 0, weights / total[:, None], 1 / particles)
-    share = float(detected.mean()) if k else math.nan
+    share = float(detected.sum(axis=1).mean()) if k else math.nan
     return Newborn(log_intensity, flat.reshape(k, particles, flat.shape[1]), weights, allowed, share)
 
 

@@ -17,11 +17,13 @@ from numpy.typing import NDArray
 from elusive.contracts import Array, DetectionSensor, Knowledge, Motion
 from elusive.errors import DataError
 from elusive.filters.particle import _kernels, _particle_kernels
+from elusive.filters.particle.informed import smoothed
 from elusive.filters.particle.parts import a_number_a_state, allowed_by
 from elusive.filters.particle.resampling import resample
 from elusive.tracking._detection_kernels import explanations
 from elusive.tracking.lifecycle import Life
 
+UNLIKE = 0.3  # relative difference of a belief's kurtosis to that of a Gaussian, from which it is none
 CERTAIN = 1 - 1e-12  # existence, at most: a target may always have just gone
 
 
@@ -52,6 +54,11 @@ class Expected(NamedTuple):
     mean: Array  # (d,)
     covariance: Array  # (d, d)
     allowed: Array | None  # (N,) probability that each is where a target can be; None: nothing is asked
+
+    @classmethod
+    def at_rest(cls, target: Target) -> Expected:
+        """Return a target over no time: it stays as it is, and what is known of places is not asked again."""
+        return cls(target, target.existence, target.particles, target.weights, target.mean, target.covariance, None)
 
 
 class Evidence(NamedTuple):
@@ -86,20 +93,39 @@ def expected(
     survival: float,
     known: Sequence[Knowledge],
     resample_below: float,
+    kernel_width: float,
     rng: Generator,
 ) -> Expected:
-    """Move a target over an interval, and ask what is known of its places; over no time it stays as it is."""
+    """Move a target over an interval, and ask what is known of its places; over no time it stays as it is.
+
+    Where it is resampled, and is Gaussian as far as its kurtosis tells, particles are drawn from kernels about those
+    that are left, so many times as wide as Silverman's rule has them: Musso, Oudjane and Le Gland (2001).
+    """
     particles, weights, allowed, n = target.particles, target.weights, None, len(target.weights)
     if interval_s == 0:
-        return Expected(target, target.existence, particles, weights, target.mean, target.covariance, None)
+        return Expected.at_rest(target)
     if _particle_kernels.effective_size(weights) < resample_below * n:
-        particles = _kernels.gather(particles, resample(weights, n, rng), n)
+        if kernel_width and _is_gaussian(target):
+            d = particles.shape[1]
+            width = kernel_width * (4 / ((d + 2) * n)) ** (1 / (d + 4))
+            particles = smoothed(particles, weights, min(width, 1.0), rng)
+        else:
+            particles = _kernels.gather(particles, resample(weights, n, rng), n)
         weights = np.full(n, 1 / n)
     particles = motion.propagate(particles, interval_s, rng)
     if known:
         allowed = np.exp(allowed_by(known, particles))
     moments = _kernels.moments(particles, weights)
     return Expected(target, survival * target.existence, particles, weights, *moments, allowed)
+
+
+def _is_gaussian(target: Target) -> bool:
+    """Tell a belief of one mode and light tails by the kurtosis along the axes of its ellipsoid."""
+    squares, axes = np.linalg.eigh(target.covariance)
+    if squares[0] <= 0:
+        return False
+    fourth = target.weights @ ((target.particles - target.mean) @ (axes / np.sqrt(squares))) ** 4
+    return bool((np.abs(fourth / 3 - 1) < UNLIKE).all())
 
 
 def evidence(

@@ -9,7 +9,7 @@ are, each detection may begin a target, and what belongs together is known by ma
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Annotated, Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -17,12 +17,13 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 from pydantic import ConfigDict, Field, SerializeAsAny
 
-from elusive.contracts import Array, DetectionSensor, Motion, interval_since
+from elusive.contracts import Array, DetectionSensor, Knowledge, Motion, interval_since
 from elusive.filters.particle import _kernels
 from elusive.filters.particle.parts import AnyKnowledge, Known
 from elusive.model import FROM_RECORDING, Model, NonNegative, Positive, Probability, or_own
 from elusive.tracking.association import marginals
 from elusive.tracking.detection_births import Newborn, newborn
+from elusive.tracking.detection_doubles import kept_up, merged
 from elusive.tracking.detection_targets import CERTAIN, Evidence, Expected, Target, after_scan, evidence, expected
 from elusive.tracking.lifecycle import Life, Lifecycle
 from elusive.tracking.track import Track
@@ -38,6 +39,22 @@ class GatingSensor(Protocol):
 
     def gate(self, means: Array, covariances: Array, measurement: Any, deviations: float) -> NDArray[np.bool_]:
         """Whether detections lie within so many deviations of targets, ``(T, d), (T, d, d) -> (T, m)``."""
+
+
+@runtime_checkable
+class ManyScans(Protocol):
+    """A :class:`~elusive.contracts.DetectionSensor` whose measurement is of several sensors at one time."""
+
+    def scans(self, measurement: Any) -> Iterable[Any]:
+        """Yield its scans, in each of which a target is detected once at most; they are taken one after the other."""
+
+
+class _Scanned(NamedTuple):
+    """What a scan makes of the targets."""
+
+    followed: list[Target]
+    begun: list[Target]
+    seen: float  # mean probability that a new target is detected; NaN without a detection
 
 
 class DetectionState(NamedTuple):
@@ -94,6 +111,9 @@ class DetectionTracker(DetectionRules):
         description="Deviation about zero of what a new target's state has beside place and velocity",
     )
     resample_below: Probability = Field(0.5, description="Resample when the effective size falls below this share of N")
+    kernel_width: NonNegative = Field(
+        0.0, description="Width of the kernels that a Gaussian belief is resampled with, to Silverman's; 0: none"
+    )
     recover_below: float = Field(
         1e-6,
         ge=0,
@@ -126,7 +146,7 @@ class DetectionTracker(DetectionRules):
         sorted_out = Known.of(state.knowledge, self.sensor)
         known = sorted_out.maps + sorted_out.views
         alive = [
-            expected(target, self.motion, interval_s, survival, known, self.resample_below, rng)
+            expected(target, self.motion, interval_s, survival, known, self.resample_below, self.kernel_width, rng)
             for target in state.targets
             if target.life.status != "deleted"
         ]
@@ -138,6 +158,22 @@ class DetectionTracker(DetectionRules):
             found = [evidence(one, self.sensor, None, nothing, np.empty(0), least) for one in alive]
             targets = [after_scan(one, its, np.empty(0), 1.0) for one, its in zip(alive, found, strict=True)]
             return self._judged(state, time_s, targets, [], undetected)
+        scans = self.sensor.scans(measurement) if isinstance(self.sensor, ManyScans) else (measurement,)
+        targets, begun, sight = list[Target](), list[Target](), state.sight
+        for number, scan in enumerate(scans):
+            if number:  # no time passes from one to the next
+                targets, undetected = kept_up(targets + begun, undetected)
+                alive = [Expected.at_rest(target) for target in targets]
+            targets, begun, seen = self._scanned(alive, scan, undetected, known, least, rng)
+            sight = sight if math.isnan(seen) else seen
+            undetected *= 1 - sight
+        return self._judged(state._replace(sight=sight), time_s, targets, begun, undetected)
+
+    def _scanned(
+        self, alive: Sequence[Expected], measurement: Any, undetected: float, known: Sequence[Knowledge], least: float,
+        rng: Generator,
+    ) -> _Scanned:  # fmt: skip
+        """Take a scan in."""
         log_clutter = self.sensor.log_clutter(measurement)
         every, spread = np.arange(len(log_clutter)), (self.speed_sd_mps, self.further_sd)
         born = newborn(
@@ -150,10 +186,7 @@ class DetectionTracker(DetectionRules):
             for one, gate in zip(alive, gates, strict=True)
         ]
         followed, unclaimed = self._associated(alive, found, log_new)
-        kept = self._merged(followed)
-        begun = self._begun(born, unclaimed, log_new)
-        state = state._replace(sight=born.detected if len(log_new) else state.sight)
-        return self._judged(state, time_s, kept, begun, undetected * (1 - state.sight))
+        return _Scanned(merged(followed, self.merge_within), self._begun(born, unclaimed, log_new), born.detected)
 
     def _gates(self, alive: Sequence[Expected], measurement: Any, log_clutter: Array) -> NDArray[np.bool_]:
         """Which detections are within reach of which targets; one that is no clutter is within all's."""
@@ -192,39 +225,13 @@ class DetectionTracker(DetectionRules):
             begun.append(Target(Life(), there, states, weights, *moments, weights, k, 0.0, allowed, False, least))
         return begun
 
-    def _merged(self, targets: list[Target]) -> list[Target]:
-        """Leave out one of two tracks of one target: what is not confirmed, else the younger."""
-        if len(targets) < 2:
-            return targets
-        # a difference along an axis alone is never greater than that in all components: few pairs are left to look at
-        means = np.array([target.mean[:4] for target in targets])
-        variances = np.array([np.diag(target.covariance)[:4] for target in targets])
-        squares = (means[:, None] - means) ** 2
-        close = (squares <= 4 * self.merge_within**2 * (variances[:, None] + variances)).all(axis=-1)
-        kept: list[int] = []
-        for number in sorted(range(len(targets)), key=lambda number: targets[number].life.status != "confirmed"):
-            near = [other for other in kept if close[number, other]]
-            if all(_apart(targets[number], targets[other]) >= self.merge_within for other in near):
-                kept.append(number)
-        return [targets[number] for number in sorted(kept)]
-
     def _judged(
         self, state: DetectionState, time_s: float, followed: list[Target], begun: list[Target], undetected: float
     ) -> DetectionState:
         """Judge each target by its existence, number new candidates, and give up what hardly exists."""
         targets, numbered = [], state.numbered
-        for target in followed + begun:
-            odds = target.existence / (1 - target.existence)
-            if target.life.track is None and odds < target.least_odds:
-                undetected += target.existence
-                continue
+        kept, undetected = kept_up(followed + begun, undetected)
+        for target in kept:
             life, numbered = self.lifecycle.step(target.life, target.existence, numbered)
             targets.append(target._replace(life=life))
         return DetectionState(time_s, tuple(targets), numbered, undetected, state.sight, state.knowledge)
-
-
-def _apart(first: Target, second: Target) -> float:
-    """Root mean square difference of place and velocity of two beliefs, in their deviations."""
-    off = first.mean[:4] - second.mean[:4]
-    total = (first.covariance + second.covariance)[:4, :4]
-    return math.sqrt(max(0.0, float(off @ np.linalg.lstsq(total, off)[0])) / 4)

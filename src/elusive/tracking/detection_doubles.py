@@ -1,0 +1,51 @@
+"""Which targets of the tracker of detections go on: one of two tracks of one target, and beginnings that are likely."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from elusive.tracking.detection_targets import CERTAIN, Target
+
+
+def merged(targets: list[Target], within: float) -> list[Target]:
+    """Make one of two tracks of one target, which is the confirmed, else the older, and exists if either does."""
+    if len(targets) < 2:
+        return targets
+    # a difference along an axis alone is never greater than that in all components: few pairs are left to look at
+    means = np.array([target.mean[:4] for target in targets])
+    variances = np.array([np.diag(target.covariance)[:4] for target in targets])
+    squares = (means[:, None] - means) ** 2
+    close = (squares <= 4 * within**2 * (variances[:, None] + variances)).all(axis=-1)
+    kept: dict[int, Target] = {}
+    order = [(target.life.status != "confirmed", target.life.track is None) for target in targets]
+    for number in sorted(range(len(targets)), key=lambda number: order[number]):
+        target = targets[number]
+        near = (other for other in kept if close[number, other])
+        same = next((other for other in near if _apart(target, kept[other]) < within), None)
+        if same is None:
+            kept[number] = target
+        else:  # what one detection after the other may have begun is there once
+            both = kept[same].existence + target.existence
+            kept[same] = kept[same]._replace(existence=min(both, CERTAIN))
+    return [kept[number] for number in sorted(kept)]
+
+
+def kept_up(targets: Sequence[Target], undetected: float) -> tuple[list[Target], float]:
+    """Give up beginnings that hardly exist: they go back to what was never detected."""
+    kept = list[Target]()
+    for target in targets:
+        if target.life.track is None and target.existence < target.least_odds * (1 - target.existence):
+            undetected += target.existence
+        else:
+            kept.append(target)
+    return kept, undetected
+
+
+def _apart(first: Target, second: Target) -> float:
+    """Root mean square difference of place and velocity of two beliefs, in their deviations."""
+    off = first.mean[:4] - second.mean[:4]
+    total = (first.covariance + second.covariance)[:4, :4]
+    return math.sqrt(max(0.0, float(off @ np.linalg.lstsq(total, off)[0])) / 4)
