@@ -142,6 +142,7 @@ TWINS: dict[str, dict[str, str]] = {
     "sensors._shadowing_kernels": {
         "log_ratio": "sensors/test_link_shadowing.py::shadowed_log_ratio",
         "mean_profiles": "sensors/test_link_shadowing.py::shadowing",
+        "prepare": "sensors/test_link_shadowing.py::shadowed_log_ratio",
     },
     "sensors._waveform_kernels": {"covered_sums": "sensors/test_waveform.py::log_likelihood"},
     "tracking._detection_kernels": {

@@ -68,10 +68,11 @@ def test_what_is_simulated_has_the_model_s_moments():
     sensor = LinkRadiation(noise_sd_db=2.0, voxel_sd_db=1.5).links(weights, BOUNDS, VOXEL)
     people = np.array([[-1.0, 0, 1.0, 0], [1.5, 0, 3.0, 0]])
     draws = np.array([sensor.simulate(people, rng) for _ in range(4000)])
-    response = (bell(sensor.model, CENTRES, people[:, [0, 2]]) @ weights.T).sum(axis=0)
-    deviation = np.sqrt(4 + 1.5**2 * (weights**2).sum(axis=1))
+    responses = bell(sensor.model, CENTRES, people[:, [0, 2]]) @ weights.T
+    spread = sensor.model.spread**2 * (responses**2).sum(axis=0)
+    deviation = np.sqrt(4 + 1.5**2 * (weights**2).sum(axis=1) + spread)
     # four standard errors of a mean and of a deviation over 4000 draws
-    assert np.abs((draws.mean(axis=0) - response) / deviation).max() < 4 / np.sqrt(4000) + 0.02
+    assert np.abs((draws.mean(axis=0) - responses.sum(axis=0)) / deviation).max() < 4 / np.sqrt(4000) + 0.02
     np.testing.assert_allclose(draws.std(axis=0) / deviation, 1, atol=4 / np.sqrt(8000))
 
 

@@ -6,11 +6,13 @@ import math
 
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
 from elusive.errors import DataError
 from elusive.geometry.areas import Area
 from elusive.motion.walk import Walk
 from elusive.runner import run
+from elusive.sensors.linear_links import LinkRadiation
 from elusive.sensors.link_shadowing import LinkShadowing
 from elusive.systems.links.by_links import LinksMethod
 from elusive.tracking.lifecycle import Life
@@ -84,6 +86,43 @@ def test_one_person_is_where_an_exact_filter_on_a_grid_says():
         odds = math.log(person.existence / (1 - person.existence))
         assert odds == pytest.approx(math.log((1 - absent) / absent), abs=0.5)
     assert state.targets[0].existence > 0.99
+
+
+def walked(rng, half, frames):
+    """Places of somebody who walks as the model says, and stays off the walls."""
+    state = np.zeros((1, 4))
+    state[0, [0, 2]] = rng.uniform(-0.4 * half, 0.4 * half, 2)
+    state[0, [1, 3]] = rng.normal(0, WALK.speed_sd_mps, 2)
+    states = [state]
+    while len(states) < frames:
+        state = WALK.propagate(states[-1], 1.0, rng)
+        if np.abs(state[0, [0, 2]]).max() < half - 0.3:
+            states.append(state)
+    return states
+
+
+@pytest.mark.validate
+@pytest.mark.parametrize(
+    ("sensor", "half", "particles"),
+    [
+        (shadowed_links(model=LinkShadowing(temper=1.0)), 4.0, 500),
+        (linear_links(nodes=16, half=5.0, model=LinkRadiation(temper=1.0, voxel_sd_db=0.0)), 5.0, 500),
+    ],
+)
+def test_the_covariance_of_a_lone_person_holds(sensor, half, particles):
+    """Of a person who walks and changes the links as the model says, its likelihood not tempered."""
+    trials, squared = 500, []
+    model = people(sensor, Area.rectangle(-half, half, -half, half), particles=particles)
+    for trial in range(trials):
+        rng = np.random.default_rng([7, trial])
+        state, path = model.init(rng), walked(rng, half, 12)
+        for time_s, there in enumerate(path):
+            state = model.step(state, time_s, sensor.simulate(there, rng), rng)
+        (person,) = (target for target in state.targets if target.existence > 0.5)
+        off = (person.mean - path[-1][0])[[0, 2]]
+        squared.append(off @ np.linalg.solve(person.covariance[np.ix_([0, 2], [0, 2])], off))
+    low, high = chi2.ppf([0.025, 0.975], 2 * trials) / trials
+    assert low < np.mean(squared) < high
 
 
 def test_crossing_people_keep_their_numbers_and_who_leaves_is_forgotten():

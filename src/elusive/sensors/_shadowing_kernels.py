@@ -13,10 +13,13 @@ from numpy.typing import NDArray
 from elusive.contracts import Array
 
 Indices = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+Slope = tuple[float, float]  # a value and its slope
 CHUNK = 16  # readings whose ratios stay within the range of numbers when multiplied
 GONE = 36.0  # lengths after which a decay, 2e-16, is nothing
 PRODUCT = 300.0  # lengths of a link up to which its decay is a product of numbers within their range
 SHIFT = 49  # bits of a number below the eighth of its power of two: eight knots a doubling
+KNOTS = 160  # twenty doublings of the shortest length
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -27,9 +30,7 @@ def decay(excess: float, length: float) -> float:
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
-def level(
-    excess: float, weight: float, own: Array, lengths: tuple[float, float, float], degrees: float
-) -> tuple[float, float]:
+def level(excess: float, weight: float, own: Array, lengths: tuple[float, float, float], degrees: float) -> Slope:
     """Log likelihood of a link's readings, but for a constant, of a person of a weight, and its slope.
 
     ``own`` ``(4, R)``: residual and loss in the deviations without the person, near and far variance in the variance.
@@ -55,67 +56,93 @@ def level(
     return total, slope
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
-def log_ratio(
-    distances: Array,
-    ends: Indices,
-    straight: Array,
+@njit(cache=True, nogil=True, error_model="numpy")
+def prepare(
     residual: Array,
     variance: Array,
     loss: Array,
     near_variance: Array,
     far_variance: Array,
-    lengths: tuple[float, float, float],
     degrees: float,
     ways: Indices,
-) -> Array:
-    """Log likelihood ratio ``(N,)`` of one more person at places whose distances to the nodes are ``(S, N)``.
+) -> tuple[Array, Indices, Array, Array, Flags]:
+    """Lay out what links say of one more person: a link's ``own`` readings, how many, their level without the person.
 
-    ``ends`` ``(L, 2)`` are the nodes of each undirected link, ``straight`` its length, ``ways`` its two rows of the
-    arrays ``(D, C)``. NaN residuals say nothing.
+    ``ways`` ``(L, 2)`` are the two rows of each undirected link in the arrays ``(D, C)``; NaN residuals say nothing.
+    The cubics between a link's knots ``(L, KNOTS, 4)`` are found as they are asked for; the flags tell which are.
     """
-    places, channels = distances.shape[1], residual.shape[1]
-    total = np.zeros(places)
-    own, shifted = np.empty((4, 2 * channels)), np.empty(places)
-    bits = shifted.view(np.uint64)
-    core = 0.5 * min(lengths)
-    for link in range(len(ends)):
-        heard = 0
+    links, channels = len(ways), residual.shape[1]
+    own, heard, without = np.empty((links, 4, 2 * channels)), np.zeros(links, np.int64), np.zeros(links)
+    for link in range(links):
+        count = 0
         for way in range(2):
             row = ways[link, way]
             for channel in range(channels):
                 if not np.isnan(residual[row, channel]):
                     deviation = np.sqrt(variance[row, channel])
-                    own[0, heard] = residual[row, channel] / deviation
-                    own[1, heard] = loss[row, channel] / deviation
-                    own[2, heard] = near_variance[row, channel] / variance[row, channel]
-                    own[3, heard] = far_variance[row, channel] / variance[row, channel]
-                    heard += 1
-        if heard == 0:
+                    own[link, 0, count] = residual[row, channel] / deviation
+                    own[link, 1, count] = loss[row, channel] / deviation
+                    own[link, 2, count] = near_variance[row, channel] / variance[row, channel]
+                    own[link, 3, count] = far_variance[row, channel] / variance[row, channel]
+                    count += 1
+        heard[link] = count
+        without[link] = level(0.0, 0.0, own[link, :, :count], (1.0, 1.0, 1.0), degrees)[0]
+    return own, heard, without, np.empty((links, KNOTS, 4)), np.zeros((links, KNOTS), np.bool_)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
+def log_ratio(
+    distances: Array,
+    ends: Indices,
+    straight: Array,
+    lengths: tuple[float, float, float],
+    degrees: float,
+    own: Array,
+    heard: Indices,
+    without: Array,
+    cubics: Array,
+    known: Flags,
+) -> Array:
+    """Log likelihood ratio ``(N,)`` of one more person at places whose distances to the nodes are ``(S, N)``.
+
+    ``ends`` ``(L, 2)`` are the nodes of each undirected link, ``straight`` its length; the rest is from ``prepare``.
+    """
+    places = distances.shape[1]
+    total, shifted = np.zeros(places), np.empty(places)
+    bits = shifted.view(np.uint64)
+    core = 0.5 * min(lengths)
+    first = np.array([core]).view(np.int64)[0] >> SHIFT
+    at = ((np.arange(KNOTS + 1) + first) << SHIFT).view(np.float64)
+    origin = np.uint64(first)
+    for link in range(len(ends)):
+        if heard[link] == 0:
             continue
-        without, _ = level(0.0, 0.0, own[:, :heard], lengths, degrees)
+        mine, cubic = own[link, :, : heard[link]], cubics[link]
         one, other = distances[ends[link, 0]], distances[ends[link, 1]]
         low, high = np.inf, 0.0
         for n in range(places):
             shifted[n] = max(one[n] + other[n] - straight[link], 0.0) + core
             low, high = min(low, shifted[n]), max(high, shifted[n])
-        reach = np.array([low, high]).view(np.int64) >> SHIFT
-        start, knots = reach[0], reach[1] - reach[0] + 2
-        if knots > places:
+        reach = (np.array([low, high]).view(np.int64) >> SHIFT) - first
+        if reach[1] - reach[0] + 2 > places or reach[1] >= KNOTS:
             for n in range(places):
-                total[n] += level(shifted[n] - core, 1.0, own[:, :heard], lengths, degrees)[0] - without
+                total[n] += level(shifted[n] - core, 1.0, mine, lengths, degrees)[0] - without[link]
             continue
-        at = ((np.arange(knots) + start) << SHIFT).view(np.float64)
-        cubic = np.empty((knots, 4))
-        for k in range(knots):
-            cubic[k, 0], cubic[k, 1] = level(at[k] - core, 1.0, own[:, :heard], lengths, degrees)
-            cubic[k, 0] -= without
-        for k in range(knots - 1):
+        end = -1  # knot whose level is at hand
+        value, slope = 0.0, 0.0
+        for k in range(reach[0], reach[1] + 1):
+            if known[link, k]:
+                continue
+            if end != k:
+                value, slope = level(at[k] - core, 1.0, mine, lengths, degrees)
+            ahead, turn = level(at[k + 1] - core, 1.0, mine, lengths, degrees)
             width = at[k + 1] - at[k]
-            rise = (cubic[k + 1, 0] - cubic[k, 0]) / width
-            cubic[k, 2] = (3.0 * rise - 2.0 * cubic[k, 1] - cubic[k + 1, 1]) / width
-            cubic[k, 3] = (cubic[k, 1] + cubic[k + 1, 1] - 2.0 * rise) / (width * width)
-        origin = np.uint64(start)
+            rise = (ahead - value) / width
+            cubic[k, 0], cubic[k, 1] = value - without[link], slope
+            cubic[k, 2] = (3.0 * rise - 2.0 * slope - turn) / width
+            cubic[k, 3] = (slope + turn - 2.0 * rise) / (width * width)
+            known[link, k] = True
+            end, value, slope = k + 1, ahead, turn
         for n in range(places):
             k = (bits[n] >> np.uint64(SHIFT)) - origin
             d = shifted[n] - at[k]

@@ -7,7 +7,7 @@ adds to the variance of a link's noise: sv^2 times the sum of the squares of its
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -106,8 +106,8 @@ class LinearLinks:
         mean, square = existence * (weights @ expected), existence * (weights @ expected**2)
         return Effect(mean, np.maximum((1 + self.model.spread**2) * square - mean**2, 0.0))
 
-    def log_ratio(self, expected: Array, measurement: Array, others: Sequence[Effect]) -> Array:
-        """Log likelihood of one more person at each state less that of the others alone, ``(N,)``, tempered.
+    def given(self, measurement: Array, others: Sequence[Effect]) -> Callable[[Array], Array]:
+        """Return :meth:`log_ratio` as a function of what is expected: the rest is worked out once.
 
         Raises
         ------
@@ -122,7 +122,12 @@ class LinearLinks:
                 f"frame: has shape {change.shape}, not {self._variance.shape}, or an infinite change; missing is NaN."
             )
         mean, variance = total(others, self._variance)
-        return self.model.temper * log_ratio(expected, change - mean, variance, float(self.model.spread))
+        left, spread = change - mean, float(self.model.spread)
+        return lambda expected: self.model.temper * log_ratio(expected, left, variance, spread)
+
+    def log_ratio(self, expected: Array, measurement: Array, others: Sequence[Effect]) -> Array:
+        """Log likelihood of one more person at each state less that of the others alone, ``(N,)``, tempered."""
+        return self.given(measurement, others)(expected)
 
     def log_likelihood(self, states: Array, measurement: Array) -> Array:
         """Log likelihood ratio of one person at each state against nobody, ``(N, d) -> (N,)``, tempered."""
@@ -131,6 +136,7 @@ class LinearLinks:
     def simulate(self, states: Array, rng: Generator) -> Array:
         """Draw the changes ``(L,)`` with people at the states ``(P, d)``; ``(0, d)``: nobody."""
         voxels = self._weights @ rng.normal(0.0, self.model.voxel_sd_db, self._weights.shape[1])
-        people = self.expected(states).sum(axis=0)
+        responses = self.expected(states)
+        people = (responses * (1.0 + self.model.spread * rng.standard_normal(responses.shape))).sum(axis=0)
         noisy: Array = people + voxels + rng.normal(0.0, self.model.noise_sd_db, len(people))
         return noisy

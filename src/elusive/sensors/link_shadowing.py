@@ -11,7 +11,7 @@ of a link are not independent.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -164,8 +164,8 @@ class ShadowedLinks:
 
     def expected_at(self, places: Array) -> Array:
         """Distances of each place to each node, ``(N, 2) -> (S, N)`` [m]."""
-        away = places[None] - self.nodes.positions_m[:, None]
-        distances: Array = np.sqrt((away**2).sum(axis=2))
+        east, north = (places[:, k] - self.nodes.positions_m[:, k, None] for k in (0, 1))
+        distances: Array = np.sqrt(east * east + north * north)
         return distances
 
     def effect(self, expected: Array, weights: Array, existence: float) -> Effect:
@@ -179,21 +179,28 @@ class ShadowedLinks:
         moved = (square - existence * near**2) * tables.loss**2
         return Effect(-existence * near * tables.loss, existence * (spread + moved))
 
-    def log_ratio(self, expected: Array, measurement: Array, others: Sequence[Effect]) -> Array:
-        """Log likelihood of one more person at each state less that of the others alone, ``(N,)``, tempered.
+    def given(self, measurement: Array, others: Sequence[Effect]) -> Callable[[Array], Array]:
+        """Return :meth:`log_ratio` as a function of what is expected: the rest is worked out once.
 
         Raises
         ------
         DataError
             If the frame is not of this network's links and channels, or a change is infinite.
         """
-        from elusive.sensors._shadowing_kernels import log_ratio
+        from elusive.sensors._shadowing_kernels import log_ratio, prepare
 
         tables, (residual, variance) = self._tables, self._less(measurement, others)
-        return self.temper * log_ratio(
-            expected, tables.ends, tables.straight, residual, variance, tables.loss, tables.near_variance,
-            tables.far_variance, self._lengths, float(self.model.degrees), tables.ways,
+        degrees = float(self.model.degrees)
+        said = prepare(
+            residual, variance, tables.loss, tables.near_variance, tables.far_variance, degrees, tables.ways
         )  # fmt: skip
+        return lambda expected: (
+            self.temper * log_ratio(expected, tables.ends, tables.straight, self._lengths, degrees, *said)
+        )
+
+    def log_ratio(self, expected: Array, measurement: Array, others: Sequence[Effect]) -> Array:
+        """Log likelihood of one more person at each state less that of the others alone, ``(N,)``, tempered."""
+        return self.given(measurement, others)(expected)
 
     def log_without(self, measurement: Array, others: Sequence[Effect]) -> float:
         """Return the log likelihood of the others alone, tempered, but for a constant."""

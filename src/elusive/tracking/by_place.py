@@ -27,6 +27,9 @@ class PlaceSensor(AdditiveSensor, Protocol):
     def expected_at(self, places: Array) -> Any:
         """Return what a target at each place ``(N, 2)`` adds: ``expected`` of its state."""
 
+    def given(self, measurement: Any, others: Sequence[Any]) -> Callable[[Any], Array]:
+        """Return ``log_ratio`` as a function of what is expected, for many calls."""
+
 
 @runtime_checkable
 class PlaceMotion(Protocol):
@@ -46,7 +49,7 @@ class Placed(NamedTuple):
     places: Array  # (N, 2)
     interval_s: float
     log_evidence: float = 0.0  # of a target there against none
-    others: Sequence[Any] | None = None  # effects given which they were drawn; None before
+    ratio: Callable[[Any], Array] | None = None  # log likelihood ratio by which they were drawn; None before
 
 
 class ByPlace(NamedTuple):
@@ -62,12 +65,10 @@ class ByPlace(NamedTuple):
 
         What is known of a place is asked with the other components as they were before.
         """
-        expected = _once(self.sensor.expected_at)
+        expected, ratio = _once(self.sensor.expected_at), self.sensor.given(measurement, others)
 
         def level_before(places: Array) -> Array | float:
-            if placed.others is None:
-                return 0.0
-            return self.sensor.log_ratio(expected(places), measurement, placed.others)
+            return 0.0 if placed.ratio is None else placed.ratio(expected(places))
 
         earlier = _once(level_before)
 
@@ -79,12 +80,12 @@ class ByPlace(NamedTuple):
             return total
 
         def log_likelihood(places: Array) -> Array:
-            gain: Array = self.sensor.log_ratio(expected(places), measurement, others) - earlier(places)
+            gain: Array = ratio(expected(places)) - earlier(places)
             return gain
 
         after = anneal(placed.places, log_prior, log_likelihood, rng, effective=self.effective)
         log_evidence = placed.log_evidence + after.log_evidence
-        return Placed(placed.before[after.origin], after.states, placed.interval_s, log_evidence, others)
+        return Placed(placed.before[after.origin], after.states, placed.interval_s, log_evidence, ratio)
 
     def arrived(self, placed: Placed, rng: Generator) -> Array:
         """Draw the states ``(N, d)`` given the places."""

@@ -121,7 +121,8 @@ class Seeker:
         free, n = self._free(cells.centres, left), self._particles
         if not free.any():
             return None
-        level = np.where(free, sensor.log_ratio(cells.expected, left.measurement, left.others), -math.inf)
+        ratio = sensor.given(left.measurement, left.others)
+        level = np.where(free, ratio(cells.expected), -math.inf)
         likely = np.exp(level - level.max())
         if not worth(float(level.max()) + math.log(likely.sum() / free.sum())):
             return None
@@ -136,7 +137,7 @@ class Seeker:
             return np.where(self._free(there, left), self._log_allowed(states), -math.inf)
 
         def log_likelihood(there: Array) -> Array:
-            return sensor.log_ratio(sensor.expected_at(there), left.measurement, left.others)
+            return ratio(sensor.expected_at(there))
 
         log_weight = self._log_allowed(newborn) - np.log(share[chosen] * free.sum())
         after = anneal(places, log_prior, log_likelihood, rng, log_weight=log_weight, effective=self._effective)

@@ -180,7 +180,7 @@ class SuperposedTracker(SuperposedSettings):
 
     def _arrived(self, target: Sought, rng: Generator) -> Sought:
         """Draw the rest of the states of a target whose places have been drawn given a measurement."""
-        if self._by_place is None or target.placed is None or target.placed.others is None:
+        if self._by_place is None or target.placed is None or target.placed.ratio is None:
             return target
         return target._replace(particles=self._by_place.arrived(target.placed, rng))
 
