@@ -27,6 +27,7 @@ TWINS: dict[str, dict[str, str]] = {
     },
     "charts._nearest_kernels": {"distances": "charts/test_approximations.py::distances"},
     "filters.accumulate._recurrent_kernels": {
+        "forget": "filters/accumulate/test_recurrent.py::recurrent(",
         "straight": "filters/accumulate/test_recurrent.py::recurrent(",
         "switching": "filters/accumulate/test_recurrent.py::recurrent(",
         "tile_rows": "filters/accumulate/test_recurrent.py::recurrent(",
@@ -150,6 +151,11 @@ TWINS: dict[str, dict[str, str]] = {
         "associate_few": "tracking/test_detections.py::twin.marginals",
         "clusters": "tracking/test_detections.py::connected_components",
         "explanations": "tracking/test_detections.py::twin.step",
+    },
+    "tracking._trail_kernels": {
+        "climb": "tracking/test_search.py::twin.climb",
+        "total": "tracking/test_search.py::twin.values",
+        "values": "tracking/test_search.py::twin.values",
     },
 }
 

@@ -23,11 +23,19 @@ def markov_matrix(model, vectors):
     if model.markov_matrix is not None:
         return np.array(model.markov_matrix)
     apart = abs(vectors[:, None] - vectors[None]).max(axis=2)
-    near = (apart > 0) & (apart <= model.velocity_step * (1 + 1e-9))
+    near = (apart > 0) & (apart <= (model.velocity_step or 1.0) * (1 + 1e-9))
     if model.switch_to == "any":
         near = apart > 0
     q = model.switching / max(1, near.sum(axis=1).max()) * near
     return q + np.diag(1 - q.sum(axis=1))
+
+
+def mean_square(x):
+    """Mean square of evidence, none farther out than six deviations by the median of some 1024 values."""
+    asked = np.sort(np.abs(x.ravel()[:: -(-x.size // 1024)]))
+    limit = (6.0 * float(asked[asked.size // 2]) / 0.6745) ** 2
+    square = np.square(x, dtype=np.float64)
+    return np.mean(np.minimum(square, limit) if limit > 0 else square)
 
 
 def recurrent(model, evidence, carried=None):
@@ -53,8 +61,9 @@ def recurrent(model, evidence, carried=None):
         if frame is not None:
             x = frame.astype(dtype)
             planes = alpha * planes + gain * x
-            square = np.mean(np.square(x, dtype=np.float64))
-            variance = model.smoothing**2 * variance + (1 - model.smoothing) ** 2 * square
+            variance = model.smoothing**2 * variance + (1 - model.smoothing) ** 2 * mean_square(x)
+        else:
+            planes, variance = alpha * planes, model.smoothing**2 * variance
         deviation = np.sqrt(variance)
         best = planes.max(axis=0)
         score = best / dtype(deviation) if deviation > 0 else np.zeros_like(best)

@@ -21,6 +21,7 @@ POWERS = {
     "turn_rate_sd_deg": 1, "max_velocity": 1, "min_velocity": 1, "velocity_step": 1, "velocities": 1,
 }  # fmt: skip
 CHAIN = ("birth_probability", "death_probability")
+CHANCES = (*CHAIN, "switching")
 ALL_BUT = 1 - 2.0**-50  # a probability of a second that still says how much is forgotten in a part of it
 
 
@@ -49,12 +50,14 @@ def rescaled(model: M, usual: Model | None, factor: float, *, left_alone: bool, 
         if isinstance(value, Model):
             changes[name] = rescaled(value, here, factor, left_alone=left_alone, idle=idle)
         elif (value in (default, here)) is left_alone and value is not None and name not in idle:
-            if name in CHAIN:
+            if name in CHANCES:
                 chosen[name] = value
+            elif name == "smoothing":
+                changes[name] = value**factor
             elif name in POWERS:
                 power = 5 if name == "q" and isinstance(model, ConstantAcceleration) else POWERS[name]
                 changes[name] = _times(value, factor**power)
-    if len(chosen) == 2:
+    if set(CHAIN) <= set(chosen):
         both = switching(chosen[CHAIN[0]], chosen[CHAIN[1]], factor)
         most = min(1.0, ALL_BUT / max(sum(both), 1e-300))
         changes |= zip(CHAIN, (most * probability for probability in both), strict=True)

@@ -44,7 +44,7 @@ def matched_response(
         power = np.maximum(_separable(weight, taps**2), 0.0)
         visible = _separable(seen.astype(float), taps / taps.sum()) > 0.6
         response = np.where(visible, along / np.sqrt(np.maximum(power, 1e-300)), 0.0)
-        best = np.maximum(best, response / _local_deviation(response, visible, window_px))
+        best = np.maximum(best, response / local_deviation(response, visible, window_px))
         covered &= visible
     return np.where(covered, best, np.nan)
 
@@ -63,7 +63,8 @@ def local_mean(image: Array, seen: Array, window_px: int) -> Array:
     return mean
 
 
-def _local_deviation(response: Array, visible: NDArray[np.bool_], window_px: int) -> Array:
+def local_deviation(response: Array, visible: NDArray[np.bool_], window_px: int) -> Array:
+    """Root mean square of the seen values about each pixel, outliers clipped, held above a share of the frame's."""
     square = np.clip(response, -CLIP, CLIP) ** 2
     overall = float(square[visible].mean()) if visible.any() else 1.0
     local = local_mean(square, visible.astype(float), window_px)

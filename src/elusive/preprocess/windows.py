@@ -7,8 +7,9 @@ noise of one deviation against another: Van Trees (1968), section 2.6.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import pairwise
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import Field, field_validator, model_validator
@@ -167,6 +168,22 @@ class LikelihoodRatio(_ZeroMean):
         u = np.hypot(s, o) if self.mode == "additive" else o
         ratios: Array = 0.5 * (1.0 - (s / u) ** 2) * (values / s) ** 2 - np.log(u / s)
         return ratios
+
+
+LEAST_WINDOW = {"std": 3}  # samples; a deviation needs some
+
+
+def fitted_statistic(given: Mapping[str, Any], size: int, border: str) -> dict[str, Any]:
+    """Fill a statistic's fields: a window as long as the object, made odd, whose border follows the filter's.
+
+    Of a bounded frame the window holds fewer samples at the border.
+    """
+    kind = given.get("kind", "llr")
+    own = {
+        "border": "cut" if border == "bounded" else "circular",
+        "window": max(size + 1 - size % 2, LEAST_WINDOW.get(kind, 1)),
+    }
+    return {**own, **given, "kind": kind}
 
 
 Statistic = Annotated[LocalDeviation | ChiSquare | DotProduct | LikelihoodRatio, Field(discriminator="kind")]

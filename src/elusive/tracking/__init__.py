@@ -1,22 +1,25 @@
 """From beliefs and detections to tracks."""
 
-from elusive.tracking.accumulated import PeakTrack, PeakTracker, PeakTrackerState
+from elusive.tracking.accumulated import PeakTrack, PeakTracker
+from elusive.tracking.follow import FollowedState, Follower
+from elusive.tracking.footprint import Footprint
 from elusive.tracking.lifecycle import Life, Lifecycle
-from elusive.tracking.peaks import Peak, find_peaks
 from elusive.tracking.read_back import ReadBack, read_back
+from elusive.tracking.search import VelocitySearch
 from elusive.tracking.track import Status, Step, Track
 
 __all__ = [
+    "FollowedState",
+    "Follower",
+    "Footprint",
     "Life",
     "Lifecycle",
-    "Peak",
     "PeakTrack",
     "PeakTracker",
-    "PeakTrackerState",
     "ReadBack",
     "Status",
     "Step",
     "Track",
-    "find_peaks",
+    "VelocitySearch",
     "read_back",
 ]

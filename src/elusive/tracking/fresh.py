@@ -8,11 +8,6 @@ from __future__ import annotations
 import math
 from typing import NamedTuple, Self
 
-import numpy as np
-from numpy.typing import ArrayLike
-
-from elusive.contracts import Array
-
 FLUCTUATION = 0.5  # deviation of a target's evidence in one frame, to its mean, before it is known
 
 
@@ -55,16 +50,3 @@ class Fresh(NamedTuple):
         about = squares / count - 2 * level * total / count + level**2
         spread = max(1.0, (1 - share) * self.spread + share * about)
         return told._replace(level=max(level, 0.0), spread=spread, weight=weight, pending=(0.0, 0.0, 0))
-
-
-def sample(evidence: Array, position: ArrayLike) -> float:
-    """Return the evidence at the cell nearest to ``x[, y]``, in deviations of its map; 0 outside."""
-    cell = np.rint(np.asarray(position, dtype=float)).astype(int)[::-1]
-    if (cell < 0).any() or (cell >= evidence.shape).any():
-        return 0.0
-    return float(evidence[tuple(cell)]) / math.sqrt(float(np.mean(evidence**2)))
-
-
-def ring(shape: tuple[int, ...]) -> Array:
-    """Return the lengths of a circular map's axes in the order x[, y]."""
-    return np.array(shape[::-1], dtype=float)

@@ -128,17 +128,59 @@ def test_the_score_is_the_largest_sum_along_a_trajectory():
 
 
 @pytest.mark.parametrize("switching", SWITCHING)
-def test_constant_evidence_accumulates_to_one_minus_alpha_to_the_k(switching):
+def test_constant_evidence_accumulates_with_its_age(switching):
     model = RecurrentFilter(smoothing=0.9, max_velocity=2.0, precision="double", **SWITCHING[switching])
     frames = [np.full((5, 6), 3.0)] * 4 + [None] * 2 + [np.full((5, 6), 3.0)] * 20
-    seen = 0
-    for frame, state in zip(frames, run(model, frames, RNG, start_s=-1.0), strict=True):
-        seen += frame is not None
-        # a missing frame moves what is accumulated and forgets nothing
-        np.testing.assert_allclose(standing(state), 3 * (1 - 0.9**seen), rtol=1e-12)
-        square = 9 * 0.1**2 * (1 - 0.9 ** (2 * seen)) / (1 - 0.9**2)
-        assert state.deviation == pytest.approx(np.sqrt(square), rel=1e-12)
-        np.testing.assert_allclose(state.score * state.deviation, 3 * (1 - 0.9**seen), rtol=1e-12)
+    seen: list[int] = []
+    for k, (frame, state) in enumerate(zip(frames, run(model, frames, RNG, start_s=-1.0), strict=True)):
+        seen += [k] if frame is not None else []
+        # what is accumulated fades with time, a missing frame's too
+        weights = 0.1 * 0.9 ** (k - np.array(seen))
+        np.testing.assert_allclose(standing(state), 3 * weights.sum(), rtol=1e-12)
+        assert state.deviation == pytest.approx(3 * np.sqrt((weights**2).sum()), rel=1e-12)
+
+
+@pytest.mark.parametrize("switching", ["straight", "adjacent", "any"])
+def test_rates_are_those_of_a_second(switching):
+    """Two frames a second, nothing seen between seconds: as one frame a second."""
+    model = RecurrentFilter(smoothing=0.7, max_velocity=0.0 if switching == "straight" else 1.0, precision="double")
+    model = model.replace(**SWITCHING[switching])
+    frames = np.random.default_rng(11).standard_normal((6, 40))
+    once = twice = model.init(RNG, -1.0)
+    for k, frame in enumerate(frames):
+        once = model.step(once, float(k), frame, RNG)
+        twice = model.step(model.step(twice, k - 0.5, None, RNG), float(k), frame, RNG)
+        assert twice.deviation == pytest.approx(once.deviation)
+        if switching == "straight":
+            np.testing.assert_allclose(twice.score, once.score)
+        else:  # half a second twice: as probable, up to changing back
+            p = model.switching
+            assert model._switched(0.5) * p == pytest.approx(1 - np.sqrt(1 - p))
+
+
+@pytest.mark.parametrize("border", ["circular", "bounded"])
+@pytest.mark.parametrize("shape", [(40,), (12, 15)])
+def test_what_is_forgotten_is_as_if_it_had_not_been_seen(border, shape):
+    model = RecurrentFilter(smoothing=0.8, max_velocity=2.0, velocity_step=0.5, border=border, precision="double")
+    rng = np.random.default_rng(12)
+    frames, steps = rng.standard_normal((9, *shape)), rng.normal(scale=2, size=(9, len(shape)))
+    kept, removed, lesses = model.init(RNG, 0.0), [], []
+    for k, (frame, step) in enumerate(zip(frames, steps, strict=True)):
+        kept = model.carried(kept, step)
+        corner = (0, 7) if len(shape) == 1 else (3, 5)
+        patch = np.atleast_2d(frame[7:11] if len(shape) == 1 else frame[3:7, 5:9]).copy()
+        removed.append((k + 1.0, kept.scene_px, corner, patch))
+        less = frame.copy()
+        less[(slice(7, 11),) if len(shape) == 1 else (slice(3, 7), slice(5, 9))] = 0.0
+        lesses.append(less)
+        kept = model.step(kept, k + 1.0, frame, RNG)
+    for time_s, scene, corner, patch in removed:
+        model.forget(kept, time_s, scene, corner, patch)
+    *_, (planes, *_) = recurrent(model, lesses, steps)
+    if border == "circular":
+        np.testing.assert_allclose(standing(kept), planes, atol=1e-12)
+    else:  # but for cells that the scene's jumps have led out of the frame and in again
+        assert np.mean(np.abs(standing(kept) - planes) > 1e-12) < 0.05
 
 
 @pytest.mark.parametrize("precision", ["single", "double"])
@@ -360,6 +402,6 @@ def test_at_uneven_times_a_trajectory_goes_on_for_as_long_as_it_took() -> None:
     assert state.time_s == times[-1]
     np.testing.assert_allclose(state.mean, [(5 + x) % 40, velocity[0], (20 + y) % 30, velocity[1]])
     # all five frames lie on one trajectory: the sum of what is left of each
-    assert state.score.max() * state.deviation == pytest.approx(sum(0.5 * 0.5**k for k in range(5)))
+    assert state.score.max() * state.deviation == pytest.approx(sum(0.5 * 0.5 ** (times[-1] - t) for t in times))
     with pytest.raises(DataError, match="sort the measurements by time"):
         model.step(state, times[0], frames[0], RNG)

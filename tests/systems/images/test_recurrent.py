@@ -86,10 +86,10 @@ def test_false_alarms_come_at_the_wanted_rate(noise: Any) -> None:
     begun: Any = flt.init(rng, 0.0)
     alarms = 0
     for _ in range(200):
-        state = begun._replace(recurrent=parameters.filter.init(rng, 0.0))
+        state = begun._replace(followed=flt.init_followed(rng))
         for _ in range(4):
             state = flt.step(state, state.time_s + 1, sensor.simulate(np.empty((0, 5)), rng), rng)
-        alarms += float(state.recurrent.score.max()) > state.threshold
+        alarms += float(state.followed.score.max()) > state.threshold
     assert abs(alarms - 20) < 3 * np.hypot(4.2, 5.0)
 
 

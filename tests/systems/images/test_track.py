@@ -231,7 +231,7 @@ def test_what_is_given_counts_a_second_and_what_is_left_alone_a_frame() -> None:
     assert given.recursion.detector.motion == left.motion
     assert given.bind((48, 48), 0.04) == given  # as often as one likes: config.yaml repeats a run
     bank = ImageTracking(filter={"kind": "recurrent", "max_velocity": 50.0}).bind((48, 48), 0.04).recursion.model
-    assert (bank.max_velocity, bank.velocity_step) == (2.0, 0.5)  # a frame, as it counts
+    assert (bank.max_velocity, bank.smoothing) == (2.0, 0.9)  # a frame, as it counts
 
 
 @pytest.mark.parametrize("kind", ["bernoulli", "recurrent"])

@@ -15,6 +15,9 @@ from elusive.filters.accumulate import _recurrent_kernels as kernels
 from elusive.filters.accumulate._recurrent_mixture import Mixture
 
 Map = NDArray[np.floating[Any]]  # of the filter's precision
+CLIP = 6.0  # deviations of the frame's middle that a value counts at most towards the noise: a star is none
+ASKED = 1024  # values whose median tells it
+HALF = 0.6745  # median of a normal number's size
 
 
 @dataclass(slots=True, eq=False)
@@ -32,24 +35,41 @@ class Accumulated:
 
     def advance(
         self, elapsed_s: float, scene: tuple[float, ...], evidence: Map, alpha: float, gain: float, variance: float,
-        score: Map, velocity: NDArray[np.int32],
+        switched: float, score: Map, velocity: NDArray[np.int32],
     ) -> tuple[float, int]:  # fmt: skip
-        """Go on to a time since the start and fill the maps; return the variance and the best cell's flat index."""
+        """Go on to a time since the start and fill the maps; return the variance and the best cell's flat index.
+
+        ``switched`` is how probable a change of velocity is, to a second's.
+        """
         x, y = (*scene, 0.0, 0.0)[:2]
         arguments: tuple[Any, ...] = (
             self.vectors, self.offsets, elapsed_s, x, y, evidence, self.work, alpha, gain, variance,
-            self.bounded, score, velocity,
+            most_of_square(evidence), self.bounded, score, velocity,
         )  # fmt: skip
         if self.later is None or self.mixture is None:
             variance, best = kernels.straight(self.planes, *arguments)
         else:
-            variance, best = kernels.switching(self.planes, self.later, *arguments, *self.mixture)  # type: ignore[call-arg]
+            mixture = self.mixture if switched == 1 else self.mixture.scaled(switched)
+            variance, best = kernels.switching(self.planes, self.later, *arguments, *mixture)  # type: ignore[call-arg]
         if not math.isfinite(variance):
             raise DataError("evidence: holds values that are not finite; give None for a frame that is missing.")
         if self.later is not None:
             self.planes, self.later = self.later, self.planes
         self.frame += 1
         return variance, best
+
+    def forget(
+        self, elapsed_s: float, scene: tuple[float, ...], corner: tuple[int, int], removed: Map, weight: float
+    ) -> None:
+        """Take a patch (top, left) of an earlier frame's evidence out, as if it had been zero there.
+
+        Where velocities switch, what it has become is not known, and fades.
+        """
+        if self.later is None:
+            x, y = (*scene, 0.0, 0.0)[:2]
+            kernels.forget(
+                self.planes, self.vectors, self.offsets, elapsed_s, x, y, *corner, removed, weight, self.bounded
+            )
 
     @classmethod
     def nothing(
@@ -66,6 +86,13 @@ class Accumulated:
             (np.empty(cells, dtype), np.empty(cells, dtype), np.empty(cells, np.int32)),
             vectors, np.rint(elapsed_s * vectors + scene).astype(np.int64), bounded, mixture,
         )  # fmt: skip
+
+
+def most_of_square(evidence: Map) -> float:
+    """Return the square that a value counts at most towards the noise; infinity where half of the values are zero."""
+    asked = np.abs(evidence.ravel()[:: -(-evidence.size // ASKED)])
+    middle = float(np.partition(asked, asked.size // 2)[asked.size // 2])
+    return (CLIP * middle / HALF) ** 2 or math.inf
 
 
 def work_cells(shape: tuple[int, ...]) -> int:

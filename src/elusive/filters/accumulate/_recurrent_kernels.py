@@ -23,17 +23,17 @@ def tile_rows(rows: int, columns: int) -> int:
 @njit(cache=True, nogil=True)
 def straight(
     planes: Any, vectors: Any, offsets: Any, at: float, scene_x: float, scene_y: float, evidence: Any, work: Any,
-    alpha: float, gain: float, variance: float, bounded: bool, score: Any, velocity: Any,
+    alpha: float, gain: float, variance: float, most: float, bounded: bool, score: Any, velocity: Any,
 ) -> tuple[float, int]:  # fmt: skip
     """One step, eq. 7, of trajectories that keep their velocity: in place, and no plane is moved.
 
     A cell of ``planes[v]`` is where its trajectory was anchored; it stands ``offsets[v]`` further, round the frame.
     The maps of the tile in ``work`` (scaled evidence, maximum, its index) are two frames wide, so that a row of any
-    offset is one stretch. Returns the variance and the best cell's flat index; where the evidence is not finite,
-    neither is the variance, and nothing has changed.
+    offset is one stretch. A square of evidence counts ``most`` at most towards the variance. Returns the variance and
+    the best cell's flat index; where the evidence is not finite, neither is the variance, and nothing has changed.
     """
     count, rows, columns = planes.shape
-    variance = alpha * alpha * variance + gain * gain * _mean_square(evidence)
+    variance = alpha * alpha * variance + gain * gain * _mean_square(evidence, most)
     if not np.isfinite(variance):
         return variance, 0
     shifts = _move(offsets, vectors, at, scene_x, scene_y)
@@ -74,7 +74,7 @@ def straight(
 @njit(cache=True, nogil=True)
 def switching(
     planes: Any, later: Any, vectors: Any, offsets: Any, at: float, scene_x: float, scene_y: float, evidence: Any,
-    work: Any, alpha: float, gain: float, variance: float, bounded: bool, score: Any, velocity: Any,
+    work: Any, alpha: float, gain: float, variance: float, most: float, bounded: bool, score: Any, velocity: Any,
     firsts: Any, sources: Any, shares: Any,
 ) -> tuple[float, int]:  # fmt: skip
     """One step, eq. 7, of trajectories that may change velocity: planes are mixed, moved and updated into ``later``.
@@ -83,7 +83,7 @@ def switching(
     these ``shares``; one plane more than velocities is their sum. Returns as :func:`straight`.
     """
     count, rows, columns = len(vectors), planes.shape[1], planes.shape[2]
-    variance = alpha * alpha * variance + gain * gain * _mean_square(evidence)
+    variance = alpha * alpha * variance + gain * gain * _mean_square(evidence, most)
     if not np.isfinite(variance):
         return variance, 0
     shifts = _move(offsets, vectors, at, scene_x, scene_y)
@@ -179,14 +179,39 @@ def _forget(planes: Any, row: int, start: int, stop: int, dx: int, shift: Any, y
             planes[row + cell] = 0
 
 
+@njit(cache=True, nogil=True)
+def forget(
+    planes: Any, vectors: Any, offsets: Any, at: float, scene_x: float, scene_y: float, top: int, left: int,
+    removed: Any, weight: float, bounded: bool,
+) -> None:  # fmt: skip
+    """Take a patch of the evidence of an earlier frame, at ``top, left``, out of every plane that still holds it.
+
+    The frame stood at ``at``, its scene at ``scene_x, scene_y``, and its evidence has this weight by now.
+    """
+    _, rows, columns = planes.shape
+    factor = planes.dtype.type(weight)
+    for v in range(len(vectors)):
+        x, y = int(np.rint(at * vectors[v, 0] + scene_x)), int(np.rint(at * vectors[v, 1] + scene_y))
+        on_x, on_y = offsets[v, 0] - x, offsets[v, 1] - y
+        for i in range(removed.shape[0]):
+            for k in range(removed.shape[1]):
+                row, column = top + i, left + k
+                # what has left a bounded frame since is gone already
+                if bounded and not (0 <= row + on_y < rows and 0 <= column + on_x < columns):
+                    continue
+                planes[v, (row - y) % rows, (column - x) % columns] -= factor * planes.dtype.type(removed[i, k])
+
+
 @njit(cache=True, nogil=True, fastmath={"reassoc"})
-def _mean_square(values: Any) -> float:
-    total, count = 0.0, values.shape[0] * values.shape[1]
+def _mean_square(values: Any, most: float) -> float:
+    """Mean of the squares, none above ``most``; NaN where a value is not finite."""
+    total, whole, count = 0.0, 0.0, values.shape[0] * values.shape[1]
     for y in range(values.shape[0]):
         for x in range(values.shape[1]):
-            value = np.float64(values[y, x])
-            total += value * value
-    return total / float(count)
+            square = np.float64(values[y, x]) ** 2
+            whole += square
+            total += square if square < most else most
+    return total / float(count) if np.isfinite(whole) else np.nan
 
 
 @njit(cache=True, nogil=True)

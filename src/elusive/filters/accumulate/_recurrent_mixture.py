@@ -20,6 +20,12 @@ class Mixture(NamedTuple):
     sources: NDArray[np.int64]
     shares: NDArray[np.floating[Any]]
 
+    def scaled(self, ratio: float) -> Mixture:
+        """Return the mixture where velocities change so many times as often; each keeps what is left."""
+        own = self.sources == np.repeat(np.arange(len(self.starts) - 1), np.diff(self.starts))
+        shares = np.where(own, 1 - ratio * (1 - self.shares), ratio * self.shares)
+        return self._replace(shares=shares.astype(self.shares.dtype))
+
 
 def by_matrix(q: ArrayLike) -> Mixture:
     """Mixture of a Markov matrix ``q[v', v]``, from v' to v."""

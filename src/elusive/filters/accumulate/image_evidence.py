@@ -15,9 +15,13 @@ from scipy.special import log_ndtr
 
 from elusive.contracts import Array
 from elusive.preprocess.background import Whitened
+from elusive.preprocess.response import local_deviation
+from elusive.preprocess.windows import Statistic
 from elusive.sensors.clutter import ClutterSensor
 from elusive.sensors.image import ImageSensor
 
+NOISE_WINDOW_PX = 31  # in which the noise about an object is learnt
+HALF = 0.6745  # median of a normal number's size
 NULL_FRAMES = 400  # simulated for the mean of an envelope's ratio without a target
 
 
@@ -91,14 +95,59 @@ class WhiteEvidence:
         return found
 
 
-class FromNormal(NamedTuple):
-    """Evidence of the frame that standard normal numbers become in the sensor's noise, for simulations."""
+class ObjectEvidence:
+    """Evidence of noise objects: a statistic of a square window, of frames in units of their local noise.
 
-    white: WhiteEvidence
+    Parameters
+    ----------
+    statistic
+        What tells an object.
+    """
+
+    def __init__(self, statistic: Statistic) -> None:
+        self._statistic = statistic
+        self.border = statistic.border
+
+    def evidence(self, frame: Array) -> Array:
+        """Return the centred statistic about each cell; masked (NaN) cells are as loud as noise is on the mean.
+
+        Raises
+        ------
+        DataError
+            If the frame is smaller than the window or all equal; if it does not lie about zero.
+        """
+        masked = ~np.isfinite(frame)
+        seen = np.where(masked, 0.0, frame)
+        seen = seen / (float(np.median(np.abs(seen[~masked]))) / HALF or 1.0)
+        noise = local_deviation(seen, ~masked, NOISE_WINDOW_PX)
+        sign = 1.0 - 2.0 * (np.indices(frame.shape).sum(axis=0) % 2)
+        return self._statistic.evidence(np.where(masked, sign, seen / noise))
+
+    def measured(self, frame: Array) -> ImageEvidence:
+        """Return the same; it is no likelihood ratio whose mean would be needed."""
+        return ImageEvidence(self.evidence(frame), 0.0)
+
+    def noise(self, normal: Array) -> Array:
+        """Return a frame without an object: the numbers themselves."""
+        return normal
+
+
+EvidenceOfNoise = WhiteEvidence | ObjectEvidence
+
+
+class FromNormal(NamedTuple):
+    """Evidence of the frame that standard normal numbers become in a sensor's noise, for simulations."""
+
+    source: EvidenceOfNoise
+
+    @property
+    def border(self) -> str | None:
+        """What a window sees beyond the frame, where there is one."""
+        return getattr(self.source, "border", None)
 
     def evidence(self, frame: Array) -> Array:
         """Return the evidence, of the frame's shape."""
-        return self.white.evidence(self.white.noise(frame))
+        return self.source.evidence(self.source.noise(frame))
 
 
 def recorded_evidence(sensor: ClutterSensor, seen: Whitened) -> ImageEvidence:

@@ -42,22 +42,27 @@ class RecurrentFilter(VelocityBank):
     """Finds what evidence maps show too faintly for one frame, by averaging along every straight trajectory.
 
     The score is the largest average over the velocities, divided by the deviation that evidence without a target,
-    white in time, gives to each: ``Var_k = alpha^2 Var_(k-1) + (1 - alpha)^2 mean(evidence_k^2)``. That is exact for
+    white in time, gives to each: ``Var_k = alpha^2 Var_(k-1) + (1 - alpha)^2 mean(evidence_k^2)``, where evidence
+    farther out than six deviations of the frame's middle counts as six, so that a star is no noise. That is exact for
     trajectories that keep their velocity round a circular frame. It is an upper bound, and the score a cautious one,
     within a bounded border as wide as the targets' way through the memory, where trajectories are young, and where
     velocities switch, since mixing averages over paths as well (by how much depends on how the evidence is correlated
     in space). A ``markov_matrix`` some of whose columns sum to more than one gathers evidence there: no bound then.
 
     What leaves a bounded frame is gone, and what enters starts from zero, which is neutral: evidence is centred.
+    Smoothing and switching are those of a second: over t seconds the past keeps the weight alpha^t, without a
+    measurement too, which leaves scores as they are.
     """
 
     kind: Literal["recurrent"] = "recurrent"
-    smoothing: float = Field(0.98, ge=0, lt=1, description="Weight of the past, alpha, eq. 7c")
-    switching: Probability = Field(0.0, description="Probability that a target changes its velocity in a frame, eq. 7b")
+    smoothing: float = Field(0.98, ge=0, lt=1, description="Weight of the past after a second, alpha, eq. 7c")
+    switching: Probability = Field(
+        0.0, description="Probability that a target changes its velocity within a second, eq. 7b"
+    )
     switch_to: Literal["adjacent", "any"] = Field("adjacent", description="Velocities that it may change to")
     markov_matrix: tuple[tuple[float, ...], ...] | None = Field(
         None,
-        description="Probability q of velocity v (column) after v' (row), instead of switching, eq. 7b",
+        description="Probability q of velocity v (column) after v' (row) in a step, instead of switching, eq. 7b",
         json_schema_extra=FROM_RECORDING,
     )
     precision: Literal["single", "double"] = Field("single", description="Floating-point numbers that accumulate")
@@ -130,6 +135,28 @@ class RecurrentFilter(VelocityBank):
         before = state.scene_px or (0.0,) * axes
         return state._replace(scene_px=tuple(a + b for a, b in zip(before, step.tolist(), strict=True)))
 
+    def forget(
+        self, state: RecurrentState, time_s: float, scene_px: tuple[float, ...], corner: tuple[int, int], removed: Map
+    ) -> None:
+        """Take a patch of an earlier frame's evidence out of the state, in place, as if it had been zero there.
+
+        The maps stay those of the last frame. Where velocities switch nothing is taken out: it fades.
+
+        Parameters
+        ----------
+        state
+            The latest state.
+        time_s, scene_px
+            Of the earlier frame.
+        corner
+            Row and column of the patch's first cell; it may go round the border.
+        removed
+            ``(rows, columns)`` the evidence, a signal's of one row.
+        """
+        if state.belief is not None:
+            weight = (1.0 - self.smoothing) * self.smoothing ** (state.time_s - time_s)
+            state.belief.forget(time_s - state.start_s, scene_px, corner, removed, weight)
+
     def step(
         self, state: RecurrentState, time_s: float, measurement: ArrayLike | None, rng: Generator
     ) -> RecurrentState:
@@ -155,7 +182,8 @@ class RecurrentFilter(VelocityBank):
             axes; if the state has been stepped already; if the first evidence would need more than half of the
             machine's memory.
         """
-        before_s = time_s - interval_since(state.time_s, time_s)
+        elapsed_s = interval_since(state.time_s, time_s)
+        before_s, alpha = time_s - elapsed_s, self.smoothing**elapsed_s
         state = state._replace(time_s=time_s, start_s=time_s if math.isnan(state.start_s) else state.start_s)
         before_s -= state.start_s
         belief = state.belief
@@ -168,10 +196,10 @@ class RecurrentFilter(VelocityBank):
             if belief is None:
                 return state._replace(frames=state.frames + 1)
             # any map will do: it counts nothing
-            evidence, alpha, gain = state.score, 1.0, 0.0
+            evidence, gain = state.score, 0.0
         else:
             evidence = _as_map(measurement, self._dtype)
-            alpha, gain = self.smoothing, 1.0 - self.smoothing
+            gain = 1.0 - self.smoothing
             if belief is None:
                 belief = self._allocated(evidence.shape, state, before_s)
             elif evidence.shape != state.score.shape:
@@ -182,7 +210,7 @@ class RecurrentFilter(VelocityBank):
         score, velocity = np.empty(image, self._dtype), np.empty(image, np.int32)
         variance, best = belief.advance(
             time_s - state.start_s, state.scene_px, evidence.reshape(image), alpha, gain, state.deviation**2,
-            score, velocity,
+            self._switched(elapsed_s), score, velocity,
         )  # fmt: skip
         y, x = divmod(best, image[1])
         vx, vy = belief.vectors[velocity[y, x]].tolist()
@@ -191,6 +219,12 @@ class RecurrentFilter(VelocityBank):
         return RecurrentState(
             time_s, state.start_s, belief.frame, score, velocity, math.sqrt(variance), mean, state.scene_px, belief
         )
+
+    def _switched(self, elapsed_s: float) -> float:
+        """How probable a change of velocity is in this time, to a second's; that of a matrix is a step's."""
+        if elapsed_s == 1 or self.switching in (0, 1) or self.markov_matrix is not None:
+            return 1.0
+        return math.expm1(elapsed_s * math.log1p(-self.switching)) / -self.switching
 
     def _allocated(self, shape: tuple[int, ...], state: RecurrentState, elapsed_s: float) -> Accumulated:
         """Memory for the first evidence, all zero, where the trajectories stand before it."""
@@ -219,7 +253,7 @@ class RecurrentFilter(VelocityBank):
         elif self.switch_to == "any":
             mixture = any_other(len(vectors), self.switching)
         else:
-            mixture = adjacent(vectors, self.velocity_step, self.switching)
+            mixture = adjacent(vectors, self.step_between, self.switching)
         return mixture._replace(shares=mixture.shares.astype(self._dtype))
 
 

@@ -21,7 +21,9 @@ class VelocityBank(Model):
 
     max_velocity: float = Field(5.0, description="Largest velocity along each axis [samples / s]")
     min_velocity: float | None = Field(None, description="Smallest; by default minus the largest [samples / s]")
-    velocity_step: Positive = Field(1.0, description="Step between velocities [samples / s]")
+    velocity_step: Positive | None = Field(
+        None, description="Step between velocities [samples / s]; none: 1, or as small as the object sought asks"
+    )
     velocities: tuple[tuple[float, ...], ...] | None = Field(
         None,
         min_length=1,
@@ -46,6 +48,11 @@ class VelocityBank(Model):
         return self
 
     @property
+    def step_between(self) -> float:
+        """Step between velocities, one where none is given [samples / s]."""
+        return self.velocity_step or 1.0
+
+    @property
     def _lowest(self) -> float:
         return -self.max_velocity if self.min_velocity is None else self.min_velocity
 
@@ -53,13 +60,13 @@ class VelocityBank(Model):
     def _steps(self) -> tuple[int, int]:
         """Velocities of the box along one axis below the one it is counted from, and above."""
         room = 1e-9  # of a step, for rounding
-        above = math.floor((self.max_velocity - (self.min_velocity or 0.0)) / self.velocity_step + room)
+        above = math.floor((self.max_velocity - (self.min_velocity or 0.0)) / self.step_between + room)
         return (above if self.min_velocity is None else 0), above
 
     def _axis(self) -> Array:
         """Velocities of the box along one axis; it holds zero unless a smallest one was given."""
         below, above = self._steps
-        return (self.min_velocity or 0.0) + self.velocity_step * np.arange(-below, above + 1, dtype=np.float64)
+        return (self.min_velocity or 0.0) + self.step_between * np.arange(-below, above + 1, dtype=np.float64)
 
     def count(self, ndim: int) -> int:
         """Return the number of velocities for frames of ``ndim`` axes."""
@@ -91,3 +98,12 @@ class VelocityBank(Model):
         # equal vx side by side: such planes are compared in one pass
         vx, vy = np.meshgrid(axis, axis, indexing="ij")
         return np.column_stack([vx.ravel(), vy.ravel()])
+
+
+def step_for(length: float, smoothing: float) -> float:
+    """Return a step between velocities that loses no object [samples a frame].
+
+    The nearest velocity strays from an object's path by a quarter of its length over the filter's memory of
+    ``1 / (1 - alpha)`` frames; the step is one at most.
+    """
+    return min(1.0, round(length * (1 - smoothing) / 2, 6))

@@ -10,14 +10,13 @@ from pydantic import Field, model_validator
 from elusive.errors import DataError, ParameterError
 from elusive.filters.accumulate.false_alarm import LEAST_BLOCK_CELLS, LEAST_MAXIMA, FalseAlarm
 from elusive.filters.accumulate.recurrent import RecurrentFilter
+from elusive.filters.accumulate.velocity_bank import step_for
 from elusive.filters.frame_units import rescaled
 from elusive.model import FROM_RECORDING, Model, Positive, over_default
 from elusive.preprocess.standardise import LEAST_FRAMES
-from elusive.preprocess.windows import LikelihoodRatio, Statistic
+from elusive.preprocess.windows import LikelihoodRatio, Statistic, fitted_statistic
 from elusive.systems.signals.evidence import SignalEvidence
 from elusive.tracking import PeakTracker
-
-LEAST_WINDOW = {"std": 3}  # samples; a deviation needs some
 
 
 class SignalTracking(Model):
@@ -26,8 +25,8 @@ class SignalTracking(Model):
     Where no window is given it is as long as the object, made odd; where no border of the window is given it follows
     the filter's: ``circular``, or, of a bounded signal, fewer samples (``cut``). Where no step between velocities is
     given it is so small that the nearest velocity strays from an object's path by a quarter of the object over the
-    filter's memory of ``1 / (1 - alpha)`` frames, and at most one. Velocities left alone count a frame, however fast
-    frames come; velocities that are given count a second.
+    filter's memory of ``1 / (1 - alpha)`` frames, and at most one. Velocities and smoothing left alone count a frame,
+    however fast frames come; those that are given count a second.
     """
 
     main_options: ClassVar[tuple[str, ...]] = (
@@ -38,7 +37,7 @@ class SignalTracking(Model):
     object_size: int = Field(
         5, ge=1, description="Samples that an object covers: sets the window, and how near two objects may be"
     )
-    filter: RecurrentFilter = Field(RecurrentFilter(velocity_step=0.05), description="Filter")
+    filter: RecurrentFilter = Field(RecurrentFilter(), description="Filter")
     statistic: Statistic = Field(LikelihoodRatio(), description="What is accumulated")
     clip: Positive | None = Field(
         4.0, description="Samples farther out count as this, so that one click is no object [noise deviations]"
@@ -65,19 +64,13 @@ class SignalTracking(Model):
         size = filled.get("object_size", defaults["object_size"])
         if not isinstance(size, int):  # its fault will be reported
             return filled
-        if isinstance(given.get("filter", {}), Mapping):
-            filled["filter"] = _stepped(over_default(defaults["filter"], given.get("filter", {})), given, size)
         told = given.get("statistic", {})
         if not isinstance(told, Mapping):
             return filled
-        kind, flt = told.get("kind", "llr"), filled["filter"]
+        flt = filled.get("filter", defaults["filter"])
         border = flt.get("border") if isinstance(flt, Mapping) else getattr(flt, "border", "circular")
-        own: dict[str, Any] = {
-            "border": "cut" if border == "bounded" else "circular",
-            "window": max(size + 1 - size % 2, LEAST_WINDOW.get(kind, 1)),
-        }
-        base = filled.get("statistic", {})
-        return {**filled, "statistic": {**base, **own, **told, "kind": kind}}
+        base = {**filled.get("statistic", {}), **fitted_statistic(told, size, str(border))}
+        return {**filled, "statistic": base}
 
     @model_validator(mode="after")
     def _enough_frames(self) -> Self:
@@ -91,9 +84,10 @@ class SignalTracking(Model):
     @property
     def recursion(self) -> RecurrentFilter:
         """The filter with frames for its unit of time."""
-        usual: RecurrentFilter = type(self).model_fields["filter"].default
-        step = velocity_step_of(self.object_size, self.filter.smoothing)
-        return rescaled(self.filter, usual.replace(velocity_step=step), self.interval_s, left_alone=False)
+        flt = rescaled(self.filter, None, self.interval_s, left_alone=False)
+        if flt.velocity_step is not None or flt.velocities is not None:
+            return flt
+        return flt.replace(velocity_step=step_for(self.object_size, flt.smoothing))
 
     @property
     def evidence(self) -> SignalEvidence:
@@ -101,15 +95,10 @@ class SignalTracking(Model):
         return SignalEvidence(self.statistic, self.clip)
 
     @property
-    def tracker(self) -> PeakTracker:
-        """The tracker, with the filter's memory and border."""
-        return self.tracks.replace(smoothing=self.filter.smoothing, border=self.filter.border)
-
-    @property
     def described(self) -> list[tuple[str, str]]:
         """What the report says of the parameters."""
-        flt, statistic = self.filter, self.statistic
-        speeds = self.recursion.motion_vectors(1)[:, 0] / self.interval_s
+        flt, statistic = self.recursion, self.statistic
+        speeds = flt.motion_vectors(1)[:, 0] / self.interval_s
         calibration = [("Calibration", f"first {self.calibration_frames} frames")] if self.calibration_frames else []
         return [
             *calibration,
@@ -140,16 +129,3 @@ class SignalTracking(Model):
         bound = self.replace(interval_s=interval_s)
         bound.recursion.check_memory((samples,))
         return bound
-
-
-def velocity_step_of(size: int, smoothing: float) -> float:
-    """Step between velocities that loses no object [samples a frame]."""
-    return min(1.0, round(max(1, size) * (1 - smoothing) / 2, 6))
-
-
-def _stepped(flt: dict[str, Any], given: Mapping[str, Any], size: int) -> dict[str, Any]:
-    """Return the filter's fields with a step between velocities that loses no object, where none is given."""
-    smoothing = flt["smoothing"]
-    if "velocity_step" in given.get("filter", {}) or not isinstance(smoothing, int | float) or not 0 <= smoothing < 1:
-        return flt
-    return {**flt, "velocity_step": velocity_step_of(size, smoothing)}

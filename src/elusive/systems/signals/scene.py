@@ -24,7 +24,7 @@ from elusive.systems.signals.run import SignalOutcome, track_signal_recording
 VALUES_AT_MOST = 24_000_000  # samples of all frames: they are kept
 OBJECTS_AT_MOST = 20
 NAME = "scene"
-FOLLOWS = (("filter", "velocity_step"), ("statistic", "window"), ("statistic", "border"))  # size or border
+FOLLOWS = (("statistic", "window"), ("statistic", "border"))  # size or border
 
 
 class SignalSimulation(Model):
@@ -95,7 +95,7 @@ class SignalScene(SignalSimulation):
 
     system: Literal["signals"] = Field("signals", description="What kind of scene this is")
     tracking: SignalTracking = Field(
-        SignalTracking(filter=RecurrentFilter(smoothing=0.9, max_velocity=4.0, velocity_step=0.25)),
+        SignalTracking(filter=RecurrentFilter(smoothing=0.9, max_velocity=4.0)),
         description="How they are tracked",
     )
 

@@ -6,7 +6,6 @@ Evidence of each frame, accumulated along every velocity; peaks above what noise
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import chain, count, islice
 from typing import Any, NamedTuple
@@ -15,19 +14,18 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from elusive.contracts import Array, interval_since
+from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.filters.accumulate.false_alarm import ExtremeValue, NullScores, frame_law
+from elusive.filters.accumulate.recurrent import RecurrentState
 from elusive.io import SignalFrame
 from elusive.runner import timed
 from elusive.systems.signals.evidence import SignalEvidence, noise_law
 from elusive.systems.signals.parameters import SignalTracking
-from elusive.tracking import PeakTrack, ReadBack, Step, Track, find_peaks, read_back
+from elusive.tracking import Follower, Footprint, PeakTrack, ReadBack, Step, Track, read_back
 
 __all__ = ["SignalState", "SignalTracking", "track_signal"]
 
-REMEMBERED_BYTES = 2**26  # of evidence kept for reading tracks back
-MEMORIES = 3  # of 1 / (1 - alpha) frames kept for it
 FRAME_DIGITS = 6  # of a time counted in frames
 UNKNOWN = np.full((2, 2), np.nan)
 NOTHING: Mapping[int, ReadBack] = {}
@@ -109,44 +107,36 @@ def _follow(
     rng: Generator,
 ) -> Iterator[Step]:
     """Accumulate, find peaks and track them, once it is known what noise does; inside, time counts frames."""
-    flt, tracker, interval_s = parameters.recursion, parameters.tracker, parameters.interval_s
-    vectors, tracks, state = flt.motion_vectors(1), tracker.init(), flt.init(rng, -1.0)
-    before: deque[Any] = deque()
-    confirmed: set[int] = set()
-    start_s = latest_s = math.nan
+    flt, interval_s, size = parameters.recursion, parameters.interval_s, parameters.object_size
+    footprint = Footprint.of_object(parameters.statistic.window, size)
+    follower = Follower(flt, parameters.tracks, footprint)
+    state, confirmed = follower.init(rng, -1.0), set[int]()
+    start_s, law = math.nan, ExtremeValue(0.0, 1.0)
+
+    def threshold(recurrent: RecurrentState, seen: int) -> float:
+        nonlocal law
+        law = frame_law(recurrent.score) if null is None else null.at(seen)
+        return law.threshold(parameters.false_alarm.probability)
+
     for frame, time_s in frames:
-        elapsed = round(interval_since(latest_s, time_s) / interval_s, FRAME_DIGITS)
-        start_s, latest_s = (time_s if math.isnan(start_s) else start_s), time_s
+        start_s = time_s if math.isnan(start_s) else start_s
         taken = evidence.taken(frame)
         found = evidence.statistic.evidence(taken)
-        if before.maxlen is None:
-            before = deque(maxlen=_remembered(flt.smoothing, found.size))
-        before.append(found.astype(np.float32))
-        state = flt.step(state, round((time_s - start_s) / interval_s, FRAME_DIGITS), found, rng)
-        law = frame_law(state.score) if null is None else null.at(state.frames)
-        threshold = law.threshold(parameters.false_alarm.probability)
-        peaks = find_peaks(
-            state.score, state.velocity, vectors, threshold,
-            smoothing=flt.smoothing, frames=state.frames, window=parameters.statistic.window,
-            object_size=parameters.object_size, fluctuation=math.sqrt(2 / parameters.object_size), border=flt.border,
-        )  # fmt: skip
-        tracks = tracker.step(tracks, peaks, found, threshold, elapsed)
+        now = round((time_s - start_s) / interval_s, FRAME_DIGITS)
+        state = follower.step(state, now, found, threshold, rng)
         back = {
-            track.track: read_back(list(before), track.position, track.velocity, flt.border)
-            for track in tracks.tracks
+            track.track: read_back(
+                track.trail.values(now, track.path), track.trail.places(now, track.path, found.shape, flt.border)
+            )
+            for track in state.tracks
             if track.status == "confirmed" and track.track not in confirmed
         }
         confirmed.update(back)
-        shown = tuple(_track(track, law, interval_s) for track in tracks.tracks)
-        yield Step(time_s, frame, SignalState(taken, state.score, threshold, law, back), shown)
+        shown = tuple(_track(track, law, interval_s) for track in state.tracks)
+        yield Step(time_s, frame, SignalState(taken, state.score, state.threshold, law, back), shown)
 
 
 def _track(track: PeakTrack, law: ExtremeValue, interval_s: float) -> Track:
     (x,), (vx,) = track.position, track.velocity
     score, mean = 1 - law.probability(track.score), np.array([x, vx / interval_s])
     return Track(track.track, track.status, math.nan, mean, UNKNOWN, score, {"evidence": track.score})
-
-
-def _remembered(smoothing: float, samples: int) -> int:
-    """Return how many frames of evidence are kept."""
-    return max(2, min(math.ceil(MEMORIES / (1 - smoothing)), REMEMBERED_BYTES // (4 * samples)))

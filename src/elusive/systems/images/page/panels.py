@@ -29,7 +29,7 @@ class Belief(NamedTuple):
 def belief_of(state: Any, most: int) -> Belief:
     """Take a few particles of a state, evenly along their weights, as many as existence says; or the map of scores."""
     if isinstance(state, SeveralState):
-        score = state.recurrent.score
+        score = state.followed.score
         return Belief(score=score.copy() if score.ndim == 2 else None)
     inner = getattr(state, "belief", state)
     weights = inner.weights * getattr(inner, "present", 1.0)

@@ -1,0 +1,148 @@
+"""Noise objects in images: found where they are and once, whatever the statistic; noise alone is left alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from elusive.cli import main
+from elusive.errors import ParameterError
+from elusive.results import read_tracks_csv
+from elusive.sensors import NoiseObject, NoiseObjectPath, NoiseRecording
+from elusive.systems.images.recurrent import RecurrentImages
+from elusive.systems.images.track import ImageTracking
+
+FRAMES = 30
+
+
+def simulated(seed: int, side: int, fastest: float, **sensor: Any) -> NoiseRecording:
+    """An object of 5 x 5, deviation 3 on 1, whose velocity is drawn from the box, in view throughout."""
+    rng = np.random.default_rng([7, seed])
+    velocity = rng.uniform(-fastest, fastest, 2)
+    way = velocity * (FRAMES - 1) / 2
+    middle = rng.uniform(np.abs(way) + 4, side - 4 - np.abs(way))
+    path = NoiseObjectPath(start=tuple((middle - way).tolist()), velocity=tuple(velocity.tolist()))
+    given = {"object_deviation": 3.0, "mode": "replacing", "border": "bounded", **sensor}
+    return NoiseObject(shape=(side, side), **given).simulate_sequence(FRAMES, [path], rng)
+
+
+def tracking(fastest: float, side: int, **given: Any) -> ImageTracking:
+    sensor = {"kind": "white", "noise_sigma": 1.0}
+    flt = {"kind": "recurrent", "sensor": sensor, "statistic": {"kind": "llr"}, "max_velocity": fastest} | given
+    return ImageTracking(filter=flt).bind((side, side))
+
+
+@cache
+def begun(side: int, fastest: float, kind: str = "llr") -> tuple[Any, Any]:
+    """The filter, and its state before any frame, for which noise has been simulated."""
+    flt: Any = tracking(fastest, side, statistic={"kind": kind}).recursion
+    return flt, flt.init(np.random.default_rng(0), 0.0)
+
+
+def run(frames: NDArray[np.float64], side: int, fastest: float, kind: str = "llr") -> Iterator[list[Any]]:
+    """Yield the confirmed tracks after each frame."""
+    rng = np.random.default_rng(0)
+    flt, start = begun(side, fastest, kind)
+    state = start._replace(followed=flt.init_followed(rng))
+    for number, frame in enumerate(frames):
+        state = flt.step(state, float(number), frame, rng)
+        yield [track for track in state.tracks if track.status == "confirmed"]
+
+
+def found(side: int, fastest: float, runs: int, kind: str = "llr") -> tuple[int, int]:
+    """Count the runs whose one confirmed track ends within 1.5 px of the object; and those with another, ever."""
+    good = ghosts = 0
+    for seed in range(runs):
+        recording = simulated(seed, side, fastest)
+        steps = list(run(recording.frames, side, fastest, kind))
+        apart = [np.hypot(*np.subtract(track.position, recording.truth[-1, 0, [0, 2]])) for track in steps[-1]]
+        good += len(apart) == 1 and apart[0] <= 1.5
+        ghosts += len({track.track for confirmed in steps for track in confirmed}) > 1
+    return good, ghosts
+
+
+def test_an_object_is_one_track_where_it_is() -> None:
+    assert found(64, 1.0, 10) == (10, 0)
+
+
+@pytest.mark.validate
+def test_in_95_of_100_runs_of_full_size() -> None:
+    good, ghosts = found(256, 2.0, 100)
+    assert good >= 95
+    assert ghosts == 0
+
+
+@pytest.mark.parametrize("kind", ["std", "chi2", "dot"])
+def test_the_other_statistics_find_it_too(kind: str) -> None:
+    assert found(48, 0.5, 2, kind) == (2, 0)
+
+
+def test_noise_alone_has_no_track() -> None:
+    rng = np.random.default_rng(5)
+    assert not any(run(rng.standard_normal((60, 64, 64)), 64, 1.0))
+
+
+def test_noise_that_is_louder_in_places_is_no_object() -> None:
+    """The background's deviation rises from 1 to 3 across the frame; an object of 3 on 1 is found in its quiet half."""
+    loud = np.linspace(1.0, 3.0, 64)
+    rng = np.random.default_rng(6)
+    path = 10.0 + 0.4 * np.arange(40)
+    frames = loud * rng.standard_normal((40, 64, 64))
+    assert not any(run(frames, 64, 1.0))
+    for frame, x in zip(frames, path, strict=True):
+        place = np.ceil(x - 2.5).astype(int) + np.arange(5)
+        frame[30:35, place] = 4.5 * rng.standard_normal((5, 5))
+    *_, (track,) = run(frames, 64, 1.0)
+    assert np.hypot(*np.subtract(track.position, (path[-1], 32))) < 1.5
+
+
+def test_the_command_tracks_objects(tmp_path: Path) -> None:
+    recording = simulated(2, 48, 0.5)
+    frames = recording.frames
+    frames[7, 3, 4] = np.nan  # a masked pixel
+    np.save(tmp_path / "frames.npy", 10 * frames)
+    options = ["--statistic", "llr", "--object-size", "5", "--sensor", "white", "--max-velocity", "1"]
+    with pytest.raises(SystemExit) as done:
+        main(["track", "images", str(tmp_path / "frames.npy"), "--out", str(tmp_path / "out"), *options])
+    assert done.value.code == 0
+    rows = read_tracks_csv(tmp_path / "out" / "tracks.csv").rows
+    last = rows[(rows["status"] == 1) & (rows["time_s"] == FRAMES - 1)]
+    assert len(last) == 1
+    np.testing.assert_allclose(last["position"][0], recording.truth[-1, 0, [0, 2]], atol=1.5)
+    again = ImageTracking.from_yaml(tmp_path / "out" / "config.yaml").filter
+    assert isinstance(again, RecurrentImages)
+    assert again.statistic is not None
+    assert (again.statistic.window, again.statistic.border) == (5, "cut")
+
+
+@pytest.mark.parametrize(
+    ("given", "window", "border"),
+    [
+        ({"statistic": {"kind": "llr"}, "object_size": 8}, 9, "cut"),
+        ({"statistic": {"kind": "std"}, "object_size": 1, "border": "circular"}, 3, "circular"),
+        ({"statistic": {"kind": "dot", "window": 3, "border": "reflected"}, "object_size": 9}, 3, "reflected"),
+    ],
+)
+def test_the_window_follows_the_object(given: dict[str, Any], window: int, border: str) -> None:
+    statistic = RecurrentImages(**given).statistic
+    assert statistic is not None
+    assert (statistic.window, statistic.border) == (window, border)
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ({"object_size": 7}, "object_size: has no meaning for point targets"),
+        ({"statistic": {"kind": "llr"}, "threshold_from": "likelihood"}, "a statistic is no likelihood ratio"),
+        ({"statistic": {"kind": "lrr"}}, "llr"),
+    ],
+)
+def test_what_does_nothing_is_refused(given: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(ParameterError, match=sentence):
+        RecurrentImages(**given)
