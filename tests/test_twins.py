@@ -74,8 +74,6 @@ TWINS: dict[str, dict[str, str]] = {
         "selection": "filters/particle/test_informed.py::reference.selection",
     },
     "filters.particle._kernels": {
-        "draw_cells": "filters/particle/test_births.py::systematic",
-        "fill_newborns": "filters/particle/test_bernoulli.py::bernoulli_step",
         "gather": "filters/particle/test_bernoulli.py::bernoulli_step",
         "moments": "filters/particle/test_sir.py::moments",
         "systematic": "filters/particle/test_resampling.py::reference.systematic",
@@ -83,11 +81,21 @@ TWINS: dict[str, dict[str, str]] = {
         "walk": "filters/particle/test_resampling.py::reference.at_points",
         "weigh": "filters/particle/test_bernoulli.py::bernoulli_step",
     },
+    "filters.particle._newborn_kernels": {
+        "draw_cells": "filters/particle/test_births.py::systematic",
+        "fill_newborns": "filters/particle/test_bernoulli.py::bernoulli_step",
+        "uniform_cells": "filters/particle/test_births.py::uniforms",
+    },
     "filters.particle._particle_kernels": {
         "effective_size": "filters/particle/test_sir.py::reference.reweigh",
         "log_mixture": "filters/particle/test_particle_map.py::map_index",
         "reweigh": "filters/particle/test_sir.py::reference.reweigh",
     },
+    "filters.particle._prediction_kernels": {
+        "by_cell": "filters/particle/test_prediction.py::predicted",
+        "predict": "filters/particle/test_prediction.py::predicted",
+    },
+    "filters.particle._step_kernels": {"step": "filters/particle/test_bernoulli.py::bernoulli_step"},
     "preprocess._blob_kernels": {
         "average_linkage": "preprocess/test_blobs.py::reference.clusters",
         "centroid_offsets": "preprocess/test_blobs.py::reference.centroid",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tests.reference.image import birth_map, log_ratio_by_patch
-from tests.reference.motion import propagate_linear
+from tests.reference.random_numbers import normals, uniforms
 from tests.reference.resampling import systematic
 
 
@@ -15,17 +15,55 @@ def moments(states, weights):
     return mean, (weights[:, None] * (states - mean)).T @ (states - mean)
 
 
-def newborns(birth, n, frame, sensor, names, rng, log_map=birth_map):
+def newborns(birth, n, frame, sensor, names, draws, log_map=birth_map):
     """Cells from the mixture of preference and uniform, then a state in each; and log p_b / q_b."""
     preference = log_map(frame, sensor, sensor.intensity_of(birth.snr_db)).ravel()
     share = np.exp(preference - preference.max())
     mixture = (1 - birth.uniform_share) * share / share.sum() + birth.uniform_share / share.size
-    cells = systematic(mixture, n, rng.random())
-    low, high, *_ = birth._ranges(sensor, names)
-    states = low + (high - low) * rng.random((len(low), n)).T
+    cells = systematic(mixture, n, draws[0])
+    low, high, deviation = birth.ranges(sensor, names).table
+    states = low + (high - low) * uniforms(draws[1], n * len(low)).reshape(-1, n).T
+    if deviation.any():
+        states += deviation * normals(draws[2], n * len(low)).reshape(-1, n).T
     states[:, 0] += cells % sensor.columns * sensor.dx
     states[:, 2] += cells // sensor.columns * sensor.dy
     return states, np.log(1 / (share.size * mixture[cells]))
+
+
+def lower_root(covariance):
+    """Cholesky's root, row by row; what is left of a variance below 1e-8 of it is nothing."""
+    root = np.zeros_like(covariance)
+    for k, row in enumerate(covariance):
+        for c in range(k):
+            root[k, c] = (row[c] - root[k, :c] @ root[c, :c]) / root[c, c] if root[c, c] else 0.0
+        left = row[k] - root[k, :k] @ root[k, :k]
+        root[k, k] = np.sqrt(left) if left > 1e-8 * row[k] else 0.0
+    return root
+
+
+def predicted(states, weights, n, side, F, root, draws):
+    """Survivors moved on, smoothed cell by cell of that side; 0: moved alone."""
+    d = states.shape[1]
+    cell = np.floor(states[:, [2, 0]] / side) if side else np.zeros((len(states), 2))
+    order = np.lexsort((np.arange(len(states)), cell[:, 1], cell[:, 0]))
+    order = order[weights[order] > 0]
+    states, weights, cell = states[order], weights[order], cell[order]
+    chosen = systematic(weights, n, draws[0])
+    noise = normals(draws[1], n * d).reshape(d, n).T
+    moved = states[chosen] @ F.T + noise @ root.T
+    for corner in np.unique(cell, axis=0) if side else ():
+        members = (cell == corner).all(axis=1)
+        children = members[chosen]
+        share = weights[members] / weights[members].sum()
+        effective = 1 / (share**2).sum()
+        if children.sum() < 8 or effective < 1.5:
+            continue
+        mean, covariance = moments(states[members], share)
+        bandwidth = (4 / ((d + 2) * effective)) ** (1 / (d + 4))
+        kept = mean + np.sqrt(1 - bandwidth**2) * (states[chosen][children] - mean)
+        spread = (bandwidth**2 + 1 / (effective - 1)) * F @ covariance @ F.T + root @ root.T
+        moved[children] = kept @ F.T + noise[children] @ lower_root(spread).T
+    return moved
 
 
 def bernoulli_step(model, root, state, frame, rng, log_map=birth_map):
@@ -34,10 +72,10 @@ def bernoulli_step(model, root, state, frame, rng, log_map=birth_map):
     ``root`` is the lower-triangular root of Q.
     """
     time_s, existence, particles, weights = state[:4]
-    chosen = systematic(weights, model.particles, rng.random())
-    old = propagate_linear(particles[chosen], model.motion.F(1.0), root, rng)
-    new, log_ratio = newborns(model.birth, model.newborns, frame, model.sensor, model.state_names, rng, log_map)
-    sensor, p = model.sensor, model.sensor.truncation
+    draws, sensor, p = rng.random(5), model.sensor, model.sensor.truncation
+    side = 3 * sensor.psf_sigma if model.smoothing is None else model.smoothing
+    old = predicted(particles, weights, model.particles, side, model.motion.F(1.0), root, draws)
+    new, log_ratio = newborns(model.birth, model.newborns, frame, sensor, model.state_names, draws[2:], log_map)
     x, y = old[:, 0] / sensor.dx, old[:, 2] / sensor.dy
     stays = (x >= -p) & (x <= sensor.columns - 1 + p) & (y >= -p) & (y <= sensor.rows - 1 + p)
     survive, appear = (1 - model.death_probability) * existence, model.birth_probability * (1 - existence)

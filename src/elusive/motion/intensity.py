@@ -39,7 +39,8 @@ class WithIntensity(LinearModel):
         return (*self.motion.state_names, "intensity")
 
     @cached_property
-    def _is_linear(self) -> bool:
+    def is_linear(self) -> bool:
+        """Whether it has a transition matrix."""
         return isinstance(self.motion, LinearMotion)
 
     def F(self, interval_s: float) -> Array:
@@ -58,7 +59,7 @@ class WithIntensity(LinearModel):
 
     def propagate(self, states: Array, interval_s: float, rng: Generator) -> Array:
         """Draw the states an interval later, ``(N, d) -> (N, d)``; over 0 s they stay as they are."""
-        if self._is_linear or interval_s == 0:
+        if self.is_linear or interval_s == 0:
             return super().propagate(states, interval_s, rng)
         kinematic = self.motion.propagate(states[:, :-1], interval_s, rng)
         step = np.sqrt(self.q_intensity * interval_s)

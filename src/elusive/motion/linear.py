@@ -36,7 +36,8 @@ class LinearModel(Model):
         """Transition and noise root of the last intervals asked for."""
         return {}
 
-    def _step(self, interval_s: float) -> tuple[Array, Array]:
+    def transition_root(self, interval_s: float) -> tuple[Array, Array]:
+        """Transition matrix and lower-triangular root of the noise's covariance over an interval, ``(d, d)`` each."""
         step = self._steps.get(interval_s)
         if step is None:
             if len(self._steps) == REMEMBERED:
@@ -51,7 +52,7 @@ class LinearModel(Model):
             return states.copy(order="K")
         from elusive._kernels import propagate_linear
 
-        return propagate_linear(states, *self._step(interval_s), rng)
+        return propagate_linear(states, *self.transition_root(interval_s), rng)
 
 
 class LinearMotion(LinearModel):

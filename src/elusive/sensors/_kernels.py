@@ -45,21 +45,12 @@ def _bells(slope: Array, steps: Array, bell: Array, square: Array, window: Any) 
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
-def log_ratio_gaussian(
-    states: Array,
-    frame: Array,
-    pitch: tuple[float, float],
-    psf: float,
-    gain: float,
-    sigma: float,
-    steps: Array,
-    window: Any,
-) -> Array:
+def log_ratio_gaussian(states: Array, frame: Array, optics: Any) -> Array:
     """Eqs. 18-19 for each state. The Gaussian separates: g(d + k) = g(d + k - 1) r c_k, three exponentials a state.
 
-    ``pitch`` is dx and dy; ``steps`` the c_k along x and y, ``exp(-(2 k - 1) pitch^2 / 2 S^2)``, ``(2, p + 1)``.
-    ``window`` is a tuple whose length, the patch's width, the compiler knows: the loops over the patch unroll.
+    Steps of ``optics`` (:class:`~elusive.sensors.image.GaussianOptics`) are c_k = ``exp(-(2 k - 1) pitch^2 / 2 S^2)``.
     """
+    pitch, psf, gain, sigma, steps, _, _, window = optics
     rows, columns = frame.shape
     n = len(states)
     width = len(window)
@@ -72,7 +63,8 @@ def log_ratio_gaussian(
     column, row = np.empty(BLOCK, dtype=np.int64), np.empty(BLOCK, dtype=np.int64)
     exponents = np.empty((3, BLOCK))
     g_x, g_y = np.empty((width, BLOCK)), np.empty((width, BLOCK))
-    square_x, square_y = np.empty(BLOCK), np.empty(BLOCK)
+    square_x, square_y, cross = np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK)
+    precision = 1.0 / (sigma * sigma)
     for first in range(0, n, BLOCK):
         x, y = along_x[first : first + BLOCK], along_y[first : first + BLOCK]
         size = len(x)
@@ -86,7 +78,7 @@ def log_ratio_gaussian(
         _bells(exponents[1, :size], steps[1], g_y, square_y, window)
         for i in range(size):
             r, c = row[i], column[i]
-            cross = 0.0
+            total = 0.0
             if p <= c < columns - p and p <= r < rows - p:
                 # unsigned indices spare the compiled code a test for negative ones
                 corner = np.uintp((r - p) * columns + c - p)
@@ -95,7 +87,7 @@ def log_ratio_gaussian(
                     for m in range(width):
                         line += g_x[m, i] * cells[corner + np.uintp(m)]
                     corner += np.uintp(columns)
-                    cross += g_y[k, i] * line
+                    total += g_y[k, i] * line
             else:
                 square_x[i] = square_y[i] = 0.0
                 begin, end = max(0, p - c), min(width, columns - c + p)
@@ -105,16 +97,21 @@ def log_ratio_gaussian(
                     line = 0.0
                     for m in range(begin, end):
                         line += g_x[m, i] * frame[r - p + k, c - p + m]
-                    cross += g_y[k, i] * line
+                    total += g_y[k, i] * line
                     square_y[i] += g_y[k, i] * g_y[k, i]
-            amplitude = gain * intensity[first + i]
+            cross[i] = total
+        masked = steep
+        for i in range(size):
+            amplitude = gain * intensity[first + i] * exponents[2, i]
+            ratio[first + i] = amplitude * precision * (cross[i] - 0.5 * amplitude * square_x[i] * square_y[i])
             # np.isfinite is x - x == x - x, which the compiler may fold under these flags
-            if abs(cross) < np.inf and not steep:
-                amplitude *= exponents[2, i]
-                total = amplitude * (cross - 0.5 * amplitude * square_x[i] * square_y[i])
-            else:
-                total = _cell_by_cell(frame, r, c, x[i], y[i], amplitude, pitch, half, p)
-            ratio[first + i] = total / (sigma * sigma)
+            masked |= not abs(cross[i]) < np.inf
+        if masked:
+            for i in range(size):
+                if steep or not abs(cross[i]) < np.inf:
+                    peak = gain * intensity[first + i]
+                    total = _cell_by_cell(frame, row[i], column[i], x[i], y[i], peak, pitch, half, p)
+                    ratio[first + i] = precision * total
     return ratio
 
 
@@ -134,33 +131,44 @@ def _cell_by_cell(
     return total
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
-def template_map_gaussian(frame: Array, taps_x: Array, taps_y: Array, amplitude: float, sigma: float) -> Array:
-    """Log likelihood ratio of a target of that peak amplitude centred on each cell, by two 1-D passes."""
-    rows, columns = frame.shape
-    p = len(taps_x) // 2
-    first = amplitude / (sigma * sigma)
-    second = -0.5 * amplitude * amplitude / (sigma * sigma)
-    ratio = np.zeros((rows, columns))
-    height, seen = np.empty(columns), np.empty(columns)
-    cross, square = np.empty(columns), np.empty(columns)
+@njit(cache=True, nogil=True, fastmath={"contract", "reassoc"})
+def _blurred(values: Array, taps_x: Array, taps_y: Array, window: Any) -> Array:
+    """Sum of the values about each cell, times the taps; beyond the border there are none."""
+    (rows, columns), width = values.shape, len(window)
+    p = width // 2
+    row, across = np.zeros(columns + 2 * p), np.zeros((rows + 2 * p, columns))
     for r in range(rows):
+        row[p : p + columns] = values[r]
+        line = across[p + r]
         for c in range(columns):
-            finite = abs(frame[r, c]) < np.inf
-            height[c] = frame[r, c] if finite else 0.0
-            seen[c] = 1.0 if finite else 0.0
-        cross[:] = 0.0
-        square[:] = 0.0
-        for m in range(-min(p, columns - 1), min(p, columns - 1) + 1):
-            tap = taps_x[m + p]
-            reach = columns - abs(m)
-            begin, source = max(0, -m), max(0, m)
-            add_product(cross[begin : begin + reach], first * tap, height[source : source + reach])
-            add_product(square[begin : begin + reach], second * tap * tap, seen[source : source + reach])
-        for k in range(max(-p, r - rows + 1), min(p, r) + 1):
-            add_product(ratio[r - k], taps_y[k + p], cross)
-            add_product(ratio[r - k], taps_y[k + p] * taps_y[k + p], square)
-    return ratio
+            total = 0.0
+            for m in range(width):
+                total += taps_x[m] * row[c + np.uintp(m)]
+            line[c] = total
+    blurred = np.zeros((rows, columns))
+    for r in range(rows):
+        for k in range(width):
+            add_product(blurred[r], taps_y[k], across[r + k])
+    return blurred
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def template_map_gaussian(frame: Array, optics: Any, intensity: float) -> Array:
+    """Log likelihood ratio of a target of that intensity centred on each cell, by two 1-D passes."""
+    taps_x, taps_y, window, (rows, columns) = optics.taps_x, optics.taps_y, optics.window, frame.shape
+    amplitude, precision = optics.gain * intensity, 1.0 / (optics.sigma * optics.sigma)
+    first, second = amplitude * precision, -0.5 * amplitude * amplitude * precision
+    if np.isfinite(frame.sum()):
+        # where all cells are seen, the squares separate; of a single row, the middle tap, one, is all that counts
+        along_x = _blurred(np.ones((1, columns)), taps_x * taps_x, taps_y, window)[0]
+        along_y = _blurred(np.ones((1, rows)), taps_y * taps_y, taps_x, window)[0]
+        ratio = _blurred(frame, first * taps_x, taps_y, window)
+        for r in range(rows):
+            add_product(ratio[r], second * along_y[r], along_x)
+        return ratio
+    seen = np.isfinite(frame)
+    ratio = _blurred(np.where(seen, frame, 0.0), first * taps_x, taps_y, window)
+    return ratio + _blurred(np.where(seen, 1.0, 0.0), second * taps_x * taps_x, taps_y * taps_y, window)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -173,3 +181,17 @@ def in_view(states: Array, dx: float, dy: float, columns: int, rows: int, p: int
         inside = (x >= -p) & (x <= columns - 1 + p) & (y >= -p) & (y <= rows - 1 + p)
         view[i] = 0.0 if inside else -np.inf
     return view
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def leave_out(along_x: Array, along_y: Array, shape: tuple[int, int], optics: Any, log_mass: Array) -> int:
+    """Set the log mass of states out of view to minus infinity; how many they are."""
+    p = len(optics.window) // 2
+    reach_x, reach_y = (shape[1] - 1 + p) * optics.pitch[0], (shape[0] - 1 + p) * optics.pitch[1]
+    low_x, low_y = -p * optics.pitch[0], -p * optics.pitch[1]
+    out = 0
+    for i in range(len(along_x)):
+        inside = (along_x[i] >= low_x) & (along_x[i] <= reach_x) & (along_y[i] >= low_y) & (along_y[i] <= reach_y)
+        log_mass[i] = log_mass[i] if inside else -np.inf
+        out += 0 if inside else 1
+    return out

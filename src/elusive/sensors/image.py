@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.random import Generator
@@ -20,6 +20,19 @@ from elusive.contracts import INTENSITY, Array, X, Y
 from elusive.errors import DataError
 from elusive.model import FROM_RECORDING, Model, Positive
 from elusive.sensors.patches import Box, PatchEffect, Patches, box_of, left_over, moments_of
+
+
+class GaussianOptics(NamedTuple):
+    """What the kernels of Gaussian noise read of an :class:`ImageSensor`."""
+
+    pitch: tuple[float, float]  # dx and dy
+    psf: float
+    gain: float
+    sigma: float
+    steps: Array  # (2, p + 1) each tap over the one before it, for k from 0 (unused) to the truncation
+    taps_x: Array  # (2 p + 1,)
+    taps_y: Array  # (2 p + 1,)
+    window: tuple[int, ...]  # 2 p + 1 of anything: a length that the compiler knows, so that loops unroll
 
 
 class ImageSensor(Model):
@@ -116,9 +129,8 @@ class ImageSensor(Model):
             return self.log_ratio(self.expected(states), measurement, ())
         from elusive.sensors import _kernels
 
-        frame = self._checked(measurement)
-        optics = (self.psf_sigma, self.gain, self.noise_sigma)
-        return _kernels.log_ratio_gaussian(states, frame, (self.dx, self.dy), *optics, self._steps, self._window)
+        frame = self.checked(measurement)
+        return _kernels.log_ratio_gaussian(states, frame, self.optics)
 
     def expected(self, states: Array) -> Patches:
         """Return what a target at each state ``(N, d)`` adds to the cells of its patch."""
@@ -149,7 +161,7 @@ class ImageSensor(Model):
         """
         from elusive.sensors import _envelope_kernels, _patch_kernels
 
-        frame = self._checked(measurement)
+        frame = self.checked(measurement)
         left, precision = left_over(frame, self.noise_sigma**2, expected.box, others)
         corner, bells, box = expected
         if self.noise == "gaussian":
@@ -175,7 +187,7 @@ class ImageSensor(Model):
             return self.log_ratio(expected, measurement, others).reshape(centred.shape[:-1])
         p = self.truncation
         wider = Box(box.top - p, box.left - p, box.bottom + p, box.right + p)
-        left, precision = left_over(self._checked(measurement), self.noise_sigma**2, wider, others)
+        left, precision = left_over(self.checked(measurement), self.noise_sigma**2, wider, others)
         cross, square = template_sums(left * precision, precision, *self._taps)
         inside = slice(p, p + box.shape[0]), slice(p, p + box.shape[1])
         amplitude = self.gain * intensities[:, None, None]
@@ -185,10 +197,9 @@ class ImageSensor(Model):
         """Log likelihood ratio of a target of that intensity centred on each cell, ``(rows, columns)``."""
         from elusive.sensors import _kernels
 
-        frame = self._checked(measurement)
+        frame = self.checked(measurement)
         if self.noise == "gaussian":
-            taps_x, taps_y = self._taps
-            return _kernels.template_map_gaussian(frame, taps_x, taps_y, self.gain * intensity, self.noise_sigma)
+            return _kernels.template_map_gaussian(frame, self.optics, intensity)
         r, c = np.indices(self.shape)
         centred = np.zeros((r.size, 5))
         centred[:, X], centred[:, Y], centred[:, INTENSITY] = c.ravel() * self.dx, r.ravel() * self.dy, intensity
@@ -200,7 +211,8 @@ class ImageSensor(Model):
 
         return _kernels.in_view(states, self.dx, self.dy, self.columns, self.rows, self.truncation)
 
-    def _checked(self, measurement: Array) -> Array:
+    def checked(self, measurement: Array) -> Array:
+        """Return a frame as kernels take it; one of another shape or no envelope is refused (DataError)."""
         frame = np.ascontiguousarray(measurement, dtype=np.float64)
         if frame.shape != self.shape:
             raise DataError(
@@ -221,11 +233,11 @@ class ImageSensor(Model):
         return np.exp(-0.5 * (np.outer([self.dx, self.dy], k) / self.psf_sigma) ** 2)
 
     @cached_property
-    def _steps(self) -> Array:
-        """Each tap over the one before it, for k from 0 (unused) to the truncation, ``(2, p + 1)``."""
+    def optics(self) -> GaussianOptics:
+        """What the kernels of Gaussian noise read."""
         pitch = np.array([self.dx, self.dy]) / self.psf_sigma
-        return np.exp(-0.5 * np.outer(pitch**2, np.maximum(2 * np.arange(self.truncation + 1) - 1, 0)))
-
-    @cached_property
-    def _window(self) -> tuple[int, ...]:
-        return (0,) * (2 * self.truncation + 1)
+        steps = np.exp(-0.5 * np.outer(pitch**2, np.maximum(2 * np.arange(self.truncation + 1) - 1, 0)))
+        window = (0,) * (2 * self.truncation + 1)
+        return GaussianOptics(
+            (self.dx, self.dy), self.psf_sigma, self.gain, self.noise_sigma, steps, *self._taps, window
+        )

@@ -12,8 +12,15 @@ from elusive import collect, run
 from elusive.contracts import Births
 from elusive.errors import DataError
 from elusive.filters.particle.bernoulli import BernoulliFilter
-from elusive.filters.particle.births import UniformBirth
-from elusive.motion import ConstantAcceleration, ConstantVelocity, CoordinatedTurn, WithIntensity, square_root
+from elusive.filters.particle.births import MeasurementBirth, UniformBirth
+from elusive.motion import (
+    ConstantAcceleration,
+    ConstantTurnRateVelocity,
+    ConstantVelocity,
+    CoordinatedTurn,
+    WithIntensity,
+    square_root,
+)
 from elusive.sensors.image import ImageSensor
 from tests.reference.filters import bernoulli_step
 
@@ -47,6 +54,35 @@ def test_a_step_equals_its_twin(motion, masked):
         for name, found, expected in zip(state._fields, state, twin, strict=True):
             np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-10, err_msg=name)
     assert state.existence > 0.5
+
+
+class OwnSensor(ImageSensor):
+    """A user's own sensor: the filter does not know that it is the built-in one."""
+
+
+@pytest.mark.parametrize("birth", [MeasurementBirth(), UniformBirth()], ids=lambda birth: birth.kind)
+@pytest.mark.parametrize("smoothing", [None, 0.0])
+def test_the_compiled_step_equals_the_steps_parts(birth, smoothing):
+    built_in = BernoulliFilter(birth=birth, smoothing=smoothing, particles=600, newborns=200)
+    own = built_in.replace(sensor=OwnSensor())
+    state = other = built_in.init(np.random.default_rng(0), -1.0)
+    for k, frame in enumerate(film(built_in.sensor, 8, seed=2)):
+        measurement = None if k == 5 else frame
+        state = built_in.step(state, k, measurement, np.random.default_rng(k))
+        other = own.step(other, k, measurement, np.random.default_rng(k))
+        for name, found, expected in zip(state._fields, state, other, strict=True):
+            np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9, err_msg=name)
+
+
+def test_a_motion_that_is_not_linear_is_smoothed_as_well():
+    motion = WithIntensity(motion=ConstantTurnRateVelocity(), q_intensity=0.0)
+    model = BernoulliFilter(motion=motion, particles=600, newborns=200)
+    distinct = []
+    for smoothing in (None, 0.0):
+        *_, state = run(model.replace(smoothing=smoothing), film(model.sensor, 12, seed=3), np.random.default_rng(4))
+        assert state.existence > 0.9
+        distinct.append(len(np.unique(state.particles[:600, -1])))
+    assert distinct[0] > 2 * distinct[1]
 
 
 class Grid:

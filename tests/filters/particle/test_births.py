@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from elusive.errors import ParameterError
-from elusive.filters.particle import _kernels
+from elusive.filters.particle import _newborn_kernels
 from elusive.filters.particle.births import BrightBirth, MeasurementBirth, UniformBirth
 from elusive.motion import ConstantAcceleration, ConstantTurnRateVelocity, WithIntensity
 from elusive.sensors.image import ImageSensor
+from tests.reference.random_numbers import uniforms
 from tests.reference.resampling import systematic
 
 NAMES = ("x", "vx", "y", "vy", "intensity")
@@ -118,6 +119,12 @@ def test_cells_equal_the_textbook_form(share):
     raised = np.exp(preference - preference.max())
     mixture = (1 - share) * raised / raised.sum() + share / raised.size
     for u0 in (0.0123, 0.3141, 0.9876):  # no tooth on an edge, where rounding would choose
-        cells, log_ratio = _kernels.draw_cells(preference, 700, share, u0)
+        cells, log_ratio = _newborn_kernels.draw_cells(preference, 700, share, u0)
         np.testing.assert_array_equal(cells, systematic(mixture, 700, u0))
         np.testing.assert_allclose(log_ratio, -np.log(mixture[cells] * 300), rtol=1e-9, atol=1e-12)
+
+
+def test_uniform_cells_equal_their_twin():
+    for cells in (1, 7, 327_680):
+        expected = np.floor(uniforms(0.618, 999) * cells)
+        np.testing.assert_array_equal(_newborn_kernels.uniform_cells(0.618, 999, cells), expected)

@@ -1,4 +1,4 @@
-"""Compiled kernels of the particle filters: one walk along the weights for resampling and births, weighted moments."""
+"""Compiled kernels of the particle filters: resampling, weights, weighted moments."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from elusive._kernels import BLOCK, exponentiate
-from elusive.contracts import Array, X, Y
+from elusive.contracts import Array
 
 
 @njit(cache=True, nogil=True)
@@ -100,16 +100,21 @@ def weigh(log_mass: Array) -> tuple[Array, float]:
     return weights, best + np.log(total)
 
 
-@njit(cache=True, nogil=True, fastmath={"contract", "reassoc"})
+@njit(cache=True, nogil=True)
 def moments(states: Array, weights: Array) -> tuple[Array, Array]:
     """Mean ``(d,)`` and covariance ``(d, d)`` under weights that sum to one."""
-    n, d = states.shape
-    columns = states.T
+    return moments_between(states.T, weights, 0)
+
+
+@njit(cache=True, nogil=True, fastmath={"contract", "reassoc"})
+def moments_between(columns: Array, weights: Array, start: int) -> tuple[Array, Array]:
+    """Return the same of particles from one on, as many as there are weights, from columns ``(d, N)``."""
+    d, n = len(columns), len(weights)
     mean = np.empty(d)
     for k in range(d):
-        total = 0.0
+        row, total = columns[k, start : start + n], 0.0
         for i in range(n):
-            total += weights[i] * columns[k, i]
+            total += weights[i] * row[i]
         mean[k] = total
     covariance = np.zeros((d, d))
     centred = np.empty((d, BLOCK))
@@ -118,7 +123,7 @@ def moments(states: Array, weights: Array) -> tuple[Array, Array]:
         share = weights[first : first + BLOCK]
         size = len(share)
         for r in range(d):
-            column = columns[r, first : first + size]
+            column = columns[r, start + first : start + first + size]
             for i in range(size):
                 centred[r, i] = column[i] - mean[r]
                 weighted[i] = share[i] * centred[r, i]
@@ -133,47 +138,10 @@ def moments(states: Array, weights: Array) -> tuple[Array, Array]:
     return mean, covariance
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def draw_cells(log_preference: Array, n: int, uniform_share: float, u0: float) -> tuple[np.ndarray, Array]:
-    """Draw cells in proportion to ``exp(log_preference)`` mixed with uniform; also log of uniform over mixture.
-
-    One systematic comb ``(u0 + j) / n`` over the mixture: unbiased, and with less spread than independent draws.
-    """
-    cells = len(log_preference)
-    share = log_preference - log_preference.max()
-    exponentiate(share)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
+def total_product(first: Array, second: Array) -> float:
+    """Sum of products of two rows."""
     total = 0.0
-    for i in range(cells):
-        total += share[i]
-    scale = (1.0 - uniform_share) / total
-    floor = uniform_share / cells
-    chosen = np.empty(n, dtype=np.int64)
-    log_ratio = np.empty(n)
-    i = 0
-    reached = share[0] * scale + floor
-    here = -np.log(reached * cells)
-    for j in range(n):
-        tooth = (u0 + j) / n
-        if reached <= tooth and i < cells - 1:
-            while reached <= tooth and i < cells - 1:
-                i += 1
-                reached += share[i] * scale + floor
-            here = -np.log((share[i] * scale + floor) * cells)
-        chosen[j] = i
-        log_ratio[j] = here
-    return chosen, log_ratio
-
-
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-def fill_newborns(
-    uniform: Array, cells: np.ndarray, columns: int, pitch: tuple[float, float], low: Array, high: Array
-) -> None:
-    """Turn uniform numbers ``(d, n)`` in place into components: each in its [low, high), x and y about their cell."""
-    for k in range(len(uniform)):
-        width = high[k] - low[k]
-        for i in range(len(cells)):
-            uniform[k, i] = low[k] + width * uniform[k, i]
-    for i in range(len(cells)):
-        row = cells[i] // columns
-        uniform[X, i] += (cells[i] - row * columns) * pitch[0]
-        uniform[Y, i] += row * pitch[1]
+    for i in range(len(first)):
+        total += first[i] * second[i]
+    return total

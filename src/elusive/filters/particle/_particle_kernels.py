@@ -7,16 +7,7 @@ from numba import njit
 
 from elusive._kernels import exponentiate
 from elusive.contracts import Array
-from elusive.filters.particle._kernels import total_of
-
-
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
-def total_product(first: Array, second: Array) -> float:
-    """Sum of products of two rows."""
-    total = 0.0
-    for i in range(len(first)):
-        total += first[i] * second[i]
-    return total
+from elusive.filters.particle._kernels import total_of, total_product
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

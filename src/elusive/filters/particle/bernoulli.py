@@ -9,32 +9,26 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
-from typing import Any, Literal, NamedTuple, Self
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.random import Generator
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from elusive.contracts import Array, interval_since
 from elusive.errors import DataError
-from elusive.filters.particle import _kernels
-from elusive.filters.particle.births import MeasurementBirth
-from elusive.filters.particle.parts import (
-    AnyBirth,
-    AnyKnowledge,
-    AnyMotion,
-    AnySensor,
-    Known,
-    allowed_by,
-    check_amplitude,
-    switching,
-)
-from elusive.filters.particle.resampling import Scheme, resample
-from elusive.model import FROM_RECORDING, Model, Probability
-from elusive.motion import WithIntensity
-from elusive.sensors.field_of_view import FieldOfView
+from elusive.filters.particle import _kernels, _step_kernels
+from elusive.filters.particle._prediction_kernels import by_cell, predict
+from elusive.filters.particle._step_kernels import Masses, Plan
+from elusive.filters.particle.births import MeasurementBirth, Optics, UniformBirth
+from elusive.filters.particle.detector import Detector
+from elusive.filters.particle.parts import allowed_by, step_matrices, switching
+from elusive.filters.particle.resampling import resample
+from elusive.model import NonNegative
 from elusive.sensors.image import ImageSensor
 
+DRAWS = 5  # uniform numbers that a step takes of the generator
+SPREADS = 3.0  # of the point: side of the cells in which survivors are smoothed
 LEAST_LOG_ODDS = -700.0  # of existence, below which it is zero
 
 
@@ -49,7 +43,7 @@ class BernoulliState(NamedTuple):
     covariance: Array  # (d, d) given presence
 
 
-class BernoulliFilter(Model):
+class BernoulliFilter(Detector):
     """Detects and tracks one target that appears, moves and disappears.
 
     Knowledge of where a target can be is a part of the evidence, and so of existence. The field of view is another
@@ -57,32 +51,37 @@ class BernoulliFilter(Model):
     """
 
     kind: Literal["bernoulli"] = "bernoulli"
-    motion: AnyMotion = Field(WithIntensity(), description="How the target moves")
-    sensor: AnySensor = Field(ImageSensor(), description="What a frame says of a state")
-    birth: AnyBirth = Field(MeasurementBirth(), description="Where a target appears, p_b and q_b")
-    knowledge: tuple[AnyKnowledge, ...] = Field(
-        (FieldOfView(),), description="Where a target can be: the sensor's view, maps", json_schema_extra=FROM_RECORDING
-    )
-    birth_probability: Probability = Field(0.05, description="Probability that a target appears in 1 s, P_b, eq. 3")
-    death_probability: Probability = Field(0.05, description="Probability that it disappears in 1 s, P_d, eq. 4")
-    initial_existence: Probability = Field(0.05, description="Probability of existence before the first frame, mu_1")
     particles: int = Field(1500, gt=0, description="Particles that continue, N_c")
     newborns: int = Field(500, gt=0, description="Particles born at each step, N_b")
-    resampling: Scheme = Field("systematic", description="Resampling scheme")
-
-    @model_validator(mode="after")
-    def _uses_all(self) -> Self:
-        check_amplitude(self.motion, self.birth, self.sensor)
-        return self
-
-    @property
-    def state_names(self) -> tuple[str, ...]:
-        """Names of the state's components."""
-        return self.motion.state_names
+    smoothing: NonNegative | None = Field(
+        None,
+        description="Side of the cells of place in which survivors are spread over what they stand for, mean and "
+        "covariance kept; 0: they stay as resampled; not given: three point spreads, 0 for a sensor without [px]",
+    )
 
     @cached_property
-    def _known(self) -> Known:
-        return Known.of(self.knowledge, self.sensor)
+    def _smoothing(self) -> float:
+        spread = float(getattr(self.sensor, "spread_px", 0.0)) * Optics.of(self.sensor).dx
+        return SPREADS * spread if self.smoothing is None else self.smoothing
+
+    @cached_property
+    def _plan(self) -> Plan | None:
+        """What the compiled step needs; None of models that it does not know."""
+        sensor, birth = self.sensor, self.birth
+        if not (type(sensor) is ImageSensor and sensor.noise == "gaussian" and self.resampling == "systematic"):
+            return None
+        if type(birth) not in (UniformBirth, MeasurementBirth) or self._known.maps:
+            return None
+        return Plan(
+            sensor.optics,
+            birth.ranges(sensor, self.state_names),
+            sensor.intensity_of(birth.snr_db),
+            birth.uniform_share if isinstance(birth, MeasurementBirth) else 1.0,
+            self._smoothing,
+            self.particles,
+            self.newborns,
+            bool(self._known.views),
+        )
 
     def init(self, rng: Generator, time_s: float = math.nan) -> BernoulliState:
         """Return the belief before the first frame: the birth density, and the initial existence."""
@@ -108,28 +107,56 @@ class BernoulliFilter(Model):
                 log_prior = np.log(state.weights) + _log(state.existence)
             return self._posterior(time_s, state.particles, log_prior, measurement, 1 - state.existence)
         appears, disappears = switching(self.birth_probability, self.death_probability, interval_s)
-        n = self.particles
-        survivors = resample(state.weights, n, rng, self.resampling)
-        states = _kernels.gather(state.particles, survivors, n + self.newborns)
-        _fill(states[:n], self.motion.propagate(states[:n], interval_s, rng), "motion")
-        births = self.birth.draw(self.newborns, measurement, self.sensor, self.state_names, rng)
-        _fill(states[n:], births.states, "birth")
-
         alive = (1 - disappears) * state.existence
         born = appears * (1 - state.existence)
+        absent = disappears * state.existence + (1 - appears) * (1 - state.existence)
+        matrices = step_matrices(self.motion, interval_s)
+        if matrices is not None and measurement is not None and self._plan is not None:
+            frame, draws = self.sensor.checked(measurement), rng.random(DRAWS)
+            masses = Masses(alive, born)
+            states, weights, log_present, left, mean, covariance = _step_kernels.step(
+                state.particles, state.weights, masses, frame, *matrices, self._plan, draws
+            )
+            if not math.isnan(log_present):
+                existence = _existence(log_present, absent + left)
+                return BernoulliState(time_s, existence, states, weights, mean, covariance)
+
+        n = self.particles
+        states = self._predicted(state, matrices, interval_s, rng)
+        births = self.birth.draw(self.newborns, measurement, self.sensor, self.state_names, rng)
+        _fill(states[n:], births.states, "birth")
         log_prior = np.empty(n + self.newborns)
         log_prior[:n] = _log(alive / n)
         log_prior[n:] = births.log_ratio + _log(born / self.newborns)
-        left = 0.0
         if self._known.views:
             stay = allowed_by(self._known.views, states[:n])
             if stay.any():
                 log_prior[:n] += stay
-                left = alive * (1 - float(np.exp(stay).sum()) / n)
+                absent += alive * (1 - float(np.exp(stay).sum()) / n)
         if self._known.maps:
             log_prior += allowed_by(self._known.maps, states)
-        absent = disappears * state.existence + (1 - appears) * (1 - state.existence) + left
         return self._posterior(time_s, states, log_prior, measurement, absent)
+
+    def _predicted(
+        self, state: BernoulliState, matrices: tuple[Array, Array] | None, interval_s: float, rng: Generator
+    ) -> Array:
+        """Survivors moved on, in front of room for the newborns."""
+        n, side = self.particles, self._smoothing
+        states, weights, starts = state.particles, state.weights, np.array([0, len(state.weights)])
+        if side:
+            states, weights, starts = by_cell(states, weights, side)
+        survivors = resample(weights, n, rng, self.resampling)
+        linear = matrices is not None
+        if not linear and not side:
+            moved = _kernels.gather(states, survivors, n + self.newborns)
+        else:
+            d = states.shape[1]
+            F, root = matrices or (np.eye(d), np.zeros((d, d)))
+            draw = rng.random()
+            moved = predict(states, weights, starts, survivors, side > 0, F, root, draw, n + self.newborns)
+        if not linear:
+            _fill(moved[:n], self.motion.propagate(moved[:n], interval_s, rng), "motion")
+        return moved
 
     def _posterior(
         self, time_s: float, states: Array, log_prior: Array, measurement: Any | None, absent: float
@@ -139,9 +166,12 @@ class BernoulliFilter(Model):
         )
         weights, log_present = _kernels.weigh(log_likelihood + log_prior)
         mean, covariance = _kernels.moments(states, weights)
-        log_odds = log_present - _log(absent) if log_present > -math.inf else -math.inf
-        existence = 1 / (1 + math.exp(-log_odds)) if log_odds > LEAST_LOG_ODDS else 0.0
-        return BernoulliState(time_s, existence, states, weights, mean, covariance)
+        return BernoulliState(time_s, _existence(log_present, absent), states, weights, mean, covariance)
+
+
+def _existence(log_present: float, absent: float) -> float:
+    log_odds = log_present - _log(absent) if log_present > -math.inf else -math.inf
+    return 1 / (1 + math.exp(-log_odds)) if log_odds > LEAST_LOG_ODDS else 0.0
 
 
 def _fill(rows: Array, states: Array, part: str) -> None:

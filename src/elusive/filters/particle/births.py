@@ -16,9 +16,10 @@ from pydantic import Field
 
 from elusive.contracts import Array, Births
 from elusive.errors import ParameterError
-from elusive.filters.particle import _kernels
+from elusive.filters.particle import _newborn_kernels
 from elusive.model import Model, NonNegative
 
+DRAWS = 3  # uniform numbers that a batch of newborns takes: for the cells, within them, for deviations
 PAPER_SPREAD = 5.0 / (2 * np.pi * 0.7**2 * 3.0)  # I0 +- 5 at Sigma = .7, sigma = 3, in noise deviations
 
 
@@ -54,11 +55,13 @@ def intensity_of(sensor: Any, snr_db: float) -> float:
     return float(10 ** (snr_db / 20) if said is None else said(snr_db))
 
 
-class _Ranges(NamedTuple):
-    low: Array  # (d,)
-    high: Array  # (d,)
-    deviation: Array | None  # (d,); None where all are zero
+class Ranges(NamedTuple):
+    """Where the components of a newborn lie about the centre of its cell, as kernels read it."""
+
+    table: Array  # (3, d) lowest, highest, and the Gaussian deviation added
     pitch: tuple[float, float]  # sides of a cell
+    cells: int
+    columns: int
 
 
 class UniformBirth(Model):
@@ -85,30 +88,29 @@ class UniformBirth(Model):
         self, n: int, measurement: Array | None, sensor: CellSensor, state_names: tuple[str, ...], rng: Generator
     ) -> Births:
         """Draw ``n`` newborn states and the logarithm of ``p_b / q_b``."""
-        cells = rng.integers(sensor.rows * sensor.columns, size=n)
-        return Births(self._in_cells(cells, sensor, state_names, rng), np.zeros(n))
+        draws = rng.random(DRAWS)
+        cells = _newborn_kernels.uniform_cells(draws[0], n, sensor.rows * sensor.columns)
+        return Births(self._in_cells(cells, sensor, state_names, draws), np.zeros(n))
 
     def _in_cells(
-        self, cells: NDArray[np.int64], sensor: CellSensor, state_names: tuple[str, ...], rng: Generator
+        self, cells: NDArray[np.int64], sensor: CellSensor, state_names: tuple[str, ...], draws: Array
     ) -> Array:
         """Draw one newborn somewhere in each cell (flat index)."""
-        low, high, deviation, pitch = self._ranges(sensor, state_names)
-        columns = rng.random((len(low), len(cells)))
-        _kernels.fill_newborns(columns, cells, sensor.columns, pitch, low, high)
-        if deviation is not None:
-            columns += deviation[:, None] * rng.standard_normal(columns.shape)
+        ranges = self.ranges(sensor, state_names)
+        columns = np.empty((len(state_names), len(cells)))
+        _newborn_kernels.fill_newborns(columns, cells, ranges, draws)
         return columns.T
 
     @cached_property
-    def _known(self) -> dict[tuple[str, ...], tuple[CellSensor, _Ranges]]:
+    def _known(self) -> dict[tuple[str, ...], tuple[CellSensor, Ranges]]:
         """The ranges last asked for: a filter asks the same at each step."""
         return {}
 
-    def _ranges(self, sensor: CellSensor, state_names: tuple[str, ...]) -> _Ranges:
+    def ranges(self, sensor: CellSensor, state_names: tuple[str, ...]) -> Ranges:
         """Lowest and highest value and Gaussian deviation of each component about the cell's centre."""
         if state_names in self._known and self._known[state_names][0] is sensor:
             return self._known[state_names][1]
-        low, high, deviation = np.zeros((3, len(state_names)))
+        table = np.zeros((3, len(state_names)))
         dx, dy, *_ = Optics.of(sensor)
         known = {
             "x": (-dx / 2, dx / 2, 0.0),
@@ -123,8 +125,8 @@ class UniformBirth(Model):
         for k, name in enumerate(state_names):
             if name not in known:
                 raise ParameterError(f"birth: does not know how to draw {name!r}; give the filter a birth that does.")
-            low[k], high[k], deviation[k] = known[name]
-        ranges = _Ranges(low, high, deviation if deviation.any() else None, (dx, dy))
+            table[:, k] = known[name]
+        ranges = Ranges(table, (dx, dy), sensor.rows * sensor.columns, sensor.columns)
         self._known[state_names] = sensor, ranges
         return ranges
 
@@ -145,8 +147,9 @@ class _ProposedBirth(UniformBirth):
         if measurement is None:
             return super().draw(n, measurement, sensor, state_names, rng)
         preference = self.log_preference(measurement, sensor)
-        cells, log_ratio = _kernels.draw_cells(preference.ravel(), n, self.uniform_share, rng.random())
-        return Births(self._in_cells(cells, sensor, state_names, rng), log_ratio)
+        draws = rng.random(DRAWS)
+        cells, log_ratio = _newborn_kernels.draw_cells(preference.ravel(), n, self.uniform_share, draws[0])
+        return Births(self._in_cells(cells, sensor, state_names, draws), log_ratio)
 
 
 class BrightBirth(_ProposedBirth):

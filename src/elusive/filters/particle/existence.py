@@ -7,32 +7,19 @@ Amrouche, Khenchaf and Berkani (2018), table 1 and eqs. 17-21. Kept as the refer
 from __future__ import annotations
 
 import math
-from functools import cached_property
-from typing import Any, Literal, NamedTuple, Self
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from elusive.contracts import Array, interval_since
 from elusive.filters.particle import _kernels
 from elusive.filters.particle.births import UniformBirth
-from elusive.filters.particle.parts import (
-    AnyBirth,
-    AnyKnowledge,
-    AnyMotion,
-    AnySensor,
-    Known,
-    allowed_by,
-    check_amplitude,
-    switching,
-)
-from elusive.filters.particle.resampling import Scheme, resample
-from elusive.model import FROM_RECORDING, Model, Probability
-from elusive.motion import WithIntensity
-from elusive.sensors.field_of_view import FieldOfView
-from elusive.sensors.image import ImageSensor
+from elusive.filters.particle.detector import Detector
+from elusive.filters.particle.parts import AnyBirth, allowed_by, switching
+from elusive.filters.particle.resampling import resample
 
 
 class ExistenceState(NamedTuple):
@@ -47,35 +34,12 @@ class ExistenceState(NamedTuple):
     covariance: Array  # (d, d) given presence
 
 
-class ExistenceParticleFilter(Model):
+class ExistenceParticleFilter(Detector):
     """Detects and tracks one target with existence as a part of each particle's state."""
 
     kind: Literal["existence"] = "existence"
-    motion: AnyMotion = Field(WithIntensity(), description="How the target moves")
-    sensor: AnySensor = Field(ImageSensor(), description="What a frame says of a state")
     birth: AnyBirth = Field(UniformBirth(), description="Where a target appears, p_b and q_b")
-    knowledge: tuple[AnyKnowledge, ...] = Field(
-        (FieldOfView(),), description="Where a target can be: the sensor's view, maps", json_schema_extra=FROM_RECORDING
-    )
-    birth_probability: Probability = Field(0.05, description="Probability that a target appears in 1 s, P_b, eq. 3")
-    death_probability: Probability = Field(0.05, description="Probability that it disappears in 1 s, P_d, eq. 4")
-    initial_existence: Probability = Field(0.05, description="Probability of existence before the first frame, mu_1")
     particles: int = Field(2000, gt=0, description="Number of particles, N")
-    resampling: Scheme = Field("systematic", description="Resampling scheme")
-
-    @model_validator(mode="after")
-    def _uses_all(self) -> Self:
-        check_amplitude(self.motion, self.birth, self.sensor)
-        return self
-
-    @property
-    def state_names(self) -> tuple[str, ...]:
-        """Names of the state's components."""
-        return self.motion.state_names
-
-    @cached_property
-    def _known(self) -> Known:
-        return Known.of(self.knowledge, self.sensor)
 
     def init(self, rng: Generator, time_s: float = math.nan) -> ExistenceState:
         """Return the belief before the first frame."""

@@ -15,6 +15,7 @@ from elusive.errors import DataError, ParameterError
 from elusive.filters.particle.births import ImageBirth, UniformBirth
 from elusive.model import Model, or_own
 from elusive.motion import WithIntensity
+from elusive.motion.linear import LinearModel
 from elusive.sensors.clutter import ClutterSensor
 from elusive.sensors.field_of_view import FieldOfView
 from elusive.sensors.image import ImageSensor
@@ -84,6 +85,17 @@ def a_number_a_state(values: Array, states: Array, source: str) -> Array:
             f"{source}: gave an array of shape {values.shape} for {len(states)} states; give one number a state."
         )
     return np.ascontiguousarray(values, dtype=np.float64)
+
+
+def step_matrices(motion: Motion, interval_s: float) -> tuple[Array, Array] | None:
+    """Transition and root of the noise over an interval of a built-in linear motion; None of any other."""
+    if type(motion) is WithIntensity and not motion.is_linear:
+        return None
+    known = isinstance(motion, LinearModel) and type(motion).propagate in (
+        LinearModel.propagate,
+        WithIntensity.propagate,
+    )
+    return motion.transition_root(interval_s) if known else None
 
 
 def switching(birth_probability: float, death_probability: float, interval_s: float) -> tuple[float, float]:
