@@ -28,7 +28,15 @@ COLUMNS = [
     "rmse_10_24",
     "rmse_10_24_se",
 ]
-FILTERS = ["paper", "paper-bright", "paper-measurement", "bernoulli-uniform", "bernoulli-measurement", "near-optimal"]
+FILTERS = [
+    "paper",
+    "paper-bright",
+    "paper-measurement",
+    "bernoulli-uniform",
+    "bernoulli-measurement",
+    "bernoulli-smoothed",
+    "near-optimal",
+]
 
 
 def table(path: Path) -> list[dict[str, str]]:
@@ -55,7 +63,7 @@ def test_all_figures_and_the_table(tmp_path: Path) -> None:
     reports: list[Progress] = []
     cells = reproduce(tmp_path / "new" / "out", trials=2, on_progress=reports.append)
     written = visible(tmp_path / "new" / "out")
-    assert written == ["campaign-cv-ct-6x2-seed2018.zarr", *sorted(f"{name}.png" for name in FIGURES), "summary.csv"]
+    assert written == ["campaign-cv-ct-7x2-seed2018.zarr", *sorted(f"{name}.png" for name in FIGURES), "summary.csv"]
     assert set(FIGURES) == {f"fig{number}" for number in range(2, 9)}
     for name in FIGURES:
         check_picture(tmp_path / "new" / "out" / f"{name}.png")
@@ -158,6 +166,7 @@ def test_a_deviation_in_the_filter_is_a_deviation_in_the_table() -> None:
         "paper-measurement": ("existence", "measurement", 2000),
         "bernoulli-uniform": ("bernoulli", "uniform", 1500),
         "bernoulli-measurement": ("bernoulli", "measurement", 1500),
+        "bernoulli-smoothed": ("bernoulli", "measurement", 1500),
         "near-optimal": ("bernoulli", "measurement", 20_000),
     }
     assert [built[name].newborns for name in FILTERS[3:]] == [500, 500, 20_000]

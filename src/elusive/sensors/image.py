@@ -238,6 +238,7 @@ class ImageSensor(Model):
         pitch = np.array([self.dx, self.dy]) / self.psf_sigma
         steps = np.exp(-0.5 * np.outer(pitch**2, np.maximum(2 * np.arange(self.truncation + 1) - 1, 0)))
         window = (0,) * (2 * self.truncation + 1)
+        taps_x, taps_y = self._taps
         return GaussianOptics(
-            (self.dx, self.dy), self.psf_sigma, self.gain, self.noise_sigma, steps, *self._taps, window
+            (self.dx, self.dy), self.psf_sigma, self.gain, self.noise_sigma, steps, taps_x, taps_y, window
         )

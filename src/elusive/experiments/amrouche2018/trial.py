@@ -21,7 +21,13 @@ from elusive.filters import (
 from elusive.runner import run
 
 FilterName = Literal[
-    "paper", "paper-bright", "paper-measurement", "bernoulli-uniform", "bernoulli-measurement", "near-optimal"
+    "paper",
+    "paper-bright",
+    "paper-measurement",
+    "bernoulli-uniform",
+    "bernoulli-measurement",
+    "bernoulli-smoothed",
+    "near-optimal",
 ]
 
 
@@ -32,6 +38,7 @@ class Row(NamedTuple):
     births: type[UniformBirth]
     particles: int
     newborns: int | None  # None: the paper's filter, where each particle carries existence
+    smoothing: float | None = 0.0  # of survivors; None: the usual one
 
 
 FILTERS: dict[FilterName, Row] = {
@@ -40,6 +47,7 @@ FILTERS: dict[FilterName, Row] = {
     "paper-measurement": Row("the paper's filter, measurement births", MeasurementBirth, 2000, None),
     "bernoulli-uniform": Row("Bernoulli filter, uniform births", UniformBirth, 1500, 500),
     "bernoulli-measurement": Row("Bernoulli filter, measurement births", MeasurementBirth, 1500, 500),
+    "bernoulli-smoothed": Row("the same, survivors smoothed", MeasurementBirth, 1500, 500, None),
     "near-optimal": Row("Bernoulli filter, 20 000 + 20 000 particles", MeasurementBirth, 20_000, 20_000),
 }
 
@@ -56,7 +64,7 @@ class WeakTargetTrial(WeakTarget):
         parts = {"motion": self.target_motion, "sensor": self.sensor, "birth": birth, "particles": row.particles}
         if row.newborns is None:
             return ExistenceParticleFilter(**parts)
-        return BernoulliFilter(**parts, newborns=row.newborns)
+        return BernoulliFilter(**parts, newborns=row.newborns, smoothing=row.smoothing)
 
 
 def trial(parameters: WeakTargetTrial, rng: Generator) -> dict[str, Array]:

@@ -68,9 +68,10 @@ class BernoulliFilter(Detector):
     def _plan(self) -> Plan | None:
         """What the compiled step needs; None of models that it does not know."""
         sensor, birth = self.sensor, self.birth
-        if not (type(sensor) is ImageSensor and sensor.noise == "gaussian" and self.resampling == "systematic"):
+        if not isinstance(birth, UniformBirth) or not isinstance(sensor, ImageSensor) or self._known.maps:
             return None
-        if type(birth) not in (UniformBirth, MeasurementBirth) or self._known.maps:
+        known = type(sensor) is ImageSensor and type(birth) in (UniformBirth, MeasurementBirth)
+        if not known or sensor.noise != "gaussian" or self.resampling != "systematic":
             return None
         return Plan(
             sensor.optics,
@@ -112,7 +113,8 @@ class BernoulliFilter(Detector):
         absent = disappears * state.existence + (1 - appears) * (1 - state.existence)
         matrices = step_matrices(self.motion, interval_s)
         if matrices is not None and measurement is not None and self._plan is not None:
-            frame, draws = self.sensor.checked(measurement), rng.random(DRAWS)
+            sensor: Any = self.sensor
+            frame, draws = sensor.checked(measurement), rng.random(DRAWS)
             masses = Masses(alive, born)
             states, weights, log_present, left, mean, covariance = _step_kernels.step(
                 state.particles, state.weights, masses, frame, *matrices, self._plan, draws

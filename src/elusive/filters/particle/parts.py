@@ -89,12 +89,9 @@ def a_number_a_state(values: Array, states: Array, source: str) -> Array:
 
 def step_matrices(motion: Motion, interval_s: float) -> tuple[Array, Array] | None:
     """Transition and root of the noise over an interval of a built-in linear motion; None of any other."""
-    if type(motion) is WithIntensity and not motion.is_linear:
+    if not isinstance(motion, LinearModel) or (isinstance(motion, WithIntensity) and not motion.is_linear):
         return None
-    known = isinstance(motion, LinearModel) and type(motion).propagate in (
-        LinearModel.propagate,
-        WithIntensity.propagate,
-    )
+    known = type(motion).propagate in (LinearModel.propagate, WithIntensity.propagate)
     return motion.transition_root(interval_s) if known else None
 
 
