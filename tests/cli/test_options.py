@@ -291,7 +291,7 @@ def test_a_file_with_a_fault_is_a_sentence(base: dict[str, Any], sentence: str) 
 MODELS = [
     "systems.images.parameters:ImageTracking", "systems.signals.parameters:SignalTracking",
     "systems.radar.parameters:RadarTracking", "systems.links.track:LinkTracking", "systems.links.fit:LinkFitting",
-    "systems.bearings.parameters:BearingTracking", "systems.images.scene:ImageSimulation",
+    "systems.bearings.parameters:BearingTracking", "systems.images.simulate:ImageSimulation",
     "systems.signals.scene:SignalSimulation", "systems.radar.simulate:RadarSimulation",
     "systems.links.simulate:LinkSimulation", "systems.bearings.simulate:BearingSimulation",
     "systems.bearings.locate:EmitterLocation", "systems.radar.chart:ChartParameters",

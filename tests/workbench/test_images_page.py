@@ -19,7 +19,8 @@ from elusive.io import Truth, write_truth
 from elusive.systems.images.page.panels import belief_of, images_page
 from elusive.systems.images.page.recording import KINDS, read_frames
 from elusive.systems.images.results import ImageLog, tracked_of
-from elusive.systems.images.scene import ImageScene, draw_images, held_frames
+from elusive.systems.images.scene import ImageScene, held_frames
+from elusive.systems.images.simulate import draw_images
 from elusive.systems.images.track import track_images
 from elusive.workbench.opener import read_named
 from tests.workbench.conftest import Served, Tab

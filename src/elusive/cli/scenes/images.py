@@ -12,7 +12,8 @@ from elusive.cli.terminal import Config, Out, bar, console, show, tell_written
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
 from elusive.systems.images.run import FILES
-from elusive.systems.images.scene import ImageScene, ImageSimulation, simulate_images, track_image_scene
+from elusive.systems.images.scene import ImageScene, track_image_scene
+from elusive.systems.images.simulate import ImageSimulation, simulate_images
 
 
 @accepts(ImageSimulation)
@@ -22,7 +23,7 @@ def simulate_command(out: Out, given: dict[str, Any], config: Config = None) -> 
     drawn = simulate_images(parameters, out)
     console.print(f"Written to {out}: frames.npy, truth.csv ({drawn.truth.shape[1]} targets), simulation.yaml")
     frames, truth = (shlex.quote(str(out / name)) for name in ("frames.npy", "truth.csv"))
-    sensor, several = parameters.sensor, bool(parameters.more_targets)
+    sensor, several = parameters.sensor, parameters.targets > 1
     sought = f"{'--filter recurrent --target-snr-db' if several else '--snr-db'} {parameters.snr_db:g}"
     noise = "" if sensor.noise == "gaussian" else f" --noise {sensor.noise}"
     seen = f"--noise-sigma {sensor.noise_sigma:g} --psf-sigma {sensor.psf_sigma:g}{noise} {sought}"

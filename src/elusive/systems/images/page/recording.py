@@ -10,7 +10,7 @@ import numpy as np
 from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.io import Truth, open_frames, read_truth
-from elusive.systems.images.scene import VALUES_AT_MOST
+from elusive.systems.images.simulate import VALUES_AT_MOST
 
 # read without a decoder of another program, and without a container that can hold anything else
 KINDS = (".npy", ".npz", ".tif", ".tiff", ".gif")

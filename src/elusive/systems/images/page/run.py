@@ -13,7 +13,8 @@ from elusive.systems.images.page.panels import Belief, belief_of, dots_each, ima
 from elusive.systems.images.page.state import ImagesState
 from elusive.systems.images.results import NEAR_PX, ImageLog, tracked_of
 from elusive.systems.images.run import follow
-from elusive.systems.images.scene import NAME, ImageScene, draw_images, held_frames
+from elusive.systems.images.scene import NAME, ImageScene, held_frames
+from elusive.systems.images.simulate import draw_images
 from elusive.systems.images.track import ImageTracking
 from elusive.workbench.runs import File, LiveJob, Run
 
