@@ -1,5 +1,6 @@
 """Every form of sequence, written by another library, reads back as the same frames, one at a time."""
 
+import contextlib
 import tracemalloc
 import zipfile
 
@@ -324,7 +325,7 @@ def test_times_that_a_file_holds_are_its_own(tmp_path, movie):
         np.testing.assert_array_equal(list(source.times_s()), times)
         assert source.interval_s == np.median(np.diff(times))
     assert list(open_frames(tmp_path / "m.npz", start=2, stop=4).times_s()) == times[2:4].tolist()
-    with pytest.raises(DataError, match=r"m\.npz: has times of its own; leave rate_hz=5 out"):
+    with pytest.raises(DataError, match=r"m\.npz: tells the frames' times; leave rate_hz=5 out"):
         open_frames(tmp_path / "m.npz", rate_hz=5)
     np.savez(tmp_path / "bad.npz", frames=movie, time_s=times[::-1])
     with pytest.raises(DataError, match=r"'time_s': the times are not \d+ finite, increasing seconds"):
@@ -339,3 +340,60 @@ def test_a_gif_whose_delays_vary_holds_times(tmp_path):
     source = open_frames(tmp_path / "m.gif")
     assert source.rate_hz is None
     np.testing.assert_allclose(list(source.times_s()), [0.0, 0.1, 0.4])
+
+
+# -------------------------------------------------------------------------------------------------- times beside
+
+
+def stamped(folder, seconds, *, pages=False):
+    """TIFF frames, a page or a file each, with the second at which each was taken."""
+    folder.mkdir(exist_ok=True)
+    rng = np.random.default_rng(0)
+    with contextlib.ExitStack() as stack:
+        if pages:
+            writer = stack.enter_context(tifffile.TiffWriter(folder / "all.tif"))
+        for k, second in enumerate(seconds):
+            if not pages:
+                writer = stack.enter_context(tifffile.TiffWriter(folder / f"f{k}.tif"))
+            stamp = None if second is None else f"2026:03:01 12:{second // 60:02d}:{second % 60:02d}"
+            writer.write(rng.integers(0, 9, (6, 8), dtype=np.uint8), datetime=stamp, metadata=None)
+    return folder / "all.tif" if pages else folder
+
+
+@pytest.mark.parametrize("pages", [True, False])
+def test_tiff_tags_tell_times(tmp_path, pages):
+    source = open_frames(stamped(tmp_path / "a", [58, 60, 65], pages=pages))
+    assert list(source.times_s()) == [0.0, 2.0, 7.0]
+    assert source.timed
+    assert list(open_frames(stamped(tmp_path / "a", [58, 60, 65], pages=pages), start=1).times_s()) == [2.0, 7.0]
+    assert list(open_frames(stamped(tmp_path / "a", [58, 60, 65], pages=pages), rate_hz=4).times_s()) == [0, 0.25, 0.5]
+    for seconds in ([5, 5, 6], [5, None, 7]):  # a second is too coarse for them, or is not there
+        assert not open_frames(stamped(tmp_path / "a", seconds, pages=pages)).timed
+    with pytest.raises(DataError, match="was taken at 2026-03-01 12:00:06, before the frame that it follows"):
+        open_frames(stamped(tmp_path / "a", [5, 8, 6], pages=pages))
+
+
+def test_a_table_tells_times(tmp_path):
+    folder = stamped(tmp_path / "a", [1, 2, 3])
+    (folder / "times.csv").write_text("file,time_s\nf0.tif,0.5\nf1.tif,0.75\nf2.tif,2\n")
+    source = open_frames(folder)
+    assert (list(source.times_s()), source.interval_s, len(list(source))) == ([0.5, 0.75, 2.0], 0.75, 3)
+    other = tmp_path / "other.csv"
+    other.write_text("time_s\n10\n20\n40\n")
+    assert list(open_frames(folder, times=other, start=1).times_s()) == [20.0, 40.0]
+    with pytest.raises(DataError, match=r"times\.csv: tells the frames' times; leave rate_hz=4 out"):
+        open_frames(folder, rate_hz=4.0)
+    for text, sentence in (
+        ("time_s\n10\n20\n", r"other\.csv: has 2 times for 3 frames; give one a frame"),
+        ("time_s\n10\n20\n30\n40\n", r"other\.csv: has 4 times for 3 frames"),
+        ("time_s\n10\n20\n15\n", r"other\.csv, line 4: 15 s comes after 20 s; frames are in the order of time"),
+        ("time_s\n10\n10\n15\n", "line 3: 10 s comes after 10 s"),
+        ("time_s\n10\nsoon\n15\n", "line 3, column time_s: 'soon' is no number"),
+        ("when\n10\n", "line 1: the columns are 'when'; name them time_s"),
+        ("", "is empty; write time_s"),
+    ):
+        other.write_text(text)
+        with pytest.raises(DataError, match=sentence):
+            open_frames(folder, times=other)
+    with pytest.raises(DataError, match=r"gone\.csv: cannot be read"):
+        open_frames(folder, times=tmp_path / "gone.csv")

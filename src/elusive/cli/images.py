@@ -38,13 +38,16 @@ def track_images_command(
         typer.Option("--truth-cutoff-px", help="Scores: further off is missed; c of GOSPA; by default 4."),
     ] = None,
     rate_hz: Annotated[float | None, typer.Option("--rate-hz", help="Frames a second; else from the file.")] = None,
+    times: Annotated[
+        Path | None, typer.Option("--times", help="Times of the frames: .csv of time_s, a line a frame.")
+    ] = None,
     start: Annotated[int, typer.Option(help="First frame to use, from 0.")] = 0,
     stop: Annotated[int | None, typer.Option(help="Frame before which to stop.")] = None,
 ) -> None:
     """Track targets too faint to threshold through a sequence of frames."""
     parameters = ImageTracking(**nested(ImageTracking, given, read_yaml(config) if config else {}))
     known = known_truth(truth, "px", one_based=truth_one_based, cutoff=truth_cutoff)
-    frames = open_frames(source, start=start, stop=stop, rate_hz=rate_hz)
+    frames = open_frames(source, start=start, stop=stop, rate_hz=rate_hz, times=times)
     with bar("frames", frames.length) as advance:
         outcome = track_recording(frames, parameters, out, truth=known, cutoff_px=truth_cutoff, on_frame=advance)
     show(outcome.tracked.title, ("", ""), outcome.tracked.rows)

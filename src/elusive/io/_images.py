@@ -13,7 +13,7 @@ from elusive.errors import DataError
 from elusive.io._order import natural_key
 from elusive.io._pillow import open_pillow, pixels
 from elusive.io._stack import EXPORT_AGAIN, Stack, check_same, check_size, decoding
-from elusive.io._tiff import read_single_tiff, tiff_shape
+from elusive.io._tiff import read_single_tiff, tiff_shape, tiff_times
 
 TIFF = (".tif", ".tiff")
 IMAGES = (".png", *TIFF, ".jpg", ".jpeg", ".bmp", ".pgm")
@@ -50,7 +50,8 @@ def open_images(files: list[Path], name: str) -> Stack:
                 raw = _read(files[k], shape, where)
             yield where, raw
 
-    return Stack(name, shape, len(files), None, read)
+    tiff = all(file.suffix.lower() in TIFF for file in files)
+    return Stack(name, shape, len(files), None, read, tagged=(lambda: tiff_times(files)) if tiff else lambda: None)
 
 
 def _shape(path: Path) -> tuple[int, int]:

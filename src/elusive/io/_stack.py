@@ -16,6 +16,9 @@ MAX_PIXELS = 2**26
 EXPORT_AGAIN = "copy or export it again, or leave it out with start and stop."
 
 
+Reader = Callable[[int, int | None], Iterator[tuple[str, Any]]]  # (start, stop) -> (where, raw frame), one by one
+
+
 @dataclass(frozen=True)
 class Stack:
     """A sequence as a file holds it, before any check of its pixels."""
@@ -24,8 +27,9 @@ class Stack:
     shape: tuple[int, int]  # rows, cols
     length: int | None  # frames; None where only reading to the end tells
     rate_hz: float | None
-    read: Callable[[int, int | None], Iterator[tuple[str, Any]]]  # (start, stop) -> (where, raw frame), one by one
+    read: Reader
     times_s: NDArray[np.float64] | None = None  # (length,) of the frames, where the file holds times
+    tagged: Callable[[], NDArray[np.float64] | None] = lambda: None  # the same by what stands in the frames' headers
 
 
 def checked_times(times: Any, length: int, where: str) -> NDArray[np.float64]:

@@ -9,10 +9,12 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from elusive.errors import DataError
 from elusive.io._pillow import open_pillow, pixels
 from elusive.io._stack import EXPORT_AGAIN, Stack, check_same, check_size, decoding
+from elusive.io.frame_times import tagged_times
 
 SAVE_GREY = "save it as grey pages, uncompressed or deflated."
 UNHEARD = logging.NullHandler()
@@ -65,7 +67,23 @@ def open_tiff(path: Path) -> Stack:
                     raw = _page(tif.pages[k], shape, where, path, k, stack)
                 yield where, raw
 
-    return Stack(str(path), shape, length, rate_hz, read)
+    def tagged() -> NDArray[np.float64] | None:
+        with decoding(str(path), EXPORT_AGAIN), tifffile.TiffFile(path) as tif:
+            return tagged_times((f"{path}, page {k}", tif.pages[k]) for k in range(length))
+
+    return Stack(str(path), shape, length, rate_hz, read, tagged=tagged if mapped is None else lambda: None)
+
+
+def tiff_times(files: list[Path]) -> NDArray[np.float64] | None:
+    """Return the times of single pages by their tags, seconds after the first; None where they do not tell."""
+    tifffile = _tifffile()
+
+    def pages() -> Iterator[tuple[str, Any]]:
+        for file in files:
+            with decoding(str(file), EXPORT_AGAIN), tifffile.TiffFile(file) as tif:
+                yield str(file), tif.pages[0]
+
+    return tagged_times(pages())
 
 
 def tiff_shape(path: Path) -> tuple[int, int]:

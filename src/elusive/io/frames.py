@@ -6,7 +6,7 @@ import glob
 import os
 from collections.abc import Iterator
 from contextlib import closing
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,7 @@ from elusive.io._order import natural_key
 from elusive.io._stack import Stack, check_same
 from elusive.io._tiff import open_tiff
 from elusive.io._video import open_video
+from elusive.io.frame_times import TABLE, counted, read_frame_times
 
 HDF5 = (".h5", ".hdf5", ".hdf", ".nc")
 VIDEOS = (".mp4", ".m4v", ".mov", ".avi", ".mkv", ".webm", ".mpg", ".mpeg", ".wmv", ".ts")
@@ -102,6 +103,7 @@ def open_frames(
     start: int = 0,
     stop: int | None = None,
     rate_hz: float | None = None,
+    times: str | os.PathLike[str] | None = None,
 ) -> FrameSource:
     """Open an image sequence without reading its frames.
 
@@ -111,7 +113,8 @@ def open_frames(
         A stack (``.npy``, ``.npz``, multi-page TIFF, HDF5 or netCDF 4), a GIF, a video (extra ``video``), a folder of
         images, or a glob that matches some. Arrays are ``(T, rows, cols)``, or ``(T, rows, cols, 3 or 4)`` in colour.
         A folder's files are frames in natural order: frame2 before frame10. ``file.h5::/path`` names a dataset too.
-        An array ``time_s`` (or ``time``, in seconds) beside the frames holds their times.
+        An array ``time_s`` (or ``time``, in seconds) beside the frames holds their times, and so does ``times.csv`` in
+        a folder of images, or the DateTime of TIFF pages where no rate is given and no two are of the same second.
     dataset
         Name of the array in an HDF5 or ``.npz`` file that holds several.
     pattern
@@ -120,6 +123,8 @@ def open_frames(
         First frame, and frame before which to stop, numbered from 0 as in a Python slice.
     rate_hz
         Frames a second, where the file does not say or says wrong.
+    times
+        CSV of the frames' times, ``time_s``, a line a frame of the file; in place of all others.
 
     Returns
     -------
@@ -148,10 +153,26 @@ def open_frames(
     if stack.length is not None:
         stop = stack.length if stop is None else min(stop, stack.length)
     length = None if stack.length is None or stop is None else stop - start
-    if rate_hz is not None and stack.times_s is not None:
-        raise DataError(f"{stack.name}: has times of its own; leave rate_hz={rate_hz:g} out.")
+    stack = _timed(stack, Path(text), times, rate_hz)
     rate = stack.rate_hz if rate_hz is None else rate_hz
     return FrameSource(stack.name, stack.shape, length, rate, start, stack, stop)
+
+
+def _timed(stack: Stack, path: Path, times: str | os.PathLike[str] | None, rate_hz: float | None) -> Stack:
+    """Return a stack with its frames' times, where anything tells them."""
+    table = times
+    if table is None and path.is_dir() and (path / TABLE).is_file():
+        table = path / TABLE
+    if rate_hz is not None and (table is not None or stack.times_s is not None):
+        raise DataError(f"{table or stack.name}: tells the frames' times; leave rate_hz={rate_hz:g} out.")
+    if table is not None:
+        found = read_frame_times(table)
+        if stack.length is not None and len(found) != stack.length:
+            raise DataError(f"{table}: has {len(found)} times for {stack.length} frames; give one a frame of the file.")
+        return replace(stack, times_s=found, rate_hz=None, read=counted(stack.read, found, str(table), stack.name))
+    if rate_hz is None and stack.rate_hz is None and stack.times_s is None:
+        return replace(stack, times_s=stack.tagged())
+    return stack
 
 
 def _open(text: str, dataset: str | None, pattern: str | None) -> Stack:
