@@ -30,7 +30,7 @@ def read_frame_times(path: str | os.PathLike[str]) -> NDArray[np.float64]:
     for line in table_lines(path, ("time_s",), None, "a frame's time a line"):
         time_s = line.number("time_s")
         if times and time_s <= times[-1]:
-            raise DataError(f"{line.where}: {time_s:g} s comes after {times[-1]:g} s; put frames in the order of time.")
+            raise DataError(f"{line.where}: {time_s:g} s comes after {times[-1]:g} s; frames are in the order of time.")
         times.append(time_s)
     return np.array(times)
 
