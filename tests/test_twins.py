@@ -145,6 +145,7 @@ TWINS: dict[str, dict[str, str]] = {
     "sensors._radar_kernels": {
         "judge": "sensors/test_radar.py::reference",
         "scan_log_ratio": "sensors/test_radar.py::reference.log_ratio",
+        "states_of_plots": "sensors/test_radar.py::reference.measured",
         "seen_with": "sensors/test_radar.py::reference.in_view",
         "tabulate": "sensors/test_radar.py::reference.log_ratio",
     },

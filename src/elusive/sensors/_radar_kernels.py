@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 from numba import njit
+from numpy.random import Generator
 
 from elusive._kernels import BLOCK, exponentiate
 from elusive.contracts import VX, VY, Array, X, Y
@@ -72,6 +73,45 @@ def tabulate(
         table[j, LATER] = times_s[j] - time_s
         table[j, LOG_SCALE] = log_scale + (log_doppler_scale if told else 0.0)
     return table
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+def states_of_plots(
+    scan: tuple[Array, ...],
+    of: np.ndarray,
+    time_s: float,
+    origin: tuple[float, float],
+    sd: tuple[float, float, float, float],
+    field: tuple[float, float, float, float],
+    rng: Generator,
+) -> Array:
+    """Draw a state of each plot ``of (n,)``, within its errors and the view: ``(n, 4)`` at the scan's time.
+
+    ``sd`` holds the deviations of range, bearing, Doppler and of a velocity that is not measured, ``field`` the least
+    and greatest range, the sector's middle and half its width. The scan: as :func:`tabulate`.
+    """
+    times_s, range_m, bearing_rad, doppler_mps = scan
+    low, high, middle, half = field
+    states = np.empty((4, len(of)))
+    for i in range(len(of)):
+        j = of[i]
+        distance, bearing = -1.0, 0.0
+        while not low <= distance <= high:
+            distance = range_m[j] + sd[0] * rng.standard_normal()
+        inside = False
+        while not inside:
+            bearing = bearing_rad[j] + sd[1] * rng.standard_normal()
+            off = bearing - middle
+            inside = half >= np.pi or abs(off - TURN * np.floor(off / TURN + 0.5)) <= half
+        along = sd[3] * rng.standard_normal()
+        if not np.isnan(doppler_mps[j]):
+            along = doppler_mps[j] + along * sd[2] / sd[3]
+        across = sd[3] * rng.standard_normal()
+        sin, cos, before = np.sin(bearing), np.cos(bearing), time_s - times_s[j]
+        states[VX, i], states[VY, i] = along * sin + across * cos, along * cos - across * sin
+        states[X, i] = origin[0] + distance * sin + before * states[VX, i]
+        states[Y, i] = origin[1] + distance * cos + before * states[VY, i]
+    return states.T
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})

@@ -189,17 +189,13 @@ class RadarView(Model):
         ndarray
             ``(n, 4)`` x, vx, y, vy at the scan's time.
         """
-        distance, bearing = self.scattered(scan.range_m[of], scan.bearing_rad[of], rng)
-        known = np.isfinite(scan.doppler_mps)[of]
-        along = rng.normal(
-            np.where(known, scan.doppler_mps[of], 0.0), np.where(known, self.doppler_sd_mps, speed_sd_mps)
-        )
-        across = rng.normal(0.0, speed_sd_mps, len(of))
-        sin, cos = np.sin(bearing), np.cos(bearing)
-        vx, vy = along * sin + across * cos, along * cos - across * sin
-        before = scan.time_s - scan.times_s[of]
-        x, y = self.x_m + distance * sin + before * vx, self.y_m + distance * cos + before * vy
-        return np.column_stack([x, vx, y, vy])
+        from elusive.sensors._radar_kernels import states_of_plots
+
+        low, high, half = self.limits
+        field = low, high, self.middle_rad, half
+        sd = self.range_sd_m, self.bearing_sd_rad, self.doppler_sd_mps, speed_sd_mps
+        origin = float(self.x_m), float(self.y_m)
+        return states_of_plots(tuple(scan[1:]), np.asarray(of), scan.time_s, origin, sd, field, rng)
 
     @cached_property
     def bearing_sd_rad(self) -> float:

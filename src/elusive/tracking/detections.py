@@ -218,7 +218,9 @@ class DetectionTracker(DetectionRules):
         begun = []
         existence = np.minimum(unclaimed * np.exp(born.log_intensity - log_new), CERTAIN)
         for k in np.flatnonzero(existence >= HARDLY).tolist():
-            states, weights, there = born.states[k], born.weights[k], float(existence[k])
+            # copies, so that one target does not keep the draws of all
+            states, weights = np.array(born.states[k], order="F"), born.weights[k].copy()
+            there = float(existence[k])
             odds = there / (1 - there)
             moments, allowed = _kernels.moments(states, weights), float(born.allowed[k])
             least = self.forget_below * odds
