@@ -340,7 +340,7 @@ def test_a_particle_filter_reaches_the_kalman_deviation(km, published):
 
 
 def test_a_particle_filter_follows_the_converted_measurement_kalman_filter():
-    motion, sensor, rng = ConstantVelocity(q=(5 / 3) ** 2), RadarSensor(), np.random.default_rng(14)
+    motion, sensor, rng = ConstantVelocity(q=(5 / 3) ** 2), RadarSensor(), np.random.default_rng(15)
     truth = np.array([[-37.0, 0.0, 5_000.0 + 7.0 * k, 7.0] for k in range(60)])[:, None]
     looks = [sensor.simulate(state, rng, time_s=k) for k, state in enumerate(truth)]
     model = ParticleFilter(motion=motion, sensor=sensor, prior=ScanPrior(sensor, looks[0]), particles=6000)
