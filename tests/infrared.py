@@ -150,7 +150,7 @@ def track(sequence: Sequence, seeds: range) -> Tracked:
 
     The seeds go through the frames side by side and share the whitening, which draws nothing and is most of the time.
     """
-    parameters = ImageTracking().bind(sequence.frames.shape[1:])
+    parameters = ImageTracking(filter={"kind": "single"}).bind(sequence.frames.shape[1:])
     step, latest = Whitener.step, {}
     whitened: list[Whitened] = []
 

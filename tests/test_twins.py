@@ -124,7 +124,7 @@ TWINS: dict[str, dict[str, str]] = {
         "effect": "sensors/test_field.py::reference.covariance_of",
         "ratios": "sensors/test_field.py::reference.log_ratio",
     },
-    "sensors._clutter_kernels": {"sample_states": "sensors/test_clutter_sensor.py::map_coordinates"},
+    "sensors._clutter_kernels": {"sample_places": "sensors/test_clutter_sensor.py::map_coordinates"},
     "sensors._envelope_kernels": {"log_ratio_rayleigh": "sensors/test_image.py::reference.log_ratio_rayleigh"},
     "sensors._field_kernels": {"power_at": "sensors/test_field.py::reference.power_at"},
     "sensors._kernels": {

@@ -127,7 +127,7 @@ def candidates(annotation: Any) -> list[Any]:
     if get_origin(annotation) is Literal:
         return list(get_args(annotation))
     if annotation is int:
-        return [1, 5, 7]
+        return [1, 5, 7, 77]
     if annotation is float:
         return [0.013, 0.35, 0.58, 0.93, 3.5, 12.0]
     if annotation is bool:
@@ -148,6 +148,8 @@ def flat(dump: Any, path: tuple[str, ...] = ()) -> dict[tuple[str, ...], Any]:
 def test_each_option_alone_changes_its_field_and_no_other(option: Option) -> None:
     # what tells of a target's intensity is refused where the sensor does not use it
     beside = {"sensor": "white"} if option.name in ("q_intensity", "amplitude_spread") else {}
+    if option.name == "clump_px":  # targets of the usual filter are clumps each
+        beside = {"filter": "single"}
     usual = flat(ImageTracking(**nested(ImageTracking, beside, {})).model_dump())
     changed = 0
     for value in candidates(option.annotation):
@@ -177,7 +179,9 @@ def test_each_option_alone_changes_its_field_and_no_other(option: Option) -> Non
         ({"q": 0.1}, MOTION, "cv"),
         ({"motion": "ca", "q": 0.1}, MOTION, "ca"),
         ({"threshold": 1.0, "uniform_share": 0.2, "snr_db": 3.0}, BIRTH, "bright"),
-        ({"newborns": 10}, FILTER, "bernoulli"),
+        ({"newborns": 10}, FILTER, "several"),
+        ({"initial_existence": 0.1}, FILTER, "single"),
+        ({"snr_db": 8.0}, BIRTH, "frame"),
         ({"filter": "existence", "snr_db": 3.0}, BIRTH, "uniform"),  # that filter's own usual births
         ({"filter": "existence", "uniform_share": 0.2}, BIRTH, "bright"),
         # another filter looks at the same frames, as the pipeline has it
@@ -207,7 +211,7 @@ def test_options_choose_the_kind_that_has_them(given: dict[str, Any], path: tupl
         (
             {"newborns": 3, "filter": "existence"},
             {},
-            "^--newborns: has no meaning for filter 'existence', only for bernoulli; leave it out or choose --filter",
+            "^--newborns: has no meaning for filter 'existence', only for several, single; leave it out or",
         ),
         ({"threshold": 3.0, "birth": "uniform"}, {}, "^--threshold: has no meaning for birth 'uniform', only for brig"),
         ({"q_turn": 0.1, "turn_rate_deg": 3.0}, {}, "has no meaning for motion"),
@@ -228,7 +232,7 @@ def test_what_contradicts_itself_is_a_sentence(given: dict[str, Any], base: dict
 def test_options_go_before_the_file_and_leave_the_rest_of_it() -> None:
     base = {
         "seed": 5,
-        "filter": {"particles": 77, "newborns": 33, "birth": {"kind": "bright", "threshold": 1.5}},
+        "filter": {"kind": "single", "particles": 77, "newborns": 33, "birth": {"kind": "bright", "threshold": 1.5}},
         "tracks": {"confirm_frames": 9},
     }
     before = repr(base)
@@ -254,7 +258,7 @@ def test_options_go_before_the_file_and_leave_the_rest_of_it() -> None:
     ],
 )
 def test_a_file_need_not_name_the_usual_kind(base: dict[str, Any]) -> None:
-    given, usual = flat(base), ImageTracking(filter={"kind": base["filter"].get("kind", "bernoulli")})
+    given, usual = flat(base), ImageTracking(filter={"kind": base["filter"].get("kind", "several")})
     made = flat(ImageTracking(**nested(ImageTracking, {}, base)).model_dump())
     assert {path: value for path, value in made.items() if path in given} == given
     other = {path: value for path, value in flat(usual.model_dump()).items() if path not in given}
@@ -266,16 +270,19 @@ def test_a_file_need_not_name_the_usual_kind(base: dict[str, Any]) -> None:
     [
         ({"sead": 1}, "^ImageTracking.sead: there is no such field; did you mean 'seed'?"),
         ({"filter": {"particels": 1}}, "particels: there is no such field; did you mean 'particles'?"),
-        ({"filter": {"kind": "bernoulli", "birth": {"kind": "bright", "treshold": 1}}}, "did you mean 'threshold'?"),
-        ({"filter": {"kind": "bernouli", "particles": 3}}, "filter: .*bernouli.*bernoulli"),
-        ({"filter": {"kind": ["bernoulli"]}}, "filter"),
+        ({"filter": {"kind": "single", "birth": {"kind": "bright", "treshold": 1}}}, "did you mean 'threshold'?"),
+        ({"filter": {"kind": "singel", "particles": 3}}, "filter: .*singel.*single"),
+        ({"filter": {"kind": ["single"]}}, "filter"),
         ({"filter": {"motion": {"motion": {"turn_rate_deg": 1.0}}}}, "turn_rate_deg: there is no such field"),
         (
             {"filter": {"motion": {"q_intensity": 1.0}}},
             "^q_intensity: has no meaning for sensor 'clutter', which integrates the amplitude out; leave it out or "
             "choose sensor 'white'.$",
         ),
-        ({"filter": {"birth": {"amplitude_spread": 1.0}}}, "^amplitude_spread: has no meaning for sensor 'clutter'"),
+        (
+            {"filter": {"kind": "single", "birth": {"amplitude_spread": 1.0}}},
+            "^amplitude_spread: has no meaning for sensor 'clutter'",
+        ),
         (
             {"filter": {"kind": "existence", "birth": {"kind": "uniform", "amplitude_spread": 1.0}}},
             "^amplitude_spread: has no meaning for sensor 'clutter'",

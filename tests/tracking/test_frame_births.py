@@ -22,14 +22,17 @@ def frame_with(*targets, seed=0, sensor=SENSOR):
     return sensor.simulate(np.array(states).reshape(-1, 5), np.random.default_rng(seed))
 
 
-def proposed(births, frame, others=(), least=1e-3, seed=0, names=NAMES, interval_s=1.0):
-    rng = np.random.default_rng(seed)
-    return list(births.proposals(SENSOR, names, frame, others, interval_s, least, rng))
+P_B = 0.005
+
+
+def proposed(births, frame, others=(), least=1e-3, names=NAMES, n=300):
+    rng = np.random.default_rng(0)
+    return list(births.proposals(SENSOR, names, frame, others, P_B, least, n, rng))
 
 
 def evidence(proposal, frame):
     """Expected number of targets, and its standard error."""
-    ratio = proposal.probability * np.exp(proposal.log_weight + SENSOR.log_likelihood(proposal.states, frame))
+    ratio = P_B * np.exp(proposal.log_weight + SENSOR.log_likelihood(proposal.states, frame))
     return ratio.mean(), ratio.std() / np.sqrt(len(ratio))
 
 
@@ -42,16 +45,16 @@ def drawn_evenly(births, frame, box, n=400_000):
     low, high = births.snr_db_range
     db = np.where(rng.random(n) < BRIGHTER, rng.uniform(high, BRIGHTEST_DB, n), rng.uniform(low, high, n))
     states[:, 4] = 10 ** (db / 20) * SENSOR.noise_sigma / SENSOR.gain
-    ratio = np.exp(SENSOR.log_likelihood(states, frame)) * births.birth_probability
+    ratio = np.exp(SENSOR.log_likelihood(states, frame)) * P_B
     ratio *= box.shape[0] * box.shape[1] / (SENSOR.rows * SENSOR.columns)
     return ratio.mean(), ratio.std() / np.sqrt(n)
 
 
 def test_a_target_is_proposed_where_it_is_with_the_evidence_of_the_birth_density():
-    births, frame = FrameBirths(newborns=4000), frame_with((11.3, 14.6, 10.0))
+    births, frame = FrameBirths(max_speed=1.0), frame_with((11.3, 14.6, 10.0))
     assert isinstance(births, ProposedBirths)
     assert not isinstance(births, BirthDensity)
-    first, *_ = proposed(births, frame)
+    first, *_ = proposed(births, frame, n=4000)
     found, error = evidence(first, frame)
     direct, direct_error = drawn_evenly(births, frame, Box(13, 9, 18, 14))
     assert found > 0.1
@@ -77,7 +80,7 @@ def test_every_peak_that_promises_enough_is_proposed_once_and_no_other():
 
 def test_what_is_brighter_than_told_is_proposed_as_bright_as_it_is():
     frame = frame_with((12.0, 11.6, 36.0))
-    best = proposed(FrameBirths(newborns=5000), frame)[0]
+    best = proposed(FrameBirths(), frame, n=5000)[0]
     ratio = best.log_weight + SENSOR.log_likelihood(best.states, frame)
     found = 20 * np.log10(best.states[np.argmax(ratio), 4] * SENSOR.gain / SENSOR.noise_sigma)
     assert found == pytest.approx(36.0, abs=1.0)
@@ -92,8 +95,8 @@ def test_what_known_targets_explain_is_not_proposed():
 
 
 def test_densities_agree_with_what_is_drawn():
-    births, frame = FrameBirths(newborns=2000), frame_with((11.3, 14.6, 10.0))
-    first, *_ = proposed(births, frame)
+    births, frame = FrameBirths(max_speed=1.0), frame_with((11.3, 14.6, 10.0))
+    first, *_ = proposed(births, frame, n=2000)
     density = first.log_density(first.states)
     assert np.isfinite(density).all()
     for column, value in ((0, 3.0), (2, 30.0), (1, 1.5), (4, 1e9), (4, -5.0)):
@@ -107,14 +110,12 @@ def test_densities_agree_with_what_is_drawn():
     assert first.log_density(dim) - first.log_density(bright) == pytest.approx(np.log(2))
 
 
-def test_other_motions_and_times():
+def test_other_motions():
     frame = frame_with((11.3, 14.6, 12.0))
     names = WithIntensity(motion=ConstantAcceleration()).state_names
     first, *_ = proposed(FrameBirths(acceleration_sd=0.2), frame, names=names)
     assert first.states.shape[1] == len(names) == 7
     assert first.states[:, 4].std() == pytest.approx(0.2, rel=5 / np.sqrt(2 * 300))
-    half = proposed(FrameBirths(birth_probability=0.19), frame, interval_s=0.5)[0]
-    assert half.probability == pytest.approx(0.1)
 
 
 def test_what_does_not_fit_is_refused():
@@ -123,4 +124,6 @@ def test_what_does_not_fit_is_refused():
     with pytest.raises(ParameterError, match="does not know how to draw 'altitude'"):
         proposed(FrameBirths(), frame_with((11.3, 14.6, 12.0)), names=(*NAMES, "altitude"))
     with pytest.raises(ParameterError, match="has no cell_ratios"):
-        list(FrameBirths().proposals(ConstantVelocity(), NAMES, frame_with(), (), 1.0, 1e-3, np.random.default_rng(0)))
+        list(
+            FrameBirths().proposals(ConstantVelocity(), NAMES, frame_with(), (), 0.1, 1e-3, 9, np.random.default_rng(0))
+        )

@@ -206,7 +206,7 @@ def test_a_target_that_leaves_the_frame_stays_away() -> None:
     assert np.nanmax(truth[:, 0]) <= 19.5
 
 
-@pytest.mark.parametrize("kind", ["bernoulli", "existence", "recurrent"])
+@pytest.mark.parametrize("kind", ["single", "existence", "recurrent"])
 def test_every_filter_is_told_what_the_scene_knows(kind: str) -> None:
     quick = {"smoothing": 0.5, "max_velocity": 1.0} if kind == "recurrent" else {}
     scene = ImageScene(snr_db=9.0, tracking={"filter": {"kind": kind, **quick}, "seed": 1})

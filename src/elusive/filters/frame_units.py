@@ -57,7 +57,7 @@ def rescaled(model: M, usual: Model | None, factor: float, *, left_alone: bool, 
             elif name in POWERS:
                 power = 5 if name == "q" and isinstance(model, ConstantAcceleration) else POWERS[name]
                 changes[name] = _times(value, factor**power)
-    if set(CHAIN) <= set(chosen):
+    if set(CHAIN) <= set(chosen) and getattr(model, "switches", True):
         both = switching(chosen[CHAIN[0]], chosen[CHAIN[1]], factor)
         most = min(1.0, ALL_BUT / max(sum(both), 1e-300))
         changes |= zip(CHAIN, (most * probability for probability in both), strict=True)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from elusive.contracts import Array
 from elusive.io.atomic import atomic_path
@@ -111,7 +112,7 @@ def existence(
     axes: Axes,
     times: Array,
     probability: Array,
-    present: Array | None = None,
+    present: NDArray[np.bool_] | None = None,
     unit: str = "frame",
     label: str = "P(target is there)",
 ) -> None:
@@ -124,7 +125,7 @@ def existence(
     axes.legend(loc="best")
 
 
-def shade(axes: Axes, times: Array, present: Array) -> None:
+def shade(axes: Axes, times: Array, present: NDArray[Any]) -> None:
     """Shade the times at which the target is there."""
     half = 0.5 * float(np.median(np.diff(times))) if len(times) > 1 else 0.5
     edges = np.flatnonzero(np.diff(np.concatenate([[0], np.asarray(present, dtype=int), [0]])))

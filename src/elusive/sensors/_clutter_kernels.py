@@ -1,4 +1,4 @@
-"""Compiled kernel of the clutter sensor: a map read at the states."""
+"""Compiled kernel of the clutter sensor: a map read at places."""
 
 from __future__ import annotations
 
@@ -9,15 +9,12 @@ from elusive.contracts import Array
 
 
 @njit(cache=True, nogil=True)
-def sample_states(image: Array, states: Array, outside: float) -> Array:
-    """Bilinear value of the image at each state's x (column 0) and y (column 2); ``outside`` off the pixel centres."""
+def sample_places(image: Array, places: Array) -> Array:
+    """Bilinear value of the image at each x and y; at the border's beyond it."""
     rows, columns = image.shape
-    out = np.empty(len(states))
-    for i in range(len(states)):
-        x, y = states[i, 0], states[i, 2]
-        if not (x >= 0.0 and y >= 0.0 and x <= columns - 1.0 and y <= rows - 1.0):
-            out[i] = outside
-            continue
+    out = np.empty(len(places))
+    for i in range(len(places)):
+        x, y = min(max(places[i, 0], 0.0), columns - 1.0), min(max(places[i, 1], 0.0), rows - 1.0)
         column, row = min(int(x), columns - 2), min(int(y), rows - 2)
         u, v = x - column, y - row
         upper = (1.0 - u) * image[row, column] + u * image[row, column + 1]

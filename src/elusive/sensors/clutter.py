@@ -13,6 +13,8 @@ cannot fall below m, rises with z throughout, and levels off near 1 / e however 
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Literal, NamedTuple, Self
 
@@ -20,11 +22,14 @@ import numpy as np
 from pydantic import Field, model_validator
 from scipy import ndimage
 
-from elusive.contracts import Array
+from elusive.contracts import Array, X, Y
 from elusive.errors import DataError
 from elusive.model import FROM_RECORDING, Model, NonNegative, Positive, Probability
 from elusive.sensors import _clutter_kernels
+from elusive.sensors.patches import Box, PatchEffect, Patches, box_of, moments_of
 
+ALIKE = 1.4  # root 2: width of a matched filter's response to a point, over the point's own
+REACH = 2.0  # widths up to which a target explains what a cell shows
 GRID = np.linspace(-6.0, 60.0, 1321)  # responses at which the ratio is tabulated
 AMPLITUDES = 200
 LOWEST_SNR = 7.0
@@ -40,6 +45,13 @@ class NoiseTail(NamedTuple):
     knee: float  # where the tail begins
     scale: float  # mean excess over the knee
     share: float  # probability beyond the knee
+
+
+class Claims(NamedTuple):
+    """What a target at each state would explain of a map."""
+
+    patches: Patches  # probability that it explains a cell
+    places: Array  # (N, 2) x, y
 
 
 def fit_tail(response: Array, share: float = 0.005) -> NoiseTail:
@@ -103,6 +115,11 @@ class ClutterSensor(Model):
         return self
 
     @property
+    def reads_intensity(self) -> bool:
+        """Whether a state's intensity matters: no, the amplitude is integrated out."""
+        return False
+
+    @property
     def shape(self) -> tuple[int, int]:
         """Rows and columns of a frame."""
         return self.rows, self.columns
@@ -141,7 +158,7 @@ class ClutterSensor(Model):
         """Widths of the point spread that the matched filter has to seek [px]."""
         return SOUGHT_PX if self.psf_sigma is None else (self.psf_sigma,)
 
-    def log_ratio(self, response: Array, tail: NoiseTail) -> Array:
+    def response_ratio(self, response: Array, tail: NoiseTail) -> Array:
         """Log likelihood ratio of target against none for responses of any shape; never falling with them."""
         target, lookalike = self._densities
         core = np.exp(-0.5 * ((GRID - tail.median) / tail.deviation) ** 2) / (tail.deviation * np.sqrt(2 * np.pi))
@@ -190,7 +207,7 @@ class ClutterSensor(Model):
         peak = ndimage.maximum_filter(here, self.window_px)
         bright = peak > tail.knee
         drop = self.sharpness * np.log(np.clip(here, 1e-3, None) / np.where(bright, peak, 1.0))
-        ratio = self.log_ratio(np.where(bright, peak, here), tail)
+        ratio = self.response_ratio(np.where(bright, peak, here), tail)
         ratio = np.where(bright, np.maximum(ratio + drop, floor), ratio)
         if earlier is not None:
             begin, full = self.rest_ratio
@@ -216,9 +233,66 @@ class ClutterSensor(Model):
             If the map's shape is not the sensor's.
         """
         self._check(measurement)
-        return _clutter_kernels.sample_states(
-            np.ascontiguousarray(measurement), np.ascontiguousarray(states), float(np.log(self.missed))
-        )
+        return self._sampled(measurement, Box(0, 0, *self.shape), states[:, [X, Y]])
+
+    def expected(self, states: Array) -> Claims:
+        """Return the cells that a target at each state ``(N, d)`` explains."""
+        from elusive.sensors._patch_kernels import lay
+
+        width = ALIKE * self.spread_px
+        reach = math.ceil(REACH * width)
+        x, y = states[:, X].copy(), states[:, Y].copy()
+        corner, bells = lay(x, y, np.ones(len(states)), (1.0, 1.0), width, reach, self.shape)
+        return Claims(Patches(corner, bells, box_of(corner, bells.shape[2])), states[:, [X, Y]])
+
+    def effect(self, expected: Claims, weights: Array, existence: float) -> PatchEffect:
+        """Return the probability that a target explains what a cell shows; its states are weighted ``(N,)``."""
+        mean, _ = moments_of(expected.patches, weights)
+        claimed = existence * np.minimum(mean, 1.0)
+        return PatchEffect(expected.patches.box, claimed, claimed * (1 - claimed))
+
+    def log_ratio(self, expected: Claims, measurement: Array, others: Sequence[PatchEffect]) -> Array:
+        """Log likelihood of one more target at each state, less that of the others alone, ``(N,)``.
+
+        What a point of the map shows is explained once: with probability q by another target, where one more changes
+        nothing, so that its ratio l becomes ``l / (q l + 1 - q)``. What is not seen is missed by each target alone.
+
+        Raises
+        ------
+        DataError
+            If the map's shape is not the sensor's.
+        """
+        self._check(measurement)
+        x, y = np.clip(expected.places, 0, [self.columns - 1, self.rows - 1]).T
+        box = Box(int(y.min()), int(x.min()), int(y.max()) + 2, int(x.max()) + 2)
+        return self._sampled(self._unexplained(measurement, others, box), box, expected.places)
+
+    def cell_ratios(
+        self, measurement: Array, others: Sequence[PatchEffect], intensities: Array, box: Box | None = None
+    ) -> Array:
+        """Log ratio of one more target given others on each cell of a rectangle, ``(K, rows, columns)``; all alike."""
+        self._check(measurement)
+        ratio = self._unexplained(measurement, others, box or Box(0, 0, *self.shape))
+        return np.broadcast_to(ratio, (len(intensities), *ratio.shape))
+
+    def _unexplained(self, measurement: Array, others: Sequence[PatchEffect], box: Box) -> Array:
+        """Map of the log ratio given others, in a rectangle; a miss beyond the frame."""
+        ratio, free = np.full(box.shape, math.log(self.missed)), np.ones(box.shape)
+        inside = box.meet(Box(0, 0, *self.shape))
+        if inside is not None:
+            ratio[inside[0]] = measurement[inside[1]]
+        for other in others:
+            common = box.meet(other.box)
+            if common is not None:
+                free[common[0]] *= 1 - other.mean[common[1]]
+        shown = np.maximum(ratio, 0.0)
+        return np.asarray(ratio - np.log((1 - free) * np.exp(shown) + free))
+
+    def _sampled(self, ratio: Array, box: Box, places: Array) -> Array:
+        """Read a map of a rectangle bilinearly at places ``(N, 2)``; a miss off the frame."""
+        found = _clutter_kernels.sample_places(np.ascontiguousarray(ratio), places - [box.left, box.top])
+        inside = ((places >= 0) & (places <= [self.columns - 1, self.rows - 1])).all(axis=1)
+        return np.where(inside, found, math.log(self.missed))
 
     def birth_map(self, measurement: Array, intensity: float | None = None) -> Array:
         """Log of what newborns' pixels are drawn in proportion to, ``(rows, columns)``; the intensity is not used."""

@@ -49,8 +49,8 @@ class BirthProposal(NamedTuple):
 
     states: Array  # (n, d)
     log_weight: Array  # (n,) log of birth density over proposal density
-    probability: float  # that one target appears, wherever the birth density allows it
     log_density: Callable[[Array], Array]  # log birth density of states (N, d), up to a constant, (N,)
+    unseen: Callable[[Array, Generator], Array]  # draws anew what the measurement says nothing of: (N, d) -> (N, d)
 
 
 @runtime_checkable
@@ -63,13 +63,15 @@ class ProposedBirths(Protocol):
         state_names: tuple[str, ...],
         measurement: Any,
         others: Sequence[Any],
-        interval_s: float,
+        probability: float,
         least: float,
+        n: int,
         rng: Generator,
     ) -> Iterator[BirthProposal]:
-        """Yield targets that may reach an existence of ``least``, each apart from the others.
+        """Yield ``n`` states of each target that may reach an existence of ``least``, each apart from the others.
 
-        ``others`` are the effects of those that are known; it may grow while the proposals are read.
+        A target appears with a probability, wherever the birth density allows it; ``others`` are the effects of
+        those that are known, which may grow while the proposals are read.
         """
 
 

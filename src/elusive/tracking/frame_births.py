@@ -19,12 +19,13 @@ from scipy.ndimage import maximum_filter
 
 from elusive.contracts import Array
 from elusive.errors import ParameterError
-from elusive.model import Model, NonNegative, Probability
+from elusive.model import Model, NonNegative
 from elusive.sensors.patches import Box
-from elusive.tracking.birth_density import BirthProposal, within
+from elusive.tracking.birth_density import BirthProposal
 
 BRIGHTER = 0.02  # probability that a target is brighter than told
 BRIGHTEST_DB = 80.0
+KNOWN_DB = 2.0  # of an SNR that is told, either way: what fluctuates and what is rounded
 BIN_DB = 3.4  # width of a bin of brightness, at most
 REACH = 2  # cells from a peak in which its target is drawn
 SUREST_SHARE = 0.9  # of the states: drawn in proportion to the likelihood; the others evenly
@@ -72,18 +73,21 @@ class FrameBirths(Model):
     """One target more at a time and place, its place and velocity uniform, its brightness log-uniform."""
 
     kind: Literal["frame"] = "frame"
-    snr_db_range: tuple[float, float] = Field(
-        (5.0, 15.0), description="Least and greatest peak signal-to-noise ratio of a target [dB]"
+    snr_db: float | None = Field(
+        None,
+        ge=-40,
+        le=70,
+        description=f"Peak signal-to-noise ratio of a target, where it is known to {KNOWN_DB:g} dB; none: in the range "
+        "of --snr-db-range [dB]",
     )
-    max_speed: NonNegative = Field(1.0, description="Largest speed on each axis, v_max [cells / s]")
+    snr_db_range: tuple[float, float] = Field(
+        (5.0, 25.0), description="Least and greatest peak signal-to-noise ratio of a target, where it is not known [dB]"
+    )
+    max_speed: NonNegative = Field(2.0, description="Largest speed on each axis, v_max [cells / s]")
     acceleration_sd: NonNegative = Field(0.01, description="Deviation of a newborn's acceleration, if any [px / s^2]")
     turn_rate_sd_deg: NonNegative = Field(
         6.0, description="Deviation of a newborn's turn rate, if it has one [deg / s]"
     )
-    birth_probability: Probability = Field(
-        0.005, description="Probability that a target appears in 1 s, anywhere in the frame, P_b"
-    )
-    newborns: int = Field(300, ge=10, description="Particles of a newborn target")
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:
@@ -92,17 +96,25 @@ class FrameBirths(Model):
             raise ValueError(f"snr_db_range: give the least SNR and a greater one, from -40 to {BRIGHTEST_DB:g} dB")
         return self
 
+    @property
+    def told_range(self) -> tuple[float, float]:
+        """Least and greatest SNR that a target is expected to have [dB]."""
+        return self.snr_db_range if self.snr_db is None else (self.snr_db - KNOWN_DB, self.snr_db + KNOWN_DB)
+
     def proposals(
         self,
         sensor: Any,
         state_names: tuple[str, ...],
         measurement: Any,
         others: Sequence[Any],
-        interval_s: float,
+        probability: float,
         least: float,
+        n: int,
         rng: Generator,
     ) -> Iterator[BirthProposal]:
-        """Yield a target about each peak of what others leave that promises an existence of ``least``, best first.
+        """Yield ``n`` states about each peak of what others leave that promises an existence of ``least``, best first.
+
+        A target appears anywhere in the frame with a probability.
 
         Raises
         ------
@@ -111,10 +123,9 @@ class FrameBirths(Model):
         """
         if not isinstance(sensor, FrameSensor):
             raise ParameterError(f"birth 'frame': {type(sensor).__name__} has no cell_ratios; choose another birth.")
-        bins = self._bins(sensor, "intensity" in state_names)
+        bins = self._bins(sensor, seen="intensity" in state_names and getattr(sensor, "reads_intensity", True))
         ratios = sensor.cell_ratios(measurement, others, bins.centres[: bins.told])
         promise = np.logaddexp.reduce(ratios + bins.log_share[: bins.told, None, None], axis=0)
-        probability = within(self.birth_probability, interval_s)
         wanted = math.log(least / BETWEEN) - math.log(max(probability, 1e-300) / promise.size)
         peaks = np.argwhere((maximum_filter(promise, 3) == promise) & (promise > wanted))
         peaks = peaks[np.argsort(-promise[tuple(peaks.T)], kind="stable")][:MOST]
@@ -130,14 +141,13 @@ class FrameBirths(Model):
                 taken[here] = True
                 about = sensor.cell_ratios(measurement, others, bins.centres, box)
                 about = np.where(free, about + bins.log_share[:, None, None], -np.inf)
-                yield self._about(box, about, bins, sensor, state_names, probability, rng)
+                yield self._about(box, about, bins, sensor, state_names, n, rng)
 
     def _about(
         self, box: Box, gain: Array, bins: _Bins, sensor: FrameSensor, state_names: tuple[str, ...],
-        probability: float, rng: Generator,
+        n: int, rng: Generator,
     ) -> BirthProposal:  # fmt: skip
         """Draw states in a box, in proportion to a gain for each bin of brightness and each cell."""
-        n = self.newborns
         even = np.where(np.isfinite(gain), np.exp(bins.log_share)[:, None, None], 0.0)
         best = np.exp(gain - gain.max())
         q = SUREST_SHARE * best / best.sum() + (1 - SUREST_SHARE) * even / even.sum()
@@ -175,21 +185,32 @@ class FrameBirths(Model):
                     density -= 0.5 * (columns[name] / max(deviation, 1e-300)) ** 2
             return np.where(inside, density, -np.inf)
 
+        def unseen(states: Array, rng: Generator) -> Array:
+            moved = states.copy(order="K")
+            for k, name in enumerate(state_names):
+                if name in ("vx", "vy"):
+                    side = speed[int(name == "vy")]
+                    moved[:, k] = rng.uniform(-side, side, len(states))
+                elif name in self._deviations:
+                    moved[:, k] = self._deviations[name] * rng.standard_normal(len(states))
+            return moved
+
         try:
             states = np.column_stack([drawn[name] for name in state_names])
         except KeyError as error:
             raise ParameterError(f"birth 'frame': does not know how to draw {error}; choose another birth.") from None
-        return BirthProposal(states, log_weight, probability, log_density)
+        return BirthProposal(states, log_weight, log_density, unseen)
 
     @property
     def _deviations(self) -> dict[str, float]:
         a = self.acceleration_sd
         return {"ax": a, "ay": a, "turn_rate": math.radians(self.turn_rate_sd_deg)}
 
-    def _bins(self, sensor: FrameSensor, has_intensity: bool) -> _Bins:
-        if not has_intensity:
-            return _Bins(np.zeros(2), np.zeros(1), 1)
-        low, high = self.snr_db_range
+    def _bins(self, sensor: FrameSensor, *, seen: bool) -> _Bins:
+        """Bins of brightness; one alone where a frame says nothing of it."""
+        low, high = self.told_range
+        if not seen:
+            return _Bins(np.log([sensor.intensity_of(low), sensor.intensity_of(high)]), np.zeros(1), 1)
         told, beyond = (math.ceil((top - base) / BIN_DB) for base, top in ((low, high), (high, BRIGHTEST_DB)))
         db = np.concatenate([np.linspace(low, high, told + 1), np.linspace(high, BRIGHTEST_DB, beyond + 1)[1:]])
         share = np.concatenate([np.full(told, (1 - BRIGHTER) / told), np.full(beyond, BRIGHTER / beyond)])

@@ -193,14 +193,14 @@ class Newborn(NamedTuple):
         after = self.seeker.seek(component, Left(self.measurement, others, taken), worth, self.rng)
         return None if after is None else self._settled(probability, after, others)
 
-    def of_proposal(self, proposal: BirthProposal, others: Sequence[Any]) -> Sought | None:
-        """Weigh a target that a birth proposes."""
+    def of_proposal(self, proposal: BirthProposal, probability: float, others: Sequence[Any]) -> Sought | None:
+        """Weigh a target that a birth proposes, one that appears with a probability."""
         states, n = proposal.states, len(proposal.states)
         log_weight = proposal.log_weight + self.log_allowed(states)
         log_prior, expected = log_weight - math.log(n), self.sensor.expected(states)
         log_ratio = self.sensor.log_ratio(expected, self.measurement, others)
         weights, log_evidence = _kernels.weigh(log_prior + log_ratio)
-        existence = min(posterior(proposal.probability, log_evidence), SUREST)
+        existence = min(posterior(probability, log_evidence), SUREST)
         if existence < self.forget_below:
             return None
         if existence > FAINT and weights @ weights > 1 / FEWEST:
@@ -211,9 +211,11 @@ class Newborn(NamedTuple):
                 self.rng,
                 log_weight=log_weight,
             )
-            return self._settled(proposal.probability, after, others)
+            settled = self._settled(probability, after, others)
+            return None if settled is None else settled._replace(unseen=proposal.unseen)
         effect = self.sensor.effect(expected, weights, existence)
-        return Sought(Life(), proposal.probability, existence, states, log_prior, weights, expected, effect, log_ratio)
+        target = Sought(Life(), probability, existence, states, log_prior, weights, expected, effect, log_ratio)
+        return target._replace(unseen=proposal.unseen)
 
     def _settled(self, probability: float, after: Annealed, others: Sequence[Any]) -> Sought | None:
         """Lay out a target whose particles are of equal weight; None if it hardly exists."""

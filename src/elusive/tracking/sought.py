@@ -6,7 +6,7 @@ again while the others change: whether they have is asked of a few particles.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -39,6 +39,7 @@ class Sought(NamedTuple):
     probes: Any = None  # what a few particles add
     probed: Any = None  # (PROBES,) their log likelihood ratios in the last update
     placed: Placed | None = None  # where places are drawn before the rest of the states
+    unseen: Callable[[Array, Generator], Array] | None = None  # draws anew what a measurement says nothing of
 
     @property
     def effective(self) -> float:

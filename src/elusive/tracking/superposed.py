@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from functools import cached_property
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.random import Generator
@@ -24,6 +24,7 @@ from elusive.filters.particle import _kernels
 from elusive.filters.particle.informed import Cloud, draw_informed, fit_likelihood, smoothed
 from elusive.filters.particle.parts import Known, allowed_by, posterior
 from elusive.filters.particle.resampling import resample
+from elusive.model import Probability
 from elusive.motion import transition
 from elusive.sensors.field_of_view import FieldOfView
 from elusive.tracking.birth_density import BirthDensity, ProposedBirths, within
@@ -38,6 +39,7 @@ FIRST_S = 1.0  # time before the first measurement in which its targets may have
 BESIDE = 0.5  # existence from which no other appears near by
 PILOTS = 0.25  # of the particles: plain predictions that tell where to draw the particles
 LEAST_PILOTS = 200
+SPREAD = 4  # particles of a newborn target, over those of others
 POOR = 0.1  # share of the particles that are effective, under which they are drawn again
 REDRAWN = 3  # times at most
 
@@ -47,10 +49,17 @@ class SuperposedTracker(SuperposedSettings):
 
     model_config = ConfigDict(arbitrary_types_allowed=True)
 
+    switches: ClassVar[bool] = False  # any number of targets may appear, whatever has disappeared
+
     motion: SerializeAsAny[Motion] = Field(description="How a target moves")
     sensor: SerializeAsAny[AdditiveSensor] = Field(description="What targets add to a measurement")
     birth: SerializeAsAny[BirthDensity | ProposedBirths] = Field(description="Where and how often targets appear")
     knowledge: tuple[SerializeAsAny[Knowledge | FieldOfView], ...] = Field((), description="Where a target can be")
+
+    birth_probability: Probability = Field(
+        0.005, description="Probability that a target appears in 1 s, P_b, of births that the measurement proposes"
+    )
+    newborns: int = Field(300, ge=10, description="Particles of a newborn target that the measurement proposes")
 
     @classmethod
     def of(cls, settings: SuperposedSettings, **parts: Any) -> Self:
@@ -91,7 +100,8 @@ class SuperposedTracker(SuperposedSettings):
                 found = self._drawn(living, pilots, interval_s, update, newborn)
             else:
                 found = update.of([*found, *newborn], self.sweeps)
-        return judged(time_s, [self._arrived(target, rng) for target in found], state.numbered, self)
+        arrived = [self._spread(self._arrived(target, rng), rng) for target in found]
+        return judged(time_s, arrived, state.numbered, self)
 
     def _drawn(
         self,
@@ -122,7 +132,9 @@ class SuperposedTracker(SuperposedSettings):
         prior = survival * target.existence
         if self._by_place is not None and interval_s > 0:
             return self._placed(target, prior, interval_s, rng)
-        if self.faint_particles is not None and target.existence <= FAINT:
+        if len(target.particles) > self.particles:  # newborn, of many velocities
+            n = self.particles
+        elif self.faint_particles is not None and target.existence <= FAINT:
             n = self.faint_particles
         return self._sought(target.life, prior, self._plain(target, n, interval_s, rng))
 
@@ -203,8 +215,10 @@ class SuperposedTracker(SuperposedSettings):
         )
         if isinstance(self.birth, ProposedBirths):
             asked = self.sensor, tuple(self.motion.state_names), update.measurement, effects
-            for proposal in self.birth.proposals(*asked, interval_s, self.forget_below, update.rng):
-                target = births.of_proposal(proposal, effects)
+            probability = within(self.birth_probability, interval_s)
+            sought = probability, self.forget_below, self.newborns
+            for proposal in self.birth.proposals(*asked, *sought, update.rng):
+                target = births.of_proposal(proposal, probability, effects)
                 if target is not None:
                     yield target
             return
@@ -222,6 +236,14 @@ class SuperposedTracker(SuperposedSettings):
                 yield target
             if target is None or target.existence <= LOUD:
                 vain = component
+
+    def _spread(self, target: Sought, rng: Generator) -> Sought:
+        """Give a newborn target many velocities for each place: the next measurement chooses among them."""
+        if target.unseen is None:
+            return target
+        n = SPREAD * self.particles
+        particles = _kernels.gather(target.particles, resample(target.weights, n, rng), n)
+        return target._replace(particles=target.unseen(particles, rng), weights=np.full(n, 1 / n))
 
     def _smoothed(self, target: Target, rng: Generator) -> Target:
         particles = smoothed(target.particles, target.weights, self.kernel, rng)

@@ -37,6 +37,11 @@ class SuperposedState(NamedTuple):
     numbered: int  # tracks so far
 
     @property
+    def existence(self) -> float:
+        """Probability that anything is there."""
+        return 1.0 - math.prod(1.0 - target.existence for target in self.targets)
+
+    @property
     def tracks(self) -> tuple[Track, ...]:
         """The targets that have a number."""
         return tuple(

@@ -176,7 +176,7 @@ WHITE = {"filter": {"sensor": {"kind": "white"}}}
         ({"filter": {"kind": "recurrent", "particles": 10}}, "there is no such field"),
         ({**WHITE, "background": {"rest_lag": 9}}, "background: has no meaning for frames taken as they are"),
         ({**WHITE, "jitter_px": 1.0}, "jitter_px: has no meaning for frames taken as they are"),
-        ({**WHITE, "clump_px": 9.0}, "clump_px: has no meaning for frames taken as they are"),
+        ({"clump_px": 9.0}, "clump_px: has no meaning for filter 'several'"),
     ],
 )
 def test_options_of_another_filter_are_refused(given: dict[str, Any], sentence: str) -> None:
@@ -199,8 +199,8 @@ def test_the_command_refuses_an_option_that_the_filter_does_not_have(
         main([*command, "--filter", "recurrent", "--newborns", "10"])
     assert "--newborns: has no meaning for filter 'recurrent'" in " ".join(capsys.readouterr().err.split())
     with pytest.raises(SystemExit):
-        main([*command, "--smoothing", "0.5", "--filter", "bernoulli"])
-    assert "--smoothing: has no meaning for filter 'bernoulli'" in " ".join(capsys.readouterr().err.split())
+        main([*command, "--smoothing", "0.5", "--filter", "single"])
+    assert "--smoothing: has no meaning for filter 'single'" in " ".join(capsys.readouterr().err.split())
 
 
 def test_a_recording_gives_a_row_a_track_and_a_report_of_all(tmp_path: Path) -> None:

@@ -50,7 +50,7 @@ class BernoulliFilter(Detector):
     thing: mass that leaves it counts as absence, so that a target that comes back is found anew.
     """
 
-    kind: Literal["bernoulli"] = "bernoulli"
+    kind: Literal["single"] = "single"
     particles: int = Field(1500, gt=0, description="Particles that continue, N_c")
     newborns: int = Field(500, gt=0, description="Particles born at each step, N_b")
     smoothing: NonNegative | None = Field(

@@ -122,7 +122,7 @@ def posterior(prior: float, log_ratio: float) -> float:
     return prior if prior in (0.0, 1.0) else float(expit(logit(prior) + log_ratio))
 
 
-def check_amplitude(motion: Motion, birth: Birth, sensor: Sensor) -> None:
+def check_amplitude(motion: Motion, birth: Birth | None, sensor: Sensor) -> None:
     """Refuse a missing intensity, and parameters of one where the sensor integrates it out: they have no effect.
 
     Raises

@@ -16,9 +16,27 @@ from elusive.model import FROM_RECORDING, Model, Positive, over_default
 from elusive.motion import ConstantVelocity, WithIntensity
 from elusive.sensors import ClutterSensor, ImageSensor
 from elusive.systems.images.recurrent import RecurrentImages, SeveralTargets
+from elusive.systems.images.several import FollowedFrames, SeveralImages
 from elusive.tracking import Lifecycle
+from elusive.tracking.frame_births import FrameBirths
 
 LEAST_PIXELS = 48 * 48  # of a frame whose noise is estimated from itself
+SLOW = WithIntensity(motion=ConstantVelocity(q=0.0025))
+# what suits recorded frames, by the filter's kind
+RECORDED: dict[str, SeveralImages | BernoulliFilter] = {
+    "several": SeveralImages(
+        motion=SLOW,
+        sensor=ClutterSensor(),
+        birth=FrameBirths(max_speed=4.0),
+    ),
+    "single": BernoulliFilter(
+        motion=SLOW,
+        sensor=ClutterSensor(),
+        birth=MeasurementBirth(snr_db=11.1, max_speed=4.0),
+        particles=6000,
+        newborns=3000,
+    ),
+}
 
 
 class ImageTracking(RecordedFrames):
@@ -35,16 +53,9 @@ class ImageTracking(RecordedFrames):
         "particles", "seed",
     )  # fmt: skip
 
-    filter: Annotated[BernoulliFilter | ExistenceParticleFilter | RecurrentImages, Field(discriminator="kind")] = Field(
-        BernoulliFilter(
-            motion=WithIntensity(motion=ConstantVelocity(q=0.0025)),
-            sensor=ClutterSensor(),
-            birth=MeasurementBirth(snr_db=11.1, max_speed=4.0),
-            particles=6000,
-            newborns=3000,
-        ),
-        description="Filter",
-    )
+    filter: Annotated[
+        SeveralImages | BernoulliFilter | ExistenceParticleFilter | RecurrentImages, Field(discriminator="kind")
+    ] = Field(RECORDED["several"], description="Filter: of several targets, or of one")
     tracks: Lifecycle = Field(Lifecycle(), description="When a track begins and ends")
     interval_s: Positive = Field(1.0, description="Time between frames [s]", json_schema_extra=FROM_RECORDING)
     seed: int = Field(0, ge=0, description="Root of all random numbers")
@@ -57,9 +68,13 @@ class ImageTracking(RecordedFrames):
             return given
         defaults = {name: field.default for name, field in cls.model_fields.items()}
         other = given.get("filter")
-        if isinstance(other, Mapping) and "sensor" not in other:
-            # another filter looks at the same frames: without this it would take a recording for white noise
-            given = {**given, "filter": {"sensor": defaults["filter"].sensor, **other}}
+        if isinstance(other, Mapping):
+            kind = other.get("kind", "several")
+            if isinstance(kind, str) and kind in RECORDED:
+                defaults["filter"] = RECORDED[kind]
+            elif "sensor" not in other:
+                # another filter looks at the same frames: without this it would take a recording for white noise
+                given = {**given, "filter": {"sensor": ClutterSensor(), **other}}
         return {
             name: over_default(defaults[name], value) if isinstance(defaults.get(name), Model) else value
             for name, value in given.items()
@@ -70,6 +85,8 @@ class ImageTracking(RecordedFrames):
         idle = {}
         if not isinstance(self.filter.sensor, ClutterSensor):
             idle = dict.fromkeys(RecordedFrames.model_fields, "frames taken as they are, which are not whitened")
+        if isinstance(self.filter, SeveralImages):
+            idle["clump_px"] = "filter 'several', whose targets are clumps each"
         if isinstance(self.filter, RecurrentImages):
             others = ("tracks", "jitter_px", "clump_px")
             idle |= dict.fromkeys(others, "filter 'recurrent', whose tracks are those of its tracker")
@@ -105,6 +122,9 @@ class ImageTracking(RecordedFrames):
         """Peak SNR of the target sought, where the filter says [dB]."""
         if isinstance(self.filter, RecurrentImages):
             return self.filter.target_snr_db
+        if isinstance(self.filter, SeveralImages):
+            birth = self.filter.birth
+            return birth.snr_db_range[0] if birth.snr_db is None else birth.snr_db
         return self.filter.birth.snr_db if isinstance(self.filter.birth, UniformBirth) else None
 
     @property
@@ -131,11 +151,15 @@ class ImageTracking(RecordedFrames):
         """The filter that takes the frames, with its rates in seconds (see the class)."""
         if isinstance(self.filter, RecurrentImages):
             return SeveralTargets(self.filter, self.background, self.interval_s)
-        usual = type(self).model_fields["filter"].default
+        usual = RECORDED.get(self.filter.kind)
         recorded = isinstance(self.filter.sensor, ClutterSensor)  # which integrates the amplitude out
         idle = ("q_intensity",) if recorded else ()
         detector = rescaled(self.filter, usual, 1 / self.interval_s, left_alone=True, idle=idle)
+        if isinstance(detector, SeveralImages):
+            detector = detector.replace(lifecycle=self.lifecycle)
         if not recorded:
             return detector
         prepared = {name: getattr(self, name) for name in RecordedFrames.model_fields}
+        if isinstance(detector, SeveralImages):
+            return FollowedFrames(detector=detector, **prepared)
         return RecordedFilter(detector=detector, **prepared)

@@ -55,6 +55,14 @@ class Tracked(NamedTuple):
     extra: Mapping[str, Array] = {}  # other curves of probability over time, by name
     others: Sequence[Array] = ()  # (T, 2) pixels each: where further targets truly are, drawn alone
     tracks: Mapping[int, Array] | None = None  # each track's (T, 2) pixels, NaN where it does not live, if several can
+    existences: Mapping[int, Array] | None = None  # each of these tracks' (T,), NaN where it does not live
+
+    @property
+    def present(self) -> NDArray[np.bool_] | None:
+        """Whether any target is truly there, ``(T,)``; None where it is not known."""
+        if self.truth is None:
+            return None
+        return np.asarray(np.any([np.isfinite(path[:, 0]) for path in (self.truth, *self.others)], axis=0))
 
     @property
     def error(self) -> Array | None:
@@ -94,11 +102,15 @@ def write_png(path: Path, tracked: Tracked, frames: FrameKeeper) -> None:
         axes[1].set(
             xlim=(-0.5, columns - 0.5), ylim=(rows - 0.5, -0.5), title="Path" if tracked.tracks is None else "Paths"
         )
-        present = None if tracked.truth is None else np.isfinite(tracked.truth[:, 0])
         for colour, (name, curve) in zip(plots.SERIES[1:], tracked.extra.items(), strict=False):
             axes[2].plot(tracked.times, curve, color=colour, label=name, linewidth=1.2)
-        label = "P(target is there)" if tracked.tracks is None else "1 - P(so strong a track by chance)"
-        plots.existence(axes[2], tracked.times, tracked.existence, present, tracked.time_unit, label)
+        by_score = tracked.tracks is not None and tracked.existences is None
+        label = "1 - P(so strong a track by chance)" if by_score else "P(target is there)"
+        if tracked.existences:
+            for track, curve in tracked.existences.items():
+                axes[2].plot(tracked.times, curve, color=plots.track_colour(track), linewidth=1.6)
+            label = "P(any target is there)"
+        plots.existence(axes[2], tracked.times, tracked.existence, tracked.present, tracked.time_unit, label)
         axes[2].set_title("Is it there?")
         if panels == 3:
             axes[2].set_box_aspect(min(max(rows / columns, 0.6), 1.0))
@@ -148,7 +160,8 @@ def marks(tracked: Tracked) -> list[draw.Layer]:
         there = np.isfinite(places[:, 0])
         colour = "--accent" if tracked.tracks is None else plots.track_colour(number)
         one = {"deviation": tracked.deviation[there]} if tracked.tracks is None else {}
-        values = [] if tracked.tracks is not None else [draw.numbers("existence", tracked.existence[there], digits=2)]
+        existence = tracked.existence if tracked.tracks is None else (tracked.existences or {}).get(number)
+        values = [] if existence is None else [draw.numbers("existence", existence[there], digits=2)]
         layers.append(
             draw.track(
                 number, tracked.times[there], places[there], colour, box=True, values=values, **one,
@@ -162,14 +175,18 @@ def curves(tracked: Tracked) -> list[draw.Panel]:
     """Return existence and, where the truth is known, the error over time."""
     times, several = tracked.times, tracked.tracks is not None
     there = None
-    if tracked.truth is not None:
-        there = draw.spans(np.isfinite(tracked.truth[:, 0]), times, "target truly there")
+    if tracked.present is not None:
+        there = draw.spans(tracked.present, times, "target truly there")
     lines = [
         draw.line(times, curve, colour, 4, width=1.2, name=name)
         for colour, (name, curve) in zip(plots.SERIES[1:], tracked.extra.items(), strict=False)
     ]
-    lines.append(draw.line(times, tracked.existence, "--accent", 4, name="existence"))
-    title = "Is it there? 1 - P(so strong a track by chance)" if several else "Is it there?"
+    known = tracked.existences
+    if known is None:
+        lines.append(draw.line(times, tracked.existence, "--accent", 4, name="existence"))
+    for track, curve in (known or {}).items():
+        lines.append(draw.line(times, curve, plots.track_colour(track), 4, name=f"track {track}"))
+    title = "Is it there? 1 - P(so strong a track by chance)" if several and known is None else "Is it there?"
     panels = [draw.chart(title, times, [there, *lines], axis="probability", reach=(0.0, 1.02))]
     error = tracked.error
     if error is not None and np.isfinite(error).any():

@@ -10,14 +10,16 @@ import numpy as np
 from scipy.special import ndtri
 
 from elusive.contracts import Array
+from elusive.filters import BernoulliFilter, ExistenceParticleFilter
 from elusive.filters.particle.recorded import RecordedState
 from elusive.preprocess.background import LEVELS
 from elusive.results import STATUSES, Scored, TrackLog
 from elusive.results.spool import Records
-from elusive.sensors import ClutterSensor
+from elusive.sensors import ClutterSensor, ImageSensor
 from elusive.systems.images.parameters import ImageTracking
 from elusive.systems.images.recurrent import RecurrentImages, SeveralState
 from elusive.systems.images.report import Tracked
+from elusive.systems.images.several import FollowedState
 from elusive.tracking import Step
 
 NEAR_PX = 4.0  # distance within which a track is at a target
@@ -26,13 +28,15 @@ QUANTILES = tuple(f"whitened_at_{level:g}" for level in LEVELS)  # of the whiten
 
 
 class ImageLog(TrackLog):
-    """The log of a run: of one target its existence in every frame, of several the highest score."""
+    """The log of a run: of every frame the probability that anything is there, or the highest score."""
 
     def __init__(self, parameters: ImageTracking, path: Path | None = None) -> None:
-        several = isinstance(parameters.filter, RecurrentImages)
-        self.measure = "score" if several else "existence"  # of every frame
+        accumulated = isinstance(parameters.filter, RecurrentImages)
+        self.several = not isinstance(parameters.filter, BernoulliFilter | ExistenceParticleFilter)
+        self.measure = "score" if accumulated else "existence"  # of every frame
         whitened = isinstance(parameters.filter.sensor, ClutterSensor)
-        added = ("score",) if several else ("intensity",) if parameters.has_intensity else ()
+        bright = ("intensity", "snr_db") if isinstance(parameters.filter.sensor, ImageSensor) else ("intensity",)
+        added = ("score",) if accumulated else bright if parameters.has_intensity else ()
         values = (self.measure, *(QUANTILES if whitened else ()))
         super().__init__(parameters.filter.state_names, "px", added, values, path)
 
@@ -40,7 +44,7 @@ class ImageLog(TrackLog):
         """Append a frame's step with what is known of the frame."""
         state: Any = step.state
         values = {self.measure: getattr(state, self.measure)}
-        if isinstance(state, RecordedState | SeveralState) and state.whitener.output is not None:
+        if isinstance(state, RecordedState | SeveralState | FollowedState) and state.whitener.output is not None:
             values |= zip(QUANTILES, state.whitener.output.quantiles[0].tolist(), strict=True)
         self.append(step, **values)
 
@@ -49,14 +53,14 @@ def tracked_of(
     title: str, log: ImageLog, shape: tuple[int, int], *, timed: bool, truth: Array | None, scores: Scored | None = None
 ) -> Tracked:
     """Gather a log for the report; ``truth`` is ``(T, targets, 2)`` [px], NaN where a target is absent."""
-    several, frames = log.measure == "score", len(log.steps)
+    frames = len(log.steps)
     living = log.rows[log.rows["status"] != DELETED]
     measure = np.array(log.steps[log.measure])
     estimate, deviation = np.full((2, frames, 2), np.nan)
-    if several:
+    if log.measure == "score":
         measure = np.full(frames, np.nan)
         np.fmax.at(measure, living["step"], living["added"][:, 0])
-    else:
+    if not log.several:
         estimate[living["step"]] = living["position"]
         deviation[living["step"]] = np.sqrt(np.diagonal(living["covariance"], axis1=1, axis2=2))
     return Tracked(
@@ -64,19 +68,20 @@ def tracked_of(
         None if truth is None else truth[:, 0], shape,
         _table(log, shape, measure, timed=timed) + _noise(log) + ([] if scores is None else scores.lines()),
         others=() if truth is None else list(np.moveaxis(truth[:, 1:], 1, 0)),
-        tracks=_paths(log, frames) if several else None,
+        tracks=_over_time(log, "position", frames) if log.several else None,
+        existences=_over_time(log, "existence", frames) if log.several and log.measure == "existence" else None,
     )  # fmt: skip
 
 
-def _paths(log: TrackLog, frames: int) -> dict[int, Array]:
-    """Path of each track that was ever confirmed, ``(T, 2)``, NaN where it does not live."""
-    paths = {}
+def _over_time(log: TrackLog, name: str, frames: int) -> dict[int, Array]:
+    """Place or existence in each frame of each track that was ever confirmed, NaN where it does not live."""
+    found = {}
     for number, rows in log.by_track():
         if (rows["status"] == CONFIRMED).any():
-            paths[number] = np.full((frames, 2), np.nan)
+            found[number] = np.full((frames, *rows[name].shape[1:]), np.nan)
             living = rows[rows["status"] != DELETED]
-            paths[number][living["step"]] = living["position"]
-    return paths
+            found[number][living["step"]] = living[name]
+    return found
 
 
 def _table(log: ImageLog, shape: tuple[int, int], measure: Array, *, timed: bool) -> list[tuple[str, str]]:

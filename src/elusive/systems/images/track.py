@@ -6,7 +6,7 @@ The frames are whitened where the sensor model asks for it, then filtered; exist
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from itertools import count
 from typing import Any
 
@@ -14,8 +14,10 @@ import numpy as np
 
 from elusive.contracts import Array
 from elusive.runner import timed
+from elusive.sensors import ImageSensor
 from elusive.systems.images.parameters import ImageTracking
-from elusive.systems.images.recurrent import SeveralState
+from elusive.systems.images.recurrent import RecurrentImages, SeveralState
+from elusive.systems.images.several import SeveralImages
 from elusive.tracking import Life, Lifecycle, Step, Track
 
 __all__ = ["ImageTracking", "track_images"]
@@ -41,7 +43,7 @@ def track_images(
     Yields
     ------
     Step
-        A frame's; of one target the track's existence is a posterior probability, of several there is a score alone.
+        A frame's; a track's existence is a posterior probability, save of filter ``recurrent``: a score alone.
 
     Raises
     ------
@@ -52,21 +54,45 @@ def track_images(
     rng = np.random.default_rng(parameters.seed)
     recursion = parameters.recursion
     state: Any = None
-    one = _One(parameters.lifecycle, parameters.has_intensity)
+    laid_out = _layout(parameters)
     for frame, time_s in timed(frames, times):
         if state is None:
             # what is known before any frame holds an interval before the first: a target may appear in that
             state = recursion.init(rng, time_s - parameters.interval_s)
         state = recursion.step(state, time_s, frame, rng)
-        several = isinstance(state, SeveralState)
-        yield Step(time_s, frame, state, _several(state, parameters.interval_s) if several else one.tracks(state))
+        yield Step(time_s, frame, state, laid_out(state))
+
+
+def _layout(parameters: ImageTracking) -> Callable[[Any], tuple[Track, ...]]:
+    """How the tracks of a state are laid out."""
+    if isinstance(parameters.filter, RecurrentImages):
+        return lambda state: _accumulated(state, parameters.interval_s)
+    sensor = parameters.filter.sensor if parameters.has_intensity else None
+    if isinstance(parameters.filter, SeveralImages):
+        return lambda state: tuple(sorted((_seen(track, sensor) for track in state.tracks), key=_oldest_first))
+    one = _One(parameters.lifecycle)
+    return lambda state: tuple(_seen(track, sensor) for track in one.tracks(state))
+
+
+def _seen(track: Track, sensor: Any) -> Track:
+    """Say how bright a track is, where the sensor knows."""
+    if sensor is None:
+        return track
+    intensity = float(track.mean[-1])
+    return track._replace(extra={"intensity": intensity, **_snr_db(sensor, intensity)})
+
+
+def _snr_db(sensor: Any, intensity: float) -> dict[str, float]:
+    if not isinstance(sensor, ImageSensor):
+        return {}
+    return {"snr_db": sensor.snr_db_of(intensity) if intensity > 0 else -math.inf}
 
 
 class _One:
     """The life of one target, frame by frame."""
 
-    def __init__(self, lifecycle: Lifecycle, has_intensity: bool) -> None:
-        self._lifecycle, self._has_intensity = lifecycle, has_intensity
+    def __init__(self, lifecycle: Lifecycle) -> None:
+        self._lifecycle = lifecycle
         self._life, self._born = Life(), 0
         self._latest: tuple[Array, Array] | None = None  # a belief without particles has no moments
 
@@ -78,15 +104,18 @@ class _One:
         if self._life.track is None or self._life.status is None or self._latest is None:
             return ()
         mean, covariance = self._latest
-        extra = {"intensity": float(mean[-1])} if self._has_intensity else {}
-        return (Track(self._life.track, self._life.status, state.existence, mean, covariance, extra=extra),)
+        return (Track(self._life.track, self._life.status, state.existence, mean, covariance),)
 
 
-def _several(state: SeveralState, interval_s: float) -> tuple[Track, ...]:
+def _accumulated(state: SeveralState, interval_s: float) -> tuple[Track, ...]:
     """Lay out the tracks that are known after a frame, the oldest confirmed first; velocities a second."""
     tracks = []
     for track, score in zip(state.tracks, state.scores, strict=True):
         (x, y), (vx, vy) = track.position, track.velocity
         mean = np.array([x, vx / interval_s, y, vy / interval_s])
         tracks.append(Track(track.track, track.status, math.nan, mean, UNKNOWN, score))
-    return tuple(sorted(tracks, key=lambda track: (ORDER.index(track.status), track.track)))
+    return tuple(sorted(tracks, key=_oldest_first))
+
+
+def _oldest_first(track: Track) -> tuple[int, int]:
+    return ORDER.index(track.status), track.track

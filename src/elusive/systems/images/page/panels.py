@@ -13,6 +13,7 @@ from elusive.contracts import Array, X, Y
 from elusive.report import drawing as draw
 from elusive.systems.images.recurrent import SeveralState
 from elusive.systems.images.report import Tracked, curves, frame_panel
+from elusive.tracking.superposed_state import SuperposedState
 
 SIDE_AT_MOST = 320  # pixels of a frame that are shown, a side
 BYTES_AT_MOST = 30_000_000  # of all frames
@@ -32,13 +33,22 @@ def belief_of(state: Any, most: int) -> Belief:
         score = state.followed.score
         return Belief(score=score.copy() if score.ndim == 2 else None)
     inner = getattr(state, "belief", state)
+    if isinstance(inner, SuperposedState):
+        each = [_dots(target.particles, target.weights, round(most * target.existence)) for target in inner.targets]
+        return Belief(dots=np.concatenate([np.empty((0, 2)), *each]))
     weights = inner.weights * getattr(inner, "present", 1.0)
-    count, total = round(most * inner.existence), float(weights.sum())
+    return Belief(dots=_dots(inner.particles, weights, round(most * inner.existence)))
+
+
+def _dots(particles: Array, weights: Array, count: int) -> Array:
+    """Choose places of so many particles, evenly along their weights."""
+    total = float(weights.sum())
     if count == 0 or total <= 0:
-        return Belief(dots=np.empty((0, 2)))
+        return np.empty((0, 2))
     at = (np.arange(count) + 0.5) / count
     chosen = np.searchsorted(np.cumsum(weights) / total, at).clip(0, len(weights) - 1)
-    return Belief(dots=inner.particles[chosen][:, [X, Y]])
+    places: Array = particles[chosen][:, [X, Y]]
+    return places
 
 
 def dots_each(frames: int) -> int:

@@ -53,7 +53,7 @@ def run_scene(scene: ImageScene, job: LiveJob) -> Run:
     yaml = File("Run as YAML", "scene.yaml", settled.to_yaml().encode())
     again = "elusive scene scene.yaml --out results"
     kind = settled.tracking.filter.kind
-    title = f"SNR {scene.snr_db:g} dB" + ("" if kind == "bernoulli" else f", {kind}")
+    title = f"SNR {scene.snr_db:g} dB" + ("" if kind == "single" else f", {kind}")
     source = held_frames(NAME, drawn.frames)
     return watched(title, source, drawn.frames, settled.tracking, Truth.of_frames(drawn.truth), yaml, again, job)
 
