@@ -164,10 +164,10 @@ def test_a_deviation_in_the_filter_is_a_deviation_in_the_table() -> None:
         "paper": ("existence", "uniform", 2000),
         "paper-bright": ("existence", "bright", 2000),
         "paper-measurement": ("existence", "measurement", 2000),
-        "bernoulli-uniform": ("bernoulli", "uniform", 1500),
-        "bernoulli-measurement": ("bernoulli", "measurement", 1500),
-        "bernoulli-smoothed": ("bernoulli", "measurement", 1500),
-        "near-optimal": ("bernoulli", "measurement", 20_000),
+        "bernoulli-uniform": ("single", "uniform", 1500),
+        "bernoulli-measurement": ("single", "measurement", 1500),
+        "bernoulli-smoothed": ("single", "measurement", 1500),
+        "near-optimal": ("single", "measurement", 20_000),
     }
     assert [built[name].newborns for name in FILTERS[3:]] == [500, 500, 500, 20_000]
     assert [built[name].smoothing for name in FILTERS[3:]] == [0.0, 0.0, None, 0.0]
