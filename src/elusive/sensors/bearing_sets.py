@@ -43,13 +43,13 @@ def checked_rows(
     DataError
         If the arrays differ in length, a number is not finite, or a sensor unknown.
     """
-    rows, numbers, when = np.asarray(sensor, np.intp), np.asarray(values, np.float64), f"{what}s at {time_s:g} s"
+    rows, numbers = np.asarray(sensor, np.intp), np.asarray(values, np.float64)
     if rows.ndim != 1 or numbers.shape != rows.shape:
-        raise DataError(f"{when}: give each {what} a sensor.")
+        raise DataError(f"{what}s at {time_s:g} s: give each {what} a sensor.")
     if not (math.isfinite(time_s) and np.isfinite(numbers).all()):
-        raise DataError(f"{when}: a number is not finite; leave that {what} out.")
-    if ((rows < 0) | (rows >= sensors)).any():
-        raise DataError(f"{when}: sensors are numbered 0 to {sensors - 1} (got {rows!s:.60}).")
+        raise DataError(f"{what}s at {time_s:g} s: a number is not finite; leave that {what} out.")
+    if len(rows) and not 0 <= rows.min() <= rows.max() < sensors:
+        raise DataError(f"{what}s at {time_s:g} s: sensors are numbered 0 to {sensors - 1} (got {rows!s:.60}).")
     return rows, numbers
 
 

@@ -11,7 +11,7 @@ from elusive.filters.gaussian._bearing_kernels import move
 from elusive.filters.gaussian._map_kernels import NO_RANGES, Anchor, Descent, Loss, inverse_noise, optimise
 from elusive.filters.gaussian._window_kernels import summed_out
 from elusive.filters.gaussian.robust import log_norm
-from elusive.filters.gaussian.transitions import Transitions
+from elusive.filters.gaussian.transitions import STEP_DIGITS, Transitions
 from elusive.sensors.bearing_table import BearingTable, PlaceSensor, PlaceSet, tabulated
 
 
@@ -89,15 +89,20 @@ class BearingStretch(NamedTuple):
     def joined(self, time_s: float, measurement: PlaceSet | None) -> BearingStretch:
         """Return the stretch with a measurement more, at its last time or at a later one."""
         new = tabulated((measurement,), self.problem.sensor, (time_s,))
-        before, T = self.times_s[-1], self.transitions
+        before, T = float(self.times_s[-1]), self.transitions
         if time_s == before:
             return self._replace(table=self.table.joined(new))
-        step = self.problem.stepped(time_s - before)
+        step, table = self.problem.stepped(time_s - before), self.table.joined(new)
+        interval_s = np.concatenate([T.interval_s, step.interval_s])
+        if len(T.which) and round(float(T.interval_s[-1]), STEP_DIGITS) == step.interval_s[0]:
+            # as long as the step before: its tables serve
+            longer = T._replace(interval_s=interval_s, which=np.concatenate([T.which, T.which[-1:]]))
+            return self._replace(table=table, transitions=longer)
         longer = T._replace(
-            interval_s=np.concatenate([T.interval_s, step.interval_s]),
+            interval_s=interval_s,
             which=np.arange(len(T.which) + 1),
             F=np.concatenate([T.F[T.which], step.F]),
             Q=np.concatenate([T.Q[T.which], step.Q]),
         )
         weights = np.concatenate([self.weights[T.which], inverse_noise(step)])
-        return self._replace(table=self.table.joined(new), transitions=longer, weights=weights)
+        return self._replace(table=table, transitions=longer, weights=weights)

@@ -94,15 +94,11 @@ class FixedLagSmoother(Problem):
         stretch = window.stretch.joined(time_s, measurement)
         if not state.started:
             return self._start(stretch)
-        window = window._replace(stretch=stretch)
+        path, spreads = window.path, window.covariances
         if interval_s:
-            ahead = self.moved(state.mean, state.covariance, interval_s)
-            spread = ahead.covariance(state.covariance)
-            window = window._replace(
-                path=np.concatenate([window.path, ahead.mean[None]]),
-                covariances=np.concatenate([window.covariances, spread[None]]),
-            )
-        return self._settled(window, started=True)
+            ahead, spread = self.carried(state.mean, state.covariance, interval_s)
+            path, spreads = np.concatenate([path, ahead[None]]), np.concatenate([spreads, spread[None]])
+        return self._settled(Window(stretch, window.anchor, path, spreads), started=True)
 
     def track(self, measurements: Iterable[Any | None], times_s: Iterable[float] | None = None) -> LaggedPath:
         """Estimate each state from the measurements up to a lag later.

@@ -27,7 +27,7 @@ from elusive.filters.gaussian.moments import Moved, moved
 from elusive.filters.gaussian.parts import PLACE_SENSORS, AnyMotion, AnySensor, check_fits
 from elusive.filters.gaussian.plain_stretch import PlainStretch
 from elusive.filters.gaussian.robust import LOSSES
-from elusive.filters.gaussian.transitions import FLOOR, AngleBias, Transitions, tabled, transitions_of
+from elusive.filters.gaussian.transitions import FLOOR, STEP_DIGITS, AngleBias, Transitions, tabled, transitions_of
 from elusive.filters.priors import GaussianPrior
 from elusive.model import Model, NonNegative, Positive
 from elusive.motion import ConstantVelocity
@@ -156,6 +156,13 @@ class Problem(Setting):
             noise[[X, Y]] += self.position_noise_m**2
         return step._replace(Q=step.Q + np.diag(noise))
 
+    def carried(self, mean: Array, covariance: Array, interval_s: float) -> tuple[Array, Array]:
+        """Carry on a belief that a descent starts from: compiled ones ask for no covariance, which then stays."""
+        if self.compiled and (step := self.stepped(interval_s)).turn < 0:
+            return step.F[0] @ mean, covariance
+        ahead = self.moved(mean, covariance, interval_s)
+        return ahead.mean, covariance if self.compiled else ahead.covariance(covariance)
+
     def predicted(self, mean: Array, covariance: Array, interval_s: float) -> tuple[Array, Array]:
         """Carry a belief on; over 0 s it stays. The arrays are new."""
         if not interval_s:
@@ -210,7 +217,7 @@ class Problem(Setting):
 
     def stepped(self, interval_s: float) -> Transitions:
         """Tables of the motion over one step; those of late are remembered."""
-        key = round(interval_s, 9)
+        key = round(float(interval_s), STEP_DIGITS)  # of a NumPy number it takes ten times as long
         if key not in self._steps:
             if len(self._steps) >= KEPT_STEPS:
                 self._steps.clear()

@@ -19,6 +19,7 @@ from elusive.errors import ParameterError
 from elusive.model import Model, Positive
 from elusive.motion import ConstantTurnRateVelocity, ConstantVelocity, transition
 
+STEP_DIGITS = 9  # of an interval in seconds: times written to a microsecond differ in their last digits
 FLOOR = 1e-10  # least variance of a step's noise: a motion without noise in some component stays invertible
 
 
@@ -78,8 +79,7 @@ def transitions_of(
         If the motion has neither F and Q nor a turn rate.
     """
     steps = np.diff(np.asarray(times_s, np.float64))
-    # times written to a microsecond differ in their last digits
-    intervals, which = np.unique(np.round(steps, 9), return_inverse=True)
+    intervals, which = np.unique(np.round(steps, STEP_DIGITS), return_inverse=True)
     tables = [_step(motion, float(T), position_noise_m, bias, sensors) for T in intervals]
     d = len(motion.state_names)
     whole = d + (2 * sensors if bias else 0)
