@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 import shutil
 import sys
 from concurrent.futures import Executor
@@ -19,6 +20,8 @@ from elusive.experiments.bootsveld2012.phases import Phase
 from elusive.experiments.bootsveld2012.reproduce import Settings
 from elusive.experiments.bootsveld2012.reproduce import reproduce as reproduce_bootsveld2012
 from elusive.experiments.bootsveld2012.runtimes import RunTime
+from elusive.experiments.davies2024.reproduce import Row
+from elusive.experiments.davies2024.reproduce import reproduce as reproduce_davies2024
 from elusive.experiments.demo import run_demo
 from elusive.experiments.jiang2024.figures import FIGURES as FLIGHTS
 from elusive.experiments.jiang2024.reproduce import reproduce as reproduce_jiang2024
@@ -55,7 +58,7 @@ def main() -> None:
     """Make all.
 
     The first argument, if any, is a folder that what is unfinished is kept in and goes on from; the second a shoreline
-    round Port Fourchon, for docs/bootsveld2012.md.
+    round Port Fourchon, for docs/bootsveld2012.md; the third that of the published scenes, for docs/davies2024.md.
     """
     with TemporaryDirectory() as scratch, make_executor(workers=2) as executor:
         run_demo(Path(scratch) / "demo")
@@ -66,6 +69,8 @@ def main() -> None:
         imprecise_charts(kept / "bootsveld2012", Path(sys.argv[2]) if len(sys.argv) > 2 else None, executor)
         people(kept / "mendieta2017", executor)
         fast_emitters(kept / "jiang2024", executor)
+        if len(sys.argv) > 3:
+            targets_that_add_up(kept / "davies2024", Path(sys.argv[3]))
         results = kept / "amrouche2018"
         reproduce(results, trials=TRIALS, executor=executor)
         shutil.copy(results / "summary.csv", STATIC / "amrouche2018.csv")
@@ -157,6 +162,24 @@ def fast_emitters(results: Path, executor: Executor | None) -> None:
     for name in FLIGHTS:
         with Image.open(results / f"{name}.png") as picture:
             picture.convert("RGB").quantize(256).save(STATIC / f"jiang2024-{name}.png", optimize=True)
+
+
+def targets_that_add_up(results: Path, data: Path) -> None:
+    """Make the figure and the table of docs/davies2024.md."""
+    rows = reproduce_davies2024(results, data, anew=50)
+    (STATIC / "davies2024-table.md").write_text(field_table(rows), encoding="utf-8")
+    with Image.open(results / "gospa.png") as picture:
+        picture.convert("RGB").quantize(256).save(STATIC / "davies2024-gospa.png", optimize=True)
+
+
+def field_table(rows: list[Row]) -> str:
+    """Write a row a scene and filter."""
+    head = ("Scene", "filter", "runs", "RMS GOSPA", "localisation", "missed", "false")
+    lines = [f"| {' | '.join(head)} |", f"| --: | :-- |{' --: |' * (len(head) - 2)}"]
+    for row in rows:
+        parts = ("" if math.isnan(part) else f"{part:.3g}" for part in (row.localisation, row.missed, row.false))
+        lines.append(f"| {row.scene} | {row.filter} | {row.runs} | {row.rms_gospa:.2f} | {' | '.join(parts)} |")
+    return "\n".join(lines) + "\n"
 
 
 def flight_table(cells: list[FlightCell]) -> str:

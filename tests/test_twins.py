@@ -71,6 +71,7 @@ TWINS: dict[str, dict[str, str]] = {
     "filters.gaussian._window_kernels": {"summed_out": "filters/gaussian/test_fixed_lag.py::twin.residuals"},
     "filters.particle._informed_kernels": {
         "correct": "filters/particle/test_informed.py::reference.corrected",
+        "greatest_share": "filters/particle/test_informed.py::reference.effective_size",
         "selection": "filters/particle/test_informed.py::reference.selection",
     },
     "filters.particle._kernels": {

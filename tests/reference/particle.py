@@ -80,10 +80,15 @@ def selection(states, weights, F, mean, precision):
     return np.log(weights) - 0.5 * np.einsum("ni,ij,nj->n", off, precision, off)
 
 
-def corrected(moved, plain, seen, mean, root, precision, gain, rng):
+def corrected(moved, seen, mean, root, precision, gain, noise):
     """Predictions corrected by draws of what is measured, and the log density of that there, but for a constant."""
     moved = moved.copy()
-    drawn = mean + rng.standard_normal((len(moved) - plain, len(mean))) @ root.T
-    moved[plain:] += (drawn - moved[plain:][:, seen]) @ gain
+    moved[-len(noise) :] += (mean + noise @ root.T - moved[-len(noise) :][:, seen]) @ gain
     off = mean - moved[:, seen]
     return moved, -0.5 * np.einsum("ni,ij,nj->n", off, precision, off)
+
+
+def effective_size(log_weights):
+    """Effective number of particles."""
+    weights = np.exp(log_weights - logsumexp(log_weights))
+    return 1 / (weights @ weights)

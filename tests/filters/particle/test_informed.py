@@ -101,9 +101,9 @@ def test_kernels_equal_their_twins():
     found = kernels.selection(states, weights, F, MEASURED, precision)
     np.testing.assert_allclose(found, reference.selection(states, weights, F, MEASURED, precision), rtol=1e-12)
     seen, root, gain = np.array([0, 2]), np.linalg.cholesky(NOISE), rng.standard_normal((2, 4))
-    arguments = (5, seen, MEASURED, root, precision, gain)
-    expected = reference.corrected(states, *arguments, np.random.default_rng(6))
-    level = kernels.correct(states, *arguments, np.random.default_rng(6))
+    arguments = (seen, MEASURED, root, precision, gain, rng.standard_normal((25, 2)))
+    expected = reference.corrected(states, *arguments)
+    level = kernels.correct(states, *arguments)
     np.testing.assert_allclose(states, expected[0], rtol=1e-12)
     np.testing.assert_allclose(level, expected[1], rtol=1e-12)
 
@@ -117,3 +117,12 @@ def test_smoothing_leaves_mean_and_covariance():
     np.testing.assert_allclose(drawn.mean(axis=0), mean, atol=5 / math.sqrt(n))
     np.testing.assert_allclose(np.cov(drawn.T), np.cov(states.T, aweights=weights), atol=0.05)
     assert len(np.unique(drawn[:, 0])) == n
+
+
+@pytest.mark.parametrize("wanted", [20.0, 100.0, 199.0])
+def test_the_greatest_share_keeps_as_many_particles_effective(wanted):
+    rng = np.random.default_rng(8)
+    level, carried = 30 * rng.standard_normal(400), 0.5 * rng.standard_normal(400)
+    share = kernels.greatest_share(level, carried, 1.0, wanted)
+    assert reference.effective_size(share * level + carried) == pytest.approx(wanted, rel=1e-3)
+    assert kernels.greatest_share(level, carried, 1e-4, wanted) == 1e-4

@@ -4,9 +4,31 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from numpy.random import Generator
 
+from elusive._kernels import exponentiate
 from elusive.contracts import Array
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def greatest_share(level: Array, carried: Array, left: float, wanted: float) -> float:
+    """Greatest share of ``level``, up to ``left``, with which weights keep an effective number; by 20 halvings."""
+    low, high, share = 0.0, left, left
+    for _ in range(21):
+        gain = share * level + carried
+        gain -= gain.max()
+        exponentiate(gain)
+        total, squares = 0.0, 0.0
+        for value in gain:
+            total += value
+            squares += value * value
+        if total * total >= wanted * squares:
+            low = share
+            if share == left:
+                return left
+        else:
+            high = share
+        share = 0.5 * (low + high)
+    return low
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
@@ -29,22 +51,21 @@ def selection(states: Array, weights: Array, F: Array, mean: Array, precision: A
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def correct(
-    moved: Array, plain: int, seen: np.ndarray, mean: Array, root: Array, precision: Array, gain: Array, rng: Generator
+    moved: Array, seen: np.ndarray, mean: Array, root: Array, precision: Array, gain: Array, noise: Array
 ) -> Array:
-    """Correct predictions ``(n, d)`` in place, from a row on, by draws of what is measured ``(k,)``.
+    """Correct predictions ``(n, d)`` in place, the last as many as there is noise ``(N, k)``, by what is measured.
 
     ``root`` is that of its covariance. Return the log of its density, but for its scale, at every row.
     """
     (n, d), k = moved.shape, len(mean)
-    found, off, noise = np.empty(n), np.empty(k), np.empty(k)
+    plain = n - len(noise)
+    found, off = np.empty(n), np.empty(k)
     for i in range(n):
         if i >= plain:
             for c in range(k):
-                noise[c] = rng.standard_normal()
-            for c in range(k):
                 off[c] = mean[c] - moved[i, seen[c]]
                 for e in range(c + 1):
-                    off[c] += root[c, e] * noise[e]
+                    off[c] += root[c, e] * noise[i - plain, e]
             for c in range(k):
                 for e in range(d):
                     moved[i, e] += off[c] * gain[c, e]

@@ -97,16 +97,6 @@ def anneal(
 
 def share_of(level: Array, carried: Array, left: float, wanted: float) -> float:
     """Greatest share of the likelihood, up to what is left, that keeps the wanted effective number of particles."""
+    from elusive.filters.particle._informed_kernels import greatest_share
 
-    def enough(share: float) -> bool:
-        gain = share * level + carried
-        weights = np.exp(gain - gain.max())
-        return bool(weights.sum() ** 2 >= wanted * (weights @ weights))
-
-    if enough(left):
-        return left
-    low, high = 0.0, left
-    for _ in range(20):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if enough(middle) else (low, middle)
-    return max(low, LEAST_SHARE)
+    return max(greatest_share(level, carried, left, wanted), min(left, LEAST_SHARE))

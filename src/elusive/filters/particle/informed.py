@@ -119,11 +119,13 @@ def draw_informed(
     moved = motion.propagate(_kernels.gather(states, chosen, n), interval_s, rng)
     # second stage: a draw of the prediction, corrected by a draw of what is measured, is one of the posterior
     root = np.asarray(np.linalg.cholesky(likelihood.covariance), dtype=np.float64)
-    level = kernels.correct(moved, plain, seen, likelihood.mean, root, inverse, precision @ Q[seen], rng)
+    noise = rng.standard_normal((n - plain, len(seen)))
+    level = kernels.correct(moved, seen, likelihood.mean, root, inverse, precision @ Q[seen], noise)
     scale = 0.5 * (np.linalg.slogdet(likelihood.covariance)[1] - np.linalg.slogdet(spread)[1])
     log_ratio = level - (log_mean + scale)
     share = plain / n
-    return Cloud(moved, -np.logaddexp(math.log(share), math.log1p(-share) + log_ratio) - math.log(n))
+    mixture = share + (1 - share) * np.exp(np.minimum(log_ratio, 700.0))
+    return Cloud(moved, -np.log(n * mixture))
 
 
 def smoothed(states: Array, weights: Array, width: float, rng: Generator) -> Array:
