@@ -133,7 +133,8 @@ def candidates(annotation: Any) -> list[Any]:
     if annotation is bool:
         return [True, False]
     if get_origin(annotation) is list:
-        return [[value] * 2 for value in candidates(get_args(annotation)[0])]
+        values = candidates(get_args(annotation)[0])
+        return [*([value] * 2 for value in values), values[:2]]  # some must rise
     assert get_origin(annotation) is tuple, annotation
     return [(a, b) for a in candidates(get_args(annotation)[0]) for b in candidates(get_args(annotation)[1])]
 
@@ -161,8 +162,8 @@ def test_each_option_alone_changes_its_field_and_no_other(option: Option) -> Non
         found = at(made, option.path)
         assert (list(found) if isinstance(value, list) else found) == value
         now = flat(made.model_dump())
-        chosen = [union for union in option.kinds if now[(*union, "kind")] != usual[(*union, "kind")]]
-        if option.path[-1] == "kind" and value != usual[option.path]:
+        chosen = [union for union in option.kinds if now[(*union, "kind")] != usual.get((*union, "kind"))]
+        if option.path[-1] == "kind" and value != usual.get(option.path):
             chosen.append(option.path[:-1])
         elsewhere = {path for path in now if not any(path[: len(union)] == union for union in chosen)} - {option.path}
         assert {path: now[path] for path in elsewhere} == {path: usual[path] for path in elsewhere}

@@ -146,8 +146,8 @@ class LikelihoodRatio(_ZeroMean):
     def _differ(self) -> Self:
         if self.mode == "replacing" and self.object_deviation in (None, self.background_deviation):
             raise ParameterError(
-                "LikelihoodRatio.object_deviation: an object that replaces the background by noise of the same "
-                "deviation cannot be told from it; give another deviation."
+                "LikelihoodRatio.object_deviation: an object that replaces the background (its mode) by noise of the "
+                "same deviation cannot be told from it; give another deviation."
             )
         return self
 

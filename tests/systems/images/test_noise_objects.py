@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from elusive.cli import main
 from elusive.errors import ParameterError
+from elusive.preprocess.sliding import Window
 from elusive.results import read_tracks_csv
 from elusive.sensors import NoiseObject, NoiseObjectPath, NoiseRecording
 from elusive.systems.images.recurrent import RecurrentImages
@@ -117,7 +118,7 @@ def test_the_command_tracks_objects(tmp_path: Path) -> None:
     np.testing.assert_allclose(last["position"][0], recording.truth[-1, 0, [0, 2]], atol=1.5)
     again = ImageTracking.from_yaml(tmp_path / "out" / "config.yaml").filter
     assert isinstance(again, RecurrentImages)
-    assert again.statistic is not None
+    assert isinstance(again.statistic, Window)
     assert (again.statistic.window, again.statistic.border) == (5, "cut")
 
 
@@ -131,7 +132,7 @@ def test_the_command_tracks_objects(tmp_path: Path) -> None:
 )
 def test_the_window_follows_the_object(given: dict[str, Any], window: int, border: str) -> None:
     statistic = RecurrentImages(**given).statistic
-    assert statistic is not None
+    assert isinstance(statistic, Window)
     assert (statistic.window, statistic.border) == (window, border)
 
 

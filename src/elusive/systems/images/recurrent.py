@@ -31,8 +31,9 @@ from elusive.filters.accumulate.null_scores import simulate_null
 from elusive.filters.accumulate.recurrent import RecurrentFilter, RecurrentState
 from elusive.filters.accumulate.velocity_bank import step_for
 from elusive.filters.frame_units import rescaled
+from elusive.model import Model
 from elusive.preprocess import Whitener, WhitenerState
-from elusive.preprocess.windows import Statistic, fitted_statistic
+from elusive.preprocess.windows import ChiSquare, DotProduct, LikelihoodRatio, LocalDeviation, fitted_statistic
 from elusive.sensors import ClutterSensor, ImageSensor
 from elusive.tracking import FollowedState, Follower, Footprint, PeakTrack, PeakTracker
 
@@ -61,10 +62,16 @@ class SeveralState(NamedTuple):
     null: NullScores | None
 
 
+class Points(Model):
+    """Point targets: the sensor's own likelihood ratio."""
+
+    kind: Literal["points"] = "points"
+
+
 class RecurrentImages(RecurrentFilter):
     """Finds several targets that keep their velocity for a while, by accumulating evidence along every trajectory.
 
-    Targets are points, or with a ``statistic`` objects that differ from the noise about them in their statistics
+    Targets are points, or with another ``statistic`` objects that differ from the noise about them in their statistics
     alone. The score of a track is one minus the probability, at most, that a frame without any target holds a path as
     high as its: no posterior probability of existence. Where no step between velocities is given it is so small that
     the nearest velocity strays from a path by a quarter of an object, or half of a point's width, over
@@ -83,9 +90,9 @@ class RecurrentImages(RecurrentFilter):
         ClutterSensor(), description="What a frame says of a state"
     )
     target_snr_db: float = Field(11.1, ge=-40, le=80, description="Peak SNR of the target sought [dB]")
-    statistic: Statistic | None = Field(
-        None, description="Statistic of a sliding window that tells noise objects; none: point targets are sought"
-    )
+    statistic: Annotated[
+        Points | LikelihoodRatio | LocalDeviation | ChiSquare | DotProduct, Field(discriminator="kind")
+    ] = Field(Points(), description="What is sought: points, or noise objects by a statistic of a sliding window")
     object_size: int = Field(5, ge=1, description="Side of a noise object, where a statistic is chosen [px]")
     false_alarm: float = Field(
         1e-3, gt=0, lt=1, description="Probability that the map of one frame without a target holds an alarm"
@@ -105,15 +112,17 @@ class RecurrentImages(RecurrentFilter):
     def _window_follows(cls, given: Any) -> Any:
         """Let the statistic's window follow the object's size, and its border the filter's."""
         told = given.get("statistic") if isinstance(given, Mapping) else None
-        size = given.get("object_size", 5) if told is not None else None
-        if not isinstance(told, Mapping) or not isinstance(size, int):
+        if not isinstance(told, Mapping) or told.get("kind", "points") == "points":
+            return given
+        size = given.get("object_size", cls.model_fields["object_size"].default)
+        if not isinstance(size, int):  # its fault will be reported
             return given
         border = str(given.get("border", cls.model_fields["border"].default))
         return {**given, "statistic": fitted_statistic(told, size, border)}
 
     @model_validator(mode="after")
     def _can_be_known(self) -> Self:
-        points = self.statistic is None
+        points = isinstance(self.statistic, Points)
         if self.threshold_from == "simulation" and points and isinstance(self.sensor, ClutterSensor):
             raise ParameterError(
                 "RecurrentImages.threshold_from: recorded frames are not simulated; choose likelihood or frame."
@@ -125,7 +134,7 @@ class RecurrentImages(RecurrentFilter):
             )
         if points and self.object_size != type(self).model_fields["object_size"].default:
             raise ParameterError(
-                "RecurrentImages.object_size: has no meaning for point targets; choose a statistic, or leave it out."
+                "RecurrentImages.object_size: has no meaning for point targets; choose another statistic or drop it."
             )
         return self
 
@@ -137,7 +146,7 @@ class RecurrentImages(RecurrentFilter):
     @property
     def footprint(self) -> Footprint:
         """What a target does to the evidence about it."""
-        if self.statistic is not None:
+        if not isinstance(self.statistic, Points):
             return Footprint.of_object(self.statistic.window, self.object_size)
         known = isinstance(self.sensor, ImageSensor) and self.sensor.noise == "gaussian"
         return Footprint.of_point(self.sensor.spread_px, MISFIT if known else math.inf)
@@ -147,7 +156,7 @@ class RecurrentImages(RecurrentFilter):
         """The same with a step between velocities."""
         if self.velocity_step is not None or self.velocities is not None:
             return self
-        length = WIDTH * self.sensor.spread_px if self.statistic is None else self.object_size
+        length = WIDTH * self.sensor.spread_px if isinstance(self.statistic, Points) else self.object_size
         return self.replace(velocity_step=step_for(length, self.smoothing))
 
 
@@ -168,15 +177,14 @@ class SeveralTargets:
         self.model = model = rescaled(model, None, interval_s, left_alone=False).stepped
         self.interval_s = interval_s
         sensor, usual = model.sensor, PeakTracker()
-        self._recorded, points = isinstance(sensor, ClutterSensor), model.statistic is None
-        untested = UNTESTED if self._recorded and points else {}
+        untested = UNTESTED if isinstance(sensor, ClutterSensor) and isinstance(model.statistic, Points) else {}
         tests = {
             name: value for name, value in untested.items() if getattr(model.tracker, name) == getattr(usual, name)
         }
         model.check_memory(sensor.shape)
         self._follower = Follower(model, model.tracker.replace(**tests), model.footprint)
         self._source: EvidenceOfNoise | None = None
-        if model.statistic is not None:
+        if not isinstance(model.statistic, Points):
             self._source = ObjectEvidence(model.statistic)
         elif isinstance(sensor, ImageSensor):
             self._source = WhiteEvidence(sensor, model.target_snr_db)
