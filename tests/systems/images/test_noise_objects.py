@@ -74,7 +74,7 @@ def test_an_object_is_one_track_where_it_is() -> None:
 
 @pytest.mark.validate
 def test_in_95_of_100_runs_of_full_size() -> None:
-    good, ghosts = found(256, 2.0, 100)
+    good, ghosts = found(256, 4.0, 100)
     assert good >= 95
     assert ghosts == 0
 
