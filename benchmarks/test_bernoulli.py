@@ -26,7 +26,7 @@ FRAMES = WeakTarget().simulate(np.random.default_rng(0)).frames
 
 def quick_map(frame, sensor, intensity):
     """The birth map by SciPy's separable correlation: what one would write in NumPy for whole frames."""
-    k = np.arange(-sensor.truncation, sensor.truncation + 1)
+    k = np.arange(-sensor.patch_cells, sensor.patch_cells + 1)
     g_x, g_y = (np.exp(-0.5 * (k * step / sensor.psf_sigma) ** 2) for step in (sensor.dx, sensor.dy))
     peak, ones = sensor.gain * intensity, np.ones_like(frame)
     cross = correlate1d(correlate1d(frame, g_y, 0, mode="constant"), g_x, 1, mode="constant")

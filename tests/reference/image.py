@@ -14,7 +14,7 @@ def spread(states, sensor):
     distance2 = (c * sensor.dx - x) ** 2 + (r * sensor.dy - y) ** 2
     peak = states[:, -1, None, None] * sensor.dx * sensor.dy / (2 * np.pi * sensor.psf_sigma**2)
     column, row = np.floor(x / sensor.dx + 0.5), np.floor(y / sensor.dy + 0.5)
-    near = (abs(c - column) <= sensor.truncation) & (abs(r - row) <= sensor.truncation)
+    near = (abs(c - column) <= sensor.patch_cells) & (abs(r - row) <= sensor.patch_cells)
     return np.where(near, peak * np.exp(-distance2 / (2 * sensor.psf_sigma**2)), 0.0)
 
 
@@ -53,7 +53,7 @@ def birth_map(frame, sensor, intensity):
 
 def log_ratio_by_patch(states, frame, sensor):
     """:func:`log_ratio_gaussian` as one would write it for speed in NumPy: separable, on gathered patches."""
-    p, s2 = sensor.truncation, 2 * sensor.psf_sigma**2
+    p, s2 = sensor.patch_cells, 2 * sensor.psf_sigma**2
     offsets = np.arange(-p, p + 1)
     seen = np.isfinite(frame)
     padded, valid = np.pad(np.where(seen, frame, 0.0), p), np.pad(seen.astype(float), p)

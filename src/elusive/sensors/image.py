@@ -21,6 +21,8 @@ from elusive.errors import DataError
 from elusive.model import FROM_RECORDING, Model, Positive
 from elusive.sensors.patches import Box, PatchEffect, Patches, box_of, left_over, moments_of
 
+WIDTHS = 3.0  # of the point spread, on each side of a target, in its patch
+
 
 class GaussianOptics(NamedTuple):
     """What the kernels of Gaussian noise read of an :class:`ImageSensor`."""
@@ -49,7 +51,19 @@ class ImageSensor(Model):
     swerling: Literal[0, 1] = Field(0, description="Envelope only: steady target (0), or redrawn each frame (1)")
     dx: Positive = Field(1.0, description="Width of a cell, Delta_x [px]")
     dy: Positive = Field(1.0, description="Height of a cell, Delta_y [px]")
-    truncation: int = Field(2, ge=0, le=15, description="Half-width of the patch of cells a target affects, p")
+    truncation: int | None = Field(
+        None,
+        ge=0,
+        le=15,
+        description="Half-width of the patch of cells a target affects, p; by default three point spreads [cells]",
+    )
+
+    @property
+    def patch_cells(self) -> int:
+        """Half-width of the patch of cells that a target affects, p."""
+        if self.truncation is not None:
+            return self.truncation
+        return min(max(round(WIDTHS * self.psf_sigma / min(self.dx, self.dy)), 1), 15)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -137,7 +151,7 @@ class ImageSensor(Model):
         from elusive.sensors._patch_kernels import lay
 
         x, y, amplitude = states[:, X].copy(), states[:, Y].copy(), self.gain * states[:, INTENSITY]
-        corner, bells = lay(x, y, amplitude, (self.dx, self.dy), self.psf_sigma, self.truncation, self.shape)
+        corner, bells = lay(x, y, amplitude, (self.dx, self.dy), self.psf_sigma, self.patch_cells, self.shape)
         return Patches(corner, bells, box_of(corner, bells.shape[2]))
 
     def effect(self, expected: Patches, weights: Array, existence: float) -> PatchEffect:
@@ -185,7 +199,7 @@ class ImageSensor(Model):
             centred[..., INTENSITY] = intensities[:, None, None]
             expected = self.expected(centred.reshape(-1, 5))
             return self.log_ratio(expected, measurement, others).reshape(centred.shape[:-1])
-        p = self.truncation
+        p = self.patch_cells
         wider = Box(box.top - p, box.left - p, box.bottom + p, box.right + p)
         left, precision = left_over(self.checked(measurement), self.noise_sigma**2, wider, others)
         cross, square = template_sums(left * precision, precision, *self._taps)
@@ -209,7 +223,7 @@ class ImageSensor(Model):
         """0 where a target affects a cell of the frame, else minus infinity."""
         from elusive.sensors import _kernels
 
-        return _kernels.in_view(states, self.dx, self.dy, self.columns, self.rows, self.truncation)
+        return _kernels.in_view(states, self.dx, self.dy, self.columns, self.rows, self.patch_cells)
 
     def checked(self, measurement: Array) -> Array:
         """Return a frame as kernels take it; one of another shape or no envelope is refused (DataError)."""
@@ -229,15 +243,15 @@ class ImageSensor(Model):
     @cached_property
     def _taps(self) -> Array:
         """``exp(-(k d)^2 / 2 S^2)`` for both axes and k from minus to plus the truncation, ``(2, 2 p + 1)``."""
-        k = np.arange(-self.truncation, self.truncation + 1)
+        k = np.arange(-self.patch_cells, self.patch_cells + 1)
         return np.exp(-0.5 * (np.outer([self.dx, self.dy], k) / self.psf_sigma) ** 2)
 
     @cached_property
     def optics(self) -> GaussianOptics:
         """What the kernels of Gaussian noise read."""
         pitch = np.array([self.dx, self.dy]) / self.psf_sigma
-        steps = np.exp(-0.5 * np.outer(pitch**2, np.maximum(2 * np.arange(self.truncation + 1) - 1, 0)))
-        window = (0,) * (2 * self.truncation + 1)
+        steps = np.exp(-0.5 * np.outer(pitch**2, np.maximum(2 * np.arange(self.patch_cells + 1) - 1, 0)))
+        window = (0,) * (2 * self.patch_cells + 1)
         taps_x, taps_y = self._taps
         return GaussianOptics(
             (self.dx, self.dy), self.psf_sigma, self.gain, self.noise_sigma, steps, taps_x, taps_y, window

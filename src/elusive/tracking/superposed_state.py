@@ -54,7 +54,7 @@ class SuperposedState(NamedTuple):
 def judged(time_s: float, found: Sequence[Sought], numbered: int, settings: SuperposedSettings) -> SuperposedState:
     """Let each target's life go on, and forget those that hardly exist."""
     targets = []
-    for target in _merged(found, settings.merge_within):
+    for target in _merged(found, settings.merge_within)[: settings.most_targets]:  # the surest stand first
         gone = target.existence == 0
         life, numbered = settings.lifecycle.step(target.life, target.existence, numbered, gone=gone)
         if target.existence >= settings.forget_below or life.status == "deleted":

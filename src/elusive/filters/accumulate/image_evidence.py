@@ -84,13 +84,13 @@ class WhiteEvidence:
     def _envelope_mean(self) -> Array:
         """Mean ratio of each cell without a target: as for a frame of one patch, which has every kind of border."""
         sensor, rng = self._sensor, np.random.default_rng(0)
-        patch = 2 * sensor.truncation + 1
+        patch = 2 * sensor.patch_cells + 1
         small = sensor.replace(rows=min(sensor.rows, patch), columns=min(sensor.columns, patch))
         empty = np.empty((0, 5))
         maps = [small.birth_map(small.simulate(empty, rng), self._intensity) for _ in range(NULL_FRAMES)]
         mean = np.mean(maps, axis=0)
         mean = (mean + mean[::-1] + mean[:, ::-1] + mean[::-1, ::-1]) / 4
-        near = [np.minimum(np.minimum(np.arange(n), np.arange(n)[::-1]), sensor.truncation) for n in sensor.shape]
+        near = [np.minimum(np.minimum(np.arange(n), np.arange(n)[::-1]), sensor.patch_cells) for n in sensor.shape]
         found: Array = mean[np.ix_(*near)]
         return found
 
