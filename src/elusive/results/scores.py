@@ -137,6 +137,11 @@ class Scored(NamedTuple):
         return [*self.confirmed.lines(), ("With candidates", said)]
 
     @property
+    def series(self) -> tuple[Array, Gospa, float, str]:
+        """What is drawn over time: times, GOSPA of confirmed tracks, its c and unit."""
+        return self.times_s, self.confirmed.gospa, self.confirmed.cutoff, self.confirmed.unit
+
+    @property
     def text(self) -> str:
         """All as JSON; null where there is no number."""
         one = self.confirmed

@@ -74,7 +74,7 @@ def outcome_of(
         table += _scores(tracked, means, spread, np.array([len(heard) for heard in reporting]))
     if scores is not None:
         table += [row for row in scores.lines() if row[0] != "NEES"]  # that of all times stands above
-    tracked = tracked._replace(verdict=" ".join([verdict, *remarks]), rows=table)
+    tracked = tracked._replace(verdict=" ".join([verdict, *remarks]), rows=table, scored=scores)
     return BearingOutcome(verdict, table, tuple(remarks), log, tracked, scores)
 
 

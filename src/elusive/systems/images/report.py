@@ -13,6 +13,8 @@ from elusive.contracts import Array
 from elusive.report import drawing as draw
 from elusive.report import plots
 from elusive.report.page import write_page
+from elusive.report.scored import gospa_chart
+from elusive.results import Scored
 
 SHOWN_AT_MOST = 240  # frames kept for the report, whatever the recording's length
 SIDE_AT_MOST = 320  # pixels a side
@@ -56,6 +58,7 @@ class Tracked(NamedTuple):
     others: Sequence[Array] = ()  # (T, 2) pixels each: where further targets truly are, drawn alone
     tracks: Mapping[int, Array] | None = None  # each track's (T, 2) pixels, NaN where it does not live, if several can
     existences: Mapping[int, Array] | None = None  # each of these tracks' (T,), NaN where it does not live
+    scored: Scored | None = None  # None without a truth
 
     @property
     def present(self) -> NDArray[np.bool_] | None:
@@ -193,6 +196,8 @@ def curves(tracked: Tracked) -> list[draw.Panel]:
         top = 1.05 * max(0.96, float(np.nanmax(error)))
         far = draw.line(times, error, "--accent", name="error")
         panels.append(draw.chart("How far off?", times, [far], axis="error", unit="px", reach=(0.0, top)))
+    if tracked.scored is not None:
+        panels.append(gospa_chart(*tracked.scored.series))
     return panels
 
 

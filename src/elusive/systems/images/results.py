@@ -70,6 +70,7 @@ def tracked_of(
         others=() if truth is None else list(np.moveaxis(truth[:, 1:], 1, 0)),
         tracks=_over_time(log, "position", frames) if log.several else None,
         existences=_over_time(log, "existence", frames) if log.several and log.measure == "existence" else None,
+        scored=scores,
     )  # fmt: skip
 
 

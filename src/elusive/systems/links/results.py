@@ -186,7 +186,7 @@ class LinkRun:
             None if grid is None else (grid.shape, (grid.x0, grid.x1, grid.y0, grid.y1)),
             truth,
             list(self._events), table, HEADER, lines, -(-self._calibrated // every),
-            self._befell - len(self._events),
+            self._befell - len(self._events), scores,
         )  # fmt: skip
         return LinkOutcome(verdict, self._remarks, scores, tracked)
 

@@ -218,6 +218,7 @@ class RadarRun:
             tracks=[line_of(paths[n], bool(rows["status"][-1] == DELETED), truth) for n, rows in confirmed.items()],
             lonlat=self._around.frame.to_lonlat,
             estimate="MAP" if self._parameters.estimate == "map" else "mean",
+            scored=scores,
         )
         return RadarOutcome(self._log, self._charted(tracked), scores)
 
@@ -244,7 +245,7 @@ class RadarRun:
             number, np.asarray(rows["time_s"]), rows["position"], rows["velocity"],
             np.sqrt(np.diagonal(rows["covariance"], axis1=1, axis2=2)), rows["status"] == CONFIRMED,
             self._added(rows, "map_left_out") > 0, rows["covariance"][:, 0, 1],
-            None if self._around.water is None else self._added(rows, "allowed"),
+            None if self._around.water is None else self._added(rows, "allowed"), rows["existence"],
         )  # fmt: skip
 
     def _charted(self, tracked: RadarTracked) -> RadarTracked:

@@ -13,6 +13,8 @@ from elusive.contracts import Array
 from elusive.report import drawing as draw
 from elusive.report import plots
 from elusive.report.page import track_table, write_page
+from elusive.report.scored import gospa_chart
+from elusive.results import Scored
 
 TIMES_SHOWN = 1000  # columns of a picture at most
 SAMPLES_SHOWN = 400  # rows of a picture at most
@@ -88,6 +90,7 @@ class SignalTracked(NamedTuple):
     rows: Sequence[tuple[str, str]]  # what the table about the run says
     header: Sequence[str]  # of the table of tracks
     tracks: Sequence[Sequence[str]]  # its lines
+    scored: Scored | None = None  # None without a truth
 
 
 def write_signal_png(path: Path, tracked: SignalTracked, signal: Waterfall, score: Waterfall) -> None:
@@ -162,9 +165,11 @@ def signal_drawing(tracked: SignalTracked, signal: Waterfall, score: Waterfall, 
     )
     found["layers"] += [*truth, *(_drawn(one, tracked) for one in tracked.paths)]
     seen = _waterfall("Signal, as the filter takes it", tracked, signal, _grey_scale(signal), "grey")
+    worth = None if tracked.scored is None else gospa_chart(*tracked.scored.series, span=12)
+    panels = [found, _highest(tracked, starts, score.stride), worth, seen]
     return draw.drawing(
-        "Signal, accumulated evidence and tracks over time", tracked.times[starts],
-        [found, _highest(tracked, starts, score.stride), seen], unit="s" if tracked.time_unit == "s" else "frame",
+        "Signal, accumulated evidence and tracks over time", tracked.times[starts], panels,
+        unit="s" if tracked.time_unit == "s" else "frame",
         start=len(starts) - 1, **more,
     )  # fmt: skip
 

@@ -117,7 +117,7 @@ def tracked_of(
     tracked = SignalTracked(
         Path(source.name).name or source.name, verdict(lines, unit), times, unit, source.samples, highest, threshold,
         [_path(number, rows, earlier.get(number)) for number, rows in sure.items()],
-        None if known is None else known[:, :, 0], table, header(unit), lines,
+        None if known is None else known[:, :, 0], table, header(unit), lines, scores,
     )  # fmt: skip
     return tracked, scores
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elusive.contracts import Array
+from elusive.results import Scored
 
 Extent = tuple[float, float, float, float]  # west, east, south, north [m]
 MARGIN = 0.07  # of the longer side, round what is shown
@@ -34,6 +35,7 @@ class BearingsTracked(NamedTuple):
     residual_deg: Array  # (M,) measured less that of the track; NaN before there is one
     truth: Array | None  # (K, 3) true place at each time, NaN where it is not known; None without
     rows: Sequence[tuple[str, str]]  # what the table says
+    scored: Scored | None = None  # None without a truth
 
     @property
     def error(self) -> Array | None:

@@ -10,6 +10,7 @@ import numpy as np
 from elusive.report import drawing as draw
 from elusive.report import plots
 from elusive.report.page import write_page
+from elusive.report.scored import gospa_chart
 from elusive.systems.bearings.report.contents import BearingsTracked
 
 TIMES_SHOWN = 4000
@@ -28,9 +29,10 @@ def bearings_drawing(tracked: BearingsTracked) -> draw.Drawing:
     start = int(known[len(known) // 2]) if len(known) else 0
     layers = [*bearing_layers(tracked, shown), track_layer(tracked, shown)]
     ground = draw.plane("Where?", tracked.extent, layers, axes=("x, east", "y, north"), span=7, rows=4)
+    worth = None if tracked.scored is None else gospa_chart(*tracked.scored.series, span=5)
     return draw.drawing(
         "The ground with sensors, bearings and the track", tracked.times_s[shown],
-        [ground, _error(tracked, shown), _residuals(tracked, shown), _height(tracked, shown)], start=start,
+        [ground, _error(tracked, shown), _residuals(tracked, shown), _height(tracked, shown), worth], start=start,
     )  # fmt: skip
 
 

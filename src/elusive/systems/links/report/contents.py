@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from elusive.contracts import Array
 from elusive.io.truth import Truth
+from elusive.results import Scored
 from elusive.tracking.people import TrackEvent
 
 Extent = tuple[float, float, float, float]  # west, east, south, north [m]
@@ -55,6 +56,7 @@ class LinksTracked(NamedTuple):
     tracks: Sequence[Sequence[str]]  # its lines; the first cell is the number of the track
     calibrated: int = 0  # first frames, which nobody is looked for in
     unlisted: int = 0  # events before those above
+    scored: Scored | None = None  # None without a truth
 
     @property
     def people(self) -> NDArray[np.int64]:

@@ -12,6 +12,7 @@ from elusive.contracts import Array
 from elusive.report import drawing as draw
 from elusive.report.page import track_table, write_page
 from elusive.report.plots import track_colour
+from elusive.report.scored import gospa_chart
 from elusive.systems.links.report.contents import LinkPath, LinksTracked
 
 TIMES_SHOWN = 2000
@@ -45,9 +46,10 @@ def links_drawing(tracked: LinksTracked) -> draw.Drawing:
     status = [draw.numbers("people", people, digits=0)]
     if tracked.error is not None:
         status.append(draw.numbers("error", tracked.error[::stride], "m", 2))
+    worth = None if tracked.scored is None else gospa_chart(*tracked.scored.series)
     return draw.drawing(
-        "The floor with nodes, tracks and people", times, [floor, *_charts(tracked, stride)], events=events, log=4,
-        unlisted=tracked.unlisted, start=int(busiest[len(busiest) // 2]) if len(busiest) else 0, status=status,
+        "The floor with nodes, tracks and people", times, [floor, *_charts(tracked, stride), worth], events=events,
+        log=4, unlisted=tracked.unlisted, start=int(busiest[len(busiest) // 2]) if len(busiest) else 0, status=status,
     )  # fmt: skip
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from elusive.contracts import Array
 from elusive.io.truth import Truth
+from elusive.results import Scored
 
 Extent = tuple[float, float, float, float]  # west, east, south, north [m]
 AT_COAST = 0.95  # P(water) below which a cloud counts as being at the coast
@@ -43,6 +44,7 @@ class RadarPath(NamedTuple):
     forbidden: NDArray[np.bool_]  # (k,) whether the map forbade every particle and was left out
     covariance: Array | None = None  # (k,) of x and y [m^2]; None: taken as zero
     allowed: Array | None = None  # (k,) P(the map allows the target | measurements); None: no map was used
+    existence: Array | None = None  # (k,) posterior probability that it is a ship
 
     @property
     def spread(self) -> Array:
@@ -78,6 +80,7 @@ class RadarTracked(NamedTuple):
     chart: ChartMap | None = None
     lonlat: Callable[[Array], Array] | None = None  # (N, 2) [m] to longitude and latitude (N, 2) [deg]
     estimate: str = "mean"  # what the places are
+    scored: Scored | None = None  # None without a truth
 
     @property
     def ships(self) -> Sequence[Array]:

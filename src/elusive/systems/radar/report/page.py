@@ -11,6 +11,7 @@ import numpy as np
 from elusive.report import drawing as draw
 from elusive.report.page import track_table, write_page
 from elusive.report.plots import track_colour
+from elusive.report.scored import gospa_chart
 from elusive.systems.radar.report.contents import AT_COAST, ChartMap, RadarPath, RadarTracked
 
 SCANS_SHOWN = 2000
@@ -45,8 +46,9 @@ def radar_drawing(tracked: RadarTracked) -> draw.Drawing:
     )  # fmt: skip
     whole = draw.plane("Where?", tracked.extent, layers, axes=axes, span=8, rows=2, **ground, **degrees)
     events = _events(tracked)
+    worth = None if tracked.scored is None else gospa_chart(*tracked.scored.series)
     return draw.drawing(
-        "Map of the tracks, north up", times, [whole, close if spread else None, *_charts(tracked, times)],
+        "Map of the tracks, north up", times, [whole, close if spread else None, *_charts(tracked, times), worth],
         events=events, log=4 if events else 0, start=len(times) - 1,
         note=f"Track: {tracked.estimate}; dotted while it is not confirmed.",
     )  # fmt: skip
@@ -130,6 +132,9 @@ def _charts(tracked: RadarTracked, times: np.ndarray) -> Iterable[draw.Panel]:
 
     if not tracked.paths:
         return
+    existence = {one.track: one.existence for one in tracked.paths if one.existence is not None}
+    if existence:
+        yield draw.chart("Is it there? Existence of each track", span, curves(existence), reach=(0.0, 1.02))
     speeds = {one.track: np.hypot(*one.velocity.T) for one in tracked.paths}
     yield draw.chart("How fast?", span, curves(speeds), axis="speed", unit="m/s")
     spreads = {one.track: one.spread for one in tracked.paths}
