@@ -46,8 +46,8 @@ def test_every_system_has_its_commands(system: str) -> None:
 # what is simulated, the options of its system, files that must be the same again, and those of a quick run
 SIMULATED: dict[str, tuple[tuple[object, ...], int, str, tuple[str, ...]]] = {
     "images": (
-        ("--targets", 3, "--rows", 40, "--columns", 40, "--snr-db", 12, "--frames", 24), 3, "frames.npy",
-        ("--threshold-from", "likelihood"),
+        ("--targets", 2, "--layout", "crossing", "--rows", 40, "--columns", 40, "--snr-db", 14, "--frames", 24), 2,
+        "frames.npy", ("--particles", "500"),
     ),
     "signal": (("--more-objects", 1, "--samples", 300, "--frames", 90), 2, "signal.npy", ()),
     "links": (

@@ -23,8 +23,8 @@ def simulate_command(out: Out, given: dict[str, Any], config: Config = None) -> 
     drawn = simulate_images(parameters, out)
     console.print(f"Written to {out}: frames.npy, truth.csv ({drawn.truth.shape[1]} targets), simulation.yaml")
     frames, truth = (shlex.quote(str(out / name)) for name in ("frames.npy", "truth.csv"))
-    sensor, several = parameters.sensor, parameters.targets > 1
-    sought = f"{'--filter recurrent --target-snr-db' if several else '--snr-db'} {parameters.snr_db:g}"
+    sensor, (low, high) = parameters.sensor, parameters.snr_db_range
+    sought = f"--snr-db {low:g}" if low == high else f"--snr-db-range {low:g} {high:g}"
     noise = "" if sensor.noise == "gaussian" else f" --noise {sensor.noise}"
     seen = f"--noise-sigma {sensor.noise_sigma:g} --psf-sigma {sensor.psf_sigma:g}{noise} {sought}"
     command = f"elusive track images {frames} --truth {truth} {seen} --out tracks"

@@ -17,6 +17,7 @@ from elusive.systems.images.parameters import ImageTracking
 from elusive.systems.images.recurrent import RecurrentImages
 from elusive.systems.images.run import Outcome, track_recording
 from elusive.systems.images.simulate import ImageSimulation, draw_images, write_frames
+from elusive.tracking.frame_births import FrameBirths
 
 NAME = "scene"
 
@@ -42,7 +43,10 @@ class ImageScene(ImageSimulation):
             seen |= {"target_snr_db": self.snr_db}
         elif self.filter_knows_target and not isinstance(flt, RecurrentImages):
             birth: Any = flt.birth
-            seen |= {"motion": self.motion, "birth": birth.replace(snr_db=self.snr_db)}
+            known: dict[str, Any] = {"snr_db": self.snr_db}
+            if self.strongest_snr_db is not None and isinstance(birth, FrameBirths):
+                known = {"snr_db": None, "snr_db_range": self.snr_db_range}
+            seen |= {"motion": self.motion, "birth": birth.replace(**known)}
         tracking = self.tracking.replace(filter=flt.replace(**seen))
         return self.replace(sensor=seen["sensor"], tracking=tracking)
 

@@ -92,6 +92,11 @@ class ImageSimulation(Model):
         return self
 
     @property
+    def snr_db_range(self) -> tuple[float, float]:
+        """Least and greatest peak SNR of a target when it appears [dB]."""
+        return self.snr_db, self.snr_db if self.strongest_snr_db is None else self.strongest_snr_db
+
+    @property
     def fitted_sensor(self) -> ImageSensor:
         """The sensor with the frames' size."""
         return self.sensor.replace(rows=self.rows, columns=self.columns)
@@ -119,7 +124,7 @@ def draw_images(scene: ImageSimulation) -> DrawnImages:
     rng, others = (np.random.default_rng(np.random.SeedSequence(scene.seed, spawn_key=(key,))) for key in (0, 1))
     targets = _apart(scene, rng, others) if scene.layout == "apart" else _meeting(scene, others)
     if scene.strongest_snr_db is not None:
-        drawn = others.uniform(scene.snr_db, scene.strongest_snr_db, len(targets)).tolist()
+        drawn = others.uniform(*scene.snr_db_range, len(targets)).tolist()
         targets = [target._replace(snr_db=snr_db) for target, snr_db in zip(targets, drawn, strict=True)]
     states = np.stack([_path(scene, target) for target in targets], axis=1)
     sensor = scene.fitted_sensor
