@@ -55,6 +55,7 @@ class SuperposedTracker(SuperposedSettings):
     sensor: SerializeAsAny[AdditiveSensor] = Field(description="What targets add to a measurement")
     birth: SerializeAsAny[BirthDensity | ProposedBirths] = Field(description="Where and how often targets appear")
     knowledge: tuple[SerializeAsAny[Knowledge | FieldOfView], ...] = Field((), description="Where a target can be")
+    informed: bool = Field(True, description="Draw particles with the measurement in view, where the motion is linear")
 
     birth_probability: Probability = Field(
         0.005, description="Probability that a target appears in 1 s, P_b, of births that the measurement proposes"
@@ -128,14 +129,14 @@ class SuperposedTracker(SuperposedSettings):
         return found
 
     def _predicted(self, target: Target, n: int, survival: float, interval_s: float, rng: Generator) -> Sought:
-        """Predict a target, by ``n`` particles if it is not to be drawn by place."""
+        """Predict a target, as a rule by ``n`` particles."""
         prior = survival * target.existence
-        if self._by_place is not None and interval_s > 0:
-            return self._placed(target, prior, interval_s, rng)
         if len(target.particles) > self.particles:  # newborn, of many velocities
             n = self.particles
         elif self.faint_particles is not None and target.existence <= FAINT:
             n = self.faint_particles
+        if self._by_place is not None and interval_s > 0:
+            return self._placed(target, n, prior, interval_s, rng)
         return self._sought(target.life, prior, self._plain(target, n, interval_s, rng))
 
     def _plain(self, target: Target, n: int, interval_s: float, rng: Generator) -> Cloud:
@@ -177,9 +178,9 @@ class SuperposedTracker(SuperposedSettings):
             return sought._replace(expected=self.sensor.expected(cloud.states), effect=pilot.effect)
         return Sought(life, prior, posterior(prior, min(log_allowed, 0.0)), cloud.states, log_prior, weights)
 
-    def _placed(self, target: Target, prior: float, interval_s: float, rng: Generator) -> Sought:
+    def _placed(self, target: Target, n: int, prior: float, interval_s: float, rng: Generator) -> Sought:
         """Predict a target whose places are drawn first; each particle as likely as the others."""
-        n, even = self.particles, np.full(self.particles, -math.log(self.particles))
+        even = np.full(n, -math.log(n))
         before = _kernels.gather(target.particles, resample(target.weights, n, rng), n)
         moved = self.motion.propagate(before, interval_s, rng)
         sought = self._sought(target.life, prior, Cloud(moved, even))

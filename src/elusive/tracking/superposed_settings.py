@@ -16,7 +16,6 @@ class SuperposedSettings(Model):
     faint_particles: int | None = Field(
         None, ge=10, description="Particles of a target that hardly exists; by default as many as of the others"
     )
-    informed: bool = Field(True, description="Draw particles with the measurement in view, where the motion is linear")
     kernel: float = Field(
         0.0, ge=0, lt=1, description="Width of the kernel that a cloud is smoothed with, h [deviations of the cloud]"
     )
