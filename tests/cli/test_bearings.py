@@ -279,26 +279,92 @@ def test_what_tells_no_place_is_said(flight, tmp_path, capsys, rows, sentence):
     assert "one is missing; give both or none" in said
 
 
-def test_simulated_emitters_are_tracked_as_the_command_says(flight, tmp_path, capsys):
-    way = tmp_path / "way.csv"
-    way.write_text("x_m,y_m\n-50,20\n0,60\n50,20\n")
+def test_simulated_emitters_are_tracked_as_the_command_says(flight, tmp_path, capsys, monkeypatch):
+    ways = [tmp_path / f"way{k}.csv" for k in range(2)]
+    for way, corners in zip(ways, ("-50,20\n60,60", "60,-40\n-40,40"), strict=True):
+        way.write_text(f"x_m,y_m\n{corners}\n")
     out, sensors = tmp_path / "made", flight / "sensors.csv"
-    paths, noise = ("--path", way, "--path", way), ("--sigma-deg", "0.5", "--speed-mps", "12")
-    code, said = run(capsys, "--sensors", sensors, *paths, *noise, "--out", out, command=("simulate", "bearings"))
+    paths = ("--path", ways[0], "--path", ways[1], "--speed-mps", "6", "--outlier-probability", "0")
+    heard = ("--sigma-deg", "0.5", "--detection-probability", "0.9", "--false-bearings", "1")
+    code, said = run(capsys, "--sensors", sensors, *paths, *heard, "--out", out, command=("simulate", "bearings"))
     assert code == 0, said
-    names = {f"{what}-{k}.csv" for what in ("bearings", "truth") for k in (1, 2)}
-    assert {file.name for file in out.iterdir()} == names | {"sensors.csv", "config.yaml"}
-    assert (out / "bearings-1.csv").read_bytes() != (out / "bearings-2.csv").read_bytes()
-    assert (out / "truth-1.csv").read_bytes() == (out / "truth-2.csv").read_bytes()
+    assert {file.name for file in out.iterdir()} == {"bearings.csv", "truth.csv", "sensors.csv", "config.yaml"}
+    assert (out / "truth.csv").read_text().startswith("time_s,track,x_m,y_m")
     command = re.search(r"To track: elusive (track bearings .*? --out )tracks", said)[1].split()
     code, said = run(capsys, *command[2:], tmp_path / "tracked")
     assert code == 0, said
-    rmse = float(re.search(r"; ([\d.]+) m RMSE from the truth", said)[1])
-    assert rmse < 3
+    assert "2 emitters found" in said
+    assert "several: a sensor has up to" in said
+    assert {file.name for file in (tmp_path / "tracked").iterdir()} == WRITTEN | {"scores.json", "scores.csv"}
+    log = read_tracks_csv(tmp_path / "tracked" / "tracks.csv")
+    assert np.median(log.rows["existence"][log.rows["step"] > 10]) > 0.99
+    assert "detection_probability: 0." in (tmp_path / "tracked" / "config.yaml").read_text()  # as it was found
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO((out / "bearings.csv").read_bytes())))
+    live = ("--sensors", sensors, "--sigma-deg", "0.5", "--follow", "--out", tmp_path / "live")
+    code, said = run(capsys, "-", *live)
+    assert code == 0, said
+    assert "Emitters: several" in said
+    assert len(np.unique(read_tracks_csv(tmp_path / "live" / "tracks.csv").rows["track"])) >= 2
     again = tmp_path / "again"
     code, said = run(capsys, "--config", out / "config.yaml", "--out", again, command=("simulate", "bearings"))
     assert code == 0, said
-    assert (again / "bearings-2.csv").read_bytes() == (out / "bearings-2.csv").read_bytes()
+    assert (again / "bearings.csv").read_bytes() == (out / "bearings.csv").read_bytes()
+    for more, sentence in (
+        (("--emitters", "several", "--filter", "iekf"), "--filter iekf: is of one emitter"),
+        (("--emitters", "several", "--motion", "imm"), "--motion imm: is of one emitter"),
+        (("--particles", "100", "--emitters", "one"), "--particles: has no meaning for emitters 'one'"),
+    ):
+        code, said = run(capsys, out / "bearings.csv", "--sensors", sensors, *more, "--out", tmp_path / "none")
+        assert code == 2
+        assert sentence in said
+    averaged = ("--sensors", sensors, "--sigma-deg", "0.5", "--emitters", "one", "--out", tmp_path / "one")
+    code, said = run(capsys, out / "bearings.csv", *averaged)
+    assert code == 0, said
+    assert "which many of the bearings contradict" in said
+    assert "sure to" not in said
+
+
+def test_labelled_emitters_are_tracked_each_by_itself(flight, tmp_path, capsys):
+    lines = (flight / "bearings.csv").read_text().splitlines()[1:]
+    file = tmp_path / "labelled.csv"
+    both = [f"{line},{name}" for line in lines for name in ("fox", "hare")]
+    file.write_text("\n".join(["time_s,sensor,azimuth_deg,emitter", *both]) + "\n")
+    alone, out = tmp_path / "alone", tmp_path / "out"
+    assert run(capsys, *usual(flight, "--filter", "iekf", "--out", alone))[0] == 0
+    known = ("--sensors", flight / "sensors.csv", "--sigma-deg", "0.5")
+    code, said = run(capsys, file, *known, "--filter", "iekf", "--out", out)
+    assert code == 0, said
+    assert "2 emitters found" in said
+    assert "Fox" in said
+    rows, one = read_tracks_csv(out / "tracks.csv").rows, read_tracks_csv(alone / "tracks.csv").rows
+    for number in (1, 2):
+        np.testing.assert_array_equal(rows["position"][rows["track"] == number], one["position"])
+    assert np.isnan(rows["existence"]).all()
+    for more, sentence in (
+        (("--emitters", "several"), "tells apart what the column emitter tells already"),
+        (("--follow", "--idle-s", "0"), "names emitters in its column emitter; here one is needed"),
+    ):
+        code, said = run(capsys, file, *known, *more, "--out", tmp_path / "none")
+        assert code == 2
+        assert sentence in said
+    file.write_text("\n".join(["time_s,sensor,azimuth_deg,emitter", *both, "99,mast,3,"]) + "\n")
+    code, said = run(capsys, file, *known, "--out", tmp_path / "none")
+    assert code == 2
+    assert "column emitter: is empty; name the emitter, or drop the column" in said
+
+
+def test_two_emitters_heard_one_at_a_time_are_not_taken_for_one_that_is_sure(flight, tmp_path, capsys):
+    """No sensor has two bearings at a time: the residuals alone tell."""
+    lines = (flight / "bearings.csv").read_text().splitlines()
+    turned = [f"{t},{name},{(float(angle) + 70) % 360}" if k % 2 else f"{t},{name},{angle}"
+              for k, (t, name, angle) in enumerate(line.split(",") for line in lines[1:])]  # fmt: skip
+    file = tmp_path / "two.csv"
+    file.write_text("\n".join([lines[0], *turned]) + "\n")
+    code, said = run(capsys, file, "--sensors", flight / "sensors.csv", "--sigma-deg", "0.5", "--out", tmp_path / "out")
+    assert code == 0, said
+    assert "no sensor has two bearings at a time" in said
+    assert "further than 5 deviations from the track" in said
+    assert "sure to" not in said
 
 
 def test_arrivals_are_tracked_and_located_from_a_table(flight, tmp_path, capsys):

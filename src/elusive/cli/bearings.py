@@ -1,4 +1,4 @@
-"""`elusive track bearings`: an emitter by what is heard of it at a few places."""
+"""`elusive track bearings`: emitters by what is heard of them at a few places."""
 
 from __future__ import annotations
 
@@ -14,15 +14,18 @@ import typer
 from rich.markup import escape
 
 from elusive.cli.terminal import Config, Out, bar, console, known_truth, show, tell_written
+from elusive.contracts import X, Y
 from elusive.errors import ParameterError
 from elusive.io.bearings import open_bearings, read_sensors
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
 from elusive.systems.bearings.parameters import BearingTracking, usual_filter
 from elusive.systems.bearings.run import LiveFix, follow_bearings, track_bearings_recording
+from elusive.systems.bearings.track import Emitter
+from elusive.tracking.track import Track
 
 LATENCIES = 10_000  # kept
-HEARD = "time_s, sensor, azimuth_deg (from north), perhaps elevation_deg; arrival_s with or without it; - is stdin."
+HEARD = "time_s, sensor, azimuth_deg (from north); elevation_deg, emitter, arrival_s if there are; - is stdin."
 
 
 @accepts(BearingTracking)
@@ -52,7 +55,7 @@ def track_bearings_command(
         float | None, typer.Option("--idle-s", help="With --follow: end after so many seconds without a line.")
     ] = None,
 ) -> None:
-    """Track a fast emitter by the directions from which it is heard, or by when it is heard."""
+    """Track fast emitters by the directions from which they are heard, or one by when it is heard."""
     parameters = _tracking(given, read_yaml(config) if config else {}, live=follow)
     if idle_s is not None and not follow:
         raise ParameterError("--idle-s: has no meaning without --follow; leave it out.")
@@ -72,7 +75,15 @@ def track_bearings_command(
 
 
 def _tracking(given: dict[str, Any], base: dict[str, Any], *, live: bool) -> BearingTracking:
-    """Return the parameters, by the usual filter where none is chosen."""
+    """Return the parameters, by the usual filter where none is chosen; who chooses one follows one emitter."""
+    emitters = base.get("emitters", {})
+    kind = given.get("emitters") or (emitters.get("kind") if isinstance(emitters, dict) else None)
+    if given.get("filter") is not None:
+        if kind == "several":
+            raise ParameterError(
+                f"--filter {given['filter']}: is of one emitter; leave it out with --emitters several."
+            )
+        base = {**base, "emitters": {"kind": "one"}}
     flt, motion = base.get("filter", {}), base.get("motion", {})
     if isinstance(flt, dict) and "kind" not in flt and given.get("filter") is None:
         kind = given.get("motion") or (motion.get("kind") if isinstance(motion, dict) else None)
@@ -83,6 +94,11 @@ def _tracking(given: dict[str, Any], base: dict[str, Any], *, live: bool) -> Bea
 def _warn(remarks: tuple[str, ...]) -> None:
     for remark in remarks:
         console.print(f"[yellow]{escape(remark)}[/]", highlight=False, soft_wrap=True)
+
+
+def _place(track: Track) -> str:
+    (east, north), sd = track.mean[[X, Y]], np.sqrt(np.diag(track.covariance)[[X, Y]])
+    return f"{track.track}: {east:.1f} m east, {north:.1f} m north (± {sd[0]:.2g}, {sd[1]:.2g})"
 
 
 def _live(run: Callable[[Callable[[LiveFix], None]], None], out: Path) -> None:
@@ -96,6 +112,12 @@ def _live(run: Callable[[Callable[[LiveFix], None]], None], out: Path) -> None:
         times += 1
         latencies_s.append(fix.latency_s)
         step = fix.step
+        if not isinstance(step.state, Emitter):
+            sure = [track for track in step.tracks if track.status == "confirmed"]
+            if sure or tracking:
+                console.print(f"{step.time_s:g} s: {'; '.join(map(_place, sure)) or 'no emitter'}", highlight=False)
+            tracking = bool(sure)
+            return
         if step.state.started:
             x, y = (step.state.state_names.index(name) for name in "xy")
             (east, north), sd = step.state.mean[[x, y]], np.sqrt(np.diag(step.state.covariance)[[x, y]])

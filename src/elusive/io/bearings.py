@@ -21,6 +21,7 @@ from elusive.sensors.bearing_table import PlaceSet
 from elusive.sensors.hybrid import HybridSet
 
 NEEDED, AZIMUTH, ELEVATION, ARRIVAL = ("time_s", "sensor"), "azimuth_deg", "elevation_deg", "arrival_s"
+LABEL = "emitter"
 SENSOR_COLUMNS = ("x_m", "y_m", "z_m")
 BEARING_A_LINE = "one bearing a line"
 SUSPECT_AFTER = 50  # azimuths, none of them above 2 pi, after which radians are suspected
@@ -29,7 +30,7 @@ Row = tuple[int, float, float, float]  # sensor, azimuth, elevation [rad], arriv
 
 @dataclass(frozen=True)
 class BearingSource:
-    """What sensors report of one emitter in the order of time, read afresh at each iteration and never held whole."""
+    """What sensors report in the order of time, read afresh at each iteration and never held whole."""
 
     name: str
     sites: SensorSites
@@ -50,19 +51,32 @@ class BearingSource:
         Raises
         ------
         DataError
-            If a line cannot be read, names an unknown sensor or goes back in time, or there is none; the sentence
-            says where.
+            If a line cannot be read, names an unknown sensor or goes back in time, or there is none, or the lines name
+            emitters; the sentence says where.
         """
-        gathered, time_s, seen = list[Row](), math.nan, set[int]()
+        for label, measurement in self.labelled():
+            if label:
+                raise DataError(
+                    f"{self.name}: names emitters in its column {LABEL}; here one is needed: give the lines of "
+                    f"{label!r:.60} alone, without that column."
+                )
+            yield measurement
+
+    def labelled(self) -> Iterator[tuple[str, PlaceSet]]:
+        """Yield what is reported of each emitter at each time, and its label; empty where the lines name none.
+
+        Warns and raises as iteration does.
+        """
+        gathered, time_s, seen = dict[str, list[Row]](), math.nan, set[int]()
         azimuths, greatest = 0, 0.0
         kind: type = BearingSet
         with closing(self._rows()) as rows:
-            for now_s, kind, row in rows:
+            for now_s, kind, label, row in rows:
                 if gathered and now_s != time_s:
-                    yield _set_of(kind, time_s, gathered)
-                    gathered = []
+                    yield from ((of, _set_of(kind, time_s, lines)) for of, lines in gathered.items())
+                    gathered = {}
                 time_s = now_s
-                gathered.append(row)
+                gathered.setdefault(label, []).append(row)
                 seen.add(row[0])
                 if math.isfinite(row[1]):
                     azimuths, greatest = azimuths + 1, max(greatest, abs(math.degrees(row[1])))
@@ -72,7 +86,7 @@ class BearingSource:
                         )
         if not gathered:
             raise DataError(f"{self.name}: holds no bearing; write {','.join((*NEEDED, AZIMUTH))}, {BEARING_A_LINE}.")
-        yield _set_of(kind, time_s, gathered)
+        yield from ((of, _set_of(kind, time_s, lines)) for of, lines in gathered.items())
         if len(seen) == 1:
             warnings.warn(
                 f"{self.name}: all bearings are of sensor {self.sites.names[seen.pop()]!r}; one sensor gives no "
@@ -80,13 +94,13 @@ class BearingSource:
                 stacklevel=2,
             )
 
-    def _rows(self) -> Generator[tuple[float, type, Row], None, None]:
+    def _rows(self) -> Generator[tuple[float, type, str, Row], None, None]:
         index = {name: row for row, name in enumerate(self.sites.names)}
         before = -math.inf
         lines = table_lines(
             self.name,
             NEEDED,
-            (ELEVATION,),
+            (ELEVATION, LABEL),
             BEARING_A_LINE,
             either=(AZIMUTH, ARRIVAL),
             follow=self.follow,
@@ -103,6 +117,9 @@ class BearingSource:
                 before = time_s
                 if line.cells["sensor"] not in index:
                     raise DataError(f"{line.where}: {_unknown(line.cells['sensor'], self.sites.names)}")
+                label = line.cells.get(LABEL, "")
+                if LABEL in line.cells and not label:
+                    raise DataError(f"{line.where}, column {LABEL}: is empty; name the emitter, or drop the column.")
                 may_lack = math.nan if arrivals else None
                 row = (
                     index[line.cells["sensor"]],
@@ -110,7 +127,7 @@ class BearingSource:
                     math.radians(line.number(ELEVATION, most=90, absent=math.nan)),
                     line.number(ARRIVAL, absent=math.nan if angles else None) if arrivals else math.nan,
                 )
-                yield time_s, HybridSet if angles and arrivals else BearingSet if angles else ArrivalSet, row
+                yield time_s, HybridSet if angles and arrivals else BearingSet if angles else ArrivalSet, label, row
 
 
 def open_bearings(
@@ -125,7 +142,8 @@ def open_bearings(
         Times do not go back; ``sensor`` is a name of the table of sensors; the azimuth is clockwise from north (-360
         to 360), the elevation above the horizon (-90 to 90, or empty). ``arrival_s`` beside or in place of
         ``azimuth_deg`` is when a signal came in: since its emission or, where that is not known, since any instant
-        that is common to the sensors at that time. ``-``: standard input.
+        that is common to the sensors at that time. ``emitter``, where there is that column, names whose a line is.
+        ``-``: standard input.
     sites
         From :func:`read_sensors`.
     follow

@@ -67,7 +67,7 @@ def checked(measurement: object, sensors: int) -> tuple[NDArray[np.intp], Array,
     elevation = np.asarray(measurement.elevation_rad, np.float64)
     if elevation.shape != azimuth.shape or np.isinf(elevation).any():
         raise DataError(
-            f"bearings at {measurement.time_s:g} s: an elevation lacks or a number is not finite; give each, or NaN."
+            f"bearings at {measurement.time_s:g} s: an elevation lacks, or a number is not finite; give each or NaN."
         )
     return sensor, azimuth, elevation
 

@@ -28,7 +28,7 @@ class PlacedSensors(Model):
         2, description="2: in the plane of the ground; 3: with heights", json_schema_extra=FROM_RECORDING
     )
     detection_probability: Probability = Field(
-        1.0, description="Simulation: probability that a sensor reports at a time"
+        1.0, description="Probability that a sensor hears an emitter at a time; of one emitter, in simulations alone"
     )
     samples: int = Field(1, ge=1, description="Simulation: samples of a sensor at each time, N")
 

@@ -32,7 +32,7 @@ def simulate_command(
         typer.Option("--path", help="Corners of an emitter's path: .csv of x_m, y_m. One or several."),
     ] = None,
 ) -> None:
-    """Fly emitters past sensors and write the bearings of each, and where it was."""
+    """Fly emitters past sensors; write the bearings, untold whose they are, and where each was."""
     parameters = BearingSimulation(**nested(BearingSimulation, given, read_yaml(config) if config else {}))
     if place is not None:
         sites = read_sensors(place)
@@ -40,17 +40,15 @@ def simulate_command(
         parameters = parameters.replace(sites=tuple(NamedPlace(name=name, x_m=x, y_m=y) for name, (x, y) in rows))
     if path:
         parameters = parameters.replace(ways_m=tuple(tuple(map(tuple, read_way(file).tolist())) for file in path))
-    with bar("emitters", len(parameters.ways_m)) as advance:
-        written = simulate_bearings(parameters, out, on_emitter=advance)
-    names = ", ".join(file.name for files in written for file in (files.bearings, files.truth))
-    console.print(f"Written to {out}: {names}, sensors.csv, config.yaml", highlight=False, soft_wrap=True)
-    for files in written:
-        quoted = [shlex.quote(str(file)) for file in files]
-        command = f"elusive track bearings {quoted[0]} --sensors {quoted[1]} --truth {quoted[2]}"
-        console.print(
-            f"To track: {escape(command)} --sigma-deg {parameters.sensors.sigma_deg:g} --out tracks", highlight=False,
-            soft_wrap=True,
-        )  # fmt: skip
+    files = simulate_bearings(parameters, out)
+    names = ", ".join(file.name for file in files)
+    console.print(f"Written to {out}: {names}, config.yaml", highlight=False, soft_wrap=True)
+    bearings, sensors, truth = (shlex.quote(str(file)) for file in files)
+    command = f"elusive track bearings {bearings} --sensors {sensors} --truth {truth}"
+    console.print(
+        f"To track: {escape(command)} --sigma-deg {parameters.sensors.sigma_deg:g} --out tracks", highlight=False,
+        soft_wrap=True,
+    )  # fmt: skip
 
 
 def run_scene(scene: Path, given: dict[str, Any], out: Path) -> None:

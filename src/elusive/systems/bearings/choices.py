@@ -1,4 +1,4 @@
-"""How an emitter moves, and by which filter it is followed: each with its own settings, as its filter declares them."""
+"""How emitters move, how many there are, and by which filter one is followed: each with its own settings."""
 
 from __future__ import annotations
 
@@ -13,9 +13,12 @@ from elusive.filters.gaussian.interacting import InteractingFilter
 from elusive.filters.gaussian.map_smoother import MapSmoother
 from elusive.filters.gaussian.problem import Setting
 from elusive.filters.gaussian.transitions import AngleBias
-from elusive.model import Model, NonNegative, Positive
+from elusive.model import Model, NonNegative, Positive, Probability
 from elusive.motion import ConstantAcceleration, ConstantTurnRateVelocity, ConstantVelocity, CoordinatedTurn
 from elusive.sensors.arrival_times import ArrivalTimeSensors
+from elusive.sensors.crowded_bearings import CrowdedBearings
+from elusive.tracking.detections import DetectionRules
+from elusive.tracking.lifecycle import Lifecycle
 
 Estimator = ExtendedKalmanFilter | InteractingFilter | FixedLagSmoother | FactorGraphFilter | MapSmoother
 FilterName = Literal["map", "fixed-lag", "iekf", "ekf", "rts", "fg-ekf", "fg-eks"]
@@ -136,6 +139,44 @@ EmitterFilter = Annotated[
     BatchMap | FixedLag | IteratedKalman | PlainKalman | RtsSmoother | GraphFilter | GraphSmoother,
     Field(discriminator="kind"),
 ]
+
+
+class AsHeard(Model):
+    """Several emitters where a sensor's bearings of one time lie apart; where they agree, samples of one."""
+
+    kind: Literal["auto"] = "auto"
+
+
+class OneEmitter(Model):
+    """All that is heard is of one emitter: a sensor's bearings of one time are averaged."""
+
+    kind: Literal["one"] = "one"
+
+
+class SeveralEmitters(Model):
+    """Any number of emitters, which appear and go, and false bearings: each track has its probability."""
+
+    kind: Literal["several"] = "several"
+    detection_probability: Probability | None = Field(
+        None, gt=0, description="Probability that a sensor hears an emitter at a time; none: found, live 0.9"
+    )
+    false_bearings: Positive | None = Field(
+        None, description="Mean number of false bearings of a sensor at a time; none: found, live 1"
+    )
+    reach_m: Positive | None = _as_in(CrowdedBearings, "reach_m")
+    births_per_s: Positive = Field(0.05, description="Mean number of new emitters a second")
+    speed_sd_mps: Positive = Field(15.0, description="Deviation of a new emitter's velocity, on each axis [m/s]")
+    mean_life_s: Positive = Field(600.0, description="Mean time that an emitter stays [s]")
+    merge_within: NonNegative = _as_in(DetectionRules, "merge_within")
+    forget_below: float = Field(
+        0.02, gt=0, lt=1, description="A beginning is given up once its odds fall below this share of its first"
+    )
+    particles: int = Field(1000, ge=10, description="Number of particles of each emitter, N")
+    lifecycle: Lifecycle = _as_in(DetectionRules, "lifecycle")
+    seed: int = Field(1, ge=0, description="Root of all random numbers")
+
+
+Emitters = Annotated[AsHeard | OneEmitter | SeveralEmitters, Field(discriminator="kind")]
 
 
 class UseElevations(Model):

@@ -1,4 +1,4 @@
-"""What to do with bearings and arrivals of one emitter: how it moves, by which filter, how precise they are.
+"""What to do with bearings and arrivals of emitters: how they move, by which filter, how precise the bearings are.
 
 Jiang, Keerativoranan, Matsumoto and Takada (2024), and what its filters are to be measured against.
 """
@@ -27,10 +27,12 @@ from elusive.systems.bearings.choices import (
     ONE_PASS,
     WHOLE,
     Arrivals,
+    AsHeard,
     BatchMap,
     Cruise,
     EmitterFilter,
     EmitterMotion,
+    Emitters,
     Estimation,
     Estimator,
     FilterName,
@@ -38,7 +40,9 @@ from elusive.systems.bearings.choices import (
     GraphSmoother,
     IgnoreElevations,
     Interacting,
+    OneEmitter,
     PlainKalman,
+    SeveralEmitters,
     UseElevations,
 )
 
@@ -52,7 +56,7 @@ class BearingTracking(Model):
     """Parameters of `elusive track bearings`."""
 
     main_options: ClassVar[tuple[str, ...]] = (
-        "filter", "motion", "sigma_deg", "q", "bias_sd_deg", "elevations", "loss", "start_sd_m", "lag_s", "sigma_s",
+        "emitters", "filter", "motion", "sigma_deg", "q", "bias_sd_deg", "elevations", "loss", "start_sd_m", "lag_s",
     )  # fmt: skip
 
     motion: EmitterMotion = Field(
@@ -60,6 +64,9 @@ class BearingTracking(Model):
     )
     filter: EmitterFilter = Field(
         BatchMap(), description="Estimator; where none is chosen fixed-lag live, and iekf with imm"
+    )
+    emitters: Emitters = Field(
+        AsHeard(), description="How many; auto: several where a sensor's bearings of one time lie apart, and it is said"
     )
     sigma_deg: Positive = Field(1.0, le=90, description="Deviation of a bearing [deg]")
     elevations: Annotated[UseElevations | IgnoreElevations, Field(discriminator="kind")] = Field(
@@ -80,11 +87,12 @@ class BearingTracking(Model):
         return {**given, "filter": {"kind": usual_filter(kind), **flt}}
 
     def by(self, kind: FilterName) -> BearingTracking:
-        """Return the same by another filter; settings that all of the Gaussian family share are kept."""
+        """Return the same of one emitter by another filter; settings all of the Gaussian family share are kept."""
         if kind == self.filter.kind:
-            return self
+            return self.replace(emitters=OneEmitter())
         shared = Estimation.model_fields if isinstance(self.filter, Estimation) and kind not in FACTOR_GRAPH else ()
-        return self.replace(filter={"kind": kind, **{name: getattr(self.filter, name) for name in shared}})
+        kept = {name: getattr(self.filter, name) for name in shared}
+        return self.replace(emitters=OneEmitter(), filter={"kind": kind, **kept})
 
     def check(self, *, live: bool) -> None:
         """Refuse a filter that does not take the motion or, live, needs all bearings.
@@ -95,6 +103,12 @@ class BearingTracking(Model):
             If so.
         """
         name = self.filter.kind
+        if isinstance(self.emitters, SeveralEmitters):
+            if isinstance(self.motion, Interacting):
+                raise ParameterError(
+                    "--motion imm: is of one emitter; with --emitters several take cv, ca, ct or ctrv."
+                )
+            return
         if live and name in WHOLE:
             raise ParameterError(f"--filter {name}: needs all bearings; live, take fixed-lag or iekf.")
         if isinstance(self.motion, Interacting) and name not in ONE_PASS:
@@ -104,6 +118,10 @@ class BearingTracking(Model):
         """Say what of the bearings is passed over, and what is not to be relied on."""
         name = self.filter.kind
         said = []
+        if isinstance(self.emitters, SeveralEmitters):
+            return (
+                ("Elevations are passed over: several emitters are told apart over the ground.",) if elevations else ()
+            )
         if elevations and isinstance(self.elevations, UseElevations) and not self._solid:
             what = name if name in FACTOR_GRAPH else f"motion {self.motion.kind}"
             said.append(f"Elevations are passed over: {what} is of two dimensions.")
@@ -138,10 +156,10 @@ class BearingTracking(Model):
             accelerates, smooth = self.motion.kind != "cv", isinstance(flt, GraphSmoother)
             return FactorGraphFilter(sensor=sensor, accelerates=accelerates, smooth=smooth, **settings)
         if not isinstance(self.motion, Interacting):
-            return flt.made(motion=self._over_ground(self.motion, solid), sensor=sensor, **settings)
+            return flt.made(motion=self.over_ground(self.motion, solid=solid), sensor=sensor, **settings)
         motions = [self.motion.cv, self.motion.ca, *([] if solid else [self.motion.ctrv])]
         return InteractingFilter(
-            motions=tuple(self._over_ground(motion, solid) for motion in motions), stay_s=self.motion.stay_s,
+            motions=tuple(self.over_ground(motion, solid=solid) for motion in motions), stay_s=self.motion.stay_s,
             sensor=sensor, **settings,
         )  # fmt: skip
 
@@ -161,7 +179,7 @@ class BearingTracking(Model):
         arrivals = ArrivalTimeSensors(**shared, **dict(self.arrivals))
         return arrivals if heard is ArrivalSet else HybridSensors(bearings=bearings, arrivals=arrivals)
 
-    def _over_ground(self, motion: Model, solid: bool) -> BuiltInMotion:
+    def over_ground(self, motion: Model, *, solid: bool) -> BuiltInMotion:
         """Return the motion itself, of the class with rates of its own; with heights where there are some."""
         own: Any = type(motion).__bases__[0](**dict(motion))
         if solid and isinstance(self.elevations, UseElevations):

@@ -1,4 +1,4 @@
-"""What tracking an emitter by its bearings came to: the table of the track, its scores, and its files."""
+"""What tracking emitters by their bearings came to: the table of one emitter's track, its scores, and all files."""
 
 from __future__ import annotations
 
@@ -13,9 +13,17 @@ from elusive.contracts import Array
 from elusive.io.truth import Truth
 from elusive.results import Scored, TrackLog, scored, write_result, write_tracks_csv
 from elusive.sensors.bearing_sets import SensorSites
+from elusive.systems.bearings.contradictions import contradictions
 from elusive.systems.bearings.heard import bearings_of, sensors_of
 from elusive.systems.bearings.parameters import BearingTracking
-from elusive.systems.bearings.report import BearingsTracked, write_bearings_html, write_bearings_png
+from elusive.systems.bearings.report import (
+    BearingsTracked,
+    SeveralTracked,
+    write_bearings_html,
+    write_bearings_png,
+    write_several_html,
+    write_several_png,
+)
 from elusive.tracking.track import Step
 
 CUTOFF_M, CUTOFF = 20.0, 0.1  # of a single sensor; of the widest distance between several
@@ -23,7 +31,7 @@ RADIUS2_95 = {2: 5.991, 3: 7.815}  # chi-square, 95 %
 
 
 class BearingOutcome(NamedTuple):
-    """A tracked recording."""
+    """A tracked recording of one emitter."""
 
     verdict: str
     table: list[tuple[str, str]]
@@ -33,16 +41,28 @@ class BearingOutcome(NamedTuple):
     scored: Scored | None  # None without a truth
 
 
+class SeveralOutcome(NamedTuple):
+    """A tracked recording of several emitters."""
+
+    verdict: str
+    table: list[tuple[str, str]]
+    remarks: tuple[str, ...]
+    log: TrackLog
+    tracked: SeveralTracked  # what the report shows
+    scored: Scored | None  # None without a truth
+
+
 def outcome_of(
     name: str,
     steps: Sequence[Step],
     sites: SensorSites,
     parameters: BearingTracking,
+    emitters: str,
     remarks: Sequence[str],
     truth: Truth | None,
     cutoff_m: float | None = None,
 ) -> BearingOutcome:
-    """Lay out tracks, table and report of a recording."""
+    """Lay out track, table and report of a recording of one emitter; ``emitters``: why it is taken for one."""
     names = steps[0].state.state_names
     log = TrackLog(names, "m")
     for step in steps:
@@ -56,20 +76,20 @@ def outcome_of(
     places = means[:, :2]
     east, north = (np.repeat(places, counts, axis=0) - sites.positions_m[sensor, :2]).T
     residual = (azimuth - np.arctan2(east, north) + np.pi) % (2 * np.pi) - np.pi
-    true, scores = None, None
-    if truth is not None:
+    true, (known, scores) = None, scores_of(log, truth, sites, cutoff_m)
+    if known is not None:
         true = np.full((len(steps), 3), np.nan)
-        known = truth.aligned(log.times_s)
         true[:, : known.shape[2]] = known[:, 0]
-        scores = scored(log, known[..., : len(axes)], cutoff_of(sites) if cutoff_m is None else cutoff_m)
     tracked = BearingsTracked(
         Path(name).name or name, "", sites.names, sites.positions_m[:, :2], log.times_s, places, spread[:, :2, :2],
         heights, int(np.argmax(started)) if started.any() else len(steps),
         np.concatenate([[0], np.cumsum(counts)]).astype(np.intp), sensor, azimuth, np.rad2deg(residual), true, [],
     )  # fmt: skip
     reporting = [set(sensors_of(step.measurement).tolist()) for step in steps]
-    verdict = _verdict(tracked, alone=len(set[int]().union(*reporting)) < 2)
-    table = _table(tracked, parameters, steps)
+    left = contradictions(tracked, parameters)
+    verdict = _verdict(tracked, alone=len(set[int]().union(*reporting)) < 2, unsure=bool(left))
+    table = [("Emitters", emitters), *_table(tracked, parameters, steps)]
+    remarks = [*remarks, *left]
     if true is not None:
         table += _scores(tracked, means, spread, np.array([len(heard) for heard in reporting]))
     if scores is not None:
@@ -78,13 +98,24 @@ def outcome_of(
     return BearingOutcome(verdict, table, tuple(remarks), log, tracked, scores)
 
 
+def scores_of(
+    log: TrackLog, truth: Truth | None, sites: SensorSites, cutoff_m: float | None
+) -> tuple[Array | None, Scored | None]:
+    """Return the true places at a log's times, ``(K, P, k)``, and the scores against them; None without a truth."""
+    if truth is None:
+        return None, None
+    known = truth.aligned(log.times_s)
+    cutoff = cutoff_of(sites) if cutoff_m is None else cutoff_m
+    return known, scored(log, known[..., : len(log.columns.axes)], cutoff)
+
+
 def cutoff_of(sites: SensorSites) -> float:
     """Return the distance up to which a track can stand for an emitter, where none is given [m]."""
     apart = sites.positions_m[:, None, :2] - sites.positions_m[None, :, :2]
     return CUTOFF * float(np.linalg.norm(apart, axis=2).max(initial=0.0)) or CUTOFF_M
 
 
-def write_outcome(folder: Path, outcome: BearingOutcome, config: str) -> None:
+def write_outcome(folder: Path, outcome: BearingOutcome | SeveralOutcome, config: str) -> None:
     """Write everything into a folder."""
     tracked = outcome.tracked
     write_tracks_csv(folder / "tracks.csv", outcome.log)
@@ -104,11 +135,15 @@ def write_outcome(folder: Path, outcome: BearingOutcome, config: str) -> None:
             "bearing_residual": (("bearing",), tracked.residual_deg, left),
         },
     )  # fmt: skip
-    write_bearings_png(folder / "report.png", tracked)
-    write_bearings_html(folder / "report.html", tracked)
+    if isinstance(tracked, SeveralTracked):
+        write_several_png(folder / "report.png", tracked)
+        write_several_html(folder / "report.html", tracked)
+    else:
+        write_bearings_png(folder / "report.png", tracked)
+        write_bearings_html(folder / "report.html", tracked)
 
 
-def _verdict(tracked: BearingsTracked, *, alone: bool) -> str:
+def _verdict(tracked: BearingsTracked, *, alone: bool, unsure: bool) -> str:
     known = tracked.known
     if not known.any():
         return "The bearings give no place."
@@ -118,6 +153,8 @@ def _verdict(tracked: BearingsTracked, *, alone: bool) -> str:
     said = f"A track from {first:g} to {last:g} s"
     if alone:  # its deviations are those of the start that was assumed, and too small close to the sensor
         said += " by one sensor alone, which tells directions and no distance"
+    elif unsure:
+        said += ", which many of the bearings contradict"
     else:
         said += f", {walked:.0f} m long, sure to {deviation:.2g} m (median deviation)"
     error = tracked.error

@@ -16,11 +16,19 @@ from elusive.io.bearings import BearingSource
 from elusive.io.truth import Truth
 from elusive.results import TrackLog
 from elusive.sensors.bearing_table import PlaceSet
+from elusive.systems.bearings.choices import SeveralEmitters
 from elusive.systems.bearings.heard import have_elevations
 from elusive.systems.bearings.parameters import BearingTracking
-from elusive.systems.bearings.results import BearingOutcome, outcome_of, write_outcome
-from elusive.systems.bearings.track import track
+from elusive.systems.bearings.results import BearingOutcome, SeveralOutcome, outcome_of, write_outcome
+from elusive.systems.bearings.several import crowding_of, decided, fitted
+from elusive.systems.bearings.several_results import names_of, several_outcome
+from elusive.systems.bearings.track import track, track_labelled
 from elusive.tracking.track import Step
+
+ONE_OF_MANY = (
+    "bearings of a sensor lie apart, and are averaged as of one emitter. Do not rely on the track; --emitters several "
+    "follows more than one."
+)
 
 
 class LiveFix(NamedTuple):
@@ -39,8 +47,8 @@ def track_bearings_recording(
     truth: Truth | None = None,
     cutoff_m: float | None = None,
     on_time: Callable[[int], None] | None = None,
-) -> BearingOutcome:
-    """Track an emitter through a recording and write ``tracks.csv``, ``result.nc`` and the report.
+) -> BearingOutcome | SeveralOutcome:
+    """Track emitters through a recording and write ``tracks.csv``, ``result.nc`` and the report.
 
     The report is ``report.html`` and ``report.png``; ``config.yaml`` repeats the run. Nothing is left in ``out`` if
     the recording cannot be used.
@@ -69,16 +77,30 @@ def track_bearings_recording(
         If a line cannot be used.
     """
     parameters.check(live=False)
-    heard = list[PlaceSet]()
+    by_label = dict[str, list[PlaceSet]]()
     with warnings_heard() as said:
-        for measurement in source:
-            heard.append(measurement)
+        for count, (label, measurement) in enumerate(source.labelled(), start=1):
+            by_label.setdefault(label, []).append(measurement)
             if on_time is not None:
-                on_time(len(heard))
-    remarks = [*said(), *parameters.remarks(elevations=have_elevations(heard))]
+                on_time(count)
+    heard, sites = [measurement for measurements in by_label.values() for measurement in measurements], source.sites
+    labels = {number: label for number, label in enumerate(by_label, start=1) if label}
+    parameters, why = decided(parameters, heard, labelled=bool(labels))
+    emitters, elevated = parameters.emitters, have_elevations(heard)
+    if isinstance(emitters, SeveralEmitters):
+        parameters = fitted(parameters, sites, heard)
+    remarks = [*said(), *parameters.remarks(elevations=elevated)]
     with nullcontext() if out is None else atomic_folder(out) as folder:
-        steps = list(track(heard, parameters, source.sites))
-        outcome = outcome_of(source.name, steps, source.sites, parameters, remarks, truth, cutoff_m)
+        outcome: BearingOutcome | SeveralOutcome
+        if labels:
+            steps = track_labelled(by_label, parameters, sites)
+            outcome = several_outcome(source.name, steps, sites, parameters, why, remarks, truth, cutoff_m, labels)
+        elif isinstance(emitters, SeveralEmitters):
+            steps = list(track(heard, parameters, sites))
+            outcome = several_outcome(source.name, steps, sites, parameters, why, remarks, truth, cutoff_m, {})
+        else:
+            steps = list(track(heard, parameters, sites))
+            outcome = outcome_of(source.name, steps, sites, parameters, why, remarks, truth, cutoff_m)
         if folder is not None:
             write_outcome(folder, outcome, parameters.to_yaml())
     return outcome
@@ -87,9 +109,10 @@ def track_bearings_recording(
 def follow_bearings(
     source: BearingSource, parameters: BearingTracking, out: Path, on_fix: Callable[[LiveFix], None]
 ) -> None:
-    """Track an emitter while its bearings come: a time's row stands in the file before the next is read.
+    """Track emitters while their bearings come: a time's rows stand in the file before the next is read.
 
-    The first time decides whether there are elevations. A time is complete when a later one comes.
+    The first time decides whether there are elevations and, where that is left to what is heard, several emitters. A
+    time is complete when a later one comes.
 
     Parameters
     ----------
@@ -121,13 +144,20 @@ def follow_bearings(
             yield measurement
 
     with warnings_heard() as said:
-        steps = track(coming(), parameters, source.sites, live=True)
+        heard = coming()
+        earliest = next(heard)
+        parameters, why = decided(parameters, [earliest])
+        steps = track(chain([earliest], heard), parameters, source.sites, live=True)
         first = next(steps)
-        remarks = parameters.remarks(elevations=have_elevations([first.measurement]))
+        remarks = (f"Emitters: {why}.", *parameters.remarks(elevations=have_elevations([earliest])))
+        alone = not isinstance(parameters.emitters, SeveralEmitters)
         folder = existing_folder(out)
         (folder / "config.yaml").write_text(parameters.to_yaml(), encoding="utf-8")
-        with TrackLog(first.state.state_names, "m", path=folder / "tracks.csv") as log:
+        with TrackLog(names_of(first, parameters), "m", path=folder / "tracks.csv") as log:
             for step in chain([first], steps):
+                if alone and crowding_of([step.measurement], parameters.sigma_deg).several:
+                    remarks = (*remarks, f"{step.time_s:g} s: {ONE_OF_MANY}")
+                    alone = False  # it is said once
                 log.append(step)
                 log.flush()
                 on_fix(LiveFix(step, time.perf_counter() - came_s, (*remarks, *said())))

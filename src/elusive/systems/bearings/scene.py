@@ -72,11 +72,11 @@ class BearingScene(Model):
             If there is no sensor, or the path is too short.
         """
         if not still:
-            return self.simulation.record(folder, self.simulation.flight())
+            return self.simulation.record(folder, [self.simulation.flight()])
         count = self.still.bearings
         times_s: Array = np.arange(count, dtype=np.float64) * self.simulation.interval_s
         states = np.tile([self.still.x_m, 0.0, self.still.y_m, 0.0], (count, 1))
-        return self.simulation.record(folder, Flight(times_s, states), stream=1)
+        return self.simulation.record(folder, [Flight(times_s, states)], stream=1)
 
 
 class Estimated(NamedTuple):
@@ -172,7 +172,8 @@ def track_bearing_scene(
             parameters, outcome, refusal = scene.tracking.by(name), None, ""
             try:
                 where = None if folder is None else folder / name
-                outcome = track_bearings_recording(source, parameters, where, truth=truth)
+                found = track_bearings_recording(source, parameters, where, truth=truth)
+                outcome = found if isinstance(found, BearingOutcome) else None
             except ElusiveError as error:
                 refusal = str(error)
             each.append(Estimated(name, parameters, outcome, refusal, time.perf_counter() - started_s))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
@@ -15,11 +15,13 @@ from elusive.geometry.places import NamedPlace, along_path
 from elusive.io.atomic import atomic_folder
 from elusive.io.csv_files import write_csv
 from elusive.io.truth import Truth, write_truth
-from elusive.model import FROM_RECORDING, Model, Positive
+from elusive.model import FROM_RECORDING, Model, NonNegative, Positive
 from elusive.sensors.bearing_sets import BearingSet
 from elusive.sensors.bearings import BearingSensors
+from elusive.sensors.crowded_bearings import crowded
 
 STEPS_MOST = 100_000  # of a path
+FALSE = 99  # stream of the random numbers of false bearings
 ONE_PLACE = ((0.0, 0.0, 0.0),)
 SITES = (("1", -60.0, -35.0), ("2", 75.0, -20.0), ("3", 10.0, 90.0))
 WAY = ((-70.0, 40.0), (-30.0, 10.0), (20.0, 15.0), (50.0, 45.0), (40.0, 75.0), (0.0, 65.0), (-35.0, 45.0))
@@ -49,6 +51,8 @@ class BearingSimulation(Model):
     sensors: BearingSensors = Field(
         BearingSensors(positions_m=ONE_PLACE, sigma_deg=2.0, outlier_probability=0.02), description="What they hear"
     )
+    false_bearings: NonNegative = Field(0.0, description="Mean number of false bearings of a sensor at a time")
+    labelled: bool = Field(False, description="Whether a column says whose each bearing is")
     seed: int = Field(1, ge=0, description="Root of all random numbers")
 
     @model_validator(mode="after")
@@ -58,6 +62,8 @@ class BearingSimulation(Model):
                 f"BearingSimulation.interval_s: the path takes {self.steps:.0f} steps, more than {STEPS_MOST}; give a "
                 "longer interval or a greater speed."
             )
+        if self.labelled and self.false_bearings:
+            raise ParameterError("BearingSimulation.labelled: false bearings are nobody's; leave one of the two out.")
         return self
 
     @property
@@ -101,63 +107,55 @@ class BearingSimulation(Model):
         states[:, [VX, VY]] = np.gradient(places, self.interval_s, axis=0)
         return Flight(np.arange(len(places), dtype=np.float64) * self.interval_s, states)
 
-    def record(self, folder: Path, flight: Flight, stream: int = 0, label: str = "") -> BearingFiles:
-        """Draw the bearings of a flight and write them as the commands read them, the truth beside them.
+    def record(self, folder: Path, flights: Sequence[Flight], stream: int = 0) -> BearingFiles:
+        """Draw the bearings of flights and write them as the commands read them, the truth beside them.
 
         Raises
         ------
         DataError
             If there is no sensor, or a file cannot be written.
         """
-        rng = np.random.default_rng([self.seed, stream])
-        sets = self.placed_sensors.simulate(flight.states, flight.times_s, rng)
-        names = [site.name for site in self.sites]
-        files = BearingFiles(folder / f"bearings{label}.csv", folder / "sensors.csv", folder / f"truth{label}.csv")
+        sensors, names = self.placed_sensors, [site.name for site in self.sites]
+        heard = [
+            sensors.simulate(flight.states, flight.times_s, np.random.default_rng([self.seed, stream + 2 * number]))
+            for number, flight in enumerate(flights)
+        ]
+        files = BearingFiles(folder / "bearings.csv", folder / "sensors.csv", folder / "truth.csv")
         write_csv(files.sensors, ("sensor", "x_m", "y_m"), ((site.name, site.x_m, site.y_m) for site in self.sites))
-        write_csv(files.bearings, ("time_s", "sensor", "azimuth_deg"), _rows(sets, names))
-        path = np.column_stack([flight.times_s, flight.states[:, [X, Y]]])
-        write_truth(files.truth, Truth(("1",), (path,)), "m")
+        columns = ("time_s", "sensor", "azimuth_deg")
+        if self.labelled:
+            write_csv(files.bearings, (*columns, "emitter"), _labelled_rows(heard, names))
+        else:
+            rng = np.random.default_rng([self.seed, stream, FALSE])
+            alone = len(heard) == 1 and not self.false_bearings
+            sets = heard[0] if alone else crowded(heard, len(names), self.false_bearings, rng)
+            write_csv(files.bearings, columns, _rows(sets, names))
+        paths = tuple(np.column_stack([flight.times_s, flight.states[:, [X, Y]]]) for flight in flights)
+        write_truth(files.truth, Truth(tuple(str(number + 1) for number in range(len(paths))), paths), "m")
         return files
 
 
 class BearingFiles(NamedTuple):
-    """A recording of an emitter on the disk."""
+    """A recording of emitters on the disk."""
 
     bearings: Path
     sensors: Path
     truth: Path
 
 
-def simulate_bearings(
-    parameters: BearingSimulation, out: Path, *, on_emitter: Callable[[int], None] | None = None
-) -> list[BearingFiles]:
-    """Write ``bearings.csv``, ``truth.csv`` and ``sensors.csv``; of several emitters ``bearings-1.csv`` and so on.
-
-    Parameters
-    ----------
-    parameters
-        Sensors, paths, noise.
-    out
-        Folder for these and ``config.yaml``.
-    on_emitter
-        Called with the number of emitters done.
+def simulate_bearings(parameters: BearingSimulation, out: Path) -> BearingFiles:
+    """Write ``bearings.csv`` of all emitters, ``truth.csv``, ``sensors.csv`` and ``config.yaml`` into a folder.
 
     Raises
     ------
     DataError
         If there is no sensor, a path is too short, or a file cannot be written; then nothing is.
     """
-    several = len(parameters.ways_m) > 1
     with atomic_folder(out) as folder:
         (folder / "config.yaml").write_text(parameters.to_yaml(), encoding="utf-8")
-        files = []
-        for emitter in range(len(parameters.ways_m)):
-            label = f"-{emitter + 1}" if several else ""
-            written = parameters.record(folder, parameters.flight(emitter), 2 * emitter, label)
-            files.append(BearingFiles(*(out / path.name for path in written)))
-            if on_emitter is not None:
-                on_emitter(emitter + 1)
-    return files
+        flights = [parameters.flight(emitter) for emitter in range(max(len(parameters.ways_m), 1))]
+        written = parameters.record(folder, flights)
+    return BearingFiles(*(out / path.name for path in written))
 
 
 def length_m(way: Way) -> float:
@@ -165,7 +163,12 @@ def length_m(way: Way) -> float:
     return float(np.hypot(*np.diff(np.array(way, np.float64).reshape(-1, 2), axis=0).T).sum())
 
 
-def _rows(sets: list[BearingSet], names: list[str]) -> Iterable[tuple[Any, ...]]:
+def _rows(sets: Sequence[BearingSet], names: list[str]) -> Iterable[tuple[Any, ...]]:
     for heard in sets:
         for sensor, azimuth in zip(heard.sensor.tolist(), np.rad2deg(heard.azimuth_rad).tolist(), strict=True):
             yield heard.time_s, names[sensor], azimuth
+
+
+def _labelled_rows(heard: Sequence[Sequence[BearingSet]], names: list[str]) -> Iterable[tuple[Any, ...]]:
+    rows = [(*row, str(number + 1)) for number, sets in enumerate(heard) for row in _rows(sets, names)]
+    return sorted(rows, key=lambda row: row[0])

@@ -1,4 +1,4 @@
-"""An emitter tracked by what sensors hear of it: a recording as a whole, or each time as it comes."""
+"""Emitters tracked by what sensors hear of them: a recording as a whole, or each time as it comes."""
 
 from __future__ import annotations
 
@@ -14,11 +14,12 @@ from elusive.filters.gaussian.extended_kalman import ExtendedKalmanFilter
 from elusive.filters.gaussian.factor_graph import FactorGraphFilter, FactorGraphState
 from elusive.filters.gaussian.fixed_lag import FixedLagSmoother
 from elusive.filters.gaussian.map_smoother import MapSmoother
-from elusive.sensors.bearing_sets import SensorSites
+from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearing_table import PlaceSet
-from elusive.systems.bearings.choices import WHOLE, Estimator
-from elusive.systems.bearings.heard import have_elevations
+from elusive.systems.bearings.choices import WHOLE, Estimator, IgnoreElevations, OneEmitter, SeveralEmitters
+from elusive.systems.bearings.heard import angles_of, have_elevations
 from elusive.systems.bearings.parameters import BearingTracking
+from elusive.systems.bearings.several import decided, fitted, track_several
 from elusive.tracking.track import Status, Step, Track
 
 FLAT_NAMES = ("x", "vx", "y", "vy")
@@ -43,11 +44,11 @@ class Emitter(NamedTuple):
 def track(
     measurements: Iterable[PlaceSet], parameters: BearingTracking, sites: SensorSites, *, live: bool = False
 ) -> Iterator[Step]:
-    """Yield a step for each time; its state is an :class:`Emitter`.
+    """Yield a step for each time; its state is an :class:`Emitter`, of several emitters their tracker's.
 
     Filters go from time to time. Estimators of the whole (``map``, ``rts``) take all measurements first, and unless it
     is live ``fixed-lag`` and the factor graph, which finds all fixes at once. Live the first measurement decides
-    whether there are heights.
+    whether there are heights and, where ``parameters.emitters`` is left to what is heard, several emitters.
 
     Parameters
     ----------
@@ -72,6 +73,11 @@ def track(
     known = list(islice(coming, 1) if live else coming)
     if not known:
         raise DataError("bearings: there is none; a track needs at least one.")
+    parameters = decided(parameters, known)[0]
+    if isinstance(parameters.emitters, SeveralEmitters):
+        parameters = parameters if live else fitted(parameters, sites, known)
+        yield from track_several(chain(known, coming), parameters, sites)
+        return
     estimator: Any = parameters.bind(sites, type(known[0]), elevations=have_elevations(known))
     at_once = isinstance(estimator, FixedLagSmoother | FactorGraphFilter) and not live
     if at_once or parameters.filter.kind in WHOLE:
@@ -117,3 +123,21 @@ def _by_axis(place: Array, variance: Array, velocity: Array, velocity_variance: 
     mean = np.column_stack([place, velocity]).ravel()
     covariance = np.diag(np.column_stack([variance, velocity_variance]).ravel())
     return Emitter(FLAT_NAMES, mean, covariance, bool(np.isfinite(place).all()), float("nan"))
+
+
+def track_labelled(heard: dict[str, list[PlaceSet]], parameters: BearingTracking, sites: SensorSites) -> list[Step]:
+    """Track each label's emitter by itself; tracks are numbered in the order of the labels, without existence."""
+    if not all(have_elevations(measurements) for measurements in heard.values()):
+        parameters = parameters.replace(elevations=IgnoreElevations())
+    parameters = parameters.replace(emitters=OneEmitter())
+    at: dict[float, list[tuple[PlaceSet, Step, int]]] = {}
+    for number, measurements in enumerate(heard.values(), start=1):
+        for step in track(measurements, parameters, sites):
+            at.setdefault(step.time_s, []).append((step.measurement, step, number))
+    steps = []
+    for time_s, parts in sorted(at.items()):
+        angles = [angles_of(measurement) for measurement, _, _ in parts]
+        together = BearingSet(time_s, *(np.concatenate(column) for column in list(zip(*angles, strict=True))[1:]))
+        tracks = [track._replace(track=number) for _, step, number in parts for track in step.tracks]
+        steps.append(Step(time_s, together, parts[0][1].state, tuple(tracks)))
+    return steps

@@ -10,7 +10,7 @@ from elusive.contracts import Array
 from elusive.report import drawing as draw
 from elusive.report.plots import SERIES
 from elusive.sensors.bearing_sets import BearingSet
-from elusive.systems.bearings.report.page import bearing_layers, track_layer
+from elusive.systems.bearings.report.page import heard_layers, track_layer
 from elusive.systems.bearings.scene import BearingScene, Flown, Found
 from elusive.workbench.placing import path_layers, placing
 
@@ -58,7 +58,7 @@ def watch_spec(flown: Flown) -> draw.Drawing:
     every = np.arange(len(times))
     panels = []
     for number, (name, outcome) in enumerate(flown.shown):
-        heard = bearing_layers(outcome.tracked, every)
+        heard = heard_layers(outcome.tracked, every)
         if number == 0:
             panels.append(draw.plane("Bearings", extent, heard, span=6))
         others = [layer for layer in heard if layer.get("name") != "bearings now"]

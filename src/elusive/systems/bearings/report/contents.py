@@ -57,13 +57,16 @@ class BearingsTracked(NamedTuple):
     @property
     def extent(self) -> Extent:
         """What of the ground is shown: the sensors that report, the truth and nearly all of the track."""
-        shown = [self.sensors[np.unique(self.sensor)]]
-        path = self.places[self.known]
-        if len(path):
-            shown.append(np.quantile(path, [STRAY, 1 - STRAY], axis=0))
-        if self.truth is not None and np.isfinite(self.truth[:, 0]).any():
-            shown += [np.nanmin(self.truth[:, :2], axis=0)[None], np.nanmax(self.truth[:, :2], axis=0)[None]]
-        points = np.concatenate(shown)
-        (west, south), (east, north) = points.min(axis=0), points.max(axis=0)
-        margin = MARGIN * max(east - west, north - south, 1e-3)
-        return float(west - margin), float(east + margin), float(south - margin), float(north + margin)
+        true = np.empty((0, 2)) if self.truth is None else self.truth[:, :2]
+        return extent_of(self.sensors[np.unique(self.sensor)], self.places[self.known], true)
+
+
+def extent_of(sensors: Array, path: Array, truth: Array) -> Extent:
+    """Return bounds of sensors ``(n, 2)``, nearly all of the tracks' places ``(N, 2)`` and the truth, NaN or not."""
+    shown, known = [sensors], truth[np.isfinite(truth[:, 0])]
+    if len(path):
+        shown.append(np.quantile(path, [STRAY, 1 - STRAY], axis=0))
+    points = np.concatenate([*shown, known])
+    (west, south), (east, north) = points.min(axis=0), points.max(axis=0)
+    margin = MARGIN * max(east - west, north - south, 1e-3)
+    return float(west - margin), float(east + margin), float(south - margin), float(north + margin)

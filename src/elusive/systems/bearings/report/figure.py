@@ -15,6 +15,8 @@ from elusive.systems.bearings.report.contents import RADIUS_95, BearingsTracked
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from elusive.systems.bearings.report.several import SeveralTracked
+
 ELLIPSES, RAYS = 16, 5  # how many are drawn along the track
 WALL = "#334155"
 VERDICT_WIDTH = 150  # letters a line
@@ -35,7 +37,8 @@ def write_bearings_png(path: Path, tracked: BearingsTracked) -> None:
         plots.heading(figure, tracked.title, tracked.verdict, 0.937, VERDICT_WIDTH)
 
 
-def _draw_ground(axes: Axes, tracked: BearingsTracked) -> None:
+def draw_sensors(axes: Axes, tracked: BearingsTracked | SeveralTracked) -> None:
+    """Draw the ground's frame, some bearings, and the sensors that report."""
     west, east, south, north = tracked.extent
     axes.set(title="Where?", xlabel="x, east [m]", ylabel="y, north [m]", aspect="equal")
     axes.set(xlim=(west, east), ylim=(south, north))
@@ -52,6 +55,11 @@ def _draw_ground(axes: Axes, tracked: BearingsTracked) -> None:
     for row in used:
         style: Any = {"textcoords": "offset points", "color": WALL, "size": 8, "zorder": 6}
         axes.annotate(tracked.names[row], tuple(tracked.sensors[row]), (6, 5), **style)
+
+
+def _draw_ground(axes: Axes, tracked: BearingsTracked) -> None:
+    draw_sensors(axes, tracked)
+    rows = np.flatnonzero(tracked.known)
     if tracked.truth is not None:
         axes.plot(*tracked.truth[:, :2].T, color=plots.TRUTH, lw=4, alpha=0.4, label="truth", zorder=2)
     path = np.where(tracked.known[:, None], tracked.places, np.nan)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +12,9 @@ from elusive.report import plots
 from elusive.report.page import write_page
 from elusive.report.scored import gospa_chart
 from elusive.systems.bearings.report.contents import BearingsTracked
+
+if TYPE_CHECKING:
+    from elusive.systems.bearings.report.several import SeveralTracked
 
 TIMES_SHOWN = 4000
 
@@ -27,7 +30,7 @@ def bearings_drawing(tracked: BearingsTracked) -> draw.Drawing:
     known = np.flatnonzero(tracked.known[shown])
     # a page that opens before there is a track shows nothing: the middle of it
     start = int(known[len(known) // 2]) if len(known) else 0
-    layers = [*bearing_layers(tracked, shown), track_layer(tracked, shown)]
+    layers = [*heard_layers(tracked, shown), track_layer(tracked, shown)]
     ground = draw.plane("Where?", tracked.extent, layers, axes=("x, east", "y, north"), span=7, rows=4)
     worth = None if tracked.scored is None else gospa_chart(*tracked.scored.series, span=5)
     return draw.drawing(
@@ -36,28 +39,41 @@ def bearings_drawing(tracked: BearingsTracked) -> draw.Drawing:
     )  # fmt: skip
 
 
-def bearing_layers(tracked: BearingsTracked, shown: np.ndarray) -> list[draw.Layer]:
-    """Return the bearings of each time, the sensors and the truth."""
+def heard_layers(tracked: BearingsTracked, shown: np.ndarray) -> list[draw.Layer]:
+    """Return the bearings of each time, the truth and the sensors."""
+    layers = [bearing_layer(tracked, shown)]
+    if tracked.truth is not None:
+        x, y = tracked.truth[shown, :2].T
+        layers.append(truth_layer(x, y, tracked.times_s[shown]))
+    return [*layers, sensor_layer(tracked)]
+
+
+def truth_layer(x: np.ndarray, y: np.ndarray, times_s: np.ndarray) -> draw.Layer:
+    """Return where an emitter truly was."""
+    now = draw.rounded(times_s, 4)
+    return draw.line(x, y, "--truth", times=now, head="diamond", width=5, alpha=0.6, name="truth")
+
+
+def bearing_layer(tracked: BearingsTracked | SeveralTracked, shown: np.ndarray) -> draw.Layer:
+    """Return the bearings of each time."""
     west, east, south, north = tracked.extent
     rows = np.concatenate([np.arange(tracked.first[k], tracked.first[k + 1]) for k in shown] or [np.zeros(0, int)])
     rows = rows.astype(np.intp)
     times = np.repeat(tracked.times_s, np.diff(tracked.first))[rows]
     start, angle = tracked.sensors[tracked.sensor[rows]], tracked.azimuth_rad[rows]
     far = 2 * np.hypot(east - west, north - south) * np.column_stack([np.sin(angle), np.cos(angle)])
-    used = np.unique(tracked.sensor)
     colours = [sensor_colour(int(row)) for row in tracked.sensor[rows]]
-    layers = [
-        draw.segments(
-            np.column_stack([start, start + far]), "--plot", colours=colours, times=draw.rounded(times, 4), show="now",
-            width=1.3, alpha=0.8, name="bearings now",
-        )
-    ]  # fmt: skip
-    if tracked.truth is not None:
-        x, y = tracked.truth[shown, :2].T
-        times = {"times": draw.rounded(tracked.times_s[shown], 4)}
-        layers.append(draw.line(x, y, "--truth", **times, head="diamond", width=5, alpha=0.6, name="truth"))
+    return draw.segments(
+        np.column_stack([start, start + far]), "--plot", colours=colours, times=draw.rounded(times, 4), show="now",
+        width=1.3, alpha=0.8, name="bearings now",
+    )  # fmt: skip
+
+
+def sensor_layer(tracked: BearingsTracked | SeveralTracked) -> draw.Layer:
+    """Return the sensors that report."""
+    used = np.unique(tracked.sensor)
     names = {"texts": [tracked.names[row] for row in used], "colours": [sensor_colour(int(row)) for row in used]}
-    return [*layers, draw.points(tracked.sensors[used], "--wall", marker="square", size=5, **names)]
+    return draw.points(tracked.sensors[used], "--wall", marker="square", size=5, **names)
 
 
 def track_layer(tracked: BearingsTracked, shown: np.ndarray) -> draw.Layer:

@@ -1,0 +1,168 @@
+"""Several emitters in unlabelled bearings: whether there are any, how well sensors hear them, and their tracks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from elusive.contracts import X, Y
+from elusive.errors import ParameterError
+from elusive.sensors.bearing_sets import BearingSet, SensorSites
+from elusive.sensors.bearing_table import PlaceSet
+from elusive.sensors.bearings import BearingSensors, wrapped
+from elusive.sensors.crowded_bearings import CrowdedBearings
+from elusive.systems.bearings.choices import AsHeard, OneEmitter, SeveralEmitters
+from elusive.systems.bearings.heard import angles_of
+from elusive.systems.bearings.parameters import BearingTracking
+from elusive.tracking.detections import DetectionTracker
+from elusive.tracking.track import Step
+
+NEAR = 4.0  # deviations by which bearings of one emitter hardly differ
+FEW = 0.1  # share of bearings that may be strays
+USUALLY_HEARD, USUALLY_FALSE = 0.9, 1.0
+LEAST_HEARD, MOST_HEARD, LEAST_FALSE = 0.3, 0.99, 0.05
+FITTED_TIMES = 200  # from which is found how well emitters are heard
+RULES = ("births_per_s", "speed_sd_mps", "mean_life_s", "merge_within", "forget_below", "particles", "lifecycle")
+
+
+class Crowding(NamedTuple):
+    """How many bearings a sensor has at a time, and whether they can be samples of one emitter."""
+
+    most: int  # of a sensor at a time
+    apart: float  # share of those that are not alone which lie apart from their sensor's others
+
+    @property
+    def several(self) -> bool:
+        """Whether they are more than samples of one emitter and strays."""
+        return self.apart > FEW
+
+
+def crowding_of(heard: Iterable[PlaceSet], sigma_deg: float) -> Crowding:
+    """Compare the bearings that each sensor has at a time."""
+    most, count, far = 0, 0, 0
+    reach = NEAR * math.sqrt(2) * math.radians(sigma_deg)
+    for bearings in map(angles_of, heard):
+        sizes = np.bincount(bearings.sensor)
+        most = max(most, int(sizes.max(initial=0)))
+        for sensor in np.flatnonzero(sizes > 1).tolist():
+            angle = bearings.azimuth_rad[bearings.sensor == sensor]
+            off = np.abs(wrapped(angle[:, None] - angle))
+            count += len(angle)
+            far += int((off[off.sum(axis=1).argmin()] > reach).sum())
+    return Crowding(most, far / count if count else 0.0)
+
+
+def decided(
+    parameters: BearingTracking, heard: Sequence[PlaceSet], *, labelled: bool = False
+) -> tuple[BearingTracking, str]:
+    """Return the parameters with one emitter or several, and what that follows from.
+
+    Raises
+    ------
+    ParameterError
+        If lines name their emitters, and several are to be told apart.
+    """
+    if labelled:
+        if isinstance(parameters.emitters, SeveralEmitters):
+            raise ParameterError(
+                "--emitters several: tells apart what the column emitter tells already; leave one of the two out."
+            )
+        return parameters.replace(emitters=OneEmitter()), "as the column emitter names them, each tracked by itself"
+    crowd = crowding_of(heard, parameters.sigma_deg)
+    if crowd.most < 2:
+        why = "no sensor has two bearings at a time"
+    else:
+        why = f"a sensor has up to {crowd.most} bearings at a time, and {100 * crowd.apart:.0f} % of them lie apart"
+    if not isinstance(parameters.emitters, AsHeard):
+        return parameters, f"{parameters.emitters.kind}, as chosen; {why}"
+    if crowd.several:
+        return parameters.replace(emitters=SeveralEmitters()), f"several: {why}; --emitters one averages them"
+    return parameters.replace(emitters=OneEmitter()), f"one: {why}; --emitters several finds out how many"
+
+
+def tracker_of(parameters: BearingTracking, sites: SensorSites) -> DetectionTracker:
+    """Make the tracker of several emitters.
+
+    Raises
+    ------
+    ParameterError
+        If it cannot do what is asked.
+    """
+    emitters, motion = parameters.emitters, parameters.motion
+    assert isinstance(emitters, SeveralEmitters)
+    parameters.check(live=False)
+    sensor = CrowdedBearings(
+        bearings=BearingSensors.at(
+            sites, sigma_deg=parameters.sigma_deg, detection_probability=emitters.detection_probability or USUALLY_HEARD
+        ),
+        false_bearings=emitters.false_bearings or USUALLY_FALSE,
+        reach_m=emitters.reach_m,
+    )
+    rules = {name: getattr(emitters, name) for name in RULES}
+    return DetectionTracker(
+        motion=parameters.over_ground(motion, solid=False), sensor=sensor, kernel_width=1.0, **rules
+    )
+
+
+def fitted(parameters: BearingTracking, sites: SensorSites, heard: Sequence[PlaceSet]) -> BearingTracking:
+    """Find how often sensors hear an emitter, and how many false bearings they have, where that is not given.
+
+    From a first pass: how often a bearing lies near that of a confirmed track, less how often one does by chance.
+    """
+    emitters = parameters.emitters
+    assert isinstance(emitters, SeveralEmitters)
+    if emitters.detection_probability is not None and emitters.false_bearings is not None:
+        return parameters
+    first = heard[:FITTED_TIMES]
+    scans, bearings, expected, hits, chance = 0, 0, 0, 0, 0.0
+    places, sigma = sites.positions_m[:, :2], math.radians(parameters.sigma_deg)
+    for step in track_several(first, parameters, sites):
+        found = [track for track in step.tracks if track.status == "confirmed"]
+        mean = np.array([track.mean[[X, Y]] for track in found]).reshape(-1, 2)
+        spread = np.array([track.covariance[np.ix_([X, Y], [X, Y])] for track in found]).reshape(-1, 2, 2)
+        for sensor in np.unique(step.measurement.sensor).tolist():
+            angle = step.measurement.azimuth_rad[step.measurement.sensor == sensor]
+            off = mean - places[sensor]
+            slope = np.column_stack([off[:, 1], -off[:, 0]]) / np.maximum((off**2).sum(axis=1), 1e-9)[:, None]
+            reach = NEAR * np.sqrt(sigma**2 + np.einsum("ni,nij,nj->n", slope, spread, slope))
+            near = np.abs(wrapped(angle - np.arctan2(off[:, 0], off[:, 1])[:, None])) < reach[:, None]
+            scans, bearings, expected = scans + 1, bearings + len(angle), expected + len(found)
+            hits += int(near.any(axis=1).sum())
+            chance += float((1 - np.exp(-(len(angle) - near.any(axis=0).sum()) * reach / math.pi)).sum())
+    heard_share = USUALLY_HEARD
+    if expected:
+        heard_share = 1 - (1 - hits / expected) / max(1 - chance / expected, 0.1)
+        heard_share = min(max(heard_share, LEAST_HEARD), MOST_HEARD)
+    false = max((bearings - heard_share * expected) / max(scans, 1), LEAST_FALSE)
+    return parameters.replace(
+        emitters=emitters.replace(
+            detection_probability=emitters.detection_probability or round(heard_share, 3),
+            false_bearings=emitters.false_bearings or round(false, 3),
+        )
+    )
+
+
+def track_several(measurements: Iterable[PlaceSet], parameters: BearingTracking, sites: SensorSites) -> Iterator[Step]:
+    """Yield a step for each time; its state is a :class:`~elusive.tracking.detections.DetectionState`.
+
+    Raises
+    ------
+    ParameterError
+        If the tracker cannot do what is asked.
+    DataError
+        If a measurement cannot be used.
+    """
+    assert isinstance(parameters.emitters, SeveralEmitters)
+    rng, tracker = np.random.default_rng(parameters.emitters.seed), tracker_of(parameters, sites)
+    state = tracker.init(rng)
+    for measurement in measurements:
+        if not isinstance(measurement, BearingSet):
+            raise ParameterError(
+                "--emitters several: tells bearings apart, and not times of arrival; leave arrival_s out, or take "
+                "--emitters one."
+            )
+        state = tracker.step(state, measurement.time_s, measurement, rng)
+        yield Step(measurement.time_s, measurement, state, state.tracks)

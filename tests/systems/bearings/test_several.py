@@ -1,0 +1,117 @@
+"""Several emitters in unlabelled bearings: births along rays, how many there are, and that each is found."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from elusive.contracts import DetectionSensor
+from elusive.errors import ParameterError
+from elusive.sensors.arrival_times import ArrivalSet
+from elusive.sensors.bearing_sets import BearingSet
+from elusive.sensors.bearings import BearingSensors
+from elusive.sensors.crowded_bearings import CrowdedBearings
+from elusive.systems.bearings.parameters import BearingTracking
+from elusive.systems.bearings.several import crowding_of, decided, fitted
+from elusive.systems.bearings.track import track
+from elusive.tracking.detections import ManyScans
+from tests.systems.bearings.crowd import PLACES, SITES, crowd, found
+
+HEARD = {"kind": "several", "detection_probability": 0.9, "false_bearings": 3.0}
+SENSOR = CrowdedBearings(bearings=BearingSensors(positions_m=PLACES, detection_probability=0.9), false_bearings=3.0)
+
+
+def test_it_is_a_sensor_of_detections_and_of_many_scans():
+    assert isinstance(SENSOR, DetectionSensor)
+    assert isinstance(SENSOR, ManyScans)
+    _, sets = crowd(1, 2, times=3)
+    scans = list(SENSOR.scans(sets[0]))
+    assert [len(scan.azimuth_rad) + len(scan.later.sensor) for scan in scans] == [
+        np.count_nonzero(sets[0].sensor >= number) for number in range(4)
+    ]
+
+
+@pytest.mark.parametrize("number", [0, 3])
+def test_newborn_emitters_are_the_prior_along_the_ray_wherever_they_are_drawn(number):
+    """The first sensor's draws look ahead to the others, the last sensor's have nothing to look at."""
+    _, sets = crowd(2, 2, times=1)
+    scan, n = list(SENSOR.scans(sets[0]))[number], 4000
+    born = SENSOR.draw_births(scan, np.array([1]), n, 5.0, np.random.default_rng(3))
+    angle, scale, here = scan.azimuth_rad[1], SENSOR.scale_m, np.array(PLACES)[number, :2]
+    middle = np.array(PLACES)[:, :2].mean(axis=0)
+
+    def mass(distance):
+        squared = np.sum((here + distance * np.array([math.sin(angle), math.cos(angle)]) - middle) ** 2) / scale**2
+        return distance / (2 * math.pi * scale**2) * (1 + squared / 2) ** -2
+
+    total = quad(mass, 0, 30 * scale, limit=200)[0]
+    assert born.log_density[0] == pytest.approx(math.log(total), abs=0.01)
+    distance, weights = np.linalg.norm(born.states[0][:, [0, 2]] - here, axis=1), born.weights[0]
+    effective = 1 / (weights**2).sum()
+    assert effective > (0.02 if number == 0 else 0.9) * n
+    for limit in (200.0, 500.0, 1000.0):
+        share = quad(mass, 0, limit, limit=200)[0] / total
+        assert weights[distance < limit].sum() == pytest.approx(share, abs=4 * math.sqrt(0.25 / effective))
+    off = np.arctan2(*(born.states[0][:, [0, 2]] - here).T) - angle
+    assert np.std((off + np.pi) % (2 * np.pi) - np.pi) == pytest.approx(math.radians(1.0), rel=4 / math.sqrt(2 * n))
+
+
+def test_samples_of_one_emitter_are_told_from_several_emitters():
+    times, path = np.arange(20.0), np.tile([[30.0, 0, 40, 0]], (20, 1))
+    one = BearingSensors(positions_m=PLACES, samples=5, outlier_probability=0.03).simulate(
+        path, times, np.random.default_rng(0)
+    )
+    assert crowding_of(one, 1.0).most == 5
+    chosen, why = decided(BearingTracking(), one)
+    assert chosen.emitters.kind == "one"
+    assert "up to 5 bearings" in why
+    _, two = crowd(3, 2, times=20, false=0.0)
+    assert decided(BearingTracking(), two)[0].emitters.kind == "several"
+    single = BearingSensors(positions_m=PLACES).simulate(path, times, np.random.default_rng(0))
+    chosen, why = decided(BearingTracking(), single)
+    assert chosen.emitters.kind == "one"
+    assert "--emitters several finds out how many" in why
+
+
+def test_how_well_emitters_are_heard_is_found_from_what_is_heard():
+    _, sets = crowd(4, 3, times=30, heard=0.75, false=2.0)
+    emitters = fitted(
+        BearingTracking(emitters={"kind": "several"}, motion={"kind": "cv", "q": 0.5}), SITES, sets
+    ).emitters
+    # some 350 chances to be heard, and the false bearings of 120 scans
+    assert emitters.detection_probability == pytest.approx(0.75, abs=4 * math.sqrt(0.19 / 350))
+    assert emitters.false_bearings == pytest.approx(2.0, abs=4 * math.sqrt(2.0 / 120))
+
+
+def followed(seed, emitters, times=60, sensors=None, tracking=None, **scene):
+    truth, sets = crowd(seed, emitters, times=times, **scene)
+    parameters = tracking or BearingTracking(emitters=HEARD, motion={"kind": "cv", "q": 0.5})
+    return found(list(track(sets, parameters, SITES)), truth)
+
+
+@pytest.mark.parametrize(("emitters", "seed"), [(2, 1), (2, 2), (5, 1), (5, 2)])
+def test_emitters_are_found(emitters, seed):
+    result = followed(seed, emitters, times=35)
+    assert result.share >= 0.9
+    assert result.ghosts <= 0.1
+
+
+@pytest.mark.validate
+@pytest.mark.parametrize("emitters", [2, 5])
+def test_emitters_are_found_over_30_seeds(emitters):
+    """How well they are heard is found from each recording."""
+    tracking = BearingTracking(emitters={"kind": "several"}, motion={"kind": "cv", "q": 0.5})
+    results = [followed(seed, emitters, tracking=tracking) for seed in range(30)]
+    assert np.mean([result.share for result in results]) >= 0.95
+    assert np.mean([result.ghosts for result in results]) <= 0.1
+
+
+def test_times_of_arrival_of_several_are_refused():
+    several = BearingTracking(emitters=HEARD)
+    with pytest.raises(ParameterError, match="tells bearings apart, and not times of arrival"):
+        list(track([ArrivalSet(0.0, np.array([0]), np.array([1e-6]))], several, SITES))
+    with pytest.raises(ParameterError, match="--motion imm: is of one emitter"):
+        list(track([BearingSet(0.0, *np.zeros((3, 1)))], several.replace(motion={"kind": "imm"}), SITES))
