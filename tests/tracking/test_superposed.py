@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 from pydantic import Field
+from scipy.stats import chi2
 
 from elusive.errors import DataError
 from elusive.model import Model
@@ -108,17 +109,81 @@ def test_existence_of_one_target_is_that_of_the_exact_recursion():
         assert oldest.existence == pytest.approx(existence, rel=0.02)
 
 
-def test_the_covariance_of_a_lone_target_holds():
+@pytest.mark.parametrize("seed", range(4))
+def test_existence_is_that_of_an_integral_over_all_places(seed):
+    # readings so noisy that one tells little: the evidence by a sum over a grid of places, the newborn's velocity aside
+    rng = np.random.default_rng([8, seed])
+    sensor = FieldSensors(positions_m=GRID, noise_sd=9.0)
+    birth = GaussianBirths(means=((30.0, 0, 30, 0),), covariance=COVARIANCE, birth_probability=0.02)
+    measurement = sensor.simulate(np.array([[24.0, 0, 36, 0]]), rng)
+    axis = np.linspace(-20, 80, 401)
+    grid = np.zeros((len(axis) ** 2, 4))
+    grid[:, [0, 2]] = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
+    prior = np.exp(-0.5 * ((grid[:, [0, 2]] - 30) ** 2).sum(axis=1) / 100)
+    mass = prior / prior.sum() * np.exp(sensor.log_likelihood(grid, measurement))
+    log_odds = math.log(0.02 / 0.98) + math.log(mass.sum())
+    model = tracker(sensor=sensor, birth=birth, particles=4000, forget_below=1e-6)
+    (target,) = model.step(model.init(rng), 0.0, measurement, rng).targets
+    # 4000 particles that share ancestors
+    assert math.log(target.existence / (1 - target.existence)) == pytest.approx(log_odds, abs=0.15)
+    np.testing.assert_allclose(target.mean[[0, 2]], mass @ grid[:, [0, 2]] / mass.sum(), atol=0.8)
+
+
+def nees(trials, particles, *starts):
+    """Normalised squared errors of position of targets that are found, after 14 readings."""
     squares = []
-    for seed in range(40):
+    for seed in range(trials):
         rng = np.random.default_rng([4, seed])
-        truth = flights(rng, 14, (25.0, 0.5, 30.0, 0.3))
-        *_, last = followed(tracker(particles=4000), truth, rng)
-        target = max(last.targets, key=lambda target: target.existence)
-        off = (target.mean - truth[0, :, -1])[[0, 2]]
-        squares.append(off @ np.linalg.solve(target.covariance[np.ix_([0, 2], [0, 2])], off))
-    # 99.7 % of the mean of 40 chi-squares of two degrees
-    assert 1.2 < np.mean(squares) < 3.1
+        truth = flights(rng, 14, *starts)
+        *_, last = followed(tracker(particles=particles), truth, rng)
+        for place in truth[:, [0, 2], -1]:
+            there = [target for target in last.targets if target.existence > 0.5]
+            target = min(there, key=lambda target: np.hypot(*(target.mean[[0, 2]] - place)))
+            off = target.mean[[0, 2]] - place
+            squares.append(off @ np.linalg.solve(target.covariance[np.ix_([0, 2], [0, 2])], off))
+    return np.array(squares)
+
+
+def test_the_covariance_of_a_lone_target_holds():
+    squares = nees(40, 1000, (25.0, 0.5, 30.0, 0.3))
+    low, high = chi2.ppf([0.0015, 0.9985], 2 * len(squares)) / len(squares)
+    assert low < squares.mean() < high
+
+
+@pytest.mark.validate
+@pytest.mark.parametrize(
+    ("trials", "starts"),
+    [
+        (500, [(25.0, 0.5, 30.0, 0.3)]),
+        (170, [(12.0, 0.3, 20.0, 0.3), (48.0, -0.3, 22.0, 0.0), (30.0, 0.0, 45.0, -0.2)]),
+    ],
+)
+def test_the_covariance_of_targets_apart_holds_over_many_trials(trials, starts):
+    squares = nees(trials, 1000, *starts)
+    low, high = chi2.ppf([0.025, 0.975], 2 * len(squares)) / len(squares)
+    assert low < squares.mean() < high
+
+
+def test_existence_is_calibrated():
+    """Of tracks told 70 to 80 %, 70 to 80 % are targets: one target in half of the scenes, heard faintly."""
+    sensor = FieldSensors(positions_m=GRID, noise_sd=9.0)
+    birth = GaussianBirths(means=((30.0, 0, 30, 0),), covariance=COVARIANCE, birth_probability=0.5)
+    model = tracker(sensor=sensor, birth=birth, particles=300, death_probability=0.0)
+    told, there = [], []
+    for seed in range(500):
+        rng = np.random.default_rng([9, seed])
+        present = rng.random() < 0.5
+        start = np.array([30.0, 0, 30, 0]) + rng.standard_normal(4) * np.sqrt(np.diag(COVARIANCE))
+        measurement = sensor.simulate(start[None] if present else np.zeros((0, 4)), rng)
+        targets = model.step(model.init(rng), 0.0, measurement, rng).targets
+        told.append(max((target.existence for target in targets), default=0.0))
+        there.append(present)
+    told, there = np.array(told), np.array(there)
+    for low in (0.0, 0.2, 0.4, 0.6, 0.8):
+        some = (told >= low) & (told <= low + 0.2)
+        spread = math.sqrt((told[some] * (1 - told[some])).sum()) / max(some.sum(), 1)
+        assert some.sum() > 15
+        assert abs(there[some].mean() - told[some].mean()) < 3.3 * spread + 0.01
 
 
 def test_a_missing_measurement_predicts_and_equal_times_only_update():

@@ -13,21 +13,21 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from functools import cached_property
-from typing import Any, ClassVar, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self, TypeAlias
 
 import numpy as np
 from numpy.random import Generator
 from pydantic import ConfigDict, Field, SerializeAsAny
 
-from elusive.contracts import AdditiveSensor, Array, Knowledge, Motion, X, Y, interval_since
+from elusive.contracts import AdditiveSensor, Array, X, Y, interval_since
 from elusive.filters.particle import _kernels
 from elusive.filters.particle.informed import Cloud, draw_informed, fit_likelihood, smoothed
-from elusive.filters.particle.parts import Known, allowed_by, posterior
+from elusive.filters.particle.parts import AnyKnowledge, AnyMotion, Known, allowed_by, posterior
 from elusive.filters.particle.resampling import resample
-from elusive.model import Probability
+from elusive.model import Probability, or_own
 from elusive.motion import transition
-from elusive.sensors.field_of_view import FieldOfView
-from elusive.tracking.birth_density import BirthDensity, ProposedBirths, within
+from elusive.sensors.field import FieldSensors
+from elusive.tracking.birth_density import BirthDensity, BuiltInBirths, ProposedBirths, within
 from elusive.tracking.by_place import ByPlace, Placed, PlaceMotion, PlaceSensor
 from elusive.tracking.lifecycle import Life
 from elusive.tracking.newborn import FAINT, Newborn, Seeker
@@ -40,8 +40,16 @@ BESIDE = 0.5  # existence from which no other appears near by
 PILOTS = 0.25  # of the particles: plain predictions that tell where to draw the particles
 LEAST_PILOTS = 200
 SPREAD = 4  # particles of a newborn target, over those of others
-POOR = 0.1  # share of the particles that are effective, under which they are drawn again
+POOR = 0.3  # share of the particles that are effective, under which they are drawn again
 REDRAWN = 3  # times at most
+
+
+if TYPE_CHECKING:
+    AnyAdditive: TypeAlias = AdditiveSensor
+    AnyBirths: TypeAlias = BirthDensity | ProposedBirths
+else:
+    AnyAdditive = Annotated[SerializeAsAny[FieldSensors], or_own(AdditiveSensor)]
+    AnyBirths = Annotated[SerializeAsAny[BuiltInBirths], or_own(BirthDensity), or_own(ProposedBirths)]
 
 
 class SuperposedTracker(SuperposedSettings):
@@ -51,10 +59,10 @@ class SuperposedTracker(SuperposedSettings):
 
     switches: ClassVar[bool] = False  # any number of targets may appear, whatever has disappeared
 
-    motion: SerializeAsAny[Motion] = Field(description="How a target moves")
-    sensor: SerializeAsAny[AdditiveSensor] = Field(description="What targets add to a measurement")
-    birth: SerializeAsAny[BirthDensity | ProposedBirths] = Field(description="Where and how often targets appear")
-    knowledge: tuple[SerializeAsAny[Knowledge | FieldOfView], ...] = Field((), description="Where a target can be")
+    motion: AnyMotion = Field(description="How a target moves")
+    sensor: AnyAdditive = Field(description="What targets add to a measurement")
+    birth: AnyBirths = Field(description="Where and how often targets appear")
+    knowledge: tuple[AnyKnowledge, ...] = Field((), description="Where a target can be")
     informed: bool = Field(True, description="Draw particles with the measurement in view, where the motion is linear")
 
     birth_probability: Probability = Field(

@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from elusive.filters.particle import _informed_kernels as kernels
-from elusive.filters.particle.informed import FittedLikelihood, draw_informed, fit_likelihood, smoothed
+from elusive.filters.particle.informed import WIDENED, FittedLikelihood, draw_informed, fit_likelihood, smoothed
 from elusive.motion import ConstantTurnRateVelocity, ConstantVelocity
 from tests.reference import particle as reference
 
@@ -75,7 +75,7 @@ def test_a_gaussian_likelihood_is_fitted():
     level = multivariate_normal.logpdf(places, MEASURED, NOISE)
     fitted = fit_likelihood(places, np.full(n, -math.log(n)), level)
     np.testing.assert_allclose(fitted.mean, MEASURED, atol=0.05)
-    np.testing.assert_allclose(fitted.covariance, 1.3 * NOISE, atol=0.02)
+    np.testing.assert_allclose(fitted.covariance, WIDENED * NOISE, atol=0.02)
 
 
 def test_a_likelihood_that_says_nothing_is_wide():

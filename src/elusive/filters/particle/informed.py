@@ -24,7 +24,7 @@ from elusive.motion import transition
 
 PLAIN_SHARE = 0.1  # of the particles: plain predictions, e
 EFFECTIVE = 0.2  # share of the pilot's particles that the fit is left with at least
-WIDENED = 1.3  # covariance of the fitted likelihood, for what the fit cannot know of its tails
+WIDENED = 1.8  # covariance of the fitted likelihood, for what the fit cannot know of its tails
 LEAST_GAIN = 1e-6  # of precision, relative to the prediction's
 LEAST_SPREAD = 1e-9  # of a component, relative to its size: particles that all stand in one place
 
