@@ -10,7 +10,7 @@ from concurrent.futures import Executor
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from figures import choose
+from figures import choose, several
 from PIL import Image
 
 from elusive.campaign import make_executor
@@ -65,6 +65,7 @@ def main() -> None:
         shutil.copy(Path(scratch) / "demo" / "report.png", STATIC / "demo.png")
         kept = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(scratch)
         choose.main(STATIC / "choose.png")
+        several.main(STATIC / "several-targets.png")
         noise_objects(kept / "mazurek2013", executor)
         imprecise_charts(kept / "bootsveld2012", Path(sys.argv[2]) if len(sys.argv) > 2 else None, executor)
         people(kept / "mendieta2017", executor)

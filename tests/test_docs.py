@@ -26,6 +26,7 @@ import elusive
 from elusive.cli import main
 from elusive.experiments.demo import run_demo
 from elusive.geometry.areas import Area
+from elusive.systems.images.simulate import ImageSimulation, simulate_images
 from elusive.systems.links.networks import BorderNodes
 from elusive.systems.links.recording import simulate_links
 from elusive.systems.links.simulate import LinkSimulation
@@ -109,6 +110,8 @@ def test_command_runs(
     if " davies2024 " in line:
         for number in (1, 2):
             write_scene(tmp_path / "superposed", number)
+    if "made/" in line:
+        simulate_images(ImageSimulation(rows=48, columns=48, frames=8, appears=1, leaves=6), tmp_path / "made")
     if "bearings.csv" in line or "arrivals.csv" in line:
         write_flight(tmp_path)
     for other in blocks(COMMANDS[line].page):

@@ -12,7 +12,7 @@ from elusive.report import drawing as draw
 from elusive.report.plots import SERIES
 
 TIMES_SHOWN = 2000
-PARTS = (("places off", "localisation", SERIES[1]), ("missed", "missed", SERIES[3]), ("false", "false", SERIES[4]))
+PARTS = (("places off", "localisation", SERIES[1]), ("missed", "missed", SERIES[3]), ("false", "false", SERIES[5]))
 
 
 def gospa_chart(times: Array, found: Gospa, cutoff: float, unit: str, **more: Any) -> draw.Panel:
