@@ -487,8 +487,8 @@ def test_bad_input_is_one_sentence_and_leaves_nothing(
         (["reproduce", "amrouche2018", "fig2", "--out", "out", "--workers", "0"], "Invalid value for '--workers'"),
         (["reproduce", "amrouche2018", "fig2", "--out", "out", "--trials", "1"], "Invalid value for '--trials'"),
         (
-            ["reproduce", "amrouche2018", "fig1", "--out", "out"],
-            "'fig1': amrouche2018 has no such figure; known are fig2",
+            ["reproduce", "amrouche2018", "fig9", "--out", "out"],
+            "'fig9': amrouche2018 has no such figure; known are fig1",
         ),
         (["campaign", "c.yaml", "--out", "out", "--workers", "0"], "Invalid value for '--workers'"),
         (["campaign", "gone.yaml", "--out", "out"], "gone.yaml: cannot be read"),

@@ -20,7 +20,7 @@ def reproduce_amrouche2018_command(
     workers: Workers = None,
     scheduler: Scheduler = None,
 ) -> None:
-    """Figures 2 to 8 and the Monte Carlo table: track-before-detect of a weak target."""
+    """Figures 1 to 8 and the Monte Carlo table: track-before-detect of a weak target."""
     with make_executor(workers, scheduler) as executor, campaign_bar() as report:
         cells = reproduce(out, targets or (), trials=trials, seed=seed, executor=executor, on_progress=report)
     rows = [

@@ -110,7 +110,7 @@ def draw_rmse(path: Path, results: xr.Dataset, motion: str) -> None:
 
 
 def draw_frames(path: Path, results: xr.Dataset, motion: str) -> None:
-    """Frame 20 at 6.71 and 12 dB (figure 5; the same as figure 1 with the other motion)."""
+    """Frame 20 at 6.71 and 12 dB, the target in a circle (figures 1 and 5)."""
     with plots.figure(path, 8.0, 4.0, 1, 2) as (_, grid):
         for axes, snr_db in zip(grid[0], (6.71, 12.0), strict=True):
             rng = np.random.default_rng(np.random.SeedSequence(20, spawn_key=(0,)))
@@ -123,6 +123,7 @@ def draw_frames(path: Path, results: xr.Dataset, motion: str) -> None:
 
 
 FIGURES = {
+    "fig1": Figure("cv", "frames, constant velocity", draw_frames),
     "fig2": Figure("cv", "existence, constant velocity", draw_existence),
     "fig3": Figure("cv", "path, constant velocity", draw_path),
     "fig4": Figure("cv", "RMSE, constant velocity", draw_rmse),

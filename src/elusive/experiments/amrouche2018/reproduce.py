@@ -36,7 +36,7 @@ def reproduce(
     out
         Folder for the results; the trials themselves stay in ``campaign-*.zarr`` there.
     targets
-        Some of ``fig2`` to ``fig8``; none means all of them and the whole table.
+        Some of ``fig1`` to ``fig8``; none means all of them and the whole table.
     trials
         Monte Carlo trials; the check values were made with 1000.
 
