@@ -115,11 +115,12 @@ def existence(
     present: NDArray[np.bool_] | None = None,
     unit: str = "frame",
     label: str = "P(target is there)",
+    colour: str = ESTIMATE,
 ) -> None:
     """Draw the probability of existence over time, and shade when the target truly was there."""
     if present is not None:
         shade(axes, times, present)
-    axes.plot(times, probability, color=ESTIMATE, label=label)
+    axes.plot(times, probability, color=colour, label=label)
     axes.axhline(0.5, color=MUTED, linewidth=0.8, linestyle=(0, (4, 3)))
     axes.set(ylim=(-0.02, 1.02), xlabel=f"time [{unit}]", ylabel="probability")
     axes.legend(loc="best")

@@ -109,11 +109,12 @@ def write_png(path: Path, tracked: Tracked, frames: FrameKeeper) -> None:
             axes[2].plot(tracked.times, curve, color=colour, label=name, linewidth=1.2)
         by_score = tracked.tracks is not None and tracked.existences is None
         label = "1 - P(so strong a track by chance)" if by_score else "P(target is there)"
-        if tracked.existences:
-            for track, curve in tracked.existences.items():
-                axes[2].plot(tracked.times, curve, color=plots.track_colour(track), linewidth=1.6)
-            label = "P(any target is there)"
-        plots.existence(axes[2], tracked.times, tracked.existence, tracked.present, tracked.time_unit, label)
+        colour = plots.ESTIMATE
+        if tracked.existences is not None:
+            label, colour = "P(any target is there)", plots.MUTED
+        plots.existence(axes[2], tracked.times, tracked.existence, tracked.present, tracked.time_unit, label, colour)
+        for track, curve in (tracked.existences or {}).items():
+            axes[2].plot(tracked.times, curve, color=plots.track_colour(track), linewidth=1.6)
         axes[2].set_title("Is it there?")
         if panels == 3:
             axes[2].set_box_aspect(min(max(rows / columns, 0.6), 1.0))
