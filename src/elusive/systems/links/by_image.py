@@ -10,6 +10,7 @@ fainter heads are left out and places are trusted less; by how much was chosen o
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
@@ -128,7 +129,7 @@ class ImageMethod(Stages):
         return ImageChain(self.replace(image=image, clusters=clusters, smoothing=smoothing), nodes, area)
 
 
-class StagesChain:
+class StagesChain(ABC):
     """The stages on a network, from heads on."""
 
     def __init__(self, method: Stages, area: Area) -> None:
@@ -147,13 +148,47 @@ class StagesChain:
             return state.tracks
         return tuple(one for one in state.tracks if one.status == "deleted" or not one.extra["missed_frames"])
 
-    def _started(self, images: Array) -> ImageState:
-        """State before the first frame, from images ``(T, V)`` while nobody was there."""
-        threshold = self._threshold.init(images)
-        return ImageState(images[-1], threshold.level, NO_HEADS, threshold, self._tracker.init(), {}, (), ())
+    def init(self, empty: Array, rng: Generator) -> ImageState:
+        """Return the state before the first frame.
 
-    def _followed(self, state: ImageState, time_s: float, image: Array, heads: Heads, rng: Generator) -> ImageState:
-        """Return the state after a frame's heads."""
+        Parameters
+        ----------
+        empty
+            ``(T, L)`` changes of the links while nobody was there [dB].
+        rng
+            Source of randomness.
+
+        Raises
+        ------
+        DataError
+            If there is none, or they show no noise at all.
+        """
+        if not len(empty):
+            raise DataError("calibration: has no frame; give at least one in which nobody is there.")
+        images, tests = self._calibrated(empty, rng)
+        threshold = self._threshold.init(images)
+        return ImageState(images[-1], threshold.level, NO_HEADS, threshold, self._tracker.init(), {}, (), (), tests)
+
+    def step(self, state: ImageState, time_s: float, change: Array, rng: Generator) -> ImageState:
+        """Return the state after a frame.
+
+        Parameters
+        ----------
+        state
+            After the frame before.
+        time_s
+            Time of the frame.
+        change
+            ``(L,)`` change of each undirected link [dB], NaN where it was not heard.
+        rng
+            Source of randomness.
+
+        Raises
+        ------
+        DataError
+            If there are not as many changes as links, or time runs backwards.
+        """
+        image, heads = self._imaged(state, change, rng)
         people = self._tracker.step(state.people, time_s, heads.positions, heads.intensities)
         smoothed = self._smoothing.step(state.smoothed, people, rng)
         window = self._tracker.life.confirm_window or self._tracker.life.confirm_frames
@@ -173,6 +208,14 @@ class StagesChain:
             image, state.threshold.level, heads, threshold, people, smoothed, tracks, tuple(events), state.tests
         )
 
+    @abstractmethod
+    def _calibrated(self, empty: Array, rng: Generator) -> tuple[Array, LinkTests | None]:
+        """Images ``(T, V)`` of the empty room, and the tests of links that decide by themselves."""
+
+    @abstractmethod
+    def _imaged(self, state: ImageState, change: Array, rng: Generator) -> tuple[Array, Heads]:
+        """Image ``(V,)`` of a frame, and the heads in it."""
+
 
 class ImageChain(StagesChain):
     """The stages on a network, with its projection onto images."""
@@ -182,52 +225,12 @@ class ImageChain(StagesChain):
         self.projector: Projector = method.image.projection(method.weights.sparse(nodes, self.grid), self.grid)
         self._clusters = method.clusters
 
-    def init(self, empty: Array, rng: Generator) -> ImageState:
-        """Return the state before the first frame.
+    def _calibrated(self, empty: Array, rng: Generator) -> tuple[Array, None]:
+        return self.projector.images(empty), None
 
-        Parameters
-        ----------
-        empty
-            ``(T, L)`` changes of the links while nobody was there [dB].
-        rng
-            Source of randomness.
-
-        Raises
-        ------
-        DataError
-            If there is none, or they show no noise at all.
-        """
-        return self._started(self.projector.images(checked_empty(empty)))
-
-    def step(self, state: ImageState, time_s: float, change: Array, rng: Generator) -> ImageState:
-        """Return the state after a frame.
-
-        Parameters
-        ----------
-        state
-            After the frame before.
-        time_s
-            Time of the frame.
-        change
-            ``(L,)`` change of each undirected link [dB], NaN where it was not heard.
-        rng
-            Source of randomness of the smoothing.
-
-        Raises
-        ------
-        DataError
-            If there are not as many changes as links, or time runs backwards.
-        """
+    def _imaged(self, state: ImageState, change: Array, rng: Generator) -> tuple[Array, Heads]:
         image = self.projector.image(change)
-        heads = self._clusters.heads(image, self.grid, state.threshold.level, self.projector.gain)
-        return self._followed(state, time_s, image, heads, rng)
-
-
-def checked_empty(empty: Array) -> Array:
-    """Refuse a calibration without a frame."""
-    if not len(empty):
-        raise DataError("calibration: has no frame; give at least one in which nobody is there.")
-    return empty
+        return image, self._clusters.heads(image, self.grid, state.threshold.level, self.projector.gain)
 
 
 def channel_deviation(levels_dbm: Array) -> float:

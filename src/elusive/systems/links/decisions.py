@@ -21,11 +21,11 @@ from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.geometry.areas import Area
 from elusive.model import Positive
-from elusive.preprocess.binary_links import BinaryLinks
+from elusive.preprocess.binary_links import BinaryLinks, LinkTests
 from elusive.preprocess.blobs import Heads
 from elusive.preprocess.link_calibration import Calibration
 from elusive.sensors.radio_network import RadioNodes
-from elusive.systems.links.by_image import ImageState, Stages, StagesChain, checked_empty
+from elusive.systems.links.by_image import ImageState, Stages, StagesChain
 
 MOST_HEADS = 100
 
@@ -44,16 +44,7 @@ class DecisionMethod(Stages):
         return f"{ratios}, tracker {self.tracker.kind!r}, {self.smoothing.kind}"
 
     def bind(self, nodes: RadioNodes, area: Area, empty: Calibration | None = None) -> DecisionChain:
-        """Prepare for a network.
-
-        Parameters
-        ----------
-        nodes
-            The network.
-        area
-            Where people can be.
-        empty
-            Has no part in it.
+        """Prepare for a network and an area, as :meth:`ImageMethod.bind`; levels of the empty room have no part in it.
 
         Raises
         ------
@@ -72,53 +63,23 @@ class DecisionChain(StagesChain):
         # whether a link's ellipse holds a voxel
         self._held = sparse.csc_array(method.weights.sparse(nodes, self.grid) != 0, dtype=np.float64)
 
-    def init(self, empty: Array, rng: Generator) -> ImageState:
-        """Return the state before the first frame: the links' tests, and the threshold of the images.
+    def _calibrated(self, empty: Array, rng: Generator) -> tuple[Array, LinkTests]:
+        """Return the images of the empty room, and the links' tests.
 
-        An empty room's ratios are below nought nearly everywhere. So its intensity is at least the logarithm of the
-        number of voxels: of a ratio as great, less than one voxel is expected by chance.
-
-        Parameters
-        ----------
-        empty
-            ``(T, L)`` changes of the links while nobody was there [dB].
-        rng
-            Source of the bit errors.
-
-        Raises
-        ------
-        DataError
-            If there is none, or they are not of the network's links.
+        Its ratios are below nought nearly everywhere. So its intensity is at least the logarithm of the number of
+        voxels: of a ratio as great, less than one voxel is expected by chance.
         """
-        tests = self._links.calibrate(checked_empty(empty))
+        tests = self._links.calibrate(empty)
         ratios = self._links.fuse(self._links.decide(empty, tests, rng), tests)
         images = self._links.image(ratios, self._held)
-        return self._started(np.maximum(images, math.log(images.shape[1])))._replace(tests=tests)
+        return np.maximum(images, math.log(images.shape[1])), tests
 
-    def step(self, state: ImageState, time_s: float, change: Array, rng: Generator) -> ImageState:
-        """Return the state after a frame.
-
-        Parameters
-        ----------
-        state
-            After the frame before.
-        time_s
-            Time of the frame.
-        change
-            ``(L,)`` change of each undirected link [dB], by which it decides; NaN where it sends nothing.
-        rng
-            Source of the bit errors, and of the smoothing.
-
-        Raises
-        ------
-        DataError
-            If there are not as many changes as links, or time runs backwards.
-        """
+    def _imaged(self, state: ImageState, change: Array, rng: Generator) -> tuple[Array, Heads]:
         if state.tests is None:
             raise DataError("links: have no tests; begin with what init returns.")
         ratios = self._links.fuse(self._links.decide(change, state.tests, rng), state.tests)
         image = self._links.image(ratios, self._held)
-        return self._followed(state, time_s, image, self._heads(ratios, image, state.threshold.level), rng)
+        return image, self._heads(ratios, image, state.threshold.level)
 
     def _heads(self, ratios: Array, image: Array, level: float) -> Heads:
         """Take the likeliest place, what the links near it say away, and so on."""
