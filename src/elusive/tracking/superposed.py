@@ -21,16 +21,16 @@ from pydantic import ConfigDict, Field, SerializeAsAny
 
 from elusive.contracts import AdditiveSensor, Array, X, Y, interval_since
 from elusive.filters.particle import _kernels
-from elusive.filters.particle.informed import Cloud, draw_informed, fit_likelihood, smoothed
-from elusive.filters.particle.parts import AnyKnowledge, AnyMotion, Known, allowed_by, posterior
+from elusive.filters.particle.informed import smoothed
+from elusive.filters.particle.parts import AnyKnowledge, AnyMotion, Known, allowed_by
 from elusive.filters.particle.resampling import resample
 from elusive.model import Probability, or_own
 from elusive.motion import transition
 from elusive.sensors.field import FieldSensors
 from elusive.tracking.birth_density import BirthDensity, BuiltInBirths, ProposedBirths, within
-from elusive.tracking.by_place import ByPlace, Placed, PlaceMotion, PlaceSensor
-from elusive.tracking.lifecycle import Life
-from elusive.tracking.newborn import FAINT, Newborn, Seeker
+from elusive.tracking.by_place import ByPlace, PlaceMotion, PlaceSensor
+from elusive.tracking.newborn import Newborn, Seeker
+from elusive.tracking.predicted import Predictor
 from elusive.tracking.sought import LOUD, Sought, Update
 from elusive.tracking.superposed_settings import SuperposedSettings
 from elusive.tracking.superposed_state import SuperposedState, Target, judged
@@ -94,19 +94,23 @@ class SuperposedTracker(SuperposedSettings):
             living = [self._smoothed(target, rng) for target in living]
         informed = self.informed and measurement is not None and interval_s > 0
         informed = informed and transition(self.motion, interval_s) is not None
+        priors = [survival * target.existence for target in living]
         n = max(LEAST_PILOTS, round(PILOTS * self.particles)) if informed else self.particles
-        found = [self._predicted(target, n, survival, interval_s, rng) for target in living]
+        found = [
+            self._predictor.predicted(target, prior, n, interval_s, rng)
+            for target, prior in zip(living, priors, strict=True)
+        ]
         if measurement is not None:
             update = Update(self.sensor, measurement, self._by_place, rng)
             pilots = found = update.of([update.opened(target) for target in found], 1 if informed else self.sweeps)
             if informed:
-                found = self._drawn(living, pilots, interval_s, update)
+                found = self._drawn(living, priors, pilots, interval_s, update)
             newborn = self._newborn(found, update, FIRST_S if math.isnan(state.time_s) else interval_s)
             if not any(target.existence > LOUD for target in newborn):
                 found = found + newborn
             elif informed:  # what the known targets were drawn for was partly the newborn's
                 pilots = update.of([*pilots, *newborn], self.sweeps)[: len(pilots)]
-                found = self._drawn(living, pilots, interval_s, update, newborn)
+                found = self._drawn(living, priors, pilots, interval_s, update, newborn)
             else:
                 found = update.of([*found, *newborn], self.sweeps)
         arrived = [self._spread(self._arrived(target, rng), rng) for target in found]
@@ -115,89 +119,26 @@ class SuperposedTracker(SuperposedSettings):
     def _drawn(
         self,
         living: Sequence[Target],
+        priors: Sequence[float],
         pilots: Sequence[Sought],
         interval_s: float,
         update: Update,
         newborn: Sequence[Sought] = (),
     ) -> list[Sought]:
         """Draw the targets where their pilots let expect them, and update them."""
-        drawn = [
-            self._sought(target.life, pilot.prior, self._informed(target, pilot, interval_s, update.rng), pilot)
-            for target, pilot in zip(living, pilots, strict=True)
-        ]
-        found = update.of([*drawn, *newborn], self.sweeps)
+
+        def drawn(k: int, pilot: Sought) -> Sought:
+            return self._predictor.informed(living[k], priors[k], pilot, interval_s, update.rng)
+
+        found = update.of([*(drawn(k, pilot) for k, pilot in enumerate(pilots)), *newborn], self.sweeps)
         for _ in range(REDRAWN):
-            poor = [k for k, sought in enumerate(found[: len(living)]) if sought.effective < POOR * self.particles]
+            poor = [k for k in range(len(living)) if found[k].effective < POOR * len(found[k].particles)]
             if not poor:
                 break
             for k in poor:  # where the pilot misled, the particles themselves are a better one
-                cloud = self._informed(living[k], found[k], interval_s, update.rng)
-                found[k] = self._sought(found[k].life, pilots[k].prior, cloud, found[k])
+                found[k] = drawn(k, found[k])
             found = update.of(found, self.sweeps)
         return found
-
-    def _predicted(self, target: Target, n: int, survival: float, interval_s: float, rng: Generator) -> Sought:
-        """Predict a target, as a rule by ``n`` particles."""
-        prior = survival * target.existence
-        if len(target.particles) > self.particles:  # newborn, of many velocities
-            n = self.particles
-        elif self.faint_particles is not None and target.existence <= FAINT:
-            n = self.faint_particles
-        if self._by_place is not None and interval_s > 0:
-            return self._placed(target, n, prior, interval_s, rng)
-        return self._sought(target.life, prior, self._plain(target, n, interval_s, rng))
-
-    def _plain(self, target: Target, n: int, interval_s: float, rng: Generator) -> Cloud:
-        """Predict a target."""
-        if interval_s == 0:
-            with np.errstate(divide="ignore"):
-                return Cloud(target.particles, np.log(target.weights))
-        chosen = resample(target.weights, n, rng)
-        moved = self.motion.propagate(_kernels.gather(target.particles, chosen, n), interval_s, rng)
-        return Cloud(moved, np.full(n, -math.log(n)))
-
-    def _informed(self, target: Target, pilot: Sought, interval_s: float, rng: Generator) -> Cloud:
-        """Predict a target with the measurement in view, of which a few predictions have been weighted."""
-        assert pilot.log_ratio is not None
-        likelihood = fit_likelihood(pilot.particles[:, self._observed], pilot.log_prior, pilot.log_ratio)
-        return draw_informed(
-            target.particles, target.weights, self.motion, interval_s, likelihood, self._observed, self.particles, rng
-        )
-
-    @cached_property
-    def _observed(self) -> list[int]:
-        return list(getattr(self.sensor, "observed", (X, Y)))
-
-    def _sought(self, life: Life, prior: float, cloud: Cloud, pilot: Sought | None = None) -> Sought:
-        """Let a target be where its particles are and can be; a pilot tells what it adds."""
-        log_prior = cloud.log_prior
-        for known in self._known.maps:
-            log_prior = log_prior + known.log_probability(cloud.states)
-        for view in self._known.views:
-            # who has left the field of view is not there
-            _, before = _kernels.weigh(log_prior)
-            seen = log_prior + view.log_probability(cloud.states)
-            _, log_stays = _kernels.weigh(seen)
-            prior *= math.exp(min(log_stays - before, 0.0))
-            log_prior = seen if prior == 0.0 else seen - min(log_stays - before, 0.0)
-        weights, log_allowed = _kernels.weigh(log_prior)
-        if pilot is not None:
-            sought = Sought(life, prior, pilot.existence, cloud.states, log_prior, weights)
-            return sought._replace(expected=self.sensor.expected(cloud.states), effect=pilot.effect)
-        return Sought(life, prior, posterior(prior, min(log_allowed, 0.0)), cloud.states, log_prior, weights)
-
-    def _placed(self, target: Target, n: int, prior: float, interval_s: float, rng: Generator) -> Sought:
-        """Predict a target whose places are drawn first; each particle as likely as the others."""
-        even = np.full(n, -math.log(n))
-        before = _kernels.gather(target.particles, resample(target.weights, n, rng), n)
-        moved = self.motion.propagate(before, interval_s, rng)
-        sought = self._sought(target.life, prior, Cloud(moved, even))
-        kept = resample(sought.weights, n, rng)
-        moved = _kernels.gather(moved, kept, n)
-        placed = Placed(_kernels.gather(before, kept, n), moved[:, [X, Y]], interval_s)
-        return sought._replace(
-            prior=sought.existence, particles=moved, log_prior=even, weights=np.exp(even), placed=placed
-        )
 
     def _arrived(self, target: Sought, rng: Generator) -> Sought:
         """Draw the rest of the states of a target whose places have been drawn given a measurement."""
@@ -257,6 +198,12 @@ class SuperposedTracker(SuperposedSettings):
     def _smoothed(self, target: Target, rng: Generator) -> Target:
         particles = smoothed(target.particles, target.weights, self.kernel, rng)
         return target._replace(particles=particles, weights=np.full(len(particles), 1 / len(particles)))
+
+    @cached_property
+    def _predictor(self) -> Predictor:
+        observed = tuple(getattr(self.sensor, "observed", (X, Y)))
+        many = self.particles, self.faint_particles
+        return Predictor(self.motion, self.sensor, self._known, self._by_place, observed, *many)
 
     @cached_property
     def _known(self) -> Known:
