@@ -169,7 +169,7 @@ def test_frames_of_ones_own_sent_and_from_the_folder(
     page.get_by_text("Where it truly was").click()
     page.get_by_label("Name of truth").fill("own.csv")
     button(page, "Open truth").click()
-    told(page, "own.csv: 30 places")
+    told(page, "own.csv: targets: 1")
     field(page, "filter.particles").fill("800")
     button(page, "Run").click()
     page.locator("[data-score='This run']").wait_for()

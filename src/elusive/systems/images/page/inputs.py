@@ -88,7 +88,7 @@ class ImageInputs:
         with ui.expansion("Where it truly was").props("dense").classes("w-full"):
             opener("truth", TRUTHS, read_places, self._told_truth)
         if state.truth is not None:
-            ui.label(f"{state.truth_name}: {len(state.truth.paths)} targets")
+            ui.label(f"{state.truth_name}: targets: {len(state.truth.paths)}")
         forms = [Form(state.tracking, OPEN_MAIN, self._track, grouped=False)]
         without = [*OPEN_MAIN, *([("tracks",), ("jitter_px",), ("clump_px",)] if self._several else [])]
         with self._filter():

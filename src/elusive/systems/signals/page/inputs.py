@@ -109,7 +109,7 @@ class SignalInputs:
         with ui.expansion("Where objects truly were").props("dense").classes("w-full"):
             opener("truth", TRUTHS, partial(read_truth, unit="samples"), self._told_truth)
         if state.truth is not None:
-            ui.label(f"{state.truth_name}: {len(state.truth.paths)} objects")
+            ui.label(f"{state.truth_name}: objects: {len(state.truth.paths)}")
         tracked = [Form(state.tracking, OPEN_MAIN, self._track, grouped=False)]
         with ui.expansion("The filter").props("dense").classes("w-full"):
             tracked.append(Form(state.tracking, ((),), self._track, without=OPEN_MAIN))
