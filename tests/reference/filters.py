@@ -45,18 +45,21 @@ def predicted(states, weights, n, side, F, root, draws):
     """Survivors moved on, smoothed cell by cell of that side; 0: moved alone."""
     d = states.shape[1]
     cell = np.floor(states[:, [2, 0]] / side) if side else np.zeros((len(states), 2))
-    order = np.lexsort((np.arange(len(states)), cell[:, 1], cell[:, 0]))
+    cell -= cell[weights > 0].min(axis=0)
+    place = (cell[:, 0] * (cell[:, 1].max() + 1) + cell[:, 1]).astype(int)
+    order = np.argsort(place, kind="stable")
     order = order[weights[order] > 0]
-    states, weights, cell = states[order], weights[order], cell[order]
+    states, weights, place = states[order], weights[order], place[order]
     chosen = systematic(weights, n, draws[0])
     noise = normals(draws[1], n * d).reshape(d, n).T
     moved = states[chosen] @ F.T + noise @ root.T
-    for corner in np.unique(cell, axis=0) if side else ():
-        members = (cell == corner).all(axis=1)
+    where, counts = np.unique(place[chosen], return_counts=True)
+    for corner in where[counts >= 8] if side else ():
+        members = place == corner
         children = members[chosen]
         share = weights[members] / weights[members].sum()
         effective = 1 / (share**2).sum()
-        if children.sum() < 8 or effective < 1.5:
+        if effective < 1.5:
             continue
         mean, covariance = moments(states[members], share)
         bandwidth = (4 / ((d + 2) * effective)) ** (1 / (d + 4))
