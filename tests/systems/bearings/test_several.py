@@ -15,7 +15,7 @@ from elusive.sensors.bearing_sets import BearingSet
 from elusive.sensors.bearings import BearingSensors
 from elusive.sensors.crowded_bearings import CrowdedBearings
 from elusive.systems.bearings.parameters import BearingTracking
-from elusive.systems.bearings.several import crowding_of, decided, fitted
+from elusive.systems.bearings.several import CAUTION, crowding_of, decided, fitted
 from elusive.systems.bearings.track import track
 from elusive.tracking.detections import ManyScans
 from tests.systems.bearings.crowd import PLACES, SITES, crowd, found
@@ -82,7 +82,7 @@ def test_how_well_emitters_are_heard_is_found_from_what_is_heard():
         BearingTracking(emitters={"kind": "several"}, motion={"kind": "cv", "q": 0.5}), SITES, sets
     ).emitters
     # some 350 chances to be heard, and the false bearings of 120 scans
-    assert emitters.detection_probability == pytest.approx(0.75, abs=4 * math.sqrt(0.19 / 350))
+    assert emitters.detection_probability == pytest.approx(CAUTION * 0.75, abs=4 * math.sqrt(0.19 / 350))
     assert emitters.false_bearings == pytest.approx(2.0, abs=4 * math.sqrt(2.0 / 120))
 
 

@@ -169,7 +169,7 @@ class SeveralEmitters(Model):
     mean_life_s: Positive = Field(600.0, description="Mean time that an emitter stays [s]")
     merge_within: NonNegative = _as_in(DetectionRules, "merge_within")
     forget_below: float = Field(
-        0.02, gt=0, lt=1, description="A beginning is given up once its odds fall below this share of its first"
+        0.005, gt=0, lt=1, description="A beginning is given up once its odds fall below this share of its first"
     )
     particles: int = Field(1000, ge=10, description="Number of particles of each emitter, N")
     lifecycle: Lifecycle = _as_in(DetectionRules, "lifecycle")

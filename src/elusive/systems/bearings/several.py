@@ -24,6 +24,7 @@ NEAR = 4.0  # deviations by which bearings of one emitter hardly differ
 FEW = 0.1  # share of bearings that may be strays
 USUALLY_HEARD, USUALLY_FALSE = 0.9, 1.0
 LEAST_HEARD, MOST_HEARD, LEAST_FALSE = 0.3, 0.99, 0.05
+CAUTION = 0.95  # of what is found: taken for too great, it makes a track that is missed follow false bearings
 FITTED_TIMES = 200  # from which is found how well emitters are heard
 RULES = ("births_per_s", "speed_sd_mps", "mean_life_s", "merge_within", "forget_below", "particles", "lifecycle")
 
@@ -131,12 +132,14 @@ def fitted(parameters: BearingTracking, sites: SensorSites, heard: Sequence[Plac
             near = np.abs(wrapped(angle - np.arctan2(off[:, 0], off[:, 1])[:, None])) < reach[:, None]
             scans, bearings, expected = scans + 1, bearings + len(angle), expected + len(found)
             hits += int(near.any(axis=1).sum())
-            chance += float((1 - np.exp(-(len(angle) - near.any(axis=0).sum()) * reach / math.pi)).sum())
+            others = max(len(angle) - USUALLY_HEARD, 0.0)
+            chance += float((1 - np.exp(-others * reach / math.pi)).sum())
     heard_share = USUALLY_HEARD
     if expected:
         heard_share = 1 - (1 - hits / expected) / max(1 - chance / expected, 0.1)
         heard_share = min(max(heard_share, LEAST_HEARD), MOST_HEARD)
     false = max((bearings - heard_share * expected) / max(scans, 1), LEAST_FALSE)
+    heard_share *= CAUTION
     return parameters.replace(
         emitters=emitters.replace(
             detection_probability=emitters.detection_probability or round(heard_share, 3),
