@@ -200,6 +200,19 @@ def test_a_missing_measurement_predicts_and_equal_times_only_update():
         model.step(state, 3.0, None, rng)
 
 
+def test_a_target_that_was_followed_wrongly_is_put_right():
+    rng, model = np.random.default_rng(10), tracker()
+    truth = flights(rng, 12, (25.0, 0.5, 30.0, 0.3))
+    *_, state = followed(model, truth[:, :, :8], rng)
+    (target,) = state.targets
+    wrong = target.particles + np.array([14.0, 0, 6, 0])
+    state = state._replace(targets=(target._replace(particles=np.asfortranarray(wrong)),))
+    for k in range(8, 12):
+        state = model.step(state, float(k), model.sensor.simulate(truth[:, :, k], rng), rng)
+    (found,) = [target for target in state.targets if target.existence > 0.5]
+    assert np.linalg.norm((found.mean - truth[0, :, -1])[[0, 2]]) < 2.0
+
+
 class West(Model):
     """Targets are west of a line."""
 

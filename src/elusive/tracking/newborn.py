@@ -183,15 +183,22 @@ class Newborn(NamedTuple):
     rng: Generator
 
     def of_component(
-        self, component: BirthComponent, probability: float, others: Sequence[Any], taken: Sequence[Array]
+        self,
+        component: BirthComponent,
+        probability: float,
+        others: Sequence[Any],
+        taken: Sequence[Array],
+        least: float = -math.inf,
     ) -> Sought | None:
         """Draw a component's target from what the others leave over, if that promises any."""
 
         def worth(log_evidence: float) -> bool:
-            return posterior(probability, log_evidence) >= PROMISED * self.forget_below
+            return log_evidence >= least and posterior(probability, log_evidence) >= PROMISED * self.forget_below
 
         after = self.seeker.seek(component, Left(self.measurement, others, taken), worth, self.rng)
-        return None if after is None else self._settled(probability, after, others)
+        if after is None or after.log_evidence < least:
+            return None
+        return self._settled(probability, after, others)
 
     def of_proposal(self, proposal: BirthProposal, probability: float, others: Sequence[Any]) -> Sought | None:
         """Weigh a target that a birth proposes, one that appears with a probability."""

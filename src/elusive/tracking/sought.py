@@ -42,6 +42,12 @@ class Sought(NamedTuple):
     unseen: Callable[[Array, Generator], Array] | None = None  # draws anew what a measurement says nothing of
 
     @property
+    def log_evidence(self) -> float:
+        """Log likelihood of the measurement with the target, less that without, as of the last update."""
+        assert self.log_ratio is not None
+        return _kernels.weigh(self.log_prior + self.log_ratio)[1]
+
+    @property
     def effective(self) -> float:
         """Effective number of particles."""
         return 1 / float(self.weights @ self.weights)

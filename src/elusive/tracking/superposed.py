@@ -113,6 +113,7 @@ class SuperposedTracker(SuperposedSettings):
                 found = self._drawn(living, priors, pilots, interval_s, update, newborn)
             else:
                 found = update.of([*found, *newborn], self.sweeps)
+            found = self._corrected(found, update, interval_s)
         arrived = [self._spread(self._arrived(target, rng), rng) for target in found]
         return judged(time_s, arrived, state.numbered, self)
 
@@ -186,6 +187,30 @@ class SuperposedTracker(SuperposedSettings):
                 yield target
             if target is None or target.existence <= LOUD:
                 vain = component
+
+    def _corrected(self, found: list[Sought], update: Update, interval_s: float) -> list[Sought]:
+        """Put a newborn target in the place of the one that fits worst, where that is likelier."""
+        sure = [k for k, target in enumerate(found) if target.existence > BESIDE and target.log_ratio is not None]
+        if not sure or isinstance(self.birth, ProposedBirths) or interval_s == 0:
+            return found
+        k = min(sure, key=lambda k: found[k].log_evidence)
+        others = [*found[:k], *found[k + 1 :]]
+        effects = [target.effect for target in others if target.existence > LOUD]
+        taken = [near.weights @ near.particles[:, [X, Y]] for near in others if near.existence >= BESIDE]
+        wrong = found[k]
+        against = wrong.log_evidence + math.log(wrong.prior) - math.log1p(-wrong.prior)
+        seeker, vain = self._seeker, None
+        for component in self.birth.components:
+            probability = component.probability(interval_s)
+            if probability == 0.0 or component is vain:
+                continue
+            vain, least = component, against - math.log(probability)
+            births = Newborn(seeker, self.sensor, self._log_allowed, self.forget_below, update.measurement, update.rng)
+            newborn = births.of_component(component, probability, effects, taken, least)
+            if newborn is not None:
+                gone = wrong._replace(existence=0.5 * self.forget_below)
+                return update.of([*others, newborn, gone], self.sweeps)
+        return found
 
     def _spread(self, target: Sought, rng: Generator) -> Sought:
         """Give a newborn target many velocities for each place: the next measurement chooses among them."""
