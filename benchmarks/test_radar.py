@@ -15,6 +15,7 @@ from elusive.motion import ConstantVelocity, square_root
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_births import ScanPrior
 from elusive.sensors.radar_scans import RadarPlot
+from elusive.tracking.detections import DetectionTracker
 from tests.charts.shapes import land
 from tests.reference import particle as reference
 
@@ -91,6 +92,46 @@ def test_a_map_in_the_step(benchmark, best_of, report, particles):
     without, within = best_of(lambda: follow(free, started, rng), lambda: follow(charted, started, rng))
     report(f"the same, {particles} particles: time without a map over with the field", without / within, 0.5)
     benchmark(follow, charted, started, rng)
+
+
+def test_scans_of_many_plots(benchmark, best_of, report):
+    """Fifteen ships among 200 false alarms: a scan, to what its 200 beginnings alone cost in NumPy."""
+    rng = np.random.default_rng(3)
+    sensor = SENSOR.replace(detection_probability=0.9, false_alarms=200.0, max_range_m=10_000.0, max_doppler_mps=40.0)
+    states = np.column_stack([rng.uniform(-5000, 5000, (15, 4))]) * [1, 0.001, 1, 0.001]
+    tracker = DetectionTracker(motion=ConstantVelocity(q=0.05), sensor=sensor)
+    belief = tracker.init(rng)
+    looks = []
+    for k in range(12):
+        looks.append(sensor.simulate(states, rng, 2.0 * k))
+        states[:, [0, 2]] += 2.0 * states[:, [1, 3]]
+    for look in looks[:8]:
+        belief = tracker.step(belief, look.time_s, look, rng)
+
+    def followed():
+        state = belief
+        for look in looks[8:]:
+            state = tracker.step(state, look.time_s, look, np.random.default_rng(4))
+        return state
+
+    def beginnings():
+        """The draws of every plot's new target, in NumPy as they are written."""
+        for look in looks[8:]:
+            of = np.repeat(np.arange(look.detections), tracker.particles)
+            distance, bearing = sensor.scattered(look.range_m[of], look.bearing_rad[of], rng)
+            along = rng.normal(look.doppler_mps[of], sensor.doppler_sd_mps)
+            across = rng.normal(0.0, 8.0, len(of))
+            sin, cos = np.sin(bearing), np.cos(bearing)
+            np.column_stack([distance * sin, along * sin + across * cos, distance * cos, along * cos - across * sin])
+
+    assert sum(track.status == "confirmed" for track in followed().tracks) == 15
+    mine, theirs = best_of(followed, beginnings, rounds=3)
+    report(
+        "detections of 15 ships and 200 false alarms: NumPy's draws of beginnings, over a whole scan",
+        theirs / mine,
+        0.5,
+    )
+    benchmark.pedantic(followed, rounds=3)
 
 
 def test_particle_map(benchmark, best_of, report):

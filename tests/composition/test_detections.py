@@ -37,7 +37,7 @@ class OwnPeaks:
     def draw_births(self, measurement, which, n, speed_sd_mps, rng):
         states = speed_sd_mps * rng.standard_normal((len(which), n, 4))
         states[:, :, [0, 2]] = measurement[which, None] + 0.7 * rng.standard_normal((len(which), n, 2))
-        return DetectionBirths(states, np.full(len(which), -2 * np.log(SIDE)))
+        return DetectionBirths(states, np.full(len(which), -2 * np.log(SIDE)), np.full((len(which), n), 1 / n))
 
 
 def peaks(rng, state, time_s):

@@ -81,7 +81,7 @@ def confirmed(found):
 
 def test_one_plot_a_scan_is_the_particle_filter_itself():
     looks, _ = sail([[4000, 3, 5000, -6]], ALONE, 30, seed=1)
-    tracker = follower(ALONE, Shore(20.0))
+    tracker = follower(ALONE, Shore(20.0), kernel_width=0.0)
     alone = ParticleFilter(
         motion=tracker.motion, sensor=ALONE, prior=NOWHERE, knowledge=tracker.knowledge, particles=tracker.particles
     )

@@ -20,10 +20,11 @@ from elusive.filters.particle import _kernels, _particle_kernels
 from elusive.filters.particle.informed import smoothed
 from elusive.filters.particle.parts import a_number_a_state, allowed_by
 from elusive.filters.particle.resampling import resample
+from elusive.motion import transition
 from elusive.tracking._detection_kernels import explanations
 from elusive.tracking.lifecycle import Life
 
-UNLIKE = 0.3  # relative difference of a belief's kurtosis to that of a Gaussian, from which it is none
+LEAST_KURTOSIS = 1.3  # of a belief of one mode: a line has 1.8, a Gaussian 3, two places 1
 CERTAIN = 1 - 1e-12  # existence, at most: a target may always have just gone
 
 
@@ -98,16 +99,18 @@ def expected(
 ) -> Expected:
     """Move a target over an interval, and ask what is known of its places; over no time it stays as it is.
 
-    Where it is resampled, and is Gaussian as far as its kurtosis tells, particles are drawn from kernels about those
-    that are left, so many times as wide as Silverman's rule has them: Musso, Oudjane and Le Gland (2001).
+    Where it is resampled, particles are drawn from kernels about those that are left, so many times as wide as
+    Silverman's rule has them for as many as count: Musso, Oudjane and Le Gland (2001). Copies alone, of few ancestors
+    where the motion has little noise, have too small a covariance: NEES 3.1 of 2 with 1000 particles, 2.2 so. Copies
+    stay where the belief is of several places, or its motion not linear: a component may be a choice, as at anchor.
     """
     particles, weights, allowed, n = target.particles, target.weights, None, len(target.weights)
     if interval_s == 0:
         return Expected.at_rest(target)
     if _particle_kernels.effective_size(weights) < resample_below * n:
-        if kernel_width and _is_gaussian(target):
-            d = particles.shape[1]
-            width = kernel_width * (4 / ((d + 2) * n)) ** (1 / (d + 4))
+        if kernel_width and transition(motion, interval_s) is not None and _has_one_mode(target):
+            d, counting = particles.shape[1], _particle_kernels.effective_size(weights)
+            width = kernel_width * (4 / ((d + 2) * counting)) ** (1 / (d + 4))
             particles = smoothed(particles, weights, min(width, 1.0), rng)
         else:
             particles = _kernels.gather(particles, resample(weights, n, rng), n)
@@ -119,13 +122,13 @@ def expected(
     return Expected(target, survival * target.existence, particles, weights, *moments, allowed)
 
 
-def _is_gaussian(target: Target) -> bool:
-    """Tell a belief of one mode and light tails by the kurtosis along the axes of its ellipsoid."""
+def _has_one_mode(target: Target) -> bool:
+    """Tell a belief of one mode by the kurtosis along the axes of its ellipsoid."""
     squares, axes = np.linalg.eigh(target.covariance)
     if squares[0] <= 0:
         return False
     fourth = target.weights @ ((target.particles - target.mean) @ (axes / np.sqrt(squares))) ** 4
-    return bool((np.abs(fourth / 3 - 1) < UNLIKE).all())
+    return bool((fourth > LEAST_KURTOSIS).all())
 
 
 def evidence(

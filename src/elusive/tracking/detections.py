@@ -112,7 +112,7 @@ class DetectionTracker(DetectionRules):
     )
     resample_below: Probability = Field(0.5, description="Resample when the effective size falls below this share of N")
     kernel_width: NonNegative = Field(
-        0.0, description="Width of the kernels that a Gaussian belief is resampled with, to Silverman's; 0: none"
+        0.5, description="Width of the kernels that a belief of one mode is resampled with, to Silverman's; 0: none"
     )
     recover_below: float = Field(
         1e-6,
