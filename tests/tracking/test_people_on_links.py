@@ -103,16 +103,16 @@ def walked(rng, half, frames):
 
 @pytest.mark.validate
 @pytest.mark.parametrize(
-    ("sensor", "half", "particles"),
+    ("sensor", "trials"),
     [
-        (shadowed_links(model=LinkShadowing(temper=1.0)), 4.0, 500),
-        (linear_links(nodes=16, half=5.0, model=LinkRadiation(temper=1.0, voxel_sd_db=0.0)), 5.0, 500),
+        (shadowed_links(model=LinkShadowing(temper=1.0)), 500),
+        (linear_links(nodes=12, half=4.0, model=LinkRadiation(temper=1.0, voxel_sd_db=0.0)), 300),
     ],
 )
-def test_the_covariance_of_a_lone_person_holds(sensor, half, particles):
+def test_the_covariance_of_a_lone_person_holds(sensor, trials):
     """Of a person who walks and changes the links as the model says, its likelihood not tempered."""
-    trials, squared = 500, []
-    model = people(sensor, Area.rectangle(-half, half, -half, half), particles=particles)
+    half, squared = 4.0, []
+    model = people(sensor, Area.rectangle(-half, half, -half, half), particles=500)
     for trial in range(trials):
         rng = np.random.default_rng([7, trial])
         state, path = model.init(rng), walked(rng, half, 12)
