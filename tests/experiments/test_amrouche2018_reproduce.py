@@ -170,6 +170,6 @@ def test_a_deviation_in_the_filter_is_a_deviation_in_the_table() -> None:
         "near-optimal": ("single", "measurement", 20_000),
     }
     assert [built[name].newborns for name in FILTERS[3:]] == [500, 500, 500, 20_000]
-    assert [built[name].smoothing for name in FILTERS[3:]] == [0.0, 0.0, None, 0.0]
+    assert [built[name].spread_within for name in FILTERS[3:]] == [0.0, 0.0, None, 0.0]
     assert all(model.birth.snr_db == 3.18 for model in built.values())
     assert all(model.birth_probability == model.death_probability == 0.05 for model in built.values())

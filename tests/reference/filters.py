@@ -76,7 +76,7 @@ def bernoulli_step(model, root, state, frame, rng, log_map=birth_map):
     """
     time_s, existence, particles, weights = state[:4]
     draws, sensor, p = rng.random(5), model.sensor, model.sensor.patch_cells
-    side = 3 * sensor.psf_sigma if model.smoothing is None else model.smoothing
+    side = 3 * sensor.psf_sigma if model.spread_within is None else model.spread_within
     old = predicted(particles, weights, model.particles, side, model.motion.F(1.0), root, draws)
     new, log_ratio = newborns(model.birth, model.newborns, frame, sensor, model.state_names, draws[2:], log_map)
     x, y = old[:, 0] / sensor.dx, old[:, 2] / sensor.dy

@@ -61,9 +61,9 @@ class OwnSensor(ImageSensor):
 
 
 @pytest.mark.parametrize("birth", [MeasurementBirth(), UniformBirth()], ids=lambda birth: birth.kind)
-@pytest.mark.parametrize("smoothing", [None, 0.0])
-def test_the_compiled_step_equals_the_steps_parts(birth, smoothing):
-    built_in = BernoulliFilter(birth=birth, smoothing=smoothing, particles=600, newborns=200)
+@pytest.mark.parametrize("spread_within", [None, 0.0])
+def test_the_compiled_step_equals_the_steps_parts(birth, spread_within):
+    built_in = BernoulliFilter(birth=birth, spread_within=spread_within, particles=600, newborns=200)
     own = built_in.replace(sensor=OwnSensor())
     state = other = built_in.init(np.random.default_rng(0), -1.0)
     for k, frame in enumerate(film(built_in.sensor, 8, seed=2)):
@@ -78,8 +78,10 @@ def test_a_motion_that_is_not_linear_is_smoothed_as_well():
     motion = WithIntensity(motion=ConstantTurnRateVelocity(), q_intensity=0.0)
     model = BernoulliFilter(motion=motion, particles=600, newborns=200)
     distinct = []
-    for smoothing in (None, 0.0):
-        *_, state = run(model.replace(smoothing=smoothing), film(model.sensor, 12, seed=3), np.random.default_rng(4))
+    for spread_within in (None, 0.0):
+        *_, state = run(
+            model.replace(spread_within=spread_within), film(model.sensor, 12, seed=3), np.random.default_rng(4)
+        )
         assert state.existence > 0.9
         distinct.append(len(np.unique(state.particles[:600, -1])))
     assert distinct[0] > 2 * distinct[1]

@@ -38,7 +38,7 @@ class Row(NamedTuple):
     births: type[UniformBirth]
     particles: int
     newborns: int | None  # None: the paper's filter, where each particle carries existence
-    smoothing: float | None = 0.0  # of survivors; None: the usual one
+    spread_within: float | None = 0.0  # of survivors; None: the usual one
 
 
 FILTERS: dict[FilterName, Row] = {
@@ -64,7 +64,7 @@ class WeakTargetTrial(WeakTarget):
         parts = {"motion": self.target_motion, "sensor": self.sensor, "birth": birth, "particles": row.particles}
         if row.newborns is None:
             return ExistenceParticleFilter(**parts)
-        return BernoulliFilter(**parts, newborns=row.newborns, smoothing=row.smoothing)
+        return BernoulliFilter(**parts, newborns=row.newborns, spread_within=row.spread_within)
 
 
 def trial(parameters: WeakTargetTrial, rng: Generator) -> dict[str, Array]:

@@ -25,7 +25,7 @@ class Plan(NamedTuple):
     ranges: Any  # births.Ranges
     intensity: float  # of the target that the frame is searched for, to draw newborns by
     uniform_share: float  # of the newborns drawn uniformly; one: the frame is not searched
-    smoothing: float  # side of a cell of survivors; 0: they stay as they are
+    spread_within: float  # side of a cell of survivors; 0: they stay as they are
     particles: int
     newborns: int
     viewed: bool  # whether a target out of view is absent
@@ -46,9 +46,9 @@ def step(
 
     The log mass is NaN where the weights before are no weights.
     """
-    n, new, smooth = plan.particles, plan.newborns, plan.smoothing > 0.0
+    n, new, smooth = plan.particles, plan.newborns, plan.spread_within > 0.0
     if smooth:
-        states, share, starts = by_cell(particles, weights, plan.smoothing)
+        states, share, starts = by_cell(particles, weights, plan.spread_within)
     else:
         states, share, starts = particles, weights, np.array([0, len(weights)])
     total = total_of(share)

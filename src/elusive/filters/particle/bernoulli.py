@@ -53,16 +53,16 @@ class BernoulliFilter(Detector):
     kind: Literal["single"] = "single"
     particles: int = Field(1500, gt=0, description="Particles that continue, N_c")
     newborns: int = Field(500, gt=0, description="Particles born at each step, N_b")
-    smoothing: NonNegative | None = Field(
+    spread_within: NonNegative | None = Field(
         None,
         description="Side of the cells of place in which survivors are spread over what they stand for, mean and "
         "covariance kept; 0: they stay as resampled; not given: three point spreads, 0 for a sensor without [px]",
     )
 
     @cached_property
-    def _smoothing(self) -> float:
+    def _side(self) -> float:
         spread = float(getattr(self.sensor, "spread_px", 0.0)) * Optics.of(self.sensor).dx
-        return SPREADS * spread if self.smoothing is None else self.smoothing
+        return SPREADS * spread if self.spread_within is None else self.spread_within
 
     @cached_property
     def _plan(self) -> Plan | None:
@@ -78,7 +78,7 @@ class BernoulliFilter(Detector):
             birth.ranges(sensor, self.state_names),
             sensor.intensity_of(birth.snr_db),
             birth.uniform_share if isinstance(birth, MeasurementBirth) else 1.0,
-            self._smoothing,
+            self._side,
             self.particles,
             self.newborns,
             bool(self._known.views),
@@ -143,7 +143,7 @@ class BernoulliFilter(Detector):
         self, state: BernoulliState, matrices: tuple[Array, Array] | None, interval_s: float, rng: Generator
     ) -> Array:
         """Survivors moved on, in front of room for the newborns."""
-        n, side = self.particles, self._smoothing
+        n, side = self.particles, self._side
         states, weights, starts = state.particles, state.weights, np.array([0, len(state.weights)])
         if side:
             states, weights, starts = by_cell(states, weights, side)
