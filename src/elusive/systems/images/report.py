@@ -100,6 +100,8 @@ def write_png(path: Path, tracked: Tracked, frames: FrameKeeper) -> None:
         else:
             for track, places in tracked.tracks.items():
                 axes[0].plot(*places[number], **box, markeredgecolor=plots.track_colour(track))
+            for other in tracked.others:
+                axes[1].plot(*other.T, color=plots.TRUTH, linewidth=4.0, alpha=0.5)
             plots.several_paths(axes[1], tracked.tracks, tracked.truth)
         rows, columns = tracked.shape
         axes[1].set(
