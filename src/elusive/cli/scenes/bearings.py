@@ -32,7 +32,7 @@ def simulate_command(
         typer.Option("--path", help="Corners of an emitter's path: .csv of x_m, y_m. One or several."),
     ] = None,
 ) -> None:
-    """Fly emitters past sensors; write the bearings, untold whose they are, and where each was."""
+    """Fly emitters past sensors; write the bearings, without labels, and where each was."""
     parameters = BearingSimulation(**nested(BearingSimulation, given, read_yaml(config) if config else {}))
     if place is not None:
         sites = read_sensors(place)
