@@ -44,6 +44,8 @@ MOVERS = {
         29: (73, 147),
     },
 }
+# what follows them: up to 15 px a frame, and they slow down
+SWIFT = {"birth": {"max_speed": 14.0}, "motion": {"motion": {"q": 3.0}}}
 
 
 class Sequence(NamedTuple):
@@ -141,6 +143,8 @@ class Tracked(NamedTuple):
     """A recording tracked from several seeds, and what needs no seed."""
 
     runs: list[Run]
+    several: dict[int, dict[int, np.ndarray]]  # with filter several: confirmed tracks' (2,) x, y, by track and frame
+    lived: dict[int, int]  # frames that each of them was a candidate
     nearest: np.ndarray  # (n, 2) x, y of nearest_neighbour
     quantiles: np.ndarray  # (n - 1, 7) of the response, from the second frame on
 
@@ -151,6 +155,7 @@ def track(sequence: Sequence, seeds: range) -> Tracked:
     The seeds go through the frames side by side and share the whitening, which draws nothing and is most of the time.
     """
     parameters = ImageTracking(filter={"kind": "single"}).bind(sequence.frames.shape[1:])
+    swift = ImageTracking(filter={"kind": "several", **SWIFT}).bind(sequence.frames.shape[1:])
     step, latest = Whitener.step, {}
     whitened: list[Whitened] = []
 
@@ -163,8 +168,9 @@ def track(sequence: Sequence, seeds: range) -> Tracked:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Whitener, "step", once)
-        side_by_side = [track_images(sequence.frames, parameters.replace(seed=seed)) for seed in seeds]
-        results = zip(*zip(*side_by_side, strict=True), strict=True)
+        given = [*(parameters.replace(seed=seed) for seed in seeds), swift]
+        side_by_side = [track_images(sequence.frames, one) for one in given]
+        *results, followed = zip(*zip(*side_by_side, strict=True), strict=True)
         runs = [
             Run(
                 np.array([step.state.existence for step in of_seed]),
@@ -174,7 +180,17 @@ def track(sequence: Sequence, seeds: range) -> Tracked:
             for of_seed in results
         ]
     assert len(whitened) == len(sequence.frames) - 1
-    return Tracked(runs, nearest_neighbour(whitened), np.array([frame.quantiles[1] for frame in whitened]))
+    several: dict[int, dict[int, np.ndarray]] = {}
+    lived: dict[int, int] = {}
+    for k, seen in enumerate(followed):
+        for one in seen.tracks:
+            if one.status == "candidate":
+                lived[one.track] = lived.get(one.track, 0) + 1
+            elif one.status == "confirmed":
+                several.setdefault(one.track, {})[k] = one.mean[[X, Y]]
+    return Tracked(
+        runs, several, lived, nearest_neighbour(whitened), np.array([frame.quantiles[1] for frame in whitened])
+    )
 
 
 def share_found(run: Run, labels: np.ndarray, first: int = 10) -> float:

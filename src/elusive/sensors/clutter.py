@@ -158,6 +158,11 @@ class ClutterSensor(Model):
         """Widths of the point spread that the matched filter has to seek [px]."""
         return SOUGHT_PX if self.psf_sigma is None else (self.psf_sigma,)
 
+    @property
+    def reach_px(self) -> float:
+        """Distance up to which a point explains what a cell shows [px]."""
+        return REACH * ALIKE * self.spread_px
+
     def response_ratio(self, response: Array, tail: NoiseTail) -> Array:
         """Log likelihood ratio of target against none for responses of any shape; never falling with them."""
         target, lookalike = self._densities
@@ -240,7 +245,7 @@ class ClutterSensor(Model):
         from elusive.sensors._patch_kernels import lay
 
         width = ALIKE * self.spread_px
-        reach = math.ceil(REACH * width)
+        reach = math.ceil(self.reach_px)
         x, y = states[:, X].copy(), states[:, Y].copy()
         corner, bells = lay(x, y, np.ones(len(states)), (1.0, 1.0), width, reach, self.shape)
         return Claims(Patches(corner, bells, box_of(corner, bells.shape[2])), states[:, [X, Y]])

@@ -35,7 +35,10 @@ class Lifecycle(Model):
     candidate_from: Probability = Field(0.5, description="Existence at which a track begins, as a candidate")
     confirm_from: Probability = Field(0.9, description="Existence that counts towards confirmation")
     confirm_frames: int = Field(
-        3, ge=1, description="Updates with that existence that confirm a track; recorded images: at least rest_lag + 2"
+        3,
+        ge=1,
+        description="Updates with that existence that confirm a track; recorded images: at least rest_lag + 2, save of "
+        "what plainly moves",
     )
     confirm_window: int | None = Field(
         None, ge=1, description="Latest updates that they are counted in; by default as many: in a row"

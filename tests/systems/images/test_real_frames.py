@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from elusive.preprocess import Whitener
 from tests import infrared
 
 pytestmark = pytest.mark.skipif(
@@ -65,6 +66,21 @@ def test_what_is_left_in_easy2_are_two_real_objects():
     # they enter in frame 23
     assert max(run.existence[10:23].mean() for run in with_movers) < 0.02
     assert max(run.existence[10:].mean() for run in without) < 0.02
+
+
+def test_the_target_and_two_movers_are_three_confirmed_tracks():
+    found = tracked("easy2", 1.0).several
+    true = [recorded("easy2").labels[29], *(np.array(path[29]) for path in infrared.MOVERS.values())]
+    last = [path[29] for path in found.values() if 29 in path]
+    assert len(found) == len(last) == 3
+    # the movers' places are by eye
+    assert all(min(np.hypot(*(place - there)) for place in last) <= 4 for there in true)
+
+
+def test_what_rests_is_confirmed_no_sooner_than_it_is_known_to():
+    found = tracked("sequence1", 0.0)  # two points of the scene light up where the recording jumps
+    assert found.lived
+    assert all(found.lived[track] >= Whitener().rest_lag + 1 for track in found.several)
 
 
 @pytest.mark.parametrize("name", ["easy2", "sequence1"])

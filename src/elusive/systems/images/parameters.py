@@ -140,7 +140,10 @@ class ImageTracking(RecordedFrames):
 
     @property
     def lifecycle(self) -> Lifecycle:
-        """When a track begins and ends; in recorded frames it must outlive what is not yet known to rest."""
+        """When a track begins and ends; in recorded frames it must outlive what is not yet known to rest.
+
+        With filter ``several`` what plainly moves need not (:mod:`elusive.tracking.plain_motion`).
+        """
         if not isinstance(self.filter.sensor, ClutterSensor):
             return self.tracks
         least = self.background.rest_lag + 2
@@ -161,5 +164,5 @@ class ImageTracking(RecordedFrames):
             return detector
         prepared = {name: getattr(self, name) for name in RecordedFrames.model_fields}
         if isinstance(detector, SeveralImages):
-            return FollowedFrames(detector=detector, **prepared)
+            return FollowedFrames(detector=detector, moving=self.tracks, **prepared)
         return RecordedFilter(detector=detector, **prepared)

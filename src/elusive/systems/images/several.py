@@ -7,6 +7,7 @@ whitened against earlier frames, through which targets are carried along with th
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from functools import cached_property
 from typing import Any, Literal, NamedTuple, Self
 
@@ -24,6 +25,8 @@ from elusive.sensors.clutter import ClutterSensor
 from elusive.sensors.field_of_view import FieldOfView
 from elusive.sensors.image import ImageSensor
 from elusive.tracking.frame_births import FrameBirths
+from elusive.tracking.lifecycle import Lifecycle
+from elusive.tracking.plain_motion import PlainMotion, Start
 from elusive.tracking.superposed import SuperposedTracker
 from elusive.tracking.superposed_state import SuperposedState, Target
 from elusive.tracking.track import Track
@@ -64,6 +67,7 @@ class FollowedState(NamedTuple):
     time_s: float  # NaN before the first frame, where no time was given
     whitener: WhitenerState
     belief: SuperposedState
+    starts: Mapping[int, Start]  # where candidates began, by their number
 
     @property
     def existence(self) -> float:
@@ -85,6 +89,7 @@ class FollowedFrames(RecordedFrames):
     """Follows several targets in raw recorded frames; velocities are relative to the scene."""
 
     detector: SeveralImages = Field(description="The filter that sees the evidence; its sensor is a ClutterSensor")
+    moving: Lifecycle = Field(Lifecycle(), description="When a track that plainly moves against the scene is confirmed")
 
     @cached_property
     def _whitener(self) -> Whitener:
@@ -93,7 +98,7 @@ class FollowedFrames(RecordedFrames):
 
     def init(self, rng: Generator, time_s: float = math.nan) -> FollowedState:
         """Return the belief before the first frame."""
-        return FollowedState(time_s, self.background.init(), self.detector.init(rng, time_s))
+        return FollowedState(time_s, self.background.init(), self.detector.init(rng, time_s), {})
 
     def step(self, state: FollowedState, time_s: float, measurement: Array | None, rng: Generator) -> FollowedState:
         """Return the belief at a raw frame's time and after it; without a frame (``None``), the prediction.
@@ -105,16 +110,26 @@ class FollowedFrames(RecordedFrames):
             earlier frames.
         """
         interval_since(state.time_s, time_s)
-        evidence, whitener, belief = None, state.whitener, state.belief
+        evidence, whitener, belief, starts = None, state.whitener, state.belief, state.starts
         if measurement is not None:
             whitener = self._whitener.step(whitener, measurement)
             seen, sensor = whitener.output, self.detector.sensor
             if seen is not None and isinstance(sensor, ClutterSensor):
                 belief = belief._replace(targets=tuple(self._carried(one, seen.step_px, rng) for one in belief.targets))
+                starts = {track: start.carried(seen.step_px, self.jitter_px) for track, start in starts.items()}
                 evidence = sensor.evidence(seen.response, seen.tail, seen.earlier)
             if whitener.frames_seen <= self.background.least_seen:
-                return FollowedState(time_s, whitener, belief._replace(time_s=time_s))
-        return FollowedState(time_s, whitener, self.detector.step(belief, time_s, evidence, rng))
+                return FollowedState(time_s, whitener, belief._replace(time_s=time_s), starts)
+        belief = self.detector.step(belief, time_s, evidence, rng)
+        if evidence is not None:
+            targets, starts = self._plain_motion.judged(belief.targets, starts)
+            belief = belief._replace(targets=targets)
+        return FollowedState(time_s, whitener, belief, starts)
+
+    @cached_property
+    def _plain_motion(self) -> PlainMotion:
+        sensor: Any = self.detector.sensor
+        return PlainMotion(self.moving, sensor.reach_px)
 
     def _carried(self, target: Target, step_px: Array, rng: Generator) -> Target:
         """Carry a target along with its scene."""
