@@ -15,7 +15,8 @@ from elusive.contracts import Array
 from elusive.model import Positive
 from elusive.results import scored
 from elusive.systems.images.parameters import ImageTracking
-from elusive.systems.images.results import NEAR_PX, ImageLog
+from elusive.systems.images.report import NEAR_PX
+from elusive.systems.images.results import ImageLog
 from elusive.systems.images.scene import ImageScene
 from elusive.systems.images.simulate import draw_images
 from elusive.systems.images.track import track_images

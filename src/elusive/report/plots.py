@@ -135,9 +135,16 @@ def shade(axes: Axes, times: Array, present: NDArray[Any]) -> None:
         axes.axvspan(times[first] - half, times[after - 1] + half, color=TRUTH, alpha=0.12, linewidth=0, label=label)
 
 
-def error(axes: Axes, times: Array, distance: Array, spread: Array | None = None, unit: str = "frame") -> None:
+def error(
+    axes: Axes,
+    times: Array,
+    distance: Array,
+    spread: Array | None = None,
+    unit: str = "frame",
+    label: str = "error",
+) -> None:
     """Draw the distance from estimate to truth over time, with the filter's own standard deviation."""
-    axes.plot(times, distance, color=ESTIMATE, label="error")
+    axes.plot(times, distance, color=ESTIMATE, label=label)
     if spread is not None:
         axes.plot(times, spread, color=MUTED, linestyle=(0, (4, 3)), label="the filter's own deviation")
     axes.set(xlabel=f"time [{unit}]", ylabel="position error [px]", ylim=(0, None))

@@ -9,7 +9,15 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from elusive.systems.images.report import SHOWN_AT_MOST, SIDE_AT_MOST, FrameKeeper, Tracked, write_html, write_png
+from elusive.systems.images.report import (
+    SHOWN_AT_MOST,
+    SIDE_AT_MOST,
+    FrameKeeper,
+    Tracked,
+    paired_error,
+    write_html,
+    write_png,
+)
 from tests.browsing import data_in, is_drawn, layers, names, numbers, pixels, stands_alone, titles
 
 
@@ -153,7 +161,7 @@ def several(frames: int, truth: bool = True) -> Tracked:
     """Two tracks: the first from frame 3 to 11, the second from frame 5 on, nearer to the truth."""
     one = tracked(frames, truth=truth)
     number = np.arange(frames, dtype=float)
-    first, second = (np.column_stack([number + shift, 0.5 * number]) for shift in (4.0, 1.0))
+    first, second = (np.column_stack([number + shift, 0.5 * number]) for shift in (3.0, 1.0))
     first[:3] = first[12:] = second[:5] = np.nan
     path = np.column_stack([number, 0.5 * number]) if truth else None
     return one._replace(tracks={1: first, 7: second}, truth=path, existence=np.where(number < 3, np.nan, 0.999))
@@ -168,10 +176,22 @@ def test_several_tracks_are_told_apart(tmp_path: Path) -> None:
     assert (second["x"][2], second["y"][2]) == (8.0, 3.5)
     existence, error = (panel["layers"][-1]["y"] for panel in data["panels"][1:])
     assert existence[:4] == [None, None, None, 0.999]
-    assert error[:6] == [None, None, None, 4.0, 4.0, 1.0]  # of the nearest track
+    assert error[:6] == [None, None, None, 3.0, 3.0, 1.0]  # of the nearest track
+    assert "RMS error of the targets found" in names(data)
     write_png(tmp_path / "r.png", given, kept(30)[0])
     with Image.open(tmp_path / "r.png") as image:
         assert np.asarray(image.convert("L")).std() > 10
+
+
+def test_the_error_of_several_is_over_all_targets_and_the_tracks_at_them() -> None:
+    # two targets 20 px apart; tracks 1 and 2 px off, a third at neither; then the second target or its track is gone
+    truths = [np.zeros((4, 2)), np.full((4, 2), 20.0)]
+    tracks = [truths[0] + [0.0, 1.0], truths[1] + [2.0, 0.0], np.full((4, 2), 10.0)]
+    truths[1][2], tracks[1][1], tracks[0][3] = np.nan, np.nan, np.nan
+    found = paired_error(truths, tracks, 4)
+    np.testing.assert_allclose(found, [np.sqrt(2.5), 1.0, 1.0, 2.0])
+    assert np.isnan(paired_error(truths, [], 4)).all()
+    assert np.isnan(paired_error(truths[:1], tracks[2:], 4)).all()
 
 
 def test_no_track_of_several_is_a_report_too(tmp_path: Path) -> None:

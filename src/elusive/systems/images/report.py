@@ -10,12 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elusive.contracts import Array
+from elusive.metrics._assignment import linear_sum_assignment
 from elusive.report import drawing as draw
 from elusive.report import plots
 from elusive.report.page import write_page
 from elusive.report.scored import gospa_chart
 from elusive.results import Scored
 
+NEAR_PX = 4.0  # distance within which a track is at a target
 SHOWN_AT_MOST = 240  # frames kept for the report, whatever the recording's length
 SIDE_AT_MOST = 320  # pixels a side
 
@@ -68,14 +70,40 @@ class Tracked(NamedTuple):
         return np.asarray(np.any([np.isfinite(path[:, 0]) for path in (self.truth, *self.others)], axis=0))
 
     @property
+    def error_name(self) -> str:
+        """What the error is of."""
+        return "error" if self.tracks is None else "RMS error of the targets found"
+
+    @property
     def error(self) -> Array | None:
-        """Distance from estimate to truth, ``(T,)``; of several tracks, that of the nearest."""
+        """Distance from estimate to truth, ``(T,)``; of several tracks its RMS over targets and the tracks at them."""
         if self.truth is None:
             return None
-        if self.tracks:
-            apart = np.stack([np.hypot(*(path - self.truth).T) for path in self.tracks.values()])
-            return np.asarray(np.fmin.reduce(apart, axis=0))
-        return np.asarray(np.hypot(*(self.estimate - self.truth).T))
+        if self.tracks is None:
+            return np.asarray(np.hypot(*(self.estimate - self.truth).T))
+        return paired_error([self.truth, *self.others], list(self.tracks.values()), len(self.times))
+
+
+def paired_error(truths: Sequence[Array], tracks: Sequence[Array], frames: int) -> Array:
+    """RMS distance of targets to the tracks at them, paired one to one within NEAR_PX, ``(T,)``; NaN without a pair.
+
+    Parameters
+    ----------
+    truths, tracks
+        ``(T, 2)`` each [px], NaN where one is not there.
+    frames
+        T.
+    """
+    found = np.full(frames, np.nan)
+    if not (truths and tracks):
+        return found
+    for frame, (true, placed) in enumerate(zip(np.stack(truths, axis=1), np.stack(tracks, axis=1), strict=True)):
+        there, living = true[np.isfinite(true[:, 0])], placed[np.isfinite(placed[:, 0])]
+        apart = np.linalg.norm(there[:, None] - living[None], axis=2)
+        paired = apart[linear_sum_assignment(np.minimum(apart, NEAR_PX) ** 2)]
+        if (paired < NEAR_PX).any():
+            found[frame] = np.sqrt(np.mean(paired[paired < NEAR_PX] ** 2))
+    return found
 
 
 def write_png(path: Path, tracked: Tracked, frames: FrameKeeper) -> None:
@@ -122,7 +150,7 @@ def write_png(path: Path, tracked: Tracked, frames: FrameKeeper) -> None:
             axes[2].set_box_aspect(min(max(rows / columns, 0.6), 1.0))
         if tracked.error is not None:
             spread = np.hypot(*tracked.deviation.T) if np.isfinite(tracked.deviation).any() else None
-            plots.error(axes[3], tracked.times, tracked.error, spread, tracked.time_unit)
+            plots.error(axes[3], tracked.times, tracked.error, spread, tracked.time_unit, tracked.error_name)
             axes[3].set(title="How far off?", xlim=axes[2].get_xlim())
         figure.suptitle(tracked.title, x=0.01, ha="left", size=12, weight="bold")
 
@@ -188,8 +216,8 @@ def curves(tracked: Tracked) -> list[draw.Panel]:
         for colour, (name, curve) in zip(plots.SERIES[1:], tracked.extra.items(), strict=False)
     ]
     known = tracked.existences
-    if known is None:
-        lines.append(draw.line(times, tracked.existence, "--accent", 4, name="existence"))
+    colour, name = ("--accent", "existence") if known is None else ("--soft", "any target")
+    lines.append(draw.line(times, tracked.existence, colour, 4, name=name))
     for track, curve in (known or {}).items():
         lines.append(draw.line(times, curve, plots.track_colour(track), 4, name=f"track {track}"))
     title = "Is it there? 1 - P(so strong a track by chance)" if several and known is None else "Is it there?"
@@ -197,7 +225,7 @@ def curves(tracked: Tracked) -> list[draw.Panel]:
     error = tracked.error
     if error is not None and np.isfinite(error).any():
         top = 1.05 * max(0.96, float(np.nanmax(error)))
-        far = draw.line(times, error, "--accent", name="error")
+        far = draw.line(times, error, "--accent", name=tracked.error_name)
         panels.append(draw.chart("How far off?", times, [far], axis="error", unit="px", reach=(0.0, top)))
     if tracked.scored is not None:
         panels.append(gospa_chart(*tracked.scored.series))

@@ -22,7 +22,6 @@ from elusive.systems.images.report import Tracked
 from elusive.systems.images.several import FollowedState
 from elusive.tracking import Step
 
-NEAR_PX = 4.0  # distance within which a track is at a target
 CONFIRMED, DELETED = STATUSES.index("confirmed"), STATUSES.index("deleted")
 QUANTILES = tuple(f"whitened_at_{level:g}" for level in LEVELS)  # of the whitened pixels [noise deviations]
 

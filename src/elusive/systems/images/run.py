@@ -9,8 +9,8 @@ from typing import NamedTuple
 from elusive.io import FrameSource, Truth, atomic_folder
 from elusive.results import Scored, scored, write_mot_csv, write_result
 from elusive.systems.images.parameters import ImageTracking
-from elusive.systems.images.report import FrameKeeper, Tracked, write_html, write_png
-from elusive.systems.images.results import NEAR_PX, ImageLog, tracked_of
+from elusive.systems.images.report import NEAR_PX, FrameKeeper, Tracked, write_html, write_png
+from elusive.systems.images.results import ImageLog, tracked_of
 from elusive.systems.images.track import track_images
 from elusive.tracking import Step
 

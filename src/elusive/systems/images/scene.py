@@ -9,13 +9,13 @@ from typing import Any, Literal
 from pydantic import Field
 
 from elusive.contracts import Array
-from elusive.filters import BernoulliFilter, MeasurementBirth
 from elusive.io import FrameSource, Truth, atomic_folder
 from elusive.io._stack import Stack
 from elusive.sensors import ImageSensor
 from elusive.systems.images.parameters import ImageTracking
 from elusive.systems.images.recurrent import RecurrentImages
 from elusive.systems.images.run import Outcome, track_recording
+from elusive.systems.images.several import SeveralImages
 from elusive.systems.images.simulate import ImageSimulation, draw_images, write_frames
 from elusive.tracking.frame_births import FrameBirths
 
@@ -27,10 +27,10 @@ class ImageScene(ImageSimulation):
 
     system: Literal["images"] = Field("images", description="What kind of scene this is")
     filter_knows_target: bool = Field(
-        True, description="The filter knows the target's motion and its mean SNR, as in the paper"
+        True, description="The filter knows how targets move and their mean SNR, as in the paper"
     )
     tracking: ImageTracking = Field(
-        ImageTracking(filter=BernoulliFilter(sensor=ImageSensor(), birth=MeasurementBirth()), seed=1),
+        ImageTracking(filter=SeveralImages(sensor=ImageSensor()), seed=1),
         description="How it is tracked",
     )
 

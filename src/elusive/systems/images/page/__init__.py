@@ -1,4 +1,4 @@
-"""Images: a target too faint to see in one frame, made or opened, run, played and measured on one page.
+"""Images: targets too faint to see in one frame, made or opened, run, played and measured on one page.
 
 Amrouche, Khenchaf and Berkani (2018).
 """
@@ -12,16 +12,16 @@ from elusive.workbench.bench import Bench
 from elusive.workbench.session import state_of
 from elusive.workbench.shell import Page, head, main
 
-TITLE = "A faint target in images"
+TITLE = "Faint targets in images"
 LEAD = (
-    "A target below the noise of every single frame is found by following all places at once. Make one or open frames, "
-    "run the filter, and see when it is there and how far off; keep a run and change the SNR to see both curves."
+    "Targets below the noise of every single frame are found by following all places at once. Make some or open "
+    "frames, run the filter, and see when each is there and how far off; keep a run and change the SNR to see both."
 )
 BESIDE_DB = 10.0  # SNR of the run that the example keeps beside the paper's
 
 
 async def build(example: bool) -> None:
-    """Build the page; ``example``: run the paper's scenario at once, with a brighter target beside it."""
+    """Build the page; ``example``: run the paper's scenario at once, and with a brighter target to compare."""
     head("/images")
     state = await state_of("images", ImagesState)
     with main(TITLE, LEAD):
@@ -38,7 +38,7 @@ async def build(example: bool) -> None:
 
 PAGE = Page(
     "/images", TITLE,
-    "One target, too faint to threshold, that appears, moves and disappears: frames, particle cloud, existence, error.",
+    "Targets too faint to threshold that appear, move and disappear: frames, particles, existence of each, error.",
     "30 frames of 20 x 20 with a target of 6.7 dB in frames 6 to 24 of Amrouche et al. (2018), beside one of 10 dB.",
     build,
 )  # fmt: skip

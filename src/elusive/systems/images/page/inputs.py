@@ -17,12 +17,14 @@ from elusive.workbench.opener import opener
 from elusive.workbench.parts import Form
 
 KIND = ("motion", "motion", "kind")
-MAIN = (("snr_db",), KIND, ("appears",), ("leaves",), ("frames",))
+MAIN = (("snr_db",), ("targets",), KIND, ("appears",), ("leaves",), ("frames",))
 UNITS = (("sensor", "dx"), ("sensor", "dy"))  # pixels
 INNER = (("motion",), ("sensor",), ("tracking",))
 FILTER = ("tracking", "filter")
 RECORDED_ONLY = tuple(("tracking", name) for name in ("background", "jitter_px", "clump_px"))
-KNOWN = ((*FILTER, "motion"), (*FILTER, "birth", "snr_db"), (*FILTER, "target_snr_db"))
+KNOWN = tuple(
+    (*FILTER, *path) for path in (("motion",), ("birth", "snr_db"), ("birth", "snr_db_range"), ("target_snr_db",))
+)
 SOURCES = {"scene": "Make a scenario", "file": "Open frames"}
 OPEN_MAIN = (("filter", "kind"), ("filter", "birth", "snr_db"), ("filter", "particles"), ("filter", "target_snr_db"))
 

@@ -11,7 +11,8 @@ from elusive.io import FrameSource, Truth
 from elusive.results import scored
 from elusive.systems.images.page.panels import Belief, belief_of, dots_each, images_page, stride_of
 from elusive.systems.images.page.state import ImagesState
-from elusive.systems.images.results import NEAR_PX, ImageLog, tracked_of
+from elusive.systems.images.report import NEAR_PX
+from elusive.systems.images.results import ImageLog, tracked_of
 from elusive.systems.images.run import follow
 from elusive.systems.images.scene import NAME, ImageScene, held_frames
 from elusive.systems.images.simulate import draw_images
@@ -53,7 +54,7 @@ def run_scene(scene: ImageScene, job: LiveJob) -> Run:
     yaml = File("Run as YAML", "scene.yaml", settled.to_yaml().encode())
     again = "elusive scene scene.yaml --out results"
     kind = settled.tracking.filter.kind
-    title = f"SNR {scene.snr_db:g} dB" + ("" if kind == "single" else f", {kind}")
+    title = f"SNR {scene.snr_db:g} dB" + ("" if kind == "several" else f", {kind}")
     source = held_frames(NAME, drawn.frames)
     return watched(title, source, drawn.frames, settled.tracking, Truth.of_frames(drawn.truth), yaml, again, job)
 
