@@ -198,7 +198,10 @@ class Newborn(NamedTuple):
         after = self.seeker.seek(component, Left(self.measurement, others, taken), worth, self.rng)
         if after is None or after.log_evidence < least:
             return None
-        return self._settled(probability, after, others)
+        settled = self._settled(probability, after, others)
+        if settled is None:
+            return None
+        return settled._replace(again=lambda now: self.of_component(component, probability, now, taken))
 
     def of_proposal(self, proposal: BirthProposal, probability: float, others: Sequence[Any]) -> Sought | None:
         """Weigh a target that a birth proposes, one that appears with a probability."""

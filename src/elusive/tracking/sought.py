@@ -21,6 +21,7 @@ from elusive.tracking.lifecycle import Life
 SUREST = 1 - 1e-9  # existence, at most: a target may always have just gone
 PROBES = 16  # particles that tell whether a target's update still holds when the others have changed
 SETTLED = 0.3  # change of their log likelihoods up to which it does
+POOR = 0.3  # share of the particles that are effective, under which a target is drawn again
 LOUD = 0.02  # existence above which what a target adds is told to the others
 
 
@@ -40,6 +41,7 @@ class Sought(NamedTuple):
     probed: Any = None  # (PROBES,) their log likelihood ratios in the last update
     placed: Placed | None = None  # where places are drawn before the rest of the states
     unseen: Callable[[Array, Generator], Array] | None = None  # draws anew what a measurement says nothing of
+    again: Callable[[Sequence[Any]], Sought | None] | None = None  # draws a newborn target anew, given others' effects
 
     @property
     def log_evidence(self) -> float:
@@ -48,9 +50,9 @@ class Sought(NamedTuple):
         return _kernels.weigh(self.log_prior + self.log_ratio)[1]
 
     @property
-    def effective(self) -> float:
-        """Effective number of particles."""
-        return 1 / float(self.weights @ self.weights)
+    def poor(self) -> bool:
+        """Whether hardly any of the particles is effective."""
+        return POOR * len(self.particles) * float(self.weights @ self.weights) > 1
 
 
 class Update(NamedTuple):
@@ -92,6 +94,11 @@ class Update(NamedTuple):
             log_ratio = self.sensor.log_ratio(target.expected, self.measurement, others)
             weights, log_evidence = _kernels.weigh(target.log_prior + log_ratio)
             target = target._replace(weights=weights, log_ratio=log_ratio)
+            if target.again is not None and target.existence > LOUD and target.poor:
+                # it was drawn for what the others were then: particles of it may all be wrong now
+                drawn = target.again(others)
+                if drawn is not None:
+                    target, log_evidence = drawn, drawn.log_evidence
         existence = min(posterior(target.prior, log_evidence), SUREST)
         effect = self.sensor.effect(target.expected, target.weights, existence)
         updated = target._replace(existence=existence, effect=effect, probes=None)

@@ -40,7 +40,6 @@ BESIDE = 0.5  # existence from which no other appears near by
 PILOTS = 0.25  # of the particles: plain predictions that tell where to draw the particles
 LEAST_PILOTS = 200
 SPREAD = 4  # particles of a newborn target, over those of others
-POOR = 0.3  # share of the particles that are effective, under which they are drawn again
 REDRAWN = 3  # times at most
 
 
@@ -133,7 +132,7 @@ class SuperposedTracker(SuperposedSettings):
 
         found = update.of([*(drawn(k, pilot) for k, pilot in enumerate(pilots)), *newborn], self.sweeps)
         for _ in range(REDRAWN):
-            poor = [k for k in range(len(living)) if found[k].effective < POOR * len(found[k].particles)]
+            poor = [k for k in range(len(living)) if found[k].poor]
             if not poor:
                 break
             for k in poor:  # where the pilot misled, the particles themselves are a better one
