@@ -62,6 +62,20 @@ def test_two_targets_are_found_followed_and_labelled():
     assert np.linalg.norm(places - true, axis=1).max() < 3.0
 
 
+def test_targets_that_appear_at_once_are_told_apart_at_once():
+    # three where the birth density has two components: the third is not put down to the first two
+    for seed in range(10):
+        rng = np.random.default_rng([11, seed])
+        truth = np.array([[12.0, 0.3, 20, 0.3], [48, -0.3, 22, 0], [30, 0, 45, -0.2]])
+        model = tracker()
+        state = model.step(model.init(rng), 0.0, FIELD.simulate(truth, rng), rng)
+        assert [target.existence > 0.99 for target in state.targets] == [True] * 3
+        for place in truth[:, [0, 2]]:
+            off = min((target.mean[[0, 2]] - place for target in state.targets), key=np.linalg.norm)
+            assert np.linalg.norm(off) < 5.0
+        assert min(1 / (target.weights @ target.weights) for target in state.targets) > 50
+
+
 def test_a_target_that_leaves_is_deleted_once_and_forgotten():
     rng = np.random.default_rng(1)
     truth = flights(rng, 30, (15.0, 0.3, 30.0, 0.0))
@@ -167,7 +181,7 @@ def test_the_covariance_of_targets_apart_holds_over_many_trials(trials, starts):
 def test_existence_is_calibrated():
     """Of tracks told 70 to 80 %, 70 to 80 % are targets: one target in half of the scenes, heard faintly."""
     sensor = FieldSensors(positions_m=GRID, noise_sd=9.0)
-    birth = GaussianBirths(means=((30.0, 0, 30, 0),), covariance=COVARIANCE, birth_probability=0.5)
+    birth = GaussianBirths(means=((30.0, 0, 30, 0),), covariance=COVARIANCE, birth_probability=0.5, most=1)
     model = tracker(sensor=sensor, birth=birth, particles=300, death_probability=0.0)
     told, there = [], []
     for seed in range(500):

@@ -120,6 +120,7 @@ class GaussianBirths(Model):
     means: tuple[tuple[float, ...], ...] = Field(min_length=1, description="Mean state of each component")
     covariance: tuple[tuple[float, ...], ...] = Field(description="Covariance of every component, row by row")
     birth_probability: Probability = Field(1e-4, description="Probability that a component's target appears in 1 s")
+    most: int = Field(4, ge=1, le=100, description="Targets of a component that may appear at one time")
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
@@ -133,9 +134,9 @@ class GaussianBirths(Model):
 
     @cached_property
     def components(self) -> tuple[_Gaussian, ...]:
-        """One a mean."""
+        """One a mean, and again as many as may appear at one time."""
         root = square_root(np.array(self.covariance))
-        return tuple(_Gaussian(self.birth_probability, np.array(mean), root) for mean in self.means)
+        return tuple(_Gaussian(self.birth_probability, np.array(mean), root) for mean in self.means) * self.most
 
 
 class _Anywhere(NamedTuple):

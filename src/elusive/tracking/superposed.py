@@ -160,9 +160,7 @@ class SuperposedTracker(SuperposedSettings):
         self, found: list[Sought], newborn: list[Sought], effects: list[Any], update: Update, interval_s: float
     ) -> Iterator[Sought]:
         """Yield newborn targets; the lists grow meanwhile."""
-        births = Newborn(
-            self._seeker, self.sensor, self._log_allowed, self.forget_below, update.measurement, update.rng
-        )
+        births = self._births(update)
         if isinstance(self.birth, ProposedBirths):
             asked = self.sensor, tuple(self.motion.state_names), update.measurement, effects
             probability = within(self.birth_probability, interval_s)
@@ -172,10 +170,10 @@ class SuperposedTracker(SuperposedSettings):
                 if target is not None:
                     yield target
             return
-        vain = None
+        vain: set[int] = set()  # components whose latest target is not sure: no more of them appear
         for component in self.birth.components:
             probability = component.probability(interval_s)
-            if probability == 0.0 or component is vain:  # where one of several alike is hardly found, none is
+            if probability == 0.0 or id(component) in vain:
                 continue
             known = [*found, *newborn]
             if len(known) >= self.most_targets:
@@ -184,8 +182,12 @@ class SuperposedTracker(SuperposedSettings):
             target = births.of_component(component, probability, effects, taken)
             if target is not None:
                 yield target
-            if target is None or target.existence <= LOUD:
-                vain = component
+            if target is None or target.existence <= BESIDE:
+                vain.add(id(component))
+
+    def _births(self, update: Update) -> Newborn:
+        asked = self.forget_below, update.measurement, update.rng
+        return Newborn(self._seeker, self.sensor, self._log_allowed, *asked)
 
     def _corrected(self, found: list[Sought], update: Update, interval_s: float) -> list[Sought]:
         """Put a newborn target in the place of the one that fits worst, where that is likelier."""
@@ -198,13 +200,12 @@ class SuperposedTracker(SuperposedSettings):
         taken = [near.weights @ near.particles[:, [X, Y]] for near in others if near.existence >= BESIDE]
         wrong = found[k]
         against = wrong.log_evidence + math.log(wrong.prior) - math.log1p(-wrong.prior)
-        seeker, vain = self._seeker, None
-        for component in self.birth.components:
+        births = self._births(update)
+        for component in {id(component): component for component in self.birth.components}.values():
             probability = component.probability(interval_s)
-            if probability == 0.0 or component is vain:
+            if probability == 0.0:
                 continue
-            vain, least = component, against - math.log(probability)
-            births = Newborn(seeker, self.sensor, self._log_allowed, self.forget_below, update.measurement, update.rng)
+            least = against - math.log(probability)
             newborn = births.of_component(component, probability, effects, taken, least)
             if newborn is not None:
                 gone = wrong._replace(existence=0.5 * self.forget_below)
