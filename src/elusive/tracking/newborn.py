@@ -83,16 +83,17 @@ class Seeker:
         separation: float,
     ) -> None:
         self._sensor, self._log_allowed = sensor, log_allowed
+        self._of_places = sensor if isinstance(sensor, PlaceSensor) else None
         self._particles, self._effective, self._separation = particles, effective, separation
         self._cells: dict[int, _Cells | None] = {}
         self._screens: dict[int, tuple[BirthComponent, _Screen]] = {}
 
     def seek(self, component: BirthComponent, left: Left, worth: Worth, rng: Generator) -> Annealed | None:
         """Look for a component's target, where a log evidence of as much as it promises is worth it."""
-        if isinstance(self._sensor, PlaceSensor) and isinstance(component, CellBirths):
-            cells = self._cells_of(component, self._sensor, rng)
+        if self._of_places is not None and isinstance(component, CellBirths):
+            cells = self._cells_of(component, self._of_places, rng)
             if cells is not None:
-                return self._in_cells(cells, component, self._sensor, left, worth, rng)
+                return self._in_cells(cells, component, self._of_places, left, worth, rng)
         return self._anywhere(component, left, worth, rng)
 
     def _anywhere(self, component: BirthComponent, left: Left, worth: Worth, rng: Generator) -> Annealed | None:
