@@ -435,8 +435,8 @@ def option(*arguments: object) -> Callable[[Path], list[object]]:
         (option("--noise-sigma", 0), "noise_sigma: must be greater than 0 (got 0.0)."),
         (option("--noise-sigma", "nan"), "noise_sigma: must be a finite number (got nan)."),
         (option("--amplitude-spread=-2"), "amplitude_spread: must be greater than or equal to 0 (got -2.0)."),
-        (option("--particles", 0), "particles: must be greater than 0 (got 0)."),
-        (option("--newborns=-3"), "newborns: must be greater than 0 (got -3)."),
+        (option("--particles", 0), "particles: must be greater than or equal to 10 (got 0)."),
+        (option("--newborns=-3"), "newborns: must be greater than or equal to 10 (got -3)."),
         (option("--birth-probability", 1.5), "birth_probability: must be less than or equal to 1 (got 1.5)."),
         (option("--delete-below", 0.7), "the levels must be in order"),
         (
@@ -447,7 +447,7 @@ def option(*arguments: object) -> Callable[[Path], list[object]]:
         (option("--start=-1"), "choose 0 <= start < stop"),
         (option("--rate-hz", 0), "rate_hz=0.0: must be a positive number of frames a second."),
         (
-            config("filter: {kind: bernoulli, particels: 3}"),
+            config("filter: {kind: single, particels: 3}"),
             "particels: there is no such field; did you mean 'particles'",
         ),
         (config("sead: 3"), "ImageTracking.sead: there is no such field; did you mean 'seed'?"),

@@ -63,8 +63,8 @@ def test_no_time_is_no_walk():
 def test_at_the_recorded_log_the_defaults_are_a_random_walk_of_20_cm_a_frame():
     """The walk that was chosen for its frames, .631 s apart: new steps of .2 m on each axis, long ones of 1 m, .5 %."""
     states = np.zeros((200_000, 4))
-    after = Walk(long_rate_hz=1e-9).propagate(Walk().newborn(states[:, :2], np.random.default_rng(0)), 0.631,
-                                              np.random.default_rng(1))  # fmt: skip
+    states[:, [1, 3]] = Walk().speed_sd_mps * np.random.default_rng(0).standard_normal((len(states), 2))
+    after = Walk(long_rate_hz=1e-9).propagate(states, 0.631, np.random.default_rng(1))
     assert after[:, [0, 2]].std() == pytest.approx(0.2, rel=0.02)
     again = Walk(long_rate_hz=1e-9).propagate(after, 0.631, np.random.default_rng(2))
     steps = after[:, 0], again[:, 0] - after[:, 0]

@@ -212,7 +212,7 @@ def test_lost_is_ten_scans_on_end(off: list[int], expected: int) -> None:
     )
     tracked = RadarTracked("", "", times, np.zeros((0, 3)), [path], [], {"": truth}, [], [], [])
     scene = RadarScene.example()
-    used = Used("none", scene.tracking_by("none"), RadarOutcome([], tracked), "", 0.0)
+    used = Used("none", scene.tracking_by("none"), RadarOutcome([], tracked, None), "", 0.0)
     assert lost(used).sum() == expected
     assert used.rmse_m == pytest.approx(50 * np.sqrt(np.mean(off)))
 

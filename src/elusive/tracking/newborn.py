@@ -85,13 +85,13 @@ class Seeker:
         self._sensor, self._log_allowed = sensor, log_allowed
         self._of_places = sensor if isinstance(sensor, PlaceSensor) else None
         self._particles, self._effective, self._separation = particles, effective, separation
-        self._cells: dict[int, _Cells | None] = {}
+        self._cells: dict[int, tuple[CellBirths, _Cells | None]] = {}
         self._screens: dict[int, tuple[BirthComponent, _Screen]] = {}
 
     def seek(self, component: BirthComponent, left: Left, worth: Worth, rng: Generator) -> Annealed | None:
         """Look for a component's target, where a log evidence of as much as it promises is worth it."""
         if self._of_places is not None and isinstance(component, CellBirths):
-            cells = self._cells_of(component, self._of_places, rng)
+            cells = self._cells_of(component, self._of_places)
             if cells is not None:
                 return self._in_cells(cells, component, self._of_places, left, worth, rng)
         return self._anywhere(component, left, worth, rng)
@@ -151,18 +151,16 @@ class Seeker:
             free &= ((places - taken) ** 2).sum(axis=1) >= self._separation**2
         return free
 
-    def _cells_of(self, component: CellBirths, sensor: PlaceSensor, rng: Generator) -> _Cells | None:
-        """Return a component's cells, worked out once; None where it has none."""
-        key = id(component)
-        if key not in self._cells:
-            cells = component.cells
+    def _cells_of(self, component: CellBirths, sensor: PlaceSensor) -> _Cells | None:
+        """Return a component's cells, worked out once, whatever has been drawn before; None where it has none."""
+        if id(component) not in self._cells:
+            cells, found = component.cells, None
             if cells is not None:
-                inside = self._log_allowed(component.newborn(cells[0], rng)) > -math.inf
-                centres = cells[0][inside]
-                self._cells[key] = _Cells(centres, cells[1], sensor.expected_at(centres))
-            else:
-                self._cells[key] = None
-        return self._cells[key]
+                states = component.newborn(cells[0], np.random.default_rng(0))
+                centres = cells[0][self._log_allowed(states) > -math.inf]
+                found = _Cells(centres, cells[1], sensor.expected_at(centres))
+            self._cells[id(component)] = component, found
+        return self._cells[id(component)][1]
 
     def _screen_of(self, component: BirthComponent) -> _Screen:
         """Return a component's screen, drawn once; the component is kept with it, lest another take its number."""
