@@ -7,7 +7,8 @@ from elusive.filters import BernoulliFilter, MeasurementBirth
 from elusive.filters.particle.mode import densest
 from elusive.motion import ConstantVelocity
 from elusive.sensors import _clutter_kernels
-from elusive.sensors.clutter import ClutterSensor, NoiseTail, fit_tail
+from elusive.sensors.clutter import ClutterSensor
+from elusive.sensors.noise_tail import NoiseTail, fit_tail
 
 TAIL = NoiseTail(0.0, 1.0, 2.58, 0.3, 0.005)
 SENSOR = ClutterSensor(rows=40, columns=50)
