@@ -11,6 +11,7 @@ import pytest
 from elusive.charts.charted_area import read_charts
 from elusive.cli import main
 from elusive.errors import DataError, ParameterError
+from elusive.io import Truth
 from elusive.systems.radar.page.maps import chart_shapes, raster_of, water_raster, whole_chart
 from elusive.systems.radar.page.panels import watch_spec
 from elusive.systems.radar.page.state import ChartsState, example, opened
@@ -210,7 +211,7 @@ def test_lost_is_ten_scans_on_end(off: list[int], expected: int) -> None:
     path = RadarPath(
         1, times, places, np.ones((40, 2)), np.ones((40, 2)), np.ones(40, bool), np.zeros(40, bool), np.zeros(40)
     )
-    tracked = RadarTracked("", "", times, np.zeros((0, 3)), [path], [], {"": truth}, [], [], [])
+    tracked = RadarTracked("", "", times, np.zeros((0, 3)), [path], [], Truth(("ship",), (truth,)), [], [], [])
     scene = RadarScene.example()
     used = Used("none", scene.tracking_by("none"), RadarOutcome([], tracked, None), "", 0.0)
     assert lost(used).sum() == expected
