@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,42 @@ Extent = tuple[float, float, float, float]  # west, east, south, north [m]
 MARGIN = 0.07  # of the longer side, round what is shown
 STRAY = 0.01  # share of the path at either end that may lie outside of what is shown
 RADIUS_95 = float(np.sqrt(-2 * np.log(0.05)))  # of an ellipse that holds 95 % [deviations]
+
+
+class HeardBearings(Protocol):
+    """What is drawn of the bearings themselves, whatever was tracked by them."""
+
+    @property
+    def names(self) -> Sequence[str]:
+        """Names of the sensors."""
+
+    @property
+    def sensors(self) -> Array:
+        """Places of the sensors, ``(n, 2)`` [m]."""
+
+    @property
+    def times_s(self) -> Array:
+        """Times, ``(K,)``."""
+
+    @property
+    def first(self) -> NDArray[np.intp]:
+        """Bearings of time k are rows ``first[k]`` to ``first[k + 1]``, ``(K + 1,)``."""
+
+    @property
+    def sensor(self) -> NDArray[np.intp]:
+        """Sensor of each bearing, ``(M,)``."""
+
+    @property
+    def azimuth_rad(self) -> Array:
+        """Each bearing, clockwise from north, ``(M,)``."""
+
+    @property
+    def known(self) -> NDArray[np.bool_]:
+        """Times whose bearings are worth drawing, ``(K,)``."""
+
+    @property
+    def extent(self) -> Extent:
+        """What of the ground is shown."""
 
 
 class BearingsTracked(NamedTuple):

@@ -10,12 +10,10 @@ import numpy as np
 
 from elusive.report import plots
 from elusive.report.drawing import top_of
-from elusive.systems.bearings.report.contents import RADIUS_95, BearingsTracked
+from elusive.systems.bearings.report.contents import RADIUS_95, BearingsTracked, HeardBearings
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from elusive.systems.bearings.report.several import SeveralTracked
 
 ELLIPSES, RAYS = 16, 5  # how many are drawn along the track
 WALL = "#334155"
@@ -37,7 +35,7 @@ def write_bearings_png(path: Path, tracked: BearingsTracked) -> None:
         plots.heading(figure, tracked.title, tracked.verdict, 0.937, VERDICT_WIDTH)
 
 
-def draw_sensors(axes: Axes, tracked: BearingsTracked | SeveralTracked) -> None:
+def draw_sensors(axes: Axes, tracked: HeardBearings) -> None:
     """Draw the ground's frame, some bearings, and the sensors that report."""
     west, east, south, north = tracked.extent
     axes.set(title="Where?", xlabel="x, east [m]", ylabel="y, north [m]", aspect="equal")

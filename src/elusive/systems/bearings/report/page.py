@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -11,10 +11,7 @@ from elusive.report import drawing as draw
 from elusive.report import plots
 from elusive.report.page import write_page
 from elusive.report.scored import gospa_chart
-from elusive.systems.bearings.report.contents import BearingsTracked
-
-if TYPE_CHECKING:
-    from elusive.systems.bearings.report.several import SeveralTracked
+from elusive.systems.bearings.report.contents import BearingsTracked, HeardBearings
 
 TIMES_SHOWN = 4000
 
@@ -54,7 +51,7 @@ def truth_layer(x: np.ndarray, y: np.ndarray, times_s: np.ndarray) -> draw.Layer
     return draw.line(x, y, "--truth", times=now, head="diamond", width=5, alpha=0.6, name="truth")
 
 
-def bearing_layer(tracked: BearingsTracked | SeveralTracked, shown: np.ndarray) -> draw.Layer:
+def bearing_layer(tracked: HeardBearings, shown: np.ndarray) -> draw.Layer:
     """Return the bearings of each time."""
     west, east, south, north = tracked.extent
     rows = np.concatenate([np.arange(tracked.first[k], tracked.first[k + 1]) for k in shown] or [np.zeros(0, int)])
@@ -69,7 +66,7 @@ def bearing_layer(tracked: BearingsTracked | SeveralTracked, shown: np.ndarray) 
     )  # fmt: skip
 
 
-def sensor_layer(tracked: BearingsTracked | SeveralTracked) -> draw.Layer:
+def sensor_layer(tracked: HeardBearings) -> draw.Layer:
     """Return the sensors that report."""
     used = np.unique(tracked.sensor)
     names = {"texts": [tracked.names[row] for row in used], "colours": [sensor_colour(int(row)) for row in used]}
