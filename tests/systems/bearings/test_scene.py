@@ -47,6 +47,16 @@ def test_what_cannot_be_flown_is_refused():
         locate_still(with_simulation(scene, sites=scene.simulation.sites[:1]))
 
 
+@pytest.mark.parametrize(
+    ("given", "name"),
+    [({"tracking": {"emitters": {"kind": "several"}}}, "tracking.emitters"),
+     ({"simulation": {"labelled": True}}, "simulation.labelled")],
+)  # fmt: skip
+def test_a_scene_is_of_one_emitter(given, name):
+    with pytest.raises(ParameterError, match=rf"BearingScene\.{name}: has no meaning in a scene"):
+        BearingScene(**given)
+
+
 def test_an_estimator_that_refuses_leaves_the_others():
     scene = BearingScene()
     tracking = scene.tracking.replace(motion=Interacting())

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -30,25 +30,17 @@ CUTOFF_M, CUTOFF = 20.0, 0.1  # of a single sensor; of the widest distance betwe
 RADIUS2_95 = {2: 5.991, 3: 7.815}  # chi-square, 95 %
 
 
-class BearingOutcome(NamedTuple):
-    """A tracked recording of one emitter."""
+Shown = TypeVar("Shown", BearingsTracked, SeveralTracked)
+
+
+class BearingOutcome(NamedTuple, Generic[Shown]):
+    """A tracked recording of one emitter or of several."""
 
     verdict: str
     table: list[tuple[str, str]]
     remarks: tuple[str, ...]
     log: TrackLog
-    tracked: BearingsTracked  # what the report shows
-    scored: Scored | None  # None without a truth
-
-
-class SeveralOutcome(NamedTuple):
-    """A tracked recording of several emitters."""
-
-    verdict: str
-    table: list[tuple[str, str]]
-    remarks: tuple[str, ...]
-    log: TrackLog
-    tracked: SeveralTracked  # what the report shows
+    tracked: Shown  # what the report shows
     scored: Scored | None  # None without a truth
 
 
@@ -61,7 +53,7 @@ def outcome_of(
     remarks: Sequence[str],
     truth: Truth | None,
     cutoff_m: float | None = None,
-) -> BearingOutcome:
+) -> BearingOutcome[BearingsTracked]:
     """Lay out track, table and report of a recording of one emitter; ``emitters``: why it is taken for one."""
     names = steps[0].state.state_names
     log = TrackLog(names, "m")
@@ -115,7 +107,7 @@ def cutoff_of(sites: SensorSites) -> float:
     return CUTOFF * float(np.linalg.norm(apart, axis=2).max(initial=0.0)) or CUTOFF_M
 
 
-def write_outcome(folder: Path, outcome: BearingOutcome | SeveralOutcome, config: str) -> None:
+def write_outcome(folder: Path, outcome: BearingOutcome[Any], config: str) -> None:
     """Write everything into a folder."""
     tracked = outcome.tracked
     write_tracks_csv(folder / "tracks.csv", outcome.log)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from itertools import chain
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from elusive.errors import DataError
 from elusive.io import atomic_folder, existing_folder
@@ -19,7 +19,7 @@ from elusive.sensors.bearing_table import PlaceSet
 from elusive.systems.bearings.choices import SeveralEmitters
 from elusive.systems.bearings.heard import have_elevations
 from elusive.systems.bearings.parameters import BearingTracking
-from elusive.systems.bearings.results import BearingOutcome, SeveralOutcome, outcome_of, write_outcome
+from elusive.systems.bearings.results import BearingOutcome, outcome_of, write_outcome
 from elusive.systems.bearings.several import crowding_of, decided, fitted
 from elusive.systems.bearings.several_results import names_of, several_outcome
 from elusive.systems.bearings.track import track, track_labelled
@@ -47,7 +47,7 @@ def track_bearings_recording(
     truth: Truth | None = None,
     cutoff_m: float | None = None,
     on_time: Callable[[int], None] | None = None,
-) -> BearingOutcome | SeveralOutcome:
+) -> BearingOutcome[Any]:
     """Track emitters through a recording and write ``tracks.csv``, ``result.nc`` and the report.
 
     The report is ``report.html`` and ``report.png``; ``config.yaml`` repeats the run. Nothing is left in ``out`` if
@@ -91,7 +91,7 @@ def track_bearings_recording(
         parameters = fitted(parameters, sites, heard)
     remarks = [*said(), *parameters.remarks(elevations=elevated)]
     with nullcontext() if out is None else atomic_folder(out) as folder:
-        outcome: BearingOutcome | SeveralOutcome
+        outcome: BearingOutcome[Any]
         if labels:
             steps = track_labelled(by_label, parameters, sites)
             outcome = several_outcome(source.name, steps, sites, parameters, why, remarks, truth, cutoff_m, labels)

@@ -21,10 +21,11 @@ from elusive.io.truth import read_truth
 from elusive.metrics.path_bound import path_bound
 from elusive.model import Model
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
-from elusive.systems.bearings.choices import WHOLE, Cruise, FilterName, Interacting, Turn
+from elusive.systems.bearings.choices import WHOLE, Cruise, FilterName, Interacting, SeveralEmitters, Turn
 from elusive.systems.bearings.locate import EmitterLocation, locate_recording
 from elusive.systems.bearings.located_files import Located
 from elusive.systems.bearings.parameters import BearingTracking
+from elusive.systems.bearings.report import BearingsTracked
 from elusive.systems.bearings.results import BearingOutcome
 from elusive.systems.bearings.run import track_bearings_recording
 from elusive.systems.bearings.simulate import BearingFiles, BearingSimulation, Flight
@@ -52,6 +53,20 @@ class BearingScene(Model):
     )
     still: StillEmitter = Field(StillEmitter(), description="An emitter that does not move")
     estimators: tuple[FilterName, ...] = Field(("map", "fixed-lag", "iekf"), description="Estimators side by side")
+
+    @model_validator(mode="after")
+    def _of_one(self) -> Self:
+        idle = {
+            "tracking.emitters": isinstance(self.tracking.emitters, SeveralEmitters),
+            "simulation.labelled": self.simulation.labelled,
+        }
+        for name, given in idle.items():
+            if given:
+                raise ParameterError(
+                    f"BearingScene.{name}: has no meaning in a scene, which compares estimators of one emitter; leave "
+                    "it out, and take elusive simulate bearings and elusive track bearings for several."
+                )
+        return self
 
     @model_validator(mode="after")
     def _few_steps(self) -> Self:
@@ -84,7 +99,7 @@ class Estimated(NamedTuple):
 
     name: FilterName
     parameters: BearingTracking
-    outcome: BearingOutcome | None  # None: it was refused
+    outcome: BearingOutcome[BearingsTracked] | None  # None: it was refused
     refusal: str
     seconds: float
 
@@ -118,7 +133,7 @@ class Flown(NamedTuple):
     bounds: Bounds | None
 
     @property
-    def shown(self) -> list[tuple[FilterName, BearingOutcome]]:
+    def shown(self) -> list[tuple[FilterName, BearingOutcome[BearingsTracked]]]:
         """The estimators that were not refused, and what they came to."""
         return [(used.name, used.outcome) for used in self.each if used.outcome is not None]
 
@@ -172,8 +187,7 @@ def track_bearing_scene(
             parameters, outcome, refusal = scene.tracking.by(name), None, ""
             try:
                 where = None if folder is None else folder / name
-                found = track_bearings_recording(source, parameters, where, truth=truth)
-                outcome = found if isinstance(found, BearingOutcome) else None
+                outcome = track_bearings_recording(source, parameters, where, truth=truth)
             except ElusiveError as error:
                 refusal = str(error)
             each.append(Estimated(name, parameters, outcome, refusal, time.perf_counter() - started_s))

@@ -17,7 +17,7 @@ from elusive.systems.bearings.choices import SeveralEmitters
 from elusive.systems.bearings.heard import bearings_of
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.report import SeveralTracked
-from elusive.systems.bearings.results import SeveralOutcome, scores_of
+from elusive.systems.bearings.results import BearingOutcome, scores_of
 from elusive.systems.bearings.track import Emitter
 from elusive.tracking.track import Step
 
@@ -35,7 +35,7 @@ def several_outcome(
     truth: Truth | None,
     cutoff_m: float | None,
     labels: Mapping[int, str],
-) -> SeveralOutcome:
+) -> BearingOutcome[SeveralTracked]:
     """Lay out tracks, table and report of a recording of several emitters.
 
     Parameters
@@ -78,7 +78,7 @@ def several_outcome(
     if len(tracked.paths) > most:
         verdict = f"At most {most} emitter{'s' * (most > 1)} found at a time, in {len(tracked.paths)} tracks."
     tracked = tracked._replace(verdict=" ".join([verdict, *remarks]), rows=table)
-    return SeveralOutcome(verdict, table, tuple(remarks), log, tracked, scores)
+    return BearingOutcome(verdict, table, tuple(remarks), log, tracked, scores)
 
 
 def names_of(step: Step, parameters: BearingTracking) -> tuple[str, ...]:
