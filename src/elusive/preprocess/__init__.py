@@ -7,6 +7,7 @@ from elusive.preprocess.fade_level import RssChange, RssState
 from elusive.preprocess.image_priors import ExponentialCovariance, Tikhonov
 from elusive.preprocess.link_calibration import Calibrate, Calibration, fade_level
 from elusive.preprocess.link_weights import EllipseWeights, coverage
+from elusive.preprocess.peaks import PeakFinder, Peaks, PeakState
 from elusive.preprocess.projectors import Projector
 from elusive.preprocess.psf import PointSpread, estimate_psf
 from elusive.preprocess.quantiser import Quantiser
@@ -31,6 +32,9 @@ __all__ = [
     "LikelihoodRatio",
     "LinkTests",
     "LocalDeviation",
+    "PeakFinder",
+    "PeakState",
+    "Peaks",
     "PointSpread",
     "Projector",
     "Quantiser",
