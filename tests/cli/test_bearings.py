@@ -16,7 +16,16 @@ from elusive.cli import main
 from elusive.results import read_tracks_csv
 from tests.bearing_flight import STEPS, path, write_flight
 
-WRITTEN = {"config.yaml", "report.html", "report.png", "result.nc", "scores.csv", "scores.json", "tracks.csv"}
+WRITTEN = {
+    "checks.json",
+    "config.yaml",
+    "report.html",
+    "report.png",
+    "result.nc",
+    "scores.csv",
+    "scores.json",
+    "tracks.csv",
+}
 
 
 @pytest.fixture(scope="module")

@@ -30,7 +30,7 @@ from elusive.sensors.image import ImageSensor
 ROOT = Path(__file__).parents[2]
 PROGRAM = [sys.executable, "-c", "from elusive.cli import main; main()"]
 HEADER = "time_s,track,status,existence,x_px,y_px,vx_pxps,vy_pxps,sd_x_px,sd_y_px,correlation_xy,intensity,snr_db"
-WRITTEN = ["config.yaml", "report.html", "report.png", "result.nc", "tracks.csv", "tracks_mot.csv"]
+WRITTEN = ["checks.json", "config.yaml", "report.html", "report.png", "result.nc", "tracks.csv", "tracks_mot.csv"]
 WHITE = ["--noise-sigma", "3", "--snr-db", "12"]
 ENVELOPE = ["--noise", "rayleigh", "--noise-sigma", "14", "--snr-db", "16", "--dx", "1"]
 

@@ -45,6 +45,7 @@ def test_somebody_crosses_the_room(network, tmp_path, capsys, method):
     assert code == 0, said
     assert ("At most one person at a time, in one track" in said) or method == "image"  # an image has ghosts
     written = {
+        "checks.json",
         "config.yaml",
         "events.csv",
         "report.html",

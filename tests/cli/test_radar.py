@@ -22,7 +22,7 @@ from tests.charts.scenes import head
 from tests.io.test_ship_truth import ais_line
 
 WRITTEN = [
-    "config.yaml", "report.html", "report.png", "result.nc", "scores.csv", "scores.json", "tracks.csv",
+    "checks.json", "config.yaml", "report.html", "report.png", "result.nc", "scores.csv", "scores.json", "tracks.csv",
     "tracks.geojson",
 ]  # fmt: skip
 FRAME = LocalFrame.at(4.0, 52.0)
@@ -126,10 +126,8 @@ def test_a_simulated_ship_is_found_where_it_was(elusive_in: Run, tmp_path: Path)
     code, said = elusive_in(*TRACK, "--coast-sigma-m", "7", "--truth", "truth.csv", *THESIS)
     assert code == 0, said
     assert "One ship was found, from 0.0 to 60.0 s" in said
-    assert (
-        "Written to deep/out: tracks.csv, tracks.geojson, result.nc, report.html, report.png, config.yaml, scores.json"
-        in said
-    )
+    written = "tracks.csv, tracks.geojson, result.nc, report.html, report.png, checks.json, config.yaml, scores.json"
+    assert f"Written to deep/out: {written}" in said
     assert sorted(path.name for path in (tmp_path / "deep" / "out").iterdir()) == WRITTEN
     log = read_tracks_csv(tmp_path / "deep/out/tracks.csv")
     rows = log.rows

@@ -17,7 +17,7 @@ from elusive.cli import main
 from elusive.results import read_tracks_csv
 from elusive.sensors.waveform import NoiseObject, NoiseObjectPath
 
-WRITTEN = ["config.yaml", "report.html", "report.png", "result.nc", "tracks.csv"]
+WRITTEN = ["checks.json", "config.yaml", "report.html", "report.png", "result.nc", "tracks.csv"]
 FAST = ["--smoothing", "0.9", "--max-velocity", "30"]  # at 10 frames a second
 QUICK = ["--smoothing", "0.9", "--max-velocity", "3"]  # a short memory: the law of noise is soon simulated
 SAMPLES, FRAMES = 300, 60
@@ -80,7 +80,7 @@ def test_every_form_of_a_signal_gives_the_same_tracks(elusive_in: Run, tmp_path:
     )
     assert code == 0, said
     assert "One object was found" in said
-    assert "Written to out: tracks.csv, result.nc, report.html, report.png, config.yaml" in said
+    assert "Written to out: tracks.csv, result.nc, report.html, report.png, checks.json, config.yaml" in said
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == WRITTEN
     rows = read_tracks_csv(tmp_path / "out" / "tracks.csv").rows
     truth = noise_object()[1]

@@ -13,7 +13,7 @@ import numpy as np
 import typer
 from rich.markup import escape
 
-from elusive.cli.terminal import Config, Out, bar, console, known_truth, show, tell_written
+from elusive.cli.terminal import Config, Out, Strict, bar, console, known_truth, show, tell_findings, tell_written
 from elusive.contracts import X, Y
 from elusive.errors import ParameterError
 from elusive.io.bearings import open_bearings, read_sensors
@@ -54,11 +54,14 @@ def track_bearings_command(
     idle_s: Annotated[
         float | None, typer.Option("--idle-s", help="With --follow: end after so many seconds without a line.")
     ] = None,
+    strict: Strict = False,
 ) -> None:
     """Track fast emitters by the directions from which they are heard, or one by when it is heard."""
     parameters = _tracking(given, read_yaml(config) if config else {}, live=follow)
     if idle_s is not None and not follow:
         raise ParameterError("--idle-s: has no meaning without --follow; leave it out.")
+    if strict and follow:
+        raise ParameterError("--strict: has no meaning with --follow; check a recording once it is whole.")
     if follow and truth is not None:
         raise ParameterError("--truth: has no meaning with --follow; score a recording once it is whole.")
     known = known_truth(truth, "m", cutoff=truth_cutoff)
@@ -71,7 +74,10 @@ def track_bearings_command(
     _warn(outcome.remarks)
     console.print(escape(outcome.verdict), highlight=False)
     show(outcome.tracked.title, ("", ""), outcome.table)
-    tell_written(out, ("report.html", "report.png", "tracks.csv", "result.nc", "config.yaml"), outcome.scored)
+    tell_written(
+        out, ("report.html", "report.png", "tracks.csv", "result.nc", "checks.json", "config.yaml"), outcome.scored
+    )
+    tell_findings(outcome.findings, strict=strict)
 
 
 def _tracking(given: dict[str, Any], base: dict[str, Any], *, live: bool) -> BearingTracking:

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from elusive.cli.terminal import Config, OneBased, Out, bar, known_truth, show, tell_written
+from elusive.cli.terminal import Config, OneBased, Out, Strict, bar, known_truth, show, tell_findings, tell_written
 from elusive.io import open_frames
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
@@ -43,6 +43,7 @@ def track_images_command(
     ] = None,
     start: Annotated[int, typer.Option(help="First frame to use, from 0.")] = 0,
     stop: Annotated[int | None, typer.Option(help="Frame before which to stop.")] = None,
+    strict: Strict = False,
 ) -> None:
     """Track targets too faint to threshold through a sequence of frames."""
     parameters = ImageTracking(**nested(ImageTracking, given, read_yaml(config) if config else {}))
@@ -52,3 +53,4 @@ def track_images_command(
         outcome = track_recording(frames, parameters, out, truth=known, cutoff_px=truth_cutoff, on_frame=advance)
     show(outcome.tracked.title, ("", ""), outcome.tracked.rows)
     tell_written(out, FILES, outcome.scored)
+    tell_findings(outcome.findings, strict=strict)

@@ -11,7 +11,18 @@ from typing import Annotated, Any
 import typer
 from rich.markup import escape
 
-from elusive.cli.terminal import Config, Out, bar, console, interrupted, known_truth, show, tell_written
+from elusive.cli.terminal import (
+    Config,
+    Out,
+    Strict,
+    bar,
+    console,
+    interrupted,
+    known_truth,
+    show,
+    tell_findings,
+    tell_written,
+)  # fmt: skip
 from elusive.errors import ParameterError
 from elusive.geometry.areas import Area
 from elusive.io._link_formats import LAYOUTS
@@ -68,12 +79,15 @@ def track_links_command(
     idle_s: Annotated[
         float | None, typer.Option("--idle-s", help="With --follow: end after so many seconds without a line.")
     ] = None,
+    strict: Strict = False,
 ) -> None:
     """Track people who carry no device through a network of radios."""
     parameters = LinkTracking(**nested(LinkTracking, given, read_yaml(config) if config else {}))
     parameters = _within(parameters, area, area_file)
     if idle_s is not None and not follow:
         raise ParameterError("--idle-s: has no meaning without --follow; leave it out.")
+    if strict and follow:
+        raise ParameterError("--strict: has no meaning with --follow; check a recording once it is whole.")
     network = read_nodes(nodes)
     source = open_link_log(log, network, layout=layout, period_s=period_s, follow=follow, idle_s=idle_s)
     if follow:
@@ -93,6 +107,7 @@ def track_links_command(
         show("Tracks", tracked.header, tracked.tracks)
     show(tracked.title, ("", ""), tracked.rows)
     tell_written(out, FILES, outcome.scored)
+    tell_findings(outcome.findings, strict=strict)
 
 
 @fit_app.callback()

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 from rich.markup import escape
 
-from elusive.cli.terminal import Config, Out, bar, console, show, tell_written
+from elusive.cli.terminal import Config, Out, Strict, bar, console, show, tell_findings, tell_written
 from elusive.io import open_radar_plots
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
@@ -50,6 +50,7 @@ def track_radar_command(
     radar_code: Annotated[
         tuple[int, int] | None, typer.Option("--radar-code", help="SAC and SIC, in an ASTERIX file of several radars.")
     ] = None,
+    strict: Strict = False,
 ) -> None:
     """Track ships through a radar's plots, with charts that may be wrong by some metres."""
     parameters = RadarTracking(**nested(RadarTracking, given, read_yaml(config) if config else {}))
@@ -64,5 +65,6 @@ def track_radar_command(
     if tracked.tracks:
         show("Tracks", [name.partition(" [")[0] for name in tracked.header], tracked.tracks)
     show(tracked.title, ("", ""), tracked.rows)
-    files = ("tracks.csv", "tracks.geojson", "result.nc", "report.html", "report.png", "config.yaml")
+    files = ("tracks.csv", "tracks.geojson", "result.nc", "report.html", "report.png", "checks.json", "config.yaml")
     tell_written(out, files, outcome.scored)
+    tell_findings(outcome.findings, strict=strict)

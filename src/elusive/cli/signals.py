@@ -8,7 +8,18 @@ from typing import Annotated, Any
 import typer
 from rich.markup import escape
 
-from elusive.cli.terminal import Config, OneBased, Out, bar, console, known_truth, show, tell_written
+from elusive.cli.terminal import (
+    Config,
+    OneBased,
+    Out,
+    Strict,
+    bar,
+    console,
+    known_truth,
+    show,
+    tell_findings,
+    tell_written,
+)  # fmt: skip
 from elusive.io import open_signal
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
@@ -47,6 +58,7 @@ def track_signals_command(
     channel: Annotated[int | None, typer.Option(help="Channel of a .wav file, from 0.")] = None,
     start: Annotated[int, typer.Option(help="First frame to use, from 0.")] = 0,
     stop: Annotated[int | None, typer.Option(help="Frame before which to stop.")] = None,
+    strict: Strict = False,
 ) -> None:
     """Track objects that differ from a signal's noise only in their statistics."""
     parameters = SignalTracking(**nested(SignalTracking, given, read_yaml(config) if config else {}))
@@ -65,3 +77,4 @@ def track_signals_command(
         show("Tracks", [name.partition(" [")[0] for name in tracked.header], tracked.tracks)
     show(tracked.title, ("", ""), tracked.rows)
     tell_written(out, FILES, outcome.scored)
+    tell_findings(outcome.findings, strict=strict)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
@@ -18,13 +19,19 @@ from elusive.errors import ParameterError
 
 if TYPE_CHECKING:
     from elusive.campaign import Progress as CampaignProgress
+    from elusive.checks import Finding
     from elusive.io.truth import Truth, Unit
 
 Out = Annotated[Path, typer.Option("--out", help="Folder for the results; made if need be.")]
 Config = Annotated[Path | None, typer.Option("--config", help="YAML file with any of the parameters below.")]
 OneBased = Annotated[bool, typer.Option(help="The truth counts frames and places from 1.")]
+Strict = Annotated[
+    bool, typer.Option("--strict", help="Exit with 3, once all is written, if the numbers are not to be believed.")
+]
 Workers = Annotated[int | None, typer.Option("--workers", min=1, help="Processes to share the trials among.")]
 Scheduler = Annotated[str | None, typer.Option("--scheduler", help="Address of a Dask scheduler, tcp://host:8786.")]
+
+NOT_BELIEVED = 3  # exit code of --strict
 
 console = Console(stderr=True)
 interrupted = threading.Event()
@@ -99,6 +106,19 @@ def tell_written(out: Path, files: Sequence[str], scored: object) -> None:
 
     names = ", ".join([*files, *(() if scored is None else FILES)])
     console.print(f"Written to {out}: {names}", soft_wrap=True, highlight=False)
+
+
+def tell_findings(findings: Iterable[Finding], *, strict: bool) -> None:
+    """Say what does not hold, as a command's last lines; with ``strict``, end with 3 if that is grave."""
+    from elusive.checks import broken, grave  # loads SciPy, which not every command needs
+
+    failing = broken(findings)
+    for one in failing:
+        colour = "bold red" if one.grave else "yellow"
+        said = f"[{colour}]{escape(one.name)}:[/] {escape(f'{one.sentence} {one.remedy}'.rstrip())}"
+        console.print(said, highlight=False, soft_wrap=True)
+    if strict and grave(failing):
+        raise typer.Exit(NOT_BELIEVED)
 
 
 def show(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from importlib.resources import files
 from pathlib import Path
 from string import Template
 
+from elusive.checks import Finding
 from elusive.io.atomic import atomic_path
 from elusive.report.drawing import Drawing, dumps
+from elusive.report.findings import findings_html
 
 # of any drawing
 SCRIPTS = ("base", "layers", "tracks", "axes", "panel", "events", "surface", "place", "controls", "player")
@@ -22,7 +24,7 @@ def stored(name: str) -> str:
 
 def write_page(
     path: Path, title: str, verdict: str, drawn: Drawing, tracks: str = "", rows: Sequence[tuple[str, str]] = (),
-    note: str = "",
+    note: str = "", findings: Iterable[Finding] = (),
 ) -> None:  # fmt: skip
     """Write a report, whole or not at all.
 
@@ -40,12 +42,14 @@ def write_page(
         Names and values of the table about the run, beneath it.
     note
         A sentence under the table of tracks.
+    findings
+        What was checked; those that do not hold stand above all numbers.
     """
     said = f'<p class="note">{html.escape(note)}</p>\n' if note and tracks else ""
     said_first = f'<p class="verdict">{html.escape(verdict)}</p>\n' if verdict else ""
     page = Template(stored("report.html")).substitute(
         title=html.escape(title),
-        before=said_first + (f'<div class="wide">{tracks}</div>\n{said}' if tracks else ""),
+        before=findings_html(findings) + said_first + (f'<div class="wide">{tracks}</div>\n{said}' if tracks else ""),
         after=f'<table class="run">{_facts(rows)}</table>\n' if rows else "",
         style=stored("drawing.css") + stored("report.css"),
         # no "</script>" can end the script early

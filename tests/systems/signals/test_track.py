@@ -28,7 +28,16 @@ from elusive.tracking import ReadBack, Step, Track
 
 QUICK = {"filter": {"smoothing": 0.9, "max_velocity": 3}}  # a short memory: the law of noise is soon simulated
 TIMED = {"filter": {"smoothing": 0.9, "max_velocity": 12}}  # the same at 4 frames a second
-WRITTEN = ["config.yaml", "report.html", "report.png", "result.nc", "scores.csv", "scores.json", "tracks.csv"]
+WRITTEN = [
+    "checks.json",
+    "config.yaml",
+    "report.html",
+    "report.png",
+    "result.nc",
+    "scores.csv",
+    "scores.json",
+    "tracks.csv",
+]
 
 
 def simulated(

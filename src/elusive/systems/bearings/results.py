@@ -9,6 +9,7 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
+from elusive.checks import Finding, write_checks
 from elusive.contracts import Array
 from elusive.io.truth import Truth
 from elusive.results import Scored, TrackLog, scored, write_result, write_tracks_csv
@@ -42,6 +43,7 @@ class BearingOutcome(NamedTuple, Generic[Shown]):
     log: TrackLog
     tracked: Shown  # what the report shows
     scored: Scored | None  # None without a truth
+    findings: tuple[Finding, ...] = ()
 
 
 def outcome_of(
@@ -110,6 +112,7 @@ def cutoff_of(sites: SensorSites) -> float:
 def write_outcome(folder: Path, outcome: BearingOutcome[Any], config: str) -> None:
     """Write everything into a folder."""
     tracked = outcome.tracked
+    write_checks(folder, outcome.findings)
     write_tracks_csv(folder / "tracks.csv", outcome.log)
     (folder / "config.yaml").write_text(config, encoding="utf-8")
     if outcome.scored is not None:
@@ -129,10 +132,10 @@ def write_outcome(folder: Path, outcome: BearingOutcome[Any], config: str) -> No
     )  # fmt: skip
     if isinstance(tracked, SeveralTracked):
         write_several_png(folder / "report.png", tracked)
-        write_several_html(folder / "report.html", tracked)
+        write_several_html(folder / "report.html", tracked, outcome.findings)
     else:
         write_bearings_png(folder / "report.png", tracked)
-        write_bearings_html(folder / "report.html", tracked)
+        write_bearings_html(folder / "report.html", tracked, outcome.findings)
 
 
 def _verdict(tracked: BearingsTracked, *, alone: bool, unsure: bool) -> str:

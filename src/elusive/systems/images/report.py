@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from elusive.checks import Finding
 from elusive.contracts import Array
 from elusive.metrics._assignment import linear_sum_assignment
 from elusive.report import drawing as draw
@@ -155,9 +156,9 @@ def write_png(path: Path, tracked: Tracked, frames: FrameKeeper) -> None:
         figure.suptitle(tracked.title, x=0.01, ha="left", size=12, weight="bold")
 
 
-def write_html(path: Path, tracked: Tracked, frames: FrameKeeper) -> None:
+def write_html(path: Path, tracked: Tracked, frames: FrameKeeper, findings: Iterable[Finding] = ()) -> None:
     """Write a page that plays the frames with truth and estimate, beside existence and error over time."""
-    write_page(path, tracked.title, "", images_drawing(tracked, frames), rows=tracked.rows)
+    write_page(path, tracked.title, "", images_drawing(tracked, frames), rows=tracked.rows, findings=findings)
 
 
 def images_drawing(tracked: Tracked, frames: FrameKeeper) -> draw.Drawing:

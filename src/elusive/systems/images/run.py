@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+from elusive.checks import Finding, write_checks
 from elusive.io import FrameSource, Truth, atomic_folder
 from elusive.results import Scored, scored, write_mot_csv, write_result
 from elusive.systems.images.parameters import ImageTracking
@@ -14,7 +15,7 @@ from elusive.systems.images.results import ImageLog, tracked_of
 from elusive.systems.images.track import track_images
 from elusive.tracking import Step
 
-FILES = ("tracks.csv", "tracks_mot.csv", "result.nc", "report.html", "report.png", "config.yaml")
+FILES = ("tracks.csv", "tracks_mot.csv", "result.nc", "report.html", "report.png", "checks.json", "config.yaml")
 
 
 class Outcome(NamedTuple):
@@ -23,6 +24,7 @@ class Outcome(NamedTuple):
     log: ImageLog
     tracked: Tracked
     scored: Scored | None  # None without a truth
+    findings: tuple[Finding, ...] = ()
 
 
 def follow(source: FrameSource, parameters: ImageTracking) -> Iterator[Step]:
@@ -84,5 +86,7 @@ def track_recording(
         write_result(folder / "result.nc", log, title=source.name, config=config)
         (folder / "config.yaml").write_text(config, encoding="utf-8")
         write_png(folder / "report.png", tracked, keeper)
-        write_html(folder / "report.html", tracked, keeper)
-    return Outcome(log, tracked, scores)
+        findings: tuple[Finding, ...] = ()
+        write_html(folder / "report.html", tracked, keeper, findings)
+        write_checks(folder, findings)
+    return Outcome(log, tracked, scores, findings)

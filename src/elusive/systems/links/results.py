@@ -16,6 +16,7 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from elusive.checks import Finding
 from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.io.csv_files import csv_text
@@ -45,6 +46,7 @@ class LinkOutcome(NamedTuple):
     remarks: tuple[str, ...]  # of the calibration
     scored: Scored | None  # None without a truth
     tracked: LinksTracked  # what the report shows
+    findings: tuple[Finding, ...] = ()
 
 
 class LinkRun:

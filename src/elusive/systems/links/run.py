@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+from elusive.checks import write_checks
 from elusive.errors import DataError
 from elusive.io import atomic_folder, existing_folder
 from elusive.io.link_logs import LinkLog
@@ -18,7 +19,7 @@ from elusive.systems.links.results import LinkOutcome, LinkRun
 from elusive.systems.links.track import LinkTracking, track
 from elusive.tracking.track import Step
 
-FILES = ("tracks.csv", "events.csv", "result.nc", "report.html", "report.png", "config.yaml")
+FILES = ("tracks.csv", "events.csv", "result.nc", "report.html", "report.png", "checks.json", "config.yaml")
 
 __all__ = ["FILES", "LiveFrame", "follow_links", "track_links_recording"]
 
@@ -78,7 +79,8 @@ def track_links_recording(
             outcome.scored.write(folder)
         write_result(folder / "result.nc", run.log, title=run.title, config=parameters.to_yaml())
         write_links_png(folder / "report.png", outcome.tracked)
-        write_links_html(folder / "report.html", outcome.tracked)
+        write_links_html(folder / "report.html", outcome.tracked, outcome.findings)
+        write_checks(folder, outcome.findings)
         (folder / "config.yaml").write_text(parameters.to_yaml(), encoding="utf-8")
     return outcome
 

@@ -12,6 +12,7 @@ import numpy as np
 from elusive.charts import Water
 from elusive.charts.biased import CoastBias
 from elusive.charts.charted_area import ChartedArea
+from elusive.checks import Finding, write_checks
 from elusive.contracts import Array, X, Y, interval_since
 from elusive.filters.particle.coast_error import anchored_probability, coast_bias
 from elusive.filters.particle.particle_map import likeliest
@@ -57,6 +58,7 @@ class RadarOutcome(NamedTuple):
     log: TrackLog
     tracked: RadarTracked
     scored: Scored | None  # None without a truth
+    findings: tuple[Finding, ...] = ()
 
 
 class Ship(NamedTuple):
@@ -235,7 +237,8 @@ class RadarRun:
             outcome.scored.write(folder)
         (folder / "config.yaml").write_text(config, encoding="utf-8")
         write_radar_png(folder / "report.png", tracked)
-        write_radar_html(folder / "report.html", tracked)
+        write_radar_html(folder / "report.html", tracked, outcome.findings)
+        write_checks(folder, outcome.findings)
 
     def _added(self, rows: Records, name: str) -> Array:
         return np.asarray(rows["added"][:, self._log.columns.added.index(name)])

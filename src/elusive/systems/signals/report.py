@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from elusive.checks import Finding
 from elusive.contracts import Array
 from elusive.report import drawing as draw
 from elusive.report import plots
@@ -148,11 +149,13 @@ def _draw_highest(axes: Any, tracked: SignalTracked) -> None:
     axes.legend(loc="upper left")
 
 
-def write_signal_html(path: Path, tracked: SignalTracked, signal: Waterfall, score: Waterfall) -> None:
+def write_signal_html(
+    path: Path, tracked: SignalTracked, signal: Waterfall, score: Waterfall, findings: Iterable[Finding] = ()
+) -> None:
     """Write a page with the scores and the tracks, the highest score and the signal, one above the other."""
     table = track_table(tracked.header, tracked.tracks, {str(one.track) for one in tracked.paths})
     drawn = signal_drawing(tracked, signal, score)
-    write_page(path, tracked.title, tracked.verdict, drawn, table, tracked.rows, NOTE)
+    write_page(path, tracked.title, tracked.verdict, drawn, table, tracked.rows, NOTE, findings)
 
 
 def signal_drawing(tracked: SignalTracked, signal: Waterfall, score: Waterfall, **more: Any) -> draw.Drawing:

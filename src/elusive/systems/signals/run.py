@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from elusive.checks import Finding, write_checks
 from elusive.errors import DataError
 from elusive.io import SignalFrame, SignalSource, Truth, atomic_folder
 from elusive.results import Scored, write_result
@@ -18,7 +19,7 @@ from elusive.systems.signals.results import SignalLog, tracked_of
 from elusive.systems.signals.track import track_signal
 from elusive.tracking import Step
 
-FILES = ("tracks.csv", "result.nc", "report.html", "report.png", "config.yaml")
+FILES = ("tracks.csv", "result.nc", "report.html", "report.png", "checks.json", "config.yaml")
 CLOCKED = 16  # frames whose times tell how far apart frames are, where the file has times
 
 
@@ -28,6 +29,7 @@ class SignalOutcome(NamedTuple):
     log: SignalLog
     tracked: SignalTracked
     scored: Scored | None  # None without a truth
+    findings: tuple[Finding, ...] = ()
 
 
 def bound_to(source: SignalSource, parameters: SignalTracking) -> SignalTracking:
@@ -119,8 +121,10 @@ def track_signal_recording(
         write_result(folder / "result.nc", log, title=source.name, config=config, more=log.evidence_map())
         (folder / "config.yaml").write_text(config, encoding="utf-8")
         write_signal_png(folder / "report.png", tracked, log.signal, log.score)
-        write_signal_html(folder / "report.html", tracked, log.signal, log.score)
-    return SignalOutcome(log, tracked, scores)
+        findings: tuple[Finding, ...] = ()
+        write_signal_html(folder / "report.html", tracked, log.signal, log.score, findings)
+        write_checks(folder, findings)
+    return SignalOutcome(log, tracked, scores, findings)
 
 
 def _placed(fault: str, name: str, frame: int) -> str:

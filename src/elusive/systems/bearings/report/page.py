@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from elusive.checks import Finding
 from elusive.report import drawing as draw
 from elusive.report import plots
 from elusive.report.page import write_page
@@ -16,9 +18,9 @@ from elusive.systems.bearings.report.contents import BearingsTracked, HeardBeari
 TIMES_SHOWN = 4000
 
 
-def write_bearings_html(path: Path, tracked: BearingsTracked) -> None:
+def write_bearings_html(path: Path, tracked: BearingsTracked, findings: Iterable[Finding] = ()) -> None:
     """Write a page with the ground over time, the error or deviation, and the residuals of each sensor."""
-    write_page(path, tracked.title, tracked.verdict, bearings_drawing(tracked), rows=tracked.rows)
+    write_page(path, tracked.title, tracked.verdict, bearings_drawing(tracked), rows=tracked.rows, findings=findings)
 
 
 def bearings_drawing(tracked: BearingsTracked) -> draw.Drawing:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from elusive.checks import Finding
 from elusive.contracts import Array
 from elusive.report import drawing as draw
 from elusive.report.page import track_table, write_page
@@ -22,10 +23,10 @@ NODES_NAMED = 60
 TRAIL_FRAMES, TRAIL_S = 20, 30.0  # of the way that is drawn strongly
 
 
-def write_links_html(path: Path, tracked: LinksTracked) -> None:
+def write_links_html(path: Path, tracked: LinksTracked, findings: Iterable[Finding] = ()) -> None:
     """Write a page with the floor over time, the number of people, their existence, the error, and the events."""
     table = track_table(tracked.header, tracked.tracks, {str(one.track) for one in tracked.paths})
-    write_page(path, tracked.title, tracked.verdict, links_drawing(tracked), table, tracked.rows)
+    write_page(path, tracked.title, tracked.verdict, links_drawing(tracked), table, tracked.rows, findings=findings)
 
 
 def links_drawing(tracked: LinksTracked) -> draw.Drawing:

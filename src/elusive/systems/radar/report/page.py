@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from elusive.checks import Finding
 from elusive.report import drawing as draw
 from elusive.report.page import track_table, write_page
 from elusive.report.plots import track_colour
@@ -21,11 +22,11 @@ CLOSE = 9.0  # deviations that the close view is wide
 CLOSEST_M = 12.0
 
 
-def write_radar_html(path: Path, tracked: RadarTracked) -> None:
+def write_radar_html(path: Path, tracked: RadarTracked, findings: Iterable[Finding] = ()) -> None:
     """Write a page with the map, the tracks and clouds over time, and their speed, deviation and error."""
     drawn = {str(one.track) for one in tracked.paths}
     table = track_table(tracked.header, tracked.tracks, drawn)
-    write_page(path, tracked.title, tracked.verdict, radar_drawing(tracked), table, tracked.rows)
+    write_page(path, tracked.title, tracked.verdict, radar_drawing(tracked), table, tracked.rows, findings=findings)
 
 
 def radar_drawing(tracked: RadarTracked) -> draw.Drawing:
