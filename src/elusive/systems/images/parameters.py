@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -56,6 +56,12 @@ class ImageTracking(RecordedFrames):
     filter: Annotated[
         SeveralImages | BernoulliFilter | ExistenceParticleFilter | RecurrentImages, Field(discriminator="kind")
     ] = Field(RECORDED["several"], description="Filter: of several targets, or of one")
+    pedestal: float = Field(
+        0.0, allow_inf_nan=False, description="Level of white frames without a target, taken off them [grey levels]"
+    )
+    polarity: Literal["bright", "dark"] = Field(
+        "bright", description="Whether targets in white frames are brighter or darker than that level"
+    )
     tracks: Lifecycle = Field(Lifecycle(), description="When a track begins and ends")
     interval_s: Positive = Field(1.0, description="Time between frames [s]", json_schema_extra=FROM_RECORDING)
     seed: int = Field(0, ge=0, description="Root of all random numbers")
@@ -85,6 +91,10 @@ class ImageTracking(RecordedFrames):
         idle = {}
         if not isinstance(self.filter.sensor, ClutterSensor):
             idle = dict.fromkeys(RecordedFrames.model_fields, "frames taken as they are, which are not whitened")
+        else:
+            idle = dict.fromkeys(("pedestal", "polarity"), "recorded frames, whose level is learnt")
+        if getattr(self.filter.sensor, "noise", None) == "rayleigh":
+            idle |= dict.fromkeys(("pedestal", "polarity"), "Rayleigh noise, which is an amplitude")
         if isinstance(self.filter, SeveralImages):
             idle["clump_px"] = "filter 'several', whose targets are clumps each"
         if isinstance(self.filter, RecurrentImages):
@@ -116,6 +126,12 @@ class ImageTracking(RecordedFrames):
             if sensor.lowest_snr is None and self._sought_snr_db is not None:
                 sensor = sensor.replace(lowest_snr=sensor.intensity_of(self._sought_snr_db))
         return self.replace(filter=self.filter.replace(sensor=sensor), interval_s=interval_s)
+
+    def levelled(self, frame: Array) -> Array:
+        """Return a white frame about zero, in which targets are bright; what is recorded stays as it is."""
+        if self.pedestal == 0 and self.polarity == "bright":
+            return frame
+        return frame - self.pedestal if self.polarity == "bright" else self.pedestal - frame
 
     @property
     def _sought_snr_db(self) -> float | None:

@@ -9,6 +9,8 @@ from typing import NamedTuple
 from elusive.checks import Finding, write_checks
 from elusive.io import FrameSource, Truth, atomic_folder
 from elusive.results import Scored, scored, write_mot_csv, write_result
+from elusive.systems.images.checks import CLEAR, findings_of, places_of
+from elusive.systems.images.frame_facts import FrameFacts
 from elusive.systems.images.parameters import ImageTracking
 from elusive.systems.images.report import NEAR_PX, FrameKeeper, Tracked, write_html, write_png
 from elusive.systems.images.results import ImageLog, tracked_of
@@ -67,7 +69,7 @@ def track_recording(
         If a frame cannot be used, or the truth is of other frames.
     """
     bound = parameters.bind(source.shape, source.interval_s)
-    keeper, config = FrameKeeper(), bound.to_yaml()
+    keeper, facts, config = FrameKeeper(), FrameFacts(), bound.to_yaml()
     if truth is not None and source.length is not None:
         truth.check_frames(source.start, source.length, whole=source.whole)
     with atomic_folder(out) as folder:
@@ -75,6 +77,7 @@ def track_recording(
             for number, step in enumerate(follow(source, bound)):
                 log.take(step)
                 keeper.offer(number, step.measurement)
+                facts.add(bound.levelled(step.measurement), places_of(step), CLEAR * bound.spread_px)
                 if on_frame is not None:
                     on_frame(number + 1)
         known = None if truth is None else truth.aligned(log.times_s, source.start, whole=source.whole)
@@ -86,7 +89,7 @@ def track_recording(
         write_result(folder / "result.nc", log, title=source.name, config=config)
         (folder / "config.yaml").write_text(config, encoding="utf-8")
         write_png(folder / "report.png", tracked, keeper)
-        findings: tuple[Finding, ...] = ()
+        findings = findings_of(bound, facts)
         write_html(folder / "report.html", tracked, keeper, findings)
         write_checks(folder, findings)
     return Outcome(log, tracked, scores, findings)

@@ -59,7 +59,7 @@ def track_images(
         if state is None:
             # what is known before any frame holds an interval before the first: a target may appear in that
             state = recursion.init(rng, time_s - parameters.interval_s)
-        state = recursion.step(state, time_s, frame, rng)
+        state = recursion.step(state, time_s, None if frame is None else parameters.levelled(frame), rng)
         yield Step(time_s, frame, state, laid_out(state))
 
 

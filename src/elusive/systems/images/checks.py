@@ -1,0 +1,87 @@
+"""Whether a recording of frames looks as its models say: its order, its length, its scene, its noise."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from elusive.checks import Fact, Finding, share_of
+from elusive.sensors import ImageSensor
+from elusive.systems.images.frame_facts import FrameFacts
+from elusive.systems.images.parameters import ImageTracking
+from elusive.systems.images.white_checks import white_findings
+from elusive.tracking import Step
+
+CLEAR = 4.0  # point spreads about a track in which no noise is read
+FEW = 20  # frames from which a scene and its noise are hardly learnt
+REPEATED = 0.1  # share of frames that are their predecessor
+ODD, SUSPECT = 0.03, 0.7  # change along an axis of a frame over that along time: another order; if its shape is odd too
+ASPECT = 2.4  # of a frame's sides, from which no camera is so
+ORDER = "Save the array as (time, row, column): numpy.moveaxis(frames, -1, 0) where time is last."
+
+
+def findings_of(parameters: ImageTracking, facts: FrameFacts) -> tuple[Finding, ...]:
+    """Return what a run's frames say of what it assumed."""
+    sensor = parameters.filter.sensor
+    found = [_order(facts), *_repeats(facts)]
+    if isinstance(sensor, ImageSensor):
+        found += white_findings(sensor, parameters, facts)
+    else:
+        found += [_length(facts)]
+    return tuple(found)
+
+
+def places_of(step: Step) -> Iterator[tuple[float, float]]:
+    """Yield where a step's tracks are that may well be there."""
+    for track in step.tracks:
+        if track.status != "deleted" and not track.existence < 0.5:
+            yield float(track.mean[0]), float(track.mean[2])
+
+
+def _order(facts: FrameFacts) -> Finding:
+    """Find time among a frame's own axes: along it a scene changes least; few frames look like a narrow picture."""
+    rows, columns = facts.shape
+    time, x, y = np.median(np.array(facts.steps).reshape(-1, 3), axis=0).tolist() if facts.steps else (math.nan,) * 3
+    ratio = min(x, y) / time if time > 0 else math.nan
+    least, most = sorted(facts.shape)
+    alike = facts.count == most > least  # as many frames as rows: of a square camera's
+    odd = ratio < ODD or (ratio < SUSPECT and (alike or most > ASPECT * least))
+    axis = f"{columns} columns" if least == columns else f"{rows} rows"
+    if ratio < ODD:
+        axis = f"{columns} columns" if x < y else f"{rows} rows"
+    why = f"change {ratio:.2g} times as much from one to the next as frames do" if odd else "are fewer than the frames"
+    fact = Fact(1.0, ratio, not (odd or alike), len(facts.steps))
+    return fact.finding(
+        "frames.axes",
+        f"A frame's {axis} {why}, as if they were times: {facts.count} frames of {columns} x {rows} pixels look like "
+        "an array in another order of axes.",
+        ORDER,
+        grave=odd,
+    )
+
+
+def _repeats(facts: FrameFacts) -> list[Finding]:
+    """Find frames that are copies: their noise is no new evidence."""
+    pairs = facts.count - 1
+    fact = share_of(facts.repeated, pairs, 0.0, tolerance=REPEATED)
+    return [
+        fact.finding(
+            "frames.repeated",
+            f"{facts.repeated} of {pairs} frames are copies of the one before: what they show is counted as evidence "
+            "twice.",
+            "Export the recording at the rate at which it was taken, and give that as --rate-hz.",
+            grave=facts.repeated > pairs / 4,
+        )
+    ]
+
+
+def _length(facts: FrameFacts) -> Finding:
+    return Fact(FEW, facts.count, facts.count >= FEW, facts.count).finding(
+        "frames.few",
+        f"The recording has {facts.count} frames: its scene and its noise are hardly learnt from fewer than {FEW}, and "
+        "what rests is not told from what moves.",
+        "Give more frames; or, if their noise is white and known, --noise-sigma.",
+        grave=facts.count < FEW // 2,
+    )

@@ -1,0 +1,181 @@
+"""Frames that are not what was declared: each is named on the command line, and right ones pass in silence."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from elusive.cli import main
+from elusive.cli.terminal import NOT_BELIEVED
+from elusive.sensors import ImageSensor
+from elusive.systems.images.checks import findings_of
+from elusive.systems.images.frame_facts import FrameFacts
+from elusive.systems.images.parameters import ImageTracking
+from elusive.systems.images.simulate import ImageSimulation, draw_images
+
+SIGMA = 3.0
+WHITE = ("--noise-sigma", SIGMA)
+QUICK = ("--filter", "single", "--particles", 200, "--newborns", 100)
+LEARNT = {"filter": {"sensor": {"kind": "clutter"}}}
+
+
+def simulated(seed=0, size=24, snr_db=12.0, targets=1, frames=24, **sensor):
+    """Frames of white noise with targets."""
+    scene = ImageSimulation(
+        rows=size, columns=size, frames=frames, leaves=frames - 4, snr_db=snr_db, targets=targets, seed=seed,
+        sensor=ImageSensor(noise_sigma=SIGMA, **sensor),
+    )  # fmt: skip
+    return draw_images(scene).frames
+
+
+def drifting(frames):
+    """Frames whose level rises by five deviations."""
+    return frames + np.linspace(0, 5 * SIGMA, len(frames))[:, None, None]
+
+
+def patterned(frames):
+    """Frames with a pattern as strong as the noise that stays."""
+    return frames + np.random.default_rng(1).normal(0, SIGMA, frames.shape[1:])
+
+
+def blurred(frames):
+    """Frames whose neighbouring pixels share noise."""
+    return (frames + np.roll(frames, 1, axis=1) + np.roll(frames, 1, axis=2)) / np.sqrt(3)
+
+
+def spiked(frames):
+    """Frames with a heavy tail: a pixel in thirty is far too low or high."""
+    wide = np.random.default_rng(2).random(frames.shape) < 1 / 30
+    return np.where(wide, 5 * frames, frames)
+
+
+def scene(moved=0.0, size=64, frames=30, seed=0):
+    """Frames of a smooth scene that moves along, with some noise; a camera's."""
+    rng = np.random.default_rng(seed)
+    wide = rng.normal(0, 1, (size, 2 * size))
+    for axis in (0, 1):
+        wide = sum(np.roll(wide, k, axis) for k in range(-2, 3))
+    starts = [round(moved * k) for k in range(frames)]
+    return np.stack([100 + 4 * wide[:, k : k + size] + rng.normal(0, 1, (size, size)) for k in starts])
+
+
+WRONG = {
+    "half the noise declared": (lambda: simulated(), ("--noise-sigma", SIGMA / 2), "noise.scale"),
+    "twice the noise declared": (lambda: simulated(), ("--noise-sigma", 2 * SIGMA), "noise.scale"),
+    "a pedestal left in": (lambda: simulated() + 100, WHITE, "frames.pedestal"),
+    "a level that drifts": (lambda: drifting(simulated()), WHITE, "frames.level-drifts"),
+    "an envelope as Gaussian": (lambda: simulated(noise="rayleigh"), WHITE, "noise.law"),
+    "Gaussian as an envelope": (lambda: simulated() + 50, (*WHITE, "--noise", "rayleigh"), "noise.law"),
+    "a scene in white frames": (lambda: patterned(simulated()), WHITE, "noise.correlated-in-time"),
+    "blurred noise": (lambda: blurred(simulated()), WHITE, "noise.correlated-in-space"),
+    "outliers": (lambda: spiked(simulated()), WHITE, "noise.tail"),
+    "each frame twice": (lambda: np.repeat(simulated(), 2, axis=0), WHITE, "frames.repeated"),
+    "time last": (lambda: scene().transpose(1, 2, 0), ("--noise-sigma", 20), "frames.axes"),
+    "time between": (lambda: scene().transpose(1, 0, 2), ("--noise-sigma", 20), "frames.axes"),
+}
+
+
+def run(capsys, *arguments):
+    """Exit code, and what was said on standard error."""
+    code = 0
+    try:
+        main([*map(str, arguments)])
+    except SystemExit as end:
+        code = end.code or 0
+    return code, capsys.readouterr().err
+
+
+@pytest.mark.parametrize("wrong", WRONG)
+def test_what_is_wrong_is_named(tmp_path, capsys, wrong):
+    frames, options, name = WRONG[wrong]
+    np.save(tmp_path / "frames.npy", frames())
+    out = tmp_path / "out"
+    code, said = run(capsys, "track", "images", tmp_path / "frames.npy", "--out", out, *options, *QUICK, "--strict")
+    assert code == NOT_BELIEVED, said
+    failing = {one["name"]: one for one in json.loads((out / "checks.json").read_text()) if not one["holds"]}
+    assert name in failing
+    last = said.strip().splitlines()[-len(failing) :]
+    assert any(line.startswith(f"{name}: {failing[name]['sentence']}") for line in last)
+    assert failing[name]["sentence"] in (out / "report.html").read_text().replace("&#x27;", "'")
+    assert failing[name]["remedy"]
+
+
+def test_what_is_told_right_passes_in_silence(tmp_path, capsys):
+    np.save(tmp_path / "frames.npy", 100 - simulated())
+    code, said = run(
+        capsys, "track", "images", tmp_path / "frames.npy", "--out", tmp_path / "out", *WHITE, "--pedestal", 100,
+        "--polarity", "dark", *QUICK, "--strict",
+    )  # fmt: skip
+    assert code == 0, said
+    assert said.strip().splitlines()[-1].startswith("Written to")
+
+
+def failing(frames, **parameters):
+    """Names of the findings that do not hold, without tracking."""
+    told, facts = ImageTracking(**parameters), FrameFacts()
+    for frame in frames:
+        facts.add(told.levelled(frame))
+    return {one.name for one in findings_of(told, facts) if not one.holds}
+
+
+RIGHT = {
+    "weak": {"snr_db": 6.7},
+    "bright": {"snr_db": 20.0, "size": 20},
+    "several": {"size": 48, "targets": 4, "psf_sigma": 1.0},
+    "envelope": {"noise": "rayleigh"},
+}
+
+
+def remarks(kind, seeds):
+    """Share of right recordings with a remark."""
+    options = RIGHT[kind]
+    sensor = {"kind": "white", "noise_sigma": SIGMA} | {k: v for k, v in options.items() if k in ("noise", "psf_sigma")}
+    return np.mean([bool(failing(simulated(seed, **options), filter={"sensor": sensor})) for seed in range(seeds)])
+
+
+@pytest.mark.parametrize("kind", RIGHT)
+def test_right_frames_are_seldom_remarked_on(kind):
+    assert remarks(kind, 20) <= 1 / 20
+
+
+@pytest.mark.validate
+@pytest.mark.parametrize("kind", RIGHT)
+def test_right_frames_are_seldom_remarked_on_over_many_seeds(kind):
+    assert remarks(kind, 300) <= 1 / 20
+
+
+@pytest.mark.parametrize("moved", [0.0, 0.5, 2.0])
+def test_a_scene_in_order_is_not_taken_for_another_order(moved):
+    for seed in range(5):
+        assert failing(scene(moved, seed=seed), **LEARNT) == set()
+
+
+def test_the_order_of_noise_alone_is_a_remark():
+    """Without a scene the shape alone tells: as many frames as rows, of a square camera."""
+    told, facts = ImageTracking(), FrameFacts()
+    for frame in np.random.default_rng(0).normal(0, 1, (64, 64, 30)):
+        facts.add(frame)
+    (axes,) = [one for one in findings_of(told, facts) if not one.holds]
+    assert axes.name == "frames.axes"
+    assert not axes.grave
+
+
+@pytest.mark.parametrize(("frames", "grave"), [(6, True), (15, False)])
+def test_few_frames_are_said_to_be_few(frames, grave):
+    facts = FrameFacts()
+    for frame in scene(frames=frames):
+        facts.add(frame)
+    found = {one.name: one for one in findings_of(ImageTracking(**LEARNT), facts) if not one.holds}
+    assert set(found) == {"frames.few"}
+    assert found["frames.few"].grave == grave
+
+
+def test_what_is_kept_does_not_grow():
+    facts = FrameFacts()
+    rng = np.random.default_rng(0)
+    for _ in range(700):
+        facts.add(rng.normal(0, 1, (16, 16)))
+    assert max(len(facts.medians), len(facts.steps)) <= 65
+    assert facts.law.sigma == pytest.approx(1, abs=0.03)
