@@ -147,8 +147,9 @@ def flat(dump: Any, path: tuple[str, ...] = ()) -> dict[tuple[str, ...], Any]:
 
 @pytest.mark.parametrize("option", options_of(ImageTracking), ids=lambda option: option.name)
 def test_each_option_alone_changes_its_field_and_no_other(option: Option) -> None:
-    # what tells of a target's intensity is refused where the sensor does not use it
-    beside = {"sensor": "white"} if option.name in ("q_intensity", "amplitude_spread") else {}
+    # what tells of a target's intensity, or of a level, is refused where the sensor does not use it
+    white = ("q_intensity", "amplitude_spread", "pedestal", "polarity")
+    beside = {"sensor": "white"} if option.name in white else {}
     if option.name == "clump_px":  # targets of the usual filter are clumps each
         beside = {"filter": "single"}
     usual = flat(ImageTracking(**nested(ImageTracking, beside, {})).model_dump())
