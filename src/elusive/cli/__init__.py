@@ -22,7 +22,7 @@ COMMANDS = {
     "demo": "elusive.cli.demo:demo_command",
     "track": "elusive.cli.track:app",
     "locate": "elusive.cli.locate:locate_command",
-    "fit": "elusive.cli.links:fit_app",
+    "fit": "elusive.cli.fit:app",
     "chart": "elusive.cli.charts:chart_command",
     "simulate": "elusive.cli.simulate:app",
     "workbench": "elusive.cli.workbench:workbench_command",

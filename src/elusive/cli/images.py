@@ -7,22 +7,26 @@ from typing import Annotated, Any
 
 import typer
 
+from elusive.cli.fit import FittedOut, tell_fitted
 from elusive.cli.terminal import Config, OneBased, Out, Strict, bar, known_truth, show, tell_findings, tell_written
 from elusive.io import open_frames
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
+from elusive.systems.images.fit import fit_images
 from elusive.systems.images.parameters import ImageTracking
 from elusive.systems.images.run import FILES, track_recording
+
+Frames = Annotated[
+    str,
+    typer.Argument(help="Folder or glob of PNG/TIFF, multi-page TIFF, .npy, .npz, HDF5 (file.h5::/name), GIF, video."),
+]
+Start = Annotated[int, typer.Option(help="First frame to use, from 0.")]
+Stop = Annotated[int | None, typer.Option(help="Frame before which to stop.")]
 
 
 @accepts(ImageTracking)
 def track_images_command(
-    source: Annotated[
-        str,
-        typer.Argument(
-            help="Folder or glob of PNG/TIFF, multi-page TIFF, .npy, .npz, HDF5 (file.h5::/name), GIF, video."
-        ),
-    ],
+    source: Frames,
     out: Out,
     given: dict[str, Any],
     config: Config = None,
@@ -41,8 +45,8 @@ def track_images_command(
     times: Annotated[
         Path | None, typer.Option("--times", help="Times of the frames: .csv of time_s, a line a frame.")
     ] = None,
-    start: Annotated[int, typer.Option(help="First frame to use, from 0.")] = 0,
-    stop: Annotated[int | None, typer.Option(help="Frame before which to stop.")] = None,
+    start: Start = 0,
+    stop: Stop = None,
     strict: Strict = False,
 ) -> None:
     """Track targets too faint to threshold through a sequence of frames."""
@@ -54,3 +58,12 @@ def track_images_command(
     show(outcome.tracked.title, ("", ""), outcome.tracked.rows)
     tell_written(out, FILES, outcome.scored)
     tell_findings(outcome.findings, strict=strict)
+
+
+def fit_images_command(source: Frames, out: FittedOut = None, start: Start = 0, stop: Stop = None) -> None:
+    """Fit noise, level, point spread, brightness and polarity to a recording; then: track images --config."""
+    frames = open_frames(source, start=start, stop=stop)
+    with bar("frames", None if frames.length is None else 2 * frames.length) as advance:
+        fitted = fit_images(frames, advance)
+    taken = "white noise about a level" if fitted.white else "a recorded scene, whose noise is learnt as it goes"
+    tell_fitted("images", f"{frames.name}: {taken}", [value.cells for value in fitted.values], fitted.to_yaml(), out)

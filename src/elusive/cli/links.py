@@ -52,8 +52,6 @@ Period = Annotated[
     float | None, typer.Option("--period-s", help="Of a long log: readings of so many seconds are a frame.")
 ]
 
-fit_app = typer.Typer(no_args_is_help=True)
-
 
 @accepts(LinkTracking)
 def track_links_command(
@@ -110,12 +108,6 @@ def track_links_command(
     tell_findings(outcome.findings, strict=strict)
 
 
-@fit_app.callback()
-def _fit_root() -> None:
-    """Fit a model's constants to a recording without labels."""
-
-
-@fit_app.command("links")
 @accepts(LinkFitting)
 def fit_links_command(
     log: Log,

@@ -8,8 +8,8 @@ from typing import NamedTuple
 class System(NamedTuple):
     """One kind of recording and what finds targets in it.
 
-    Its commands are found by its name: ``track_<name>_command`` in ``elusive.cli.<name>``, ``simulate_command`` and
-    ``run_scene`` in ``elusive.cli.scenes.<name>``.
+    Its commands are found by its name: ``track_<name>_command`` and, where it ``fits``, ``fit_<name>_command`` in
+    ``elusive.cli.<name>``, ``simulate_command`` and ``run_scene`` in ``elusive.cli.scenes.<name>``.
     """
 
     name: str  # of its folder and of a scene's key ``system``
@@ -18,6 +18,7 @@ class System(NamedTuple):
     targets: str  # what is found in that
     command: str  # the shortest that does it
     page: str  # module of its page in the workbench, which holds a PAGE
+    fits: bool = False  # to a recording without labels: ``elusive fit <noun>``
 
 
 SYSTEMS = (
@@ -28,6 +29,7 @@ SYSTEMS = (
         "people without devices",
         "elusive track links log.csv --nodes nodes.csv --out result",
         "elusive.systems.links.page",
+        fits=True,
     ),
     System(
         "images",
@@ -36,6 +38,7 @@ SYSTEMS = (
         "targets below the noise",
         "elusive track images frames/ --out result",
         "elusive.systems.images.page",
+        fits=True,
     ),
     System(
         "signals",

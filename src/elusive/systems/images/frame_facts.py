@@ -7,7 +7,7 @@ Noise is read off the pixels away from tracks; correlations are the quadrant's, 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -84,18 +84,12 @@ class FrameFacts:
     @property
     def law(self) -> Law | None:
         """The noise's law; None where too little was seen."""
-        if not self._samples or sum(map(len, self._samples)) < SAMPLES:
-            return None
-        quantiles = np.quantile(np.concatenate(self._samples), LEVELS)
-        design = np.stack([np.ones(len(LEVELS)), GAUSSIAN], axis=1)
-        pedestal, sigma = np.linalg.lstsq(design, quantiles)[0].tolist()
-        if not sigma > 0:
-            return None
-        amplitude = max(float(quantiles @ RAYLEIGH / (RAYLEIGH @ RAYLEIGH)), 1e-9 * sigma)
-        return Law(
-            pedestal, sigma, _rms(quantiles - pedestal - sigma * GAUSSIAN) / sigma,
-            amplitude, _rms(quantiles - amplitude * RAYLEIGH) / (RAYLEIGH_WIDTH * amplitude),
-        )  # fmt: skip
+        return law_of(self._samples)
+
+    def laws(self, parts: int) -> list[Law]:
+        """Return the law in each of so many parts of the frames, from which its error is known."""
+        found = (law_of(self._samples[k::parts]) for k in range(parts))
+        return [law for law in found if law is not None]
 
     def share_beyond(self, centre: float, sigma: float, deviations: float) -> tuple[float, int]:
         """Share of the pixels so far below the centre, on the side where no target is; and how many were seen."""
@@ -143,6 +137,22 @@ class FrameFacts:
         self.steps.append((along_time**2, along_x**2, along_y**2))
         if len(self.steps) > KEPT:
             self.steps = self.steps[::2]
+
+
+def law_of(samples: Sequence[Array]) -> Law | None:
+    """Fit both laws to pixels of frames; None where there are too few."""
+    if sum(map(len, samples)) < SAMPLES // 2:
+        return None
+    quantiles = np.quantile(np.concatenate(samples), LEVELS)
+    design = np.stack([np.ones(len(LEVELS)), GAUSSIAN], axis=1)
+    pedestal, sigma = np.linalg.lstsq(design, quantiles)[0].tolist()
+    if not sigma > 0:
+        return None
+    amplitude = max(float(quantiles @ RAYLEIGH / (RAYLEIGH @ RAYLEIGH)), 1e-9 * sigma)
+    return Law(
+        pedestal, sigma, _rms(quantiles - pedestal - sigma * GAUSSIAN) / sigma,
+        amplitude, _rms(quantiles - amplitude * RAYLEIGH) / (RAYLEIGH_WIDTH * amplitude),
+    )  # fmt: skip
 
 
 def _middle(frame: Array) -> tuple[Array, tuple[int, int]]:

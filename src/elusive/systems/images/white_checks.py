@@ -30,12 +30,17 @@ def white_findings(sensor: ImageSensor, parameters: ImageTracking, facts: FrameF
     return [*found, *_independence(facts)]
 
 
+def clearly(misfit: float, other: float) -> bool:
+    """Whether another law fits quantiles clearly better, by both misfits [deviations]."""
+    return misfit > UNLIKE and other < CLEARER * misfit
+
+
 def _law(sensor: ImageSensor, law: Law) -> list[Finding]:
     declared, gaussian = sensor.noise, sensor.noise == "gaussian"
     own, other = law.gaussian_misfit, law.rayleigh_misfit
     if not gaussian:
         own, other = other, own
-    unlike = own > UNLIKE and other < CLEARER * own
+    unlike = clearly(own, other)
     seen = "a Rayleigh amplitude's" if gaussian else "Gaussian"
     better = f"--noise rayleigh --noise-sigma {law.rayleigh_sigma:.3g}"
     if not gaussian:
