@@ -1,7 +1,7 @@
 """Peaks of recorded frames: what stands out in space or in time, at several scales, in deviations of its own noise.
 
-Differences of Gaussians (Lindeberg, 1998) in a frame, and of the frame less its registered past; each over the local
-deviation, and the tail beyond by what the recording itself shows.
+Extrema over place and scale of differences of Gaussians (Lindeberg, 1998), of a frame and of the frame less its
+registered past, each over the local deviation; how rare such a peak is, the recording itself shows.
 """
 
 from __future__ import annotations
@@ -11,15 +11,19 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
-from scipy import ndimage
 
 from elusive.contracts import Array
 from elusive.errors import DataError
-from elusive.model import Model, Positive
-from elusive.preprocess.registration import Registration, shift
+from elusive.model import Model
+from elusive.preprocess import _summit_kernels, peak_tails, scales
+from elusive.preprocess._scale_kernels import Image
+from elusive.preprocess.peak_maps import Summits, areas_of, groups_of, in_space, in_time, summits_of
+from elusive.preprocess.peak_tails import TailState
+from elusive.preprocess.scene import Past, Scene, follow
 
 LEVELS = (0.001, 0.01, 0.1, 0.2, 0.3, 0.5, 0.7, 0.8, 0.9, 0.99, 0.999)  # of the whitened quantiles
-SCALES_PX = (0.87, 1.73, 3.6, 7.3)
+SAMPLES = 5000  # pixels from which quantiles are taken
+REACH = 1.5  # scales within which a weaker peak is the same
 
 
 class Peaks(NamedTuple):
@@ -50,24 +54,25 @@ class PeakState(NamedTuple):
     """What is carried from frame to frame; ``output`` is only reported (None before the first frame)."""
 
     frames_seen: int
-    last: Array | None  # last frame, filled
-    background: Array | None  # of earlier frames, in this frame's place
+    shape: tuple[int, ...]
+    pasts: tuple[Past, ...]  # of each scale
+    last: Image | None  # last frame's map by which a jump is found
     offset_px: Array
+    step_px: Array
+    usual: float  # correlation of a frame with its past
+    tails: TailState | None
     output: Peaks | None
 
 
 class PeakFinder(Model):
     """Finds the peaks of recorded frames, one after the other."""
 
-    registration: Registration = Field(Registration(), description="How frames are laid over each other")
-    least: Positive = Field(2.0, description="Strength from which a local maximum is a peak [deviations]")
     most: int = Field(1500, ge=1, description="Peaks kept of a frame, the strongest")
-    window_px: int = Field(31, ge=5, description="Window of the local noise, in units of a map's scale [px]")
-    memory: int = Field(20, ge=3, description="Earlier frames in the background")
+    memory: int = Field(20, ge=3, description="Earlier frames that a frame is compared with")
 
     def init(self) -> PeakState:
         """Return the state before the first frame."""
-        return PeakState(0, None, None, np.zeros(2), None)
+        return PeakState(0, (), (), None, np.zeros(2), np.zeros(2), 0.0, None, None)
 
     def step(self, state: PeakState, frame: Array) -> PeakState:
         """Return the state after one more frame.
@@ -82,96 +87,92 @@ class PeakFinder(Model):
         DataError
             If the frame is too small, its shape changed, or nothing in it is finite.
         """
-        frame = np.asarray(frame, dtype=float)
+        frame = np.asarray(frame)
         if frame.ndim != 2 or min(frame.shape) < 32:
             raise DataError(f"frame {state.frames_seen}: shape {frame.shape}, must be (rows, columns) of 32 or more.")
-        if state.last is not None and frame.shape != state.last.shape:
-            raise DataError(f"frame {state.frames_seen}: shape {frame.shape}, must be {state.last.shape}.")
-        known = np.isfinite(frame)
-        if not known.any():
-            raise DataError(f"frame {state.frames_seen}: no pixel is finite; drop it.")
-        pedestal = float(np.median(frame[known]))
-        frame = np.where(known, frame, pedestal)
-        step, cut, past = np.zeros(2), state.last is None, None
-        if state.last is not None and state.background is not None:
-            step = self.registration.offset(state.last, frame)
-            past = shift(state.background, -step)
-            past = np.where(np.isfinite(past), past, frame)
-        found = self._peaks(frame, False) + ([] if past is None else self._peaks(frame - past, True))
-        table = np.array(found).reshape(-1, 8)
-        order = np.argsort(-table[:, 2], kind="stable")[: self.most]
-        table = _apart(table[order])
-        finest = _response(frame, SCALES_PX[0])
-        z = finest / _deviation(finest, self.window_px)
-        noise = float(1.4826 * np.median(np.abs(finest - np.median(finest)))) / _norm(SCALES_PX[0])
-        offset = np.zeros(2) if cut else state.offset_px + step
-        x, y, strength, scale, bright, temporal, contrast, deviation = table.T
-        output = Peaks(
-            state.frames_seen,
-            np.stack([x, y], axis=1),
-            strength,
-            scale,
-            bright > 0,
-            temporal > 0,
-            contrast,
-            np.log(0.06 / scale**2 * strength) - strength**2 / 2,
-            np.clip(deviation, 0.05, None),
-            offset,
-            step,
-            cut,
-            noise,
-            pedestal,
-            np.quantile(z, LEVELS),
+        if state.shape and frame.shape != state.shape:
+            raise DataError(f"frame {state.frames_seen}: shape {frame.shape}, must be {state.shape} as before.")
+        image = np.ascontiguousarray(frame, dtype=np.float32)
+        pedestal, quantum = _levels(image, state.frames_seen)
+        image = image - np.float32(pedestal)
+        maps = scales.responses(image, scales.count_of(image.shape))
+        floors = np.array([scales.noise_gain(k) for k in range(len(maps))]) * max(quantum / np.sqrt(12.0), 1e-6)
+        scene = Scene(maps, list(state.pasts), floors)
+        offset, usual, cut = np.zeros(2), 0.0, True
+        if state.pasts:
+            offset, usual, cut = follow(scene, state.last, state.offset_px, state.step_px, state.usual)
+        spatial, noise = in_space(maps, floors)
+        groups = groups_of([values.shape for values in maps])
+        found, areas = [summits_of(spatial, groups)], [areas_of(spatial, groups)] * 2
+        if cut:
+            none = np.zeros(2, dtype=np.int64)
+            pasts = tuple(Past(values, np.zeros_like(values), np.ones_like(values), none) for values in maps)
+        else:
+            temporal, pasts = in_time(scene, offset, self.memory)
+            found.append(summits_of(temporal, groups))
+            areas += [areas_of(temporal, groups)] * 2
+        tails = state.tails
+        if cut or tails is None:
+            tails = peak_tails.begin(np.array([scales.log_rate(k) for k in range(len(maps))]), groups.scale, 4)
+        step = np.zeros(2) if cut else offset - state.offset_px
+        area_px = np.stack([*areas, *([np.zeros(len(groups.scale))] * (4 - len(areas)))])
+        tails, output = self._rated(tails, area_px, found, image.shape)
+        output = output._replace(
+            number=state.frames_seen,
+            offset_px=offset,
+            step_px=step,
+            cut=cut,
+            noise=noise,
+            pedestal=pedestal,
+            quantiles=_quantiles(spatial.white[0], LEVELS),
         )
-        if past is None:
-            past = frame
-        past = past + (frame - past) / min(state.frames_seen + 1, self.memory)
-        return PeakState(state.frames_seen + 1, frame, past, offset, output)
+        last = maps[scene.chosen()[1]]
+        return PeakState(state.frames_seen + 1, image.shape, pasts, last, offset, step, usual, tails, output)
 
-    def _peaks(self, image: Array, temporal: bool) -> list[tuple[float, ...]]:
-        found = []
-        for scale in SCALES_PX:
-            response = _response(image, scale)
-            z = response / _deviation(response, int(self.window_px * scale))
-            for sign in (1.0, -1.0):
-                size = 2 * int(scale + 0.5) + 1
-                top = (sign * z == ndimage.maximum_filter(sign * z, size)) & (sign * z > self.least)
-                for row, column in np.argwhere(top):
-                    if not (0 < row < len(z) - 1 and 0 < column < z.shape[1] - 1):
-                        continue
-                    places = []
-                    for k, values in ((column, z[row, column - 1 : column + 2]), (row, z[row - 1 : row + 2, column])):
-                        bend = values[0] - 2 * values[1] + values[2]
-                        places.append(k + (np.clip((values[0] - values[2]) / 2 / bend, -0.5, 0.5) if bend else 0.0))
-                    height = float(sign * z[row, column])
-                    spread = 1.4 * scale / height
-                    contrast = float(response[row, column]) / 0.4
-                    found.append((*places, height, scale, sign, float(temporal), contrast, spread))
-        return found
-
-
-def _response(image: Array, scale: float) -> Array:
-    wide: Array = ndimage.gaussian_filter(image, scale) - ndimage.gaussian_filter(image, 3 * scale)
-    return wide
-
-
-def _norm(scale: float) -> float:
-    return float(np.sqrt((1 + 1 / 9 - 0.4) / (4 * np.pi)) / scale)
-
-
-def _deviation(response: Array, window: int) -> Array:
-    bound = 3 * 1.4826 * float(np.median(np.abs(response))) + 1e-6
-    square = ndimage.uniform_filter(np.minimum(np.abs(response), bound) ** 2, window)
-    deviation: Array = np.sqrt(np.maximum(square, 0.1 * square.mean()) + 0.01)
-    return deviation
+    def _rated(
+        self, tails: TailState, area_px: Array, found: list[Summits], shape: tuple[int, ...]
+    ) -> tuple[TailState, Peaks]:
+        """Rate the peaks of all maps, and give them the strongest first, each place once."""
+        x, y, height, sign, scale, contrast, group, level = (
+            np.concatenate(c, axis=-1) for c in zip(*found, strict=True)
+        )
+        temporal = np.repeat(np.arange(len(found)), [len(one.x) for one in found])
+        tails, rarity = peak_tails.rate(tails, area_px, 2 * temporal + (sign < 0), group, height)
+        order = np.argsort(-rarity.strength, kind="stable")
+        reach = REACH * 2.0 ** level[order] + 0.5
+        apart = _summit_kernels.apart(x[order], y[order], sign[order], reach, shape[1], shape[0])
+        order = order[apart][: self.most]
+        # a peak of any scale and map, as rare as this
+        alike = np.log(0.5 * len(found) * len(tails.log_rate))
+        return tails, Peaks(
+            0,
+            np.stack([x, y], axis=1)[order],
+            rarity.strength[order],
+            scale[order],
+            sign[order] > 0,
+            temporal[order] > 0,
+            contrast[order],
+            rarity.log_density[order] + alike,
+            scale[order] * np.sqrt((1.2 / height[order]) ** 2 + 0.1**2),
+            np.zeros(2),
+            np.zeros(2),
+            False,
+            0.0,
+            0.0,
+            np.zeros(len(LEVELS)),
+        )
 
 
-def _apart(table: Array) -> Array:
-    """Leave out what lies within a stronger peak of the same polarity."""
-    kept: list[int] = []
-    for k, row in enumerate(table):
-        near = table[kept]
-        close = np.hypot(near[:, 0] - row[0], near[:, 1] - row[1]) < 1.5 * np.maximum(near[:, 3], row[3])
-        if not (close & (near[:, 4] == row[4])).any():
-            kept.append(k)
-    return table[kept]
+def _levels(image: Image, number: int) -> tuple[float, float]:
+    """Median and step between grey levels of a frame (0 where it is not of steps), from a sample."""
+    stride = max(1, image.size // SAMPLES) | 1
+    sample = image.ravel()[::stride]
+    if not np.isfinite(sample).any():
+        raise DataError(f"frame {number}: no pixel is finite; drop it.")
+    return float(np.median(sample)), float(np.min(np.diff(np.unique(sample)), initial=1e3))
+
+
+def _quantiles(image: Image, levels: tuple[float, ...]) -> Array:
+    stride = max(1, image.size // SAMPLES) | 1
+    quantiles: Array = np.quantile(image.ravel()[::stride], levels)
+    return quantiles

@@ -1,0 +1,228 @@
+"""Compiled kernels of a map's registered past: mean and variance of each place of the scene, learnt frame by frame.
+
+The past is kept on a grid that follows the scene by whole pixels and is never interpolated itself: each new map is
+read once, between its pixels (Keys, 1981), and what was learnt moves along unchanged.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from elusive.preprocess._scale_kernels import BLOCK, FAST, Image, _blend, _magnify
+
+PRIOR = 10.0  # frames that the neighbourhood's variance counts for beside a pixel's own
+BOUND = 3.0  # deviations by which one frame moves the past at most
+
+
+@njit(cache=True, nogil=True)
+def _cubic(part: np.float64) -> Image:
+    """Weights of four neighbours for a place between the two inner ones; a = -1/2."""
+    t = part
+    weights = np.empty(4, dtype=np.float32)
+    weights[0] = ((-0.5 * t + 1.0) * t - 0.5) * t
+    weights[1] = (1.5 * t - 2.5) * t * t + 1.0
+    weights[2] = ((-1.5 * t + 2.0) * t + 0.5) * t
+    weights[3] = (0.5 * t - 0.5) * t * t
+    return weights
+
+
+@njit(cache=True, nogil=True, fastmath=FAST)
+def deviate(image: Image, mean: Image, seen: Image, part: NDArray[np.float64], roll: NDArray[np.int64]) -> Image:
+    """Map read at ``(x, y) + part`` less its past; 0 where there is none.
+
+    ``mean`` and ``seen`` (frames that saw a place) are read at ``(x, y) - roll``; ``part`` is half a pixel at most.
+    """
+    rows, columns = image.shape
+    out = np.zeros((rows, columns), dtype=np.float32)
+    line = np.empty(columns + 4, dtype=np.float32)
+    left, top = int(np.floor(part[0])), int(np.floor(part[1]))
+    across, down = _cubic(part[0] - left), _cubic(part[1] - top)
+    still = part[0] == 0.0 and part[1] == 0.0
+    first, last = max(0, roll[0]), min(columns, columns + roll[0])
+    for row in range(max(0, roll[1]), min(rows, rows + roll[1])):
+        if last <= first:
+            break
+        past, count = mean[row - roll[1]], seen[row - roll[1]]
+        past, count = past[first - roll[0] : last - roll[0]], count[first - roll[0] : last - roll[0]]
+        values = out[row]
+        if still:
+            for i in range(columns):
+                values[i] = image[row, i]
+        else:
+            a, b = image[min(max(row + top - 1, 0), rows - 1)], image[min(max(row + top, 0), rows - 1)]
+            c, d = image[min(max(row + top + 1, 0), rows - 1)], image[min(max(row + top + 2, 0), rows - 1)]
+            inner = line[2 : columns + 2]
+            for i in range(columns):
+                inner[i] = down[0] * a[i] + down[1] * b[i] + down[2] * c[i] + down[3] * d[i]
+            line[0], line[1] = inner[0], inner[0]
+            line[columns + 2], line[columns + 3] = inner[columns - 1], inner[columns - 1]
+            # the first of the four neighbours of pixel i is line[i + left + 1], left being 0 or -1
+            shifted = line[left + 1 :]
+            for i in range(columns):
+                values[i] = (
+                    across[0] * shifted[i]
+                    + across[1] * shifted[i + 1]
+                    + across[2] * shifted[i + 2]
+                    + across[3] * shifted[i + 3]
+                )
+        values[:first] = 0
+        values[last:] = 0
+        seen_here = values[first:last]
+        for i in range(last - first):
+            seen_here[i] = seen_here[i] - past[i] if count[i] >= 1 else np.float32(0)
+    return out
+
+
+@njit(cache=True, nogil=True, fastmath=FAST)
+def learn(
+    deviation: Image,
+    image: Image,
+    mean: Image,
+    variance: Image,
+    seen: Image,
+    roll: NDArray[np.int64],
+    local: Image,
+    memory: int,
+) -> tuple[Image, Image, Image, Image]:
+    """Deviation in units of its noise, and the past's mean, variance and count after this map.
+
+    ``local``: variance a block. A place that was not seen begins with the ``image``'s own value.
+    """
+    rows, columns = deviation.shape
+    white = np.zeros((rows, columns), dtype=np.float32)
+    means, variances = np.empty((rows, columns), dtype=np.float32), np.empty((rows, columns), dtype=np.float32)
+    counts = np.empty((rows, columns), dtype=np.float32)
+    between, about = np.empty(local.shape[1], dtype=np.float32), np.empty(columns, dtype=np.float32)
+    first, last = max(0, roll[0]), max(min(columns, columns + roll[0]), max(0, roll[0]))
+    one, prior, bound, longest = np.float32(1), np.float32(PRIOR), np.float32(BOUND**2), np.float32(memory)
+    for row in range(rows):
+        means[row], variances[row], counts[row] = image[row], 0, 1
+        if not 0 <= row - roll[1] < rows or last <= first:
+            continue
+        _blend(local, (row - (BLOCK - 1) / 2) / BLOCK, between)
+        _magnify(between, BLOCK, -(BLOCK - 1) / 2 / BLOCK, about)
+        source = row - roll[1]
+        before = mean[source, first - roll[0] : last - roll[0]]
+        spread = variance[source, first - roll[0] : last - roll[0]]
+        count = seen[source, first - roll[0] : last - roll[0]]
+        error, noise, out = deviation[row, first:last], about[first:last], white[row, first:last]
+        new_mean, new_variance = means[row, first:last], variances[row, first:last]
+        new_count = counts[row, first:last]
+        for i in range(last - first):
+            n = count[i]
+            own = (prior * noise[i] + (n - one) * spread[i]) / (prior + n - one)
+            gain = one / min(n + one, longest)
+            known = n >= one
+            out[i] = error[i] / np.sqrt(own) if known else np.float32(0)
+            # clipped, so that a target in passing leaves little
+            square = min(error[i] * error[i], bound * own)
+            moved = np.sqrt(square)
+            moved = moved if error[i] > 0 else -moved
+            new_mean[i] = before[i] + gain * moved if known else new_mean[i]
+            fresh = one / min(max(n, one), longest)
+            new_variance[i] = spread[i] + fresh * (square - spread[i]) if known else np.float32(0)
+            new_count[i] = min(n + one, longest) if known else one
+    return white, means, variances, counts
+
+
+@njit(cache=True, nogil=True, fastmath=FAST)
+def alignment(
+    image: Image, mean: Image, seen: Image, shift: NDArray[np.float64], scale: float, stride: int, margin: int
+) -> NDArray[np.float64]:
+    """Return the sums of a Gauss-Newton step that lays ``image(x + shift)`` over ``mean(x)``, Cauchy weights.
+
+    Returns
+    -------
+    ndarray
+        ``(11,)``: normal matrix xx, xy, yy; right side x, y; cost (errors over scale, each at most 3, squared); pixels;
+        mean root error; products image mean, image image, mean mean.
+    """
+    rows, columns = image.shape
+    sums = np.zeros(11)
+    left, top = int(np.floor(shift[0])), int(np.floor(shift[1]))
+    u, v = np.float32(shift[0] - left), np.float32(shift[1] - top)
+    inverse = np.float32(1.0 / max(scale, 1e-9))
+    begin, end = max(margin, 1, -left), min(columns - margin, columns - 1, columns - 1 - left)
+    for row in range(max(margin, 1, -top), min(rows - margin, rows - 1, rows - 1 - top), stride):
+        if end <= begin:
+            break
+        upper, lower = image[row + top, left + begin :], image[row + top + 1, left + begin :]
+        here, above, below = mean[row], mean[row - 1], mean[row + 1]
+        count = seen[row]
+        xx = xy = yy = bx = by = cost = pixels = root = ab = aa = bb = np.float32(0)
+        for i in range(begin, end):
+            k = i - begin
+            a = (1 - v) * ((1 - u) * upper[k] + u * upper[k + 1]) + v * ((1 - u) * lower[k] + u * lower[k + 1])
+            b = here[i]
+            one = np.float32(1) if count[i] >= 1 else np.float32(0)
+            gx = np.float32(0.5) * (here[i + 1] - here[i - 1])
+            gy = np.float32(0.5) * (below[i] - above[i])
+            error = a - b
+            z = error * inverse
+            square = z * z
+            weight = one / (1 + np.float32(0.25) * square)
+            xx += weight * gx * gx
+            xy += weight * gx * gy
+            yy += weight * gy * gy
+            bx += weight * gx * error
+            by += weight * gy * error
+            cost += one * min(square, np.float32(9))
+            pixels += one
+            root += one * np.sqrt(np.abs(error))
+            ab += weight * a * b
+            aa += weight * a * a
+            bb += weight * b * b
+        sums[0] += xx
+        sums[1] += xy
+        sums[2] += yy
+        sums[3] += bx
+        sums[4] += by
+        sums[5] += cost
+        sums[6] += pixels
+        sums[7] += root
+        sums[8] += ab
+        sums[9] += aa
+        sums[10] += bb
+    return sums
+
+
+@njit(cache=True, nogil=True, fastmath=FAST)
+def preference(
+    image: Image,
+    mean: Image,
+    seen: Image,
+    right: NDArray[np.float64],
+    wrong: NDArray[np.float64],
+    scale: float,
+    stride: int,
+    margin: int,
+) -> tuple[float, float]:
+    """Sum how much better one shift lays a map over its past than another does, and the squares of it, over pixels."""
+    rows, columns = image.shape
+    total, squares = 0.0, 0.0
+    reach = int(np.ceil(max(np.abs(right).max(), np.abs(wrong).max()))) + max(margin, 1)
+    inverse = np.float32(1.0 / max(scale, 1e-9))
+    errors = np.empty((2, columns), dtype=np.float32)
+    for row in range(reach, rows - reach, stride):
+        for which in range(2):
+            shift = right if which == 0 else wrong
+            left, top = int(np.floor(shift[0])), int(np.floor(shift[1]))
+            part_x, part_y = np.float32(shift[0] - left), np.float32(shift[1] - top)
+            upper, lower, out = image[row + top, left + reach :], image[row + top + 1, left + reach :], errors[which]
+            here = mean[row, reach:]
+            for i in range(columns - 2 * reach):
+                above = (1 - part_x) * upper[i] + part_x * upper[i + 1]
+                below = (1 - part_x) * lower[i] + part_x * lower[i + 1]
+                error = ((1 - part_y) * above + part_y * below - here[i]) * inverse
+                out[i] = min(error * error, np.float32(9))
+        count = seen[row, reach:]
+        gain, square = np.float32(0), np.float32(0)
+        for i in range(columns - 2 * reach):
+            better = errors[1, i] - errors[0, i] if count[i] >= 1 else np.float32(0)
+            gain += better
+            square += better * better
+        total += float(gain)
+        squares += float(square)
+    return total, squares

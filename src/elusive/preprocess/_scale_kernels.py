@@ -1,0 +1,143 @@
+"""Compiled kernels of the scales of a frame: pyramid, differences of Gaussians, local noise.
+
+A pyramid as in Burt and Adelson (1983): pixel (x, y) of a level lies at (2 x, 2 y) of the finer one. Beyond its edge
+an image is taken to go on as at the edge. Row by row, so that the loops run in vector registers.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Image = NDArray[np.float32]
+
+BLOCK = 8  # pixels of a level along a block's side
+FAST = {"contract", "reassoc", "nsz"}
+
+
+@njit(cache=True, nogil=True, fastmath=FAST)
+def _down(image: Image, row: int, taps: Image, out: Image) -> None:
+    """Smooth along the columns at one row, two more values at either side; ``out``: columns + 4."""
+    last, columns = image.shape[0] - 1, image.shape[1]
+    upper, above = image[max(row - 2, 0)], image[max(row - 1, 0)]
+    here, below, lower = image[row], image[min(row + 1, last)], image[min(row + 2, last)]
+    far, near, middle = taps[0], taps[1], taps[2]
+    inner = out[2 : columns + 2]
+    for i in range(columns):
+        inner[i] = far * (upper[i] + lower[i]) + near * (above[i] + below[i]) + middle * here[i]
+    out[0], out[1] = inner[0], inner[0]
+    out[columns + 2], out[columns + 3] = inner[columns - 1], inner[columns - 1]
+
+
+@njit(cache=True, nogil=True, fastmath=FAST)
+def halve(image: Image) -> Image:
+    """Smooth by the binomial of five taps and keep every second pixel."""
+    rows, columns = image.shape
+    half = np.empty(((rows + 1) // 2, (columns + 1) // 2), dtype=np.float32)
+    taps = np.array([1 / 16, 4 / 16, 6 / 16], dtype=np.float32)
+    line = np.empty(columns + 4, dtype=np.float32)
+    for row in range(len(half)):
+        _down(image, 2 * row, taps, line)
+        out = half[row]
+        for i in range(len(out)):
+            j = 2 * i
+            out[i] = taps[0] * (line[j] + line[j + 4]) + taps[1] * (line[j + 1] + line[j + 3]) + taps[2] * line[j + 2]
+    return half
+
+
+@njit(cache=True, nogil=True, fastmath=FAST)
+def _magnify(row: Image, factor: int, first: float, out: Image) -> None:
+    """Read a row at ``first + i / factor`` for every i, between its values linearly."""
+    last = len(row) - 1
+    begin, step = np.float32(first), np.float32(1.0 / factor)
+    for i in range(len(out)):
+        place = min(max(begin + np.float32(i) * step, np.float32(0)), np.float32(last))
+        k = min(int(place), max(last - 1, 0))
+        part = place - np.float32(k)
+        out[i] = row[k] + part * (row[min(k + 1, last)] - row[k])
+
+
+@njit(cache=True, nogil=True, fastmath=FAST)
+def _blend(image: Image, place: float, out: Image) -> None:
+    """Read an image between two of its rows."""
+    last = image.shape[0] - 1
+    place = min(max(place, 0.0), float(last))
+    k = min(int(place), max(last - 1, 0))
+    part = np.float32(place - k)
+    upper, lower = image[k], image[min(k + 1, last)]
+    for i in range(len(out)):
+        out[i] = upper[i] + part * (lower[i] - upper[i])
+
+
+@njit(cache=True, nogil=True, fastmath=FAST)
+def smooth(image: Image, taps: Image) -> Image:
+    """Smooth along both axes by five taps, of which the outer half is given, outermost first."""
+    rows, columns = image.shape
+    result = np.empty((rows, columns), dtype=np.float32)
+    line = np.empty(columns + 4, dtype=np.float32)
+    far, near, middle = taps[0], taps[1], taps[2]
+    for row in range(rows):
+        _down(image, row, taps, line)
+        out = result[row]
+        for i in range(columns):
+            out[i] = far * (line[i] + line[i + 4]) + near * (line[i + 1] + line[i + 3]) + middle * line[i + 2]
+    return result
+
+
+@njit(cache=True, nogil=True, fastmath=FAST)
+def subtract(image: Image, coarse: Image) -> Image:
+    """Take away an image half as large, between its pixels linearly."""
+    rows, columns = image.shape
+    result = np.empty((rows, columns), dtype=np.float32)
+    between = np.empty(coarse.shape[1] + 1, dtype=np.float32)
+    half = np.float32(0.5)
+    for row in range(rows):
+        _blend(coarse, row / 2, between[:-1])
+        between[-1] = between[-2]
+        values, out = image[row], result[row]
+        for k in range(columns // 2):
+            a, b = between[k], between[k + 1]
+            out[2 * k] = values[2 * k] - a
+            out[2 * k + 1] = values[2 * k + 1] - half * (a + b)
+        if columns % 2:
+            out[columns - 1] = values[columns - 1] - between[columns // 2]
+    return result
+
+
+@njit(cache=True, nogil=True, fastmath=FAST)
+def block_roots(image: Image) -> Image:
+    """Mean root of the magnitude in blocks of :data:`BLOCK`; the last takes what is left over."""
+    rows, columns = image.shape
+    down, across = max(rows // BLOCK, 1), max(columns // BLOCK, 1)
+    mean = np.empty((down, across), dtype=np.float32)
+    line = np.empty(columns, dtype=np.float32)
+    for i in range(down):
+        first, end = i * BLOCK, rows if i == down - 1 else (i + 1) * BLOCK
+        line[:] = 0
+        for row in range(first, end):
+            values = image[row]
+            for k in range(columns):
+                line[k] += np.sqrt(np.abs(values[k]))
+        for j in range(across):
+            left, right = j * BLOCK, columns if j == across - 1 else (j + 1) * BLOCK
+            total = np.float32(0)
+            for k in range(left, right):
+                total += line[k]
+            mean[i, j] = total / np.float32((end - first) * (right - left))
+    return mean
+
+
+@njit(cache=True, nogil=True, fastmath=FAST)
+def whiten(image: Image, inverse: Image) -> Image:
+    """Multiply by a value a block, between the blocks' centres linearly."""
+    rows, columns = image.shape
+    white = np.empty((rows, columns), dtype=np.float32)
+    between, factor = np.empty(inverse.shape[1], dtype=np.float32), np.empty(columns, dtype=np.float32)
+    for row in range(rows):
+        _blend(inverse, (row - (BLOCK - 1) / 2) / BLOCK, between)
+        _magnify(between, BLOCK, -(BLOCK - 1) / 2 / BLOCK, factor)
+        values, out = image[row], white[row]
+        for i in range(columns):
+            out[i] = values[i] * factor[i]
+    return white

@@ -1,0 +1,80 @@
+"""Scales of a frame: differences of Gaussians on a pyramid, and their local noise.
+
+Burt and Adelson (1983); the scale of the noise from the mean root of magnitudes, in which a target counts little.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from elusive.contracts import Array
+from elusive.preprocess import _scale_kernels
+from elusive.preprocess._scale_kernels import Image
+
+FINEST = np.array([1 / 32, 1 / 4, 7 / 16], dtype=np.float32)  # outer half of five taps, variance 3/4 px^2
+COARSER = np.array([0.0, 1 / 4, 1 / 2], dtype=np.float32)  # variance 1/2
+MEAN_ROOT = 0.8222  # mean root of the magnitude of a standard normal
+LEAST_SHARE = 0.05  # of a map's mean variance that the local one is held above
+LEAST_SIDE = 16  # of the coarsest map
+
+
+def count_of(shape: tuple[int, int]) -> int:
+    """How many scales a frame has."""
+    return int(np.clip(np.floor(np.log2(min(shape) / LEAST_SIDE)) + 1, 1, 4))
+
+
+def moments_of(level: int) -> tuple[float, float]:
+    """Variances of a scale's centre and of its surround, which is the next scale's centre [px^2 of the frame]."""
+    gathered = (4.0**level - 1) / 3  # of the pyramid
+    unit = 4.0**level
+    return gathered + (
+        0.75 if level == 0 else 0.5
+    ) * unit, gathered + 3.5 * unit  # reading between pixels adds half a unit
+
+
+def noise_gain(level: int) -> float:
+    """Deviation of the response to white noise of deviation one."""
+    a, b = moments_of(level)
+    return float(np.sqrt((1 / a + 1 / b - 4 / (a + b)) / (4 * np.pi)))
+
+
+def log_rate(level: int) -> float:
+    """Log of Lambda, the density of maxima of the response to white noise [1 / px^2], less that of their height."""
+    a, b = moments_of(level)
+    slope = (1 / a**2 + 1 / b**2 - 8 / (a + b) ** 2) / (8 * np.pi)
+    return float(np.log(slope / noise_gain(level) ** 2 / (2 * np.pi) ** 1.5))
+
+
+def gain_of(sigma_px: Array, level: int | Array) -> Array:
+    """Response to a Gaussian of height one [1]."""
+    a, b = np.array([moments_of(k) for k in range(4)]).T
+    square = np.asarray(sigma_px) ** 2
+    gain: Array = square / (square + a[level]) - square / (square + b[level])
+    return gain
+
+
+def responses(frame: Image, count: int) -> list[Image]:
+    """Response of each scale, each half as large as the one before."""
+    smoothed, level = [], frame
+    for k in range(count + 1):
+        level = _scale_kernels.halve(level) if k else level
+        smoothed.append(_scale_kernels.smooth(level, COARSER if k else FINEST))
+    return [_scale_kernels.subtract(fine, coarse) for fine, coarse in pairwise(smoothed)]
+
+
+def local_variance(image: Image, least: float) -> Image:
+    """Variance of a map's noise about each of its blocks, ``least`` or more.
+
+    The median of the blocks round each: where two textures meet, each side has its own.
+    """
+    variance = (_middle(_middle(_scale_kernels.block_roots(image)).T).T / MEAN_ROOT) ** 4
+    held: Image = np.maximum(np.maximum(variance, LEAST_SHARE * variance.mean()), least).astype(np.float32)
+    return held
+
+
+def _middle(blocks: Image) -> Image:
+    padded = np.pad(blocks, ((2, 2), (0, 0)), mode="reflect" if len(blocks) > 2 else "edge")
+    middle: Image = np.sort([padded[k : k + len(blocks)] for k in range(5)], axis=0)[2]
+    return middle
