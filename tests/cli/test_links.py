@@ -14,6 +14,7 @@ import xarray as xr
 
 from elusive.cli import main
 from elusive.results import STATUSES, read_tracks_csv
+from tests.json_lines import json_lines
 from tests.processes import HUNG_S, wait_until
 from tests.walked_room import EMPTY, FRAMES, all_missing, changed, walker, write_room
 
@@ -91,9 +92,13 @@ def test_live_from_standard_input_is_the_same(network, tmp_path, capsys, monkeyp
     )
     assert code == 0, said
     assert "Calibrating on the first 30 frames, with nobody inside" in said
-    assert "15.0 s: calibrated, tracking" in said
-    assert f"{FRAMES} frames; from a frame to its tracks" in said
-    assert "track 1 confirmed at" in said
+    lines, summary = json_lines(said)
+    assert [line["calibrating"] for line in lines] == [True] * EMPTY + [False] * (FRAMES - EMPTY)
+    assert summary["steps"] == len(lines) == FRAMES
+    assert summary["ended"] == "source ended"
+    events = (live / "events.csv").read_text().splitlines()[1:]
+    told = [(line["time_s"], event) for line in lines for event in line["events"]]
+    assert [f"{t!r},{e['track']},{e['event']},{e['x_m']!r},{e['y_m']!r}" for t, e in told] == events
     assert (live / "tracks.csv").read_bytes() == (whole / "tracks.csv").read_bytes()
     assert (live / "events.csv").read_bytes() == (whole / "events.csv").read_bytes()
 
@@ -105,7 +110,7 @@ def test_a_growing_file_is_followed_and_ctrl_c_ends_it(network, tmp_path):
     process = subprocess.Popen(
         [sys.executable, "-m", "elusive", "track", "links", str(log), "--nodes", str(network / "nodes.csv"),
          "--calibration-frames", str(EMPTY), "--follow", "--out", str(out)],
-        stderr=subprocess.PIPE, text=True,
+        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
 
     def tracked(frame):
@@ -122,7 +127,7 @@ def test_a_growing_file_is_followed_and_ctrl_c_ends_it(network, tmp_path):
     finally:
         process.kill()
     assert process.returncode == 0
-    assert f"{EMPTY + 29} frames; from a frame to its tracks" in said
+    assert f"{EMPTY + 29} tracked; from its coming to its tracks" in said
     assert "Traceback" not in said
 
 

@@ -2,19 +2,39 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from rich.markup import escape
 
+from elusive.checks import Finding
 from elusive.cli.fit import FittedOut, tell_fitted
-from elusive.cli.terminal import Config, OneBased, Out, Strict, bar, known_truth, show, tell_findings, tell_written
+from elusive.cli.live import Follow, IdleS, check_live, run_live
+from elusive.cli.terminal import (
+    Config,
+    OneBased,
+    Out,
+    Strict,
+    bar,
+    console,
+    known_truth,
+    show,
+    tell_findings,
+    tell_written,
+)
+from elusive.errors import ParameterError
 from elusive.io import open_frames
+from elusive.io.live_frames import is_live, open_live_frames
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
+from elusive.results.live import LiveEnd, LiveStep
 from elusive.systems.images.fit import fit_images
 from elusive.systems.images.parameters import ImageTracking
-from elusive.systems.images.run import FILES, track_recording
+from elusive.systems.images.run import FILES, LIVE_FILES, track_live, track_recording
+
+FAULTS_TOLD = 3
 
 Frames = Annotated[
     str,
@@ -26,7 +46,13 @@ Stop = Annotated[int | None, typer.Option(help="Frame before which to stop.")]
 
 @accepts(ImageTracking)
 def track_images_command(
-    source: Frames,
+    source: Annotated[
+        str,
+        typer.Argument(
+            help="Folder or glob of PNG/TIFF, multi-page TIFF, .npy, .npz, HDF5 (file.h5::/name), GIF, video; live: "
+            "rtsp://... and the like, camera:0, - (standard input: YUV4MPEG2, PGM, PNG, .npy)."
+        ),
+    ],
     out: Out,
     given: dict[str, Any],
     config: Config = None,
@@ -47,10 +73,20 @@ def track_images_command(
     ] = None,
     start: Start = 0,
     stop: Stop = None,
+    follow: Follow = False,
+    idle_s: IdleS = None,
     strict: Strict = False,
 ) -> None:
-    """Track targets too faint to threshold through a sequence of frames."""
+    """Track targets too faint to threshold through a sequence of frames, recorded or as they come."""
     parameters = ImageTracking(**nested(ImageTracking, given, read_yaml(config) if config else {}))
+    follow = follow or is_live(source)
+    check_live(follow, idle_s, truth)
+    if follow:
+        if times is not None or start or stop is not None:
+            name = "--times" if times is not None else "--start" if start else "--stop"
+            raise ParameterError(f"{name}: has no meaning for frames that are still to come; leave it out.")
+        tell_findings(_live(source, parameters, out, rate_hz, idle_s), strict=strict)
+        return
     known = known_truth(truth, "px", one_based=truth_one_based, cutoff=truth_cutoff)
     frames = open_frames(source, start=start, stop=stop, rate_hz=rate_hz, times=times)
     with bar("frames", frames.length) as advance:
@@ -58,6 +94,28 @@ def track_images_command(
     show(outcome.tracked.title, ("", ""), outcome.tracked.rows)
     tell_written(out, FILES, outcome.scored)
     tell_findings(outcome.findings, strict=strict)
+
+
+def _live(
+    source: str, parameters: ImageTracking, out: Path, rate_hz: float | None, idle_s: float | None
+) -> tuple[Finding, ...]:
+    """Track frames as they come; return what there is to say of them then."""
+    found: tuple[Finding, ...] = ()
+
+    def tell_fault(sentence: str) -> None:
+        if frames.unusable <= FAULTS_TOLD:
+            more = " Further ones are counted." * (frames.unusable == FAULTS_TOLD)
+            console.print(f"[yellow]{escape(sentence)}{more}[/]", highlight=False, soft_wrap=True)
+
+    frames = open_live_frames(source, rate_hz=rate_hz, idle_s=idle_s, on_fault=tell_fault)
+
+    def run(told: Callable[[LiveStep], None]) -> LiveEnd:
+        nonlocal found
+        end, found = track_live(frames, parameters, out, told)
+        return end
+
+    run_live(frames, run, out, LIVE_FILES, more=lambda: {"late": frames.late, "unusable": frames.unusable})
+    return found
 
 
 def fit_images_command(source: Frames, out: FittedOut = None, start: Start = 0, stop: Stop = None) -> None:

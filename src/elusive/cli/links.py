@@ -2,38 +2,28 @@
 
 from __future__ import annotations
 
-import signal
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from pathlib import Path
-from types import FrameType
 from typing import Annotated, Any
 
 import typer
 from rich.markup import escape
 
-from elusive.cli.terminal import (
-    Config,
-    Out,
-    Strict,
-    bar,
-    console,
-    interrupted,
-    known_truth,
-    show,
-    tell_findings,
-    tell_written,
-)  # fmt: skip
+from elusive.cli.live import Follow, IdleS, check_live, run_live
+from elusive.cli.terminal import Config, Out, Strict, bar, console, known_truth, show, tell_findings, tell_written
 from elusive.errors import ParameterError
 from elusive.geometry.areas import Area
 from elusive.io._link_formats import LAYOUTS
 from elusive.io.area_files import read_area
+from elusive.io.arrivals import Arrivals
 from elusive.io.link_logs import open_link_log
 from elusive.io.node_files import read_nodes
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
+from elusive.results.live import LiveStep
 from elusive.sensors.radio_network import RadioNodes, RssFrame
 from elusive.systems.links.fit import HEADER, LinkFitting, fit_link_log
-from elusive.systems.links.run import FILES, LiveFrame, follow_links, track_links_recording
+from elusive.systems.links.run import FILES, LIVE_FILES, follow_links, track_links_recording
 from elusive.systems.links.track import LinkTracking
 
 Log = Annotated[
@@ -71,26 +61,17 @@ def track_links_command(
     ] = None,
     layout: Layout = None,
     period_s: Period = None,
-    follow: Annotated[
-        bool, typer.Option("--follow", help="Track live: read lines as they come, write tracks as they go.")
-    ] = False,
-    idle_s: Annotated[
-        float | None, typer.Option("--idle-s", help="With --follow: end after so many seconds without a line.")
-    ] = None,
+    follow: Follow = False,
+    idle_s: IdleS = None,
     strict: Strict = False,
 ) -> None:
     """Track people who carry no device through a network of radios."""
     parameters = LinkTracking(**nested(LinkTracking, given, read_yaml(config) if config else {}))
     parameters = _within(parameters, area, area_file)
-    if idle_s is not None and not follow:
-        raise ParameterError("--idle-s: has no meaning without --follow; leave it out.")
-    if strict and follow:
-        raise ParameterError("--strict: has no meaning with --follow; check a recording once it is whole.")
+    check_live(follow, idle_s, truth, strict=strict)
     network = read_nodes(nodes)
     source = open_link_log(log, network, layout=layout, period_s=period_s, follow=follow, idle_s=idle_s)
     if follow:
-        if truth is not None:
-            raise ParameterError("--truth: has no meaning with --follow; score a log once it is whole.")
         _live(source, network, parameters, out)
         return
     known = known_truth(truth, "m", cutoff=truth_cutoff)
@@ -160,77 +141,17 @@ def _tell(remarks: tuple[str, ...]) -> None:
 
 
 def _live(log: Iterable[RssFrame], nodes: RadioNodes, parameters: LinkTracking, out: Path) -> None:
-    """Tell events as they come, and the latency at the end, which is Ctrl-C's or the log's."""
-    waits, frames, latencies = False, 0, _Latencies()
+    """Track people as their frames come."""
+    said = set[str]()
 
-    def interrupt(signum: int, frame: FrameType | None) -> None:
-        """Stop while waiting for a frame at once, else when the frame's tracks are written."""
-        if waits or interrupted.is_set():
-            raise KeyboardInterrupt
-        interrupted.set()
+    def remarks(live: LiveStep) -> tuple[str, ...]:
+        new = tuple(remark for remark in live.step.state.remarks if remark not in said)
+        said.update(new)
+        return new
 
-    def heed() -> None:
-        if interrupted.is_set():
-            raise KeyboardInterrupt
-
-    def waited_for() -> Iterator[RssFrame]:
-        nonlocal waits
-        stream = iter(log)
-        while True:
-            waits = True
-            heed()
-            frame = next(stream, None)
-            waits = False
-            if frame is None:
-                return
-            yield frame
-
-    def told(frame: LiveFrame) -> None:
-        nonlocal frames
-        _tell(frame.step.state.remarks if not frames else ())
-        frames += 1
-        if frame.latency_s is not None:
-            if not latencies.count:
-                console.print(f"{frame.step.time_s:.1f} s: calibrated, tracking", highlight=False)
-            latencies.add(frame.latency_s)
-        for event in frame.step.state.events:
-            x, y = event.position
-            where = f"track {event.track} {event.what} at {x:.2f}, {y:.2f} m"
-            console.print(f"{frame.step.time_s:.1f} s: {where}", highlight=False)
-        heed()
-
-    console.print(
-        f"Calibrating on the first {parameters.calibration_frames} frames, with nobody inside. Ctrl-C ends.",
-        highlight=False,
-    )
-    signal.signal(signal.SIGINT, interrupt)
-    try:
-        follow_links(waited_for(), nodes, parameters, out, told)
-    except KeyboardInterrupt:
-        console.print("Interrupted.")
-    console.print(f"{frames} frames{latencies.words}", highlight=False, soft_wrap=True)
-    console.print(f"Written to {out}: tracks.csv, events.csv, config.yaml")
-
-
-class _Latencies:
-    """From frames to their tracks; the first, in which compiled code is loaded, apart."""
-
-    def __init__(self) -> None:
-        self.count, self._first_s, self._total_s, self._worst_s = 0, 0.0, 0.0, 0.0
-
-    def add(self, latency_s: float) -> None:
-        if self.count:
-            self._total_s, self._worst_s = self._total_s + latency_s, max(self._worst_s, latency_s)
-        else:
-            self._first_s = latency_s
-        self.count += 1
-
-    @property
-    def words(self) -> str:
-        if not self.count:
-            return ", none tracked yet."
-        first = f"; from a frame to its tracks {1e3 * self._first_s:.0f} ms for the first"
-        if self.count == 1:
-            return f"{first}."
-        mean_s = self._total_s / (self.count - 1)
-        return f"{first}, then {1e3 * mean_s:.1f} ms on average, {1e3 * self._worst_s:.1f} ms at most."
+    frames = parameters.calibration_frames
+    console.print(f"Calibrating on the first {frames} frames, with nobody inside. Ctrl-C ends.", highlight=False)
+    coming = Arrivals(log)
+    run_live(
+        coming, lambda told: follow_links(coming, nodes, parameters, out, told), out, LIVE_FILES, remarks
+    )  # fmt: skip

@@ -153,7 +153,7 @@ def _write(
     with atomic_folder(out) as folder:
         with ImageLog(parameters, folder / "tracks.csv") as log:
             for step in results:
-                log.take(step)
+                log.append(step)
         shape = recording.frames.shape[1:]
         tracked = tracked_of(title, log, shape, timed=False, truth=recording.truth[:, None, [X, Y]])
         said = [(name, f"{ours}; threshold {theirs}") for name, ours, theirs in table]

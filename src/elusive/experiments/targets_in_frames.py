@@ -45,7 +45,7 @@ def trial(parameters: TargetsInFrames, rng: Generator) -> dict[str, float | Arra
     tracking = scene.settled.tracking.replace(seed=int(rng.integers(2**31)))
     log, tracks = ImageLog(tracking), list[float]()
     for step in track_images(drawn.frames, tracking):
-        log.take(step)
+        log.append(step)
         tracks.append(sum(track.status == "confirmed" for track in step.tracks))
     scores = scored(log, drawn.truth, parameters.cutoff_px).confirmed
     gospa = scores.gospa

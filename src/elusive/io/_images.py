@@ -47,7 +47,7 @@ def open_images(files: list[Path], name: str) -> Stack:
         for k in range(start, len(files) if stop is None else stop):
             where = f"{files[k]} (frame {k})"
             with decoding(where, EXPORT_AGAIN):
-                raw = _read(files[k], shape, where)
+                raw = read_image(files[k], where, shape)
             yield where, raw
 
     tiff = all(file.suffix.lower() in TIFF for file in files)
@@ -61,12 +61,15 @@ def _shape(path: Path) -> tuple[int, int]:
         return image.height, image.width
 
 
-def _read(path: Path, shape: tuple[int, int], where: str) -> np.ndarray[Any, Any]:
+def read_image(path: Path, where: str, shape: tuple[int, int] | None = None) -> np.ndarray[Any, Any]:
+    """Read the one frame of a file, of the shape that is due; the caller puts in words what its decoder raises."""
     if path.suffix.lower() in TIFF:
         return read_single_tiff(path, shape, where)
     data = path.read_bytes()
     with open_pillow(io.BytesIO(data), FORMATS) as image:
-        check_same((image.height, image.width), shape, where)
+        if shape is not None:
+            check_same((image.height, image.width), shape, where)
+        check_size((image.height, image.width), where)
         if getattr(image, "n_frames", 1) > 1:
             raise DataError(f"{where}: holds {image.n_frames} pictures; keep one picture a file.")  # type: ignore[attr-defined]
         if image.format == "PNG":

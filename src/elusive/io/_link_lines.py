@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Generator
 from contextlib import closing
@@ -10,8 +9,8 @@ from pathlib import Path
 from typing import BinaryIO
 
 from elusive.errors import DataError
+from elusive.io._standard_input import STANDARD_INPUT, standard_input
 
-STANDARD_INPUT = "-"
 POLL_S = 0.05  # how often a growing file is looked at
 
 Lines = Generator[tuple[int, str], None, None]
@@ -36,7 +35,7 @@ def lines_of(source: str, follow: bool = False, idle_s: float | None = None) -> 
     """
     try:
         if source == STANDARD_INPUT:
-            yield from _numbered(sys.stdin.buffer, "standard input", False, None)
+            yield from _numbered(standard_input(), "standard input", False, None)
             return
         with Path(source).open("rb") as file:
             yield from _numbered(file, source, follow, idle_s)

@@ -93,13 +93,19 @@ def tiff_shape(path: Path) -> tuple[int, int]:
         return _shape(tif.pages[0])
 
 
-def read_single_tiff(path: Path, shape: tuple[int, int], where: str) -> np.ndarray[Any, Any]:
+def read_single_tiff(path: Path, shape: tuple[int, int] | None, where: str) -> np.ndarray[Any, Any]:
     """Read a TIFF that is one frame of a folder; refuse one of several pages."""
     tifffile = _tifffile()
     with tifffile.TiffFile(path) as tif, ExitStack() as stack:
         if len(tif.pages) > 1:
             raise DataError(f"{where}: holds {len(tif.pages)} pages; open this file alone, or keep one page a file.")
-        return _page(tif.pages[0], shape, where, path, 0, stack)
+        page = tif.pages[0]
+        ends = (start + size for start, size in zip(page.dataoffsets, page.databytecounts, strict=True))
+        if max(ends, default=0) > tif.filehandle.size:
+            raise DataError(f"{where}: is cut short; {EXPORT_AGAIN}")
+        found = _shape(page)
+        check_size(found, where)
+        return _page(page, shape or found, where, path, 0, stack)
 
 
 def _tifffile() -> Any:

@@ -63,7 +63,10 @@ class FrameSource:
         number = self.start
         with closing(self._stack.read(self.start, self._stop)) as raws:  # type: ignore[type-var]
             for where, raw in raws:
-                yield _clean(raw, self.shape, where, number, first=number == self.start)
+                skip = f"pass start={number + 1} to skip it"
+                if number > self.start:
+                    skip = f"pass stop={number} to end before it"
+                yield clean_frame(raw, self.shape, where, skip)
                 number += 1
         if number == self.start:
             raise DataError(f"{self.name}: holds no frame from number {self.start} on; choose an earlier start.")
@@ -213,11 +216,16 @@ def _open(text: str, dataset: str | None, pattern: str | None) -> Stack:
     )
 
 
-def _clean(raw: Any, shape: tuple[int, int], where: str, number: int, *, first: bool) -> Array:
-    """Return one raw frame as grey float64 of the right size, with NaN for what is not finite."""
+def clean_frame(raw: Any, shape: tuple[int, int], where: str, skip: str) -> Array:
+    """Return a raw frame as grey float64 of the right size, with NaN for what is not finite; ``skip``: what to do else.
+
+    Raises
+    ------
+    DataError
+        If it differs in size, has more than half of its pixels NaN or infinite, or has all pixels equal.
+    """
     frame = _grey(raw, where)
     check_same((frame.shape[0], frame.shape[1]), shape, where)
-    skip = f"pass start={number + 1} to skip it" if first else f"pass stop={number} to end before it"
     masked = ~np.isfinite(frame)
     n_masked = np.count_nonzero(masked)
     if 2 * n_masked > frame.size:

@@ -15,7 +15,8 @@ import numpy as np
 from elusive.errors import DataError
 from elusive.io import _link_formats as formats
 from elusive.io._link_formats import LAYOUTS, LISTENX, LONG, Row
-from elusive.io._link_lines import STANDARD_INPUT, Lines, after, chained, lines_of
+from elusive.io._link_lines import Lines, after, chained, lines_of
+from elusive.io._standard_input import STANDARD_INPUT
 from elusive.sensors.radio_network import RadioNodes, RssFrame
 
 MISSING_ABOVE_DBM = -10.0  # no receiver hears as much: radios write 127 where they heard nothing

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import math
 import os
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from types import TracebackType
@@ -71,7 +70,8 @@ class TrackLog:
         self.step_values = tuple(step_values)
         self._rows = Spool(self.columns.dtype, folder)
         self._steps = Spool(np.dtype([(name, np.float64) for name in ("time_s", *step_values)]), folder)
-        self._sizes: Counter[int] = Counter()
+        self.latest: Records = np.empty(0, self.columns.dtype)
+        """Rows of the last step."""
         self._latest_s = -math.inf
         self._file: TextIO | None = None
         self._path = path
@@ -104,13 +104,12 @@ class TrackLog:
         if not step.time_s >= self._latest_s:
             raise DataError(f"tracks at {step.time_s} s: come after those at {self._latest_s:g} s; sort them by time.")
         self._latest_s = step.time_s
-        rows = self.columns.rows(step, len(self._steps))
+        rows = self.latest = self.columns.rows(step, len(self._steps))
         known = (values.get(name, math.nan) for name in self.step_values)
         self._steps.extend(np.array([(step.time_s, *known)], self._steps.dtype))
         if not len(rows):
             return
         self._rows.extend(rows)
-        self._sizes.update(rows["track"].tolist())
         if self._file is not None:
             try:
                 self._write(self.columns.cells(rows))
@@ -139,8 +138,7 @@ class TrackLog:
 
     def by_track(self) -> ByTrack:
         """Return all rows track by track."""
-        numbers = np.array(sorted(self._sizes), np.int64)
-        sizes = np.array([self._sizes[number] for number in numbers.tolist()], np.int64)
+        numbers, sizes = self._rows.counts("track")
         return ByTrack(numbers, sizes, self._rows.sorted_by("track", numbers, sizes))
 
     def csv_text(self) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import weakref
+from collections import Counter
 from pathlib import Path
 from typing import IO, Any
 
@@ -63,6 +64,15 @@ class Spool:
         self._write()
         assert self._file is not None
         return np.memmap(self._file, self._newest.dtype, "r", shape=self._filed)
+
+    def counts(self, name: str) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return the values of a whole number of the records', ``(K,)`` increasing, and how many records have each."""
+        records, found = self.records(), Counter[int]()
+        for start in range(0, len(records), PART):
+            numbers, sizes = np.unique(records[name][start : start + PART], return_counts=True)
+            found.update(dict(zip(numbers.tolist(), sizes.tolist(), strict=True)))
+        ordered = sorted(found)
+        return np.array(ordered, np.int64), np.array([found[number] for number in ordered], np.int64)
 
     def sorted_by(self, name: str, numbers: NDArray[np.int64], sizes: NDArray[np.int64]) -> Records:
         """Return all records in the order of a whole number of theirs, those of one number as they came.

@@ -98,6 +98,12 @@ class Columns(NamedTuple):
 
     def cells(self, rows: Records) -> Iterator[list[str]]:
         """Write rows as the cells of lines; what is not known is empty, and numbers read back exactly."""
+        for values in self.values(rows):
+            # the repr of a float is the shortest text that reads back exactly
+            yield ["" if value is None else value if isinstance(value, str) else repr(value) for value in values]
+
+    def values(self, rows: Records) -> Iterator[list[float | int | str | None]]:
+        """Give rows by their columns' ``names``; what is not known is None."""
         deviation, correlation = spread(rows["covariance"])
         flat = [k for k, axis in enumerate(self.axes) if axis != "z"]
         parts = [rows["position"][:, flat], rows["velocity"][:, flat], deviation[:, flat]]
@@ -108,10 +114,8 @@ class Columns(NamedTuple):
             parts.append(np.column_stack([rows["position"][:, z], rows["velocity"][:, z], deviation[:, z]]))
         numbers = np.column_stack([rows["existence"], *parts, rows["added"]]).tolist()
         head = zip(rows["time_s"].tolist(), rows["track"].tolist(), rows["status"].tolist(), strict=True)
-        for (time_s, track, status), values in zip(head, numbers, strict=True):
-            # the repr of a float is the shortest text that reads back exactly
-            cells = ["" if math.isnan(value) else repr(value) for value in values]
-            yield [repr(time_s), str(track), STATUSES[status], *cells]
+        for (time_s, track, status), known in zip(head, numbers, strict=True):
+            yield [time_s, track, STATUSES[status], *(None if math.isnan(value) else value for value in known)]
 
 
 def spread(covariance: Array) -> tuple[Array, Array]:

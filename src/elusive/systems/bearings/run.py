@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-import time
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from itertools import chain
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from elusive.errors import DataError
-from elusive.io import atomic_folder, existing_folder
+from elusive.io import atomic_folder
+from elusive.io.arrivals import Coming
 from elusive.io.bearings import BearingSource
 from elusive.io.truth import Truth
 from elusive.results import TrackLog
+from elusive.results.live import LiveEnd, LiveStep, follow_live, live_folder
+from elusive.sensors.bearing_sets import SensorSites
 from elusive.sensors.bearing_table import PlaceSet
 from elusive.systems.bearings.choices import SeveralEmitters
 from elusive.systems.bearings.heard import have_elevations
@@ -23,20 +25,12 @@ from elusive.systems.bearings.results import BearingOutcome, outcome_of, write_o
 from elusive.systems.bearings.several import crowding_of, decided, fitted
 from elusive.systems.bearings.several_results import names_of, several_outcome
 from elusive.systems.bearings.track import track, track_labelled
-from elusive.tracking.track import Step
 
+LIVE_FILES = ("tracks.csv", "config.yaml")
 ONE_OF_MANY = (
     "bearings of a sensor lie apart, and are averaged as of one emitter. Do not rely on the track; --emitters several "
     "follows more than one."
 )
-
-
-class LiveFix(NamedTuple):
-    """A time that has been tracked and written."""
-
-    step: Step
-    latency_s: float  # from the time's last line to its row in the file
-    remarks: tuple[str, ...]  # that are new
 
 
 def track_bearings_recording(
@@ -107,61 +101,63 @@ def track_bearings_recording(
 
 
 def follow_bearings(
-    source: BearingSource, parameters: BearingTracking, out: Path, on_fix: Callable[[LiveFix], None]
-) -> None:
-    """Track emitters while their bearings come: a time's rows stand in the file before the next is read.
+    coming: Coming[PlaceSet],
+    sites: SensorSites,
+    parameters: BearingTracking,
+    out: Path,
+    on_step: Callable[[LiveStep, tuple[str, ...]], None],
+) -> LiveEnd:
+    """Track emitters while their bearings come: a time's rows stand in the file before the next is taken.
 
     The first time decides whether there are elevations and, where that is left to what is heard, several emitters. A
     time is complete when a later one comes.
 
     Parameters
     ----------
-    source
-        Opened with ``follow``, or standard input.
+    coming
+        :class:`~elusive.io.arrivals.Arrivals` of a table opened with ``follow``, or of standard input.
+    sites
+        Where the sensors stand.
     parameters
         What to do.
     out
-        Folder for ``tracks.csv`` and ``config.yaml``.
-    on_fix
-        Called after each time. What it raises ends the run; what is written by then stays.
+        Folder for LIVE_FILES.
+    on_step
+        Called after each time, with what is to be heeded from then on.
 
     Raises
     ------
     ParameterError
         If the estimator cannot do what is asked.
     DataError
-        If the folder holds an earlier run's track, or a line cannot be used.
+        If the folder holds an earlier run's track, or a line of the first times cannot be used.
     """
     parameters.check(live=True)
-    if (out / "tracks.csv").exists():
-        raise DataError(f"{out / 'tracks.csv'}: is there already, of an earlier run; name another folder.")
-    came_s = 0.0
-
-    def coming() -> Iterator[PlaceSet]:
-        nonlocal came_s
-        for measurement in source:
-            came_s = time.perf_counter()
-            yield measurement
-
     with warnings_heard() as said:
-        heard = coming()
-        earliest = next(heard)
+        heard = iter(coming)
+        earliest = next(heard, None)
+        if earliest is None:
+            raise DataError("no bearing came.")
         parameters, why = decided(parameters, [earliest])
-        steps = track(chain([earliest], heard), parameters, source.sites, live=True)
+        steps = track(chain([earliest], heard), parameters, sites, live=True)
         first = next(steps)
-        remarks = (f"Emitters: {why}.", *parameters.remarks(elevations=have_elevations([earliest])))
+        remarks = [f"Emitters: {why}.", *parameters.remarks(elevations=have_elevations([earliest]))]
         alone = not isinstance(parameters.emitters, SeveralEmitters)
-        folder = existing_folder(out)
-        (folder / "config.yaml").write_text(parameters.to_yaml(), encoding="utf-8")
-        with TrackLog(names_of(first, parameters), "m", path=folder / "tracks.csv") as log:
-            for step in chain([first], steps):
-                if alone and crowding_of([step.measurement], parameters.sigma_deg).several:
-                    remarks = (*remarks, f"{step.time_s:g} s: {ONE_OF_MANY}")
-                    alone = False  # it is said once
-                log.append(step)
-                log.flush()
-                on_fix(LiveFix(step, time.perf_counter() - came_s, (*remarks, *said())))
-                remarks = ()
+
+        def heeded(live: LiveStep) -> None:
+            nonlocal alone
+            step = live.step
+            if alone and crowding_of([step.measurement], parameters.sigma_deg).several:
+                remarks.append(f"{step.time_s:g} s: {ONE_OF_MANY}")
+                alone = False  # it is said once
+            on_step(live, (*remarks, *said()))
+            remarks.clear()
+
+        with (
+            live_folder(out, parameters.to_yaml()) as folder,
+            TrackLog(names_of(first, parameters), "m", path=folder / "tracks.csv") as log,
+        ):
+            return follow_live(chain([first], steps), coming, log, heeded)
 
 
 @contextmanager

@@ -39,13 +39,17 @@ class ImageLog(TrackLog):
         values = (self.measure, *(QUANTILES if whitened else ()))
         super().__init__(parameters.filter.state_names, "px", added, values, path)
 
-    def take(self, step: Step) -> None:
-        """Append a frame's step with what is known of the frame."""
+    def append(self, step: Step, **values: float) -> None:
+        """Take in a frame's step with what is known of the frame."""
         state: Any = step.state
-        values = {self.measure: getattr(state, self.measure)}
+        values = {**values, **self.frame_values(step)}
         if isinstance(state, RecordedState | SeveralState | FollowedState) and state.whitener.output is not None:
             values |= zip(QUANTILES, state.whitener.output.quantiles[0].tolist(), strict=True)
-        self.append(step, **values)
+        super().append(step, **values)
+
+    def frame_values(self, step: Step) -> dict[str, float]:
+        """Return the probability that anything is there, or the highest score."""
+        return {self.measure: float(getattr(step.state, self.measure))}
 
 
 def tracked_of(

@@ -1,14 +1,17 @@
-"""A recording of frames tracked from end to end: its tables, its report, the configuration that repeats it."""
+"""Frames tracked from end to end, recorded or as they come: tables, report, the configuration that repeats it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from itertools import tee
 from pathlib import Path
 from typing import NamedTuple
 
 from elusive.checks import Finding, write_checks
 from elusive.io import FrameSource, Truth, atomic_folder
+from elusive.io.live_frames import LiveFrames
 from elusive.results import Scored, scored, write_mot_csv, write_result
+from elusive.results.live import LiveEnd, LiveStep, follow_live, live_folder
 from elusive.systems.images.checks import CLEAR, findings_of, places_of
 from elusive.systems.images.frame_facts import FrameFacts
 from elusive.systems.images.parameters import ImageTracking
@@ -17,6 +20,7 @@ from elusive.systems.images.results import ImageLog, tracked_of
 from elusive.systems.images.track import track_images
 from elusive.tracking import Step
 
+LIVE_FILES = ("tracks.csv", "result.nc", "checks.json", "config.yaml")
 FILES = ("tracks.csv", "tracks_mot.csv", "result.nc", "report.html", "report.png", "checks.json", "config.yaml")
 
 
@@ -29,10 +33,35 @@ class Outcome(NamedTuple):
     findings: tuple[Finding, ...] = ()
 
 
-def follow(source: FrameSource, parameters: ImageTracking) -> Iterator[Step]:
+class _Run:
+    """Takes steps in: tables as they come, what the report shows and what is checked at constant memory."""
+
+    def __init__(self, parameters: ImageTracking, log: ImageLog) -> None:
+        self.keeper, self.facts, self.count = FrameKeeper(), FrameFacts(), 0
+        self._parameters, self._log = parameters, log
+
+    def append(self, step: Step) -> None:
+        """Take in a step; of a frame that is missing there is nothing to see."""
+        self._log.append(step)
+        if step.measurement is not None:
+            bound = self._parameters
+            self.keeper.offer(self.count, step.measurement)
+            self.facts.add(bound.levelled(step.measurement), places_of(step), CLEAR * bound.spread_px)
+        self.count += 1
+
+    def flush(self) -> None:
+        """Hand what has been written to the system."""
+        self._log.flush()
+
+
+def follow(source: FrameSource | LiveFrames, parameters: ImageTracking) -> Iterator[Step]:
     """Track through a source's frames at their times."""
     bound = parameters.bind(source.shape, source.interval_s)
-    yield from track_images(source, bound, source.times_s())
+    if isinstance(source, LiveFrames):
+        frames, times = tee(source)
+        yield from track_images((frame.pixels for frame in frames), bound, (frame.time_s for frame in times))
+    else:
+        yield from track_images(source, bound, source.times_s())
 
 
 def track_recording(
@@ -69,17 +98,16 @@ def track_recording(
         If a frame cannot be used, or the truth is of other frames.
     """
     bound = parameters.bind(source.shape, source.interval_s)
-    keeper, facts, config = FrameKeeper(), FrameFacts(), bound.to_yaml()
+    config = bound.to_yaml()
     if truth is not None and source.length is not None:
         truth.check_frames(source.start, source.length, whole=source.whole)
     with atomic_folder(out) as folder:
         with ImageLog(bound, folder / "tracks.csv") as log:
-            for number, step in enumerate(follow(source, bound)):
-                log.take(step)
-                keeper.offer(number, step.measurement)
-                facts.add(bound.levelled(step.measurement), places_of(step), CLEAR * bound.spread_px)
+            run = _Run(bound, log)
+            for step in follow(source, bound):
+                run.append(step)
                 if on_frame is not None:
-                    on_frame(number + 1)
+                    on_frame(run.count)
         known = None if truth is None else truth.aligned(log.times_s, source.start, whole=source.whole)
         scores = None if known is None else scored(log, known, NEAR_PX if cutoff_px is None else cutoff_px)
         tracked = tracked_of(source.name, log, source.shape, timed=source.timed, truth=known, scores=scores)
@@ -88,8 +116,44 @@ def track_recording(
         write_mot_csv(folder / "tracks_mot.csv", log, sigma_px=bound.spread_px, first_frame=source.start)
         write_result(folder / "result.nc", log, title=source.name, config=config)
         (folder / "config.yaml").write_text(config, encoding="utf-8")
-        write_png(folder / "report.png", tracked, keeper)
-        findings = findings_of(bound, facts)
-        write_html(folder / "report.html", tracked, keeper, findings)
+        write_png(folder / "report.png", tracked, run.keeper)
+        findings = findings_of(bound, run.facts)
+        write_html(folder / "report.html", tracked, run.keeper, findings)
         write_checks(folder, findings)
     return Outcome(log, tracked, scores, findings)
+
+
+def track_live(
+    source: LiveFrames, parameters: ImageTracking, out: Path, on_step: Callable[[LiveStep], None]
+) -> tuple[LiveEnd, tuple[Finding, ...]]:
+    """Track through frames as they come, until the source ends, fails, or is stopped; at constant memory.
+
+    A frame's rows stand in ``tracks.csv`` before the next is taken; ``result.nc`` and ``checks.json`` are
+    written at the end.
+
+    Parameters
+    ----------
+    source
+        From :func:`~elusive.io.live_frames.open_live_frames`.
+    parameters
+        What to do; the sensor takes its size from the source, and time its unit.
+    out
+        Folder for LIVE_FILES.
+    on_step
+        Called after each frame.
+
+    Raises
+    ------
+    DataError
+        If no frame comes, the folder holds an earlier run's tracks, or the first frame cannot be used.
+    """
+    bound = parameters.bind(source.shape, source.interval_s)
+    config = bound.to_yaml()
+    with live_folder(out, config) as folder:
+        with ImageLog(bound, folder / "tracks.csv") as log:
+            run = _Run(bound, log)
+            end = follow_live(follow(source, bound), source, log, on_step, sink=run, extra=log.frame_values)
+        write_result(folder / "result.nc", log, title=source.name, config=config)
+        findings = findings_of(bound, run.facts)
+        write_checks(folder, findings)
+    return end, findings

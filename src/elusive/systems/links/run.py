@@ -2,33 +2,24 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
 
 from elusive.checks import write_checks
-from elusive.errors import DataError
-from elusive.io import atomic_folder, existing_folder
+from elusive.io import atomic_folder
+from elusive.io.arrivals import Coming
 from elusive.io.link_logs import LinkLog
 from elusive.io.truth import Truth
 from elusive.results import write_result
+from elusive.results.live import LiveEnd, LiveStep, follow_live, live_folder
 from elusive.sensors.radio_network import RadioNodes, RssFrame
 from elusive.systems.links.report import write_links_html, write_links_png
-from elusive.systems.links.results import LinkOutcome, LinkRun
+from elusive.systems.links.results import EVENT_COLUMNS, LinkOutcome, LinkRun
 from elusive.systems.links.track import LinkTracking, track
 from elusive.tracking.track import Step
 
+LIVE_FILES = ("tracks.csv", "events.csv", "config.yaml")
 FILES = ("tracks.csv", "events.csv", "result.nc", "report.html", "report.png", "checks.json", "config.yaml")
-
-__all__ = ["FILES", "LiveFrame", "follow_links", "track_links_recording"]
-
-
-class LiveFrame(NamedTuple):
-    """A frame that has been tracked and written."""
-
-    step: Step
-    latency_s: float | None  # from the frame's last line to its tracks in the file; None while calibrating
 
 
 def track_links_recording(
@@ -86,47 +77,43 @@ def track_links_recording(
 
 
 def follow_links(
-    log: Iterable[RssFrame],
+    coming: Coming[RssFrame],
     nodes: RadioNodes,
     parameters: LinkTracking,
     out: Path,
-    on_frame: Callable[[LiveFrame], None],
-) -> None:
-    """Track people while a log is being written: a frame's rows stand in the files before the next is read.
+    on_step: Callable[[LiveStep], None],
+) -> LiveEnd:
+    """Track people while a log is being written: a frame's rows stand in the files before the next is taken.
 
     Parameters
     ----------
-    log
-        A log opened with ``follow``, standard input, or frames from elsewhere.
+    coming
+        :class:`~elusive.io.arrivals.Arrivals` of a log opened with ``follow``, of standard input, or from elsewhere.
     nodes
         The network.
     parameters
         What to do.
     out
-        Folder for ``tracks.csv``, ``events.csv`` and ``config.yaml``.
-    on_frame
-        Called after each frame. What it raises ends the run; what is written by then stays.
+        Folder for LIVE_FILES.
+    on_step
+        Called after each frame.
 
     Raises
     ------
     DataError
-        If the folder holds an earlier run's tracks, or a frame cannot be used.
+        If the folder holds an earlier run's tracks, or a frame of the calibration cannot be used.
     """
-    folder = existing_folder(out)
-    for name in ("tracks.csv", "events.csv"):
-        if (folder / name).exists():
-            raise DataError(f"{folder / name}: is there already, of an earlier run; name another folder.")
-    (folder / "config.yaml").write_text(parameters.to_yaml(), encoding="utf-8")
-    started = [time.perf_counter()]
+    with (
+        live_folder(out, parameters.to_yaml(), LIVE_FILES[:2]) as folder,
+        LinkRun("live", nodes, parameters, folder=folder) as run,
+    ):
+        return follow_live(track(coming, nodes, parameters), coming, run.log, on_step, sink=run, extra=_events)
 
-    def noted() -> Iterator[RssFrame]:
-        for frame in log:
-            started[0] = time.perf_counter()
-            yield frame
 
-    with LinkRun("live", nodes, parameters, folder=folder) as run:
-        for step in track(noted(), nodes, parameters):
-            run.append(step)
-            run.flush()
-            latency_s = None if step.state.calibrating else time.perf_counter() - started[0]
-            on_frame(LiveFrame(step, latency_s))
+def _events(step: Step) -> dict[str, object]:
+    """Return what befell tracks, by the names of the columns of ``events.csv``."""
+    told = [(event.track, event.what, *event.position) for event in step.state.events]
+    return {
+        "calibrating": step.state.calibrating,
+        "events": [dict(zip(EVENT_COLUMNS[1:], cells, strict=True)) for cells in told],
+    }

@@ -85,7 +85,7 @@ def watched(
     log = ImageLog(tracking.bind(source.shape))
     for step in follow(source, tracking):
         beliefs.append(belief_of(step.state, most) if len(beliefs) % stride == 0 else Belief())
-        log.take(step)
+        log.append(step)
         job.tell(getattr(step.state, log.measure))
     scores = None if known is None else scored(log, known, NEAR_PX)
     tracked = tracked_of(title, log, source.shape, timed=source.timed, truth=known, scores=scores)

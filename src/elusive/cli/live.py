@@ -1,0 +1,114 @@
+"""A live run in a terminal: a line of JSON for each step, Ctrl-C, how it ended."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import FrameType
+from typing import Annotated, Any
+
+import typer
+from rich.markup import escape
+
+from elusive.cli.terminal import console, interrupted
+from elusive.errors import ParameterError
+from elusive.io.arrivals import Coming
+from elusive.results.live import LiveEnd, LiveStep
+
+FAILED = 2
+Follow = Annotated[
+    bool, typer.Option("--follow", help="Track live: a line of JSON to standard output as each measurement comes.")
+]
+IdleS = Annotated[
+    float | None, typer.Option("--idle-s", help="With --follow: end after so many seconds without anything new.")
+]
+
+
+def check_live(follow: bool, idle_s: float | None, truth: Path | None, *, strict: bool = False) -> None:
+    """Refuse options that mean nothing live, or nothing of a recording.
+
+    Raises
+    ------
+    ParameterError
+        If one is given.
+    """
+    if idle_s is not None and not follow:
+        raise ParameterError("--idle-s: has no meaning without --follow; leave it out.")
+    if strict and follow:
+        raise ParameterError("--strict: has no meaning with --follow; check a recording once it is whole.")
+    if follow and truth is not None:
+        raise ParameterError("--truth: has no meaning with --follow; score a recording once it is whole.")
+
+
+def run_live(
+    coming: Coming[Any],
+    run: Callable[[Callable[[LiveStep], None]], LiveEnd],
+    out: Path,
+    files: tuple[str, ...],
+    remarks: Callable[[LiveStep], tuple[str, ...]] = lambda live: (),
+    more: Callable[[], dict[str, Any]] = dict,
+) -> None:
+    """Run until the source ends, fails, or Ctrl-C is pressed, each step's line told as it is known.
+
+    Parameters
+    ----------
+    coming
+        The source.
+    run
+        Follows it, and calls what it is given after each step.
+    out, files
+        Folder of the results, and what stands in it then.
+    remarks
+        What is to be said on the terminal at a step.
+    more
+        What the system adds to the last line.
+
+    Raises
+    ------
+    DataError
+        If the source fails before the first step.
+    """
+
+    def interrupt(signum: int, frame: FrameType | None) -> None:
+        """Let a first Ctrl-C end the source; a second does not wait for what is still to be written."""
+        if interrupted.is_set():
+            raise KeyboardInterrupt
+        interrupted.set()
+        coming.stop()
+
+    def told(live: LiveStep) -> None:
+        for remark in remarks(live):
+            console.print(f"[yellow]{escape(remark)}[/]", highlight=False, soft_wrap=True)
+        if not _tell(live.record):
+            coming.stop()
+
+    previous = signal.signal(signal.SIGINT, interrupt)
+    try:
+        end = run(told)
+    finally:
+        signal.signal(signal.SIGINT, previous)
+    why = "interrupted" if interrupted.is_set() else "source ended" if end.fault is None else "source failed"
+    _tell(end.record(ended=why, files=list(files), **more()))
+    if interrupted.is_set():
+        console.print("Interrupted.")
+    dropped = f", {end.dropped} more dropped, for newer ones came faster than they could be tracked" * bool(end.dropped)
+    console.print(f"{end.steps} tracked{dropped}; {end.latencies.words}.", highlight=False, soft_wrap=True)
+    console.print(f"Written to {out}: {', '.join(files)}", highlight=False, soft_wrap=True)
+    if end.fault is not None:
+        console.print(f"[bold red]Error:[/] {escape(end.fault)}", highlight=False, soft_wrap=True)
+        raise typer.Exit(FAILED)
+
+
+def _tell(record: dict[str, Any]) -> bool:
+    """Write a line; whether anybody still reads them."""
+    try:
+        sys.stdout.write(json.dumps(record, separators=(",", ":")) + "\n")
+        sys.stdout.flush()
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or the interpreter complains as it ends
+        return False
+    return True

@@ -1,0 +1,213 @@
+"""Images of a folder that is being written to: each once it is whole, in natural order."""
+
+from __future__ import annotations
+
+import fnmatch
+import os
+import re
+import threading
+import time
+from collections import deque
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+from typing import NamedTuple
+
+from elusive.errors import DataError
+from elusive.io._arrived import ArrivedFrame
+from elusive.io._images import IMAGES, read_image
+from elusive.io._order import natural_key
+from elusive.io._stack import EXPORT_AGAIN, decoding
+
+POLL_S = 0.005  # how often the file that is due is looked for
+SHARE = 10  # a listing of the folder takes one part in so many of the time at most
+SETTLED_S = 0.02  # for which a file that has no check sum must have been left alone
+LATE_S = 0.25  # for which a number that is missing is waited for
+BROKEN_S = 1.0  # after which a file that cannot be read and is not written to any more is given up
+REGULAR = 4  # names in a row that show how they are numbered
+LAST_NUMBER = re.compile(r"^(.*?)([0-9]+)([^0-9]*)$", re.DOTALL)
+DIGITS = str.maketrans("123456789", "000000000")
+
+
+class _Seen(NamedTuple):
+    since_s: float  # when it was first seen as it is (monotonic)
+    stamp: tuple[int, int]  # size, time of the last change
+    came_s: float
+
+
+class GrowingFolder:
+    """Images that are written to a folder.
+
+    Names tell the order. A name that comes before one that has been read is too late, and is left out.
+
+    Parameters
+    ----------
+    folder
+        Where they are written.
+    pattern
+        Which names are frames; None: those of images, all of the first's kind.
+    idle_s
+        End after this time without a new one; None waits for ever.
+
+    Raises
+    ------
+    DataError
+        If there is no such folder.
+    """
+
+    def __init__(self, folder: Path, pattern: str | None = None, idle_s: float | None = None) -> None:
+        if not folder.is_dir():
+            raise DataError(f"{folder}: is no folder; --follow waits for the images that are written to one.")
+        self.name = str(folder)
+        self.late = 0
+        self._folder, self._pattern, self._idle_s = folder, pattern, idle_s
+        self._halted = threading.Event()
+        self._seen: dict[str, _Seen] = {}  # not yet read
+        self._latest: str | None = None
+        self._numbers: deque[int] = deque(maxlen=REGULAR)  # of the latest names
+        self._passed = 0  # names read or given up
+        self._started_s = self._looked_s = time.monotonic()
+        self._due_s = 0.0
+
+    def halt(self) -> None:
+        """End the waiting."""
+        self._halted.set()
+
+    def __iter__(self) -> Iterator[ArrivedFrame]:
+        """Yield the frames; without pixels, and with the reason, where a file stays unreadable.
+
+        Raises
+        ------
+        DataError
+            If the folder vanishes.
+        """
+        number, active_s = 0, time.monotonic()
+        while not self._halted.is_set():
+            frame = self._next(f"(frame {number})")
+            now_s = time.monotonic()
+            if frame is not None:
+                if frame.came_s <= self._started_s:
+                    frame = frame._replace(waits=True, came_s=now_s)
+                yield frame
+                number += 1
+                active_s = time.monotonic()
+            elif self._idle_s is not None and not self._seen and now_s - active_s >= self._idle_s:
+                return
+            else:
+                self._halted.wait(POLL_S)
+
+    def _next(self, what: str) -> ArrivedFrame | None:
+        """Return the frame that is due, if it is there and whole."""
+        name = self._due()
+        if name is None:
+            return None
+        path, seen = self._folder / name, self._seen[name]
+        where = f"{path} {what}"
+        try:
+            stamp = _stamp(path)
+        except FileNotFoundError:  # moved away before it was read
+            del self._seen[name]
+            return None
+        now_s = time.monotonic()
+        if stamp != seen.stamp:
+            seen = self._seen[name] = _Seen(now_s, stamp, self._came_s(stamp, now_s))
+        left_alone_s = max(now_s - seen.since_s, time.time() - stamp[1] / 1e9)
+        if path.suffix.lower() != ".png" and left_alone_s < SETTLED_S:
+            return None
+        try:
+            with decoding(where, EXPORT_AGAIN):
+                raw = read_image(path, where)
+            if _stamp(path) != stamp:
+                return None
+        except DataError as error:
+            if now_s - seen.since_s < BROKEN_S:
+                return None
+            self._pass(name)
+            return ArrivedFrame(where, None, seen.came_s, fault=str(error))
+        self._pass(name)
+        return ArrivedFrame(where, raw, seen.came_s)
+
+    def _pass(self, name: str) -> None:
+        del self._seen[name]
+        self._latest = name
+        self._passed += 1
+        found = LAST_NUMBER.match(name)
+        self._numbers.append(int(found[2]) if found else 0)
+
+    def _due(self) -> str | None:
+        """Return the name that is to be read next."""
+        expected = self._expected()
+        if expected is not None and expected not in self._seen:
+            self._look_at(expected)
+        if (expected is None or expected not in self._seen) and time.monotonic() >= self._due_s:
+            self._list()
+        if not self._seen:
+            return None
+        first = expected if expected in self._seen else next(iter(self._seen))
+        missing = expected is not None and first != expected
+        if missing and time.monotonic() - self._seen[first].since_s < LATE_S:
+            return None
+        return first
+
+    def _expected(self) -> str | None:
+        """Return the name that follows from the latest, where they have been numbered evenly."""
+        if self._latest is None or len(self._numbers) < REGULAR:
+            return None
+        numbers = list(self._numbers)
+        step = numbers[-1] - numbers[-2]
+        found = LAST_NUMBER.match(self._latest)
+        if step <= 0 or found is None or {b - a for a, b in pairwise(numbers)} != {step}:
+            return None
+        return f"{found[1]}{numbers[-1] + step:0{len(found[2])}d}{found[3]}"
+
+    def _look_at(self, name: str) -> None:
+        now_s = time.monotonic()
+        try:
+            stamp = _stamp(self._folder / name)
+        except OSError:
+            self._looked_s = now_s
+            return
+        self._seen[name] = _Seen(now_s, stamp, self._came_s(stamp, now_s))
+
+    def _came_s(self, stamp: tuple[int, int], now_s: float) -> float:
+        """When a file came: when it was last written to, but after the last look, at which it was not there."""
+        return min(max(now_s - (time.time() - stamp[1] / 1e9), self._looked_s), now_s)
+
+    def _list(self) -> None:
+        """Look through the folder for names that come after the latest."""
+        begun_s = time.monotonic()
+        try:
+            with os.scandir(self._folder) as entries:
+                names = [entry.name for entry in entries if self._is_frame(entry.name)]
+        except OSError as error:
+            raise DataError(f"{self._folder}: cannot be read any more ({error.strerror}).") from None
+        after = [name for name in names if self._comes_after(name)]
+        self.late = max(0, len(names) - len(after) - self._passed)
+        new = [name for name in after if name not in self._seen]
+        for name in new:
+            self._look_at(name)
+        if new:
+            self._seen = {name: self._seen[name] for name in sorted(self._seen, key=natural_key)}
+        if self._pattern is None and self._seen:
+            self._pattern = f"*{Path(next(iter(self._seen))).suffix}"
+            self._seen = {name: seen for name, seen in self._seen.items() if self._is_frame(name)}
+        now_s = time.monotonic()
+        self._looked_s, self._due_s = begun_s, now_s + max(POLL_S, SHARE * (now_s - begun_s))
+
+    def _is_frame(self, name: str) -> bool:
+        if name.startswith(".") or os.path.splitext(name)[1].lower() not in IMAGES:
+            return False
+        return self._pattern is None or fnmatch.fnmatchcase(name, self._pattern)
+
+    def _comes_after(self, name: str) -> bool:
+        latest = self._latest
+        if latest is None:
+            return True
+        if len(name) == len(latest) and name.translate(DIGITS) == latest.translate(DIGITS):
+            return name > latest  # digits at the same places: the order of text is that of numbers
+        return natural_key(name) > natural_key(latest)
+
+
+def _stamp(path: Path) -> tuple[int, int]:
+    found = path.stat()
+    return found.st_size, found.st_mtime_ns

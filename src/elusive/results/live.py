@@ -1,0 +1,134 @@
+"""A live run, of any system: each step's rows stand in the files, and its line is told, before the next is taken."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol
+
+from elusive.errors import DataError
+from elusive.io.arrivals import Coming
+from elusive.io.atomic import existing_folder
+from elusive.results.latency import Latencies
+from elusive.results.log import TrackLog
+from elusive.tracking.track import Step
+
+NO_NUMBERS: Mapping[str, Any] = {}
+
+
+class Sink(Protocol):
+    """What a system takes its steps in with: a :class:`~elusive.results.TrackLog`, or what is round that."""
+
+    def append(self, step: Step) -> None:
+        """Take in a step."""
+        ...
+
+    def flush(self) -> None:
+        """Hand what has been written to the system, for others to read."""
+        ...
+
+
+class LiveStep(NamedTuple):
+    """A step that has been tracked and written."""
+
+    step: Step
+    latency_s: float  # from the measurement's coming to its rows in the files
+    record: dict[str, Any]  # as told: what is not known is None
+
+
+class LiveEnd(NamedTuple):
+    """What a live run came to."""
+
+    steps: int
+    dropped: int
+    latencies: Latencies
+    fault: str | None  # why it ended, where that was no plain end
+
+    def record(self, **more: Any) -> dict[str, Any]:
+        """Return the last line."""
+        told = {"steps": self.steps, "dropped": self.dropped, "latency_ms": self.latencies.record()}
+        return {"summary": told | more | {"fault": self.fault}}
+
+
+@contextmanager
+def live_folder(out: Path, config: str, names: Iterable[str] = ("tracks.csv",)) -> Iterator[Path]:
+    """Give the folder of a live run, with its configuration.
+
+    Raises
+    ------
+    DataError
+        If it holds an earlier run's tables, or cannot be written to.
+    """
+    for name in names:
+        if (out / name).exists():
+            raise DataError(f"{out / name}: is there already, of an earlier run; name another folder.")
+    folder = existing_folder(out)
+    (folder / "config.yaml").write_text(config, encoding="utf-8")
+    yield folder
+
+
+def follow_live(
+    steps: Iterator[Step],
+    coming: Coming[Any],
+    log: TrackLog,
+    on_step: Callable[[LiveStep], None],
+    *,
+    sink: Sink | None = None,
+    extra: Callable[[Step], Mapping[str, Any]] = lambda step: NO_NUMBERS,
+) -> LiveEnd:
+    """Take steps in as they come, until the source ends, fails, or is stopped.
+
+    Parameters
+    ----------
+    steps
+        Of a tracker that takes its measurements from ``coming``.
+    coming
+        The source.
+    log
+        Of the tracks.
+    on_step
+        Called after each.
+    sink
+        What takes the steps in, where that is more than the log.
+    extra
+        What a system adds to a step's record.
+
+    Raises
+    ------
+    DataError
+        If the source fails before the first step. What fails later ends the run, and is told in what is returned.
+    """
+    count, latencies, fault = 0, Latencies(), None
+    into: Sink = log if sink is None else sink
+    while True:
+        try:
+            step = next(steps, None)
+            if step is None:
+                break
+            into.append(step)
+            into.flush()
+        except DataError as error:
+            if not count:
+                raise
+            fault = str(error)
+            break
+        count += 1
+        latency_s = time.monotonic() - coming.came_s
+        latencies.add(latency_s)
+        told = {"time_s": step.time_s, "unix_s": round(time.time() - latency_s, 6)}
+        told |= {"latency_ms": round(1e3 * latency_s, 3), "dropped": coming.dropped, **extra(step)}
+        on_step(LiveStep(step, latency_s, told | {"tracks": _records(log)}))
+    return LiveEnd(count, coming.dropped, latencies, fault)
+
+
+def _records(log: TrackLog) -> list[dict[str, Any]]:
+    """Return the last step's tracks by the names of the table's columns; what is not known is None."""
+    names = log.columns.names[1:]
+    return [dict(zip(names, map(_known, values[1:]), strict=True)) for values in log.columns.values(log.latest)]
+
+
+def _known(value: Any) -> Any:
+    return None if isinstance(value, float) and math.isinf(value) else value
