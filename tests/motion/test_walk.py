@@ -10,7 +10,7 @@ from elusive.motion.walk import Walk
 
 WALKS = [
     Walk(),
-    Walk(speed_sd_mps=0.6, straight_q=0.01, turn_rate_hz=0.2),
+    Walk(speeds_mps=(0.6,), straight_q=0.01, turn_rate_hz=0.2),
     Walk(turn_rate_hz=1e-3, straight_q=0.1, long_rate_hz=1e-9),
     Walk(long_rate_hz=0.3),
 ]
@@ -60,13 +60,10 @@ def test_no_time_is_no_walk():
     np.testing.assert_array_equal(Walk().propagate(states, 0.0, np.random.default_rng(0)), states)
 
 
-def test_at_the_recorded_log_the_defaults_are_a_random_walk_of_20_cm_a_frame():
-    """The walk that was chosen for its frames, .631 s apart: new steps of .2 m on each axis, long ones of 1 m, .5 %."""
-    states = np.zeros((200_000, 4))
-    states[:, [1, 3]] = Walk().speed_sd_mps * np.random.default_rng(0).standard_normal((len(states), 2))
-    after = Walk(long_rate_hz=1e-9).propagate(states, 0.631, np.random.default_rng(1))
-    assert after[:, [0, 2]].std() == pytest.approx(0.2, rel=0.02)
-    again = Walk(long_rate_hz=1e-9).propagate(after, 0.631, np.random.default_rng(2))
-    steps = after[:, 0], again[:, 0] - after[:, 0]
-    assert abs(np.corrcoef(*steps)[0, 1]) < 0.12
-    assert -np.expm1(-Walk().long_rate_hz * 0.631) == pytest.approx(0.005, rel=0.02)
+def test_each_speed_is_kept_as_often():
+    """Long after, a velocity is drawn from any of the deviations: mean square, and what a mixture has of the fourth."""
+    walk, n = Walk(speeds_mps=(0.2, 1.0), turn_rate_hz=50, straight_q=0.0, long_rate_hz=1e-9), 200_000
+    velocity = walk.propagate(np.zeros((n, 4)), 1.0, np.random.default_rng(0))[:, 1]
+    assert walk.speed_sd_mps == pytest.approx(np.sqrt(0.52))
+    assert np.mean(velocity**2) == pytest.approx(0.52, rel=0.02)
+    assert np.mean(velocity**4) == pytest.approx(3 * (0.2**4 + 1) / 2, rel=0.05)

@@ -51,7 +51,7 @@ def test_one_person_is_where_an_exact_filter_on_a_grid_says():
     sensor = shadowed_links(model=LinkShadowing(temper=0.05))
     step_m, died = 0.3, 0.1
     # of so many turns a second the steps are as good as independent, of .3 m each
-    walk = Walk(speed_sd_mps=step_m * math.sqrt(500), turn_rate_hz=1000, long_rate_hz=1e-9)
+    walk = Walk(speeds_mps=(step_m * math.sqrt(500),), turn_rate_hz=1000, long_rate_hz=1e-9)
     path = np.cumsum(np.vstack([[0.5, -1.0], rng.normal(0, 0.25, (14, 2))]), axis=0)
     frames = simulated(sensor, path[:, None], rng)
     frames[6] = None
@@ -128,7 +128,7 @@ def test_the_covariance_of_a_lone_person_holds(sensor, trials):
 def test_crossing_people_keep_their_numbers_and_who_leaves_is_forgotten():
     rng = np.random.default_rng(1)
     sensor, paths = linear_links(), crossing()
-    walk = Walk(speed_sd_mps=0.4, straight_q=0.0025, turn_rate_hz=0.22)
+    walk = Walk(speeds_mps=(0.4,), straight_q=0.0025, turn_rate_hz=0.22)
     model = people(sensor, HALL, walk, particles=200, pitch=0.5)
     states = list(run(model, simulated(sensor, paths, rng), rng))
     for state, places in zip(states, paths, strict=True):
@@ -148,7 +148,7 @@ def test_two_people_are_told_apart_in_a_room_with_fading():
     sensor = shadowed_links(nodes=14, model=LinkShadowing(temper=0.2))
     angle = np.linspace(0, 2 * np.pi, 60)
     paths = np.stack([2 * np.column_stack([np.cos(angle), np.sin(angle)]), np.tile([-0.3, 0.2], (60, 1))], axis=1)
-    model = people(sensor, walk=Walk(speed_sd_mps=0.6), particles=300)
+    model = people(sensor, walk=Walk(speeds_mps=(0.6,)), particles=300)
     states = list(run(model, simulated(sensor, paths, rng), rng))[15:]
     errors = [deviations(state, places) for state, places in zip(states, paths[15:], strict=True)]
     assert np.mean([len(state.tracks) == 2 for state in states]) > 0.9

@@ -24,17 +24,17 @@ LEAST_SHARE = 1e-6  # of the variance of a new velocity's way: where turns are r
 
 
 class _Ways(NamedTuple):
-    """Ways from the states, by kind: straight on, turned, long; and velocities at their ends."""
+    """Ways from the states, by kind: straight on, turned to each speed, long; and velocities at their ends."""
 
-    log_share: Array  # (3,)
-    mean: Array  # (3, N, 2) [m]
-    variance: Array  # (3, N, 2)
-    velocity: Array  # (3, N, 2) mean at the end [m/s]
-    covariance: Array  # (3, N, 2) of way and velocity, on an axis
-    velocity_variance: Array  # (3, N, 2)
+    log_share: Array  # (K,)
+    mean: Array  # (K, N, 2) [m]
+    variance: Array  # (K, N, 2)
+    velocity: Array  # (K, N, 2) mean at the end [m/s]
+    covariance: Array  # (K, N, 2) of way and velocity, on an axis
+    velocity_variance: Array  # (K, N, 2)
 
     def log_density(self, way: Array) -> Array:
-        """Log density of ways ``(N, 2)`` by kind, ``(3, N)``."""
+        """Log density of ways ``(N, 2)`` by kind, ``(K, N)``."""
         squared = (way - self.mean) ** 2 / self.variance + np.log(self.variance)
         density: Array = self.log_share[:, None] - math.log(2 * math.pi) - 0.5 * squared.sum(axis=2)
         return density
@@ -44,8 +44,12 @@ class Walk(Model):
     """A person keeps a velocity, with a little noise, until they turn to a new one."""
 
     kind: Literal["walk"] = "walk"
-    speed_sd_mps: Positive = Field(0.61, description="Deviation of a new velocity, each axis [m/s]")
-    turn_rate_hz: float = Field(10.0, ge=1e-3, description="Turns to a new velocity; many: a random walk [1/s]")
+    speeds_mps: tuple[Positive, ...] = Field(
+        (0.1, 0.3, 0.6, 1.2),
+        min_length=1,
+        description="Deviations of a new velocity on each axis, each as likely as the others [m/s]",
+    )
+    turn_rate_hz: float = Field(1.0, ge=1e-3, description="Turns to a new velocity; many: a random walk [1/s]")
     straight_q: NonNegative = Field(0.01, description="Power of the white acceleration between turns [m^2 / s^3]")
     long_step_m: Positive = Field(1.0, description="Deviation of a long step, each axis [m]")
     long_rate_hz: Positive = Field(0.008, description="Long steps [1/s]")
@@ -55,12 +59,17 @@ class Walk(Model):
         """Names of the state's components."""
         return "x", "vx", "y", "vy"
 
+    @property
+    def speed_sd_mps(self) -> float:
+        """Deviation of a velocity on each axis, whatever its speed [m/s]."""
+        return math.sqrt(sum(speed**2 for speed in self.speeds_mps) / len(self.speeds_mps))
+
     def propagate(self, states: Array, interval_s: float, rng: Generator) -> Array:
         """Draw the states an interval later, ``(N, 4) -> (N, 4)``."""
         if interval_s == 0:
             return states
         ways = self._ways(states[:, [VX, VY]], interval_s)
-        kind, rows = rng.choice(3, len(states), p=np.exp(ways.log_share)), np.arange(len(states))
+        kind, rows = rng.choice(len(ways.log_share), len(states), p=np.exp(ways.log_share)), np.arange(len(states))
         noise = rng.standard_normal((len(states), 2))
         places = states[:, [X, Y]] + ways.mean[kind, rows] + np.sqrt(ways.variance[kind, rows]) * noise
         return self.arrived(states, places, interval_s, rng)
@@ -96,24 +105,25 @@ class Walk(Model):
         """
         rate, q, squared = self.turn_rate_hz, self.straight_q, velocity**2
         kept, turned = math.exp(-rate * t), -math.expm1(-rate * t)
-        spread = self.speed_sd_mps**2 + q / rate  # variance of a velocity in the long run
-        excess = squared - spread
-        straight = (
-            t * velocity, squared * t**2 + q * t**3 / 3, velocity, squared * t + q * t**2 / 2, squared + q * t
-        )  # fmt: skip
-        everybody = (
-            velocity * turned / rate,
-            2 * spread * (t - turned / rate) / rate + 2 * excess * (turned / rate - t * kept) / rate,
-            velocity * kept,
-            spread * turned / rate + excess * t * kept,
-            spread + excess * kept,
+        straight = np.stack(
+            [t * velocity, squared * t**2 + q * t**3 / 3, velocity, squared * t + q * t**2 / 2, squared + q * t]
         )
-        others = tuple((a - kept * b) / turned for a, b in zip(everybody, straight, strict=True))
-        way, way2, end, product, end2 = (np.stack(parts) for parts in zip(straight, others, everybody, strict=True))
-        variance = np.maximum(way2 - way**2, LEAST_SHARE * (spread * t**2 + q * t**3))
+
+        def everybody(speed_sd_mps: float) -> Array:
+            spread = speed_sd_mps**2 + q / rate  # variance of a velocity in the long run
+            excess = squared - spread
+            way2 = 2 * spread * (t - turned / rate) / rate + 2 * excess * (turned / rate - t * kept) / rate
+            product = spread * turned / rate + excess * t * kept
+            return np.stack([velocity * turned / rate, way2, velocity * kept, product, spread + excess * kept])
+
+        others = [(everybody(speed) - kept * straight) / turned for speed in self.speeds_mps]
+        way, way2, end, product, end2 = np.stack([straight, *others, everybody(self.speed_sd_mps)], axis=1)
+        least = np.square([self.speed_sd_mps, *self.speeds_mps, self.speed_sd_mps])[:, None, None] * t**2
+        variance = np.maximum(way2 - way**2, LEAST_SHARE * (least + q * t**3))
         steps = self.long_rate_hz * t
         long = -math.expm1(-steps)
-        variance[2] += self.long_step_m**2 * steps / long  # of as many long steps as there are on average
-        shares = np.array([(1 - long) * kept, (1 - long) * turned, long])
+        variance[-1] += self.long_step_m**2 * steps / long  # of as many long steps as there are on average
+        speeds = len(self.speeds_mps)
+        shares = np.array([(1 - long) * kept, *[(1 - long) * turned / speeds] * speeds, long])
         with np.errstate(divide="ignore"):  # nobody keeps a velocity for so long
             return _Ways(np.log(shares), way, variance, end, product - way * end, end2 - end**2)

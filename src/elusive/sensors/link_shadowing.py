@@ -6,7 +6,7 @@ empty room. g = 1 / (1 + exp(-F / 5)) and f = exp(-a F / 10) depend on the readi
 section 3.3.2): deep fades lose little on the line, and change with people anywhere; Wilson and Patwari (2012), "A
 fade-level skew-Laplace signal strength model for device-free localization with wireless networks", IEEE Trans. Mobile
 Computing 11(6), 947-958. Readings are Student t, and their log likelihood is tempered, because channels and directions
-of a link are not independent.
+of a link are not independent: as much as they are seen to be alike (:mod:`elusive.sensors.link_likeness`).
 """
 
 from __future__ import annotations
@@ -22,11 +22,13 @@ from elusive.contracts import Array, X, Y
 from elusive.errors import DataError
 from elusive.model import Model, NonNegative, Positive
 from elusive.sensors.link_effects import Effect, total
+from elusive.sensors.link_likeness import Likeness
 from elusive.sensors.radio_network import Indices, RadioNodes, directed_links_of, links_of, undirected_of
 
 FADE_SCALE_DB = 5.0  # of the sigmoid g
 FADE_UNIT_DB = 10.0  # of f
 LEAST_DISTANCE_M = 0.1
+LEAST_INTERVAL_S = 1e-3
 GREATEST_FADE_DB = 30.0  # beyond it a fade level says no more
 
 
@@ -47,7 +49,11 @@ class LinkShadowing(Model):
         None,
         gt=0,
         le=1,
-        description="Exponent of the likelihood; none: one over the readings of a link, since they are alike",
+        description="Exponent of the likelihood; none: learned, one over the readings of a link where they err alike",
+    )
+    alike_s: NonNegative = Field(0.5, description="Time for which readings that err alike go on doing so [s]")
+    bias_m: NonNegative = Field(
+        0.45, description="Deviation on each axis by which a site bends places, where its readings err alike [m]"
     )
 
     def links(
@@ -116,6 +122,13 @@ def fade_levels(nodes: RadioNodes, empty_dbm: Array) -> Array:
     return levels
 
 
+class TemperedRise(NamedTuple):
+    """A frame, and how much is made of it."""
+
+    rise_db: Array  # (D, C) change of every reading from its mean in the empty room, NaN where missing
+    temper: float  # exponent of the likelihood
+
+
 class _Tables(NamedTuple):
     """What the kernels need: of each undirected link, and ``(D, C)`` of each reading."""
 
@@ -131,7 +144,8 @@ class _Tables(NamedTuple):
 class ShadowedLinks:
     """Sensor: the change of every reading from its mean in the empty room, ``(D, C)`` [dB], NaN where missing.
 
-    What is expected of a person depends on the distances of the state's place to the nodes, ``(S, N)``.
+    A measurement is that, or a :class:`TemperedRise`. What is expected of a person depends on the distances of the
+    state's place to the nodes, ``(S, N)``.
     """
 
     def __init__(self, model: LinkShadowing, nodes: RadioNodes, fade_db: Array, variance_db2: Array) -> None:
@@ -152,7 +166,8 @@ class ShadowedLinks:
         heard = np.isfinite(fade_db)
         self._unheard = ~heard
         of_link = heard.sum(axis=1)[self._tables.ways].sum(axis=1)
-        self.temper = model.temper if model.temper is not None else float(np.sum(of_link > 0) / of_link.sum())
+        self._readings = float(of_link.sum() / np.sum(of_link > 0))  # of a link
+        self.temper = 1 / self._readings if model.temper is None else float(model.temper)
 
     def with_model(self, model: LinkShadowing) -> ShadowedLinks:
         """Return the same network with other constants."""
@@ -179,7 +194,7 @@ class ShadowedLinks:
         moved = (square - existence * near**2) * tables.loss**2
         return Effect(-existence * near * tables.loss, existence * (spread + moved))
 
-    def given(self, measurement: Array, others: Sequence[Effect]) -> Callable[[Array], Array]:
+    def given(self, measurement: Array | TemperedRise, others: Sequence[Effect]) -> Callable[[Array], Array]:
         """Return :meth:`log_ratio` as a function of what is expected: the rest is worked out once.
 
         Raises
@@ -189,26 +204,26 @@ class ShadowedLinks:
         """
         from elusive.sensors._shadowing_kernels import log_ratio, prepare
 
-        tables, (residual, variance) = self._tables, self._less(measurement, others)
+        tables, (residual, variance, temper) = self._tables, self._less(measurement, others)
         degrees = float(self.model.degrees)
         said = prepare(
             residual, variance, tables.loss, tables.near_variance, tables.far_variance, degrees, tables.ways
         )  # fmt: skip
         return lambda expected: (
-            self.temper * log_ratio(expected, tables.ends, tables.straight, self._lengths, degrees, *said)
+            temper * log_ratio(expected, tables.ends, tables.straight, self._lengths, degrees, *said)
         )
 
-    def log_ratio(self, expected: Array, measurement: Array, others: Sequence[Effect]) -> Array:
+    def log_ratio(self, expected: Array, measurement: Array | TemperedRise, others: Sequence[Effect]) -> Array:
         """Log likelihood of one more person at each state less that of the others alone, ``(N,)``, tempered."""
         return self.given(measurement, others)(expected)
 
-    def log_without(self, measurement: Array, others: Sequence[Effect]) -> float:
+    def log_without(self, measurement: Array | TemperedRise, others: Sequence[Effect]) -> float:
         """Return the log likelihood of the others alone, tempered, but for a constant."""
-        degrees, (residual, variance) = self.model.degrees, self._less(measurement, others)
+        degrees, (residual, variance, temper) = self.model.degrees, self._less(measurement, others)
         away = 0.5 * degrees * np.log(variance) - 0.5 * (degrees + 1) * np.log(degrees * variance + residual**2)
-        return self.temper * float(np.nansum(away))
+        return temper * float(np.nansum(away))
 
-    def log_likelihood(self, states: Array, measurement: Array) -> Array:
+    def log_likelihood(self, states: Array, measurement: Array | TemperedRise) -> Array:
         """Log likelihood ratio of one person at each state against nobody, ``(N, d) -> (N,)``, tempered."""
         return self.log_ratio(self.expected(states), measurement, ())
 
@@ -219,12 +234,42 @@ class ShadowedLinks:
         draw = rng.standard_t(self.model.degrees, self._unheard.shape)
         return np.where(self._unheard, np.nan, mean + np.sqrt(variance) * draw)
 
-    def _less(self, measurement: Array, others: Sequence[Effect]) -> tuple[Array, Array]:
-        """Return what others leave over of the changes, and its variance, ``(D, C)``."""
+    def tempered(self, rise_db: Array, likeness: Likeness, interval_s: float) -> TemperedRise:
+        """Return a frame an interval after the last with as much made of it as its readings err apart.
+
+        Unless the exponent is given, it is one over how many readings count for one, of a link and in time.
+        """
+        if self.model.temper is not None:
+            return TemperedRise(rise_db, self.temper)
+        readings = self._readings * (1 + self.model.alike_s / max(interval_s, LEAST_INTERVAL_S))
+        return TemperedRise(rise_db, 1 / (1 + (readings - 1) * likeness.misfit))
+
+    def bias_variance(self, likeness: Likeness) -> float:
+        """Variance on each axis by which the site bends places [m^2]."""
+        return float((self.model.bias_m * likeness.misfit) ** 2)
+
+    def standardised(self, rise_db: Array, states: Array) -> Array:
+        """Return what each reading differs from what people at the states ``(P, d)`` let expect, in deviations.
+
+        ``(D, C)``, NaN where missing; Student's t where the model holds.
+        """
+        people = [self.effect(self.expected(state[None]), np.ones(1), 1.0) for state in states]
+        residual, variance, _ = self._less(rise_db, people)
+        return np.asarray(residual / np.sqrt(variance))
+
+    def likeness_after(self, likeness: Likeness, rise_db: Array, states: Array) -> Likeness:
+        """Learn from a frame how alike readings err, given where people are."""
+        return likeness.after(self.standardised(rise_db, states), self.model.degrees, self._tables.ways)
+
+    def _less(self, measurement: Array | TemperedRise, others: Sequence[Effect]) -> tuple[Array, Array, float]:
+        """Return what others leave over of the changes, its variance, ``(D, C)``, and the exponent."""
+        temper = self.temper
+        if isinstance(measurement, TemperedRise):
+            measurement, temper = measurement
         change = np.asarray(measurement, dtype=np.float64)
         if change.shape != self._unheard.shape or np.isinf(change).any():
             raise DataError(
                 f"frame: has shape {change.shape}, not {self._unheard.shape}, or an infinite change; missing is NaN."
             )
         mean, variance = total(others, self._tables.floor)
-        return np.where(self._unheard, np.nan, change - mean), variance
+        return np.where(self._unheard, np.nan, change - mean), variance, temper

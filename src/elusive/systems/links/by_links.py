@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, ClassVar, Literal, NamedTuple
 
+import numpy as np
 from numpy.random import Generator
 from pydantic import Field
 
-from elusive.contracts import AdditiveSensor, Array
+from elusive.contracts import AdditiveSensor, Array, X, Y, interval_since
 from elusive.errors import DataError
 from elusive.geometry.areas import Area
 from elusive.model import Model, Positive, Probability
@@ -17,11 +19,12 @@ from elusive.preprocess.link_calibration import Calibration
 from elusive.preprocess.link_weights import EllipseWeights
 from elusive.sensors.field_of_view import FieldOfView
 from elusive.sensors.linear_links import LinkRadiation
-from elusive.sensors.link_shadowing import LinkShadowing
+from elusive.sensors.link_likeness import Likeness
+from elusive.sensors.link_shadowing import LinkShadowing, ShadowedLinks
 from elusive.sensors.radio_network import RadioNodes
 from elusive.tracking.birth_density import AreaBirths
 from elusive.tracking.people import Entrance, TrackEvent, events_between
-from elusive.tracking.superposed import SuperposedTracker
+from elusive.tracking.superposed import FIRST_S, SuperposedTracker
 from elusive.tracking.superposed_settings import SuperposedSettings
 from elusive.tracking.superposed_state import SuperposedState
 from elusive.tracking.track import Track
@@ -34,11 +37,17 @@ class LinksState(NamedTuple):
 
     belief: SuperposedState
     events: tuple[TrackEvent, ...]
+    likeness: Likeness
+    bias_m2: float  # variance on each axis of the site's bias of places
 
     @property
     def tracks(self) -> tuple[Track, ...]:
-        """The tracks."""
-        return self.belief.tracks
+        """The tracks; their covariance holds what the site bends places by."""
+        if not self.bias_m2:
+            return self.belief.tracks
+        bias = np.zeros((4, 4))
+        bias[X, X] = bias[Y, Y] = self.bias_m2
+        return tuple(track._replace(covariance=track.covariance + bias) for track in self.belief.tracks)
 
     @property
     def nobody(self) -> bool:
@@ -136,7 +145,7 @@ class LinksChain:
 
     def init(self, empty: Array, rng: Generator) -> LinksState:
         """Return the state before the first frame: nobody."""
-        return LinksState(self._filter.init(rng), ())
+        return LinksState(self._filter.init(rng), (), Likeness(), 0.0)
 
     def step(self, state: LinksState, time_s: float, change: Array | None, rng: Generator) -> LinksState:
         """Return the state after a frame.
@@ -157,6 +166,16 @@ class LinksChain:
         DataError
             If the frame is not of the calibration's links and channels, or time runs backwards.
         """
-        belief = self._filter.step(state.belief, time_s, change, rng)
-        events = events_between(time_s, state.tracks, belief.tracks, self._entrance, self._near_m)
-        return LinksState(belief, tuple(events))
+        sensor, likeness, bias_m2 = self._filter.sensor, state.likeness, 0.0
+        if not isinstance(sensor, ShadowedLinks) or change is None:
+            belief = self._filter.step(state.belief, time_s, change, rng)
+        else:
+            interval_s = FIRST_S if math.isnan(state.belief.time_s) else interval_since(state.belief.time_s, time_s)
+            belief = self._filter.step(state.belief, time_s, sensor.tempered(change, likeness, interval_s), rng)
+            sure = [track.mean for track in belief.tracks if track.status == "confirmed"]
+            if sure:
+                likeness = sensor.likeness_after(likeness, change, np.array(sure))
+        if isinstance(sensor, ShadowedLinks):
+            bias_m2 = sensor.bias_variance(likeness)
+        events = events_between(time_s, state.belief.tracks, belief.tracks, self._entrance, self._near_m)
+        return LinksState(belief, tuple(events), likeness, bias_m2)

@@ -57,7 +57,7 @@ def links_method(simulation: LinkSimulation) -> LinksMethod:
         voxel_sd_db=radiation.voxel_noise_db, weights=simulation.weights,
     )  # fmt: skip
     walk = Walk(
-        speed_sd_mps=simulation.walks.step_distance_m / interval_s / 2**0.5, turn_rate_hz=0.22, straight_q=0.0025,
+        speeds_mps=(simulation.walks.step_distance_m / interval_s / 2**0.5,), turn_rate_hz=0.22, straight_q=0.0025,
         long_rate_hz=0.005,
     )  # fmt: skip
     people = LinksMethod().people.replace(particles=200, death_probability=0.01)

@@ -1,0 +1,118 @@
+"""People of any speed, in frames of any interval: against the filter that knows the speed, and the ellipses hold.
+
+In two worlds: readings independent of each other, as the model says; and a site, where the readings of a link err
+alike and places are bent by a smooth field, which the filter does not know.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from elusive.geometry.areas import Area
+from elusive.motion.walk import Walk
+from elusive.sensors.radio_network import undirected_of
+from elusive.systems.links.by_links import LinksChain, LinksMethod
+from tests.tracking.link_scenes import shadowed_links
+
+HALF, NODES, CHANNELS, TURNS_HZ = 4.0, 10, 4, 0.25
+SETTLED_S, WALKED_S = 4.0, 16.0
+LINK = undirected_of(NODES)
+
+
+class World(NamedTuple):
+    alike: float  # share of a reading's variance that its link has in common, and of the links that share a scale
+    bent_m: float
+
+
+INDEPENDENT, SITE = World(0.0, 0.0), World(0.4, 0.45)
+
+
+def bending(rng, deviation_m, length_m=1.5, waves=60):
+    """Return a smooth field of displacements, by random waves."""
+    vectors, phases = rng.normal(0, 1 / length_m, (waves, 2)), rng.uniform(0, 2 * np.pi, (waves, 2))
+    return lambda place: deviation_m * np.sqrt(2 / waves) * np.cos((vectors @ place)[:, None] + phases).sum(axis=0)
+
+
+def walked(rng, speed_mps, interval_s, frames, half=HALF - 0.4):
+    """Places of somebody of one speed who turns at a rate, and at the walls."""
+    fine = int(np.ceil(interval_s / 0.05))
+    step_s = interval_s / fine
+    place, heading, places = rng.uniform(-0.5 * half, 0.5 * half, 2), rng.uniform(0, 2 * np.pi), []
+    for k in range(frames * fine):
+        if k % fine == 0:
+            places.append(place)
+        if rng.random() < TURNS_HZ * step_s:
+            heading = rng.uniform(0, 2 * np.pi)
+        step = speed_mps * step_s * np.array([np.cos(heading), np.sin(heading)])
+        step = np.where(np.abs(place + step) > half, -step, step)
+        heading, place = np.arctan2(step[1], step[0]), np.clip(place + step, -half, half)
+    return places
+
+
+def followed(world, method, speed_mps, interval_s, seed):
+    """Errors of the confirmed person, whether the 95 % ellipse holds them, and how many there are."""
+    rng = np.random.default_rng([seed, round(10 * speed_mps), round(10 * interval_s)])
+    frames = max(round((SETTLED_S + WALKED_S) / interval_s), 40)
+    settled = max(round(SETTLED_S / interval_s), 8)
+    sensor, bend = shadowed_links(seed, NODES, HALF, CHANNELS), bending(rng, world.bent_m)
+    area = Area.rectangle(-HALF, HALF, -HALF, HALF)
+    chain = LinksChain(method.tracker(sensor, area), area, 1.0, True)
+    state, errors, held, alone = chain.init(np.empty(0), rng), [], [], []
+    variance = sensor.variance_db2 + sensor.model.floor_sd_db**2
+    for number, place in enumerate(walked(rng, speed_mps, interval_s, frames)):
+        bent = place + bend(place)
+        effect = sensor.effect(sensor.expected(np.array([[bent[0], 0, bent[1], 0]])), np.ones(1), 1.0)
+        links = NODES * (NODES - 1) // 2
+        common, scale = rng.standard_normal(links)[LINK, None], rng.chisquare(4, links)[LINK, None]
+        shared = (rng.random(links) < world.alike)[LINK, None]
+        normal = np.sqrt(world.alike) * common + np.sqrt(1 - world.alike) * rng.standard_normal(variance.shape)
+        noise = normal / np.sqrt(np.where(shared, scale, rng.chisquare(4, variance.shape)) / 4)
+        frame = effect.mean + np.sqrt(variance + effect.variance) * noise
+        state = chain.step(state, number * interval_s, frame, rng)
+        sure = [track for track in state.tracks if track.status == "confirmed"]
+        if number < settled:
+            continue
+        alone.append(len(sure) == 1)
+        if sure:
+            nearest = min(sure, key=lambda track: np.linalg.norm(track.mean[[0, 2]] - place))
+            off = nearest.mean[[0, 2]] - place
+            errors.append(np.linalg.norm(off))
+            held.append(off @ np.linalg.solve(nearest.covariance[np.ix_([0, 2], [0, 2])], off) < chi2.ppf(0.95, 2))
+    return errors, held, alone
+
+
+def over(world, method, speed_mps, interval_s, seeds):
+    runs = [followed(world, method, speed_mps, interval_s, seed) for seed in range(seeds)]
+    return [float(np.mean(np.concatenate([run[k] for run in runs]))) for k in range(3)]
+
+
+def compared(world, intervals_s=(0.1, 0.5, 1.0, 2.0), speeds_mps=(0.3, 0.7, 1.2, 1.8), seeds=4):
+    """Error over that of who knows the speed, and coverage, a row an interval and speed."""
+    rows = []
+    for interval_s in intervals_s:
+        for speed in speeds_mps:
+            known = Walk(speeds_mps=(speed / 2**0.5,), turn_rate_hz=TURNS_HZ)
+            best = over(world, LinksMethod(walk=known), speed, interval_s, seeds)
+            mine = over(world, LinksMethod(), speed, interval_s, seeds)
+            rows.append((interval_s, speed, best[0], *mine, mine[0] / best[0], best[1]))
+    return np.array(rows)
+
+
+def test_a_fast_person_is_followed_without_being_told_the_speed():
+    error_m, held, alone = over(INDEPENDENT, LinksMethod(), 1.2, 1.0, 1)
+    assert alone == 1.0
+    assert error_m < 0.4
+    assert held >= 0.9
+
+
+@pytest.mark.validate
+@pytest.mark.parametrize("world", [INDEPENDENT, SITE])
+def test_people_of_any_speed_are_followed(world):
+    rows = compared(world)
+    assert rows[:, 6].mean() <= 1.3
+    assert 0.9 <= rows[:, 4].mean() <= 0.99
+    assert (rows[:, 5] > 0.95).all()
