@@ -36,7 +36,7 @@ class Table(NamedTuple):
         Raises
         ------
         DataError
-            If a cell is no finite number, or a line has another number of cells, or time does not go forwards.
+            If a cell that is not empty is no number, a line has another number of cells, or time does not go forwards.
         """
         wanted, before = self.columns + self.timed, -math.inf
         with closing(_lines(self.path)) as lines:
@@ -48,11 +48,11 @@ class Table(NamedTuple):
                 if len(cells) != wanted:
                     raise DataError(f"{where}: has {len(cells)} cells, the first line of numbers {wanted}; {REPAIR}")
                 try:
-                    values = np.array(cells, dtype=np.float64)
+                    values = np.array([cell.strip() or "nan" for cell in cells], dtype=np.float64)
                 except ValueError:
-                    values = np.array([])
-                if not (values.size and np.isfinite(values).all()):
-                    raise DataError(_bad_cell(where, cells))
+                    raise DataError(_bad_cell(where, cells)) from None
+                if self.timed and not math.isfinite(values[0]):
+                    raise DataError(f"{where}: {TIME} is {cells[0].strip() or 'empty'}; give every line its time.")
                 time_s = float(values[0]) if self.timed else None
                 if time_s is not None and time_s <= before:
                     raise DataError(f"{where}: {TIME} is {time_s:g} after {before:g}; times must go forwards.")
@@ -120,11 +120,8 @@ def _number(cell: str) -> float | None:
 
 def _bad_cell(where: str, cells: list[str]) -> str:
     for place, cell in enumerate(cells, 1):
-        value = _number(cell)
-        if value is None:
+        if cell.strip() and _number(cell) is None:
             comma = re.fullmatch(r"\s*[-+]?\d+,\d+\s*", cell) is not None
             advice = "write a decimal point" if comma else "every cell must be a number"
             return f"{where}, field {place}: {cell.strip()!r:.60} is no number; {advice}."
-        if not math.isfinite(value):
-            return f"{where}, field {place}: the sample is {cell.strip()}; replace it, or leave the line out."
     return f"{where}: is no line of numbers; {REPAIR}"

@@ -15,17 +15,17 @@ from elusive.io._signal_csv import open_table
 from elusive.io._stack import decoding
 from elusive.io._wav import ADVICE, open_wav
 
-SAVE_AGAIN = "save it again with numpy.save, as real numbers, without pickled objects."
+SAVE_AGAIN = "save it again with numpy.save, as numbers, without pickled objects."
 
 
 class Reading(NamedTuple):
-    """A recording as a file holds it: ``read(start, stop)`` yields where, time and raw samples of each frame."""
+    """A recording as a file holds it: ``read(start, stop)`` yields time and raw samples of each frame."""
 
     samples: int
     length: int | None
     rate_hz: float | None
     timed: bool
-    read: Callable[[int, int | None], Iterator[tuple[str, float | None, Any]]]
+    read: Callable[[int, int | None], Iterator[tuple[float | None, Any]]]
 
 
 class Cut(NamedTuple):
@@ -48,21 +48,21 @@ def open_array(path: Path, cut: Cut) -> tuple[Reading, bool]:
     """Map a .npy file; say too whether it is one long recording, not an array (time, sample)."""
     with decoding(str(path), SAVE_AGAIN):
         array = np.lib.format.open_memmap(path, mode="r")
-    if array.dtype.kind not in "buif":
-        raise DataError(f"{path}: holds {array.dtype} values, not real numbers; {SAVE_AGAIN}")
+    if array.dtype.kind not in "buifc":
+        raise DataError(f"{path}: holds {array.dtype} values, not numbers; {SAVE_AGAIN}")
     if array.ndim not in (1, 2):
         raise DataError(f"{path}: has shape {array.shape}; a signal is an array (time, sample), or one long row.")
     is_long = array.ndim == 1
     length = cut.frames_in(len(array), str(path)) if is_long else len(array)
 
-    def read(start: int, stop: int | None) -> Iterator[tuple[str, float | None, Any]]:
+    def read(start: int, stop: int | None) -> Iterator[tuple[float | None, Any]]:
         with decoding(str(path), SAVE_AGAIN):
             array = np.lib.format.open_memmap(path, mode="r")
         for k in range(start, length if stop is None else stop):
             where = f"{path}, frame {k}"
             with decoding(where, SAVE_AGAIN):
                 raw = array[k * cut.hop : k * cut.hop + cut.size] if is_long else array[k]
-            yield where, None, raw
+            yield None, raw
 
     return Reading(cut.size if is_long else array.shape[1], length, None, False, read), is_long
 
@@ -74,13 +74,13 @@ def open_recording(path: Path, cut: Cut, channel: int | None) -> Reading:
         raise DataError(f"{path}: has {wav.channels} channels; choose one with channel= (--channel), from 0.")
     length = cut.frames_in(wav.length, str(path))
 
-    def read(start: int, stop: int | None) -> Iterator[tuple[str, float | None, Any]]:
+    def read(start: int, stop: int | None) -> Iterator[tuple[float | None, Any]]:
         with decoding(str(path), ADVICE), path.open("rb") as file:
             for k in range(start, length if stop is None else stop):
                 where = f"{path}, frame {k}"
                 with decoding(where, ADVICE):
                     raw = wav.read(file, k * cut.hop, cut.size, channel or 0)
-                yield where, None, raw
+                yield None, raw
 
     return Reading(cut.size, length, wav.rate_hz / cut.hop, False, read)
 
@@ -90,24 +90,22 @@ def open_text(path: Path, cut: Cut) -> tuple[Reading, bool]:
     table = open_table(path)
     is_long = table.columns == 1
 
-    def rows(start: int, stop: int | None) -> Iterator[tuple[str, float | None, Any]]:
+    def rows(start: int, stop: int | None) -> Iterator[tuple[float | None, Any]]:
         with closing(table.lines()) as lines:
-            for number, time_s, values in islice(lines, start, stop):
-                yield f"{path}, line {number}", time_s, values
+            for _, time_s, values in islice(lines, start, stop):
+                yield time_s, values
 
-    def pieces(start: int, stop: int | None) -> Iterator[tuple[str, float | None, Any]]:
+    def pieces(start: int, stop: int | None) -> Iterator[tuple[float | None, Any]]:
         with closing(table.lines()) as lines:
-            rest = islice(lines, start * cut.hop, None)
-            k = start
-            while stop is None or k < stop:
-                block = list(islice(rest, cut.size))
-                if len(block) < cut.size:
-                    if k == 0:
-                        cut.frames_in(len(block), str(path))
-                    return
-                yield f"{path}, frame {k} (from line {block[0][0]})", block[0][1], np.array([b[2][0] for b in block])
-                next(islice(rest, cut.hop - cut.size, cut.hop - cut.size), None)
-                k += 1
+            rest, k = islice(lines, start * cut.hop, None), start
+            block = list(islice(rest, cut.size))
+            while len(block) == cut.size and (stop is None or k < stop):
+                yield block[0][1], np.array([values[0] for _, _, values in block])
+                beyond = max(cut.hop - cut.size, 0)
+                next(islice(rest, beyond, beyond), None)
+                block, k = [*block[cut.hop :], *islice(rest, min(cut.hop, cut.size))], k + 1
+            if k == 0:
+                cut.frames_in(len(block), str(path))
 
     reading = Reading(cut.size if is_long else table.columns, None, None, table.timed, pieces if is_long else rows)
     return reading, is_long

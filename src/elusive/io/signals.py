@@ -25,14 +25,15 @@ class SignalFrame(NamedTuple):
     """One frame of a signal."""
 
     time_s: float  # of its first sample; the frame's number where the recording has no clock
-    samples: Array  # (n,)
+    samples: Array  # (n,) real or complex; NaN where missing
 
 
 @dataclass(frozen=True)
 class SignalSource:
     """A signal's frames, opened afresh at each iteration and never held whole in memory.
 
-    Iterating yields :class:`SignalFrame`; each frame's samples are float64 and the caller's own.
+    Iterating yields :class:`SignalFrame`; each frame's samples are the caller's own, float64 or complex128;
+    what is missing is NaN.
     """
 
     name: str
@@ -46,10 +47,12 @@ class SignalSource:
     """Whether times are seconds: from the rate, or from a column of the file."""
     start: int
     """Number in the file, from 0, of the first frame yielded."""
-    _read: Callable[[int, int | None], Iterator[tuple[str, float | None, Any]]] = field(repr=False)
+    _read: Callable[[int, int | None], Iterator[tuple[float | None, Any]]] = field(repr=False)
     _stop: int | None = field(repr=False)
     whole: bool = True
     """Whether iterating ends where the file does."""
+    hop: int | None = None
+    """Samples from the start of a frame to the next, of a long recording."""
 
     def __iter__(self) -> Iterator[SignalFrame]:
         """Yield the frames.
@@ -57,15 +60,15 @@ class SignalSource:
         Raises
         ------
         DataError
-            If a frame cannot be read, holds a sample that is NaN or infinite, or all its samples are equal, or there
-            are fewer than two frames.
+            If a frame cannot be read, or there are fewer than two.
         """
         number = self.start
         with closing(self._read(self.start, self._stop)) as frames:  # type: ignore[type-var]
-            for where, time_s, raw in frames:
+            for time_s, raw in frames:
                 if time_s is None:
                     time_s = float(number) if self.rate_hz is None else number / self.rate_hz
-                yield SignalFrame(time_s, _checked(raw, where))
+                kind = complex if np.iscomplexobj(raw) else float
+                yield SignalFrame(time_s, np.array(raw, dtype=kind))
                 number += 1
         _enough(number - self.start, self.name)
 
@@ -85,15 +88,15 @@ def open_signal(
     Parameters
     ----------
     source
-        ``.npy``: an array (time, sample), or a long recording of one dimension. ``.wav``: a long recording; integers
-        are scaled to -1 ... 1. ``.csv``, ``.tsv``, ``.txt``: a frame a line, or, with one column, a long recording;
-        comma, semicolon or white space between; with or without a line of names; a first column named ``time_s`` is
-        the time in seconds.
+        ``.npy``: an array (time, sample), or a long recording of one dimension, real or complex. ``.wav``: a long
+        recording; integers are scaled to -1 ... 1. ``.csv``, ``.tsv``, ``.txt``: a frame a line, or, with one column, a
+        long recording; comma, semicolon or white space between; with or without a line of names; a first column named
+        ``time_s`` is the time in seconds; an empty cell is a sample that is missing.
     frame_samples
         Samples of a frame, of a long recording only; 1200 by default. An incomplete last frame is left out.
     hop_samples
-        Samples from the start of a frame to the start of the next; by default a frame follows the other. It is no less
-        than ``frame_samples``, because frames that share samples would accumulate the same noise twice.
+        Samples from the start of a frame to the start of the next; by default a frame follows the other. Frames may
+        overlap.
     channel
         Channel of a WAVE file, from 0; a file of several needs it.
     start, stop
@@ -118,12 +121,12 @@ def open_signal(
         raise DataError(f"rate_hz={rate_hz}: must be a positive number of frames a second.")
     size = FRAME_SAMPLES if frame_samples is None else frame_samples
     cut = Cut(size, size if hop_samples is None else hop_samples)
-    if not 2 <= cut.size <= cut.hop:
+    if cut.size < 2 or cut.hop < 1:
         raise DataError(
-            f"frame_samples={cut.size}, hop_samples={cut.hop}: a frame has at least 2 samples, and the next begins "
-            "no earlier than it ends."
+            f"frame_samples={cut.size}, hop_samples={cut.hop}: a frame has at least 2 samples, and the next begins at "
+            "least one later."
         )
-    reading = _open(path, cut, channel, long_only=frame_samples is not None or hop_samples is not None)
+    reading, is_long = _open(path, cut, channel, long_only=frame_samples is not None or hop_samples is not None)
     if not 2 <= reading.samples <= MAX_PIXELS:
         raise DataError(f"{path}: its frames have {reading.samples} samples; between 2 and {MAX_PIXELS} are read.")
     if rate_hz is not None and reading.timed:
@@ -138,10 +141,12 @@ def open_signal(
         _enough(length, str(path))
     rate = reading.rate_hz if rate_hz is None else rate_hz
     timed = reading.timed or rate is not None
-    return SignalSource(str(path), reading.samples, length, rate, timed, start, reading.read, stop, whole)
+    return SignalSource(
+        str(path), reading.samples, length, rate, timed, start, reading.read, stop, whole, cut.hop if is_long else None
+    )
 
 
-def _open(path: Path, cut: Cut, channel: int | None, *, long_only: bool) -> Reading:
+def _open(path: Path, cut: Cut, channel: int | None, *, long_only: bool) -> tuple[Reading, bool]:
     suffix = path.suffix.lower()
     if not path.is_file():
         raise DataError(f"{path}: {'is a folder' if path.is_dir() else 'there is no such file'}; check the path.")
@@ -150,30 +155,14 @@ def _open(path: Path, cut: Cut, channel: int | None, *, long_only: bool) -> Read
     if channel is not None and suffix != ".wav":
         raise DataError(f"{path}: channel={channel} chooses in a WAVE file, and this is none; leave it out.")
     if suffix == ".wav":
-        return open_recording(path, cut, channel)
+        return open_recording(path, cut, channel), True
     reading, is_long = open_array(path, cut) if suffix == ".npy" else open_text(path, cut)
     if long_only and not is_long:
         raise DataError(
             f"{path}: holds frames already, of {reading.samples} samples; leave frame_samples and hop_samples out, "
             "which cut a long recording."
         )
-    return reading
-
-
-def _checked(raw: Any, where: str) -> Array:
-    """Return a frame's own float64 samples, all finite and not all equal."""
-    samples = np.array(raw, dtype=np.float64)
-    bad = np.flatnonzero(~np.isfinite(samples))
-    if bad.size:
-        raise DataError(
-            f"{where}: {bad.size} of {samples.size} samples are NaN or infinite, the first is sample {bad[0]}; replace "
-            "them, or choose other frames with start and stop."
-        )
-    if samples.min() == samples.max():
-        raise DataError(
-            f"{where}: all its samples are {samples[0]:g}; a constant signal has no noise to compare an object with."
-        )
-    return samples
+    return reading, is_long
 
 
 def _enough(frames: int, name: str) -> None:

@@ -117,17 +117,19 @@ def test_a_click_is_no_object(clip: float | None, alarms: bool) -> None:
     assert any(result.state.score.max() > result.state.threshold for result in results[40:50]) == alarms
 
 
-def test_samples_that_differ_are_standardised_by_calibration() -> None:
+@pytest.mark.parametrize("given", [{}, {"calibration_frames": 60}])
+def test_samples_that_differ_are_standardised(given: dict[str, Any]) -> None:
     """Each sample with an offset and a loudness of its own, as channels of a receiver have."""
     rng = np.random.default_rng(5)
     loudness, offset = np.exp(rng.normal(0.0, 0.7, 400)), rng.normal(0.0, 5.0, 400)
     frames, truth = simulated(200, one(appears=100, leaves=199), 5, background=0.5)
     frames = loudness * frames + offset
-    plain = list(track_signal(frames, SignalTracking(**QUICK, statistic={"subtract_mean": True})))
+    told_white = SignalTracking(**QUICK, noise="white", statistic={"subtract_mean": True})
+    plain = list(track_signal(frames, told_white))
     assert any(track.status == "confirmed" for result in plain[20:100] for track in result.tracks)  # loud samples
-    results = list(track_signal(frames, SignalTracking(**QUICK, calibration_frames=60)))
+    results = list(track_signal(frames, SignalTracking(**QUICK, **given)))
     assert len(results) == 200
-    for result in results[:60]:
+    for result in results[: given.get("calibration_frames", 0)]:
         assert np.isnan(result.state.threshold)
         assert result.tracks == ()
     assert not any(track.status == "confirmed" for result in results[:100] for track in result.tracks)
@@ -161,10 +163,10 @@ def test_a_short_calibration_raises_the_threshold_as_far_as_it_errs() -> None:
 
 def test_each_half_of_the_calibration_is_judged_by_the_other() -> None:
     frames = list(np.random.default_rng(10).standard_normal((11, 50)) * np.linspace(1, 9, 50))
-    evidence = SignalTracking().evidence
+    evidence = SignalTracking().whitened.evidence
     first, second = (evidence._replace(standard=learn_standard(half)) for half in (frames[:5], frames[5:]))
     expected = [second.evidence(frame) for frame in frames[:5]] + [first.evidence(frame) for frame in frames[5:]]
-    np.testing.assert_allclose(list(evidence.crossed(frames)), expected)
+    np.testing.assert_allclose([evidence.of_taken(taken) for taken in evidence.crossed(frames)], expected)
 
 
 # ------------------------------------------------------------------------------------------------------ lazy, bounded
@@ -405,7 +407,8 @@ def test_a_bad_parameter_is_one_sentence(given: dict[str, Any], sentence: str) -
             {"calibration_frames": 10},
             "has 9 frames, all of them taken",
         ),
-        (np.random.default_rng(1).standard_normal((9, 40)) + 9, {}, "mean"),
+        (np.full((9, 40), 2.0), {}, "none of its 9 frames can be used"),
+        (np.full((9, 40), np.nan), {}, "none of its 9 frames can be used"),
     ],
 )
 def test_frames_that_cannot_be_used_are_said(frames: np.ndarray, given: dict[str, Any], sentence: str) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -16,6 +16,7 @@ from elusive.model import FROM_RECORDING, Model, Positive, over_default
 from elusive.preprocess.standardise import LEAST_FRAMES
 from elusive.preprocess.windows import LikelihoodRatio, Statistic, fitted_statistic
 from elusive.systems.signals.evidence import SignalEvidence
+from elusive.systems.signals.whitened import Whitened
 from elusive.tracking import PeakTracker
 
 
@@ -31,7 +32,7 @@ class SignalTracking(Model):
 
     main_options: ClassVar[tuple[str, ...]] = (
         "object_size", "statistic", "max_velocity", "velocity_step", "smoothing", "border", "probability",
-        "calibration_frames", "miss_frames", "seed",
+        "noise", "calibration_frames", "miss_frames", "seed",
     )  # fmt: skip
 
     object_size: int = Field(
@@ -41,6 +42,9 @@ class SignalTracking(Model):
     statistic: Statistic = Field(LikelihoodRatio(), description="What is accumulated")
     clip: Positive | None = Field(
         4.0, description="Samples farther out count as this, so that one click is no object [noise deviations]"
+    )
+    noise: Literal["estimated", "white"] = Field(
+        "estimated", description="Spectrum and levels of the noise from the frames as they come, or taken to be white"
     )
     calibration_frames: int = Field(
         0, ge=0, description="First frames, without a target, that give each sample its mean and deviation; 0 or >= 10"
@@ -90,9 +94,9 @@ class SignalTracking(Model):
         return flt.replace(velocity_step=step_for(self.object_size, flt.smoothing))
 
     @property
-    def evidence(self) -> SignalEvidence:
-        """What makes evidence of a frame, before calibration."""
-        return SignalEvidence(self.statistic, self.clip)
+    def whitened(self) -> Whitened:
+        """What makes white noise and evidence of a frame, before calibration."""
+        return Whitened(SignalEvidence(self.statistic, self.clip), self.noise == "estimated")
 
     @property
     def described(self) -> list[tuple[str, str]]:

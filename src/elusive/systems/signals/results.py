@@ -49,7 +49,7 @@ class SignalLog(TrackLog):
         number = len(self.steps)
         highest = math.nan if state.law is None else float(state.score.max())
         self.append(step, highest=highest, threshold=state.threshold)
-        self.signal.offer(state.taken)
+        self.signal.offer(np.abs(state.taken) if np.iscomplexobj(state.taken) else state.taken)
         for kept in (self.score, self._kept):
             kept.offer(state.score)
         self.read_back |= {track: (number, back) for track, back in state.read_back.items()}

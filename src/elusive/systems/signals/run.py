@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from itertools import islice
 from pathlib import Path
@@ -44,9 +45,25 @@ def bound_to(source: SignalSource, parameters: SignalTracking) -> SignalTracking
     if source.rate_hz is None and source.timed:
         interval_s = float(np.median(np.diff([frame.time_s for frame in islice(source, CLOCKED)])))
     try:
-        return parameters.bind(source.samples, interval_s)
+        bound = parameters.bind(source.samples, interval_s)
+        _refuse_noise_that_moves(source, bound)
     except DataError as error:
         raise DataError(_placed(str(error), source.name, 0)) from None
+    return bound
+
+
+def _refuse_noise_that_moves(source: SignalSource, bound: SignalTracking) -> None:
+    """Refuse frames that overlap so far that the noise which they share moves as slowly as an object."""
+    if source.hop is None or source.hop >= source.samples:
+        return
+    velocities, window = bound.recursion.motion_vectors(1)[:, 0], bound.statistic.window
+    nearest = float(np.abs(velocities + source.hop).min())
+    if nearest <= window:
+        raise DataError(
+            f"hop_samples={source.hop}: frames share the samples of those before, {source.hop} samples further back, "
+            f"and an object may move {-velocities.min():g} samples a frame: the same noise would be counted again and "
+            f"again; take hops of more than {math.ceil(window - velocities.min())} samples, or a lower max_velocity."
+        )
 
 
 def follow(source: SignalSource, parameters: SignalTracking) -> Iterator[Step]:

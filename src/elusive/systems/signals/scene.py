@@ -136,9 +136,9 @@ def draw_signal(scene: SignalSimulation) -> DrawnSignal:
 def held_signal(name: str, frames: Array, rate_hz: float | None = None, times_s: Array | None = None) -> SignalSource:
     """Return frames ``(T, samples)`` that are in memory, perhaps with times, as a source like a file's."""
 
-    def read(start: int, stop: int | None) -> Iterator[tuple[str, float | None, Any]]:
+    def read(start: int, stop: int | None) -> Iterator[tuple[float | None, Any]]:
         for number, frame in enumerate(frames[start:stop], start):
-            yield f"{name}, frame {number}", None if times_s is None else float(times_s[number]), frame
+            yield None if times_s is None else float(times_s[number]), frame
 
     timed = times_s is not None or rate_hz is not None
     return SignalSource(name, frames.shape[1], len(frames), rate_hz, timed, 0, read, None)

@@ -6,7 +6,7 @@ Evidence of each frame, accumulated along every velocity; peaks above what noise
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import chain, count, islice
 from typing import Any, NamedTuple
 
@@ -16,12 +16,14 @@ from numpy.typing import NDArray
 
 from elusive.contracts import Array
 from elusive.errors import DataError
-from elusive.filters.accumulate.false_alarm import ExtremeValue, NullScores, frame_law
+from elusive.filters.accumulate.false_alarm import ExtremeValue, frame_law
 from elusive.filters.accumulate.recurrent import RecurrentState
 from elusive.io import SignalFrame
+from elusive.preprocess.whiten import NoiseModel
 from elusive.runner import timed
-from elusive.systems.signals.evidence import SignalEvidence, noise_law
+from elusive.systems.signals.law import noise_law
 from elusive.systems.signals.parameters import SignalTracking
+from elusive.systems.signals.whitened import Whitened, missing_samples
 from elusive.tracking import Follower, Footprint, PeakTrack, ReadBack, Step, Track, read_back
 
 __all__ = ["SignalState", "SignalTracking", "track_signal"]
@@ -34,11 +36,13 @@ NOTHING: Mapping[int, ReadBack] = {}
 class SignalState(NamedTuple):
     """What is known after a frame."""
 
-    taken: Array  # (n,) the samples as the filter takes them
+    taken: Array  # (n,) the samples as the filter takes them, white; complex for complex frames; zero in a gap
     score: NDArray[np.floating[Any]]  # (n,) accumulated evidence, in deviations of noise's; 0 in calibration frames
     threshold: float = math.nan  # NaN in calibration frames
-    law: ExtremeValue | None = None  # of the highest score of noise; None in calibration frames
+    law: ExtremeValue | None = None  # of the highest score of noise; None in calibration frames and in gaps
     read_back: Mapping[int, ReadBack] = NOTHING  # of tracks confirmed in this frame: where they were before
+    noise: NoiseModel | None = None  # what is known of it, where it is estimated as frames come
+    gap: bool = False  # a frame that is constant, or in which too many samples are missing
 
 
 def track_signal(
@@ -67,7 +71,7 @@ def track_signal(
     Raises
     ------
     DataError
-        If a frame cannot be used: NaN, all equal, another size, shorter than the window; if the filter would need more
+        If no frame can be used, or one has another size or is shorter than the window; if the filter would need more
         than half of the machine's memory; or if time runs backwards.
     """
     rng = np.random.default_rng(parameters.seed)
@@ -85,25 +89,22 @@ def track_signal(
     stream = chain(first, stream)
     ((frame, _),) = first
     parameters.bind(frame.size, parameters.interval_s)
-    evidence = parameters.evidence
-    quiet = [frame for frame, _ in calibration]
-    if quiet:
-        evidence = evidence.calibrated(quiet)
+    noise = parameters.whitened
+    quiet = [frame for frame, _ in calibration if missing_samples(frame).mean() == 0]
+    if calibration:
+        noise = noise.calibrated(quiet)
         for one, time_s in calibration:
-            taken = evidence.taken(one)
-            yield Step(time_s, one, SignalState(taken, np.zeros(taken.shape, np.float32)), ())
-    evidence.evidence(frame)  # what cannot be used is refused before noise is simulated at length
-    null = None
-    if parameters.false_alarm.source == "simulation":
-        null = noise_law(parameters.recursion, evidence, frame, quiet, rng)
-    yield from _follow(stream, parameters, evidence, null, rng)
+            _, taken = noise.step(one, rng)
+            zero = np.zeros(one.shape)
+            yield Step(time_s, one, SignalState(zero if taken is None else taken, zero, gap=taken is None), ())
+    yield from _follow(stream, parameters, noise, quiet, rng)
 
 
 def _follow(
     frames: Iterable[tuple[Array, float]],
     parameters: SignalTracking,
-    evidence: SignalEvidence,
-    null: NullScores | None,
+    noise: Whitened,
+    quiet: Sequence[Array],
     rng: Generator,
 ) -> Iterator[Step]:
     """Accumulate, find peaks and track them, once it is known what noise does; inside, time counts frames."""
@@ -111,7 +112,7 @@ def _follow(
     footprint = Footprint.of_object(parameters.statistic.window, size)
     follower = Follower(flt, parameters.tracks, footprint)
     state, confirmed = follower.init(rng, -1.0), set[int]()
-    start_s, law = math.nan, ExtremeValue(0.0, 1.0)
+    start_s, law, null, read = math.nan, ExtremeValue(0.0, 1.0), None, 0
 
     def threshold(recurrent: RecurrentState, seen: int) -> float:
         nonlocal law
@@ -119,21 +120,36 @@ def _follow(
         return law.threshold(parameters.false_alarm.probability)
 
     for frame, time_s in frames:
+        read += 1
         start_s = time_s if math.isnan(start_s) else start_s
-        taken = evidence.taken(frame)
-        found = evidence.statistic.evidence(taken)
         now = round((time_s - start_s) / interval_s, FRAME_DIGITS)
+        noise, taken = noise.step(frame, rng)
+        found = None if taken is None else noise.evidence.of_taken(taken)
+        if state.seen == 0 and taken is not None and parameters.false_alarm.source == "simulation":
+            # not before it is known that the frames can be used
+            null = noise_law(flt, noise, taken, quiet, rng)
         state = follower.step(state, now, found, threshold, rng)
         back = {
             track.track: read_back(
-                track.trail.values(now, track.path), track.trail.places(now, track.path, found.shape, flt.border)
+                track.trail.values(now, track.path), track.trail.places(now, track.path, frame.shape, flt.border)
             )
             for track in state.tracks
             if track.status == "confirmed" and track.track not in confirmed
         }
         confirmed.update(back)
         shown = tuple(_track(track, law, interval_s) for track in state.tracks)
-        yield Step(time_s, frame, SignalState(taken, state.score, state.threshold, law, back), shown)
+        if taken is None:
+            score = state.score if state.seen else np.zeros(frame.shape, np.float32)
+            missed = SignalState(np.zeros(frame.shape), score, read_back=back, noise=noise.model, gap=True)
+            yield Step(time_s, frame, missed, shown)
+        else:
+            seen = SignalState(taken, state.score, state.threshold, law, back, noise.model)
+            yield Step(time_s, frame, seen, shown)
+    if state.seen == 0:
+        raise DataError(
+            f"none of its {read} frames can be used: each is constant, or holds too many samples that are NaN or "
+            "infinite; choose others with start and stop, or replace the samples."
+        )
 
 
 def _track(track: PeakTrack, law: ExtremeValue, interval_s: float) -> Track:

@@ -1,0 +1,131 @@
+"""White noise out of what a signal has: its offsets, spectrum and levels, learnt as the frames come.
+
+Nothing is changed where the frames do not say so: what is white stays as it is.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.random import Generator
+
+from elusive.contracts import Array
+from elusive.errors import DataError
+from elusive.preprocess.level_trend import Trend, flattened, no_trend
+from elusive.preprocess.levels import Levels, hidden_mean, levelled, levels_after, no_levels
+from elusive.preprocess.linear_prediction import LinearPrediction, innovations, learnt, no_prediction
+
+JUDGED_FRAMES = 50.0  # over which what stays at a place is judged
+STAYS = 1.2  # variance of what stays, to that of noise, from which levels are followed fast
+FOLLOWED = (0, 1)  # memory and prior of levels that are followed fast
+OFFSET_FRAMES = 2000.0  # that a sample's mean is taken from
+
+
+class NoiseModel(NamedTuple):
+    """What the frames so far say of the noise."""
+
+    frames: int
+    offsets: Array  # (n,) mean of each sample, real or complex
+    plain: LinearPrediction  # of the frames as they are
+    judged: Levels  # of what is new in them, which tell whether levels differ
+    levels: Levels  # of the frames as they are
+    even: LinearPrediction  # of the frames with equal levels
+    stays: Array  # (n,) mean over the latest frames of the squares, less one
+    swift: Levels  # of the whitened frames: what their levels still drift
+    trend: Trend
+
+    @property
+    def staying(self) -> float:
+        """Variance of what stays at a place for JUDGED_FRAMES, to that of white noise."""
+        kept = 1 - 1 / JUDGED_FRAMES
+        expected = 2 * (1 - kept) / (1 + kept) * (1 - kept ** (2 * self.frames))
+        return hidden_mean(self.stays**2) / expected if self.frames else 1.0
+
+
+def no_noise_model(samples: int, window: int) -> NoiseModel:
+    """Return what is known before the first frame of so many samples."""
+    level, spectrum = no_levels(samples, window), no_prediction()
+    nothing = np.zeros(samples)
+    return NoiseModel(0, nothing, spectrum, level, level, spectrum, nothing, level, no_trend(samples, window))
+
+
+def whitened(state: NoiseModel, frame: Array, rng: Generator) -> tuple[NoiseModel, Array]:
+    """Return what is known after one more frame, and the frame as white noise, in the signal's units.
+
+    Parameters
+    ----------
+    state
+        After the frames so far.
+    frame
+        ``(n,)``, real or complex, finite; not constant.
+    rng
+        Draws what stands where nothing can be said.
+
+    Raises
+    ------
+    DataError
+        If the frame has another size than those before.
+    """
+    if frame.shape != state.offsets.shape:
+        raise DataError(
+            f"frame: has {frame.size} samples, those before it had {state.offsets.size}; all frames must have the "
+            "same samples."
+        )
+    frames = state.frames + 1
+    centred, offsets = _centred(state, frame)
+    scale = _rms(centred)
+    plain = learnt(state.plain, centred / scale)
+    fresh = innovations(plain, centred / scale, rng)
+    judged = _after(state.judged, _parts(fresh / _rms(fresh)))
+    even = state.even
+    if state.judged.chosen is not None:
+        level = _joined(levelled(state.levels._replace(chosen=state.judged.chosen), _parts(centred / scale)))
+        even = learnt(even, level)
+        fresh = innovations(even, level, rng)
+    levels = _after(state.levels, _parts(centred / scale))
+    power = _rms(fresh)
+    parts = _parts(fresh / power)
+    swift = _after(state.swift, parts)
+    excess = math.sqrt(len(parts)) * ((parts**2).mean(axis=0) - 1)
+    stays = state.stays + (excess - state.stays) / JUDGED_FRAMES
+    if state.judged.chosen is not None and state.staying > STAYS:
+        parts = levelled(state.swift._replace(chosen=FOLLOWED), parts)
+    trend, parts = flattened(state.trend, parts)
+    after = NoiseModel(frames, offsets, plain, judged, levels, even, stays, swift, trend)
+    return after, scale * power * _joined(parts)
+
+
+def _centred(state: NoiseModel, frame: Array) -> tuple[Array, Array]:
+    """Take offsets away: that of all samples or, where they differ beyond chance, of each (James and Stein, 1961)."""
+    n, k = frame.size, min(state.frames, OFFSET_FRAMES)
+    offsets = state.offsets + (frame - state.offsets) / (k + 1)
+    common = offsets.mean()
+    if k < 2:
+        return frame - common, offsets
+    own = state.offsets - state.offsets.mean()
+    noise = float(np.mean(np.abs(frame - state.offsets) ** 2)) / (k + 1)
+    scatter = hidden_mean(np.abs(own) ** 2)
+    kept = 1 - noise / scatter if scatter > noise * (1 + 6 / math.sqrt(n)) else 0.0
+    return frame - common - kept * own, offsets
+
+
+def _rms(frame: Array) -> float:
+    return math.sqrt(float(np.mean(np.abs(frame) ** 2))) or 1.0
+
+
+def _after(levels: Levels, parts: Array) -> Levels:
+    for part in parts:
+        levels = levels_after(levels, part)
+    return levels
+
+
+def _parts(frame: Array) -> Array:
+    """Real part and imaginary part, each of mean square one, of a frame of mean square one."""
+    return math.sqrt(2) * np.stack([frame.real, frame.imag]) if np.iscomplexobj(frame) else frame[None]
+
+
+def _joined(parts: Array) -> Array:
+    joined: Array = (parts[0] + 1j * parts[1]) / math.sqrt(2) if len(parts) == 2 else parts[0]
+    return joined
