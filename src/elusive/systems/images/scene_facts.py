@@ -1,0 +1,87 @@
+"""What recorded frames show of their scene, whoever tracks in them: where it changes to another, what rests in it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from elusive.contracts import Array
+
+SIDE = 32  # cells of a frame's shorter side where scenes are compared
+WIDE = 9  # cells, over which their level is taken off
+EARLY, MEMORY = 8, 16.0  # first frames averaged; frames of the average that follows
+POINT_PX, AROUND_PX = 1.0, 3.0  # widths of a point and of what is about it
+APART_PX = 5  # from one point to the next
+MAD = 1.4826
+
+
+class RestingPoint(NamedTuple):
+    """The highest point of a scene that stays on one pixel from the first frames to the last."""
+
+    x: float
+    y: float
+    height: float  # [deviations of the averaged scene]
+    next_height: float  # of the next highest
+
+
+class SceneFacts:
+    """Takes frames as they are tracked through, at constant memory."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self.likeness: list[float] = []  # correlation of each frame's scene, laid over the last one, with that
+        self._last: tuple[NDArray[np.complex128], float] | None = None
+        self._early: NDArray[np.float32] | None = None
+        self._late: NDArray[np.float32] | None = None
+
+    def add(self, frame: Array) -> None:
+        """Take a frame ``(rows, columns)``, NaN where masked."""
+        known = frame if np.isfinite(frame).all() else np.nan_to_num(frame, nan=float(np.nanmedian(frame)))
+        coarse = _coarse(known)
+        spectrum, power = np.fft.rfft2(coarse), float(np.sum(coarse**2))
+        if self._last is not None:
+            before, earlier = self._last
+            together = np.fft.irfft2(spectrum * np.conj(before), s=coarse.shape)
+            self.likeness.append(float(together.max() / max((power * earlier) ** 0.5, 1e-12)))
+        self._last = spectrum, power
+        single = known.astype(np.float32)
+        if self._early is None or self._late is None:
+            self._early, self._late = single.copy(), single.copy()
+        elif self.count < EARLY:
+            self._early += (single - self._early) / (self.count + 1)
+        self._late += (single - self._late) * np.float32(max(1 / (self.count + 1), 1 / MEMORY))
+        self.count += 1
+
+    @property
+    def resting(self) -> RestingPoint | None:
+        """The point that stays; None where the highest of the last frames is not there in the first."""
+        if self._early is None or self._late is None:
+            return None
+        early, late = _points(self._early), _points(self._late)
+        row, column = np.unravel_index(late.argmax(), late.shape)
+        height = float(late[row, column])
+        here = slice(max(row - 1, 0), row + 2), slice(max(column - 1, 0), column + 2)
+        if not early[here].max() > 0.7 * height:
+            return None
+        near = slice(max(row - APART_PX, 0), row + APART_PX + 1), slice(max(column - APART_PX, 0), column + APART_PX + 1)
+        late[near] = 0.0
+        return RestingPoint(float(column), float(row), height, float(late.max()))
+
+
+def _coarse(frame: Array) -> Array:
+    """Means of blocks of a frame less their surroundings, their scale taken off."""
+    size = max(min(frame.shape) // SIDE, 1)
+    rows, columns = (length // size for length in frame.shape)
+    blocks = frame[: rows * size, : columns * size].reshape(rows, size, columns, size).mean(axis=(1, 3))
+    blocks = blocks - ndimage.uniform_filter(blocks, WIDE)
+    scale = float(np.quantile(np.abs(blocks), 0.9)) or 1.0
+    return np.clip(blocks / scale, -2, 2)
+
+
+def _points(scene: NDArray[np.float32]) -> Array:
+    """How far points of a scene stand out of what is about them, in deviations of all of it."""
+    narrow = ndimage.gaussian_filter(scene, POINT_PX) - ndimage.gaussian_filter(scene, AROUND_PX)
+    return np.asarray(np.abs(narrow) / max(MAD * float(np.median(np.abs(narrow))), 1e-9), dtype=np.float64)
