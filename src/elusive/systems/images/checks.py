@@ -3,34 +3,61 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from types import MappingProxyType
 
 import numpy as np
 
 from elusive.checks import Fact, Finding, share_of
+from elusive.contracts import Array
 from elusive.sensors import ImageSensor
 from elusive.systems.images.frame_facts import FrameFacts
 from elusive.systems.images.parameters import ImageTracking
+from elusive.systems.images.recorded_checks import recorded_findings
+from elusive.systems.images.scene_facts import SceneFacts
 from elusive.systems.images.white_checks import white_findings
 from elusive.tracking import Step
 
+NOTHING: Mapping[float, float] = MappingProxyType({})
 CLEAR = 4.0  # point spreads about a track in which no noise is read
-FEW = 20  # frames from which a scene and its noise are hardly learnt
 REPEATED = 0.1  # share of frames that are their predecessor
 ODD, SUSPECT = 0.03, 0.7  # change along an axis of a frame over that along time: another order; if its shape is odd too
 ASPECT = 2.4  # of a frame's sides, from which no camera is so
 ORDER = "Save the array as (time, row, column): numpy.moveaxis(frames, -1, 0) where time is last."
 
 
-def findings_of(parameters: ImageTracking, facts: FrameFacts) -> tuple[Finding, ...]:
-    """Return what a run's frames say of what it assumed."""
-    sensor = parameters.filter.sensor
-    found = [_order(facts), *_repeats(facts)]
-    if isinstance(sensor, ImageSensor):
-        found += white_findings(sensor, parameters, facts)
-    else:
-        found += [_length(facts)]
-    return tuple(found)
+class FrameChecks:
+    """Takes a run's steps and says what its frames say of what it assumed."""
+
+    def __init__(self, parameters: ImageTracking) -> None:
+        self.parameters, self.noise, self.scene = parameters, FrameFacts(), SceneFacts()
+        self._sensor = parameters.filter.sensor
+
+    def take(self, step: Step) -> None:
+        """Take a step; one without a frame says nothing."""
+        if step.measurement is not None:
+            self.add(step.measurement, places_of(step))
+
+    def add(self, frame: Array, places: Iterable[tuple[float, float]] = ()) -> None:
+        """Take a frame ``(rows, columns)``, and where tracks are in it, x, y."""
+        self.noise.add(self.parameters.levelled(frame), places, CLEAR * self.parameters.spread_px)
+        if not isinstance(self._sensor, ImageSensor):
+            self.scene.add(frame)
+
+    def findings(self, whitened: Mapping[float, float] = NOTHING) -> tuple[Finding, ...]:
+        """Return what there is to say.
+
+        Parameters
+        ----------
+        whitened
+            Mean quantile of the whitened pixels, by its probability, where frames were whitened.
+        """
+        found = [_order(self.noise), *_repeats(self.noise)]
+        if isinstance(self._sensor, ImageSensor):
+            found += white_findings(self._sensor, self.parameters, self.noise)
+        else:
+            found += recorded_findings(self.scene, whitened)
+        return tuple(found)
 
 
 def places_of(step: Step) -> Iterator[tuple[float, float]]:
@@ -75,13 +102,3 @@ def _repeats(facts: FrameFacts) -> list[Finding]:
             grave=facts.repeated > pairs / 4,
         )
     ]
-
-
-def _length(facts: FrameFacts) -> Finding:
-    return Fact(FEW, facts.count, facts.count >= FEW, facts.count).finding(
-        "frames.few",
-        f"The recording has {facts.count} frames: its scene and its noise are hardly learnt from fewer than {FEW}, and "
-        "what rests is not told from what moves.",
-        "Give more frames; or, if their noise is white and known, --noise-sigma.",
-        grave=facts.count < FEW // 2,
-    )

@@ -155,22 +155,23 @@ def _plain(frames: Iterable[Array], facts: FrameFacts, law: Law) -> FittedImages
 def _recorded(frames: Iterable[Array], facts: FrameFacts) -> FittedImages:
     """Fit a recorded scene: what stands out of earlier frames."""
     finder = PeakFinder()
-    state, rows, noises = finder.init(), list[tuple[float, ...]](), list[float]()
+    state, rows = finder.init(), list[tuple[float, ...]]()
     for number, frame in enumerate(frames):
         state = finder.step(state, frame)
         found = state.output
         if found is None:
             continue
-        noises.append(found.noise)
         chosen = found.temporal & (found.strength > STRONG)
-        contrast = np.abs(found.contrast[chosen]) / max(found.noise, 1e-12)
-        part = np.full(len(contrast), number * PARTS // max(facts.count, 1))
-        rows += zip(part, found.bright[chosen], found.scale_px[chosen], contrast, strict=True)
+        scale = found.scale_px[chosen]
+        height = found.strength[chosen] / (math.sqrt(math.pi) * scale)  # of the peak, not of its matched filter
+        part = np.full(len(scale), number * PARTS // max(facts.count, 1))
+        rows += zip(part, found.bright[chosen], scale, height, strict=True)
     table = np.array(rows).reshape(-1, 4)
     level = Fitted("", "level (learnt in each frame)", f"{np.median(facts.medians):.5g}", _scatter(facts.medians),
                    "the median of each frame")  # fmt: skip
+    noises = [math.sqrt(along_time / 2) for along_time, *_ in facts.steps]
     noise = Fitted("", "deviation of a pixel (learnt in each frame)", f"{np.median(noises):.4g}", _scatter(noises),
-                   "what stands out of no scale")  # fmt: skip
+                   "frames less those before, laid over each other")  # fmt: skip
     seen = _Seen(
         table[:, 0].astype(np.int64), table[:, 1] > 0, lambda chosen: 20 * np.log10(np.maximum(table[chosen, 3], 1e-3)),
         lambda chosen: float(np.median(table[chosen, 2])), -math.inf,

@@ -51,6 +51,15 @@ class ImageLog(TrackLog):
         """Return the probability that anything is there, or the highest score."""
         return {self.measure: float(getattr(step.state, self.measure))}
 
+    @property
+    def whitened(self) -> dict[float, float]:
+        """Mean quantile of the whitened pixels, by its probability; nothing where frames were not whitened."""
+        found = {}
+        for level, name in zip(LEVELS, QUANTILES, strict=True):
+            if name in self.step_values and np.isfinite(self.steps[name]).any():
+                found[level] = float(np.nanmean(self.steps[name]))
+        return found
+
 
 def tracked_of(
     title: str, log: ImageLog, shape: tuple[int, int], *, timed: bool, truth: Array | None, scores: Scored | None = None

@@ -12,8 +12,7 @@ from elusive.io import FrameSource, Truth, atomic_folder
 from elusive.io.live_frames import LiveFrames
 from elusive.results import Scored, scored, write_mot_csv, write_result
 from elusive.results.live import LiveEnd, LiveStep, follow_live, live_folder
-from elusive.systems.images.checks import CLEAR, findings_of, places_of
-from elusive.systems.images.frame_facts import FrameFacts
+from elusive.systems.images.checks import FrameChecks
 from elusive.systems.images.parameters import ImageTracking
 from elusive.systems.images.report import NEAR_PX, FrameKeeper, Tracked, write_html, write_png
 from elusive.systems.images.results import ImageLog, tracked_of
@@ -37,16 +36,15 @@ class _Run:
     """Takes steps in: tables as they come, what the report shows and what is checked at constant memory."""
 
     def __init__(self, parameters: ImageTracking, log: ImageLog) -> None:
-        self.keeper, self.facts, self.count = FrameKeeper(), FrameFacts(), 0
-        self._parameters, self._log = parameters, log
+        self.keeper, self.checks, self.count = FrameKeeper(), FrameChecks(parameters), 0
+        self._log = log
 
     def append(self, step: Step) -> None:
         """Take in a step; of a frame that is missing there is nothing to see."""
         self._log.append(step)
         if step.measurement is not None:
-            bound = self._parameters
             self.keeper.offer(self.count, step.measurement)
-            self.facts.add(bound.levelled(step.measurement), places_of(step), CLEAR * bound.spread_px)
+            self.checks.take(step)
         self.count += 1
 
     def flush(self) -> None:
@@ -117,7 +115,7 @@ def track_recording(
         write_result(folder / "result.nc", log, title=source.name, config=config)
         (folder / "config.yaml").write_text(config, encoding="utf-8")
         write_png(folder / "report.png", tracked, run.keeper)
-        findings = findings_of(bound, run.facts)
+        findings = run.checks.findings(log.whitened)
         write_html(folder / "report.html", tracked, run.keeper, findings)
         write_checks(folder, findings)
     return Outcome(log, tracked, scores, findings)
@@ -154,6 +152,6 @@ def track_live(
             run = _Run(bound, log)
             end = follow_live(follow(source, bound), source, log, on_step, sink=run, extra=log.frame_values)
         write_result(folder / "result.nc", log, title=source.name, config=config)
-        findings = findings_of(bound, run.facts)
+        findings = run.checks.findings(log.whitened)
         write_checks(folder, findings)
     return end, findings

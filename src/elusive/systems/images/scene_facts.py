@@ -16,6 +16,7 @@ EARLY, MEMORY = 8, 16.0  # first frames averaged; frames of the average that fol
 POINT_PX, AROUND_PX = 1.0, 3.0  # widths of a point and of what is about it
 APART_PX = 5  # from one point to the next
 MAD = 1.4826
+CUT, KEPT = 0.62, 256  # likeness of two scenes at most; of frames, kept
 
 
 class RestingPoint(NamedTuple):
@@ -32,7 +33,10 @@ class SceneFacts:
 
     def __init__(self) -> None:
         self.count = 0
-        self.likeness: list[float] = []  # correlation of each frame's scene, laid over the last one, with that
+        self.likeness: list[float] = []  # correlation of a scene, laid over the one before, with that; evenly
+        self.least, self.least_at = np.inf, 0  # the least of all, and its frame
+        self.cuts = 0  # frames less like the one before than two scenes at most are
+        self._every = 1
         self._last: tuple[NDArray[np.complex128], float] | None = None
         self._early: NDArray[np.float32] | None = None
         self._late: NDArray[np.float32] | None = None
@@ -45,7 +49,7 @@ class SceneFacts:
         if self._last is not None:
             before, earlier = self._last
             together = np.fft.irfft2(spectrum * np.conj(before), s=coarse.shape)
-            self.likeness.append(float(together.max() / max((power * earlier) ** 0.5, 1e-12)))
+            self._compare(float(together.max() / max((power * earlier) ** 0.5, 1e-12)))
         self._last = spectrum, power
         single = known.astype(np.float32)
         if self._early is None or self._late is None:
@@ -55,19 +59,28 @@ class SceneFacts:
         self._late += (single - self._late) * np.float32(max(1 / (self.count + 1), 1 / MEMORY))
         self.count += 1
 
+    def _compare(self, alike: float) -> None:
+        self.cuts += alike < CUT
+        if alike < self.least:
+            self.least, self.least_at = alike, self.count
+        if self.count % self._every == 0 or not self.likeness:
+            self.likeness.append(alike)
+        if len(self.likeness) > KEPT:
+            self.likeness, self._every = self.likeness[::2], 2 * self._every
+
     @property
     def resting(self) -> RestingPoint | None:
         """The point that stays; None where the highest of the last frames is not there in the first."""
         if self._early is None or self._late is None:
             return None
         early, late = _points(self._early), _points(self._late)
-        row, column = np.unravel_index(late.argmax(), late.shape)
+        row, column = map(int, np.unravel_index(late.argmax(), late.shape))
         height = float(late[row, column])
         here = slice(max(row - 1, 0), row + 2), slice(max(column - 1, 0), column + 2)
         if not early[here].max() > 0.7 * height:
             return None
-        near = slice(max(row - APART_PX, 0), row + APART_PX + 1), slice(max(column - APART_PX, 0), column + APART_PX + 1)
-        late[near] = 0.0
+        rows, columns = (slice(max(at - APART_PX, 0), at + APART_PX + 1) for at in (row, column))
+        late[rows, columns] = 0.0
         return RestingPoint(float(column), float(row), height, float(late.max()))
 
 
@@ -78,7 +91,7 @@ def _coarse(frame: Array) -> Array:
     blocks = frame[: rows * size, : columns * size].reshape(rows, size, columns, size).mean(axis=(1, 3))
     blocks = blocks - ndimage.uniform_filter(blocks, WIDE)
     scale = float(np.quantile(np.abs(blocks), 0.9)) or 1.0
-    return np.clip(blocks / scale, -2, 2)
+    return np.asarray(np.clip(blocks / scale, -2, 2))
 
 
 def _points(scene: NDArray[np.float32]) -> Array:
