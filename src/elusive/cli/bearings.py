@@ -97,6 +97,8 @@ def _live(source: BearingSource, parameters: BearingTracking, out: Path) -> None
             heeded[:] = remarks
             told(live)
 
-        return follow_bearings(coming, source.sites, parameters, out, step)
+        end, findings = follow_bearings(coming, source.sites, parameters, out, step)
+        tell_findings(findings, strict=False)
+        return end
 
     run_live(coming, run, out, LIVE_FILES, lambda live: tuple(heeded))

@@ -9,7 +9,7 @@ import typer
 from rich.markup import escape
 
 from elusive.cli.bearings import HEARD
-from elusive.cli.terminal import Config, console, show
+from elusive.cli.terminal import Config, Strict, console, show, tell_findings
 from elusive.errors import ParameterError
 from elusive.io.bearings import open_bearings, read_sensors
 from elusive.model import read_yaml
@@ -34,6 +34,7 @@ def locate_command(
         typer.Option("--origin-lat-deg", help="Latitude of the sensors' (0, 0): GeoJSON is geographic."),
     ] = None,
     origin_lon: Annotated[float | None, typer.Option("--origin-lon-deg", help="Its longitude.")] = None,
+    strict: Strict = False,
 ) -> None:
     """Locate an emitter that stands still."""
     parameters = EmitterLocation(**nested(EmitterLocation, given, read_yaml(config) if config else {}))
@@ -46,4 +47,5 @@ def locate_command(
         console.print(f"[yellow]{escape(remark)}[/]", highlight=False, soft_wrap=True)
     show("Emitter", ("", ""), located.table)
     if out is not None:
-        console.print(f"Written to {out}: emitter.csv, emitter.geojson, emitter.png, config.yaml")
+        console.print(f"Written to {out}: emitter.csv, emitter.geojson, emitter.png, checks.json, config.yaml")
+    tell_findings(located.findings, strict=strict)

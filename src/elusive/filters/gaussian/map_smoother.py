@@ -6,6 +6,7 @@ robust losses by reweighting, covariances of each state; the evidence is Laplace
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
@@ -83,7 +84,9 @@ class MapSmoother(Problem):
         found = stretch.settle(path, spreads, anchor, self.iterations, self.tolerance)
         # each state's density and the posterior's have the same powers of 2 pi
         log_evidence = 0.5 * float(np.linalg.slogdet(anchor.information)[1]) + stretch.log_scale(found.path, spreads)
-        log_evidence -= found.cost + float(np.log(np.diagonal(found.L, axis1=1, axis2=2)).sum())
+        roots = np.diagonal(found.L, axis1=1, axis2=2)
+        # where the descent has not come to its end the factor may be that of no minimum
+        log_evidence -= found.cost + (float(np.log(roots).sum()) if (roots > 0).all() else math.inf)
         covariances = marginals(found.L, found.Y)
         return SmoothedPath(
             stretch.times_s, found.path, covariances, found.cost, log_evidence, found.iterations, found.converged

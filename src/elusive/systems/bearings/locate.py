@@ -19,8 +19,10 @@ from elusive.sensors.arrival_times import ArrivalSet
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearing_table import PlaceSet
 from elusive.sensors.bearings import wrapped
+from elusive.systems.bearings.checks import units_finding
 from elusive.systems.bearings.choices import Arrivals, BatchMap, Cruise
 from elusive.systems.bearings.heard import bearings_of, sensors_of
+from elusive.systems.bearings.locate_checks import place_findings
 from elusive.systems.bearings.located_files import Located, write_located
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.run import warnings_heard
@@ -88,7 +90,8 @@ def locate_recording(
     parameters
         How.
     out
-        Folder for ``emitter.csv``, ``emitter.geojson``, ``emitter.png`` and ``config.yaml``; None writes nothing.
+        Folder for ``emitter.csv``, ``emitter.geojson``, ``emitter.png``, ``checks.json`` and ``config.yaml``; None
+        writes nothing.
     confidence
         Probability of the ellipse.
     origin_deg
@@ -113,7 +116,11 @@ def locate_recording(
         fix = parameters.of_arrivals(heard, sites)
     ellipse = fix.ellipse(confidence)
     lonlat = None if frame is None else frame.to_lonlat(fix.position_m)[0]
-    located = Located(fix, ellipse, lonlat, (*said, *fix.remarks), _table(fix, ellipse, lonlat, parameters, sites))
+    bearings = [times for times in heard if isinstance(times, BearingSet)]
+    whole = len(bearings) == len(heard)
+    findings = place_findings(fix, bearings, sites, parameters) if whole else (units_finding(sites),)
+    table = _table(fix, ellipse, lonlat, parameters, sites)
+    located = Located(fix, ellipse, lonlat, (*said, *fix.remarks), table, findings)
     if out is not None:
         with atomic_folder(out) as folder:
             write_located(folder, located, heard, sites, frame, Path(source.name).name)

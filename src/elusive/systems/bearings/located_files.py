@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from elusive.checks import Finding, write_checks
 from elusive.contracts import Array
 from elusive.filters.gaussian.geolocation import Ellipse, Fix
 from elusive.geometry.local_frame import LocalFrame
@@ -35,16 +36,18 @@ class Located(NamedTuple):
     lonlat_deg: Array | None  # (2,) where an origin is known
     remarks: tuple[str, ...]
     table: list[tuple[str, str]]
+    findings: tuple[Finding, ...] = ()
 
 
 def write_located(
     folder: Path, located: Located, heard: Sequence[PlaceSet], sites: SensorSites, frame: LocalFrame | None, name: str
 ) -> None:
-    """Write ``emitter.csv``, ``emitter.geojson`` and ``emitter.png``; without a frame places stay in local metres."""
+    """Write table, GeoJSON, figure and ``checks.json``; without a frame places stay in local metres."""
     numbers = _numbers(located)
     write_csv(folder / "emitter.csv", list(numbers), [numbers.values()])
     (folder / "emitter.geojson").write_text(_geojson(located, numbers, frame), encoding="utf-8", newline="\n")
     _draw(folder / "emitter.png", located, heard, sites, name)
+    write_checks(folder, located.findings)
 
 
 def _numbers(located: Located) -> dict[str, float | None]:

@@ -147,7 +147,7 @@ class BearingTracking(Model):
             If the estimator cannot take what they report.
         """
         solid, flt = elevations and self._solid, self.filter
-        sensor = self._sensor(sites, heard, solid)
+        sensor = self.sensor_of(sites, heard, solid)
         settings = dict(flt) | ({"iterations": 1} if isinstance(flt, PlainKalman) else {})
         del settings["kind"]
         if isinstance(flt, GraphFilter):
@@ -169,7 +169,8 @@ class BearingTracking(Model):
         flat = self.filter.kind in FACTOR_GRAPH or self.motion.kind in FLAT
         return isinstance(self.elevations, UseElevations) and not flat
 
-    def _sensor(self, sites: SensorSites, heard: type[PlaceSet], solid: bool) -> PlaceSensor:
+    def sensor_of(self, sites: SensorSites, heard: type[PlaceSet], solid: bool) -> PlaceSensor:
+        """Return the sensors of a recording, with heights or over the ground."""
         shared: dict[str, Any] = {
             "positions_m": [tuple(place) for place in sites.positions_m.tolist()], "dimensions": 3 if solid else 2,
         }  # fmt: skip

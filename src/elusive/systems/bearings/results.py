@@ -9,12 +9,12 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
-from elusive.checks import Finding, write_checks
+from elusive.checks import Finding, grave, write_checks
 from elusive.contracts import Array
 from elusive.io.truth import Truth
 from elusive.results import Scored, TrackLog, scored, write_result, write_tracks_csv
 from elusive.sensors.bearing_sets import SensorSites
-from elusive.systems.bearings.contradictions import contradictions
+from elusive.systems.bearings.checks import track_findings
 from elusive.systems.bearings.heard import bearings_of, sensors_of
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.report import (
@@ -80,16 +80,15 @@ def outcome_of(
         np.concatenate([[0], np.cumsum(counts)]).astype(np.intp), sensor, azimuth, np.rad2deg(residual), true, [],
     )  # fmt: skip
     reporting = [set(sensors_of(step.measurement).tolist()) for step in steps]
-    left = contradictions(tracked, parameters)
-    verdict = _verdict(tracked, alone=len(set[int]().union(*reporting)) < 2, unsure=bool(left))
+    findings = track_findings(steps, parameters, sites)
+    verdict = _verdict(tracked, alone=len(set[int]().union(*reporting)) < 2, unsure=grave(findings))
     table = [("Emitters", emitters), *_table(tracked, parameters, steps)]
-    remarks = [*remarks, *left]
     if true is not None:
         table += _scores(tracked, means, spread, np.array([len(heard) for heard in reporting]))
     if scores is not None:
         table += [row for row in scores.lines() if row[0] != "NEES"]  # that of all times stands above
     tracked = tracked._replace(verdict=" ".join([verdict, *remarks]), rows=table, scored=scores)
-    return BearingOutcome(verdict, table, tuple(remarks), log, tracked, scores)
+    return BearingOutcome(verdict, table, tuple(remarks), log, tracked, scores, findings)
 
 
 def scores_of(
@@ -149,7 +148,7 @@ def _verdict(tracked: BearingsTracked, *, alone: bool, unsure: bool) -> str:
     if alone:  # its deviations are those of the start that was assumed, and too small close to the sensor
         said += " by one sensor alone, which tells directions and no distance"
     elif unsure:
-        said += ", which many of the bearings contradict"
+        said += ", which is not to be relied on"
     else:
         said += f", {walked:.0f} m long, sure to {deviation:.2g} m (median deviation)"
     error = tracked.error

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, nullcontext
 from itertools import chain
 from pathlib import Path
 from typing import Any
 
+from elusive.checks import Finding, broken, write_checks
 from elusive.errors import DataError
 from elusive.io import atomic_folder
 from elusive.io.arrivals import Coming
@@ -18,19 +20,23 @@ from elusive.results import TrackLog
 from elusive.results.live import LiveEnd, LiveStep, follow_live, live_folder
 from elusive.sensors.bearing_sets import SensorSites
 from elusive.sensors.bearing_table import PlaceSet
+from elusive.systems.bearings.checks import track_findings
 from elusive.systems.bearings.choices import SeveralEmitters
 from elusive.systems.bearings.heard import have_elevations
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.results import BearingOutcome, outcome_of, write_outcome
 from elusive.systems.bearings.several import crowding_of, decided, fitted
+from elusive.systems.bearings.several_checks import several_findings
 from elusive.systems.bearings.several_results import names_of, several_outcome
-from elusive.systems.bearings.track import track, track_labelled
+from elusive.systems.bearings.track import together, track, track_labelled
+from elusive.tracking.track import Step
 
-LIVE_FILES = ("tracks.csv", "config.yaml")
+LIVE_FILES = ("tracks.csv", "checks.json", "config.yaml")
 ONE_OF_MANY = (
     "bearings of a sensor lie apart, and are averaged as of one emitter. Do not rely on the track; --emitters several "
     "follows more than one."
 )
+LATEST, FIRST_CHECKED = 2000, 50  # times that are checked live, and after how many for the first time
 
 
 def track_bearings_recording(
@@ -86,12 +92,20 @@ def track_bearings_recording(
     remarks = [*said(), *parameters.remarks(elevations=elevated)]
     with nullcontext() if out is None else atomic_folder(out) as folder:
         outcome: BearingOutcome[Any]
-        if labels:
-            steps = track_labelled(by_label, parameters, sites)
-            outcome = several_outcome(source.name, steps, sites, parameters, why, remarks, truth, cutoff_m, labels)
-        elif isinstance(emitters, SeveralEmitters):
-            steps = list(track(heard, parameters, sites))
-            outcome = several_outcome(source.name, steps, sites, parameters, why, remarks, truth, cutoff_m, {})
+        findings: tuple[Finding, ...]
+        if labels or isinstance(emitters, SeveralEmitters):
+            if labels:
+                alone = track_labelled(by_label, parameters, sites)
+                steps, found = together(alone.values()), dict[str, Finding]()
+                for label, its in alone.items():
+                    found |= {one.sentence: one for one in track_findings(its, parameters, sites, label)}
+                findings = tuple(found.values())
+            else:
+                steps = list(track(heard, parameters, sites))
+                findings = checked(parameters, sites, steps)
+            outcome = several_outcome(
+                source.name, steps, sites, parameters, why, remarks, truth, cutoff_m, labels, findings
+            )
         else:
             steps = list(track(heard, parameters, sites))
             outcome = outcome_of(source.name, steps, sites, parameters, why, remarks, truth, cutoff_m)
@@ -106,7 +120,7 @@ def follow_bearings(
     parameters: BearingTracking,
     out: Path,
     on_step: Callable[[LiveStep, tuple[str, ...]], None],
-) -> LiveEnd:
+) -> tuple[LiveEnd, tuple[Finding, ...]]:
     """Track emitters while their bearings come: a time's rows stand in the file before the next is taken.
 
     The first time decides whether there are elevations and, where that is left to what is heard, several emitters. A
@@ -124,6 +138,12 @@ def follow_bearings(
         Folder for LIVE_FILES.
     on_step
         Called after each time, with what is to be heeded from then on.
+
+    Returns
+    -------
+    tuple
+        How it ended, and what was checked of the latest times, in ``checks.json`` too. What does not hold is said while
+        it is tracked.
 
     Raises
     ------
@@ -143,13 +163,22 @@ def follow_bearings(
         first = next(steps)
         remarks = [f"Emitters: {why}.", *parameters.remarks(elevations=have_elevations([earliest]))]
         alone = not isinstance(parameters.emitters, SeveralEmitters)
+        latest, named = deque[Step](maxlen=LATEST), set[str]()
+        due, steps_done = FIRST_CHECKED, 0
 
         def heeded(live: LiveStep) -> None:
-            nonlocal alone
+            nonlocal alone, due, steps_done
             step = live.step
+            latest.append(step)
+            steps_done += 1
             if alone and crowding_of([step.measurement], parameters.sigma_deg).several:
                 remarks.append(f"{step.time_s:g} s: {ONE_OF_MANY}")
                 alone = False  # it is said once
+            if steps_done == due:
+                due *= 2
+                new = [one for one in broken(checked(parameters, sites, latest)) if one.name not in named]
+                named.update(one.name for one in new)
+                remarks.extend(f"{one.sentence} {one.remedy}" for one in new)
             on_step(live, (*remarks, *said()))
             remarks.clear()
 
@@ -157,7 +186,18 @@ def follow_bearings(
             live_folder(out, parameters.to_yaml()) as folder,
             TrackLog(names_of(first, parameters), "m", path=folder / "tracks.csv") as log,
         ):
-            return follow_live(chain([first], steps), coming, log, heeded)
+            end = follow_live(chain([first], steps), coming, log, heeded)
+            findings = checked(parameters, sites, latest)
+            write_checks(folder, findings)
+            return end, findings
+
+
+def checked(parameters: BearingTracking, sites: SensorSites, steps: Iterable[Step]) -> tuple[Finding, ...]:
+    """Check the tracks of unlabelled bearings, of one emitter or of several."""
+    known = list(steps)
+    if isinstance(parameters.emitters, SeveralEmitters):
+        return several_findings(known, parameters, sites)
+    return track_findings(known, parameters, sites)
 
 
 @contextmanager

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from elusive.checks import Finding, grave
 from elusive.contracts import Array
 from elusive.io.truth import Truth
 from elusive.results import TrackLog
@@ -35,6 +36,7 @@ def several_outcome(
     truth: Truth | None,
     cutoff_m: float | None,
     labels: Mapping[int, str],
+    findings: tuple[Finding, ...],
 ) -> BearingOutcome[SeveralTracked]:
     """Lay out tracks, table and report of a recording of several emitters.
 
@@ -54,6 +56,8 @@ def several_outcome(
         Where emitters truly were, and how far off a track may be; None: no scores, a tenth of the sensors' distance.
     labels
         What to call each track, where the lines name emitters.
+    findings
+        What was checked of them.
     """
     log = TrackLog(names_of(steps[0], parameters), "m")
     for step in steps:
@@ -77,8 +81,10 @@ def several_outcome(
     verdict = f"{most} emitter{'s' * (most > 1)} found." if most else "No emitter was found."
     if len(tracked.paths) > most:
         verdict = f"At most {most} emitter{'s' * (most > 1)} found at a time, in {len(tracked.paths)} tracks."
+    if grave(findings):
+        verdict += " They are not to be relied on."
     tracked = tracked._replace(verdict=" ".join([verdict, *remarks]), rows=table)
-    return BearingOutcome(verdict, table, tuple(remarks), log, tracked, scores)
+    return BearingOutcome(verdict, table, tuple(remarks), log, tracked, scores, findings)
 
 
 def names_of(step: Step, parameters: BearingTracking) -> tuple[str, ...]:

@@ -33,6 +33,7 @@ class Emitter(NamedTuple):
     covariance: Array  # (d, d)
     started: bool  # whether the bearings have given a place
     log_evidence: float  # of the measurement given the earlier ones; of an estimate of the whole, all at its last step
+    converged: bool = True  # whether the descent to the path came to its end
 
     def step(self, measurement: PlaceSet) -> Step:
         """Return the step to which a measurement led."""
@@ -105,10 +106,10 @@ def _of_whole(estimator: Estimator, measurements: list[Any]) -> Iterator[Step]:
         assert isinstance(estimator, FixedLagSmoother)
         path = estimator.track(measurements)
     names, last = estimator.state_names, len(measurements) - 1
-    evidence = getattr(path, "log_evidence", float("nan"))
+    evidence, converged = getattr(path, "log_evidence", float("nan")), getattr(path, "converged", True)
     for row, measurement in enumerate(measurements):
         log_evidence = evidence if row == last else 0.0
-        yield Emitter(names, path.states[row], path.covariances[row], True, log_evidence).step(measurement)
+        yield Emitter(names, path.states[row], path.covariances[row], True, log_evidence, converged).step(measurement)
 
 
 def _emitter(names: tuple[str, ...], state: Any) -> Emitter:
@@ -125,19 +126,32 @@ def _by_axis(place: Array, variance: Array, velocity: Array, velocity_variance: 
     return Emitter(FLAT_NAMES, mean, covariance, bool(np.isfinite(place).all()), float("nan"))
 
 
-def track_labelled(heard: dict[str, list[PlaceSet]], parameters: BearingTracking, sites: SensorSites) -> list[Step]:
+def track_labelled(
+    heard: dict[str, list[PlaceSet]], parameters: BearingTracking, sites: SensorSites
+) -> dict[str, list[Step]]:
     """Track each label's emitter by itself; tracks are numbered in the order of the labels, without existence."""
     if not all(have_elevations(measurements) for measurements in heard.values()):
         parameters = parameters.replace(elevations=IgnoreElevations())
     parameters = parameters.replace(emitters=OneEmitter())
-    at: dict[float, list[tuple[PlaceSet, Step, int]]] = {}
-    for number, measurements in enumerate(heard.values(), start=1):
-        for step in track(measurements, parameters, sites):
-            at.setdefault(step.time_s, []).append((step.measurement, step, number))
-    steps = []
+    return {
+        label: [
+            step._replace(tracks=tuple(track._replace(track=number) for track in step.tracks))
+            for step in track(measurements, parameters, sites)
+        ]
+        for number, (label, measurements) in enumerate(heard.items(), start=1)
+    }
+
+
+def together(labelled: Iterable[list[Step]]) -> list[Step]:
+    """Return the steps of several emitters time by time."""
+    at: dict[float, list[Step]] = {}
+    for steps in labelled:
+        for step in steps:
+            at.setdefault(step.time_s, []).append(step)
+    whole = []
     for time_s, parts in sorted(at.items()):
-        angles = [angles_of(measurement) for measurement, _, _ in parts]
-        together = BearingSet(time_s, *(np.concatenate(column) for column in list(zip(*angles, strict=True))[1:]))
-        tracks = [track._replace(track=number) for _, step, number in parts for track in step.tracks]
-        steps.append(Step(time_s, together, parts[0][1].state, tuple(tracks)))
-    return steps
+        angles = [angles_of(step.measurement) for step in parts]
+        heard = BearingSet(time_s, *(np.concatenate(column) for column in list(zip(*angles, strict=True))[1:]))
+        tracks = tuple(track for step in parts for track in step.tracks)
+        whole.append(Step(time_s, heard, parts[0].state, tracks))
+    return whole

@@ -1,0 +1,156 @@
+"""Why a track leaves its bearings: another convention of angles, more than one emitter, or another deviation."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from elusive.contracts import Array, X, Y
+from elusive.errors import ElusiveError
+from elusive.sensors.bearing_sets import BearingSet, SensorSites
+from elusive.sensors.bearings import wrapped
+from elusive.systems.bearings.choices import Cruise, Estimation, Interacting, OneEmitter, SeveralEmitters
+from elusive.systems.bearings.leftovers import Scale, leftovers, scale_of
+from elusive.systems.bearings.parameters import BearingTracking
+from elusive.systems.bearings.several import track_several
+from elusive.systems.bearings.track import track
+from elusive.tracking.track import Step
+
+TRIED_TIMES = 400  # of a recording's beginning, on which causes are tried
+BETTER = 3.0  # times by which another convention must fit better
+FITS_HALF, FITS_FAR = 1.8, 0.15  # residuals in the median to what is expected, and share of those that lie far
+TOGETHER, EXPLAINED, NEAR = 0.3, 0.7, 4.0  # share of the times with two tracks, of the bearings near one; deviations
+HEARD_AT_TIMES, FALSE_AT_TIMES = 0.4, 0.5  # probability, and number
+DEVIATIONS = (1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 7.0, 10.0, 14.0, 20.0, 30.0, 50.0)  # tried, of the one told
+ALONE = 4.0  # times the deviation told up to which a greater one is no second emitter
+SIGMA_MOST_DEG = 60.0
+
+
+class Cause(NamedTuple):
+    """What a finding says of its cause, and what to do."""
+
+    sentence: str
+    remedy: str
+
+
+class Convention(NamedTuple):
+    """How azimuths may be meant, and what they then are clockwise from north [rad]."""
+
+    name: str
+    remedy: str
+    meant: Callable[[Array], Array]
+
+
+CONVENTIONS = (
+    Convention(
+        "anticlockwise from east, or with the sensors' x and y exchanged",
+        "Convert the azimuths (90 - azimuth), or exchange the columns x_m and y_m.",
+        lambda azimuth: math.pi / 2 - azimuth,
+    ),
+    Convention(
+        "from the emitter to the sensor", "Turn the azimuths by 180 degrees.", lambda azimuth: azimuth + math.pi
+    ),
+    Convention(
+        "anticlockwise from north, or with x towards the west",
+        "Change the sign of the azimuths, or of x_m.",
+        lambda azimuth: -azimuth,
+    ),
+    Convention("clockwise from east", "Add 90 degrees to the azimuths.", lambda azimuth: azimuth + math.pi / 2),
+    Convention("in radians", "Convert the azimuths to degrees.", lambda azimuth: np.rad2deg(azimuth)),
+)
+
+
+def reread(heard: Sequence[object], convention: Convention) -> list[BearingSet]:
+    """Return bearings as another convention has them."""
+    return [
+        times._replace(azimuth_rad=convention.meant(times.azimuth_rad))
+        for times in heard
+        if isinstance(times, BearingSet)
+    ]
+
+
+def cause_of(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites, scale: Scale) -> Cause:
+    """Say why one emitter's track leaves its bearings further than their deviation allows."""
+    heard = [step.measurement for step in steps[:TRIED_TIMES]]
+    if all(isinstance(times, BearingSet) for times in heard):
+        for convention in CONVENTIONS:
+            other = _fit(reread(heard, convention), parameters, sites)
+            if other is not None and other.half < scale.half / BETTER and _fits(other):
+                return Cause(
+                    f"they fit, to {other.half:.2g} times, if the azimuths are read {convention.name}",
+                    convention.remedy,
+                )
+        likeliest = _likeliest(heard, parameters, sites)
+        near = likeliest is not None and likeliest < ALONE * parameters.sigma_deg
+        if not near and several_explain(heard, parameters, sites):
+            return Cause(
+                "they are of more than one emitter, as two tracks or more explain them",
+                "Do not rely on the track; take --emitters several.",
+            )
+        if likeliest is not None:
+            return Cause(
+                f"they fit with a deviation of {likeliest:.2g} degrees; the ellipses are too small",
+                f"Tell --sigma-deg {likeliest:.2g}, or find it by elusive fit bearings.",
+            )
+    return Cause(
+        "they are of another emitter, or less precise than was told, or sensors stand elsewhere",
+        "Do not rely on the track; look at the sensors' places and clocks. --emitters several follows more than one.",
+    )
+
+
+def several_explain(heard: Sequence[object], parameters: BearingTracking, sites: SensorSites) -> bool:
+    """Say whether two tracks or more at a time explain the bearings."""
+    motion = Cruise() if isinstance(parameters.motion, Interacting) else parameters.motion
+    # an emitter may be heard at some of the times alone
+    several = SeveralEmitters(detection_probability=HEARD_AT_TIMES, false_bearings=FALSE_AT_TIMES)
+    asked = parameters.replace(motion=motion, emitters=several)
+    places, sigma = sites.positions_m[:, :2], math.radians(parameters.sigma_deg)
+    together, near, count, times = 0, 0, 0, 0
+    for step in track_several(heard, asked, sites):  # type: ignore[arg-type]
+        sure = np.array([track.mean[[X, Y]] for track in step.tracks if track.status == "confirmed"]).reshape(-1, 2)
+        times, together = times + 1, together + (len(sure) > 1)
+        if len(sure) and times > len(heard) / 4:
+            off = sure[None] - places[step.measurement.sensor][:, None]
+            angle = np.arctan2(off[..., 0], off[..., 1])
+            away = np.abs(wrapped(step.measurement.azimuth_rad[:, None] - angle)).min(axis=1)
+            near, count = near + int((away < NEAR * sigma).sum()), count + len(away)
+    return together > TOGETHER * times and near > EXPLAINED * max(count, 1)
+
+
+def _likeliest(heard: Sequence[object], parameters: BearingTracking, sites: SensorSites) -> float | None:
+    """Return the deviation of most evidence, if the bearings then lie about the track as it says [deg]."""
+    tried = [times * parameters.sigma_deg for times in DEVIATIONS if times * parameters.sigma_deg <= SIGMA_MOST_DEG]
+    found = [(sigma_deg, _tracked(heard, parameters.replace(sigma_deg=sigma_deg), sites)) for sigma_deg in tried]
+    known = [(steps[-1].state.log_evidence, sigma_deg, scale) for sigma_deg, (steps, scale) in found if steps]
+    known = [row for row in known if math.isfinite(row[0])]
+    if not known:
+        return None
+    _, sigma_deg, scale = max(known, key=lambda row: row[0])
+    # a robust loss, heavier in its tails than the noise, likes a smaller one best
+    return sigma_deg * max(scale.half, 1.0) if scale is not None and not scale.wide else None
+
+
+def _fits(scale: Scale) -> bool:
+    return scale.half < FITS_HALF and scale.far < FITS_FAR
+
+
+def _fit(heard: Sequence[object], parameters: BearingTracking, sites: SensorSites) -> Scale | None:
+    """Return the residuals' size on the most probable path of one emitter; None where there is none."""
+    return _tracked(heard, parameters, sites)[1]
+
+
+def _tracked(
+    heard: Sequence[object], parameters: BearingTracking, sites: SensorSites
+) -> tuple[list[Step], Scale | None]:
+    motion = Cruise() if isinstance(parameters.motion, Interacting) else parameters.motion
+    asked = parameters.replace(motion=motion, emitters=OneEmitter()).by("map")
+    assert isinstance(asked.filter, Estimation)
+    try:
+        steps = list(track(heard, asked, sites))  # type: ignore[arg-type]
+    except ElusiveError:
+        return [], None
+    sensor = asked.sensor_of(sites, BearingSet, "z" in steps[0].state.state_names)
+    return steps, scale_of(leftovers(steps, sensor, asked.filter))

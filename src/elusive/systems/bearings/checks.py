@@ -1,0 +1,165 @@
+"""Whether bearings are what the parameters say of them: residuals, geometry and descent of each emitter's track."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from elusive.checks import Finding
+from elusive.contracts import Array, X, Y
+from elusive.sensors.bearing_sets import BearingSet, SensorSites
+from elusive.systems.bearings.causes import cause_of
+from elusive.systems.bearings.choices import Estimation, GraphFilter
+from elusive.systems.bearings.heard import sensors_of
+from elusive.systems.bearings.leftovers import FAR, FEW, Scale, leftovers, scale_of
+from elusive.systems.bearings.parameters import BearingTracking
+from elusive.tracking.track import Step
+
+NARROW = 0.7  # residuals in the median, to those expected, beyond their own error
+PERSISTING = 0.4  # correlation of a sensor's residuals from a time to the next
+AT_SENSOR, OFTEN = 0.02, 0.2  # distance to a sensor, of the sensors' extent, and share of the times that near
+DEGREES_MOST, DEGREES_APART = 5.0, 5.0  # extent of sensors in degrees, and how much further off (0, 0) is
+TOO_SURE = 0.5  # of the deviation that all bearings together allow
+LEAST_TIMES = 5
+
+
+def track_findings(
+    steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites, who: str = ""
+) -> tuple[Finding, ...]:
+    """Check one emitter's track.
+
+    Parameters
+    ----------
+    steps
+        Of one emitter, one of each time; their states are of :class:`~elusive.systems.bearings.track.Emitter`.
+    parameters, sites
+        What it was tracked with.
+    who
+        What to call it, where there are several.
+    """
+    known = [step for step in steps if step.tracks and step.state.started]
+    said = f"{who}: " if who else ""
+    found = [units_finding(sites)]
+    if not known or isinstance(parameters.filter, GraphFilter):  # whose ellipses are said to be too small
+        return tuple(found)
+    flt = parameters.filter
+    solid = "z" in known[0].state.state_names
+    sensor = parameters.sensor_of(sites, type(known[0].measurement), solid)
+    scale = scale_of(leftovers(known, sensor, flt if isinstance(flt, Estimation) else None))
+    found += [*_residuals(scale, known, parameters, sites, said), _convergence(known, parameters, said)]
+    places = np.array([step.tracks[0].mean[[X, Y]] for step in known])
+    spread = np.array([step.tracks[0].covariance[np.ix_([X, Y], [X, Y])] for step in known])
+    found += geometry_findings(places, spread, [step.measurement for step in known], parameters, sites, said)
+    return tuple(found)
+
+
+def units_finding(sites: SensorSites) -> Finding:
+    """Check that the sensors' places look like metres."""
+    places = sites.positions_m[:, :2]
+    extent, centre = float(np.ptp(places, axis=0).max()), np.abs(places.mean(axis=0))
+    degrees = bool(
+        (np.abs(places) <= (180, 90)).all() and 0 < extent <= DEGREES_MOST and centre.max() > DEGREES_APART * extent
+    )
+    return Finding(
+        "bearings.units", not degrees, math.nan, extent,
+        f"The sensors' places are read as metres and look like longitudes and latitudes: they lie within {extent:.3g} "
+        f"of each other about ({places[:, 0].mean():.4g}, {places[:, 1].mean():.4g}).",
+        "Convert them to metres east and north, or name the columns lon_deg and lat_deg.",
+    )  # fmt: skip
+
+
+def _residuals(
+    scale: Scale, steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites, said: str
+) -> list[Finding]:
+    """Check the residuals' size and, where that is right, that they do not persist."""
+    precise = _precision(parameters, type(steps[0].measurement))
+    seen = (
+        f"{said}residuals are {scale.half:.2g} times what {precise} allows in the median and {scale.most:.2g} times "
+        f"at 95 %, and {100 * scale.far:.0f} % are further than {FAR:g} deviations from the track"
+    )
+    if scale.wide:
+        cause = cause_of(steps, parameters, sites, scale)
+        return [
+            Finding("bearings.residuals", False, 1.0, scale.half, f"{_upper(seen)}: {cause.sentence}.", cause.remedy)
+        ]
+    error = 1.17 * NARROW * 2 / math.sqrt(max(scale.number, 1.0))
+    narrow = scale.number >= FEW and scale.half < NARROW - error
+    found = [
+        Finding(
+            "bearings.residuals", not narrow, 1.0, scale.half,
+            f"{_upper(seen)}: the deviation told is too large, and so are the ellipses.",
+            f"Tell the deviation that was measured: about {scale.half:.2g} of {precise}.", grave=False,
+        )
+    ]  # fmt: skip
+    persists = scale.number >= FEW and scale.correlation > PERSISTING + 3 / math.sqrt(scale.number)
+    found.append(
+        Finding(
+            "bearings.independent", not persists, 0.0, scale.correlation,
+            f"{_upper(said + 'what a sensor leaves')} repeats from one time to the next (correlation "
+            f"{scale.correlation:.2f}): its errors persist, or the emitter manoeuvres more than the motion allows. The "
+            "ellipses count each reading as new and are too small.",
+            "Estimate a bias of each sensor, --bias-sd-deg with --bias-memory-s, or tell a greater deviation; "
+            "elusive fit bearings finds both as far as the bearings tell them.",
+        )
+    )  # fmt: skip
+    return found
+
+
+def _convergence(steps: Sequence[Step], parameters: BearingTracking, said: str) -> Finding:
+    converged = all(step.state.converged for step in steps)
+    return Finding(
+        "bearings.convergence", converged, 1.0, float(converged),
+        f"{_upper(said + 'the descent to the most probable path')} has not come to an end: there is no telling how far "
+        "it is.",
+        f"Give more --iterations, or another filter than {parameters.filter.kind}.",
+    )  # fmt: skip
+
+
+def geometry_findings(
+    places: Array, spread: Array, heard: Sequence[object], parameters: BearingTracking, sites: SensorSites, said: str
+) -> list[Finding]:
+    """Check that places ``(K, 2)`` of covariances ``(K, 2, 2)`` are on no sensor, and no surer than bearings allow."""
+    used = sorted(set[int]().union(*(set(sensors_of(times).tolist()) for times in heard)))  # type: ignore[arg-type]
+    stations = sites.positions_m[used, :2]
+    extent = float(np.linalg.norm(stations[:, None] - stations, axis=2).max(initial=0.0))
+    away = np.linalg.norm(places[:, None] - stations, axis=2)
+    near = away < AT_SENSOR * extent
+    share = float(near.any(axis=1).mean())
+    name = sites.names[used[int(near.sum(axis=0).argmax())]]
+    found = [
+        Finding(
+            "bearings.on-sensor", share <= OFTEN, 0.0, share,
+            f"{_upper(said + 'the place')} lies on a sensor, mostly {name}, at {100 * share:.0f} % of the times: there "
+            "its bearings fit whatever the emitter does.",
+            "Look whether azimuths, places and deviation are right; do not rely on the place.",
+        )
+    ]  # fmt: skip
+    bearings = [times for times in heard if isinstance(times, BearingSet)]
+    if len(used) > 1 and len(bearings) == len(heard):
+        count = sum(len(times.sensor) for times in bearings)
+        second = float(np.median(np.sort(away, axis=1)[:, 1]))
+        allowed = math.radians(parameters.sigma_deg) * second / math.sqrt(max(count, 1))
+        claimed = float(np.median(np.sqrt(np.linalg.eigvalsh(spread)[:, 1])))
+        found.append(
+            Finding(
+                "bearings.ellipse", claimed >= TOO_SURE * allowed, allowed, claimed,
+                f"{_upper(said + 'the place')} is claimed to {claimed:.2g} m, and all {count} bearings of "
+                f"{parameters.sigma_deg:g} degrees together allow {allowed:.2g} m at that distance.",
+                "Do not rely on the ellipses; look whether the sensors' places are right and in metres.",
+            )
+        )  # fmt: skip
+    return found
+
+
+def _precision(parameters: BearingTracking, heard: type[object]) -> str:
+    told = f"--sigma-deg {parameters.sigma_deg:g}"
+    if heard is BearingSet:
+        return told
+    arrivals = f"--sigma-s {parameters.arrivals.sigma_s:g}"
+    return arrivals if heard.__name__ == "ArrivalSet" else f"{told} and {arrivals}"
+
+
+def _upper(sentence: str) -> str:
+    return sentence[:1].upper() + sentence[1:]

@@ -1,0 +1,190 @@
+"""Whether unlabelled bearings are what their tracks say: how far they lie from them, and what is left over."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from elusive.checks import Finding
+from elusive.contracts import Array, X, Y
+from elusive.sensors.bearing_sets import BearingSet, SensorSites
+from elusive.sensors.bearings import wrapped
+from elusive.systems.bearings.causes import CONVENTIONS, reread
+from elusive.systems.bearings.checks import geometry_findings, units_finding
+from elusive.systems.bearings.leftovers import HALF
+from elusive.systems.bearings.parameters import BearingTracking
+from elusive.systems.bearings.several import track_several
+from elusive.tracking.track import Step
+
+BEGUN = 0.25  # of the times, after which emitters are to be known
+NEAR = 4.0  # deviations within which a bearing is a track's
+REMOTE = 12.0  # deviations within which one still may be
+LEAST_TIMES = 8  # of a track, for its sensors to tell anything
+UNHEARD = 0.5  # of how often the best sensor hears an emitter: one that hears less is no witness
+CROSSED = 0.3  # share of the tracks' times without a third witness
+AGAIN = 3.0  # deviations within which a bearing is that of the time before
+LEFT, REPEATED, LEAST = 0.1, 0.3, 20  # share of the bearings that are left, of those that come again, and their number
+CHANCE = 2.0  # times the share that comes again by chance
+WIDE, NARROW = 1.4, 0.6  # residuals in the median, to those expected, beyond their own error
+TRIED_TIMES = 80
+BETTER = 0.8  # of the share left, which another reading must leave
+LARGER = (3.0, 10.0)  # deviations that are tried, of the one told
+
+
+class CrowdScale(NamedTuple):
+    """How bearings lie about confirmed tracks."""
+
+    number: float  # of bearings near a track, as good as independent
+    half: float  # their residuals in the median, to what is expected
+    left: float  # share of the bearings that are near none
+    rest: int  # number of those
+    repeated: float  # share of those that come again at the next time
+    chance: float  # the same if they were false
+    crossed: float  # share of the tracks' times whose bearings come of two sensors at most, where three or more listen
+
+
+def crowd_scale(steps: Sequence[Step], sites: SensorSites, sigma_deg: float) -> CrowdScale:
+    """Compare bearings with the confirmed tracks of their times, which have used them."""
+    sigma, places = math.radians(sigma_deg), sites.positions_m[:, :2]
+    sizes, free, total, before = list[Array](), list[Array](), 0, dict[int, Array]()
+    count, following, repeated, chance = 0, 0, 0, 0.0
+    hits = dict[int, dict[int, list[int]]]()
+    for step in steps[int(BEGUN * len(steps)) :]:
+        sure = [track for track in step.tracks if track.status == "confirmed"]
+        mean = np.array([track.mean[[X, Y]] for track in sure]).reshape(-1, 2)
+        spread = np.array([track.covariance[np.ix_([X, Y], [X, Y])] for track in sure]).reshape(-1, 2, 2)
+        now = dict[int, Array]()
+        for number in np.unique(step.measurement.sensor).tolist():
+            angle = step.measurement.azimuth_rad[step.measurement.sensor == number]
+            off = mean - places[number]
+            slope = np.column_stack([off[:, 1], -off[:, 0]]) / np.maximum((off**2).sum(axis=1), 1e-9)[:, None]
+            seen = np.einsum("ni,nij,nj->n", slope, spread, slope)
+            away = np.abs(wrapped(angle - np.arctan2(off[:, 0], off[:, 1])[:, None]))  # (tracks, bearings)
+            near = away < NEAR * np.sqrt(sigma**2 + seen)[:, None]
+            if len(sure):
+                closest = away.min(axis=1)
+                for track, hit in zip(sure, near.any(axis=1).tolist(), strict=True):
+                    hits.setdefault(track.track, {}).setdefault(number, []).append(hit)
+                room = np.clip(1 - seen / sigma**2, 0.1, 1.0)
+                kept = closest < REMOTE * sigma
+                sizes.append(closest[kept] / (sigma * np.sqrt(room[kept])))
+                free.append(room[kept])
+            rest = angle[~near.any(axis=0)] if len(sure) else angle
+            total, count = total + len(angle), count + len(rest)
+            now[number] = rest
+            earlier = before.get(number, np.empty(0))
+            if len(rest) and len(earlier):
+                apart = np.abs(wrapped(rest[:, None] - earlier)).min(axis=1)
+                following, repeated = following + len(rest), repeated + int((apart < AGAIN * sigma).sum())
+                chance += len(rest) * (1 - math.exp(-len(earlier) * AGAIN * sigma / math.pi))
+        before = now
+    size = np.concatenate([np.empty(0), *sizes])
+    number = float(np.concatenate([np.empty(0), *free]).sum())
+    half = float(np.median(size)) / HALF if len(size) else math.nan
+    share = repeated / following if following else 0.0
+    by_chance = chance / following if following else 0.0
+    return CrowdScale(number, half, count / max(total, 1), count, share, by_chance, _crossed(hits))
+
+
+def _crossed(hits: dict[int, dict[int, list[int]]]) -> float:
+    """Share of the tracks' times that no third sensor supports: any two bearings cross somewhere."""
+    alone, whole = 0, 0
+    for by_sensor in hits.values():
+        rates = sorted((sum(part) / len(part) for part in by_sensor.values()), reverse=True)
+        times = max(len(part) for part in by_sensor.values())
+        if len(rates) > 2 and times >= LEAST_TIMES:
+            whole += times
+            alone += times if rates[2] < UNHEARD * rates[0] else 0
+    return alone / whole if whole else 0.0
+
+
+def coherent(scale: CrowdScale) -> bool:
+    """Say whether what is left over is no false bearings."""
+    return scale.rest >= LEAST and scale.left > LEFT and scale.repeated > max(REPEATED, CHANCE * scale.chance)
+
+
+def several_findings(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites) -> tuple[Finding, ...]:
+    """Check the tracks of several emitters in unlabelled bearings."""
+    scale = crowd_scale(steps, sites, parameters.sigma_deg)
+    error = 1.17 * 4 / math.sqrt(max(scale.number, 1.0))
+    wide = scale.number >= LEAST and scale.half > WIDE + error
+    ghosts = scale.crossed > CROSSED
+    bad = wide or coherent(scale) or ghosts
+    sentence, remedy = _cause(steps, parameters, sites, scale) if bad else ("", "")
+    found = [
+        units_finding(sites),
+        Finding(
+            "bearings.residuals", not wide, 1.0, scale.half,
+            f"Bearings near the tracks are {scale.half:.2g} times as far from them as --sigma-deg "
+            f"{parameters.sigma_deg:g} allows in the median{sentence}.", remedy,
+        ),
+        Finding(
+            "bearings.leftovers", not coherent(scale), scale.chance, scale.repeated,
+            f"{100 * scale.left:.0f} % of the bearings are of no track, and {100 * scale.repeated:.0f} % of those come "
+            f"again at the next time ({100 * scale.chance:.0f} % if they were false){sentence}.", remedy,
+        ),
+    ]  # fmt: skip
+    found.append(
+        Finding(
+            "bearings.witnesses", not ghosts, 0.0, scale.crossed,
+            f"{100 * scale.crossed:.0f} % of the tracks' times rest on two sensors' bearings, though more listen: "
+            f"any two bearings cross somewhere, and such tracks are ghosts as like as not{sentence}.", remedy,
+        )
+    )  # fmt: skip
+    if not bad and scale.number >= LEAST:
+        narrow = scale.half < NARROW - 0.5 * error
+        found.append(
+            Finding(
+                "bearings.deviation", not narrow, 1.0, scale.half,
+                f"Bearings lie {scale.half:.2g} times as far from the tracks as --sigma-deg {parameters.sigma_deg:g} "
+                "has them in the median: it is too large, and so are the ellipses.",
+                f"Tell about {scale.half * parameters.sigma_deg:.2g}.", grave=False,
+            )
+        )  # fmt: skip
+    numbers = {track.track for step in steps for track in step.tracks if track.status == "confirmed"}
+    for number in sorted(numbers):
+        its = [
+            (step.measurement, track)
+            for step in steps
+            for track in step.tracks
+            if track.track == number and track.status == "confirmed"
+        ]
+        places = np.array([track.mean[[X, Y]] for _, track in its])
+        spread = np.array([track.covariance[np.ix_([X, Y], [X, Y])] for _, track in its])
+        geometry = geometry_findings(
+            places, spread, [heard for heard, _ in its], parameters, sites, f"track {number}: "
+        )
+        found += [finding for finding in geometry if not finding.holds]
+    return tuple(found)
+
+
+def _cause(
+    steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites, scale: CrowdScale
+) -> tuple[str, str]:
+    """Say what would leave less, and what to do."""
+    heard: list[BearingSet] = [step.measurement for step in steps[:TRIED_TIMES]]
+    wanted = BETTER * scale.left if coherent(scale) else scale.left + 2 * LEFT
+    for convention in CONVENTIONS:
+        if _leaves(reread(heard, convention), parameters, sites, wanted):
+            return f"; they fit if the azimuths are read {convention.name}", convention.remedy
+    for times in LARGER:
+        other = parameters.replace(sigma_deg=min(times * parameters.sigma_deg, 30.0))
+        if _leaves(heard, other, sites, wanted):
+            return (
+                f"; less is left with a deviation of {other.sigma_deg:.2g} degrees",
+                f"Tell the deviation that was measured: about {other.sigma_deg:.2g} degrees.",
+            )
+    return (
+        "; they are less precise than was told, or sensors stand elsewhere, or emitters move otherwise",
+        "Do not rely on the tracks; look at the deviation, the azimuths and the sensors' places.",
+    )
+
+
+def _leaves(heard: list[BearingSet], parameters: BearingTracking, sites: SensorSites, wanted: float) -> bool:
+    """Say whether tracks leave no more than a share, and what is near them lies as it should."""
+    other = crowd_scale(list(track_several(heard, parameters, sites)), sites, parameters.sigma_deg)
+    fits = other.left < wanted and not coherent(other) and other.number >= LEAST
+    return fits and other.half < WIDE and other.crossed < CROSSED

@@ -1,0 +1,187 @@
+"""What `elusive track bearings` and `elusive locate` say of wrong inputs, and that they are silent of right ones."""
+
+from __future__ import annotations
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+from elusive.sensors.bearing_sets import SensorSites
+from elusive.sensors.bearings import BearingSensors
+from elusive.systems.bearings.checks import track_findings
+from elusive.systems.bearings.parameters import BearingTracking
+from elusive.systems.bearings.simulate import BearingSimulation
+from elusive.systems.bearings.track import track
+from tests.cli.test_bearings import run
+from tests.systems.bearings.crowd import PLACES, crowd
+
+SIGMA_DEG = 2.0
+FILTERS = ("map", "iekf", "fixed-lag")
+RIGHT = BearingSimulation()
+SITES_M = np.array([(site.x_m, site.y_m) for site in RIGHT.sites])
+
+
+def flown(seed):
+    """The bearings of a flight."""
+    flight, sensors = RIGHT.flight(), RIGHT.placed_sensors
+    return sensors.simulate(flight.states, flight.times_s, np.random.default_rng([seed, 0]))
+
+
+def two_alternating(seed):
+    """Two emitters, each heard at every second time."""
+    flight, sensors = RIGHT.flight(), RIGHT.placed_sensors
+    other = flight.states.copy()
+    other[:, 0], other[:, 2] = 30 - other[::-1, 0], 60 - other[:, 2]
+    theirs = sensors.simulate(other, flight.times_s, np.random.default_rng([seed, 5]))
+    return [one if k % 2 else two for k, (one, two) in enumerate(zip(flown(seed), theirs, strict=True))]
+
+
+def resting(seed, place=(30.0, 35.0), velocity=(0.0, 0.0), sigma_deg=SIGMA_DEG):
+    """Bearings of an emitter that stands still, or does not."""
+    times = np.arange(12.0)
+    states = np.zeros((12, 4))
+    states[:, 0], states[:, 2] = place[0] + velocity[0] * times, place[1] + velocity[1] * times
+    sensors = BearingSensors(positions_m=[(x, y, 0) for x, y in SITES_M], sigma_deg=sigma_deg)
+    return sensors.simulate(states, times, np.random.default_rng([seed, 9]))
+
+
+def mathematical(sets):
+    """Azimuths anticlockwise from east."""
+    return [one._replace(azimuth_rad=np.pi / 2 - one.azimuth_rad) for one in sets]
+
+
+def written(folder, sets, places=SITES_M, label=None):
+    """Write bearings.csv and sensors.csv; return what the command takes."""
+    folder.mkdir(exist_ok=True)
+    with (folder / "bearings.csv").open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(["time_s", "sensor", "azimuth_deg", *(["emitter"] if label else [])])
+        for one in sets:
+            for sensor, azimuth in zip(one.sensor.tolist(), np.rad2deg(one.azimuth_rad).tolist(), strict=True):
+                turned = (azimuth + 180) % 360 - 180
+                writer.writerow([one.time_s, sensor + 1, f"{turned:.9g}", *([label] if label else [])])
+    rows = [f"{number},{x:.9g},{y:.9g}" for number, (x, y) in enumerate(np.array(places)[:, :2], start=1)]
+    (folder / "sensors.csv").write_text("\n".join(["sensor,x_m,y_m", *rows]) + "\n")
+    return folder / "bearings.csv", "--sensors", folder / "sensors.csv"
+
+
+def failing(out):
+    """The findings that do not hold, by name."""
+    return {row["name"]: row for row in json.loads((out / "checks.json").read_text()) if not row["holds"]}
+
+
+WRONG = {
+    "two emitters": (two_alternating, SITES_M, SIGMA_DEG, "more than one emitter"),
+    "mathematical": (lambda seed: mathematical(flown(seed)), SITES_M, SIGMA_DEG, "anticlockwise from east"),
+    "swapped": (flown, SITES_M[:, ::-1], SIGMA_DEG, "x and y exchanged"),
+    "degrees": (flown, SITES_M / 1.1e5 + (5.1, 53.2), SIGMA_DEG, "longitudes and latitudes"),
+    "too sure": (flown, SITES_M, SIGMA_DEG / 10, "they fit with a deviation of"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+@pytest.mark.parametrize(
+    "how",
+    ["map", *(pytest.param(how, marks=pytest.mark.validate) for how in ("iekf", "fixed-lag", "labelled", "follow"))],
+)
+def test_a_wrong_input_is_named(tmp_path, capsys, name, how):
+    draw, places, sigma_deg, sentence = WRONG[name]
+    given = written(tmp_path / "in", draw(3), places, "fox" if how == "labelled" else None)
+    more = {"labelled": (), "follow": ("--follow", "--idle-s", "0")}.get(how, ("--filter", how))
+    code, said = run(capsys, *given, "--sigma-deg", sigma_deg, *more, "--out", tmp_path / "out")
+    assert code == 0, said
+    found = failing(tmp_path / "out")
+    assert any(row["grave"] for row in found.values())
+    assert sentence in " ".join(row["sentence"] for row in found.values())
+    assert sentence in said
+    assert "sure to" not in said
+    if how == "map":
+        code, _ = run(capsys, *given, "--sigma-deg", sigma_deg, *more, "--strict", "--out", tmp_path / "strict")
+        assert code == 3
+
+
+@pytest.mark.parametrize("how", FILTERS)
+def test_a_right_input_has_no_finding(how):
+    """Twenty recordings with strays and sharp corners: nothing grave, at most one remark."""
+    places = np.column_stack([SITES_M, np.zeros(3)])
+    sites, remarks = SensorSites(("1", "2", "3"), places), 0
+    parameters = BearingTracking(sigma_deg=SIGMA_DEG, filter={"kind": how}, emitters={"kind": "one"})
+    for seed in range(20):
+        steps = list(track(flown(seed), parameters, sites, live=how != "map"))
+        failed = [one for one in track_findings(steps, parameters, sites) if not one.holds]
+        assert not any(one.grave for one in failed), failed
+        remarks += len(failed)
+    assert remarks <= 1
+
+
+UNLABELLED = {
+    "mathematical": (mathematical, PLACES, 1.0, ("anticlockwise from east", "come again", "ghosts")),
+    "degrees": (list, np.array(PLACES)[:, :2] / 1.1e5 + (5.1, 53.2), 1.0, ("longitudes and latitudes",)),
+    "too sure": (list, PLACES, 0.1, ("is left with a deviation of",)),
+}
+
+
+@pytest.mark.parametrize("name", UNLABELLED)
+def test_a_wrong_input_of_several_emitters_is_named(tmp_path, capsys, name):
+    change, places, sigma_deg, sentences = UNLABELLED[name]
+    heard = crowd(15, 2, times=40, false=1.0)[1]
+    given = written(tmp_path / "in", change(heard), places)
+    code, said = run(capsys, *given, "--sigma-deg", sigma_deg, "--emitters", "several", "--out", tmp_path / "out")
+    assert code == 0, said
+    assert any(row["grave"] for row in failing(tmp_path / "out").values())
+    assert any(sentence in said for sentence in sentences), said
+
+
+@pytest.mark.validate
+def test_right_inputs_of_several_emitters_have_no_finding(tmp_path, capsys):
+    remarks = 0
+    for seed in range(20):
+        given = written(tmp_path / f"in{seed}", crowd(seed, 2 + 3 * (seed % 2), false=1.0)[1], PLACES)
+        code, said = run(capsys, *given, "--sigma-deg", 1, "--emitters", "several", "--out", tmp_path / f"out{seed}")
+        assert code == 0, said
+        remarks += len(failing(tmp_path / f"out{seed}"))
+    assert remarks <= 1
+
+
+def both(seed):
+    """Two emitters that rest, each heard at every second time."""
+    pairs = zip(resting(seed), resting(seed + 50, (-40.0, 20.0)), strict=True)
+    return [one if k % 2 else two for k, (one, two) in enumerate(pairs)]
+
+
+PLACE = {
+    "moves": (lambda seed: resting(seed, velocity=(-4.0, 1.0)), SITES_M, "moves"),
+    "two emitters": (both, SITES_M, "two emitters"),
+    "mathematical": (lambda seed: mathematical(resting(seed)), SITES_M, "anticlockwise from east"),
+    "swapped": (resting, SITES_M[:, ::-1], "x and y exchanged"),
+    "degrees": (resting, SITES_M / 1.1e5 + (5.1, 53.2), "longitudes and latitudes"),
+    "too sure": (lambda seed: resting(seed, sigma_deg=10 * SIGMA_DEG), SITES_M, "as of a deviation of"),
+}
+
+
+@pytest.mark.parametrize("told", [True, pytest.param(False, marks=pytest.mark.validate)])
+@pytest.mark.parametrize("name", PLACE)
+def test_a_wrong_place_is_named(tmp_path, capsys, name, told):
+    if name == "too sure" and not told:
+        pytest.skip("nothing was told")
+    draw, places, sentence = PLACE[name]
+    given = written(tmp_path / "in", draw(3), places)
+    more = ("--sigma-deg", SIGMA_DEG) if told else ()
+    code, said = run(capsys, *given, *more, "--out", tmp_path / "out", command=("locate",))
+    if code == 0:
+        assert any(row["grave"] for row in failing(tmp_path / "out").values())
+        assert sentence in said, said
+    else:
+        assert code == 2  # a refusal that says where to look
+        assert "check the azimuths and the sensors' places" in said, said
+
+
+def test_right_places_have_no_finding(tmp_path, capsys):
+    for seed in range(20):
+        given = written(tmp_path / f"in{seed}", resting(seed))
+        more = ("--sigma-deg", SIGMA_DEG) if seed % 2 else ()
+        code, said = run(capsys, *given, *more, "--strict", command=("locate",))
+        assert code == 0, said
+        assert "bearings." not in said
