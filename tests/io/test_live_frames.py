@@ -2,7 +2,9 @@
 
 import io
 import os
+import re
 import socket
+import socketserver
 import subprocess
 import sys
 import threading
@@ -312,3 +314,57 @@ def test_without_the_extra_it_is_said_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     with pytest.raises(DataError, match=r"pip install 'elusive\[video\]'"):
         open_live_frames("rtsp://127.0.0.1/x")
+
+
+class RtspServer(socketserver.BaseRequestHandler):
+    """The least of RTSP (RFC 2326) that a client asks of a camera; ffmpeg sends the pictures by RTP over UDP."""
+
+    ffmpeg = ""
+    sender: subprocess.Popen | None = None
+
+    def handle(self):
+        sdp = "v=0\r\no=- 0 0 IN IP4 127.0.0.1\r\ns=x\r\nc=IN IP4 127.0.0.1\r\nt=0 0\r\nm=video 0 RTP/AVP 26\r\n"
+        lines, port = self.request.makefile("r", newline="\r\n"), "0"
+        while request := lines.readline().strip():
+            heads = dict(line.strip().split(": ", 1) for line in iter(lines.readline, "\r\n"))
+            method, said, body = request.split()[0], f"CSeq: {heads['CSeq']}\r\nSession: 1\r\n", ""
+            status = "200 OK"
+            if method == "OPTIONS":
+                said += "Public: OPTIONS, DESCRIBE, SETUP, PLAY, TEARDOWN\r\n"
+            elif method == "DESCRIBE":
+                body = sdp
+                said += f"Content-Type: application/sdp\r\nContent-Length: {len(sdp)}\r\n"
+            elif method == "SETUP":
+                asked = re.search(r"client_port=(\d+)", heads["Transport"])
+                status = "200 OK" if asked else "461 Unsupported Transport"
+                port = asked[1] if asked else port
+                said += f"Transport: RTP/AVP;unicast;client_port={port}-{int(port) + 1};server_port=1-2\r\n" * bool(
+                    asked
+                )
+            self.request.sendall(f"RTSP/1.0 {status}\r\n{said}\r\n{body}".encode())
+            if method == "PLAY":
+                type(self).sender = subprocess.Popen(
+                    [self.ffmpeg, "-v", "error", "-re", "-f", "lavfi", "-i", "testsrc=s=64x48:r=25:d=20", "-c:v",
+                     "mjpeg", "-pix_fmt", "yuvj420p", "-huffman", "default", "-force_duplicated_matrix", "1",
+                     "-f", "rtp", f"rtp://127.0.0.1:{port}"],
+                    stdout=subprocess.DEVNULL,
+                )  # fmt: skip
+
+
+def test_an_rtsp_camera_is_read_until_it_is_stopped(ffmpeg):
+    RtspServer.ffmpeg = ffmpeg
+    with socketserver.ThreadingTCPServer(("127.0.0.1", 0), RtspServer) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        try:
+            frames = open_live_frames(f"rtsp://127.0.0.1:{server.server_address[1]}/ir", idle_s=HUNG_S)
+            assert frames.shape == (48, 64)
+            came = taken(frames, 12)
+        finally:
+            server.shutdown()
+            if RtspServer.sender is not None:
+                RtspServer.sender.kill()
+                RtspServer.sender.wait()
+    assert frames.interval_s == pytest.approx(1 / 25, rel=0.1)
+    times = np.array([frame.time_s for frame in came])
+    assert (np.diff(times) > 0).all()
+    assert all(frame.pixels.std() > 10 for frame in came)

@@ -69,6 +69,7 @@ class Arrivals(Generic[Item]):
         self._is_over = self._is_stopped = False
         self._fault: Exception | None = None
         self._thread = threading.Thread(target=self._read, name="arrivals", daemon=True)
+        self._thread.start()
 
     def stop(self) -> None:
         """End: nothing more is read; of what is held, what may be dropped is. A signal's handler may call it."""
@@ -83,8 +84,6 @@ class Arrivals(Generic[Item]):
         ElusiveError
             What the iterable raised, after all that came before it.
         """
-        if self._thread.ident is None:
-            self._thread.start()
         while True:
             with self._changed:
                 while not (self._held or self._is_over or self._is_stopped):

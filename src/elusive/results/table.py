@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from elusive.contracts import Array
 from elusive.errors import DataError, ParameterError
@@ -81,17 +82,30 @@ class Columns(NamedTuple):
             If a track contradicts itself.
         """
         at = [self.state_names.index(axis) for axis in self.axes]
-        moves = [self.state_names.index(f"v{axis}") if f"v{axis}" in self.state_names else None for axis in self.axes]
-        rows = np.empty(len(step.tracks), self.dtype)
-        for k, track in enumerate(step.tracks):
-            fault = _fault(track, len(self.state_names), at, set(self.added))
+        tracks, known = step.tracks, set(self.added)
+        rows = np.empty(len(tracks), self.dtype)
+        if not tracks:
+            return rows
+        for track in tracks:
+            fault = _fault(track, len(self.state_names), known)
             if fault:
                 raise DataError(f"track {track.track} at {step.time_s:g} s: {fault}.")
-            mean, status = track.mean, STATUSES.index(track.status)
-            velocity = [math.nan if j is None else mean[j] for j in moves]
-            added = [track.score if name == "score" else track.extra.get(name, math.nan) for name in self.added]
-            covariance = track.covariance[np.ix_(at, at)]
-            rows[k] = (number, step.time_s, track.track, status, track.existence, mean[at], velocity, covariance, added)
+        mean, covariance = np.array([track.mean for track in tracks]), np.array([track.covariance for track in tracks])
+        for wrong, fault in _misplaced(mean, covariance, at):
+            if wrong.any():
+                raise DataError(f"track {tracks[int(wrong.argmax())].track} at {step.time_s:g} s: {fault}.")
+        rows["step"], rows["time_s"] = number, step.time_s
+        rows["track"] = [track.track for track in tracks]
+        rows["status"] = [STATUSES.index(track.status) for track in tracks]
+        rows["existence"] = [track.existence for track in tracks]
+        rows["position"], rows["covariance"] = mean[:, at], covariance[:, at][:, :, at]
+        for k, axis in enumerate(self.axes):
+            speed = f"v{axis}"
+            rows["velocity"][:, k] = mean[:, self.state_names.index(speed)] if speed in self.state_names else math.nan
+        for k, name in enumerate(self.added):
+            rows["added"][:, k] = [
+                track.score if name == "score" else track.extra.get(name, math.nan) for track in tracks
+            ]
         if len({track.track for track in step.tracks}) < len(rows):
             raise DataError(f"tracks at {step.time_s:g} s: a number is there twice; give each target its own.")
         return rows
@@ -137,7 +151,7 @@ def columns_of(header: Sequence[str]) -> Columns | None:
     return None
 
 
-def _fault(track: Track, d: int, places: list[int], added: set[str]) -> str | None:
+def _fault(track: Track, d: int, added: set[str]) -> str | None:
     """Say how a track contradicts itself, or None."""
     mean, covariance = track.mean, track.covariance
     if track.track < 1:
@@ -146,10 +160,13 @@ def _fault(track: Track, d: int, places: list[int], added: set[str]) -> str | No
         return f"has the existence {track.existence}; a probability is from 0 to 1, NaN where it is not known"
     if mean.shape != (d,) or covariance.shape != (d, d):
         return f"has a mean of shape {mean.shape} and a covariance of {covariance.shape} for {d} names of states"
-    if np.isnan(mean[places]).any() or np.isinf(mean).any() or np.isinf(covariance).any():
-        return "has no finite place; leave out targets whose place is not known"
-    if (np.diagonal(covariance) < 0).any():
-        return "has a negative variance"
     if not track.extra.keys() <= added:
         return f"has {', '.join(sorted(track.extra.keys() - added))}, which the log was not told of"
     return None
+
+
+def _misplaced(mean: Array, covariance: Array, places: list[int]) -> Iterator[tuple[NDArray[np.bool_], str]]:
+    """Yield which of the tracks have means ``(n, d)`` and covariances ``(n, d, d)`` that are none, and how."""
+    lost = np.isnan(mean[:, places]).any(axis=1) | np.isinf(mean).any(axis=1) | np.isinf(covariance).any(axis=(1, 2))
+    yield np.asarray(lost), "has no finite place; leave out targets whose place is not known"
+    yield np.asarray((np.diagonal(covariance, axis1=1, axis2=2) < 0).any(axis=1)), "has a negative variance"

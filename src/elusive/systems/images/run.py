@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from itertools import tee
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from elusive.checks import Finding, write_checks
+from elusive.errors import DataError
 from elusive.io import FrameSource, Truth, atomic_folder
 from elusive.io.live_frames import LiveFrames
 from elusive.results import Scored, scored, write_mot_csv, write_result
@@ -21,6 +26,9 @@ from elusive.tracking import Step
 
 LIVE_FILES = ("tracks.csv", "result.nc", "checks.json", "config.yaml")
 FILES = ("tracks.csv", "tracks_mot.csv", "result.nc", "report.html", "report.png", "checks.json", "config.yaml")
+
+
+WARMING, WARMING_SIDE = 14, 64  # frames, and pixels of their sides, on which compiled code is loaded
 
 
 class Outcome(NamedTuple):
@@ -145,6 +153,7 @@ def track_live(
     DataError
         If no frame comes, the folder holds an earlier run's tracks, or the first frame cannot be used.
     """
+    _load_compiled(parameters)
     bound = parameters.bind(source.shape, source.interval_s)
     config = bound.to_yaml()
     with live_folder(out, config) as folder:
@@ -155,3 +164,13 @@ def track_live(
         findings = run.checks.findings(log.whitened)
         write_checks(folder, findings)
     return end, findings
+
+
+def _load_compiled(parameters: ImageTracking) -> None:
+    """Track a point through a few made-up frames: compiled code is loaded while nothing has come yet."""
+    rng = np.random.default_rng(0)
+    frames = 100 + rng.normal(size=(WARMING, WARMING_SIDE, WARMING_SIDE))
+    for k, frame in enumerate(frames):
+        frame[WARMING_SIDE // 2, 10 + k] += 50.0
+    with suppress(DataError):  # as of a window that is larger
+        deque(track_images(frames, parameters.bind((WARMING_SIDE, WARMING_SIDE))), maxlen=0)
