@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from elusive.preprocess._scale_kernels import BLOCK, FAST, Image, _blend, _magnify
 
 PRIOR = 10.0  # frames that the neighbourhood's variance counts for beside a pixel's own
+KNOWN = 2.0  # frames of a place before what differs from them counts
 BOUND = 3.0  # deviations by which one frame moves the past at most
 
 
@@ -96,7 +97,7 @@ def learn(
     counts = np.empty((rows, columns), dtype=np.float32)
     between, about = np.empty(local.shape[1], dtype=np.float32), np.empty(columns, dtype=np.float32)
     first, last = max(0, roll[0]), max(min(columns, columns + roll[0]), max(0, roll[0]))
-    one, prior, bound, longest = np.float32(1), np.float32(PRIOR), np.float32(BOUND**2), np.float32(memory)
+    one, prior, bound, longest = np.float32(1), np.float32(PRIOR), np.float32(BOUND), np.float32(memory)
     for row in range(rows):
         means[row], variances[row], counts[row] = image[row], 0, 1
         if not 0 <= row - roll[1] < rows or last <= first:
@@ -110,20 +111,34 @@ def learn(
         error, noise, out = deviation[row, first:last], about[first:last], white[row, first:last]
         new_mean, new_variance = means[row, first:last], variances[row, first:last]
         new_count = counts[row, first:last]
+        lowest, highest = count[0], count[0]
+        for i in range(last - first):
+            lowest, highest = min(lowest, count[i]), max(highest, count[i])
+        if lowest == highest and lowest >= 1:
+            # as below, but for a count that is one for the whole row
+            weight = one / (prior + lowest - one)
+            a, b = prior * weight, (lowest - one) * weight
+            gain, fresh = one / min(lowest + one, longest), one / min(lowest, longest)
+            shown = one if lowest >= KNOWN else np.float32(0)
+            for i in range(last - first):
+                own = np.sqrt(a * noise[i] + b * spread[i])
+                out[i] = shown * error[i] / own
+                moved = min(max(error[i], -bound * own), bound * own)
+                new_mean[i] = before[i] + gain * moved
+                new_variance[i] = spread[i] + fresh * (moved * moved - spread[i])
+            new_count[:] = min(lowest + one, longest)
+            continue
         for i in range(last - first):
             n = count[i]
-            own = (prior * noise[i] + (n - one) * spread[i]) / (prior + n - one)
-            gain = one / min(n + one, longest)
-            known = n >= one
-            out[i] = error[i] / np.sqrt(own) if known else np.float32(0)
+            own = np.sqrt((prior * noise[i] + (n - one) * spread[i]) / (prior + n - one))
+            out[i] = error[i] / own if n >= KNOWN else np.float32(0)
             # clipped, so that a target in passing leaves little
-            square = min(error[i] * error[i], bound * own)
-            moved = np.sqrt(square)
-            moved = moved if error[i] > 0 else -moved
-            new_mean[i] = before[i] + gain * moved if known else new_mean[i]
+            moved = min(max(error[i], -bound * own), bound * own)
             fresh = one / min(max(n, one), longest)
-            new_variance[i] = spread[i] + fresh * (square - spread[i]) if known else np.float32(0)
-            new_count[i] = min(n + one, longest) if known else one
+            if n >= one:
+                new_mean[i] = before[i] + moved / min(n + one, longest)
+                new_variance[i] = spread[i] + fresh * (moved * moved - spread[i])
+                new_count[i] = min(n + one, longest)
     return white, means, variances, counts
 
 

@@ -11,98 +11,160 @@ from elusive.preprocess._scale_kernels import Image
 
 ROUND = 2.3  # height of a point over its weaker curvature, at most [px^2]; an edge bends in one direction only
 SLACK = 2.0  # deviations that noise may add to it
-INNER, OUTER = 4, 7  # pixels of a map, of a ring that a point does not reach
+CHUNK = 16  # pixels that are passed over at once
+# pixels about another, row and column, on two circles that a point does not reach
+RING = np.array(
+    [
+        [round(r * np.sin(a)), round(r * np.cos(a))]
+        for r, n in ((4.5, 12), (6.5, 16))
+        for a in 2 * np.pi * (np.arange(n) + 0.5) / n
+    ]
+)
 CELL_PX = 8  # of the grid by which neighbours are found
 
 
-@njit(cache=True, nogil=True)
-def summits(white: Image, least: float, border: int) -> Array:
-    """Local extrema beyond a strength: ``(m, 6)`` of x, y (sub-pixel), value, row, column, and height as a point's."""
-    rows, columns = white.shape
-    found = np.empty((256, 6))
-    m = 0
-    for row in range(border, rows - border):
-        above, here, below = white[row - 1], white[row], white[row + 1]
-        for i in range(border, columns - border):
-            value = here[i]
-            if abs(value) < least:
-                continue
-            s = np.float32(1) if value > 0 else np.float32(-1)
-            v = abs(value)
-            if not (
-                v > s * here[i - 1]
-                and v >= s * here[i + 1]
-                and v > s * above[i - 1]
-                and v > s * above[i]
-                and v > s * above[i + 1]
-                and v >= s * below[i - 1]
-                and v >= s * below[i]
-                and v >= s * below[i + 1]
-            ):
-                continue
-            if m == len(found):
-                more = np.empty((2 * m, 6))
-                more[:m] = found
-                found = more
-            found[m, 0] = i + _summit(s * here[i - 1], v, s * here[i + 1])
-            found[m, 1] = row + _summit(s * above[i], v, s * below[i])
-            xx = s * (2 * here[i] - here[i - 1] - here[i + 1])
-            yy = s * (2 * here[i] - above[i] - below[i])
-            xy = s * 0.25 * (above[i + 1] + below[i - 1] - above[i - 1] - below[i + 1])
-            weaker = 0.5 * (xx + yy) - np.sqrt(0.25 * (xx - yy) ** 2 + xy * xy)
-            found[m, 2] = value
-            found[m, 5] = max(min(v, ROUND * weaker + SLACK), least)
-            found[m, 3], found[m, 4] = row, i
-            m += 1
-    return found[:m].copy()
+@njit(cache=True, nogil=True, fastmath={"reassoc", "nsz"})
+def _greatest(row: Image) -> float:
+    greatest = np.float32(0)
+    for i in range(len(row)):
+        greatest = max(greatest, abs(row[i]))
+    return greatest
 
 
 @njit(cache=True, nogil=True)
-def rings(white: Image, row: NDArray[np.int64], column: NDArray[np.int64]) -> Array:
-    """Mean root of the magnitude in a ring round each pixel, every second pixel of it."""
-    rows, columns = white.shape
-    mean = np.empty(len(row))
-    for k in range(len(row)):
-        total, n = 0.0, 0
-        for j in range(max(row[k] - OUTER, 0), min(row[k] + OUTER + 1, rows)):
-            first = column[k] - OUTER + (j & 1)
-            for i in range(first, column[k] + OUTER + 1, 2):
-                square = (j - row[k]) ** 2 + (i - column[k]) ** 2
-                if 0 <= i < columns and INNER * INNER <= square <= OUTER * OUTER:
-                    total += np.sqrt(abs(white[j, i]))
-                    n += 1
-        mean[k] = total / max(n, 1)
-    return mean
+def _is_summit(value: float, above: Image, here: Image, below: Image, i: int) -> bool:
+    """Whether a pixel's magnitude is beyond that of its eight neighbours; of equals the first."""
+    s = np.float32(1) if value > 0 else np.float32(-1)
+    v = abs(value)
+    return (
+        v > s * here[i - 1]
+        and v >= s * here[i + 1]
+        and v > s * above[i - 1]
+        and v > s * above[i]
+        and v > s * above[i + 1]
+        and v >= s * below[i - 1]
+        and v >= s * below[i]
+        and v >= s * below[i + 1]
+    )
 
 
 @njit(cache=True, nogil=True)
-def _summit(left: float, middle: float, right: float) -> float:
+def _top(left: float, middle: float, right: float) -> float:
     """Top of a parabola relative to the middle of three samples."""
     bend = left - 2.0 * middle + right
     return min(max(0.5 * (left - right) / bend, -0.5), 0.5) if bend < 0.0 else 0.0
 
 
 @njit(cache=True, nogil=True)
-def beside(white: Image, x: Array, y: Array, sign: Array, reach: int) -> Array:
-    """Greatest ``sign * value`` of a map within ``reach`` pixels of each place; -inf beyond its edge."""
+def _beside(white: Image, x: float, y: float, sign: float, reach: int) -> float:
+    """Greatest ``sign * value`` of a map about a place; -1 where there is no such map."""
     rows, columns = white.shape
-    best = np.full(len(x), -np.inf)
-    for k in range(len(x)):
-        row, column = int(np.floor(y[k] + 0.5)), int(np.floor(x[k] + 0.5))
-        for j in range(max(row - reach, 0), min(row + reach + 1, rows)):
-            for i in range(max(column - reach, 0), min(column + reach + 1, columns)):
-                best[k] = max(best[k], sign[k] * white[j, i])
+    best = -1.0
+    row, column = int(np.floor(y + 0.5)), int(np.floor(x + 0.5))
+    for j in range(max(row - reach, 0), min(row + reach + 1, rows)):
+        for i in range(max(column - reach, 0), min(column + reach + 1, columns)):
+            best = max(best, sign * white[j, i])
     return best
 
 
 @njit(cache=True, nogil=True)
-def apart(x: Array, y: Array, sign: Array, radius: Array, columns: int, rows: int) -> NDArray[np.bool_]:
-    """Which places, the strongest first, have no stronger of their sign within the lesser of both radii."""
+def _kind(white: Image, row: int, column: int, bounds: Array) -> int:
+    """How restless it is in a ring round a pixel: how many bounds its mean root magnitude exceeds."""
+    rows, columns = white.shape
+    total, n = 0.0, 0
+    for k in range(len(RING)):
+        j, i = row + RING[k, 0], column + RING[k, 1]
+        if 0 <= j < rows and 0 <= i < columns:
+            total += np.sqrt(abs(white[j, i]))
+            n += 1
+    kind = 0
+    for bound in bounds:
+        kind += 1 if total > bound * n else 0
+    return kind
+
+
+@njit(cache=True, nogil=True)
+def kinds(white: Image, bounds: Array, step: int) -> NDArray[np.int64]:
+    """Count the pixels of each kind of clutter, of every ``step``-th one along both axes; ``(len(bounds) + 1,)``."""
+    found = np.zeros(len(bounds) + 1, dtype=np.int64)
+    for row in range(step // 2, white.shape[0], step):
+        for column in range(step // 2, white.shape[1], step):
+            found[_kind(white, row, column, bounds)] += 1
+    return found
+
+
+@njit(cache=True, nogil=True)
+def summits(
+    white: Image,
+    part: Array,
+    finer: Image,
+    finer_part: Array,
+    coarser: Image,
+    coarser_part: Array,
+    least: float,
+    border: int,
+    bounds: Array,
+) -> Array:
+    """Extrema over place and scale beyond a magnitude.
+
+    Maps beside are without pixels where there are none; ``part`` is the place of a map's first pixel in the frame, in
+    pixels of the map.
+
+    Returns
+    -------
+    ndarray
+        ``(m, 8)``: x, y in pixels of the map in the frame; height, not above a point's of its weaker curvature; sign;
+        octaves that the scale lies beside the map's; row; column; kind of clutter.
+    """
+    rows, columns = white.shape
+    found = np.empty((256, 8))
+    m = 0
+    for row in range(border, rows - border):
+        above, here, below = white[row - 1], white[row], white[row + 1]
+        for first in range(border, columns - border, CHUNK):
+            end = min(first + CHUNK, columns - border)
+            if _greatest(here[first:end]) < least:
+                continue
+            for i in range(first, end):
+                value = here[i]
+                if abs(value) < least or not _is_summit(value, above, here, below, i):
+                    continue
+                s, v = (1.0, abs(value)) if value > 0 else (-1.0, abs(value))
+                x = i + _top(s * here[i - 1], v, s * here[i + 1]) + part[0]
+                y = row + _top(s * above[i], v, s * below[i]) + part[1]
+                left = _beside(finer, 2 * x - finer_part[0], 2 * y - finer_part[1], s, 2)
+                right = _beside(coarser, 0.5 * x - coarser_part[0], 0.5 * y - coarser_part[1], s, 1)
+                if left > v or right > v:
+                    continue
+                if m == len(found):
+                    more = np.empty((2 * m, 8))
+                    more[:m] = found
+                    found = more
+                xx = s * (2 * here[i] - here[i - 1] - here[i + 1])
+                yy = s * (2 * here[i] - above[i] - below[i])
+                xy = s * 0.25 * (above[i + 1] + below[i - 1] - above[i - 1] - below[i + 1])
+                weaker = 0.5 * (xx + yy) - np.sqrt(0.25 * (xx - yy) ** 2 + xy * xy)
+                found[m, 0], found[m, 1] = x, y
+                found[m, 2] = max(min(v, ROUND * weaker + SLACK), least)
+                found[m, 3] = s
+                found[m, 4] = _top(max(left, 0.0), v, max(right, 0.0))
+                found[m, 5], found[m, 6] = row, i
+                found[m, 7] = _kind(white, row, i, bounds)
+                m += 1
+    return found[:m].copy()
+
+
+@njit(cache=True, nogil=True)
+def apart(x: Array, y: Array, sign: Array, radius: Array, columns: int, rows: int, most: int) -> NDArray[np.bool_]:
+    """Which places, the strongest first, have no stronger of their sign within the lesser of both radii; the first ``most``."""
     across, down = columns // CELL_PX + 2, rows // CELL_PX + 2
     newest = np.full((down, across), -1, dtype=np.int64)
     before = np.full(len(x), -1, dtype=np.int64)
     kept = np.zeros(len(x), dtype=np.bool_)
+    total = 0
     for k in range(len(x)):
+        if total == most:
+            break
         row = min(max(int(y[k]) // CELL_PX, 0), down - 1)
         column = min(max(int(x[k]) // CELL_PX, 0), across - 1)
         reach = int(radius[k]) // CELL_PX + 1
@@ -117,6 +179,7 @@ def apart(x: Array, y: Array, sign: Array, radius: Array, columns: int, rows: in
                     other = before[other]
         if free:
             kept[k] = True
+            total += 1
             before[k] = newest[row, column]
             newest[row, column] = k
     return kept

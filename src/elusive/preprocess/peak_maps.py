@@ -14,10 +14,12 @@ from elusive.preprocess.peak_tails import LEAST
 from elusive.preprocess.scene import Past, Scene
 
 BORDER = 2  # pixels of a map without peaks
-RINGS = (0.7, 1.0, 1.3, 1.8, 2.6, 4.0, 7.0)  # deviations about a place that part kinds of clutter
+# mean root magnitudes about a place that part kinds of clutter: so many deviations
+RINGS = scales.MEAN_ROOT * np.sqrt([0.7, 1.0, 1.3, 1.8, 2.6, 4.0, 7.0])
+NO_MAP = np.zeros((0, 0), dtype=np.float32), np.zeros(2)
 TILE = 32  # pixels of a map along a tile's side
 KINDS = len(RINGS) + 1
-GRID = 8  # every so many pixels the kind of clutter is counted
+GRID = 12  # every so many pixels the kind of clutter is counted
 
 
 class PeakMaps(NamedTuple):
@@ -78,18 +80,14 @@ def in_space(maps: list[Image], floors: Array) -> tuple[PeakMaps, float]:
 def in_time(scene: Scene, offset_px: Array, memory: int) -> tuple[PeakMaps, tuple[Past, ...]]:
     """Return the maps less their past over their noise, and the past after this frame."""
     found, pasts = PeakMaps([], [], []), []
-    nowhere = np.zeros(2, dtype=np.int64)
     for k, (image, past) in enumerate(zip(scene.maps, scene.pasts, strict=True)):
         here = offset_px / 2.0**k
         whole = np.round(here).astype(np.int64)
         part, roll = here - whole, whole - past.whole
         deviation = _past_kernels.deviate(image, past.mean, past.seen, part, roll)
         local = scales.local_variance(deviation, float(scene.floors[k]) ** 2)
-        values = image
-        if part.any():
-            values = _past_kernels.deviate(image, np.zeros_like(image), np.ones_like(image), part, nowhere)
         white, mean, variance, seen = _past_kernels.learn(
-            deviation, values, past.mean, past.variance, past.seen, roll, local, memory
+            deviation, image, past.mean, past.variance, past.seen, roll, local, memory
         )
         found.white.append(white)
         found.values.append(deviation)
@@ -106,46 +104,20 @@ def summits_of(maps: PeakMaps, groups: Groups) -> Summits:
 
 def _at_scale(maps: PeakMaps, k: int, groups: Groups) -> Summits:
     white = maps.white[k]
-    found = _summit_kernels.summits(white, LEAST, BORDER)
-    sign, raw = np.sign(found[:, 2]), np.abs(found[:, 2])
-    x, y = ((found[:, axis] + maps.parts[k][axis]) * 2.0**k for axis in (0, 1))
-    finer, coarser = _beside(maps, k - 1, 2, x, y, sign), _beside(maps, k + 1, 1, x, y, sign)
-    top = (raw >= finer) & (raw >= coarser)
-    found, x, y, sign, raw, finer, coarser = (v[top] for v in (found, x, y, sign, raw, finer, coarser))
-    left, right = np.maximum(finer, 0.0), np.maximum(coarser, 0.0)
-    between = np.clip(0.5 * (left - right) / np.minimum(left - 2 * raw + right, -1e-9), -0.5, 0.5)
+    beside = [(maps.white[j], maps.parts[j]) if 0 <= j < len(maps.white) else NO_MAP for j in (k - 1, k + 1)]
+    found = _summit_kernels.summits(white, maps.parts[k], *beside[0], *beside[1], LEAST, BORDER, RINGS)
+    x, y, height, sign, between, *places = found.T
+    row, column, kind = (values.astype(np.int64) for values in places)
     scale = np.sqrt(scales.moments_of(k)[0]) * 2.0**between
-    row, column = found[:, 3].astype(int), found[:, 4].astype(int)
-    kind = _kinds(white, row, column)
     down, across = groups.grids[k]
     tile = groups.first[k] + row * down // white.shape[0] * across + column * across // white.shape[1]
     contrast = maps.values[k][row, column] / scales.gain_of(scale, k)
-    return Summits(x, y, found[:, 5], sign, scale, contrast, np.stack([k * KINDS + kind, tile]), np.full(len(x), k))
-
-
-def _beside(maps: PeakMaps, k: int, reach: int, x: Array, y: Array, sign: Array) -> Array:
-    """Greatest height of a neighbouring scale about each place; -inf where there is no such scale."""
-    if not 0 <= k < len(maps.white):
-        return np.full(len(x), -np.inf)
-    column, row = (v / 2.0**k - maps.parts[k][axis] for axis, v in enumerate((x, y)))
-    height: Array = _summit_kernels.beside(maps.white[k], column, row, sign, reach)
-    return height
+    group = np.stack([k * KINDS + kind, tile])
+    return Summits(x * 2.0**k, y * 2.0**k, height, sign, scale, contrast, group, np.full(len(x), k))
 
 
 def areas_of(maps: PeakMaps, groups: Groups) -> Array:
     """Area of each group ``(groups,)`` in px^2 of the frame."""
-    areas = []
-    for k, white in enumerate(maps.white):
-        row, column = (
-            v.ravel() for v in np.mgrid[GRID // 2 : white.shape[0] : GRID, GRID // 2 : white.shape[1] : GRID]
-        )
-        share = np.bincount(_kinds(white, row, column), minlength=KINDS) / len(row)
-        areas.append(share * white.size * 4.0**k)
-    return np.concatenate([*areas, groups.tile_px])
-
-
-def _kinds(white: Image, row: NDArray[np.int64], column: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Kind of clutter of each pixel: how restless it is round it."""
-    restless = (_summit_kernels.rings(white, row, column) / scales.MEAN_ROOT) ** 2
-    kind: NDArray[np.int64] = np.searchsorted(RINGS, restless)
-    return kind
+    counts = [_summit_kernels.kinds(white, RINGS, GRID) for white in maps.white]
+    shares = [n / n.sum() * white.size * 4.0**k for k, (n, white) in enumerate(zip(counts, maps.white, strict=True))]
+    return np.concatenate([*shares, groups.tile_px])

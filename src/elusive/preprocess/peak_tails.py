@@ -14,17 +14,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elusive.contracts import Array
+from elusive.preprocess import _tail_kernels
 
-LEAST = 2.0  # deviations from which a local maximum is a peak
-PRIOR = 20.0  # peaks that all kinds together count for beside a kind's own
+LEAST = 2.5  # deviations from which a local maximum is a peak
+EXCESS = 0.35  # mean excess of maxima of Gaussian noise over it
+PRIOR = 20.0  # peaks that a whole scale counts for beside a group's own
 FRAMES = 40.0  # over which counts are averaged
 SPARED = 3  # strongest peaks a frame that do not tell the tail: they may be targets
 CLIP = 4.0  # excess, in mean ones, that one peak counts for at most
-EXCESS = 0.4  # mean excess of maxima of Gaussian noise over LEAST
-HEAVY = (1.3, 2.5)  # mean excess, in a Gaussian's, that parts light tails from heavier ones
+HEAVY = np.array([1.3, 2.5])  # mean excess, in a Gaussian's, that parts light tails from heavier ones
+POWER = (0.25, 1.0)  # of the quantile plot beyond what was seen; a Gaussian's is one
 EDGES = np.geomspace(0.02, 400.0, 80)  # of the histogram of excess
 
-BOTH = np.array([0.5, 0.5])  # weights of a peak's kind and of its tile
 Index = NDArray[np.int64]
 
 
@@ -72,81 +73,63 @@ def rate(state: TailState, area_px: Array, pool: Index, groups: Index, white: Ar
     white
         ``(m,)`` its height in deviations of the local noise, LEAST or more.
     """
-    pools, n = state.peaks.shape
-    keep = 1.0 - 1.0 / FRAMES
-    over = white - LEAST
-    middle, _ = _expected(state, pool, groups)
-    counted = np.ones(len(over), dtype=bool)
-    for k in range(pools):
-        mine = np.flatnonzero(pool == k)
-        spared = min(SPARED, len(mine) // 4)
-        counted[mine[np.argsort(over[mine] / middle[mine])[len(mine) - spared :]]] = False
-    clipped = counted * np.minimum(over, CLIP * middle)
-    flat = (pool * n + groups).ravel()
-    count, excess = (np.bincount(flat, np.tile(w, 2), pools * n).reshape(pools, n) for w in (counted, clipped))
-    state = state._replace(
-        frames=keep * state.frames + 1.0,
-        area_px=keep * state.area_px + area_px,
-        peaks=keep * state.peaks + count,
-        excess=keep * state.excess + excess,
+    keep = 1.0 - 1.0 / FRAMES if state.frames else 0.0
+    counted = TailState(
+        keep * state.frames + 1.0,
+        state.log_rate,
+        state.scale,
+        keep * state.area_px + area_px,
+        *(keep * values for values in (state.peaks, state.excess, state.histogram)),
     )
-    middle, log_density = _expected(state, pool, groups)
-    scaled = over / middle * EXCESS
-    shape = pool * (len(HEAVY) + 1) + np.searchsorted(HEAVY, middle / EXCESS)
-    shapes, width = state.histogram.shape
-    bins = np.bincount(shape * width + np.searchsorted(EDGES, scaled), minlength=shapes * width)
-    state = state._replace(histogram=keep * state.histogram + bins.reshape(shapes, width))
-    rare = np.zeros(len(white))
-    for k in np.unique(shape):
-        mine = shape == k
-        rare[mine] = _gaussian_place(state.histogram[k], state.frames, scaled[mine])
-    log_left = np.log(rare / LEAST) - 0.5 * (rare**2 - LEAST**2)
-    log_dense = log_density + log_left
-    return state, Rarity(invert(state.log_rate[state.scale[groups[0]]] - log_dense), log_dense)
+    for _ in range(1 if state.frames else 2):
+        # the frame's own peaks tell the tail where none was seen before
+        known = state if state.frames else counted
+        log_middle, log_local = _expected(known)
+        places = _tail_kernels.quantile_plots(
+            known.histogram, EDGES, LEAST, max(SPARED * known.frames, PRIOR), PRIOR, POWER
+        )
+        strength, log_density, middle, row, column = _tail_kernels.rate(
+            white,
+            pool,
+            *groups,
+            state.scale[groups[0]],
+            log_middle,
+            log_local,
+            places,
+            EDGES,
+            HEAVY,
+            LEAST,
+            EXCESS,
+            state.log_rate,
+        )
+        if known is state or not counted.peaks.any():
+            _tail_kernels.count(
+                white,
+                pool,
+                *groups,
+                middle,
+                row,
+                column,
+                LEAST,
+                CLIP,
+                SPARED,
+                counted.peaks,
+                counted.excess,
+                counted.histogram,
+            )
+    return counted, Rarity(strength, log_density)
 
 
-def invert(cost: Array) -> Array:
-    """Solve ``u^2 / 2 - log u = cost`` for u above 1."""
-    u: Array = np.sqrt(2.0 * np.maximum(cost, 0.51) + 1.0)
-    for _ in range(6):
-        u = np.maximum(u - (0.5 * u * u - np.log(u) - cost) / np.maximum(u - 1.0 / u, 0.3), 1.0)
-    return u
-
-
-def _expected(state: TailState, pool: Index, groups: Index) -> tuple[Array, Array]:
-    """Mean excess and log density of the peaks where each peak is: the geometric mean of its kind's and its tile's.
-
-    Either is held by its whole scale's.
-    """
+def _expected(state: TailState) -> tuple[Array, Array]:
+    """Logs of mean excess and of density of the peaks of each group, ``(pools, groups)``, held by its scale's."""
     scales = len(state.log_rate)
     # white Gaussian noise's own, before anything is known
     nominal = np.exp(state.log_rate) * LEAST * np.exp(-0.5 * LEAST**2)
     # each peak and each pixel is in two groups
-    of_scale = np.zeros((len(state.scale), scales))
-    of_scale[np.arange(len(state.scale)), state.scale] = 0.5
-    count, excess, area = state.peaks @ of_scale, state.excess @ of_scale, state.area_px @ of_scale
-    dense = ((count + PRIOR) / (area + PRIOR / nominal))[:, state.scale]
-    mean = ((excess + PRIOR * EXCESS) / (count + PRIOR))[:, state.scale]
+    of_scale = 0.5 * (state.scale[:, None] == np.arange(scales))
+    peaks, excess, area = (values @ of_scale for values in (state.peaks, state.excess, state.area_px))
+    dense = ((peaks + PRIOR) / (area + PRIOR / nominal))[:, state.scale]
+    mean = ((excess + PRIOR * EXCESS) / (peaks + PRIOR))[:, state.scale]
     log_local = np.log((state.peaks + PRIOR) / (state.area_px + PRIOR / dense))
     log_middle = np.log((state.excess + PRIOR * mean) / (state.peaks + PRIOR))
-    middle: Array = np.exp(BOTH @ log_middle[pool, groups])
-    return middle, BOTH @ log_local[pool, groups]
-
-
-def _gaussian_place(histogram: Array, frames: float, scaled: Array) -> Array:
-    """Gaussian strength of an excess, from the quantile plot of a pool's own, extrapolated as a power."""
-    # Gaussian noise counts for some peaks, so that a first small frame has a tail
-    ideal = LEAST + EDGES
-    gauss = np.exp(np.log(ideal / LEAST) - 0.5 * (ideal**2 - LEAST**2))
-    left = histogram.sum() - np.cumsum(histogram[:-1])  # peaks beyond each edge
-    share = (left + PRIOR * gauss) / (histogram.sum() + PRIOR)
-    known = left > max(SPARED * frames, PRIOR)
-    last = max(int(known.sum()) - 1, int(np.searchsorted(EDGES, EXCESS)))
-    half = min(int(np.searchsorted(-share, -0.3)), last - 4)
-    place = invert(0.5 * LEAST**2 - np.log(LEAST) - np.log(np.maximum(share[: last + 1], 1e-300)))
-    top = LEAST + EDGES[: last + 1]
-    power = float(np.clip(np.log(place[last] / place[half]) / np.log(top[last] / top[half]), 0.25, 1.0))
-    height = LEAST + scaled
-    within = np.interp(height, np.concatenate([[LEAST], top]), np.concatenate([[LEAST], place]))
-    beyond: Array = place[last] * (height / top[last]) ** power
-    return np.where(height <= top[last], within, beyond)
+    return log_middle, log_local

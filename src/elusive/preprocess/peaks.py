@@ -140,8 +140,8 @@ class PeakFinder(Model):
         tails, rarity = peak_tails.rate(tails, area_px, 2 * temporal + (sign < 0), group, height)
         order = np.argsort(-rarity.strength, kind="stable")
         reach = REACH * 2.0 ** level[order] + 0.5
-        apart = _summit_kernels.apart(x[order], y[order], sign[order], reach, shape[1], shape[0])
-        order = order[apart][: self.most]
+        apart = _summit_kernels.apart(x[order], y[order], sign[order], reach, shape[1], shape[0], self.most)
+        order = order[apart]
         # a peak of any scale and map, as rare as this
         alike = np.log(0.5 * len(found) * len(tails.log_rate))
         return tails, Peaks(

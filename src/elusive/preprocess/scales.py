@@ -69,12 +69,7 @@ def local_variance(image: Image, least: float) -> Image:
 
     The median of the blocks round each: where two textures meet, each side has its own.
     """
-    variance = (_middle(_middle(_scale_kernels.block_roots(image)).T).T / MEAN_ROOT) ** 4
-    held: Image = np.maximum(np.maximum(variance, LEAST_SHARE * variance.mean()), least).astype(np.float32)
+    roots = _scale_kernels.middle(_scale_kernels.block_roots(image))
+    variance = (roots / np.float32(MEAN_ROOT)) ** 4
+    held: Image = np.maximum(variance, np.float32(max(LEAST_SHARE * float(variance.mean()), least)))
     return held
-
-
-def _middle(blocks: Image) -> Image:
-    padded = np.pad(blocks, ((2, 2), (0, 0)), mode="reflect" if len(blocks) > 2 else "edge")
-    middle: Image = np.sort([padded[k : k + len(blocks)] for k in range(5)], axis=0)[2]
-    return middle
