@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from elusive.preprocess._scale_kernels import BLOCK, FAST, Image, _blend, _magnify
+from elusive.preprocess._scale_kernels import BLOCK, FAST, Image, blend, spread_blocks
 
 PRIOR = 10.0  # frames that the neighbourhood's variance counts for beside a pixel's own
 KNOWN = 2.0  # frames of a place before what differs from them counts
@@ -77,6 +77,40 @@ def deviate(image: Image, mean: Image, seen: Image, part: NDArray[np.float64], r
 
 
 @njit(cache=True, nogil=True, fastmath=FAST)
+def _mix(one: Image, a: np.float32, other: Image, b: np.float32, out: Image) -> None:
+    """Root of a weighted sum of two variances."""
+    for i in range(len(one)):
+        out[i] = np.sqrt(a * one[i] + b * other[i])
+
+
+@njit(cache=True, nogil=True, fastmath=FAST)
+def _divide(row: Image, by: Image, factor: np.float32, out: Image) -> None:
+    for i in range(len(row)):
+        out[i] = factor * row[i] / by[i]
+
+
+@njit(cache=True, nogil=True, fastmath=FAST)
+def _clip(row: Image, deviation: Image, bound: np.float32) -> None:
+    """Clip a row to some deviations, which it takes the place of."""
+    for i in range(len(row)):
+        most = bound * deviation[i]
+        deviation[i] = min(max(row[i], -most), most)
+
+
+@njit(cache=True, nogil=True, fastmath=FAST)
+def _add(row: Image, gain: np.float32, other: Image, out: Image) -> None:
+    for i in range(len(row)):
+        out[i] = row[i] + gain * other[i]
+
+
+@njit(cache=True, nogil=True, fastmath=FAST)
+def _approach(variance: Image, gain: np.float32, error: Image, out: Image) -> None:
+    """Move a variance towards the squares of errors."""
+    for i in range(len(variance)):
+        out[i] = variance[i] + gain * (error[i] * error[i] - variance[i])
+
+
+@njit(cache=True, nogil=True, fastmath=FAST)
 def learn(
     deviation: Image,
     image: Image,
@@ -96,14 +130,15 @@ def learn(
     means, variances = np.empty((rows, columns), dtype=np.float32), np.empty((rows, columns), dtype=np.float32)
     counts = np.empty((rows, columns), dtype=np.float32)
     between, about = np.empty(local.shape[1], dtype=np.float32), np.empty(columns, dtype=np.float32)
+    own = np.empty(columns, dtype=np.float32)
     first, last = max(0, roll[0]), max(min(columns, columns + roll[0]), max(0, roll[0]))
     one, prior, bound, longest = np.float32(1), np.float32(PRIOR), np.float32(BOUND), np.float32(memory)
     for row in range(rows):
         means[row], variances[row], counts[row] = image[row], 0, 1
         if not 0 <= row - roll[1] < rows or last <= first:
             continue
-        _blend(local, (row - (BLOCK - 1) / 2) / BLOCK, between)
-        _magnify(between, BLOCK, -(BLOCK - 1) / 2 / BLOCK, about)
+        blend(local, (row - (BLOCK - 1) / 2) / BLOCK, between)
+        spread_blocks(between, about)
         source = row - roll[1]
         before = mean[source, first - roll[0] : last - roll[0]]
         spread = variance[source, first - roll[0] : last - roll[0]]
@@ -115,25 +150,21 @@ def learn(
         for i in range(last - first):
             lowest, highest = min(lowest, count[i]), max(highest, count[i])
         if lowest == highest and lowest >= 1:
-            # as below, but for a count that is one for the whole row
+            # as below, for a count that is one for the whole row; few rows a loop, which a compiler makes vectors of
             weight = one / (prior + lowest - one)
-            a, b = prior * weight, (lowest - one) * weight
-            gain, fresh = one / min(lowest + one, longest), one / min(lowest, longest)
-            shown = one if lowest >= KNOWN else np.float32(0)
-            for i in range(last - first):
-                own = np.sqrt(a * noise[i] + b * spread[i])
-                out[i] = shown * error[i] / own
-                moved = min(max(error[i], -bound * own), bound * own)
-                new_mean[i] = before[i] + gain * moved
-                new_variance[i] = spread[i] + fresh * (moved * moved - spread[i])
+            _mix(noise, prior * weight, spread, (lowest - one) * weight, own)
+            _divide(error, own[: last - first], one if lowest >= KNOWN else np.float32(0), out)
+            _clip(error, own[: last - first], bound)
+            _add(before, one / min(lowest + one, longest), own, new_mean)
+            _approach(spread, one / min(lowest, longest), own, new_variance)
             new_count[:] = min(lowest + one, longest)
             continue
         for i in range(last - first):
             n = count[i]
-            own = np.sqrt((prior * noise[i] + (n - one) * spread[i]) / (prior + n - one))
-            out[i] = error[i] / own if n >= KNOWN else np.float32(0)
+            deviation_here = np.sqrt((prior * noise[i] + (n - one) * spread[i]) / (prior + n - one))
+            out[i] = error[i] / deviation_here if n >= KNOWN else np.float32(0)
             # clipped, so that a target in passing leaves little
-            moved = min(max(error[i], -bound * own), bound * own)
+            moved = min(max(error[i], -bound * deviation_here), bound * deviation_here)
             fresh = one / min(max(n, one), longest)
             if n >= one:
                 new_mean[i] = before[i] + moved / min(n + one, longest)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 Image = NDArray[np.float32]
 
 BLOCK = 8  # pixels of a level along a block's side
-FAST = {"contract", "reassoc", "nsz"}
+FAST = {"contract", "reassoc", "nsz", "nnan"}
 
 
 @njit(cache=True, nogil=True, fastmath=FAST)
@@ -47,19 +47,20 @@ def halve(image: Image) -> Image:
 
 
 @njit(cache=True, nogil=True, fastmath=FAST)
-def _magnify(row: Image, factor: int, first: float, out: Image) -> None:
-    """Read a row at ``first + i / factor`` for every i, between its values linearly."""
-    last = len(row) - 1
-    begin, step = np.float32(first), np.float32(1.0 / factor)
-    for i in range(len(out)):
-        place = min(max(begin + np.float32(i) * step, np.float32(0)), np.float32(last))
-        k = min(int(place), max(last - 1, 0))
-        part = place - np.float32(k)
-        out[i] = row[k] + part * (row[min(k + 1, last)] - row[k])
+def spread_blocks(row: Image, out: Image) -> None:
+    """Read a value a block between the blocks' centres linearly, for each pixel along them."""
+    blocks, half, each = len(row), BLOCK // 2, np.float32(1.0 / BLOCK)
+    out[:half] = row[0]
+    for k in range(blocks - 1):
+        a, step = row[k], (row[k + 1] - row[k]) * each
+        part = out[k * BLOCK + half : (k + 1) * BLOCK + half]
+        for i in range(BLOCK):
+            part[i] = a + (np.float32(i) + np.float32(0.5)) * step
+    out[(blocks - 1) * BLOCK + half :] = row[blocks - 1]
 
 
 @njit(cache=True, nogil=True, fastmath=FAST)
-def _blend(image: Image, place: float, out: Image) -> None:
+def blend(image: Image, place: float, out: Image) -> None:
     """Read an image between two of its rows."""
     last = image.shape[0] - 1
     place = min(max(place, 0.0), float(last))
@@ -93,7 +94,7 @@ def subtract(image: Image, coarse: Image) -> Image:
     between = np.empty(coarse.shape[1] + 1, dtype=np.float32)
     half = np.float32(0.5)
     for row in range(rows):
-        _blend(coarse, row / 2, between[:-1])
+        blend(coarse, row / 2, between[:-1])
         between[-1] = between[-2]
         values, out = image[row], result[row]
         for k in range(columns // 2):
@@ -135,8 +136,8 @@ def whiten(image: Image, inverse: Image) -> Image:
     white = np.empty((rows, columns), dtype=np.float32)
     between, factor = np.empty(inverse.shape[1], dtype=np.float32), np.empty(columns, dtype=np.float32)
     for row in range(rows):
-        _blend(inverse, (row - (BLOCK - 1) / 2) / BLOCK, between)
-        _magnify(between, BLOCK, -(BLOCK - 1) / 2 / BLOCK, factor)
+        blend(inverse, (row - (BLOCK - 1) / 2) / BLOCK, between)
+        spread_blocks(between, factor)
         values, out = image[row], white[row]
         for i in range(columns):
             out[i] = values[i] * factor[i]

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from elusive.contracts import Array
-from elusive.preprocess._scale_kernels import Image
+from elusive.preprocess._scale_kernels import FAST, Image
 
 ROUND = 2.3  # height of a point over its weaker curvature, at most [px^2]; an edge bends in one direction only
 SLACK = 2.0  # deviations that noise may add to it
@@ -23,16 +25,17 @@ RING = np.array(
 CELL_PX = 8  # of the grid by which neighbours are found
 
 
-@njit(cache=True, nogil=True, fastmath={"reassoc", "nsz"})
-def _greatest(row: Image) -> float:
+@njit(cache=True, nogil=True, fastmath=FAST)
+def _greatest(row: Image, first: int) -> Any:
+    """Greatest magnitude of the next :data:`CHUNK` pixels."""
     greatest = np.float32(0)
-    for i in range(len(row)):
-        greatest = max(greatest, abs(row[i]))
+    for i in range(CHUNK):
+        greatest = max(greatest, abs(row[first + i]))
     return greatest
 
 
 @njit(cache=True, nogil=True)
-def _is_summit(value: float, above: Image, here: Image, below: Image, i: int) -> bool:
+def _is_summit(value: float, above: Image, here: Image, below: Image, i: int) -> Any:
     """Whether a pixel's magnitude is beyond that of its eight neighbours; of equals the first."""
     s = np.float32(1) if value > 0 else np.float32(-1)
     v = abs(value)
@@ -96,6 +99,7 @@ def kinds(white: Image, bounds: Array, step: int) -> NDArray[np.int64]:
 @njit(cache=True, nogil=True)
 def summits(
     white: Image,
+    values: Image,
     part: Array,
     finer: Image,
     finer_part: Array,
@@ -104,26 +108,32 @@ def summits(
     least: float,
     border: int,
     bounds: Array,
+    grid: tuple[int, int, int, int],
+    level: int,
+    narrow: float,
+    wide: float,
 ) -> Array:
     """Extrema over place and scale beyond a magnitude.
 
-    Maps beside are without pixels where there are none; ``part`` is the place of a map's first pixel in the frame, in
-    pixels of the map.
+    ``values`` are in grey levels; ``narrow`` and ``wide`` are the variances of centre and surround in the frame. Maps
+    beside are without pixels where there are none; ``part`` is the place of a map's first pixel in the frame, in pixels
+    of the map.
 
     Returns
     -------
     ndarray
-        ``(m, 8)``: x, y in pixels of the map in the frame; height, not above a point's of its weaker curvature; sign;
-        octaves that the scale lies beside the map's; row; column; kind of clutter.
+        ``(m, 9)``: x, y in the frame; height, not above a point's of its weaker curvature; sign; scale in pixels of
+        the frame; contrast; kind of clutter and tile, from the numbers that ``grid`` gives after the tiles' rows and
+        columns; the level.
     """
     rows, columns = white.shape
-    found = np.empty((256, 8))
-    m = 0
+    found = np.empty((256, 9))
+    m, unit = 0, 2.0**level
     for row in range(border, rows - border):
         above, here, below = white[row - 1], white[row], white[row + 1]
         for first in range(border, columns - border, CHUNK):
             end = min(first + CHUNK, columns - border)
-            if _greatest(here[first:end]) < least:
+            if first + CHUNK <= columns and _greatest(here, first) < least:
                 continue
             for i in range(first, end):
                 value = here[i]
@@ -137,26 +147,29 @@ def summits(
                 if left > v or right > v:
                     continue
                 if m == len(found):
-                    more = np.empty((2 * m, 8))
+                    more = np.empty((2 * m, 9))
                     more[:m] = found
                     found = more
                 xx = s * (2 * here[i] - here[i - 1] - here[i + 1])
                 yy = s * (2 * here[i] - above[i] - below[i])
                 xy = s * 0.25 * (above[i + 1] + below[i - 1] - above[i - 1] - below[i + 1])
                 weaker = 0.5 * (xx + yy) - np.sqrt(0.25 * (xx - yy) ** 2 + xy * xy)
-                found[m, 0], found[m, 1] = x, y
+                found[m, 0], found[m, 1] = x * unit, y * unit
                 found[m, 2] = max(min(v, ROUND * weaker + SLACK), least)
                 found[m, 3] = s
-                found[m, 4] = _top(max(left, 0.0), v, max(right, 0.0))
-                found[m, 5], found[m, 6] = row, i
-                found[m, 7] = _kind(white, row, i, bounds)
+                square = narrow * 4.0 ** _top(max(left, 0.0), v, max(right, 0.0))
+                found[m, 4] = np.sqrt(square)
+                found[m, 5] = values[row, i] / (square / (square + narrow) - square / (square + wide))
+                found[m, 6] = grid[2] + _kind(white, row, i, bounds)
+                found[m, 7] = grid[3] + row * grid[0] // rows * grid[1] + i * grid[1] // columns
+                found[m, 8] = level
                 m += 1
     return found[:m].copy()
 
 
 @njit(cache=True, nogil=True)
 def apart(x: Array, y: Array, sign: Array, radius: Array, columns: int, rows: int, most: int) -> NDArray[np.bool_]:
-    """Which places, the strongest first, have no stronger of their sign within the lesser of both radii; the first ``most``."""
+    """Which places, strongest first, have no stronger of their sign within the lesser radius of both; at most ``most``."""
     across, down = columns // CELL_PX + 2, rows // CELL_PX + 2
     newest = np.full((down, across), -1, dtype=np.int64)
     before = np.full(len(x), -1, dtype=np.int64)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -10,11 +12,11 @@ from elusive.contracts import Array
 
 Index = NDArray[np.int64]
 
-NEWTON = 5  # steps, from a start that is near
+NEWTON = 3  # steps, from a start that is near
 
 
 @njit(cache=True, nogil=True)
-def invert(cost: float) -> float:
+def invert(cost: float) -> Any:
     """Solve ``u^2 / 2 - log u = cost`` for u above 1."""
     cost = max(cost, 0.51)
     u = np.sqrt(2.0 * cost + np.log(2.0 * cost + 1.0))
@@ -119,7 +121,7 @@ def count(
     excess: Array,
     histogram: Array,
 ) -> None:
-    """Add a frame's peaks to the counts in place, but for each pool's ``spared`` greatest, if it has four times more."""
+    """Add a frame's peaks to the counts in place, but for each pool's ``spared`` greatest (a quarter of it at most)."""
     pools = len(peaks)
     sizes = np.zeros(pools, dtype=np.int64)
     greatest = np.zeros((pools, spared))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -16,10 +17,11 @@ from elusive.preprocess.scene import Past, Scene
 BORDER = 2  # pixels of a map without peaks
 # mean root magnitudes about a place that part kinds of clutter: so many deviations
 RINGS = scales.MEAN_ROOT * np.sqrt([0.7, 1.0, 1.3, 1.8, 2.6, 4.0, 7.0])
-NO_MAP = np.zeros((0, 0), dtype=np.float32), np.zeros(2)
+NOWHERE = np.zeros(2)
+NO_MAP = np.zeros((0, 0), dtype=np.float32), NOWHERE
 TILE = 32  # pixels of a map along a tile's side
 KINDS = len(RINGS) + 1
-GRID = 12  # every so many pixels the kind of clutter is counted
+GRID = 16  # every so many pixels the kind of clutter is counted
 
 
 class PeakMaps(NamedTuple):
@@ -39,20 +41,15 @@ class Groups(NamedTuple):
     tile_px: Array  # (tiles,) area [px^2 of the frame]
 
 
-class Summits(NamedTuple):
-    """Extrema over place and scale of a map; m of them."""
+class Found(NamedTuple):
+    """Extrema over place and scale of maps of one sort."""
 
-    x: Array  # (m,) in the frame [px]
-    y: Array
-    height: Array  # (m,) magnitude [deviations]
-    sign: Array  # (m,) -1 where dark
-    scale_px: Array  # (m,)
-    contrast: Array  # (m,) [grey levels]
-    groups: NDArray[np.int64]  # (2, m) kind of clutter and tile, as :class:`Groups` numbers them
-    level: NDArray[np.int64]  # (m,) index of the scale
+    table: Array  # (9, m): x, y [px], height [deviations], sign, scale [px], contrast, kind, tile, index of the scale
+    area_px: Array  # (groups,) area of each group [px^2 of the frame]
 
 
-def groups_of(shapes: list[tuple[int, ...]]) -> Groups:
+@cache
+def groups_of(shapes: tuple[tuple[int, ...], ...]) -> Groups:
     """Part maps of these shapes."""
     grids = tuple((max(1, round(rows / TILE)), max(1, round(columns / TILE))) for rows, columns in shapes)
     sizes = [rows * columns for rows, columns in grids]
@@ -63,17 +60,15 @@ def groups_of(shapes: list[tuple[int, ...]]) -> Groups:
     return Groups(grids, tuple(first.tolist()), scale, np.repeat(area, sizes))
 
 
-def in_space(maps: list[Image], floors: Array) -> tuple[PeakMaps, float]:
-    """Return the maps over their local noise, and a pixel's noise [grey levels]."""
-    found = PeakMaps([], [], [])
+def in_space(scene: Scene) -> tuple[PeakMaps, float]:
+    """Return a frame's maps over their local noise, and a pixel's noise [grey levels]."""
+    found = PeakMaps([], scene.maps, [NOWHERE] * len(scene.maps))
     noise = 0.0
-    for k, image in enumerate(maps):
-        variance = scales.local_variance(image, float(floors[k]) ** 2)
+    for k, image in enumerate(scene.maps):
+        variance = scales.local_variance(image, float(scene.floors[k]) ** 2)
         if k == 0:
             noise = float(np.sqrt(np.median(variance))) / scales.noise_gain(0)
-        found.white.append(_scale_kernels.whiten(image, (1.0 / np.sqrt(variance)).astype(np.float32)))
-        found.values.append(image)
-        found.parts.append(np.zeros(2))
+        found.white.append(_scale_kernels.whiten(image, (1 / np.sqrt(variance)).astype(np.float32, copy=False)))
     return found, noise
 
 
@@ -96,28 +91,27 @@ def in_time(scene: Scene, offset_px: Array, memory: int) -> tuple[PeakMaps, tupl
     return found, tuple(pasts)
 
 
-def summits_of(maps: PeakMaps, groups: Groups) -> Summits:
+def find(maps: PeakMaps, groups: Groups) -> Found:
     """Find the extrema over place and scale."""
-    parts = [_at_scale(maps, k, groups) for k in range(len(maps.white))]
-    return Summits(*(np.concatenate(column, axis=-1) for column in zip(*parts, strict=True)))
-
-
-def _at_scale(maps: PeakMaps, k: int, groups: Groups) -> Summits:
-    white = maps.white[k]
-    beside = [(maps.white[j], maps.parts[j]) if 0 <= j < len(maps.white) else NO_MAP for j in (k - 1, k + 1)]
-    found = _summit_kernels.summits(white, maps.parts[k], *beside[0], *beside[1], LEAST, BORDER, RINGS)
-    x, y, height, sign, between, *places = found.T
-    row, column, kind = (values.astype(np.int64) for values in places)
-    scale = np.sqrt(scales.moments_of(k)[0]) * 2.0**between
-    down, across = groups.grids[k]
-    tile = groups.first[k] + row * down // white.shape[0] * across + column * across // white.shape[1]
-    contrast = maps.values[k][row, column] / scales.gain_of(scale, k)
-    group = np.stack([k * KINDS + kind, tile])
-    return Summits(x * 2.0**k, y * 2.0**k, height, sign, scale, contrast, group, np.full(len(x), k))
-
-
-def areas_of(maps: PeakMaps, groups: Groups) -> Array:
-    """Area of each group ``(groups,)`` in px^2 of the frame."""
-    counts = [_summit_kernels.kinds(white, RINGS, GRID) for white in maps.white]
-    shares = [n / n.sum() * white.size * 4.0**k for k, (n, white) in enumerate(zip(counts, maps.white, strict=True))]
-    return np.concatenate([*shares, groups.tile_px])
+    tables, areas = [], []
+    for k, white in enumerate(maps.white):
+        beside = [(maps.white[j], maps.parts[j]) if 0 <= j < len(maps.white) else NO_MAP for j in (k - 1, k + 1)]
+        grid = (*groups.grids[k], k * KINDS, groups.first[k])
+        tables.append(
+            _summit_kernels.summits(
+                white,
+                maps.values[k],
+                maps.parts[k],
+                *beside[0],
+                *beside[1],
+                LEAST,
+                BORDER,
+                RINGS,
+                grid,
+                k,
+                *scales.moments_of(k),
+            )
+        )
+        share = _summit_kernels.kinds(white, RINGS, GRID)
+        areas.append(share * (white.size * 4.0**k / share.sum()))
+    return Found(np.concatenate(tables).T, np.concatenate([*areas, groups.tile_px]))

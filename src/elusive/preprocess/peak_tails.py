@@ -81,47 +81,52 @@ def rate(state: TailState, area_px: Array, pool: Index, groups: Index, white: Ar
         keep * state.area_px + area_px,
         *(keep * values for values in (state.peaks, state.excess, state.histogram)),
     )
-    for _ in range(1 if state.frames else 2):
-        # the frame's own peaks tell the tail where none was seen before
-        known = state if state.frames else counted
-        log_middle, log_local = _expected(known)
-        places = _tail_kernels.quantile_plots(
-            known.histogram, EDGES, LEAST, max(SPARED * known.frames, PRIOR), PRIOR, POWER
-        )
-        strength, log_density, middle, row, column = _tail_kernels.rate(
-            white,
-            pool,
-            *groups,
-            state.scale[groups[0]],
-            log_middle,
-            log_local,
-            places,
-            EDGES,
-            HEAVY,
-            LEAST,
-            EXCESS,
-            state.log_rate,
-        )
-        if known is state or not counted.peaks.any():
-            _tail_kernels.count(
-                white,
-                pool,
-                *groups,
-                middle,
-                row,
-                column,
-                LEAST,
-                CLIP,
-                SPARED,
-                counted.peaks,
-                counted.excess,
-                counted.histogram,
-            )
-    return counted, Rarity(strength, log_density)
+    # where nothing was seen before, the frame's own peaks tell the tail
+    fresh = not state.peaks[np.unique(pool)].any(axis=1).all()
+    rated = _rated(state, pool, groups, white)
+    _tail_kernels.count(
+        white,
+        pool,
+        groups[0],
+        groups[1],
+        *rated[2:],
+        LEAST,
+        CLIP,
+        SPARED,
+        counted.peaks,
+        counted.excess,
+        counted.histogram,
+    )
+    if fresh:
+        rated = _rated(counted, pool, groups, white)
+    return counted, Rarity(*rated[:2])
+
+
+def _rated(state: TailState, pool: Index, groups: Index, white: Array) -> tuple[Array, Array, Array, Index, Index]:
+    """Rate peaks by what is known: strength, log density, mean excess, and row and bin of the histogram."""
+    log_middle, log_local = _expected(state)
+    spared = max(SPARED * state.frames, PRIOR)
+    places = _tail_kernels.quantile_plots(state.histogram, EDGES, LEAST, spared, PRIOR, POWER)
+    rated: tuple[Array, Array, Array, Index, Index] = _tail_kernels.rate(
+        white,
+        pool,
+        groups[0],
+        groups[1],
+        state.scale[groups[0]],
+        log_middle,
+        log_local,
+        places,
+        EDGES,
+        HEAVY,
+        LEAST,
+        EXCESS,
+        state.log_rate,
+    )
+    return rated
 
 
 def _expected(state: TailState) -> tuple[Array, Array]:
-    """Logs of mean excess and of density of the peaks of each group, ``(pools, groups)``, held by its scale's."""
+    """Return logs of mean excess and of density of each group's peaks, ``(pools, groups)``, held by its scale's."""
     scales = len(state.log_rate)
     # white Gaussian noise's own, before anything is known
     nominal = np.exp(state.log_rate) * LEAST * np.exp(-0.5 * LEAST**2)

@@ -6,24 +6,31 @@ registered past, each over the local deviation; how rare such a peak is, the rec
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
+from scipy import ndimage
 
 from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.model import Model
 from elusive.preprocess import _summit_kernels, peak_tails, scales
 from elusive.preprocess._scale_kernels import Image
-from elusive.preprocess.peak_maps import Summits, areas_of, groups_of, in_space, in_time, summits_of
+from elusive.preprocess.peak_maps import Found, Groups, PeakMaps, find, groups_of, in_space, in_time
 from elusive.preprocess.peak_tails import TailState
 from elusive.preprocess.scene import Past, Scene, follow
 
 LEVELS = (0.001, 0.01, 0.1, 0.2, 0.3, 0.5, 0.7, 0.8, 0.9, 0.99, 0.999)  # of the whitened quantiles
-SAMPLES = 5000  # pixels from which quantiles are taken
+SAMPLES = 3000  # pixels from which quantiles are taken
+FILL_PX = 4.0  # width of the surroundings from which gaps are filled
 REACH = 1.5  # scales within which a weaker peak is the same
+
+
+Mask = NDArray[np.bool_]
 
 
 class Peaks(NamedTuple):
@@ -92,61 +99,59 @@ class PeakFinder(Model):
             raise DataError(f"frame {state.frames_seen}: shape {frame.shape}, must be (rows, columns) of 32 or more.")
         if state.shape and frame.shape != state.shape:
             raise DataError(f"frame {state.frames_seen}: shape {frame.shape}, must be {state.shape} as before.")
-        image = np.ascontiguousarray(frame, dtype=np.float32)
-        pedestal, quantum = _levels(image, state.frames_seen)
-        image = image - np.float32(pedestal)
-        maps = scales.responses(image, scales.count_of(image.shape))
+        image, hidden = _without_gaps(np.ascontiguousarray(frame, dtype=np.float32), state.frames_seen)
+        pedestal, quantum = _levels(image)
+        maps = scales.responses(image - np.float32(pedestal), scales.count_of(image.shape))
         floors = np.array([scales.noise_gain(k) for k in range(len(maps))]) * max(quantum / np.sqrt(12.0), 1e-6)
+        groups = groups_of(tuple(values.shape for values in maps))
         scene = Scene(maps, list(state.pasts), floors)
+        # what is compared with the past runs beside what is not: kernels do not hold the interpreter
+        second = _second().submit(_found_in_space, scene, groups, hidden)
         offset, usual, cut = np.zeros(2), 0.0, True
         if state.pasts:
             offset, usual, cut = follow(scene, state.last, state.offset_px, state.step_px, state.usual)
-        spatial, noise = in_space(maps, floors)
-        groups = groups_of([values.shape for values in maps])
-        found, areas = [summits_of(spatial, groups)], [areas_of(spatial, groups)] * 2
+        found = []
         if cut:
             none = np.zeros(2, dtype=np.int64)
             pasts = tuple(Past(values, np.zeros_like(values), np.ones_like(values), none) for values in maps)
         else:
             temporal, pasts = in_time(scene, offset, self.memory)
-            found.append(summits_of(temporal, groups))
-            areas += [areas_of(temporal, groups)] * 2
+            # a place must have been seen twice before what differs from it counts
+            if state.tails is not None and state.tails.frames > 1.0:
+                found.append(_found(temporal, groups, hidden))
+        if hidden is not None:
+            pasts = tuple(
+                past._replace(seen=np.where(gap, 0, past.seen)) for past, gap in zip(pasts, hidden, strict=True)
+            )
+        spatial, noise, quantiles = second.result()
         tails = state.tails
         if cut or tails is None:
             tails = peak_tails.begin(np.array([scales.log_rate(k) for k in range(len(maps))]), groups.scale, 4)
         step = np.zeros(2) if cut else offset - state.offset_px
-        area_px = np.stack([*areas, *([np.zeros(len(groups.scale))] * (4 - len(areas)))])
-        tails, output = self._rated(tails, area_px, found, image.shape)
-        output = output._replace(
-            number=state.frames_seen,
-            offset_px=offset,
-            step_px=step,
-            cut=cut,
-            noise=noise,
-            pedestal=pedestal,
-            quantiles=_quantiles(spatial.white[0], LEVELS),
-        )
+        tails, peaks = self._rated(tails, [spatial, *found], image.shape)
+        output = Peaks(state.frames_seen, *peaks, offset, step, cut, noise, pedestal, quantiles)
         last = maps[scene.chosen()[1]]
         return PeakState(state.frames_seen + 1, image.shape, pasts, last, offset, step, usual, tails, output)
 
     def _rated(
-        self, tails: TailState, area_px: Array, found: list[Summits], shape: tuple[int, ...]
-    ) -> tuple[TailState, Peaks]:
+        self, tails: TailState, found: list[Found], shape: tuple[int, ...]
+    ) -> tuple[TailState, tuple[Array, Array, Array, Mask, Mask, Array, Array, Array]]:
         """Rate the peaks of all maps, and give them the strongest first, each place once."""
-        x, y, height, sign, scale, contrast, group, level = (
-            np.concatenate(c, axis=-1) for c in zip(*found, strict=True)
-        )
-        temporal = np.repeat(np.arange(len(found)), [len(one.x) for one in found])
-        tails, rarity = peak_tails.rate(tails, area_px, 2 * temporal + (sign < 0), group, height)
-        order = np.argsort(-rarity.strength, kind="stable")
+        table = np.concatenate([one.table for one in found], axis=1)
+        temporal = np.repeat(np.arange(len(found)), [one.table.shape[1] for one in found])
+        x, y, height, sign, scale, contrast = table[:6]
+        groups, level = table[6:8].astype(np.int64), table[8]
+        nowhere = np.zeros(len(tails.scale))
+        area_px = np.stack([found[k // 2].area_px if k < 2 * len(found) else nowhere for k in range(4)])
+        tails, rarity = peak_tails.rate(tails, area_px, 2 * temporal + (sign < 0), groups, height)
+        order = np.argsort(-rarity.strength)
         reach = REACH * 2.0 ** level[order] + 0.5
         apart = _summit_kernels.apart(x[order], y[order], sign[order], reach, shape[1], shape[0], self.most)
         order = order[apart]
         # a peak of any scale and map, as rare as this
         alike = np.log(0.5 * len(found) * len(tails.log_rate))
-        return tails, Peaks(
-            0,
-            np.stack([x, y], axis=1)[order],
+        return tails, (
+            table[:2].T[order],
             rarity.strength[order],
             scale[order],
             sign[order] > 0,
@@ -154,25 +159,53 @@ class PeakFinder(Model):
             contrast[order],
             rarity.log_density[order] + alike,
             scale[order] * np.sqrt((1.2 / height[order]) ** 2 + 0.1**2),
-            np.zeros(2),
-            np.zeros(2),
-            False,
-            0.0,
-            0.0,
-            np.zeros(len(LEVELS)),
         )
 
 
-def _levels(image: Image, number: int) -> tuple[float, float]:
-    """Median and step between grey levels of a frame (0 where it is not of steps), from a sample."""
-    stride = max(1, image.size // SAMPLES) | 1
-    sample = image.ravel()[::stride]
-    if not np.isfinite(sample).any():
+@cache
+def _second() -> ThreadPoolExecutor:
+    """Return the one thread beside the caller's."""
+    return ThreadPoolExecutor(1, "peaks")
+
+
+def _found_in_space(scene: Scene, groups: Groups, hidden: list[Mask] | None) -> tuple[Found, float, Array]:
+    """Return peaks against their surroundings, a pixel's noise, and whitened quantiles."""
+    maps, noise = in_space(scene)
+    return _found(maps, groups, hidden), noise, np.quantile(_sample(maps.white[0]), LEVELS)
+
+
+def _found(maps: PeakMaps, groups: Groups, hidden: list[Mask] | None) -> Found:
+    if hidden is not None:
+        for white, gap in zip(maps.white, hidden, strict=True):
+            white[gap] = 0.0
+    return find(maps, groups)
+
+
+def _without_gaps(image: Image, number: int) -> tuple[Image, list[Mask] | None]:
+    """Fill what is not finite from about it, and tell where each scale does not see enough; None where all is seen."""
+    if np.isfinite(image.sum()):
+        return image, None
+    gaps = ~np.isfinite(image)
+    if gaps.all():
         raise DataError(f"frame {number}: no pixel is finite; drop it.")
-    return float(np.median(sample)), float(np.min(np.diff(np.unique(sample)), initial=1e3))
+    known = np.where(gaps, 0.0, image - np.median(image[~gaps]))
+    share = ndimage.gaussian_filter((~gaps).astype(np.float32), FILL_PX)
+    fill = np.median(image[~gaps]) + ndimage.gaussian_filter(known, FILL_PX) / np.maximum(share, 1e-3)
+    hidden, gap = [], gaps
+    for k in range(scales.count_of(image.shape)):
+        gap = gap if k == 0 else ndimage.maximum_filter(gap, 3)[::2, ::2]
+        hidden.append(ndimage.maximum_filter(gap, 5))
+    return np.where(gaps, fill, image).astype(np.float32), hidden
 
 
-def _quantiles(image: Image, levels: tuple[float, ...]) -> Array:
-    stride = max(1, image.size // SAMPLES) | 1
-    quantiles: Array = np.quantile(image.ravel()[::stride], levels)
-    return quantiles
+def _levels(image: Image) -> tuple[float, float]:
+    """Median and step between grey levels of a frame (0 where it is not of steps), from a sample."""
+    sample = np.sort(_sample(image))
+    steps = np.diff(sample)
+    return float(sample[len(sample) // 2]), float(np.min(steps[steps > 0], initial=1e3))
+
+
+def _sample(image: Image) -> Image:
+    """Values of every so many pixels."""
+    sample: Image = image.ravel()[:: max(1, image.size // SAMPLES) | 1]
+    return sample

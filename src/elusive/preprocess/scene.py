@@ -101,16 +101,16 @@ def _refine(scene: Scene, k: int, start_px: Array) -> Fit:
     for _ in range(ITERATIONS):
         scale = max((sums[7] / max(sums[6], 1.0) / MEAN_ROOT) ** 2, floor)
         sums = _sums(scene, k, offset, scale)
-        (xx, xy, yy), right = sums[:3], sums[3:5]
-        if not xx * yy - xy * xy > 1e-6 * (xx + yy) ** 2:
+        xx, xy, yy, right_x, right_y = sums[:5].tolist()
+        determinant = xx * yy - xy * xy
+        if not determinant > 1e-6 * (xx + yy) ** 2:
             break
-        step = np.array([yy * right[0] - xy * right[1], xx * right[1] - xy * right[0]]) / (xx * yy - xy * xy)
-        step *= min(1.0, 2.0 / max(np.abs(step).max(), 1e-12))
-        offset = offset - step * 2.0**k
-        sums = _sums(scene, k, offset, scale)
-        if np.abs(step).max() < 0.01:
+        step_x, step_y = (yy * right_x - xy * right_y) / determinant, (xx * right_y - xy * right_x) / determinant
+        greatest = max(abs(step_x), abs(step_y))
+        offset = offset - np.array([step_x, step_y]) * (2.0**k * min(1.0, 2.0 / max(greatest, 1e-12)))
+        if greatest < 0.01:
             break
-    if sums[6] < 0.1 * scene.maps[k].size:
+    if sums[6] * max(1, scene.maps[k].size // PIXELS) < 0.1 * scene.maps[k].size:
         return Fit(start_px, scale, -1.0)
     likeness = sums[8] / max(np.sqrt(sums[9] * sums[10]), 1e-12)
     return Fit(offset, max((sums[7] / sums[6] / MEAN_ROOT) ** 2, floor), float(likeness))
