@@ -77,7 +77,6 @@ def test_existence_over_all_targets_is_as_often_true_as_it_says(found):
 
 
 @pytest.mark.validate
-@pytest.mark.xfail(strict=True, reason="2.18 with an interval of .11: covariances are still a tenth too small")
 def test_squared_errors_of_tracks_away_from_others_are_those_of_their_covariance(found):
     means = np.array([np.mean(squares) for _, _, squares in found if squares])
     assert abs(means.mean() - 2.0) < 2 * means.std() / math.sqrt(len(means))

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from elusive.tracking.detection_targets import CERTAIN, Target
+from elusive.tracking.fixed_echoes import FixedEcho
 
 
 def merged(targets: list[Target], within: float) -> list[Target]:
@@ -29,19 +30,30 @@ def merged(targets: list[Target], within: float) -> list[Target]:
             kept[number] = target
         else:  # what one detection after the other may have begun is there once
             both = kept[same].existence + target.existence
-            kept[same] = kept[same]._replace(existence=min(both, CERTAIN))
+            kept[same] = kept[same]._replace(existence=min(both, CERTAIN), echo=_likelier(target, kept[same], both))
     return [kept[number] for number in sorted(kept)]
 
 
-def kept_up(targets: Sequence[Target], undetected: float) -> tuple[list[Target], float]:
-    """Give up beginnings that hardly exist: they go back to what was never detected."""
-    kept = list[Target]()
+def kept_up(targets: Sequence[Target], undetected: float) -> tuple[list[Target], float, list[FixedEcho]]:
+    """Give up beginnings that hardly exist: they go back to what was never detected, but for their fixed echoes."""
+    kept, echoes = list[Target](), list[FixedEcho]()
     for target in targets:
         if target.life.track is None and target.existence < target.least_odds * (1 - target.existence):
             undetected += target.existence
+            if target.echo is not None:
+                echoes.append(target.echo)
         else:
             kept.append(target)
-    return kept, undetected
+    return kept, undetected, echoes
+
+
+def _likelier(first: Target, second: Target, existence: float) -> FixedEcho | None:
+    """Return the likelier of two targets' echoes, beside a target of this existence."""
+    echoes = [echo for echo in (first.echo, second.echo) if echo is not None]
+    if not echoes:
+        return None
+    best = max(echoes, key=lambda echo: echo.existence)
+    return best._replace(existence=min(best.existence, max(1 - existence, 0.0)))
 
 
 def _apart(first: Target, second: Target) -> float:

@@ -22,6 +22,7 @@ from elusive.filters.particle.parts import a_number_a_state, allowed_by
 from elusive.filters.particle.resampling import resample
 from elusive.motion import transition
 from elusive.tracking._detection_kernels import explanations
+from elusive.tracking.fixed_echoes import EchoEvidence, FixedEcho, NewEchoes, echo_after, echo_evidence
 from elusive.tracking.lifecycle import Life
 
 LEAST_KURTOSIS = 1.3  # of a belief of one mode: a line has 1.8, a Gaussian 3, two places 1
@@ -43,6 +44,7 @@ class Target(NamedTuple):
     allowed: float  # P(what is known allows it) before the scan
     forbidden: bool  # what is known forbade what was measured, and was left out of the scan
     least_odds: float  # of existence, below which it is given up before it is a candidate
+    echo: FixedEcho | None = None  # what it is if it is fixed and no target; their existences add up to one at most
 
 
 class Expected(NamedTuple):
@@ -73,18 +75,29 @@ class Evidence(NamedTuple):
     likely: Array  # (k + 1, N) likelihood of each particle: missed, and each detection, but for a scale
     total: Array  # (k + 1,) of the likelihoods under the weights
     scale: Array  # (k + 1,) logarithms of the scales
+    echo: EchoEvidence | None = None  # of what it is if it is fixed and no target
 
     @property
     def log_missed(self) -> float:
-        """Logarithm of the probability that it is not there or was missed."""
-        return math.log(1 - self.existence + self.existence * float(self.total[0]))
+        """Logarithm of the probability that nothing is there or it was missed."""
+        missed = self.existence * float(self.total[0])
+        if self.echo is None:
+            return math.log(1 - self.existence + missed)
+        absent = max(1 - self.existence - self.echo.existence, 1 - CERTAIN)
+        return math.log(absent + missed + self.echo.existence * self.echo.missed)
 
     @property
-    def log_made(self) -> Array:
-        """Logarithms of the densities that it is there and made each detection, ``(k,)``."""
+    def log_made_itself(self) -> Array:
+        """Logarithms of the densities that the target is there and made each detection, ``(k,)``."""
         with np.errstate(divide="ignore"):
             made: Array = np.log(self.total[1:]) + self.scale[1:]
             return made + math.log(self.existence) if self.existence > 0 else np.full_like(made, -math.inf)
+
+    @property
+    def log_made(self) -> Array:
+        """Logarithms of the densities that it or its echo is there and made each detection, ``(k,)``."""
+        made = self.log_made_itself
+        return made if self.echo is None else np.logaddexp(made, self.echo.log_made)
 
 
 def expected(
@@ -138,6 +151,7 @@ def evidence(
     which: NDArray[np.int64],
     log_new: Array,
     least_allowed: float,
+    echo: tuple[float, Array] | None = None,
 ) -> Evidence:
     """Ask what each detection within reach says of each particle, and whether what is known can stand beside it.
 
@@ -153,6 +167,8 @@ def evidence(
         ``(k,)`` logarithm of the intensity of each detection, if it is not this target's.
     least_allowed
         Knowledge that allows what is measured with no more than this probability is left out.
+    echo
+        Probability that the target's echo is detected, and the log density of each detection as its, ``(k,)``.
 
     Raises
     ------
@@ -186,17 +202,30 @@ def evidence(
         else:  # that a map is wrong altogether is paid for once
             odds = 1.0 if one.target.forbidden else least_allowed
         existence = existence * odds / (1 - existence + existence * odds)
+    its_echo = None
+    if echo is not None and one.target.echo is not None:
+        others = (1 - existence) / (1 - one.existence)  # what speaks against the target speaks for the rest
+        its_echo = echo_evidence(one.target.echo.existence * others, *echo)
     if not (np.isfinite(total).all() and (scale < math.inf).all()):
         raise DataError(
             "log_densities, detection_probabilities or log_probability: is NaN or plus infinity for some state; check "
             "the sensor and what is known."
         )
-    return Evidence(existence, weights, allowed, forbidden, which, likely, total, scale)
+    return Evidence(existence, weights, allowed, forbidden, which, likely, total, scale, its_echo)
 
 
-def after_scan(one: Expected, found: Evidence, made: Array, missed: float) -> Target:
-    """Return the target, the probabilities known that it made each detection, ``(k,)``, and that it made none."""
-    gone_unseen = missed * found.existence * float(found.total[0]) * math.exp(-found.log_missed)
+def after_scan(one: Expected, found: Evidence, made: Array, missed: float, new: NewEchoes | None = None) -> Target:
+    """Return the target, the probabilities known that it made each detection, ``(k,)``, and that it made none.
+
+    Where it may be a fixed echo, ``new`` says where the detections are.
+    """
+    absent = missed * math.exp(-found.log_missed)
+    gone_unseen, echo = absent * found.existence * float(found.total[0]), one.target.echo
+    if echo is not None and found.echo is not None and new is not None:
+        with np.errstate(invalid="ignore"):
+            fixed = np.nan_to_num(np.exp(found.echo.log_made - found.log_made))
+        unseen = absent * found.echo.existence * found.echo.missed
+        echo, made = echo_after(echo, unseen, made * fixed, new, found.which), made * (1 - fixed)
     shares = np.concatenate([[gone_unseen], made])
     existence = float(shares.sum())
     weights = found.weights
@@ -212,7 +241,7 @@ def after_scan(one: Expected, found: Evidence, made: Array, missed: float) -> Ta
     return Target(
         one.target.life, existence, one.particles, weights, *_kernels.moments(one.particles, weights),
         one.weights, -1 if best == 0 else int(found.which[best - 1]), log_odds, found.allowed, found.forbidden,
-        one.target.least_odds,
+        one.target.least_odds, echo,
     )  # fmt: skip
 
 

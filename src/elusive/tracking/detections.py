@@ -18,17 +18,16 @@ from numpy.typing import NDArray
 from pydantic import ConfigDict, Field, SerializeAsAny
 
 from elusive.contracts import Array, DetectionSensor, Knowledge, Motion, interval_since
-from elusive.filters.particle import _kernels
 from elusive.filters.particle.parts import AnyKnowledge, Known
 from elusive.model import FROM_RECORDING, Model, NonNegative, Positive, Probability, or_own
-from elusive.tracking.association import marginals
-from elusive.tracking.detection_births import Newborn, newborn
+from elusive.tracking.detection_births import newborn
 from elusive.tracking.detection_doubles import kept_up, merged
-from elusive.tracking.detection_targets import CERTAIN, Evidence, Expected, Target, after_scan, evidence, expected
-from elusive.tracking.lifecycle import Life, Lifecycle
+from elusive.tracking.detection_scan import associated, begun
+from elusive.tracking.detection_targets import Expected, Target, after_scan, evidence, expected
+from elusive.tracking.fixed_echoes import FORGOTTEN, Backdrop, EchoScan, FixedEcho
+from elusive.tracking.lifecycle import Lifecycle
 from elusive.tracking.track import Track
 
-HARDLY = 1e-9  # existence that begins no target
 FIRST_S = 1.0  # over which targets appear before the first scan
 FAINTEST = -690.0  # logarithm of the intensity of a detection that nothing unknown explains
 
@@ -52,8 +51,8 @@ class ManyScans(Protocol):
 class _Scanned(NamedTuple):
     """What a scan makes of the targets."""
 
-    followed: list[Target]
-    begun: list[Target]
+    targets: list[Target]
+    echoes: list[FixedEcho]
     seen: float  # mean probability that a new target is detected; NaN without a detection
 
 
@@ -66,6 +65,7 @@ class DetectionState(NamedTuple):
     undetected: float  # expected number of targets that are there and were never detected
     sight: float  # mean probability that a new target is detected, of the latest scan that had detections
     knowledge: tuple[AnyKnowledge, ...]  # where targets can be, as far as it is known by now
+    echoes: tuple[FixedEcho, ...] = ()  # what is fixed and no target
 
     @property
     def tracks(self) -> tuple[Track, ...]:
@@ -105,6 +105,9 @@ class DetectionTracker(DetectionRules):
     knowledge: tuple[AnyKnowledge, ...] = Field(
         (), description="Where a target can be: maps, the sensor's field of view", json_schema_extra=FROM_RECORDING
     )
+    backdrop: Annotated[SerializeAsAny[Backdrop] | None, or_own(Backdrop)] = Field(
+        None, description="What else is detected, by place", json_schema_extra=FROM_RECORDING
+    )
     particles: int = Field(2000, ge=10, description="Number of particles of each target, N")
     further_sd: dict[str, float] = Field(
         {"ax": 0.05, "ay": 0.05, "turn_rate": 0.05},
@@ -112,7 +115,7 @@ class DetectionTracker(DetectionRules):
     )
     resample_below: Probability = Field(0.5, description="Resample when the effective size falls below this share of N")
     kernel_width: NonNegative = Field(
-        0.5, description="Width of the kernels that a belief of one mode is resampled with, to Silverman's; 0: none"
+        0.75, description="Width of the kernels that a belief of one mode is resampled with, to Silverman's; 0: none"
     )
     recover_below: float = Field(
         1e-6,
@@ -157,36 +160,50 @@ class DetectionTracker(DetectionRules):
             nothing = np.empty(0, dtype=np.int64)
             found = [evidence(one, self.sensor, None, nothing, np.empty(0), least) for one in alive]
             targets = [after_scan(one, its, np.empty(0), 1.0) for one, its in zip(alive, found, strict=True)]
-            return self._judged(state, time_s, targets, [], undetected)
+            return self._judged(state, time_s, targets, undetected)
         scans = self.sensor.scans(measurement) if isinstance(self.sensor, ManyScans) else (measurement,)
-        targets, begun, sight = list[Target](), list[Target](), state.sight
+        targets, echoes, sight = list[Target](), list(state.echoes), state.sight
         for number, scan in enumerate(scans):
             if number:  # no time passes from one to the next
-                targets, undetected = kept_up(targets + begun, undetected)
-                alive = [Expected.at_rest(target) for target in targets]
-            targets, begun, seen = self._scanned(alive, scan, undetected, known, least, rng)
+                targets, undetected, given_up = kept_up(targets, undetected)
+                alive, echoes = [Expected.at_rest(target) for target in targets], echoes + given_up
+            targets, echoes, seen = self._scanned(alive, echoes, scan, undetected, known, least, rng)
             sight = sight if math.isnan(seen) else seen
             undetected *= 1 - sight
-        return self._judged(state._replace(sight=sight), time_s, targets, begun, undetected)
+        return self._judged(state._replace(sight=sight, echoes=tuple(echoes)), time_s, targets, undetected)
 
     def _scanned(
-        self, alive: Sequence[Expected], measurement: Any, undetected: float, known: Sequence[Knowledge], least: float,
-        rng: Generator,
+        self, alive: Sequence[Expected], echoes: list[FixedEcho], measurement: Any, undetected: float,
+        known: Sequence[Knowledge], least: float, rng: Generator,
     ) -> _Scanned:  # fmt: skip
         """Take a scan in."""
-        log_clutter = self.sensor.log_clutter(measurement)
+        log_clutter, fixed = self.sensor.log_clutter(measurement), None
+        if self.backdrop is not None:
+            held = [*(one.target.echo for one in alive), *echoes]
+            fixed = EchoScan.of(self.backdrop, self.sensor, measurement, held, self.gate)
+            log_clutter = np.logaddexp(log_clutter, fixed.log_scattered)
         every, spread = np.arange(len(log_clutter)), (self.speed_sd_mps, self.further_sd)
         born = newborn(
             self.sensor, self.motion, measurement, every, undetected, known, least, self.particles, spread, rng
         )
-        log_new = np.logaddexp(log_clutter, born.log_intensity).clip(FAINTEST)
+        log_new = np.logaddexp(log_clutter, born.log_intensity)
+        if fixed is not None:
+            log_new = np.logaddexp(log_new, fixed.new.log_intensity)
+        log_new = log_new.clip(FAINTEST)
         gates = self._gates(alive, measurement, log_clutter)
+        if fixed is not None:
+            gates = np.concatenate([gates | fixed.near[: len(alive)], fixed.near[len(alive) :]])
+        within = [np.flatnonzero(gate) for gate in gates]
         found = [
-            evidence(one, self.sensor, measurement, np.flatnonzero(gate), log_new[gate], least)
-            for one, gate in zip(alive, gates, strict=True)
-        ]
-        followed, unclaimed = self._associated(alive, found, log_new)
-        return _Scanned(merged(followed, self.merge_within), self._begun(born, unclaimed, log_new), born.detected)
+            evidence(
+                one, self.sensor, measurement, which, log_new[which], least,
+                None if fixed is None else fixed.of_row(row, which),
+            )
+            for row, (one, which) in enumerate(zip(alive, within, strict=False))
+        ]  # fmt: skip
+        followed, echoes, unclaimed = associated(alive, found, echoes, within, fixed, log_new)
+        targets, fresh = begun(born, unclaimed, log_new, fixed, self.forget_below)
+        return _Scanned(merged(followed, self.merge_within) + targets, echoes + fresh, born.detected)
 
     def _gates(self, alive: Sequence[Expected], measurement: Any, log_clutter: Array) -> NDArray[np.bool_]:
         """Which detections are within reach of which targets; one that is no clutter is within all's."""
@@ -197,43 +214,16 @@ class DetectionTracker(DetectionRules):
         near = self.sensor.gate(means, covariances, measurement, self.gate)
         return np.asarray(near | (log_clutter == -math.inf))
 
-    def _associated(
-        self, alive: Sequence[Expected], found: Sequence[Evidence], log_new: Array
-    ) -> tuple[list[Target], Array]:
-        """Return the targets after the scan, and the probability that each detection is none of theirs."""
-        reach = np.array([len(its.which) for its in found], dtype=np.int64)
-        target = np.repeat(np.arange(len(found)), reach)
-        detection = np.concatenate([np.empty(0, dtype=np.int64), *(its.which for its in found)])
-        log_odds = np.concatenate([np.empty(0), *(its.log_made - its.log_missed - log_new[its.which] for its in found)])
-        joined = marginals(target, detection, log_odds, len(found), len(log_new))
-        ends = np.cumsum(reach)
-        after = [
-            after_scan(one, its, joined.pairs[end - k : end], float(missed))
-            for one, its, end, k, missed in zip(alive, found, ends, reach, joined.missed, strict=True)
-        ]
-        return after, joined.unclaimed
-
-    def _begun(self, born: Newborn, unclaimed: Array, log_new: Array) -> list[Target]:
-        """Begin a target at each detection that may be a new one's."""
-        begun = []
-        existence = np.minimum(unclaimed * np.exp(born.log_intensity - log_new), CERTAIN)
-        for k in np.flatnonzero(existence >= HARDLY).tolist():
-            # copies, so that one target does not keep the draws of all
-            states, weights = np.array(born.states[k], order="F"), born.weights[k].copy()
-            there = float(existence[k])
-            odds = there / (1 - there)
-            moments, allowed = _kernels.moments(states, weights), float(born.allowed[k])
-            least = self.forget_below * odds
-            begun.append(Target(Life(), there, states, weights, *moments, weights, k, 0.0, allowed, False, least))
-        return begun
-
     def _judged(
-        self, state: DetectionState, time_s: float, followed: list[Target], begun: list[Target], undetected: float
+        self, state: DetectionState, time_s: float, followed: list[Target], undetected: float
     ) -> DetectionState:
         """Judge each target by its existence, number new candidates, and give up what hardly exists."""
         targets, numbered = [], state.numbered
-        kept, undetected = kept_up(followed + begun, undetected)
+        kept, undetected, echoes = kept_up(followed, undetected)
         for target in kept:
             life, numbered = self.lifecycle.step(target.life, target.existence, numbered)
+            if life.status == "deleted" and target.echo is not None:
+                echoes.append(target.echo)
             targets.append(target._replace(life=life))
-        return DetectionState(time_s, tuple(targets), numbered, undetected, state.sight, state.knowledge)
+        there = tuple(echo for echo in (*state.echoes, *echoes) if echo.existence > FORGOTTEN)
+        return DetectionState(time_s, tuple(targets), numbered, undetected, state.sight, state.knowledge, there)

@@ -18,6 +18,7 @@ from elusive.model import FROM_RECORDING, Model, NonNegative, Positive, Probabil
 from elusive.motion import ConstantVelocity, MovingOrAnchored
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarScan
+from elusive.systems.radar.land import LandEchoes, land_share
 from elusive.tracking.detections import DetectionRules, DetectionTracker
 
 ROOM = 1.05  # greatest range in view, to the greatest of a plot
@@ -67,6 +68,12 @@ class RadarSurvey(NamedTuple):
     on_chart: int  # plots on a chart
     on_land: int  # plots on charted land
     radar_on_chart: bool
+
+    def land_plots(self, sensor: RadarSensor, water: Water | None) -> float:
+        """Mean number of plots that a scan has of land, beside what false alarms leave there."""
+        if water is None or not self.scans:
+            return 0.0
+        return max(0.0, self.on_land / self.scans - sensor.false_alarms * land_share(sensor, water))
 
 
 def survey(scans: Iterable[RadarScan], water: Water | None = None) -> RadarSurvey:
@@ -142,8 +149,8 @@ class RadarTracking(Model):
                 raise ParameterError(f"{name}: has no meaning for {reason}; leave it out.")
         return self
 
-    def bind(self, sensor: RadarSensor, coast: Coast | None) -> DetectionTracker:
-        """Return the tracker for a radar and a coast.
+    def bind(self, sensor: RadarSensor, coast: Coast | None, land_plots: float = 0.0) -> DetectionTracker:
+        """Return the tracker for a radar and a coast, and for the mean number of plots that a scan has of land.
 
         Raises
         ------
@@ -152,13 +159,17 @@ class RadarTracking(Model):
         """
         motion: Motion = self.motion
         knowledge: Sequence[Knowledge] = ()
+        backdrop = None
         if isinstance(self.knowledge, WaterModel):
             if coast is None:
                 raise ParameterError(
                     f"knowledge: is {self.knowledge.kind!r}, and no chart is given; give --chart, or --knowledge none."
                 )
             motion, *knowledge = with_coast(motion, self.knowledge, coast, self.coast)
+            if land_plots:
+                backdrop = LandEchoes(sensor, self.knowledge.bind(coast), land_plots)
         rules = {name: getattr(self.tracker, name) for name in DetectionRules.model_fields}
         return DetectionTracker(
-            **rules, motion=motion, sensor=sensor, knowledge=tuple(knowledge), particles=self.particles
-        )
+            **rules, motion=motion, sensor=sensor, knowledge=tuple(knowledge), backdrop=backdrop,
+            particles=self.particles,
+        )  # fmt: skip

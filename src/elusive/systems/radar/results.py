@@ -22,6 +22,7 @@ from elusive.results import STATUSES, Scored, TrackLog, scored, write_geojson, w
 from elusive.results.spool import Records
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarScan
+from elusive.systems.radar.land import water_at
 from elusive.systems.radar.parameters import RadarSurvey, RadarTracking
 from elusive.systems.radar.report import (
     RadarKeeper,
@@ -37,8 +38,6 @@ from elusive.tracking.detections import DetectionState, DetectionTracker
 from elusive.tracking.track import Step, Track
 
 SHOWN_CELL = 1 / 3  # of the coast's deviation
-NODES = np.array([-2.02018287, -0.95857246, 0.0, 0.95857246, 2.02018287]) * math.sqrt(2)  # Gauss-Hermite
-SHARES = np.array([0.01995324, 0.39361932, 0.94530872, 0.39361932, 0.01995324]) / math.sqrt(math.pi)
 CUTOFF_M = 50.0  # some deviations of a ship's track, and less than ships keep apart
 ADDED = ("lon_deg", "lat_deg", "log_odds", "allowed", "map_left_out", "plot_on_water", "at_anchor")
 CONFIRMED, DELETED = STATUSES.index("confirmed"), STATUSES.index("deleted")
@@ -134,10 +133,7 @@ def _on_water(plot: int, scan: RadarScan, water: Water, sensor: RadarSensor) -> 
     """P(water) where a track's plot says that it is, over the plot's error; NaN without a plot."""
     if plot < 0:
         return math.nan
-    places, errors = sensor.places(scan.select_detections(np.array([plot])))
-    grid = np.stack(np.meshgrid(NODES, NODES, indexing="ij"), axis=-1).reshape(-1, 2)
-    at = places[0] + grid @ np.linalg.cholesky(errors[0]).T
-    return float(np.outer(SHARES, SHARES).ravel() @ water.probability(at))
+    return float(water_at(water, *sensor.places(scan.select_detections(np.array([plot]))))[0])
 
 
 class RadarRun:

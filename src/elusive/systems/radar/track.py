@@ -128,7 +128,8 @@ def track_radar_recording(
         raise ParameterError(f"{name}: has no meaning without a truth; give --truth, or leave it out.")
     frame = LocalFrame.at(radar_lon_deg, radar_lat_deg)
     charted = lay_charts(read_charts(*charts), parameters.charted, frame) if charts else None
-    seen = survey(_looked_through(source, on_scan), None if charted is None else HardWater().bind(charted.coast))
+    outline = None if charted is None else HardWater().bind(charted.coast)
+    seen = survey(_looked_through(source, on_scan), outline)
     if charted is not None and not seen.on_chart:
         raise DataError(
             f"{source.name}: none of its {seen.plots} plots falls on a chart, seen from a radar at longitude "
@@ -138,7 +139,7 @@ def track_radar_recording(
     if truth is not None:
         known = read_ship_truth(truth, frame, midnight_unix_s=_midnight(source), mmsi=truth_mmsi)
     sensor = parameters.radar.bind(seen)
-    tracker = parameters.bind(sensor, None if charted is None else charted.coast)
+    tracker = parameters.bind(sensor, None if charted is None else charted.coast, seen.land_plots(sensor, outline))
     around = Surroundings(frame, charted, _water(parameters, tracker, charted))
     with nullcontext() if out is None else atomic_folder(out) as folder:
         table = None if folder is None else folder / "tracks.csv"

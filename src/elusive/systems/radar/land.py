@@ -1,0 +1,96 @@
+"""What a radar detects of land: scattered clutter and fixed echoes, as dense as a recording shows, where P(land) is.
+
+The density over place of Williams (2015), with the chart: lambda(z) = lambda_0 + lambda_land P(land | z), P(land)
+averaged over the error of a plot's place. Half of what comes from land is taken to come once, and half to be fixed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from elusive.charts import Water
+from elusive.contracts import Array
+from elusive.sensors.radar import RadarSensor
+from elusive.sensors.radar_scans import TURN_RAD, RadarScan
+from elusive.tracking.fixed_echoes import FixedEcho, NewEchoes
+
+NODES = np.array([-2.02018287, -0.95857246, 0.0, 0.95857246, 2.02018287]) * math.sqrt(2)  # Gauss-Hermite
+SHARES = np.array([0.01995324, 0.39361932, 0.94530872, 0.39361932, 0.01995324]) / math.sqrt(math.pi)
+FIXED_SHARE = 0.5  # of what comes from land
+RANGES, BEARINGS = 60, 240  # places at which the view is asked for land
+
+
+def water_at(water: Water, places: Array, errors: Array) -> Array:
+    """P(water) at places with Gaussian errors, ``(m, 2), (m, 2, 2) -> (m,)``."""
+    grid = np.stack(np.meshgrid(NODES, NODES, indexing="ij"), axis=-1).reshape(-1, 2)
+    spread = places[:, None] + np.einsum("mij,gj->mgi", np.linalg.cholesky(errors), grid)
+    found = water.probability(spread.reshape(-1, 2)).reshape(len(places), -1)
+    return np.asarray(found @ np.outer(SHARES, SHARES).ravel())
+
+
+def land_share(sensor: RadarSensor, water: Water) -> float:
+    """Share of the view, uniform over range and bearing, that is land."""
+    low, high, half = sensor.limits
+    distance = low + (high - low) * (np.arange(RANGES) + 0.5) / RANGES
+    bearing = sensor.middle_rad + half * (2 * (np.arange(BEARINGS) + 0.5) / BEARINGS - 1)
+    far, angle = np.meshgrid(distance, bearing)
+    places = np.column_stack([(far * np.sin(angle)).ravel(), (far * np.cos(angle)).ravel()])
+    return float(1 - water.probability(places + np.array([sensor.x_m, sensor.y_m])).mean())
+
+
+class LandEchoes:
+    """Plots of land.
+
+    Parameters
+    ----------
+    sensor
+        What sees them.
+    water
+        Where land is.
+    plots
+        Mean number that a scan has of them.
+    """
+
+    def __init__(self, sensor: RadarSensor, water: Water, plots: float) -> None:
+        self.sensor, self.water, self.plots = sensor, water, plots
+        low, high, half = sensor.limits
+        area = max(land_share(sensor, water), 1 / (RANGES * BEARINGS)) * 2 * half * (high - low)
+        with np.errstate(divide="ignore"):
+            self._log_rate = float(np.log(plots / area))  # of places all on land
+
+    def log_scattered(self, scan: RadarScan) -> Array:
+        """Log density of plots of land that come once, where each is, ``(m,)``; their Doppler lies anywhere."""
+        doppler = np.where(np.isfinite(scan.doppler_mps), -math.log(2 * (self.sensor.max_doppler_mps or math.inf)), 0.0)
+        return self._log_land(scan) + math.log(1 - FIXED_SHARE) + doppler
+
+    def new(self, scan: RadarScan) -> NewEchoes:
+        """Say of each plot how likely it is a fixed echo's that was never detected."""
+        log_intensity = self._log_land(scan) + math.log(FIXED_SHARE) + self._log_at_rest(scan)
+        return NewEchoes(log_intensity, *self.sensor.places(scan))
+
+    def log_densities(self, echoes: Sequence[FixedEcho], scan: RadarScan) -> Array:
+        """Log density of each plot, in range, bearing and Doppler, given that each echo made it, ``(E, m)``."""
+        places, errors = self.sensor.places(scan)
+        total = np.array([echo.covariance for echo in echoes])[:, None] + errors
+        off = places - np.array([echo.mean for echo in echoes])[:, None]
+        xx, yy, xy = total[..., 0, 0], total[..., 1, 1], total[..., 0, 1]
+        size = xx * yy - xy**2
+        squared = (yy * off[..., 0] ** 2 - 2 * xy * off[..., 0] * off[..., 1] + xx * off[..., 1] ** 2) / size
+        with np.errstate(divide="ignore"):
+            distance = np.log(scan.range_m)  # from an area to range times bearing
+        return np.asarray(-0.5 * (squared + np.log(size)) - math.log(TURN_RAD) + distance + self._log_at_rest(scan))
+
+    def _log_land(self, scan: RadarScan) -> Array:
+        with np.errstate(divide="ignore"):
+            return np.asarray(
+                self._log_rate + np.log(np.maximum(1 - water_at(self.water, *self.sensor.places(scan)), 0))
+            )
+
+    def _log_at_rest(self, scan: RadarScan) -> Array:
+        """Log density of the Doppler of what is at rest; 0 where none is measured."""
+        sd = self.sensor.doppler_sd_mps
+        density = -0.5 * (scan.doppler_mps / sd) ** 2 - math.log(sd * math.sqrt(TURN_RAD))
+        return np.where(np.isfinite(scan.doppler_mps), density, 0.0)
