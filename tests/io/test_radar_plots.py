@@ -14,9 +14,12 @@ from hypothesis import strategies as st
 
 from elusive.errors import DataError, ParameterError
 from elusive.io import RadarPlot, RadarScan, open_radar_plots, scans_by_rotation, write_radar_plots_csv
+from elusive.sensors.radar_rotation import period_of
+from tests import recordings
 
 HEADER = "time_s,range_m,bearing_deg,doppler_mps\n"
 TAU = 2 * math.pi
+ASTERIX = recordings.DATA / "asterix" / "cat_034_048.pcap"
 fuzzed = settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
@@ -280,7 +283,42 @@ def test_a_table_of_an_antenna(tmp_path: Path) -> None:
     lines = [f"{p.time_s!r},{p.range_m!r},{math.degrees(p.bearing_rad)!r}," for p in rotating(3.0, 20, [1.0, 2.0], 5)]
     path = saved(tmp_path, HEADER + "\n".join(lines))
     assert [len(s.range_m) for s in open_radar_plots(path, rotation_s=3.0)] == [2] * 20
-    assert len(list(open_radar_plots(path))) == 40
+    estimated = open_radar_plots(path)
+    assert estimated.estimated
+    assert estimated.rotation_s == pytest.approx(3.0, rel=1e-3)
+    assert [len(s.range_m) for s in estimated] == [2] * 20
+
+
+def test_one_plot_a_scan_at_steady_times_needs_no_antenna(tmp_path: Path) -> None:
+    lines = [f"{time_s},1000,{40 + time_s / 9}," for time_s in range(60) if time_s % 7]
+    source = open_radar_plots(saved(tmp_path, HEADER + "\n".join(lines)))
+    assert source.rotation_s is None
+    assert [len(s.range_m) for s in source] == [1] * 51
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_period_is_found_or_not_said(tmp_path: Path, seed: int) -> None:
+    """Seven targets that move, two in three seen, times to a hundredth of a second; and plots at random times."""
+    rng = np.random.default_rng(seed)
+    period, bearings = rng.uniform(1, 12), rng.uniform(0, TAU, 7)
+    turning = rotating(period, 60, [*bearings], seed, 0.01)
+    seen = [p for p in turning if rng.random() < 2 / 3]
+    assert period_of(*np.array(seen)[:, [0, 2]].T) == pytest.approx(period, rel=2e-3)
+    astray = [
+        p._replace(bearing_rad=float(angle)) for p, angle in zip(seen, rng.uniform(0, TAU, len(seen)), strict=True)
+    ]
+    lines = [f"{float(p.time_s)},{p.range_m},{math.degrees(p.bearing_rad)}," for p in astray]
+    with pytest.raises(DataError, match="do not fit one antenna"):
+        open_radar_plots(saved(tmp_path, HEADER + "\n".join(lines)))
+
+
+@pytest.mark.skipif(not ASTERIX.exists(), reason="the recordings are not here")
+def test_part_of_a_turn_says_how_fast_the_antenna_turns() -> None:
+    """Half a second of two radars: bearings rise by 36 degrees a second."""
+    source = open_radar_plots(ASTERIX, radar=(25, 201))
+    assert source.rotation_s == pytest.approx(10.0, abs=0.2)
+    with pytest.raises(DataError, match="radar"):
+        open_radar_plots(ASTERIX)
 
 
 def test_scans_by_rotation_keep_each_plots_time(tmp_path: Path) -> None:

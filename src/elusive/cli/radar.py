@@ -45,7 +45,11 @@ def track_radar_command(
     ] = None,
     truth_mmsi: Annotated[int | None, typer.Option("--truth-mmsi", help="The only ship to read of an AIS log.")] = None,
     rotation_s: Annotated[
-        float | None, typer.Option("--rotation-s", help="Period of the antenna; else plots of equal times are a scan.")
+        float | None,
+        typer.Option(
+            "--rotation-s",
+            help="Period of the antenna; else plots of equal times are a scan, or the period is estimated.",
+        ),
     ] = None,
     radar_code: Annotated[
         tuple[int, int] | None, typer.Option("--radar-code", help="SAC and SIC, in an ASTERIX file of several radars.")

@@ -10,7 +10,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import closing
 from dataclasses import dataclass, field
 from decimal import Context, Decimal
-from itertools import groupby
+from itertools import groupby, islice
 from operator import itemgetter
 from pathlib import Path
 
@@ -21,6 +21,7 @@ from elusive.io._table_lines import TableLine, table_lines
 from elusive.io.asterix import asterix_plots
 from elusive.io.atomic import atomic_path
 from elusive.io.csv_files import number_text
+from elusive.sensors.radar_rotation import MOST, rotation_of
 from elusive.sensors.radar_scans import TURN_RAD, RadarPlot, RadarScan, scan_of, scans_by_rotation
 
 COLUMNS = ("time_s", "range_m", "bearing_deg", "doppler_mps")
@@ -35,6 +36,10 @@ class RadarSource:
 
     name: str
     _read: Callable[[Counter[str]], Iterator[RadarScan]] = field(repr=False)
+    rotation_s: float | None = None
+    """Period of the antenna, given or estimated; None: plots of equal times are a scan."""
+    estimated: bool = False
+    """Whether the period was estimated."""
     counts: Counter[str] = field(default_factory=Counter)
     """What the latest iteration met in an ASTERIX file, so far: see :func:`~elusive.io.asterix.asterix_plots`."""
 
@@ -70,7 +75,8 @@ def open_radar_plots(
         :func:`~elusive.io.asterix.asterix_plots`.
     rotation_s
         Period of the antenna. Given, each of its turns is a scan
-        (:func:`~elusive.sensors.radar_scans.scans_by_rotation`); else plots of equal times are, which needs a table.
+        (:func:`~elusive.sensors.radar_scans.scans_by_rotation`). Else plots of equal times are; where plots have times
+        of their own, the period is estimated (:mod:`elusive.sensors.radar_rotation`).
     radar
         The radar's two codes (SAC, SIC), for an ASTERIX file that holds several.
 
@@ -82,23 +88,44 @@ def open_radar_plots(
     Raises
     ------
     DataError
-        If there is no such file, or an argument does not fit it.
+        If there is no such file, an argument does not fit it, or plots have times of their own that say no period.
     """
     file = Path(path)
     if not file.is_file():
         raise DataError(f"{path}: {'is a folder' if file.is_dir() else 'there is no such file'}; check the path.")
     name = str(path)
-    if file.suffix.lower() in TABLES:
-        if radar is not None:
-            raise DataError(f"{path}: radar={radar} chooses in an ASTERIX file, and this is a table; leave it out.")
-        if rotation_s is None:
-            return RadarSource(name, lambda counts: _table_scans(file))
-        period = rotation_s
-        return RadarSource(name, lambda counts: scans_by_rotation(_table_plots(file), period, name))
+    table = file.suffix.lower() in TABLES
+    if table and radar is not None:
+        raise DataError(f"{path}: radar={radar} chooses in an ASTERIX file, and this is a table; leave it out.")
+
+    def plots(counts: Counter[str]) -> Iterator[RadarPlot]:
+        return _table_plots(file) if table else asterix_plots(file, radar, counts)
+
+    period, estimated = rotation_s, False
     if rotation_s is None:
-        raise DataError(f"{path}: ASTERIX plots have each their own time; give rotation_s, the antenna's period.")
-    period = rotation_s
-    return RadarSource(name, lambda counts: scans_by_rotation(asterix_plots(file, radar, counts), period, name))
+        found = rotation_of(_first(plots(Counter())))
+        if table and not found.needed:
+            return RadarSource(name, lambda counts: _table_scans(file))
+        period, estimated = found.period_s, True
+        if period is None:
+            raise DataError(
+                f"{path}: its plots have each their own time, and with their bearings these do not fit one antenna "
+                "that turns clockwise at a steady rate and no other; give rotation_s, the antenna's period, or all "
+                "plots of a scan one time."
+            )
+    turn_s = period
+    return RadarSource(name, lambda counts: scans_by_rotation(plots(counts), turn_s, name), turn_s, estimated)
+
+
+def _first(plots: Iterator[RadarPlot]) -> list[RadarPlot]:
+    """Return the first plots; a fault among them is left to whoever reads on, where it does not hide them all."""
+    found: list[RadarPlot] = []
+    try:
+        found.extend(islice(plots, MOST))
+    except DataError:
+        if not found:
+            raise
+    return found
 
 
 def write_radar_plots_csv(path: str | os.PathLike[str], scans: Iterable[RadarScan]) -> None:

@@ -207,7 +207,7 @@ class RadarRun:
             clouds=self._keeper.clouds,
             truth=truth,
             rows=[
-                *run_facts(self._parameters, self._sensor, self._around.charted, self._seen, source.counts),
+                *run_facts(self._parameters, self._sensor, self._around.charted, self._seen, source),
                 *([] if self._bias is None else [bias_row(self._bias)]),
                 ("Candidates never confirmed", f"{len(self._log.by_track().numbers) - len(paths)}"),
                 *([] if scores is None else scores.lines()),

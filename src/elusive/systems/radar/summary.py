@@ -9,7 +9,7 @@ probabilities). Of an imprecise chart it is greater.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from elusive.charts import WaterModel
 from elusive.charts.biased import CoastBias
 from elusive.charts.charted_area import ChartedArea
 from elusive.contracts import Array
+from elusive.io import RadarSource
 from elusive.io.truth import Truth
 from elusive.sensors.radar import RadarSensor
 from elusive.systems.radar.parameters import RadarSurvey, RadarTracking
@@ -128,12 +129,16 @@ def run_facts(
     sensor: RadarSensor,
     charted: ChartedArea | None,
     seen: RadarSurvey,
-    counts: Mapping[str, int],
+    source: RadarSource,
 ) -> list[tuple[str, str]]:
     """Return the table about a run."""
     rows = [
         ("Scans", f"{seen.scans}, with {seen.plots} plots"),
-        ("Left out of the file", ", ".join(f"{n} {name}" for name, n in counts.items() if name != "reports" and n)),
+        (
+            "Left out of the file",
+            ", ".join(f"{n} {name}" for name, n in source.counts.items() if name != "reports" and n),
+        ),
+        ("Antenna", f"turns in {source.rotation_s:.3f} s, as times and bearings say" if source.estimated else ""),
         (
             "Radar",
             f"{sensor.range_sd_m:g} m, {sensor.bearing_sd_mrad:g} mrad, {sensor.doppler_sd_mps:g} m/s; "

@@ -1,0 +1,83 @@
+"""The period of a radar's antenna, from the times and bearings of its plots.
+
+An antenna that turns once in T seconds looks at bearing 2 pi t / T + c, so that the mean resultant length of
+2 pi t / T - bearing over the plots is near one at the true period and small at others: the periodogram of circular
+data (Mardia and Jupp, 2000, Directional statistics, section 2.3). With few bearings other periods fit as well; the
+log likelihood of two periods differs by n/2 times that of the ratio of their circular variances.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from elusive.contracts import Array
+from elusive.sensors.radar_scans import TURN_RAD, RadarPlot
+
+SHORTEST_S, LONGEST_S = 0.5, 60.0
+WINDOW_S, MOST = 120.0, 500  # of the plots that are looked at
+FEW = 12  # plots from which nothing is said
+STEP = 0.1  # of the frequencies, in one over the window
+ALIKE, LEAST_VARIANCE = 0.7, 1e-6  # resultant length of a fit at least; circular variance at least
+EVIDENCE = 20.0  # by which a period must be likelier than any other
+REGULAR, REGULAR_SHARE = 0.05, 0.9  # scans of one plot each come at times as regular as that
+OWN_TIME = 0.5  # share of plots that stand alone at their time, from which a scan's are not of one time
+
+
+class Rotation(NamedTuple):
+    """Whether plots are those of a turning antenna, and how fast it turns."""
+
+    needed: bool  # plots have times of their own, so that equal times are no scans
+    period_s: float | None  # None: these times and bearings do not say
+
+
+def rotation_of(plots: Sequence[RadarPlot]) -> Rotation:
+    """Judge a recording by its first plots, in the order of time."""
+    times = np.array([plot.time_s for plot in plots])
+    bearings = np.array([plot.bearing_rad for plot in plots])
+    if len(times) < FEW:
+        return Rotation(False, None)
+    gaps = np.diff(times)
+    with_next = np.concatenate([gaps == 0, [False]])
+    alone = ~(with_next | np.concatenate([[False], gaps == 0]))
+    if alone.mean() < OWN_TIME or _regular(gaps[gaps > 0]):
+        return Rotation(False, None)
+    return Rotation(True, period_of(times, bearings))
+
+
+def period_of(times_s: Array, bearing_rad: Array) -> float | None:
+    """Return the period of an antenna that turns clockwise [s]; None where no period, or several, fit."""
+    first = times_s <= times_s[0] + WINDOW_S
+    times, bearing = (times_s[first] - times_s[0])[:MOST], bearing_rad[first][:MOST]
+    n, window = len(times), float(times[-1]) if len(times) else 0.0
+    if n < FEW or window <= 0:
+        return None
+    frequency = np.arange(1 / LONGEST_S, 1 / SHORTEST_S, min(STEP / window, STEP))
+    length = _resultant(frequency, times, bearing)
+    best = int(length.argmax())
+    fine = frequency[best] + np.linspace(-1, 1, 201) * (frequency[1] - frequency[0])
+    fine = fine[fine > 0]
+    fitted = _resultant(fine, times, bearing)
+    found, variance = float(fine[fitted.argmax()]), max(1 - float(fitted.max()), LEAST_VARIANCE)
+    other = max(1 - float(length[np.abs(frequency - found) > 1.5 / window].max(initial=0.0)), LEAST_VARIANCE)
+    if fitted.max() < ALIKE or 0.5 * n * math.log(other / variance) < EVIDENCE:
+        return None
+    return 1 / found
+
+
+def _resultant(frequency: Array, times: Array, bearing: Array) -> Array:
+    seen = np.exp(-1j * bearing)
+    parts = np.array_split(frequency, max(1, len(frequency) * len(times) // 1_000_000))
+    return np.concatenate([np.abs(np.exp(1j * TURN_RAD * np.outer(part, times)) @ seen) for part in parts]) / len(times)
+
+
+def _regular(gaps: Array) -> bool:
+    """Tell whether gaps are multiples of the usual one."""
+    if not len(gaps):
+        return True
+    multiple = gaps / np.median(gaps)
+    even = np.abs(multiple - np.maximum(np.round(multiple), 1)) < REGULAR * np.maximum(multiple, 1)
+    return bool(even.mean() > REGULAR_SHARE)
