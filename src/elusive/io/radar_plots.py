@@ -101,20 +101,20 @@ def open_radar_plots(
     def plots(counts: Counter[str]) -> Iterator[RadarPlot]:
         return _table_plots(file) if table else asterix_plots(file, radar, counts)
 
-    period, estimated = rotation_s, False
-    if rotation_s is None:
+    turn_s = rotation_s
+    if turn_s is None:
         found = rotation_of(_first(plots(Counter())))
         if table and not found.needed:
             return RadarSource(name, lambda counts: _table_scans(file))
-        period, estimated = found.period_s, True
-        if period is None:
+        turn_s = found.period_s
+        if turn_s is None:
             raise DataError(
                 f"{path}: its plots have each their own time, and with their bearings these do not fit one antenna "
                 "that turns clockwise at a steady rate and no other; give rotation_s, the antenna's period, or all "
                 "plots of a scan one time."
             )
-    turn_s = period
-    return RadarSource(name, lambda counts: scans_by_rotation(plots(counts), turn_s, name), turn_s, estimated)
+    period = turn_s
+    return RadarSource(name, lambda counts: scans_by_rotation(plots(counts), period, name), period, rotation_s is None)
 
 
 def _first(plots: Iterator[RadarPlot]) -> list[RadarPlot]:
