@@ -79,3 +79,4 @@ def test_land_is_as_dense_in_plots_as_the_recording():
     volume = 2 * np.pi * 5000.0
     both = np.exp(echoes.log_scattered(scan)) + np.exp(echoes.new(scan).log_intensity)
     assert volume * both.mean() == pytest.approx(12.0, abs=4 * volume * both.std() / len(both) ** 0.5)
+    assert echoes.new(scan.select_detections(np.zeros(0, dtype=int))).log_intensity.shape == (0,)

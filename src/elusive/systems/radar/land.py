@@ -27,7 +27,7 @@ def water_at(water: Water, places: Array, errors: Array) -> Array:
     """P(water) at places with Gaussian errors, ``(m, 2), (m, 2, 2) -> (m,)``."""
     grid = np.stack(np.meshgrid(NODES, NODES, indexing="ij"), axis=-1).reshape(-1, 2)
     spread = places[:, None] + np.einsum("mij,gj->mgi", np.linalg.cholesky(errors), grid)
-    found = water.probability(spread.reshape(-1, 2)).reshape(len(places), -1)
+    found = water.probability(spread.reshape(-1, 2)).reshape(len(places), len(grid))
     return np.asarray(found @ np.outer(SHARES, SHARES).ravel())
 
 

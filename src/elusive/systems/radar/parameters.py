@@ -70,8 +70,8 @@ class RadarSurvey(NamedTuple):
     radar_on_chart: bool
 
     def land_plots(self, sensor: RadarSensor, water: Water | None) -> float:
-        """Mean number of plots that a scan has of land, beside what false alarms leave there."""
-        if water is None or not self.scans:
+        """Mean number of plots that a scan has of land, beside false alarms there; none where there are none ever."""
+        if water is None or not self.scans or not sensor.false_alarms:
             return 0.0
         return max(0.0, self.on_land / self.scans - sensor.false_alarms * land_share(sensor, water))
 
