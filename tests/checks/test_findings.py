@@ -8,7 +8,7 @@ import math
 import pytest
 import typer
 
-from elusive.checks import Fact, Finding, broken, grave, write_checks
+from elusive.checks import Fact, Finding, broken, doubted, grave, write_checks
 from elusive.cli.terminal import NOT_BELIEVED, tell_findings
 from elusive.report.findings import UNSURE, findings_html
 
@@ -33,6 +33,12 @@ def test_grave_findings_come_first():
     assert broken([FINE, REMARK, GRAVE]) == (GRAVE, REMARK)
     assert grave([REMARK, GRAVE])
     assert not grave([FINE, REMARK])
+
+
+def test_a_table_says_first_what_is_not_to_be_believed():
+    rows = [("Frames", "9")]
+    assert doubted(rows, [FINE, REMARK]) == rows
+    assert doubted(rows, [REMARK, GRAVE]) == [("Not to be believed as it stands", "noise.half: see checks.json"), *rows]
 
 
 def test_strict_exits_with_three_for_what_is_grave(capsys):

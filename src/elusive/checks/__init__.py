@@ -1,7 +1,7 @@
 """Does the data look as the models say? What a system claimed against what came, as findings of one sentence each."""
 
 from elusive.checks.files import write_checks
-from elusive.checks.finding import Fact, Finding, broken, grave
+from elusive.checks.finding import Fact, Finding, broken, doubted, grave
 from elusive.checks.places import dispersion_of, nearest_of
 from elusive.checks.residuals import Scale, bias_of, lag_of, quantile_of, scale_of, share_of
 
@@ -12,6 +12,7 @@ __all__ = [
     "bias_of",
     "broken",
     "dispersion_of",
+    "doubted",
     "grave",
     "lag_of",
     "nearest_of",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 LEVEL = 1e-3  # probability that one test remarks on a right model: some dozens of tests make 1 in 20
@@ -48,6 +48,12 @@ class Fact(NamedTuple):
 def broken(findings: Iterable[Finding]) -> tuple[Finding, ...]:
     """Return those that do not hold, the grave ones first."""
     return tuple(sorted((one for one in findings if not one.holds), key=lambda one: not one.grave))
+
+
+def doubted(rows: Sequence[tuple[str, str]], findings: Iterable[Finding]) -> list[tuple[str, str]]:
+    """Return a table of names and values with what does not hold above all, where a finding that is grave does not."""
+    names = ", ".join(one.name for one in broken(findings) if one.grave)
+    return [*([("Not to be believed as it stands", f"{names}: see checks.json")] if names else []), *rows]
 
 
 def grave(findings: Iterable[Finding]) -> bool:

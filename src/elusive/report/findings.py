@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import html
+import re
 from collections.abc import Iterable
-from typing import Any
 
 from elusive.checks import Finding, broken, grave
 
+OPTION = re.compile(r"(--[a-z-]+)")
 UNSURE = "The numbers below are not to be believed as they stand: what they assume does not hold."
 
 
@@ -18,16 +19,13 @@ def findings_html(findings: Iterable[Finding]) -> str:
         return ""
     lines = "".join(
         f'<li class="{"grave" if one.grave else "remark"}"><strong>{html.escape(one.name)}</strong> '
-        f"{html.escape(one.sentence)} <em>{html.escape(one.remedy)}</em></li>"
+        f"{_told(one.sentence)} <em>{_told(one.remedy)}</em></li>"
         for one in failing
     )
     head = f"<p>{UNSURE}</p>" if grave(failing) else ""
     return f'<section class="findings">{head}<ul>{lines}</ul></section>\n'
 
 
-def findings_note(figure: Any, findings: Iterable[Finding]) -> None:
-    """Write under a figure that grave findings do not hold, by their names."""
-    names = ", ".join(one.name for one in broken(findings) if one.grave)
-    if names:
-        said = f"Not to be believed as it stands ({names}): see checks.json"
-        figure.supxlabel(said, x=0.99, ha="right", size=8, color="#b91c1c")
+def _told(sentence: str) -> str:
+    """Return a sentence in which no option is broken over two lines."""
+    return OPTION.sub(r"<code>\1</code>", html.escape(sentence))

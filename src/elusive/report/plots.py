@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.image import AxesImage
 
 ESTIMATE, TRUTH, MUTED = "#c2410c", "#0f766e", "#64748b"
+WRONG = "#b91c1c"  # what is not to be believed
 TRACKS = ("#c2410c", "#1d4ed8", "#7c3aed", "#be185d", "#475569")  # one colour a track, in turn; none is the truth's
 LAND, SHORE, WATER, UNCHARTED = "#d8c28a", "#3f3a2d", "#d3e5f1", "#c4cad3"
 BALANCE = "#f5f1e6"  # where water is as likely as land

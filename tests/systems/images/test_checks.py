@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from html import unescape
 
 import numpy as np
 import pytest
@@ -100,8 +101,10 @@ def test_what_is_wrong_is_named(tmp_path, capsys, wrong):
     assert name in failing
     last = said.strip().splitlines()[-len(failing) :]
     assert any(line.startswith(f"{name}: {failing[name]['sentence']}") for line in last)
-    assert failing[name]["sentence"] in (out / "report.html").read_text().replace("&#x27;", "'")
+    assert failing[name]["sentence"] in unescape((out / "report.html").read_text())
     assert failing[name]["remedy"]
+    believed = "Not to be believed as it stands"
+    assert (believed in (out / "report.html").read_text()) == any(one["grave"] for one in failing.values())
 
 
 def test_what_is_told_right_passes_in_silence(tmp_path, capsys):

@@ -62,6 +62,7 @@ class Tracked(NamedTuple):
     tracks: Mapping[int, Array] | None = None  # each track's (T, 2) pixels, NaN where it does not live, if several can
     existences: Mapping[int, Array] | None = None  # each of these tracks' (T,), NaN where it does not live
     scored: Scored | None = None  # None without a truth
+    believed: bool = True  # whether what existence assumes holds, as far as it was checked
 
     @property
     def present(self) -> NDArray[np.bool_] | None:
@@ -69,6 +70,11 @@ class Tracked(NamedTuple):
         if self.truth is None:
             return None
         return np.asarray(np.any([np.isfinite(path[:, 0]) for path in (self.truth, *self.others)], axis=0))
+
+    @property
+    def question(self) -> str:
+        """Title of what shows existence."""
+        return "Is it there?" if self.believed else "Is it there? Not to be believed"
 
     @property
     def error_name(self) -> str:
@@ -146,7 +152,7 @@ def write_png(path: Path, tracked: Tracked, frames: FrameKeeper) -> None:
         plots.existence(axes[2], tracked.times, tracked.existence, tracked.present, tracked.time_unit, label, colour)
         for track, curve in (tracked.existences or {}).items():
             axes[2].plot(tracked.times, curve, color=plots.track_colour(track), linewidth=1.6)
-        axes[2].set_title("Is it there?")
+        axes[2].set_title(tracked.question, color="black" if tracked.believed else plots.WRONG)
         if panels == 3:
             axes[2].set_box_aspect(min(max(rows / columns, 0.6), 1.0))
         if tracked.error is not None:
@@ -221,7 +227,7 @@ def curves(tracked: Tracked) -> list[draw.Panel]:
     lines.append(draw.line(times, tracked.existence, colour, 4, name=name))
     for track, curve in (known or {}).items():
         lines.append(draw.line(times, curve, plots.track_colour(track), 4, name=f"track {track}"))
-    title = "Is it there? 1 - P(so strong a track by chance)" if several and known is None else "Is it there?"
+    title = "Is it there? 1 - P(so strong a track by chance)" if several and known is None else tracked.question
     panels = [draw.chart(title, times, [there, *lines], axis="probability", reach=(0.0, 1.02))]
     error = tracked.error
     if error is not None and np.isfinite(error).any():
