@@ -10,7 +10,7 @@ import typer
 from rich.markup import escape
 
 from elusive.cli.live import Follow, IdleS, check_live, run_live
-from elusive.cli.terminal import Config, Out, Strict, bar, console, known_truth, show, tell_findings, tell_written
+from elusive.cli.terminal import Config, Out, Strict, bar, console, known_truth, show_run, tell_findings, tell_written
 from elusive.errors import ParameterError
 from elusive.io.arrivals import Arrivals
 from elusive.io.bearings import BearingSource, open_bearings, read_sensors
@@ -59,7 +59,7 @@ def track_bearings_command(
         outcome = track_bearings_recording(source, parameters, out, truth=known, cutoff_m=truth_cutoff, on_time=advance)
     _warn(outcome.remarks)
     console.print(escape(outcome.verdict), highlight=False)
-    show(outcome.tracked.title, ("", ""), outcome.table)
+    show_run(outcome.tracked.title, outcome.table, outcome.findings)
     tell_written(
         out, ("report.html", "report.png", "tracks.csv", "result.nc", "checks.json", "config.yaml"), outcome.scored
     )

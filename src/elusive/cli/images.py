@@ -20,7 +20,7 @@ from elusive.cli.terminal import (
     bar,
     console,
     known_truth,
-    show,
+    show_run,
     tell_findings,
     tell_written,
 )
@@ -91,7 +91,7 @@ def track_images_command(
     frames = open_frames(source, start=start, stop=stop, rate_hz=rate_hz, times=times)
     with bar("frames", frames.length) as advance:
         outcome = track_recording(frames, parameters, out, truth=known, cutoff_px=truth_cutoff, on_frame=advance)
-    show(outcome.tracked.title, ("", ""), outcome.tracked.rows)
+    show_run(outcome.tracked.title, outcome.tracked.rows, outcome.findings)
     tell_written(out, FILES, outcome.scored)
     tell_findings(outcome.findings, strict=strict)
 

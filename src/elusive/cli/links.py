@@ -10,7 +10,18 @@ import typer
 from rich.markup import escape
 
 from elusive.cli.live import Follow, IdleS, check_live, run_live
-from elusive.cli.terminal import Config, Out, Strict, bar, console, known_truth, show, tell_findings, tell_written
+from elusive.cli.terminal import (
+    Config,
+    Out,
+    Strict,
+    bar,
+    console,
+    known_truth,
+    show,
+    show_run,
+    tell_findings,
+    tell_written,
+)
 from elusive.errors import ParameterError
 from elusive.geometry.areas import Area
 from elusive.io._link_formats import LAYOUTS
@@ -84,7 +95,7 @@ def track_links_command(
     tracked = outcome.tracked
     if tracked.tracks:
         show("Tracks", tracked.header, tracked.tracks)
-    show(tracked.title, ("", ""), tracked.rows)
+    show_run(tracked.title, tracked.rows, outcome.findings)
     tell_written(out, FILES, outcome.scored)
     tell_findings(outcome.findings, strict=strict)
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 from rich.markup import escape
 
-from elusive.cli.terminal import Config, Out, Strict, bar, console, show, tell_findings, tell_written
+from elusive.cli.terminal import Config, Out, Strict, bar, console, show, show_run, tell_findings, tell_written
 from elusive.io import open_radar_plots
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
@@ -68,7 +68,7 @@ def track_radar_command(
     console.print(escape(tracked.verdict), highlight=False)
     if tracked.tracks:
         show("Tracks", [name.partition(" [")[0] for name in tracked.header], tracked.tracks)
-    show(tracked.title, ("", ""), tracked.rows)
+    show_run(tracked.title, tracked.rows, outcome.findings)
     files = ("tracks.csv", "tracks.geojson", "result.nc", "report.html", "report.png", "checks.json", "config.yaml")
     tell_written(out, files, outcome.scored)
     tell_findings(outcome.findings, strict=strict)

@@ -17,9 +17,10 @@ from elusive.cli.terminal import (
     console,
     known_truth,
     show,
+    show_run,
     tell_findings,
     tell_written,
-)  # fmt: skip
+)
 from elusive.io import open_signal
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
@@ -75,6 +76,6 @@ def track_signals_command(
     console.print(escape(tracked.verdict), highlight=False)
     if tracked.tracks:
         show("Tracks", [name.partition(" [")[0] for name in tracked.header], tracked.tracks)
-    show(tracked.title, ("", ""), tracked.rows)
+    show_run(tracked.title, tracked.rows, outcome.findings)
     tell_written(out, FILES, outcome.scored)
     tell_findings(outcome.findings, strict=strict)

@@ -108,6 +108,13 @@ def tell_written(out: Path, files: Sequence[str], scored: object) -> None:
     console.print(f"Written to {out}: {names}", soft_wrap=True, highlight=False)
 
 
+def show_run(title: str, rows: Sequence[tuple[str, str]], findings: Iterable[Finding]) -> None:
+    """Print a run's table, above all what is not to be believed of it."""
+    from elusive.checks import doubted  # loads SciPy, which not every command needs
+
+    show(title, ("", ""), doubted(rows, findings))
+
+
 def tell_findings(findings: Iterable[Finding], *, strict: bool) -> None:
     """Say what does not hold, as a command's last lines; with ``strict``, end with 3 if that is grave."""
     from elusive.checks import broken, grave  # loads SciPy, which not every command needs

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Sequence
 from importlib.resources import files
 from pathlib import Path
 from string import Template
 
-from elusive.checks import Finding
+from elusive.checks import Finding, doubted
 from elusive.io.atomic import atomic_path
 from elusive.report.drawing import Drawing, dumps
 from elusive.report.findings import findings_html
@@ -24,7 +24,7 @@ def stored(name: str) -> str:
 
 def write_page(
     path: Path, title: str, verdict: str, drawn: Drawing, tracks: str = "", rows: Sequence[tuple[str, str]] = (),
-    note: str = "", findings: Iterable[Finding] = (),
+    note: str = "", findings: Sequence[Finding] = (),
 ) -> None:  # fmt: skip
     """Write a report, whole or not at all.
 
@@ -50,7 +50,7 @@ def write_page(
     page = Template(stored("report.html")).substitute(
         title=html.escape(title),
         before=findings_html(findings) + said_first + (f'<div class="wide">{tracks}</div>\n{said}' if tracks else ""),
-        after=f'<table class="run">{_facts(rows)}</table>\n' if rows else "",
+        after=f'<table class="run">{_facts(doubted(rows, findings))}</table>\n' if rows else "",
         style=stored("drawing.css") + stored("report.css"),
         # no "</script>" can end the script early
         data=dumps(drawn).replace("<", "\\u003c"),

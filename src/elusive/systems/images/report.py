@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -162,7 +162,7 @@ def write_png(path: Path, tracked: Tracked, frames: FrameKeeper) -> None:
         figure.suptitle(tracked.title, x=0.01, ha="left", size=12, weight="bold")
 
 
-def write_html(path: Path, tracked: Tracked, frames: FrameKeeper, findings: Iterable[Finding] = ()) -> None:
+def write_html(path: Path, tracked: Tracked, frames: FrameKeeper, findings: Sequence[Finding] = ()) -> None:
     """Write a page that plays the frames with truth and estimate, beside existence and error over time."""
     write_page(path, tracked.title, "", images_drawing(tracked, frames), rows=tracked.rows, findings=findings)
 

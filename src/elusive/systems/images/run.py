@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from elusive.checks import Finding, doubted, grave, write_checks
+from elusive.checks import Finding, grave, write_checks
 from elusive.errors import DataError
 from elusive.io import FrameSource, Truth, atomic_folder
 from elusive.io.live_frames import LiveFrames
@@ -123,7 +123,7 @@ def track_recording(
         write_result(folder / "result.nc", log, title=source.name, config=config)
         (folder / "config.yaml").write_text(config, encoding="utf-8")
         findings = run.checks.findings(log.whitened)
-        tracked = tracked._replace(rows=doubted(tracked.rows, findings), believed=not grave(findings))
+        tracked = tracked._replace(believed=not grave(findings))
         write_png(folder / "report.png", tracked, run.keeper)
         write_html(folder / "report.html", tracked, run.keeper, findings)
         write_checks(folder, findings)

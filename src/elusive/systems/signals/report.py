@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
@@ -150,7 +150,7 @@ def _draw_highest(axes: Any, tracked: SignalTracked) -> None:
 
 
 def write_signal_html(
-    path: Path, tracked: SignalTracked, signal: Waterfall, score: Waterfall, findings: Iterable[Finding] = ()
+    path: Path, tracked: SignalTracked, signal: Waterfall, score: Waterfall, findings: Sequence[Finding] = ()
 ) -> None:
     """Write a page with the scores and the tracks, the highest score and the signal, one above the other."""
     table = track_table(tracked.header, tracked.tracks, {str(one.track) for one in tracked.paths})

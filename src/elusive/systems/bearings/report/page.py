@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ from elusive.systems.bearings.report.contents import BearingsTracked, HeardBeari
 TIMES_SHOWN = 4000
 
 
-def write_bearings_html(path: Path, tracked: BearingsTracked, findings: Iterable[Finding] = ()) -> None:
+def write_bearings_html(path: Path, tracked: BearingsTracked, findings: Sequence[Finding] = ()) -> None:
     """Write a page with the ground over time, the error or deviation, and the residuals of each sensor."""
     write_page(path, tracked.title, tracked.verdict, bearings_drawing(tracked), rows=tracked.rows, findings=findings)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -89,7 +89,7 @@ def deviation_of(rows: Records) -> Array:
     return np.asarray(np.sqrt(np.trace(rows["covariance"][:, :2, :2], axis1=1, axis2=2)))
 
 
-def write_several_html(path: Path, tracked: SeveralTracked, findings: Iterable[Finding] = ()) -> None:
+def write_several_html(path: Path, tracked: SeveralTracked, findings: Sequence[Finding] = ()) -> None:
     """Write a page with the ground over time, and the probability and deviation of each track."""
     table = track_table(HEADER, tracked.tracks, {str(number) for number in tracked.paths})
     write_page(path, tracked.title, tracked.verdict, several_drawing(tracked), table, tracked.rows, findings=findings)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +23,7 @@ NODES_NAMED = 60
 TRAIL_FRAMES, TRAIL_S = 20, 30.0  # of the way that is drawn strongly
 
 
-def write_links_html(path: Path, tracked: LinksTracked, findings: Iterable[Finding] = ()) -> None:
+def write_links_html(path: Path, tracked: LinksTracked, findings: Sequence[Finding] = ()) -> None:
     """Write a page with the floor over time, the number of people, their existence, the error, and the events."""
     table = track_table(tracked.header, tracked.tracks, {str(one.track) for one in tracked.paths})
     write_page(path, tracked.title, tracked.verdict, links_drawing(tracked), table, tracked.rows, findings=findings)

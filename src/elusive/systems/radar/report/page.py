@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +22,7 @@ CLOSE = 9.0  # deviations that the close view is wide
 CLOSEST_M = 12.0
 
 
-def write_radar_html(path: Path, tracked: RadarTracked, findings: Iterable[Finding] = ()) -> None:
+def write_radar_html(path: Path, tracked: RadarTracked, findings: Sequence[Finding] = ()) -> None:
     """Write a page with the map, the tracks and clouds over time, and their speed, deviation and error."""
     drawn = {str(one.track) for one in tracked.paths}
     table = track_table(tracked.header, tracked.tracks, drawn)
