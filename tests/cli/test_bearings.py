@@ -13,8 +13,10 @@ import pytest
 import xarray as xr
 
 from elusive.cli import main
+from elusive.geometry.local_frame import LocalFrame
 from elusive.results import read_tracks_csv
 from tests.bearing_flight import STEPS, path, write_flight
+from tests.filters.gaussian.test_range_bank import past
 from tests.json_lines import json_lines
 
 WRITTEN = {
@@ -396,3 +398,31 @@ def test_arrivals_are_tracked_and_located_from_a_table(flight, tmp_path, capsys)
     assert code == 0, said
     found = np.genfromtxt(tmp_path / "place" / "emitter.csv", delimiter=",", names=True)
     assert np.hypot(found["x_m"] - states[0, 0], found["y_m"] - states[0, 2]) < 0.2
+
+
+@pytest.mark.parametrize("geographic", [False, True])
+def test_a_sensor_that_moves_tells_its_places_in_its_lines(tmp_path, capsys, geographic):
+    """One receiver that turns: the emitter is at its distance, in its ellipse, and not on the receiver."""
+    _, places, truth, sets = past(1)
+    frame = LocalFrame.at(5.0, 53.0)
+    corners = frame.to_lonlat(places[:, :2]) if geographic else places[:, :2]
+    rows = [f"{one.time_s},own,{np.rad2deg(one.azimuth_rad[0]) % 360:.6f},{x:.9f},{y:.9f}"
+            for one, (x, y) in zip(sets, corners.tolist(), strict=True)]  # fmt: skip
+    names = "lon_deg,lat_deg" if geographic else "x_m,y_m"
+    file, out = tmp_path / "bearings.csv", tmp_path / "out"
+    file.write_text("\n".join([f"time_s,sensor,azimuth_deg,{names}", *rows]) + "\n")
+    code, said = run(capsys, file, "--sigma-deg", "0.5", "--out", out)
+    assert code == 0, said
+    assert "one sensor alone" not in said
+    log = read_tracks_csv(out / "tracks.csv")
+    off = log.rows["position"][:, :2] - (truth - places[0, :2] * geographic)
+    assert np.median(np.hypot(*off.T)) < 0.35 * 6000
+    assert np.median(np.hypot(*(log.rows["position"][:, :2] - places[:, :2]).T)) > 3000
+    code, said = run(capsys, file, "--sigma-deg", "0.5", "--filter", "iekf", "--out", tmp_path / "live")
+    assert code == 0, said
+    assert "bearings.alone" in said
+    bare = tmp_path / "bare.csv"
+    bare.write_text("time_s,sensor,azimuth_deg\n0,own,3\n")
+    code, said = run(capsys, bare, "--out", tmp_path / "none")
+    assert code == 2
+    assert "--sensors: is missing" in said

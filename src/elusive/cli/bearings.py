@@ -20,17 +20,19 @@ from elusive.results.live import LiveEnd, LiveStep
 from elusive.systems.bearings.parameters import BearingTracking, usual_filter
 from elusive.systems.bearings.run import LIVE_FILES, follow_bearings, track_bearings_recording
 
-HEARD = "time_s, sensor, azimuth_deg (from north); elevation_deg, emitter, arrival_s if there are; - is stdin."
+HEARD = "time_s, sensor, azimuth_deg (from north); elevation_deg, emitter, arrival_s, x_m, y_m perhaps."
+
+SENSORS = (
+    "Where sensors stand: .csv of sensor, x_m, y_m, perhaps z_m, or lon_deg, lat_deg; not if the bearings tell it."
+)
 
 
 @accepts(BearingTracking)
 def track_bearings_command(
     bearings: Annotated[str, typer.Argument(help=f"What is heard: .csv of {HEARD}")],
-    sensors: Annotated[
-        Path, typer.Option("--sensors", help="Where the sensors stand: .csv of sensor, x_m, y_m, perhaps z_m.")
-    ],
     out: Out,
     given: dict[str, Any],
+    sensors: Annotated[Path | None, typer.Option("--sensors", help=SENSORS)] = None,
     config: Config = None,
     truth: Annotated[
         Path | None,
@@ -51,7 +53,7 @@ def track_bearings_command(
     parameters = _tracking(given, read_yaml(config) if config else {}, live=follow)
     check_live(follow, idle_s, truth, strict=strict)
     known = known_truth(truth, "m", cutoff=truth_cutoff)
-    source = open_bearings(bearings, read_sensors(sensors), follow=follow, idle_s=idle_s)
+    source = open_bearings(bearings, None if sensors is None else read_sensors(sensors), follow=follow, idle_s=idle_s)
     if follow:
         _live(source, parameters, out)
         return

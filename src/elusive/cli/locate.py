@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 from rich.markup import escape
 
-from elusive.cli.bearings import HEARD
+from elusive.cli.bearings import HEARD, SENSORS
 from elusive.cli.terminal import Config, Strict, console, show, tell_findings
 from elusive.errors import ParameterError
 from elusive.io.bearings import open_bearings, read_sensors
@@ -20,8 +20,8 @@ from elusive.systems.bearings.locate import EmitterLocation, locate_recording
 @accepts(EmitterLocation)
 def locate_command(
     bearings: Annotated[str, typer.Argument(help=f"What is heard: .csv of {HEARD}")],
-    sensors: Annotated[Path, typer.Option("--sensors", help="Where the sensors stand: .csv of sensor, x_m, y_m.")],
     given: dict[str, Any],
+    sensors: Annotated[Path | None, typer.Option("--sensors", help=SENSORS)] = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder for emitter.csv, emitter.geojson, emitter.png.")
     ] = None,
@@ -41,7 +41,7 @@ def locate_command(
     if (origin_lat is None) != (origin_lon is None):
         raise ParameterError("--origin-lat-deg, --origin-lon-deg: one is missing; give both or none.")
     origin = None if origin_lat is None or origin_lon is None else (origin_lon, origin_lat)
-    source = open_bearings(bearings, read_sensors(sensors))
+    source = open_bearings(bearings, None if sensors is None else read_sensors(sensors))
     located = locate_recording(source, parameters, out, confidence=confidence, origin_deg=origin)
     for remark in located.remarks:
         console.print(f"[yellow]{escape(remark)}[/]", highlight=False, soft_wrap=True)

@@ -14,7 +14,9 @@ from pathlib import Path
 import numpy as np
 
 from elusive.errors import DataError
-from elusive.io._table_lines import table_lines
+from elusive.geometry.local_frame import LocalFrame
+from elusive.io._link_lines import lines_of
+from elusive.io._table_lines import TableLine, table_lines
 from elusive.sensors.arrival_times import ArrivalSet
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearing_table import PlaceSet
@@ -22,10 +24,11 @@ from elusive.sensors.hybrid import HybridSet
 
 NEEDED, AZIMUTH, ELEVATION, ARRIVAL = ("time_s", "sensor"), "azimuth_deg", "elevation_deg", "arrival_s"
 LABEL = "emitter"
-SENSOR_COLUMNS = ("x_m", "y_m", "z_m")
+PLACES, GEOGRAPHIC = ("x_m", "y_m"), ("lon_deg", "lat_deg")  # of sensors that move, in the bearings' own lines
 BEARING_A_LINE = "one bearing a line"
 SUSPECT_AFTER = 50  # azimuths, none of them above 2 pi, after which radians are suspected
-Row = tuple[int, float, float, float]  # sensor, azimuth, elevation [rad], arrival [s]; NaN where there is none
+Place = tuple[float, float, float]
+Row = tuple[int, float, float, float, Place | None]  # sensor, azimuth, elevation [rad], arrival [s] or NaN; its place
 
 
 @dataclass(frozen=True)
@@ -36,6 +39,7 @@ class BearingSource:
     sites: SensorSites
     follow: bool = False
     idle_s: float | None = None
+    moving: bool = False  # whether the lines say where their sensors were
 
     def __iter__(self) -> Iterator[PlaceSet]:
         """Yield what is reported at each time.
@@ -87,7 +91,7 @@ class BearingSource:
         if not gathered:
             raise DataError(f"{self.name}: holds no bearing; write {','.join((*NEEDED, AZIMUTH))}, {BEARING_A_LINE}.")
         yield from ((of, _set_of(kind, time_s, lines)) for of, lines in gathered.items())
-        if len(seen) == 1:
+        if len(seen) == 1 and not self.moving:
             warnings.warn(
                 f"{self.name}: all bearings are of sensor {self.sites.names[seen.pop()]!r}; one sensor gives no "
                 "distance, and the track is as good as what is assumed of it. Add another sensor.",
@@ -95,12 +99,13 @@ class BearingSource:
             )
 
     def _rows(self) -> Generator[tuple[float, type, str, Row], None, None]:
+        placed = _Placing(self.sites.frame)
         index = {name: row for row, name in enumerate(self.sites.names)}
         before = -math.inf
         lines = table_lines(
             self.name,
             NEEDED,
-            (ELEVATION, LABEL),
+            (ELEVATION, LABEL, *PLACES, "z_m", *GEOGRAPHIC),
             BEARING_A_LINE,
             either=(AZIMUTH, ARRIVAL),
             follow=self.follow,
@@ -109,6 +114,9 @@ class BearingSource:
         with closing(lines):
             for line in lines:
                 angles, arrivals = AZIMUTH in line.cells, ARRIVAL in line.cells
+                place = placed.of(line)
+                if place is not None and arrivals:
+                    raise DataError(f"{line.where}: times of arrival are of sensors that stand; leave the places out.")
                 time_s = line.number("time_s")
                 if time_s < before:
                     raise DataError(
@@ -126,12 +134,13 @@ class BearingSource:
                     math.radians(line.number(AZIMUTH, most=360, absent=may_lack)) if angles else math.nan,
                     math.radians(line.number(ELEVATION, most=90, absent=math.nan)),
                     line.number(ARRIVAL, absent=math.nan if angles else None) if arrivals else math.nan,
+                    place,
                 )
                 yield time_s, HybridSet if angles and arrivals else BearingSet if angles else ArrivalSet, label, row
 
 
 def open_bearings(
-    path: str | os.PathLike[str], sites: SensorSites, *, follow: bool = False, idle_s: float | None = None
+    path: str | os.PathLike[str], sites: SensorSites | None, *, follow: bool = False, idle_s: float | None = None
 ) -> BearingSource:
     """Open a table of bearings, of times of arrival, or of both, without reading it.
 
@@ -143,9 +152,10 @@ def open_bearings(
         to 360), the elevation above the horizon (-90 to 90, or empty). ``arrival_s`` beside or in place of
         ``azimuth_deg`` is when a signal came in: since its emission or, where that is not known, since any instant
         that is common to the sensors at that time. ``emitter``, where there is that column, names whose a line is.
-        ``-``: standard input.
+        ``x_m``, ``y_m`` and perhaps ``z_m``, or ``lon_deg`` and ``lat_deg``, say where a line's sensor was
+        that moves. ``-``: standard input.
     sites
-        From :func:`read_sensors`.
+        From :func:`read_sensors`; None: those that the lines themselves name and place.
     follow
         Whether to wait for more where the file ends.
     idle_s
@@ -154,11 +164,54 @@ def open_bearings(
     Raises
     ------
     DataError
-        If there is no such file.
+        If there is no such file, or no sensor has a place.
     """
     if str(path) != "-" and not Path(path).is_file():
         raise DataError(f"{path}: {'is a folder' if Path(path).is_dir() else 'there is no such file'}; check the path.")
-    return BearingSource(str(path), sites, follow, idle_s)
+    if follow or str(path) == "-":
+        if sites is None:
+            raise DataError(
+                "--sensors: is needed live, to know which sensors there are; name them and a place of each."
+            )
+        return BearingSource(str(path), sites, follow, idle_s)
+    found = _named_sites(str(path), sites)
+    return BearingSource(str(path), found or sites or _none_placed(), follow, idle_s, moving=found is not None)
+
+
+def _none_placed() -> SensorSites:
+    raise DataError("--sensors: is missing, and the lines do not say where sensors are; give it, or columns x_m, y_m.")
+
+
+def _named_sites(path: str, sites: SensorSites | None) -> SensorSites | None:
+    """Return the sensors that the lines of a file name, each at its mean place; None if they tell no places."""
+    placed, places = _Placing(sites.frame if sites else None), dict[str, list[Place]]()
+    perhaps = (ELEVATION, LABEL, *PLACES, "z_m", *GEOGRAPHIC)
+    for line in table_lines(path, NEEDED, perhaps, BEARING_A_LINE, either=(AZIMUTH, ARRIVAL)):
+        place = placed.of(line)
+        if place is None:
+            return None
+        places.setdefault(line.cells["sensor"], []).append(place)
+    means = np.array([np.mean(of, axis=0) for of in places.values()]).reshape(-1, 3)
+    return SensorSites(tuple(places), means, placed.frame) if places else None
+
+
+class _Placing:
+    """Places of lines in local metres: as they are, or of longitudes and latitudes about the first one."""
+
+    def __init__(self, frame: LocalFrame | None) -> None:
+        self.frame = frame
+
+    def of(self, line: TableLine) -> Place | None:
+        """Return the place that a line tells, if it does."""
+        if GEOGRAPHIC[0] in line.cells and GEOGRAPHIC[1] in line.cells:
+            lon, lat = (line.number(name, most=most) for name, most in zip(GEOGRAPHIC, (360, 90), strict=True))
+            self.frame = self.frame or LocalFrame.at(lon, lat)
+            x, y = self.frame.to_local(np.array([[lon, lat]]))[0].tolist()
+        elif PLACES[0] in line.cells and PLACES[1] in line.cells:
+            x, y = (line.number(name) for name in PLACES)
+        else:
+            return None
+        return x, y, line.number("z_m", absent=0.0)
 
 
 def read_sensors(path: str | os.PathLike[str]) -> SensorSites:
@@ -167,26 +220,27 @@ def read_sensors(path: str | os.PathLike[str]) -> SensorSites:
     Parameters
     ----------
     path
-        CSV, its first line ``sensor,x_m,y_m`` and perhaps ``z_m``, a sensor a line [m east, north, up].
+        CSV, its first line ``sensor,x_m,y_m`` and perhaps ``z_m``, a sensor a line [m east, north, up]; or
+        ``sensor,lon_deg,lat_deg``, which become metres about the first sensor.
 
     Raises
     ------
     DataError
         If the file cannot be read, a line is no place, a name comes twice, or there is none; the sentence says where.
     """
-    needed = ("sensor", *SENSOR_COLUMNS[:2])
-    places = dict[str, list[float]]()
-    for line in table_lines(path, needed, SENSOR_COLUMNS[2:], "one sensor a line"):
+    with closing(lines_of(str(path), False, None)) as lines:
+        header = next((line for _, line in lines if not line.startswith("#")), "")
+    needed, placed = ("sensor", *(GEOGRAPHIC if GEOGRAPHIC[0] in header else PLACES)), _Placing(None)
+    places = dict[str, Place]()
+    for line in table_lines(path, needed, ("z_m",), "one sensor a line"):
         name = line.cells["sensor"]
         if not name or name in places:
             raise DataError(f"{line.where}: the sensor's name {name!r:.60} is empty or taken; give another.")
-        places[name] = [line.number(column) for column in SENSOR_COLUMNS if column in line.cells]
+        if (place := placed.of(line)) is not None:
+            places[name] = place
     if not places:
         raise DataError(f"{path}: holds no sensor; write {','.join(needed)}, one sensor a line.")
-    table = np.zeros((len(places), 3))
-    for row, place in zip(table, places.values(), strict=True):
-        row[: len(place)] = place
-    return SensorSites(tuple(places), table)
+    return SensorSites(tuple(places), np.array(list(places.values())), placed.frame)
 
 
 def radians_suspected(name: str, which: str, greatest: float) -> str:
@@ -204,8 +258,10 @@ def _unknown(name: str, names: tuple[str, ...]) -> str:
 
 
 def _set_of(kind: type, time_s: float, rows: list[Row]) -> PlaceSet:
-    sensor, azimuth, elevation, arrival = (np.array(column) for column in zip(*rows, strict=True))
+    *columns, placed = zip(*rows, strict=True)
+    sensor, azimuth, elevation, arrival = (np.array(column) for column in columns)
     bearing, came = np.isfinite(azimuth), np.isfinite(arrival)
-    bearings = BearingSet(time_s, sensor[bearing], azimuth[bearing], elevation[bearing])
+    places = None if placed[0] is None else np.array(placed)[bearing]
+    bearings = BearingSet(time_s, sensor[bearing], azimuth[bearing], elevation[bearing], places)
     arrivals = ArrivalSet(time_s, sensor[came], arrival[came])
     return bearings if kind is BearingSet else arrivals if kind is ArrivalSet else HybridSet(time_s, bearings, arrivals)

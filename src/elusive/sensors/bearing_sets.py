@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from elusive.contracts import Array
 from elusive.errors import DataError
+from elusive.geometry.local_frame import LocalFrame
 
 Number = TypeVar("Number", np.float64, np.intp)
 
@@ -24,13 +25,15 @@ class BearingSet(NamedTuple):
     sensor: NDArray[np.intp]  # (m,) rows of the table of sensors
     azimuth_rad: Array  # (m,) clockwise from north: x east, y north
     elevation_rad: Array  # (m,) above the horizon; NaN where it is not measured
+    places_m: Array | None = None  # (m, 3) where each was taken, of sensors that move; None: where the sensors stand
 
 
 class SensorSites(NamedTuple):
     """Where the sensors stand."""
 
     names: tuple[str, ...]
-    positions_m: Array  # (n, 3) east, north, up; up is 0 where the table has none
+    positions_m: Array  # (n, 3) east, north, up; up is 0 where the table has none; of a sensor that moves, its mean
+    frame: LocalFrame | None = None  # of the metres, where places were given in longitude and latitude
 
 
 def checked_rows(

@@ -92,15 +92,14 @@ def tabulated(
         parts.append(rows)
     stations = sensors.places
     rows = _stacked(parts or [_rows(sensors.nothing(0.0), sensors)])
-    return BearingTable(
-        np.array(times), np.array(counts, np.intp), rows.sensor, stations[rows.sensor], *rows[1:], stations
-    )
+    return BearingTable(np.array(times), np.array(counts, np.intp), *rows, stations)
 
 
 class Rows(NamedTuple):
     """Rows of one time, as in the table."""
 
     sensor: NDArray[np.intp]
+    places: Array
     azimuth_rad: Array
     elevation_rad: Array
     variance: Array
@@ -111,16 +110,22 @@ class Rows(NamedTuple):
 def _rows(measurement: PlaceSet, sensors: PlaceSensor) -> Rows:
     if isinstance(sensors, BearingSensors):
         sensor, *angles = sensors.averaged(measurement)  # type: ignore[arg-type]  # it refuses any other itself
-        m = len(sensor)
+        m, here = len(sensor), sensors.standing(measurement).places  # type: ignore[arg-type]
         return Rows(
-            sensor, angles[0], angles[1], angles[2], np.full(m, np.nan), np.zeros((m, len(sensors.positions_m)))
+            sensor,
+            here[sensor],
+            angles[0],
+            angles[1],
+            angles[2],
+            np.full(m, np.nan),
+            np.zeros((m, len(sensors.positions_m))),
         )
     if isinstance(sensors, ArrivalTimeSensors):
         weights, reach, variance = sensors.contrasted(measurement)
         # a contrast stands under the sensor that weighs most in it
         sensor = np.abs(weights).argmax(axis=1) if len(weights) else np.empty(0, np.intp)
         unknown = np.full(len(reach), np.nan)
-        return Rows(sensor, unknown, unknown, variance, reach, weights)
+        return Rows(sensor, sensors.places[sensor], unknown, unknown, variance, reach, weights)
     if not isinstance(measurement, HybridSet):
         raise DataError(f"measurement: is {type(measurement).__name__}; give a HybridSet to hybrid sensors.")
     if not measurement.time_s == measurement.bearings.time_s == measurement.arrivals.time_s:

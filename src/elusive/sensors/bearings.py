@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from elusive.contracts import Array, X, Y
+from elusive.errors import DataError
 from elusive.model import NonNegative, Positive, Probability
 from elusive.sensors.bearing_sets import BearingSet, averaged, checked, in_turn
 from elusive.sensors.placed import LEAST_RANGE_M, PlacedSensors, Z
@@ -55,6 +56,23 @@ class BearingSensors(PlacedSensors):
     def nothing(self, time_s: float) -> BearingSet:
         """Return a time without a bearing."""
         return BearingSet(time_s, np.empty(0, np.intp), np.empty(0), np.empty(0))
+
+    def standing(self, measurement: BearingSet) -> BearingSensors:
+        """Return the sensors where they stood as they took a measurement: themselves, unless they move.
+
+        Raises
+        ------
+        DataError
+            If the places do not fit the bearings.
+        """
+        if measurement.places_m is None:
+            return self
+        if measurement.places_m.shape != (len(measurement.sensor), 3) or not np.isfinite(measurement.places_m).all():
+            raise DataError(f"bearings at {measurement.time_s:g} s: give each a place of three finite numbers.")
+        places = self.places
+        places[measurement.sensor] = measurement.places_m
+        # of places alone, and thousands of times
+        return self.model_copy(update={"positions_m": tuple(map(tuple, places.tolist()))})
 
     def simulate(self, states: Array, times_s: Array, rng: Generator) -> list[BearingSet]:
         """Draw what the sensors report of a path, a time after another.
@@ -118,7 +136,7 @@ class BearingSensors(PlacedSensors):
             If a bearing is not finite or its sensor unknown.
         """
         sensor, azimuth, elevation = checked(measurement, len(self.positions_m))
-        east, north, up = (part[:, sensor] for part in self.offsets(states))
+        east, north, up = (part[:, sensor] for part in self.standing(measurement).offsets(states))
         level = np.hypot(east, north)
         sigma = self.sigmas_rad[sensor]
         seen = np.isfinite(elevation) & (self.dimensions == 3)
@@ -154,7 +172,7 @@ class BearingSensors(PlacedSensors):
             If a bearing cannot be used.
         """
         sensor, azimuth, elevation, _ = self.averaged(measurement)
-        east, north, up = (part[0, sensor] for part in self.offsets(state[None]))
+        east, north, up = (part[0, sensor] for part in self.standing(measurement).offsets(state[None]))
         slant = np.where(np.isfinite(elevation), np.cos(elevation), 1.0)
         across = wrapped(azimuth - np.arctan2(east, north)) * slant
         return in_turn(across, elevation - np.arctan2(up, np.hypot(east, north)), elevation)
@@ -162,7 +180,7 @@ class BearingSensors(PlacedSensors):
     def jacobian(self, state: Array, measurement: BearingSet) -> Array:
         """Return the derivative of the expected angles, ``(m, d)``."""
         sensor, _, elevation, _ = self.averaged(measurement)
-        across, upwards = (slope[0, sensor] for slope in self._slopes(state[None]))
+        across, upwards = (slope[0, sensor] for slope in self.standing(measurement)._slopes(state[None]))
         slant = np.where(np.isfinite(elevation), np.cos(elevation), 1.0)
         return in_turn(across * slant[:, None], upwards, elevation)
 
@@ -180,7 +198,9 @@ class BearingSensors(PlacedSensors):
         """How far each angle bends within a belief, half the variance of the place over the range squared, ``(m,)``."""
         sensor, _, elevation, _ = self.averaged(measurement)
         places = self.place_columns
-        squared = sum(offset[0, sensor] ** 2 for offset in self.offsets(state[None])) + LEAST_RANGE_M**2
+        squared = (
+            sum(offset[0, sensor] ** 2 for offset in self.standing(measurement).offsets(state[None])) + LEAST_RANGE_M**2
+        )
         bend = np.asarray(0.5 * np.trace(covariance[np.ix_(places, places)]) / squared)
         return in_turn(bend, bend, elevation)
 

@@ -20,6 +20,7 @@ from elusive.filters.gaussian._map_kernels import Anchor
 from elusive.filters.gaussian.bearing_stretch import BearingStretch
 from elusive.filters.gaussian.extended_kalman import ExtendedKalmanFilter
 from elusive.filters.gaussian.problem import Problem, Stretch
+from elusive.filters.gaussian.range_bank import heard_alone, range_bank
 from elusive.model import Positive
 from elusive.runner import timed
 
@@ -69,6 +70,10 @@ class MapSmoother(Problem):
         stretch = self.stretch((time_s, measurement) for measurement, time_s in timed(measurements, times_s))
         if stretch.empty:
             raise DataError("measurements: there is none; a path needs at least one.")
+        if isinstance(stretch, BearingStretch) and heard_alone(self, stretch):
+            bank = range_bank(self, stretch, smooth=True)
+            times_s, unknown = stretch.times_s, float("nan")
+            return SmoothedPath(times_s, bank.states, bank.covariances, unknown, bank.log_evidence, 0, True)
         anchor = self.anchor()
         shared = {name: getattr(self, name) for name in Problem.model_fields}
         filtered = ExtendedKalmanFilter(iterations=FILTER_ITERATIONS, **shared).over(stretch, smooth=True)

@@ -11,7 +11,7 @@ from elusive.checks import Finding
 from elusive.contracts import Array, X, Y
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.systems.bearings.causes import cause_of
-from elusive.systems.bearings.choices import Estimation, GraphFilter
+from elusive.systems.bearings.choices import FLAT, BatchMap, Estimation, GraphFilter
 from elusive.systems.bearings.heard import sensors_of
 from elusive.systems.bearings.leftovers import FAR, FEW, Scale, leftovers, scale_of
 from elusive.systems.bearings.parameters import BearingTracking
@@ -49,10 +49,24 @@ def track_findings(
     sensor = parameters.sensor_of(sites, type(known[0].measurement), solid)
     scale = scale_of(leftovers(known, sensor, flt if isinstance(flt, Estimation) else None))
     found += [*_residuals(scale, known, parameters, sites, said), _convergence(known, parameters, said)]
+    found.append(_alone(known, parameters, solid, said))
     places = np.array([step.tracks[0].mean[[X, Y]] for step in known])
     spread = np.array([step.tracks[0].covariance[np.ix_([X, Y], [X, Y])] for step in known])
     found += geometry_findings(places, spread, [step.measurement for step in known], parameters, sites, said)
     return tuple(found)
+
+
+def _alone(steps: Sequence[Step], parameters: BearingTracking, solid: bool, said: str) -> Finding:
+    """Check that a single sensor's distance is not that of a guess."""
+    used = set[int]().union(*(set(sensors_of(step.measurement).tolist()) for step in steps))
+    flt = parameters.filter
+    weighed = isinstance(flt, BatchMap) and flt.bias is None and not solid and parameters.motion.kind not in FLAT
+    return Finding(
+        "bearings.alone", len(used) > 1 or weighed, 2.0, float(len(used)),
+        f"{_upper(said + 'one sensor alone')} reports, which tells directions: {flt.kind} begins at a guess of the "
+        "distance and may end on the sensor.",
+        "Take --filter map --motion cv, which weighs distances by their evidence, or add a sensor.",
+    )  # fmt: skip
 
 
 def units_finding(sites: SensorSites) -> Finding:
@@ -85,7 +99,9 @@ def _residuals(
             Finding("bearings.residuals", False, 1.0, scale.half, f"{_upper(seen)}: {cause.sentence}.", cause.remedy)
         ]
     error = 1.17 * NARROW * 2 / math.sqrt(max(scale.number, 1.0))
-    narrow = scale.number >= FEW and scale.half < NARROW - error
+    persists = scale.number >= FEW and scale.correlation > PERSISTING + 3 / math.sqrt(scale.number)
+    # where errors persist a smaller deviation would make it surer than it may be
+    narrow = scale.number >= FEW and scale.half < NARROW - error and not persists
     found = [
         Finding(
             "bearings.residuals", not narrow, 1.0, scale.half,
@@ -93,13 +109,12 @@ def _residuals(
             f"Tell the deviation that was measured: about {scale.half:.2g} of {precise}.", grave=False,
         )
     ]  # fmt: skip
-    persists = scale.number >= FEW and scale.correlation > PERSISTING + 3 / math.sqrt(scale.number)
     found.append(
         Finding(
             "bearings.independent", not persists, 0.0, scale.correlation,
             f"{_upper(said + 'what a sensor leaves')} repeats from one time to the next (correlation "
             f"{scale.correlation:.2f}): its errors persist, or the emitter manoeuvres more than the motion allows. The "
-            "ellipses count each reading as new and are too small.",
+            "ellipses count each reading as new, and cannot be trusted.",
             "Estimate a bias of each sensor, --bias-sd-deg with --bias-memory-s, or tell a greater deviation; "
             "elusive fit bearings finds both as far as the bearings tell them.",
         )
@@ -122,8 +137,11 @@ def geometry_findings(
 ) -> list[Finding]:
     """Check that places ``(K, 2)`` of covariances ``(K, 2, 2)`` are on no sensor, and no surer than bearings allow."""
     used = sorted(set[int]().union(*(set(sensors_of(times).tolist()) for times in heard)))  # type: ignore[arg-type]
-    stations = sites.positions_m[used, :2]
-    extent = float(np.linalg.norm(stations[:, None] - stations, axis=2).max(initial=0.0))
+    stations = np.repeat(sites.positions_m[None, used, :2], len(places), axis=0)  # (K, n, 2)
+    for k, times in enumerate(heard):
+        if isinstance(times, BearingSet) and times.places_m is not None:
+            stations[k, np.searchsorted(used, times.sensor)] = times.places_m[:, :2]
+    extent = float(np.linalg.norm(np.ptp(stations.reshape(-1, 2), axis=0)))
     away = np.linalg.norm(places[:, None] - stations, axis=2)
     near = away < AT_SENSOR * extent
     share = float(near.any(axis=1).mean())

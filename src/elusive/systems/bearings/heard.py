@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elusive.contracts import Array
-from elusive.sensors.bearing_sets import BearingSet
+from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearing_table import PlaceSet
 from elusive.sensors.hybrid import HybridSet
 
@@ -37,6 +37,18 @@ def bearings_of(heard: Sequence[PlaceSet]) -> Bearings:
     counts = np.array([len(part.sensor) for part in angles], np.intp)
     sensor, azimuth = (np.concatenate([part[k] for part in angles]) for k in (1, 2))
     return Bearings(counts, sensor.astype(np.intp), azimuth)
+
+
+def starts_of(heard: Sequence[PlaceSet], sites: SensorSites) -> Array:
+    """Return where each bearing of a recording was taken, ``(M, 2)`` [m]."""
+    angles = [angles_of(measurement) for measurement in heard]
+    places = [sites.positions_m[part.sensor] if part.places_m is None else part.places_m for part in angles]
+    return np.concatenate([np.empty((0, 3)), *places])[:, :2]
+
+
+def moving(heard: Iterable[PlaceSet]) -> bool:
+    """Say whether bearings tell where their sensors were."""
+    return any(angles_of(measurement).places_m is not None for measurement in heard)
 
 
 def sensors_of(measurement: PlaceSet) -> NDArray[np.intp]:

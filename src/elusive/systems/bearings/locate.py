@@ -21,7 +21,7 @@ from elusive.sensors.bearing_table import PlaceSet
 from elusive.sensors.bearings import wrapped
 from elusive.systems.bearings.checks import units_finding
 from elusive.systems.bearings.choices import Arrivals, BatchMap, Cruise
-from elusive.systems.bearings.heard import bearings_of, sensors_of
+from elusive.systems.bearings.heard import bearings_of, sensors_of, starts_of
 from elusive.systems.bearings.locate_checks import place_findings
 from elusive.systems.bearings.located_files import Located, write_located
 from elusive.systems.bearings.parameters import BearingTracking
@@ -105,13 +105,13 @@ def locate_recording(
     with warnings_heard() as warned:
         heard = list(source)
         said = list(warned())
-    sites, (_, sensor, azimuth) = source.sites, bearings_of(heard)
+    sites, (_, _, azimuth) = source.sites, bearings_of(heard)
     greatest = float(np.rad2deg(np.abs(azimuth)).max(initial=0.0))
     if len(azimuth) >= RADIANS_AFTER and greatest <= 2 * math.pi and not said:
         said.append(radians_suspected(source.name, f"{len(azimuth)} azimuths", greatest))
     frame = None if origin_deg is None else LocalFrame.at(*origin_deg)
     if isinstance(heard[0], BearingSet):
-        fix = parameters.locate(azimuth, sites.positions_m[sensor, :2])
+        fix = parameters.locate(azimuth, starts_of(heard, sites))
     else:
         fix = parameters.of_arrivals(heard, sites)
     ellipse = fix.ellipse(confidence)

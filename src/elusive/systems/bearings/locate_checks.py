@@ -18,6 +18,7 @@ from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearings import wrapped
 from elusive.systems.bearings.causes import CONVENTIONS
 from elusive.systems.bearings.checks import geometry_findings, units_finding
+from elusive.systems.bearings.heard import starts_of
 from elusive.systems.bearings.parameters import BearingTracking
 
 FEW = 6  # bearings below which residuals tell nothing
@@ -45,7 +46,7 @@ def taken(heard: Sequence[BearingSet], sites: SensorSites) -> Taken:
     times = np.repeat([one.time_s for one in heard], [len(one.sensor) for one in heard])
     sensor = np.concatenate([one.sensor for one in heard]).astype(np.intp)
     azimuth = np.concatenate([one.azimuth_rad for one in heard])
-    return Taken(times, sensor, azimuth, sites.positions_m[sensor, :2])
+    return Taken(times, sensor, azimuth, starts_of(heard, sites))
 
 
 def place_findings(

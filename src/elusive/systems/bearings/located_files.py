@@ -18,7 +18,7 @@ from elusive.io.csv_files import write_csv
 from elusive.report import plots
 from elusive.sensors.bearing_sets import SensorSites
 from elusive.sensors.bearing_table import PlaceSet
-from elusive.systems.bearings.heard import bearings_of, sensors_of
+from elusive.systems.bearings.heard import bearings_of, sensors_of, starts_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -100,7 +100,7 @@ def _draw(path: Path, located: Located, heard: Sequence[PlaceSet], sites: Sensor
         for axes, title, centre, span in (
             (both[0], "Sensors and bearings", middle, half), (both[1], "The emitter", np.array([x, y]), reach),
         ):  # fmt: skip
-            _draw_lines(axes, located, heard, places, 4 * half)
+            _draw_lines(axes, located, heard, starts_of(heard, sites), 4 * half)
             if outline is not None:
                 axes.fill(*outline.T, facecolor=plots.ESTIMATE, alpha=0.15, linewidth=0, zorder=2)
                 label = f"{100 * located.ellipse.confidence:g} % ellipse"
@@ -117,10 +117,9 @@ def _draw(path: Path, located: Located, heard: Sequence[PlaceSet], sites: Sensor
         figure.suptitle(f"{name}: {x:.1f} m east, {y:.1f} m north", x=0.01, ha="left", size=12, weight="bold")
 
 
-def _draw_lines(axes: Axes, located: Located, heard: Sequence[PlaceSet], places: Array, length: float) -> None:
+def _draw_lines(axes: Axes, located: Located, heard: Sequence[PlaceSet], start: Array, length: float) -> None:
     """Draw the bearings; what is taken for a stray is dotted, and of many only some are drawn."""
-    _, sensor, azimuth = bearings_of(heard)
-    start = places[sensor]
+    _, _, azimuth = bearings_of(heard)
     far = start + length * np.column_stack([np.sin(azimuth), np.cos(azimuth)])
     rows = np.arange(0, len(azimuth), max(1, -(-len(azimuth) // FEW)))
     stray = located.fix.weights[rows] <= 0.5

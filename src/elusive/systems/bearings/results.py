@@ -15,7 +15,7 @@ from elusive.io.truth import Truth
 from elusive.results import Scored, TrackLog, scored, write_result, write_tracks_csv
 from elusive.sensors.bearing_sets import SensorSites
 from elusive.systems.bearings.checks import track_findings
-from elusive.systems.bearings.heard import bearings_of, sensors_of
+from elusive.systems.bearings.heard import bearings_of, moving, sensors_of, starts_of
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.report import (
     BearingsTracked,
@@ -68,7 +68,9 @@ def outcome_of(
     started = np.array([step.state.started and bool(step.tracks) for step in steps])
     counts, sensor, azimuth = bearings_of([step.measurement for step in steps])
     places = means[:, :2]
-    east, north = (np.repeat(places, counts, axis=0) - sites.positions_m[sensor, :2]).T
+    heard = [step.measurement for step in steps]
+    starts = starts_of(heard, sites)
+    east, north = (np.repeat(places, counts, axis=0) - starts).T
     residual = (azimuth - np.arctan2(east, north) + np.pi) % (2 * np.pi) - np.pi
     true, (known, scores) = None, scores_of(log, truth, sites, cutoff_m)
     if known is not None:
@@ -78,10 +80,13 @@ def outcome_of(
         Path(name).name or name, "", sites.names, sites.positions_m[:, :2], log.times_s, places, spread[:, :2, :2],
         heights, int(np.argmax(started)) if started.any() else len(steps),
         np.concatenate([[0], np.cumsum(counts)]).astype(np.intp), sensor, azimuth, np.rad2deg(residual), true, [],
+        starts=starts if moving(heard) else None,
     )  # fmt: skip
     reporting = [set(sensors_of(step.measurement).tolist()) for step in steps]
     findings = track_findings(steps, parameters, sites)
-    verdict = _verdict(tracked, alone=len(set[int]().union(*reporting)) < 2, unsure=grave(findings))
+    verdict = _verdict(
+        tracked, alone=len(set[int]().union(*reporting)) < 2 and not moving(heard), unsure=grave(findings)
+    )
     table = [("Emitters", emitters), *_table(tracked, parameters, steps)]
     if true is not None:
         table += _scores(tracked, means, spread, np.array([len(heard) for heard in reporting]))

@@ -162,6 +162,11 @@ def track_several(measurements: Iterable[PlaceSet], parameters: BearingTracking,
     rng, tracker = np.random.default_rng(parameters.emitters.seed), tracker_of(parameters, sites)
     state = tracker.init(rng)
     for measurement in measurements:
+        if isinstance(measurement, BearingSet) and measurement.places_m is not None:
+            raise ParameterError(
+                "--emitters several: tells apart bearings of sensors that stand; of those that move take --emitters "
+                "one, or a column emitter."
+            )
         if not isinstance(measurement, BearingSet):
             raise ParameterError(
                 "--emitters several: tells bearings apart, and not times of arrival; leave arrival_s out, or take "

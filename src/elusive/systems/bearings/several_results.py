@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from elusive.checks import Finding, grave
 from elusive.contracts import Array
@@ -15,7 +14,7 @@ from elusive.results import TrackLog
 from elusive.sensors.bearing_sets import SensorSites
 from elusive.sensors.bearings import wrapped
 from elusive.systems.bearings.choices import SeveralEmitters
-from elusive.systems.bearings.heard import bearings_of
+from elusive.systems.bearings.heard import bearings_of, moving, starts_of
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.report import SeveralTracked
 from elusive.systems.bearings.results import BearingOutcome, scores_of
@@ -63,16 +62,18 @@ def several_outcome(
     for step in steps:
         log.append(step)
     counts, sensor, azimuth = bearings_of([step.measurement for step in steps])
+    starts = starts_of([step.measurement for step in steps], sites)
     residual = np.full(len(azimuth), np.nan)
     first = np.concatenate([[0], np.cumsum(counts)]).astype(np.intp)
     for number, step in enumerate(steps):
         part = slice(first[number], first[number + 1])
-        residual[part] = _left(step, sensor[part], azimuth[part], sites.positions_m[:, :2])
+        residual[part] = _left(step, azimuth[part], starts[part])
     known, scores = scores_of(log, truth, sites, cutoff_m)
     true = None if known is None else known[..., :2]
     tracked = SeveralTracked(
         Path(name).name or name, "", sites.names, sites.positions_m[:, :2], log.times_s, SeveralTracked.paths_of(log),
         dict(labels), first, sensor, azimuth, np.rad2deg(residual), true, [],
+        starts=starts if moving([step.measurement for step in steps]) else None,
     )  # fmt: skip
     table = [("Emitters", emitters), *_table(tracked, parameters)]
     if scores is not None:
@@ -94,12 +95,12 @@ def names_of(step: Step, parameters: BearingTracking) -> tuple[str, ...]:
     return parameters.over_ground(parameters.motion, solid=False).state_names
 
 
-def _left(step: Step, sensor: NDArray[np.intp], azimuth: Array, places: Array) -> Array:
+def _left(step: Step, azimuth: Array, starts: Array) -> Array:
     """Return each bearing less that of the confirmed track that is nearest to it [rad]; NaN where there is none."""
     found = np.array([track.mean[[0, 2]] for track in step.tracks if track.status == "confirmed"]).reshape(-1, 2)
     if not len(found):
         return np.full(len(azimuth), np.nan)
-    off = found - places[sensor][:, None]
+    off = found - starts[:, None]
     away = wrapped(azimuth[:, None] - np.arctan2(off[..., 0], off[..., 1]))
     return np.asarray(away[np.arange(len(away)), np.abs(away).argmin(axis=1)])
 

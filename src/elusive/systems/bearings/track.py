@@ -151,7 +151,9 @@ def together(labelled: Iterable[list[Step]]) -> list[Step]:
     whole = []
     for time_s, parts in sorted(at.items()):
         angles = [angles_of(step.measurement) for step in parts]
-        heard = BearingSet(time_s, *(np.concatenate(column) for column in list(zip(*angles, strict=True))[1:]))
+        places = [part.places_m for part in angles if part.places_m is not None]
+        sensor, azimuth, elevation = (np.concatenate([part[k] for part in angles]) for k in (1, 2, 3))
+        heard = BearingSet(time_s, sensor, azimuth, elevation, np.concatenate(places) if places else None)
         tracks = tuple(track for step in parts for track in step.tracks)
         whole.append(Step(time_s, heard, parts[0].state, tracks))
     return whole

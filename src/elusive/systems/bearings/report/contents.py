@@ -41,6 +41,10 @@ class HeardBearings(Protocol):
         """Sensor of each bearing, ``(M,)``."""
 
     @property
+    def starts(self) -> Array | None:
+        """Where each bearing was taken, ``(M, 2)`` [m], of sensors that move; None: where they stand."""
+
+    @property
     def azimuth_rad(self) -> Array:
         """Each bearing, clockwise from north, ``(M,)``."""
 
@@ -72,6 +76,7 @@ class BearingsTracked(NamedTuple):
     truth: Array | None  # (K, 3) true place at each time, NaN where it is not known; None without
     rows: Sequence[tuple[str, str]]  # what the table says
     scored: Scored | None = None  # None without a truth
+    starts: Array | None = None  # (M, 2) where each bearing was taken, of sensors that move; None: where they stand
 
     @property
     def error(self) -> Array | None:
@@ -94,7 +99,8 @@ class BearingsTracked(NamedTuple):
     def extent(self) -> Extent:
         """What of the ground is shown: the sensors that report, the truth and nearly all of the track."""
         true = np.empty((0, 2)) if self.truth is None else self.truth[:, :2]
-        return extent_of(self.sensors[np.unique(self.sensor)], self.places[self.known], true)
+        stood = self.sensors[np.unique(self.sensor)] if self.starts is None else self.starts
+        return extent_of(stood, self.places[self.known], true)
 
 
 def extent_of(sensors: Array, path: Array, truth: Array) -> Extent:

@@ -44,11 +44,14 @@ def draw_sensors(axes: Axes, tracked: HeardBearings) -> None:
     length = 2 * math.hypot(east - west, north - south)
     for number, row in enumerate(rows[np.linspace(0, len(rows) - 1, min(RAYS, len(rows))).astype(int)]):
         for bearing in range(tracked.first[row], tracked.first[row + 1]):
-            place, angle = tracked.sensors[tracked.sensor[bearing]], tracked.azimuth_rad[bearing]
+            angle = tracked.azimuth_rad[bearing]
+            place = tracked.sensors[tracked.sensor[bearing]] if tracked.starts is None else tracked.starts[bearing]
             ray = np.stack([place, place + length * np.array([math.sin(angle), math.cos(angle)])])
             label = "some bearings" if number == 0 and bearing == tracked.first[row] else None
             axes.plot(*ray.T, color=plots.MUTED, lw=0.7, alpha=0.45, label=label, zorder=1)
     used = np.unique(tracked.sensor)
+    if tracked.starts is not None:
+        axes.plot(*tracked.starts.T, ".", color=WALL, markersize=2, zorder=3, clip_on=False)
     axes.plot(*tracked.sensors[used].T, "s", color=WALL, markersize=6, label="sensor", zorder=4, clip_on=False)
     for row in used:
         style: Any = {"textcoords": "offset points", "color": WALL, "size": 8, "zorder": 6}

@@ -59,7 +59,8 @@ def bearing_layer(tracked: HeardBearings, shown: np.ndarray) -> draw.Layer:
     rows = np.concatenate([np.arange(tracked.first[k], tracked.first[k + 1]) for k in shown] or [np.zeros(0, int)])
     rows = rows.astype(np.intp)
     times = np.repeat(tracked.times_s, np.diff(tracked.first))[rows]
-    start, angle = tracked.sensors[tracked.sensor[rows]], tracked.azimuth_rad[rows]
+    start = tracked.sensors[tracked.sensor[rows]] if tracked.starts is None else tracked.starts[rows]
+    angle = tracked.azimuth_rad[rows]
     far = 2 * np.hypot(east - west, north - south) * np.column_stack([np.sin(angle), np.cos(angle)])
     colours = [sensor_colour(int(row)) for row in tracked.sensor[rows]]
     return draw.segments(

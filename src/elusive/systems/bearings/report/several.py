@@ -46,6 +46,7 @@ class SeveralTracked(NamedTuple):
     residual_deg: Array  # (M,) measured less that of the nearest confirmed track; NaN where there is none
     truth: Array | None  # (K, P, 2) true places, NaN where one is absent; None without
     rows: Sequence[tuple[str, str]]  # what the table says
+    starts: Array | None = None  # (M, 2) where each bearing was taken, of sensors that move; None: where they stand
 
     @classmethod
     def paths_of(cls, log: TrackLog) -> dict[int, Records]:
