@@ -40,8 +40,10 @@ class FrameChecks:
 
     def add(self, frame: Array, places: Iterable[tuple[float, float]] = ()) -> None:
         """Take a frame ``(rows, columns)``, and where tracks are in it, x, y."""
-        self.noise.add(self.parameters.levelled(frame), places, CLEAR * self.parameters.spread_px)
-        if not isinstance(self._sensor, ImageSensor):
+        if isinstance(self._sensor, ImageSensor):
+            self.noise.add(self.parameters.levelled(frame), places, CLEAR * self.parameters.spread_px)
+        else:
+            self.noise.look(frame)
             self.scene.add(frame)
 
     def findings(self, whitened: Mapping[float, float] = NOTHING) -> tuple[Finding, ...]:
@@ -63,7 +65,7 @@ class FrameChecks:
 def places_of(step: Step) -> Iterator[tuple[float, float]]:
     """Yield where a step's tracks are that may well be there."""
     for track in step.tracks:
-        if track.status != "deleted" and not track.existence < 0.5:
+        if track.status != "deleted" and not track.existence < 0.5 and np.isfinite(track.mean[[0, 2]]).all():
             yield float(track.mean[0]), float(track.mean[2])
 
 

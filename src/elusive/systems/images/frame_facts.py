@@ -53,7 +53,7 @@ class FrameFacts:
         self._products = np.zeros((3, 2))  # of signs: sum and number along time, x and y
 
     def add(self, frame: Array, places: Iterable[tuple[float, float]] = (), radius_px: float = 0.0) -> None:
-        """Take a frame.
+        """Take a frame, and its noise.
 
         Parameters
         ----------
@@ -62,13 +62,7 @@ class FrameFacts:
         places, radius_px
             Where tracks are, x, y, and how far about each no noise is read [px].
         """
-        self.shape = (frame.shape[0], frame.shape[1])
-        part, (top, left) = _middle(frame)
-        rare = (self.count & (self.count - 1)) == 0 or self.count % 64 == 0  # 1, 2, 4, ..., 64, 128, ...
-        if self._last is not None and rare:
-            self._compare_axes(self._last, part)
-        thin = frame[::THIN, ::THIN].astype(np.float32)
-        self.repeated += self._thin is not None and np.array_equal(thin, self._thin, equal_nan=True)
+        part, (top, left) = self.look(frame)
         noise = part.copy()
         for x, y in places:
             low = [max(math.floor(k - radius_px), 0) for k in (y - top, x - left)]
@@ -77,9 +71,20 @@ class FrameFacts:
         known = noise[np.isfinite(noise)]
         if len(known) > 1:
             self._correlate(noise - np.median(known))
-            if self.count % self._every == 0:
+            if (self.count - 1) % self._every == 0:
                 self._keep(known)
+
+    def look(self, frame: Array) -> tuple[Array, tuple[int, int]]:
+        """Take a frame, whose noise is left alone; give its middle, and the first row and column of that."""
+        self.shape = (frame.shape[0], frame.shape[1])
+        part, corner = _middle(frame)
+        rare = (self.count & (self.count - 1)) == 0 or self.count % 64 == 0  # 1, 2, 4, ..., 64, 128, ...
+        if self._last is not None and rare:
+            self._compare_axes(self._last, part)
+        thin = frame[::THIN, ::THIN].astype(np.float32)
+        self.repeated += self._thin is not None and np.array_equal(thin, self._thin, equal_nan=True)
         self._last, self._thin, self.count = part, thin, self.count + 1
+        return part, corner
 
     @property
     def law(self) -> Law | None:

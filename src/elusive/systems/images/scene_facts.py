@@ -12,7 +12,7 @@ from elusive.contracts import Array
 
 SIDE = 32  # cells of a frame's shorter side where scenes are compared
 WIDE = 9  # cells, over which their level is taken off
-EARLY, MEMORY = 8, 16.0  # first frames averaged; frames of the average that follows
+EARLY, MEMORY, THIN = 8, 16.0, 4  # first frames averaged; frames of the average that follows, of which every fourth
 POINT_PX, AROUND_PX = 1.0, 3.0  # widths of a point and of what is about it
 APART_PX = 5  # from one point to the next
 MAD = 1.4826
@@ -43,20 +43,22 @@ class SceneFacts:
 
     def add(self, frame: Array) -> None:
         """Take a frame ``(rows, columns)``, NaN where masked."""
-        known = frame if np.isfinite(frame).all() else np.nan_to_num(frame, nan=float(np.nanmedian(frame)))
-        coarse = _coarse(known)
+        single = frame.astype(np.float32)
+        if not np.isfinite(single.sum()):
+            single = np.nan_to_num(single, nan=float(np.nanmedian(frame)))
+        coarse = _coarse(single)
         spectrum, power = np.fft.rfft2(coarse), float(np.sum(coarse**2))
         if self._last is not None:
             before, earlier = self._last
             together = np.fft.irfft2(spectrum * np.conj(before), s=coarse.shape)
             self._compare(float(together.max() / max((power * earlier) ** 0.5, 1e-12)))
         self._last = spectrum, power
-        single = known.astype(np.float32)
         if self._early is None or self._late is None:
-            self._early, self._late = single.copy(), single.copy()
+            self._early, self._late = single.copy(), single
         elif self.count < EARLY:
             self._early += (single - self._early) / (self.count + 1)
-        self._late += (single - self._late) * np.float32(max(1 / (self.count + 1), 1 / MEMORY))
+        if self.count % THIN == 0:
+            self._late = self._late + np.float32(max(THIN / (self.count + THIN), THIN / MEMORY)) * (single - self._late)
         self.count += 1
 
     def _compare(self, alike: float) -> None:
@@ -84,7 +86,7 @@ class SceneFacts:
         return RestingPoint(float(column), float(row), height, float(late.max()))
 
 
-def _coarse(frame: Array) -> Array:
+def _coarse(frame: NDArray[np.float32]) -> Array:
     """Means of blocks of a frame less their surroundings, their scale taken off."""
     size = max(min(frame.shape) // SIDE, 1)
     rows, columns = (length // size for length in frame.shape)
