@@ -111,6 +111,30 @@ TWINS: dict[str, dict[str, str]] = {
         "sample_shifted": "preprocess/test_registration.py::reference.shifted",
     },
     "preprocess._link_weight_kernels": {"ellipses": "preprocess/test_link_weights.py::reference.ellipse_weights"},
+    "preprocess._past_kernels": {
+        "alignment": "preprocess/test_peak_kernels.py::reference.alignment",
+        "deviate": "preprocess/test_peak_kernels.py::reference.read_between",
+        "learn": "preprocess/test_peak_kernels.py::reference.learn",
+        "preference": "preprocess/test_peak_kernels.py::reference.errors",
+    },
+    "preprocess._scale_kernels": {
+        "block_roots": "preprocess/test_peak_kernels.py::reference.block_roots",
+        "halve": "preprocess/test_peak_kernels.py::reference.smoothed",
+        "middle": "preprocess/test_peak_kernels.py::reference.middle",
+        "smooth": "preprocess/test_peak_kernels.py::reference.smoothed",
+        "subtract": "preprocess/test_peak_kernels.py::reference.subtracted",
+        "whiten": "preprocess/test_peak_kernels.py::reference.spread_blocks",
+    },
+    "preprocess._summit_kernels": {
+        "apart": "preprocess/test_peak_kernels.py::reference.apart",
+        "kinds": "preprocess/test_peak_kernels.py::reference.kind",
+        "summits": "preprocess/test_peak_kernels.py::reference.summits",
+    },
+    "preprocess._tail_kernels": {
+        "count": "preprocess/test_peak_kernels.py::np.bincount",
+        "quantile_plots": "preprocess/test_peak_kernels.py::reference.quantile_plot",
+        "rate": "preprocess/test_peak_kernels.py::reference.log_left",
+    },
     "preprocess._tomography_kernels": {"add_gram": "preprocess/test_tomography.py::reference.projection"},
     "preprocess._window_kernels": {
         "chi_squares": "preprocess/test_windows.py::reference.chi_square",

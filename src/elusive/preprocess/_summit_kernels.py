@@ -22,6 +22,7 @@ RING = np.array(
         for a in 2 * np.pi * (np.arange(n) + 0.5) / n
     ]
 )
+BESIDE = 0.8  # of its height a point has at a scale twice or half its own
 CELL_PX = 8  # of the grid by which neighbours are found
 
 
@@ -157,7 +158,9 @@ def summits(
                 found[m, 0], found[m, 1] = x * unit, y * unit
                 found[m, 2] = max(min(v, ROUND * weaker + SLACK), least)
                 found[m, 3] = s
-                square = narrow * 4.0 ** _top(max(left, 0.0), v, max(right, 0.0))
+                square = narrow * 4.0 ** _top(
+                    left if finer.size else BESIDE * v, v, right if coarser.size else BESIDE * v
+                )
                 found[m, 4] = np.sqrt(square)
                 found[m, 5] = values[row, i] / (square / (square + narrow) - square / (square + wide))
                 found[m, 6] = grid[2] + _kind(white, row, i, bounds)
@@ -169,7 +172,7 @@ def summits(
 
 @njit(cache=True, nogil=True)
 def apart(x: Array, y: Array, sign: Array, radius: Array, columns: int, rows: int, most: int) -> NDArray[np.bool_]:
-    """Which places, strongest first, have no stronger of their sign within the lesser radius of both; at most ``most``."""
+    """Which places, strongest first, have no stronger of their sign within the lesser radius; at most so many."""
     across, down = columns // CELL_PX + 2, rows // CELL_PX + 2
     newest = np.full((down, across), -1, dtype=np.int64)
     before = np.full(len(x), -1, dtype=np.int64)

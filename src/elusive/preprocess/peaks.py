@@ -43,10 +43,10 @@ class Peaks(NamedTuple):
     number: int  # of the frame, from 0
     places_px: Array  # (m, 2) x, y in this frame, sub-pixel
     strength: Array  # (m,) above 0: what a peak as rare would have in Gaussian noise [deviations], dark ones too
-    scale_px: Array  # (m,) deviation of the Gaussian that fits it best [px]
+    scale_px: Array  # (m,) deviation of the Gaussian that fits it best, to half an octave [px]
     bright: NDArray[np.bool_]  # (m,) brighter than what is about it, else darker
     temporal: NDArray[np.bool_]  # (m,) found against earlier frames, else against its surroundings
-    contrast: Array  # (m,) height over its surroundings (temporal: over earlier frames) [grey levels], dark below 0
+    contrast: Array  # (m,) height over surroundings (temporal: earlier frames), to a third [grey levels], dark below 0
     log_density: Array  # (m,) log of how many noise peaks a px^2 are as strong hereabouts, of its polarity [1 / px^2]
     spread_px: Array  # (m,) deviation of the place, each axis, by noise [px]
     offset_px: Array  # (2,) x, y: where the scene of the first frame (since the last cut) is now

@@ -23,7 +23,7 @@ SURE = 6.0  # a step is believed where it fits better than its mirror image by s
 BORDER = 2  # pixels of a map left out
 ALIKE = 10.0  # neighbouring pixels of a map speak as one
 LOST = 0.75  # of the usual correlation below which the past is sought anew
-CUT = 0.3  # ... and below which the scene is another
+CUT = 0.5  # ... and below which the scene is another
 TEXTURE = 0.5  # usual correlation from which a cut can be told
 GAIN = 0.2  # weight of the newest frame in the usual correlation
 

@@ -1,0 +1,146 @@
+"""What stands out of recorded frames: rarity in noise, places, scales, cameras that move, gaps."""
+
+import numpy as np
+import pytest
+from scipy import ndimage
+from scipy.special import ndtri
+
+from elusive.errors import DataError
+from elusive.preprocess import PeakFinder
+from elusive.preprocess.peaks import LEVELS
+
+
+def bell(shape, x, y, sigma, height):
+    rows, columns = np.indices(shape)
+    return height * np.exp(-((columns - x) ** 2 + (rows - y) ** 2) / (2 * sigma**2))
+
+
+def found_in(frames, finder=None):
+    finder = PeakFinder() if finder is None else finder
+    state, found = finder.init(), []
+    for frame in frames:
+        state = finder.step(state, frame)
+        found.append(state.output)
+    return found
+
+
+def nearest(peaks, place, within_px=3.0):
+    """Index of the strongest peak near a place, None where there is none."""
+    near = np.flatnonzero(np.hypot(*(peaks.places_px - place).T) < within_px)
+    return near[0] if len(near) else None
+
+
+def texture(shape, seed=0, sigma=2.5):
+    scene = ndimage.gaussian_filter(np.random.default_rng(seed).normal(0, 1, shape), sigma)
+    return 100 + 30 * scene / scene.std()
+
+
+def test_noise_on_a_pedestal_is_rated_as_what_it_is():
+    rng = np.random.default_rng(3)
+    found = found_in(rng.normal(1000, 25, (128, 160)) for _ in range(50))[10:]
+    assert np.mean([peaks.noise for peaks in found]) == pytest.approx(25, rel=0.03)
+    assert np.mean([peaks.pedestal for peaks in found]) == pytest.approx(1000, abs=2)
+    core = slice(2, -2)
+    quantiles = np.mean([peaks.quantiles for peaks in found], axis=0)
+    np.testing.assert_allclose(quantiles[core], ndtri(LEVELS)[core], atol=0.05)
+    assert all((peaks.offset_px == 0).all() for peaks in found)
+    # so many a frame of each polarity; two maps, of which neighbouring peaks are one
+    for n in (3, 10):
+        seen = np.mean([(peaks.log_density + np.log(128 * 160) < np.log(n)).sum() for peaks in found])
+        assert n < seen < 4 * n
+
+
+def test_a_dim_point_has_about_a_matched_filters_strength():
+    rng = np.random.default_rng(4)
+    height = 25 * 10**0.5  # 10 dB at a spread of one pixel
+    paths = np.stack([10 + 0.7 * np.arange(60), 20 + 0.5 * np.arange(60)], axis=1)
+    found = found_in(1000 + rng.normal(0, 25, (64, 64)) + bell((64, 64), *p, 1.0, height) for p in paths)
+    ranks = [nearest(peaks, place) for peaks, place in zip(found[10:], paths[10:], strict=True)]
+    assert np.mean([rank is not None and rank < 5 for rank in ranks]) >= 0.9
+    strength = np.median([found[10 + k].strength[i] for k, i in enumerate(ranks) if i is not None])
+    assert strength > 0.8 * height * np.sqrt(np.pi) / 25
+
+
+@pytest.mark.parametrize("sigma", [0.9, 2.0, 4.0, 7.5])
+def test_scale_contrast_and_place_of_a_point(sigma):
+    rng = np.random.default_rng(5)
+    shape, place = (400, 480), np.array([201.3, 170.6])
+    frame = 500 + rng.normal(0, 1, shape) - bell(shape, *place, sigma, 60)
+    peaks = found_in([frame])[0]
+    i = nearest(peaks, place)
+    assert i == 0
+    assert not peaks.bright[i]
+    assert abs(np.log2(peaks.scale_px[i] / sigma)) < 0.5
+    assert peaks.contrast[i] == pytest.approx(-60, rel=0.45)
+    assert np.abs(peaks.places_px[i] - place).max() < 3 * peaks.spread_px[i]
+
+
+def test_a_negative_image_has_the_same_peaks():
+    frames = [texture((96, 120), k) for k in range(4)]
+    for ours, theirs in zip(found_in(frames), found_in(255 - frame for frame in frames), strict=True):
+        np.testing.assert_allclose(ours.strength, theirs.strength, rtol=0.02)
+        assert (ours.bright == ~theirs.bright).mean() > 0.99
+
+
+def test_what_moves_among_resting_points_is_seen_against_the_past():
+    rng = np.random.default_rng(6)
+    rest = sum(bell((120, 120), *p, 1.0, 80) for p in rng.uniform(10, 110, (40, 2)))
+    paths = np.stack([20 + 1.3 * np.arange(40), 30 + 0.9 * np.arange(40)], axis=1)
+    found = found_in(rest + rng.normal(100, 2, (120, 120)) + bell((120, 120), *p, 1.0, 40) for p in paths)
+    ranks = [nearest(peaks, p) for peaks, p in zip(found[10:], paths[10:], strict=True)]
+    assert np.mean([rank is not None and rank < 3 for rank in ranks]) > 0.9
+    assert (
+        np.mean([peaks.temporal[rank] for peaks, rank in zip(found[10:], ranks, strict=True) if rank is not None]) > 0.9
+    )
+
+
+def test_a_camera_that_moves_jumps_and_cuts():
+    rng = np.random.default_rng(7)
+    scene, other = texture((300, 340)), texture((300, 340), 1)
+    steps = np.array([0.37, -0.81]) * np.arange(24)[:, None]
+    steps[12:] += [21.0, 13.0]
+    frames = [
+        ndimage.shift(scene, (40 + y, 40 + x), order=3, mode="nearest")[60:220, 60:250] + rng.normal(0, 2, (160, 190))
+        for x, y in steps
+    ]
+    found = found_in([*frames, *[other[60:220, 60:250] + rng.normal(0, 2, (160, 190)) for _ in range(3)]])
+    offsets = np.array([peaks.offset_px for peaks in found[:24]])
+    np.testing.assert_allclose(offsets, steps, atol=0.15)
+    assert [peaks.number for peaks in found if peaks.cut] == [0, 24]
+    assert (found[24].offset_px == 0).all()
+
+
+def test_gaps_hold_no_peaks():
+    rng = np.random.default_rng(8)
+    frames = [texture((80, 90)) + rng.normal(0, 2, (80, 90)) for _ in range(6)]
+    for frame in frames[2:5]:
+        frame[20:40, 30:60] = np.nan
+    for peaks in found_in(frames)[2:5]:
+        x, y = peaks.places_px.T
+        assert not ((x > 29) & (x < 60) & (y > 19) & (y < 40) & (peaks.scale_px < 1.3)).any()
+        assert len(x) > 20
+
+
+def test_a_step_leaves_the_state_before_it_alone():
+    frames = [texture((64, 64), k) for k in range(5)]
+    finder = PeakFinder()
+    state = finder.init()
+    for frame in frames[:4]:
+        state = finder.step(state, frame)
+    first, second = (finder.step(state, frames[4]).output for _ in range(2))
+    assert first is not None
+    for ours, theirs in zip(first, second, strict=True):
+        np.testing.assert_array_equal(ours, theirs)
+
+
+@pytest.mark.parametrize(
+    ("frames", "sentence"),
+    [
+        ([np.zeros((20, 64))], "frame 0: shape"),
+        ([np.zeros((64, 64)), np.zeros((64, 65))], "frame 1: shape"),
+        ([np.full((64, 64), np.nan)], "no pixel is finite"),
+    ],
+)
+def test_frames_that_cannot_be_searched_are_refused(frames, sentence):
+    with pytest.raises(DataError, match=sentence):
+        found_in(frames)
