@@ -20,6 +20,7 @@ from elusive.systems.images.simulate import ImageSimulation, draw_images
 
 SIGMA = 3.0
 WHITE = ("--noise-sigma", SIGMA)
+SEVERAL = ("--filter", "several")
 QUICK = ("--filter", "single", "--particles", 200, "--newborns", 100)
 LEARNT = {"filter": {"sensor": {"kind": "clutter"}}}
 
@@ -75,6 +76,11 @@ WRONG = {
     "blurred noise": (lambda: blurred(simulated()), WHITE, "noise.correlated-in-space"),
     "outliers": (lambda: spiked(simulated()), WHITE, "noise.tail"),
     "each frame twice": (lambda: np.repeat(simulated(), 2, axis=0), WHITE, "frames.repeated"),
+    "far too bright a target expected": (
+        lambda: simulated(targets=2),
+        (*WHITE, *SEVERAL, "--snr-db", 28),
+        "targets.left-over",
+    ),
     "time last": (lambda: scene().transpose(1, 2, 0), ("--noise-sigma", 20), "frames.axes"),
     "time between": (lambda: scene().transpose(1, 0, 2), ("--noise-sigma", 20), "frames.axes"),
 }
@@ -95,7 +101,7 @@ def test_what_is_wrong_is_named(tmp_path, capsys, wrong):
     frames, options, name = WRONG[wrong]
     np.save(tmp_path / "frames.npy", frames())
     out = tmp_path / "out"
-    code, said = run(capsys, "track", "images", tmp_path / "frames.npy", "--out", out, *options, *QUICK, "--strict")
+    code, said = run(capsys, "track", "images", tmp_path / "frames.npy", "--out", out, *QUICK, *options, "--strict")
     assert code == NOT_BELIEVED, said
     failing = {one["name"]: one for one in json.loads((out / "checks.json").read_text()) if not one["holds"]}
     assert name in failing
@@ -118,11 +124,11 @@ def test_what_is_told_right_passes_in_silence(tmp_path, capsys):
 
 
 def failing(frames, **parameters):
-    """Names of the findings that do not hold, and the findings, without tracking."""
+    """Findings on frames that do not hold, by name; of their tracks, which are not there, nothing is asked."""
     checks = FrameChecks(ImageTracking(**parameters))
     for frame in frames:
         checks.add(frame)
-    return {one.name: one for one in checks.findings() if not one.holds}
+    return {one.name: one for one in checks.findings() if not one.holds and one.name != "targets.left-over"}
 
 
 RIGHT = {
@@ -131,6 +137,16 @@ RIGHT = {
     "several": {"size": 48, "targets": 4, "psf_sigma": 1.0},
     "envelope": {"noise": "rayleigh"},
 }
+
+
+def test_targets_that_are_followed_leave_nothing_over(tmp_path, capsys):
+    np.save(tmp_path / "frames.npy", simulated(3, size=48, targets=3))
+    out = tmp_path / "out"
+    told = ("--noise-sigma", SIGMA, "--particles", 300, "--newborns", 100)
+    code, said = run(capsys, "track", "images", tmp_path / "frames.npy", "--out", out, *told, "--strict")
+    assert code == 0, said
+    (left,) = [one for one in json.loads((out / "checks.json").read_text()) if one["name"] == "targets.left-over"]
+    assert left["seen"] < 0.1
 
 
 def remarks(kind, seeds):

@@ -12,9 +12,11 @@ from elusive.checks import Fact, Finding, share_of
 from elusive.contracts import Array
 from elusive.sensors import ImageSensor
 from elusive.systems.images.frame_facts import FrameFacts
+from elusive.systems.images.left_over import LeftOver
 from elusive.systems.images.parameters import ImageTracking
 from elusive.systems.images.recorded_checks import recorded_findings
 from elusive.systems.images.scene_facts import SceneFacts
+from elusive.systems.images.several import SeveralImages
 from elusive.systems.images.white_checks import white_findings
 from elusive.tracking import Step
 
@@ -31,7 +33,10 @@ class FrameChecks:
 
     def __init__(self, parameters: ImageTracking) -> None:
         self.parameters, self.noise, self.scene = parameters, FrameFacts(), SceneFacts()
-        self._sensor = parameters.filter.sensor
+        self._sensor = sensor = parameters.filter.sensor
+        self._left: LeftOver | None = None
+        if isinstance(sensor, ImageSensor) and sensor.noise == "gaussian":
+            self._left = LeftOver(sensor)
 
     def take(self, step: Step) -> None:
         """Take a step; one without a frame says nothing."""
@@ -41,7 +46,10 @@ class FrameChecks:
     def add(self, frame: Array, places: Iterable[tuple[float, float]] = ()) -> None:
         """Take a frame ``(rows, columns)``, and where tracks are in it, x, y."""
         if isinstance(self._sensor, ImageSensor):
-            self.noise.add(self.parameters.levelled(frame), places, CLEAR * self.parameters.spread_px)
+            frame, places = self.parameters.levelled(frame), list(places)
+            self.noise.add(frame, places, CLEAR * self.parameters.spread_px)
+            if self._left is not None:
+                self._left.add(frame, places)
         else:
             self.noise.look(frame)
             self.scene.add(frame)
@@ -57,6 +65,8 @@ class FrameChecks:
         found = [_order(self.noise), *_repeats(self.noise)]
         if isinstance(self._sensor, ImageSensor):
             found += white_findings(self._sensor, self.parameters, self.noise)
+            if self._left is not None and all(one.holds for one in found):  # else noise itself may stand out
+                found.append(self._left.finding(grave=isinstance(self.parameters.filter, SeveralImages)))
         else:
             found += recorded_findings(self.scene, whitened)
         return tuple(found)
