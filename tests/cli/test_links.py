@@ -84,7 +84,7 @@ def test_the_same_numbers_again_from_the_config(network, tmp_path, capsys):
 
 def test_live_from_standard_input_is_the_same(network, tmp_path, capsys, monkeypatch):
     whole, live = tmp_path / "whole", tmp_path / "live"
-    assert run(capsys, *usual(network, "--out", whole))[0] == 0
+    assert run(capsys, *usual(network, "--fit-frames", 0, "--out", whole))[0] == 0  # live, nothing can be fitted first
     octets = io.TextIOWrapper(io.BytesIO((network / "log.csv").read_bytes()))
     monkeypatch.setattr(sys, "stdin", octets)
     code, said = run(
@@ -157,7 +157,7 @@ def backwards(lines):
         (without_a_column, "changed.csv, line 2"),
         (with_text, "changed.csv, line 6"),
         (backwards, "times must go forwards"),
-        (all_missing, "nothing was heard"),
+        (all_missing, "has no reading"),
         (lambda lines: lines[:EMPTY], "all of them taken for calibration; take fewer"),
         (lambda lines: [""], "is empty"),
         (lambda lines: [lines[0].replace("n0-", "nobody-"), *lines[1:]], "nobody"),

@@ -19,6 +19,7 @@ from elusive.io._link_lines import Lines, after, chained, lines_of
 from elusive.io._standard_input import STANDARD_INPUT
 from elusive.sensors.radio_network import RadioNodes, RssFrame
 
+MISSING_CODES = 3  # different values that mean nothing was heard, at most
 MISSING_ABOVE_DBM = -10.0  # no receiver hears as much: radios write 127 where they heard nothing
 
 
@@ -34,6 +35,8 @@ class LinkLog:
     _read: Callable[[], Iterator[Row]] = field(repr=False)
     _missing_above_dbm: float = field(repr=False)
 
+    again: bool = True  # whether it can be read more than once
+
     def __iter__(self) -> Iterator[RssFrame]:
         """Yield the frames.
 
@@ -42,14 +45,24 @@ class LinkLog:
         DataError
             If a line cannot be read, times do not go forwards, or nothing was heard in the whole log.
         """
-        before, heard = -math.inf, False
+        before, heard, above = -math.inf, False, set[float]()
         with closing(self._read()) as rows:  # type: ignore[type-var]
             for where, time_s, levels in rows:
                 if not time_s > before:
                     raise DataError(f"{where}: the time is {time_s:g} s after {before:g} s; times must go forwards.")
                 before = time_s
-                levels[levels > self._missing_above_dbm] = np.nan
+                missing = levels > self._missing_above_dbm
+                if not heard:
+                    above.update(levels[missing].tolist())
+                levels[missing] = np.nan
                 heard = heard or bool(np.isfinite(levels).any())
+                if not heard and len(above) > MISSING_CODES and min(above) > 0:
+                    raise DataError(
+                        f"{where}: every reading so far is above {self._missing_above_dbm:g} dBm, from {min(above):g} "
+                        f"to {max(above):g}: a radio's own RSSI units or losses in dB, no levels in dBm. Convert them "
+                        "(RSSI units less the radio's offset; losses with the sign turned), or raise "
+                        "--missing-above-dbm."
+                    )
                 yield RssFrame(time_s, levels)
         if not heard:
             told = "holds no frame" if before == -math.inf else "has no reading: every one is missing"
@@ -148,7 +161,12 @@ def open_link_log(
         columns = formats.plain_columns(len(cells), delimiter, layout or LISTENX, nodes, where)
     if name != STANDARD_INPUT:
         live.close()
-    return LinkLog(name, columns.channels, lambda: formats.wide_rows(lines(), columns, links, name), missing_above_dbm)
+    again = name != STANDARD_INPUT
+
+    def rows() -> Iterator[Row]:
+        return formats.wide_rows(lines(), columns, links, name)
+
+    return LinkLog(name, columns.channels, rows, missing_above_dbm, again)
 
 
 def _open_array(path: Path, nodes: RadioNodes, layout: str | None, missing_above_dbm: float) -> LinkLog:
@@ -198,4 +216,4 @@ def _open_long(
         for group in every:
             yield formats.long_row(group, links, known, merge=period_s is not None, above=missing_above_dbm)
 
-    return LinkLog(name, known, rows, missing_above_dbm)
+    return LinkLog(name, known, rows, missing_above_dbm, name != STANDARD_INPUT)

@@ -8,7 +8,8 @@ from types import SimpleNamespace
 import numpy as np
 
 from elusive.io import Truth
-from elusive.sensors.radio_network import radio_nodes
+from elusive.preprocess.link_calibration import Calibration
+from elusive.sensors.radio_network import RssFrame, radio_nodes
 from elusive.tracking.lifecycle import Life
 from elusive.tracking.people import TrackEvent
 from elusive.tracking.superposed_state import Target
@@ -20,6 +21,7 @@ PERIOD = 512  # frames until a track is lost or exchanged
 NODES = radio_nodes(np.array([[-3.0, -3], [3, -3], [3, 3], [-3, 3]]))
 SPREAD = np.diag([0.09, 0.01, 0.16, 0.01])
 EVEN = np.full(500, 1 / 500)
+QUIET = np.full((12, 1), -60.0)
 REMARKS = ("The room was not quite empty.",)
 
 
@@ -43,8 +45,9 @@ def step_of(time_s, tracks, events, cloud, calibrating=False):
         for one in tracks
     )
     people = SimpleNamespace(belief=SimpleNamespace(targets=targets), events=tuple(events))
-    state = SimpleNamespace(people=people, events=tuple(events), calibrating=calibrating, remarks=REMARKS)
-    return Step(time_s, None, state, tuple(tracks))
+    rss = SimpleNamespace(calibration=Calibration(0.0, QUIET, np.zeros_like(QUIET), ()))
+    state = SimpleNamespace(people=people, events=tuple(events), calibrating=calibrating, remarks=REMARKS, rss=rss)
+    return Step(time_s, RssFrame(time_s, QUIET), state, tuple(tracks))
 
 
 def steps(frames, seed=5):

@@ -39,6 +39,7 @@ class LinksState(NamedTuple):
     events: tuple[TrackEvent, ...]
     likeness: Likeness
     bias_m2: float  # variance on each axis of the site's bias of places
+    learns: bool = True  # whether the likeness is learned: of shadowed links
 
     @property
     def tracks(self) -> tuple[Track, ...]:
@@ -145,7 +146,7 @@ class LinksChain:
 
     def init(self, empty: Array, rng: Generator) -> LinksState:
         """Return the state before the first frame: nobody."""
-        return LinksState(self._filter.init(rng), (), Likeness(), 0.0)
+        return LinksState(self._filter.init(rng), (), Likeness(), 0.0, isinstance(self._filter.sensor, ShadowedLinks))
 
     def step(self, state: LinksState, time_s: float, change: Array | None, rng: Generator) -> LinksState:
         """Return the state after a frame.
@@ -178,4 +179,4 @@ class LinksChain:
         if isinstance(sensor, ShadowedLinks):
             bias_m2 = sensor.bias_variance(likeness)
         events = events_between(time_s, state.belief.tracks, belief.tracks, self._entrance, self._near_m)
-        return LinksState(belief, tuple(events), likeness, bias_m2)
+        return LinksState(belief, tuple(events), likeness, bias_m2, state.learns)

@@ -25,6 +25,7 @@ from elusive.results import STATUSES, Scored, TrackLog, scored, spread
 from elusive.results.spool import Records
 from elusive.sensors.radio_network import RadioNodes
 from elusive.systems.links.by_image import ImageState
+from elusive.systems.links.checks import LinkFacts
 from elusive.systems.links.report import LinkPath, LinksTracked, SceneKeeper
 from elusive.systems.links.track import LinkTracking, RoomState
 from elusive.tracking.people import TrackEvent
@@ -85,7 +86,7 @@ class LinkRun:
         self.title = Path(name).name or name
         self._nodes, self._parameters, self._truth, self._folder = nodes, parameters, truth, folder
         self._cutoff_m = cutoff_m
-        self._scenes = SceneKeeper()
+        self._scenes, self._facts = SceneKeeper(), LinkFacts(nodes)
         self._events: deque[TrackEvent] = deque(maxlen=EVENTS_KEPT)
         self._befell = 0
         self._calibrated = 0
@@ -127,6 +128,7 @@ class LinkRun:
         """
         state: RoomState = step.state
         self.log.append(step)
+        self._facts.add(step)
         self._calibrated += state.calibrating
         self._remarks = state.remarks
         if isinstance(state.people, ImageState):
@@ -153,8 +155,8 @@ class LinkRun:
         """Return the latest events, as ``events.csv`` has them."""
         return csv_text(EVENT_COLUMNS, map(event_row, self._events))
 
-    def outcome(self) -> LinkOutcome:
-        """Return what there is to say."""
+    def outcome(self, fitted: str = "") -> LinkOutcome:
+        """Return what there is to say; ``fitted`` is what the site was fitted to."""
         log, times_s = self.log, self.log.times_s
         living = {number: rows[rows["status"] != DELETED] for number, rows in log.by_track()}
         confirmed = {n: rows for n, rows in living.items() if (rows["status"] == CONFIRMED).any()}
@@ -171,6 +173,7 @@ class LinkRun:
             ("Frames", f"{len(times_s)}, of them {self._calibrated} for calibration; one each {step_s:.3g} s"),
             ("Area", f"{x0:.1f} to {x1:.1f} m by {y0:.1f} to {y1:.1f} m"),
             *self._parameters.described(self._nodes),
+            *([("Site", fitted)] if fitted else []),
             ("Candidates never confirmed", f"{len(living) - len(confirmed)}"),
             *([] if scores is None else scores.lines()),
         ]
@@ -190,7 +193,7 @@ class LinkRun:
             list(self._events), table, HEADER, lines, -(-self._calibrated // every),
             self._befell - len(self._events), scores,
         )  # fmt: skip
-        return LinkOutcome(verdict, self._remarks, scores, tracked)
+        return LinkOutcome(verdict, self._remarks, scores, tracked, self._facts.findings())
 
 
 def event_row(event: TrackEvent) -> tuple[str, ...]:

@@ -15,6 +15,7 @@ from elusive.results.live import LiveEnd, LiveStep, follow_live, live_folder
 from elusive.sensors.radio_network import RadioNodes, RssFrame
 from elusive.systems.links.report import write_links_html, write_links_png
 from elusive.systems.links.results import EVENT_COLUMNS, LinkOutcome, LinkRun
+from elusive.systems.links.site import fitted_at_the_start
 from elusive.systems.links.track import LinkTracking, track
 from elusive.tracking.track import Step
 
@@ -34,7 +35,8 @@ def track_links_recording(
 ) -> LinkOutcome:
     """Track people through a log and write ``tracks.csv``, ``events.csv``, ``result.nc`` and the report.
 
-    The report is ``report.html`` and ``report.png``; ``config.yaml`` beside them repeats the run. Tables are written as
+    The effect is fitted to the log at first, where none is given. The report is ``report.html`` and ``report.png``;
+    ``config.yaml`` beside them repeats the run. Tables are written as
     the frames go, beside ``out`` or hidden in it: nothing is left of them if the log cannot be used.
 
     Parameters
@@ -59,13 +61,14 @@ def track_links_recording(
     DataError
         If a frame cannot be used, or the calibration takes all frames.
     """
+    parameters, fitted = fitted_at_the_start(log, nodes, parameters)
     with atomic_folder(out) as folder, LinkRun(log.name, nodes, parameters, truth, folder, cutoff_m) as run:
         for number, step in enumerate(track(log, nodes, parameters), 1):
             run.append(step)
             if on_frame is not None:
                 on_frame(number)
         run.flush()
-        outcome = run.outcome()
+        outcome = run.outcome(fitted)
         if outcome.scored is not None:
             outcome.scored.write(folder)
         write_result(folder / "result.nc", run.log, title=run.title, config=parameters.to_yaml())

@@ -22,6 +22,7 @@ from elusive.preprocess.voxels import VoxelGrid
 from elusive.sensors.radio_network import RadioNodes, RssFrame
 from elusive.systems.links.by_image import ImageMethod, ImageState
 from elusive.systems.links.by_links import LinksMethod, LinksState
+from elusive.systems.links.checks import refuse_impossible
 from elusive.systems.links.decisions import DecisionMethod
 from elusive.tracking.people import TrackEvent
 from elusive.tracking.track import Step
@@ -65,6 +66,13 @@ class LinkTracking(Model):
     )
     calibrate: Calibrate = Field(Calibrate(), description="What is said of a calibration")
     change: RssChange = Field(RssChange(), description="How readings become changes, and how the calibration follows")
+    fit_frames: int = Field(
+        200,
+        ge=0,
+        le=10_000,
+        description="Frames of a recorded log that the effect is fitted to before it is tracked, where none is given; "
+        "0: none",
+    )
     margin_m: NonNegative = Field(
         0.5, description="How far people can be outside of the nodes, where no area is given [m]"
     )
@@ -121,6 +129,7 @@ def track(frames: Iterable[RssFrame], nodes: RadioNodes, parameters: LinkTrackin
     empty = list(islice(stream, parameters.calibration_frames))
     changing = parameters.method.measured(parameters.change)
     rss = calibrated = changing.init(parameters.calibrate.over(empty))
+    refuse_impossible(nodes, rss.calibration.mean_dbm, [frame.time_s for frame in empty])
     changes = []
     for frame in empty:
         calibrated = changing.step(calibrated, frame, empty=True)

@@ -1,0 +1,131 @@
+"""Wrong inputs of `elusive track links`, each told in a sentence, and right ones without a word."""
+
+from __future__ import annotations
+
+import json
+from itertools import islice
+
+import numpy as np
+import pytest
+
+from elusive.cli import main
+from elusive.io.link_logs import open_link_log
+from elusive.io.node_files import read_nodes
+from elusive.sensors.radio_network import directed_links_of
+from tests.tracking.link_scenes import DATA
+from tests.walked_room import EMPTY, changed, write_room
+
+LOG, NODES, RECORDED_EMPTY = DATA / "basement_listenx_out_1.txt", DATA / "sensor_coords_basement_m.txt", 50
+recorded = pytest.mark.skipif(not DATA.exists(), reason=f"needs the radio log under {DATA}")
+
+
+@pytest.fixture(scope="module")
+def network(tmp_path_factory):
+    return write_room(tmp_path_factory.mktemp("network"))
+
+
+@pytest.fixture(scope="module")
+def basement(tmp_path_factory):
+    """Nodes, and the first 110 frames of the log: fifty of the empty room and a minute of somebody."""
+    folder = tmp_path_factory.mktemp("basement")
+    lines = LOG.read_text().splitlines()[: RECORDED_EMPTY + 60]
+    (folder / "log.txt").write_text("\n".join(lines) + "\n")
+    (folder / "nodes.txt").write_text(NODES.read_text())
+    return folder
+
+
+def told(capsys, log, nodes, out, *more, empty=RECORDED_EMPTY):
+    """Exit code with --strict, names of the findings, and what was said."""
+    asked = ["track", "links", log, "--nodes", nodes, "--calibration-frames", empty, "--out", out, "--strict", *more]
+    try:
+        main([*map(str, asked)])
+        code = 0
+    except SystemExit as stop:
+        code = stop.code or 0
+    said = capsys.readouterr()
+    checks = out / "checks.json"
+    found = json.loads(checks.read_text()) if checks.exists() else []
+    found = found if isinstance(found, list) else found["findings"]
+    names = {one["name"] for one in found if not one["holds"]}
+    return code, names, " ".join((said.out + said.err).split())
+
+
+def rewritten(basement, folder, change):
+    """Write the nodes' lines changed."""
+    path = folder / "nodes.txt"
+    path.write_text("\n".join(change((basement / "nodes.txt").read_text().split("\n")[:10])) + "\n")
+    return path
+
+
+@recorded
+def test_the_recorded_log_is_right(basement, tmp_path, capsys):
+    code, names, said = told(capsys, basement / "log.txt", basement / "nodes.txt", tmp_path / "out")
+    assert (code, names) == (0, set()), said
+
+
+@recorded
+@pytest.mark.parametrize(
+    ("change", "name", "words"),
+    [
+        (lambda lines: lines[:9], "links.reciprocity", "read with nine"),
+        (lambda lines: lines[::-1], "links.path-loss", "in another order"),
+    ],
+)
+def test_nodes_that_are_not_the_logs(basement, tmp_path, capsys, change, name, words):
+    nodes = rewritten(basement, tmp_path, change)
+    code, names, said = told(capsys, basement / "log.txt", nodes, tmp_path / "out", "--most-targets", 3)
+    assert code == 3, said
+    assert name in names
+    assert words in said
+
+
+@recorded
+@pytest.mark.parametrize(("factor", "words"), [(100, "given in centimetres"), (0.001, "given in kilometres")])
+def test_other_units_of_length_are_refused(basement, tmp_path, capsys, factor, words):
+    nodes = rewritten(
+        basement, tmp_path, lambda lines: [" ".join(str(factor * float(x)) for x in line.split()) for line in lines]
+    )
+    code, _, said = told(capsys, basement / "log.txt", nodes, tmp_path / "out")
+    assert code == 2
+    assert words in said
+
+
+@recorded
+def test_two_nodes_that_are_exchanged_are_named(basement, tmp_path, capsys):
+    nodes = rewritten(basement, tmp_path, lambda lines: [lines[5], *lines[1:5], lines[0], *lines[6:]])
+    _, names, said = told(capsys, basement / "log.txt", nodes, tmp_path / "out")
+    assert "links.nodes" in names
+    assert "with the nodes 0 and 5 exchanged" in said
+
+
+@recorded
+def test_seconds_that_are_milliseconds(basement, tmp_path, capsys):
+    """The recorded log as a wide table, its times left in milliseconds."""
+    nodes = read_nodes(basement / "nodes.txt")
+    frames = list(islice(open_link_log(basement / "log.txt", nodes), 110))
+    pairs = [f"{a}-{b}" for a, b in directed_links_of(10)]
+    rows = [",".join(["time_s", *(f"{pair}-{c}" for pair in pairs for c in range(8))])]
+    for frame in frames:
+        cells = np.where(np.isnan(frame.rss_dbm), "", frame.rss_dbm.astype(str)).ravel().tolist()
+        rows.append(",".join([repr(1000 * frame.time_s), *cells]))
+    (tmp_path / "log.csv").write_text("\n".join(rows) + "\n")
+    code, _, said = told(capsys, tmp_path / "log.csv", basement / "nodes.txt", tmp_path / "out")
+    assert code == 2, said
+    assert "as if times were in milliseconds" in said
+
+
+def test_levels_that_are_positive_are_refused(network, tmp_path, capsys):
+    def positive(lines):
+        cells = (line.split(",") for line in lines[1:])
+        return [lines[0], *(",".join([time, *(str(-float(cell)) for cell in rest)]) for time, *rest in cells)]
+
+    log = changed(network, tmp_path, positive)
+    code, _, said = told(capsys, log, network / "nodes.csv", tmp_path / "out", empty=EMPTY)
+    assert code == 2, said
+    assert "every reading so far is above -10 dBm" in said
+    assert "losses with the sign turned" in said
+
+
+def test_a_room_with_somebody_is_right(network, tmp_path, capsys):
+    code, names, said = told(capsys, network / "log.csv", network / "nodes.csv", tmp_path / "out", empty=EMPTY)
+    assert (code, names) == (0, set()), said

@@ -1,0 +1,108 @@
+"""A log's site is fitted before it is tracked: sums over voxels are known from shadowed links, and how many people."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from elusive.geometry.areas import Area
+from elusive.sensors.link_shadowing import LinkShadowing
+from elusive.sensors.radio_network import RssFrame, directed_links_of, undirected_of
+from elusive.systems.links.by_links import VoxelRadiation
+from elusive.systems.links.run import track_links_recording
+from elusive.systems.links.simulate import LinkSimulation
+from elusive.systems.links.site import EXPLAINED, frames_of_radiation
+from elusive.systems.links.track import LinkTracking
+from tests.tracking.link_scenes import shadowed_links
+from tests.tracking.test_walking_speeds import walked
+
+EMPTY = 30
+UNLIKE = LinkShadowing(  # the basement
+    loss_db=8, loss_length_m=0.06, near_sd_db=3, near_length_m=0.06, far_sd_db=1, far_length_m=0.5, fade_slope=0.3,
+    floor_sd_db=0.5,
+)  # fmt: skip
+
+
+class Log(NamedTuple):
+    """Frames as a log gives them."""
+
+    frames: list[RssFrame]
+    name: str = "log"
+    channels: tuple[str, ...] = ("0",)
+    again: bool = True
+
+    def __iter__(self):
+        return iter(self.frames)
+
+
+def shadowed(seed, nodes=20):
+    """Twenty nodes and one channel, in whole dB, and somebody from the thirtieth frame on."""
+    rng = np.random.default_rng(seed)
+    sensor = shadowed_links(seed, nodes, 4.0, 1, model=UNLIKE)
+    ends = directed_links_of(nodes)
+    apart = np.linalg.norm(np.subtract(*sensor.nodes.positions_m[ends].transpose(1, 0, 2)), axis=1)
+    level = -40 - 25 * np.log10(apart) + rng.normal(0, 5, nodes * (nodes - 1) // 2)[undirected_of(nodes)]
+    people = [np.empty((0, 4))] * EMPTY + [np.array([[x, 0, y, 0]]) for x, y in walked(rng, 0.7, 0.5, 150)]
+    frames = [
+        RssFrame(0.5 * k, np.round(level[:, None] + sensor.simulate(there, rng))) for k, there in enumerate(people)
+    ]
+    return Log(frames), sensor.nodes
+
+
+def radiated(seed, amplitude_db, users=2, **radiation):
+    room = LinkSimulation(
+        walks={
+            "users": users, "total_positions": 120, "step_distance_m": 0.4, "standing_probability": 0.5,
+            "mean_standing_steps": 20, "latest_entrance": 10, "area": Area.rectangle(0, 8, 0, 6),
+        },
+        network={"kind": "border", "nodes": 12},
+        radiation={"amplitude_db": amplitude_db, "voxel_noise_db": 0.1, "channels": 4} | radiation,
+        fade_sd_db=5, interval_s=0.5, calibration_steps=EMPTY, seed=seed,
+    )  # fmt: skip
+    frames = list(room.frames(room.images(room.truth())))
+    return Log(frames, channels=tuple("0123")), room.bind().nodes
+
+
+@pytest.mark.parametrize("amplitude_db", [0.7, 3.0])
+def test_radiation_is_known_and_its_amplitude_and_noise_found(amplitude_db):
+    log, nodes = radiated(1, amplitude_db)
+    found = frames_of_radiation(log.frames[:EMPTY], log.frames[EMPTY:], nodes, LinkTracking())
+    assert found.explained >= EXPLAINED
+    # the pursuit's cells are .4 m and its people overlap: a fifth, as it was in six rooms
+    assert found.model.amplitude_db == pytest.approx(amplitude_db, rel=0.2)
+    assert found.model.voxel_sd_db == pytest.approx(0.1, rel=0.2)
+
+
+def test_shadowed_links_are_no_sums_over_voxels():
+    log, nodes = shadowed(0)
+    found = frames_of_radiation(log.frames[:EMPTY], log.frames[EMPTY:], nodes, LinkTracking())
+    assert found.explained < EXPLAINED
+
+
+def test_one_person_in_a_site_unlike_the_basement_is_one_track(tmp_path):
+    log, nodes = shadowed(0)
+    parameters = LinkTracking(calibration_frames=EMPTY)
+    unfitted = track_links_recording(log, nodes, parameters.replace(fit_frames=0), tmp_path / "unfitted")
+    fitted = track_links_recording(log, nodes, parameters, tmp_path / "fitted")
+    assert len(unfitted.tracked.tracks) > 1
+    assert len(fitted.tracked.tracks) == 1
+    again = LinkTracking.from_yaml(tmp_path / "fitted" / "config.yaml")
+    assert again.fit_frames == 0
+    assert again.method.effect != LinkShadowing()
+
+
+def test_a_simulated_log_is_tracked_without_being_told_what_it_is(tmp_path):
+    log, nodes = radiated(0, 3.0)
+    outcome = track_links_recording(log, nodes, LinkTracking(calibration_frames=EMPTY), tmp_path / "out")
+    assert isinstance(LinkTracking.from_yaml(tmp_path / "out" / "config.yaml").method.effect, VoxelRadiation)
+    assert "At most 2 people" in outcome.verdict
+    assert not [finding for finding in outcome.findings if not finding.holds]
+
+
+def test_an_effect_that_was_given_stays(tmp_path):
+    log, nodes = radiated(0, 3.0)
+    given = LinkTracking(calibration_frames=EMPTY, method={"kind": "links", "effect": {"far_sd_db": 2.0}})
+    track_links_recording(log, nodes, given, tmp_path / "out")
+    assert LinkTracking.from_yaml(tmp_path / "out" / "config.yaml") == given
