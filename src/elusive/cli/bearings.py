@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 from rich.markup import escape
 
+from elusive.cli.fit import FittedOut, tell_fitted
 from elusive.cli.live import Follow, IdleS, check_live, run_live
 from elusive.cli.terminal import Config, Out, Strict, bar, console, known_truth, show_run, tell_findings, tell_written
 from elusive.errors import ParameterError
@@ -66,6 +67,20 @@ def track_bearings_command(
         out, ("report.html", "report.png", "tracks.csv", "result.nc", "checks.json", "config.yaml"), outcome.scored
     )
     tell_findings(outcome.findings, strict=strict)
+
+
+def fit_bearings_command(
+    bearings: Annotated[str, typer.Argument(help=f"What is heard of one emitter: .csv of {HEARD}")],
+    sensors: Annotated[Path | None, typer.Option("--sensors", help=SENSORS)] = None,
+    out: FittedOut = None,
+) -> None:
+    """Fit the deviation of bearings and an emitter's manoeuvres to a recording; then: track bearings --config."""
+    from elusive.systems.bearings.fit import fit_bearings  # loads an optimiser, which tracking does not need
+
+    source = open_bearings(bearings, None if sensors is None else read_sensors(sensors))
+    heard = list(source)
+    fitted = fit_bearings(heard, source.sites)
+    tell_fitted("bearings", source.name, [value.cells for value in fitted.values], fitted.to_yaml(), out)
 
 
 def _tracking(given: dict[str, Any], base: dict[str, Any], *, live: bool) -> BearingTracking:

@@ -63,5 +63,6 @@ SYSTEMS = (
         "emitters",
         "elusive track bearings bearings.csv --sensors sensors.csv --sigma-deg 0.5 --out result",
         "elusive.systems.bearings.page",
+        fits=True,
     ),
 )

@@ -18,7 +18,7 @@ from elusive.systems.bearings.parameters import BearingTracking
 from elusive.tracking.track import Step
 
 NARROW = 0.7  # residuals in the median, to those expected, beyond their own error
-PERSISTING = 0.4  # correlation of a sensor's residuals from a time to the next
+COVERED = 0.7  # of a deviation, within which it covers errors that persist: from the one such recording, a drone's
 AT_SENSOR, OFTEN = 0.02, 0.2  # distance to a sensor, of the sensors' extent, and share of the times that near
 DEGREES_MOST, DEGREES_APART = 5.0, 5.0  # extent of sensors in degrees, and how much further off (0, 0) is
 TOO_SURE = 0.5  # of the deviation that all bearings together allow
@@ -99,9 +99,9 @@ def _residuals(
             Finding("bearings.residuals", False, 1.0, scale.half, f"{_upper(seen)}: {cause.sentence}.", cause.remedy)
         ]
     error = 1.17 * NARROW * 2 / math.sqrt(max(scale.number, 1.0))
-    persists = scale.number >= FEW and scale.correlation > PERSISTING + 3 / math.sqrt(scale.number)
-    # where errors persist a smaller deviation would make it surer than it may be
-    narrow = scale.number >= FEW and scale.half < NARROW - error and not persists
+    # where errors persist a deviation that looks too large may be what covers them
+    persists = scale.persists and scale.lasting > COVERED
+    narrow = scale.number >= FEW and scale.half < NARROW - error and not scale.persists
     found = [
         Finding(
             "bearings.residuals", not narrow, 1.0, scale.half,

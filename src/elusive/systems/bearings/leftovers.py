@@ -25,6 +25,7 @@ FEW = 8.0  # independent residuals below which they tell nothing
 HALF, MOST = 0.67449, 1.95996  # deviations that half and 95 % of a Gaussian's residuals lie within
 FAR, STRAYS = 5.0, 0.1  # deviations from the track, and the share of bearings that may be as far
 WIDE_HALF, WIDE_MOST = 1.35, 1.7  # residuals to those expected, beyond their own errors
+PERSISTING = 0.4  # correlation of a sensor's residuals from a time to the next
 CLIPPED = 3.0  # deviations, in a correlation: a stray or two shall not make it
 LARGE = 3.0  # deviations of a reading: what is left of so much tells something all the same
 
@@ -56,6 +57,17 @@ class Scale(NamedTuple):
     most: float  # at 95 % of those that are not far
     far: float  # share further than 5 deviations
     correlation: float  # of a sensor's, from a time to the next
+
+    @property
+    def persists(self) -> bool:
+        """Whether errors come again at the next time."""
+        return self.number >= FEW and self.correlation > PERSISTING + 3 / math.sqrt(self.number)
+
+    @property
+    def lasting(self) -> float:
+        """Half, with how much errors that persist add in a mean of many: those of a first-order process."""
+        kept = min(max(self.correlation, 0.0), 0.98)
+        return self.half * math.sqrt((1 + kept) / (1 - kept))
 
     @property
     def wide(self) -> bool:
