@@ -14,11 +14,11 @@ from numpy.random import Generator
 from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.preprocess.level_trend import Trend, flattened, no_trend
-from elusive.preprocess.levels import Levels, hidden_mean, levelled, levels_after, no_levels
+from elusive.preprocess.levels import MEMORIES, Levels, hidden_mean, levelled, levels_after, no_levels
 from elusive.preprocess.linear_prediction import LinearPrediction, innovations, learnt, no_prediction
 
 JUDGED_FRAMES = 50.0  # over which what stays at a place is judged
-STAYS = 1.2  # variance of what stays, to that of noise, from which levels are followed fast
+STAYS = 1.1  # variance of what stays, to that of noise, from which levels are followed fast
 FOLLOWED = (0, 1)  # memory and prior of levels that are followed fast
 OFFSET_FRAMES = 2000.0  # that a sample's mean is taken from
 
@@ -37,11 +37,20 @@ class NoiseModel(NamedTuple):
     trend: Trend
 
     @property
+    def memory_frames(self) -> float:
+        """Frames that a sample's level is taken from; infinity where all are alike, now and as they were."""
+        if self.judged.chosen is None:
+            return math.inf
+        return min(self.judged.memory_frames, MEMORIES[FOLLOWED[0]] if self.staying > STAYS else math.inf)
+
+    @property
     def staying(self) -> float:
         """Variance of what stays at a place for JUDGED_FRAMES, to that of white noise."""
         kept = 1 - 1 / JUDGED_FRAMES
         expected = 2 * (1 - kept) / (1 + kept) * (1 - kept ** (2 * self.frames))
-        return hidden_mean(self.stays**2) / expected if self.frames else 1.0
+        # of what is quieter than most: objects on their way leave louder places alone
+        quieter = np.minimum(self.stays - np.median(self.stays), 0.0)
+        return 2 * float(np.mean(quieter**2)) / expected if self.frames else 1.0
 
 
 def no_noise_model(samples: int, window: int) -> NoiseModel:

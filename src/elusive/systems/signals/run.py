@@ -14,6 +14,8 @@ from elusive.checks import Finding, write_checks
 from elusive.errors import DataError
 from elusive.io import SignalFrame, SignalSource, Truth, atomic_folder
 from elusive.results import Scored, write_result
+from elusive.systems.signals.checks import findings_of
+from elusive.systems.signals.facts import SignalFacts
 from elusive.systems.signals.parameters import SignalTracking
 from elusive.systems.signals.report import SignalTracked, write_signal_html, write_signal_png
 from elusive.systems.signals.results import SignalLog, tracked_of
@@ -127,9 +129,11 @@ def track_signal_recording(
     if truth is not None and source.length is not None:
         truth.check_frames(source.start, source.length, whole=source.whole)
     with atomic_folder(out) as folder:
+        facts = SignalFacts()
         with SignalLog(source, bound, folder / "tracks.csv") as log:
             for number, step in enumerate(follow(source, bound), 1):
                 log.take(step)
+                facts.add(step.state)
                 if on_frame is not None:
                     on_frame(number)
         tracked, scores = tracked_of(log, truth, cutoff_samples)
@@ -138,7 +142,7 @@ def track_signal_recording(
         write_result(folder / "result.nc", log, title=source.name, config=config, more=log.evidence_map())
         (folder / "config.yaml").write_text(config, encoding="utf-8")
         write_signal_png(folder / "report.png", tracked, log.signal, log.score)
-        findings: tuple[Finding, ...] = ()
+        findings = findings_of(bound, facts)
         write_signal_html(folder / "report.html", tracked, log.signal, log.score, findings)
         write_checks(folder, findings)
     return SignalOutcome(log, tracked, scores, findings)

@@ -1,0 +1,138 @@
+"""Whether a signal looks as its models say: white noise of even levels, enough of it, the axes in order."""
+
+from __future__ import annotations
+
+import math
+
+from elusive.checks import Fact, Finding
+from elusive.preprocess.standardise import LEAST_FRAMES
+from elusive.systems.signals.facts import MEMORY, SignalFacts
+from elusive.systems.signals.parameters import SignalTracking
+
+FEW = 20  # frames in which hardly anything accumulates
+WINDOWS = 8  # of a frame at least, for its noise to be known
+SILENT = 0.5  # share of frames that are gaps, from which a run says little
+TURN = "Save the array as (time, sample): signal.T in NumPy."
+ESTIMATE = "Let it be estimated (--noise estimated)"
+
+
+def findings_of(parameters: SignalTracking, facts: SignalFacts) -> tuple[Finding, ...]:
+    """Return what a run's frames say of what it assumed."""
+    return (
+        _colour(parameters, facts),
+        _levels(parameters, facts),
+        _followed(facts),
+        _axes(facts),
+        *_length(parameters, facts),
+        _silent(facts),
+    )
+
+
+def _remedy(parameters: SignalTracking, else_do: str) -> str:
+    if parameters.noise == "white":
+        return f"{ESTIMATE}."
+    return (
+        f"Leave --calibration-frames out, or give more of them; {else_do}" if parameters.calibration_frames else else_do
+    )
+
+
+def _colour(parameters: SignalTracking, facts: SignalFacts) -> Finding:
+    """Look for colour that is left over."""
+    fact = facts.along
+    return fact.finding(
+        "signals.colour",
+        f"Samples near each other correlate by {fact.seen:.2f} where white noise does not: coloured noise is left "
+        "over, and its false alarms are more than asked for.",
+        _remedy(parameters, "give longer frames, from which a spectrum is known better."),
+    )
+
+
+def _levels(parameters: SignalTracking, facts: SignalFacts) -> Finding:
+    """Look for levels that differ between samples, or drift."""
+    fact, trend = facts.stays, facts.trend
+    if fact.holds and not trend.holds:
+        return trend.finding(
+            "signals.levels",
+            f"Squares of samples farther apart than an object is long correlate by {trend.seen:.3f}: the level changes "
+            "along a frame, and where it is high noise looks like objects.",
+            _remedy(parameters, "give shorter frames, along which it changes less."),
+        )
+    return fact.finding(
+        "signals.levels",
+        f"What stays at a place over {MEMORY} frames varies {fact.seen:.1f} times as much as noise of one level does: "
+        "the samples are not equally loud, or their levels drift, and loud ones are found as objects at rest.",
+        _remedy(parameters, "leave out the samples that are louder than the others."),
+    )
+
+
+def _followed(facts: SignalFacts) -> Finding:
+    """Say where levels are followed so fast that what rests is taken for a level."""
+    fact = facts.followed
+    return fact.finding(
+        "signals.drift",
+        f"The samples' levels drift: in {fact.seen:.0%} of the frames each was taken from the latest ones, so that an "
+        f"object that stays at a place for {MEMORY} frames is taken for a level, and is not found.",
+        "Where levels are known to be steady, --noise white; where frames without an object are, --calibration-frames.",
+        grave=False,
+    )
+
+
+def _axes(facts: SignalFacts) -> Finding:
+    """Tell an array whose axes are (sample, time) by what belongs to time and to samples."""
+    in_time, unordered = facts.in_time, facts.unordered
+    if in_time.holds and not unordered.holds:
+        return unordered.finding(
+            "signals.axes",
+            f"Frames differ in loudness {unordered.seen:.0f} times as much as noise does, and in no order, as samples "
+            "of an array do whose channels are not equally loud: its axes may be (sample, time).",
+            TURN,
+            grave=False,
+        )
+    return in_time.finding(
+        "signals.axes",
+        f"Samples at the same place in frames after one another correlate by {in_time.seen:.2f}: the array's axes are "
+        "(sample, time), or its noise changes more slowly than frames come; every place looks like an object then.",
+        f"{TURN} Or take every n-th frame, so that they are independent.",
+    )
+
+
+def _length(parameters: SignalTracking, facts: SignalFacts) -> tuple[Finding, Finding]:
+    """Say where there is too little to know what noise does."""
+    window, frames = parameters.statistic.window, facts.frames - facts.gaps
+    few = Fact(FEW, frames, frames >= FEW, frames).finding(
+        "signals.few",
+        f"There are {frames} frames that can be used: what noise alone accumulates to is hardly known from fewer than "
+        f"{FEW}, and levels that differ are not told from objects.",
+        "Give more frames; or cut a long recording into shorter ones (--frame-samples, --hop-samples).",
+        grave=frames < FEW // 2,
+    )
+    least = WINDOWS * window
+    calibration = parameters.calibration_frames
+    memory = math.ceil(1 / (1 - parameters.recursion.smoothing) - 1e-9)
+    if facts.samples >= least and 0 < calibration < max(memory, 2 * LEAST_FRAMES):
+        sentence = (
+            f"Calibration has {calibration} frames, less than the filter's memory of {memory}: a sample whose noise "
+            "came out too low stands out ever after, and alarms are a few times as many as asked for."
+        )
+        short = Fact(memory, calibration, False, calibration)
+        return few, short.finding("signals.short", sentence, "Give more --calibration-frames.", grave=False)
+    short = Fact(least, facts.samples, facts.samples == 0 or facts.samples >= least, facts.samples)
+    return few, short.finding(
+        "signals.short",
+        f"Frames have {facts.samples} samples, and the window {window}: in fewer than {least} an object is a large "
+        "part of what the noise is learnt from.",
+        "Give longer frames (--frame-samples), or a smaller --object-size.",
+        grave=False,
+    )
+
+
+def _silent(facts: SignalFacts) -> Finding:
+    """Say how much was not received."""
+    share = facts.gaps / facts.frames if facts.frames else 0.0
+    return Fact(0.0, share, facts.gaps == 0, facts.frames).finding(
+        "signals.silent",
+        f"{facts.gaps} of {facts.frames} frames are constant, or more than a quarter of their samples is missing: they "
+        "count as gaps, over which nothing is found.",
+        "Check the recording there; --start and --stop choose a part.",
+        grave=share > SILENT,
+    )

@@ -1,0 +1,99 @@
+"""What a signal's run assumed, against what came: wrong inputs are named through the command line, right ones not."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from elusive.checks import broken
+from elusive.cli import main
+from elusive.systems.signals.checks import findings_of
+from elusive.systems.signals.facts import SignalFacts
+from elusive.systems.signals.track import SignalTracking, track_signal
+
+QUICK = {"filter": {"smoothing": 0.9, "max_velocity": 3}}
+TIMES, SAMPLES = 150, 200
+
+
+def noise(kind: str, seed: int, times: int = TIMES, samples: int = SAMPLES) -> np.ndarray:
+    """Frames ``(times, samples)`` of noise of a kind, with an object in it."""
+    rng = np.random.default_rng(seed)
+    frames = rng.standard_normal((times, samples))
+    for number in range(times // 2, times):
+        frames[number, (50 + number + np.arange(5)) % samples] += 2 * rng.standard_normal(5)
+    if kind.startswith("ar"):
+        return lfilter([1], [1, -float(kind[2:])], frames.ravel()).reshape(frames.shape)
+    if kind == "unequal":
+        return frames * 10 ** (3 * rng.standard_normal(samples) / 20)
+    if kind == "drifting":
+        phases = rng.uniform(0, 2 * np.pi, samples)
+        return frames * 10 ** (4 * np.sin(2 * np.pi * np.arange(times)[:, None] / 700 + phases) / 20)
+    if kind == "along":
+        return frames * 10 ** (5 * np.sin(np.arange(frames.size) / 250) / 20).reshape(frames.shape)
+    if kind == "silent":
+        frames[: times // 4] = 0.0
+    return frames
+
+
+def names(frames: np.ndarray, **given: Any) -> dict[str, bool]:
+    """Findings that do not hold, and whether they are grave."""
+    parameters, facts = SignalTracking(**QUICK, **given), SignalFacts()
+    for step in track_signal(frames, parameters):
+        facts.add(step.state)
+    return {one.name: one.grave for one in broken(findings_of(parameters, facts))}
+
+
+@pytest.mark.parametrize("kind", ["white", "ar0.9", "unequal", "along"])
+def test_what_is_right_is_not_remarked_on(kind: str) -> None:
+    assert [names(noise(kind, seed)) for seed in range(3)] == [{}] * 3
+
+
+@pytest.mark.validate
+@pytest.mark.parametrize("kind", ["white", "ar0.5", "ar0.9", "ar0.99", "unequal", "along"])
+def test_one_right_signal_in_twenty_is_remarked_on_at_most(kind: str) -> None:
+    assert sum(bool(names(noise(kind, seed))) for seed in range(20)) <= 1
+
+
+@pytest.mark.parametrize(
+    ("frames", "arguments", "name", "grave"),
+    [
+        (lambda: noise("ar0.9", 1), ["--noise", "white", "--subtract-mean"], "signals.colour", True),
+        (lambda: noise("unequal", 1), ["--noise", "white"], "signals.levels", True),
+        (lambda: noise("along", 1, samples=800), ["--noise", "white"], "signals.levels", True),
+        (lambda: noise("drifting", 1, times=400), [], "signals.drift", False),
+        (lambda: noise("ar0.9", 1).T, [], "signals.axes", True),
+        (lambda: noise("unequal", 1, samples=300).T, [], "signals.axes", False),
+        (lambda: noise("white", 1)[:15], [], "signals.few", False),
+        (lambda: noise("white", 1)[:8], [], "signals.few", True),
+        (lambda: noise("white", 1)[:, :30], [], "signals.short", False),
+        (lambda: noise("white", 1), ["--calibration-frames", "10", "--smoothing", "0.95"], "signals.short", False),
+        (lambda: noise("silent", 1), [], "signals.silent", False),
+        (lambda: np.where(np.arange(TIMES)[:, None] < 100, 0.0, noise("white", 1)), [], "signals.silent", True),
+    ],
+)
+def test_a_wrong_input_is_named(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    frames: Callable[[], np.ndarray],
+    arguments: list[str],
+    name: str,
+    grave: bool,
+) -> None:
+    np.save(tmp_path / "signal.npy", frames())
+    quick = ["--max-velocity", "3", *([] if "--smoothing" in arguments else ["--smoothing", "0.9"])]
+    command = ["track", "signal", str(tmp_path / "signal.npy"), "--out", str(tmp_path / "out"), "--strict"]
+    with pytest.raises(SystemExit) as end:
+        main([*command, *quick, *arguments])
+    assert (end.value.code or 0) == (3 if grave else 0)
+    failing = [one for one in json.loads((tmp_path / "out" / "checks.json").read_text()) if not one["holds"]]
+    assert name in [one["name"] for one in failing]
+    assert [one["grave"] for one in failing if one["name"] == name] == [grave]
+    said = " ".join(capsys.readouterr().err.split())
+    assert all(f"{one['sentence']} {one['remedy']}" in said for one in failing)
+    assert name in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
