@@ -1,5 +1,5 @@
 """`python -m elusive` is the command line."""
 
-from elusive.cli import main
+from elusive.cli import entry
 
-main()
+entry()
