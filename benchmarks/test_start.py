@@ -37,11 +37,9 @@ def test_track_images_on_thirty_small_frames(report, tmp_path: Path) -> None:
     """8 imports of .37 s, as on a quiet machine, are 3 s."""
     np.save(tmp_path / "frames.npy", np.random.default_rng(0).normal(1000, 25, (30, 64, 64)).astype(np.float32))
     command = ["-m", "elusive", "track", "images", str(tmp_path / "frames.npy"), "--out", str(tmp_path / "out")]
-    report(
-        "track images, 30 frames of 64x64, from the shell, against importing NumPy and Numba", rounds(command), 1 / 8
-    )
+    report("track images, 30 frames of 64x64, from the shell, against importing Numba", rounds(command), 1 / 8)
 
 
 def test_help(report) -> None:
     """1.3 imports are .5 s."""
-    report("--help, against importing NumPy and Numba", rounds(["-m", "elusive", "--help"]), 1 / 1.3)
+    report("--help, against importing Numba", rounds(["-m", "elusive", "--help"]), 1 / 1.3)
