@@ -8,10 +8,14 @@ from typing import Annotated, Any
 import typer
 from rich.markup import escape
 
+from elusive.cli.fit import FittedOut, tell_fitted
 from elusive.cli.terminal import Config, Out, Strict, bar, console, show, show_run, tell_findings, tell_written
+from elusive.errors import ParameterError
+from elusive.geometry.local_frame import LocalFrame
 from elusive.io import open_radar_plots
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
+from elusive.systems.radar.fit import charted, fit_radar
 from elusive.systems.radar.track import RadarTracking, track_radar_recording
 
 
@@ -72,3 +76,32 @@ def track_radar_command(
     files = ("tracks.csv", "tracks.geojson", "result.nc", "report.html", "report.png", "checks.json", "config.yaml")
     tell_written(out, files, outcome.scored)
     tell_findings(outcome.findings, strict=strict)
+
+
+def fit_radar_command(
+    plots: Annotated[Path, typer.Argument(help="Plots, as `elusive track radar` takes them.")],
+    radar_lat: Annotated[
+        float | None, typer.Option("--radar-lat-deg", help="Latitude of the radar, for biases against charts.")
+    ] = None,
+    radar_lon: Annotated[
+        float | None, typer.Option("--radar-lon-deg", help="Longitude of the radar, for biases against charts.")
+    ] = None,
+    out: FittedOut = None,
+    chart: Annotated[
+        list[Path] | None,
+        typer.Option("--chart", help="Charts whose rocks and islets, drawn as points, echo: for biases."),
+    ] = None,
+    rotation_s: Annotated[float | None, typer.Option("--rotation-s", help="Period of the antenna.")] = None,
+    radar_code: Annotated[
+        tuple[int, int] | None, typer.Option("--radar-code", help="SAC and SIC, in an ASTERIX file of several radars.")
+    ] = None,
+) -> None:
+    """Fit a radar's errors, detection, false alarms and, with a chart, biases to a recording without labels."""
+    known, water = None, None
+    if chart:
+        if radar_lat is None or radar_lon is None:
+            raise ParameterError("chart: biases need the radar's place; give --radar-lat-deg and --radar-lon-deg.")
+        known, water = charted(chart, LocalFrame.at(radar_lon, radar_lat))
+    source = open_radar_plots(plots, rotation_s=rotation_s, radar=radar_code)
+    fitted = fit_radar(source, source.name, known, water)
+    tell_fitted("radar", source.name, [value.cells for value in fitted.values], fitted.to_yaml(), out)

@@ -55,6 +55,7 @@ SYSTEMS = (
         "ships near the coast",
         "elusive track radar plots.csv --chart coast.geojson --radar-lat-deg -0.03 --radar-lon-deg 0.004 --out result",
         "elusive.systems.radar.page",
+        fits=True,
     ),
     System(
         "bearings",

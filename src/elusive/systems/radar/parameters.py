@@ -19,6 +19,7 @@ from elusive.motion import ConstantVelocity, MovingOrAnchored
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarScan
 from elusive.systems.radar.land import LandEchoes, land_share
+from elusive.systems.radar.triples import PlotErrors, Triples
 from elusive.tracking.detections import DetectionRules, DetectionTracker
 
 ROOM = 1.05  # greatest range in view, to the greatest of a plot
@@ -68,6 +69,8 @@ class RadarSurvey(NamedTuple):
     on_chart: int  # plots on a chart
     on_land: int  # plots on charted land
     radar_on_chart: bool
+    bearings_deg: tuple[float, float] = (math.nan, math.nan)  # least and greatest
+    errors: PlotErrors | None = None  # that the plots show; None: too few follow each other
 
     def land_plots(self, sensor: RadarSensor, water: Water | None) -> float:
         """Mean number of plots that a scan has of land, beside false alarms there; none where there are none ever."""
@@ -79,8 +82,11 @@ class RadarSurvey(NamedTuple):
 def survey(scans: Iterable[RadarScan], water: Water | None = None) -> RadarSurvey:
     """Look through the scans of a radar at the origin, and where its plots fall on a chart."""
     count, plots, furthest, fastest, on_chart, on_land = 0, 0, 0.0, 0.0, 0, 0
+    triples, low, high = Triples(), math.inf, -math.inf
     for scan in scans:
         count, plots = count + 1, plots + scan.detections
+        triples.add(scan)
+        low, high = float(scan.bearing_rad.min(initial=low)), float(scan.bearing_rad.max(initial=high))
         if water is not None:
             places = RadarSensor().places(scan)[0]
             known = water.known(places)
@@ -90,7 +96,8 @@ def survey(scans: Iterable[RadarScan], water: Water | None = None) -> RadarSurve
         doppler = scan.doppler_mps[np.isfinite(scan.doppler_mps)]
         fastest = max(fastest, float(np.abs(doppler).max(initial=0.0)))
     itself = water is not None and bool(water.known(np.zeros((1, 2)))[0])
-    return RadarSurvey(count, plots, furthest, fastest, on_chart, on_land, itself)
+    bearings = math.degrees(low), math.degrees(high)
+    return RadarSurvey(count, plots, furthest, fastest, on_chart, on_land, itself, bearings, triples.fit())
 
 
 class RecordedRadar(RadarSensor):

@@ -22,6 +22,7 @@ from elusive.results import STATUSES, Scored, TrackLog, scored, write_geojson, w
 from elusive.results.spool import Records
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarScan
+from elusive.systems.radar.checks import findings_of, innovation
 from elusive.systems.radar.land import water_at
 from elusive.systems.radar.parameters import RadarSurvey, RadarTracking
 from elusive.systems.radar.report import (
@@ -158,6 +159,7 @@ class RadarRun:
         self._parameters, self._sensor, self._around, self._seen = parameters, sensor, around, seen
         self._log, self._keeper = log, RadarKeeper()
         self._bias: CoastBias | None = None  # of the chart, as it is known by now
+        self._innovations: list[float] = []  # of confirmed tracks
 
     def append(self, step: Step) -> None:
         """Take in a scan's result."""
@@ -167,6 +169,8 @@ class RadarRun:
         beliefs = {target.life.track: target for target in step.state.targets}
         for track in step.tracks:
             state, water = beliefs[track.track], self._around.water
+            if track.status == "confirmed":
+                self._innovations.append(innovation(state, step.measurement, self._sensor))
             least = math.nan
             if water is not None:
                 least = min(state.allowed, float(water.probability(track.mean[None, [X, Y]])[0]))
@@ -218,7 +222,8 @@ class RadarRun:
             estimate="MAP" if self._parameters.estimate == "map" else "mean",
             scored=scores,
         )
-        return RadarOutcome(self._log, self._charted(tracked), scores)
+        found = findings_of(self._seen, self._sensor, self._around.water, self._innovations)
+        return RadarOutcome(self._log, self._charted(tracked), scores, found)
 
     def write(self, folder: Path, outcome: RadarOutcome, config: str) -> None:
         """Write everything into a folder but the table, which the log writes."""

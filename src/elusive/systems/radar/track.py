@@ -133,7 +133,12 @@ def track_radar_recording(
     if charted is not None and not seen.on_chart:
         raise DataError(
             f"{source.name}: none of its {seen.plots} plots falls on a chart, seen from a radar at longitude "
-            f"{radar_lon_deg:g}, latitude {radar_lat_deg:g}; check the radar's place and the charts."
+            f"{radar_lon_deg:g}, latitude {radar_lat_deg:g}; "
+            + (
+                "exchange the two: then it lies on a chart."
+                if _exchanged(charted)
+                else "check its place and the charts."
+            )
         )
     known = None
     if truth is not None:
@@ -157,6 +162,12 @@ def track_radar_recording(
         if folder is not None:
             run.write(folder, outcome, parameters.to_yaml())
     return outcome
+
+
+def _exchanged(charted: ChartedArea) -> bool:
+    """Whether the radar's place lies on a chart if longitude and latitude change places."""
+    lon, lat = charted.frame.lat_deg, charted.frame.lon_deg
+    return any(w <= lon <= e and s <= lat <= n for w, s, e, n in (chart.extent_deg for chart in charted.charts))
 
 
 def _looked_through(scans: Iterable[RadarScan], on_scan: Callable[[int], None] | None) -> Iterator[RadarScan]:

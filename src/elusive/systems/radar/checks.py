@@ -1,0 +1,130 @@
+"""Whether a radar's recording looks as it was told: its units, its errors, its place on the chart, its tracks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from elusive.charts import Water
+from elusive.checks import Finding, scale_of
+from elusive.contracts import VX, VY, Array, X, Y
+from elusive.filters.particle import _kernels
+from elusive.sensors.radar import RadarSensor
+from elusive.sensors.radar_scans import TURN_RAD, RadarScan
+from elusive.systems.radar.parameters import RadarSurvey
+from elusive.tracking.detection_targets import Target
+
+NEAREST_M = 50.0  # no radar sees nothing but what is nearer
+FEW = 20  # plots or triples from which something is said
+RATIO = 1.5  # of a deviation seen to that told, within which it is as good as right
+ERRORS = 3.0  # standard errors beyond
+DRY, DRY_SHARE = 0.05, 0.3  # P(water) of what is on land, and the share of what moves there
+HALF_TURN, WHOLE_TURN = 0.5 * TURN_RAD, 1.01 * TURN_RAD
+INNOVATIONS = 1.6  # of their scale: a particle filter's own
+INDEPENDENT = 0.5
+
+
+def findings_of(
+    seen: RadarSurvey, sensor: RadarSensor, water: Water | None, innovations: Sequence[float]
+) -> tuple[Finding, ...]:
+    """Return what a recording says of what was told of it.
+
+    Parameters
+    ----------
+    seen
+        From a look through its scans.
+    sensor, water
+        What it was tracked with; without a chart, None.
+    innovations
+        Of the plots of confirmed tracks, in deviations of what was expected.
+    """
+    found = [_ranges(seen), _bearings(seen)]
+    if seen.errors is not None and found[0].holds and found[1].holds:
+        told = (sensor.range_sd_m, 1.0, "range_sd_m", "m"), (sensor.bearing_sd_rad, 1000.0, "bearing_sd_mrad", "mrad")
+        shown = seen.errors.range_sd_m, seen.errors.bearing_sd_rad
+        names = "range", "bearing"
+        found += [_error(seen, name, *one, sd) for name, one, sd in zip(names, told, shown, strict=True)]
+        found += [] if water is None else [_on_land(seen, water)]
+    scale = scale_of(np.array(innovations), 2, tolerance=INNOVATIONS, independent=INDEPENDENT)
+    worst = scale.worst
+    found.append(
+        worst.finding(
+            "radar.innovations",
+            f"Plots of confirmed tracks lie {worst.seen:.2g} times as far from where they were expected as told errors "
+            "and motion allow: the tracks' deviations are not to be believed.",
+            "Tell the radar's errors (--range-sd-m, --bearing-sd-mrad) and how ships manoeuvre (--q); elusive fit "
+            "radar finds the errors.",
+            grave=worst.seen > 1,
+        )
+    )
+    return tuple(found)
+
+
+def innovation(target: Target, scan: RadarScan, sensor: RadarSensor) -> float:
+    """Distance of a target's plot from where it was expected, in deviations of both; NaN without a plot."""
+    if target.detection < 0:
+        return math.nan
+    plot = scan.select_detections(np.array([target.detection]))
+    (place,), (error,) = sensor.places(plot)
+    mean, covariance = _kernels.moments(target.particles, target.predicted)
+    later = float(plot.times_s[0]) - scan.time_s
+    off: Array = place - mean[[X, Y]] - later * mean[[VX, VY]]
+    return math.sqrt(float(off @ np.linalg.solve(covariance[np.ix_([X, Y], [X, Y])] + error, off)))
+
+
+def _ranges(seen: RadarSurvey) -> Finding:
+    return Finding(
+        "radar.ranges", not (seen.plots >= FEW and seen.max_range_m < NEAREST_M), NEAREST_M, seen.max_range_m,
+        f"All {seen.plots} plots lie within {seen.max_range_m:.3g} m of the radar: the ranges look like nautical miles "
+        "or kilometres.",
+        "Convert the column range_m to metres.",
+    )  # fmt: skip
+
+
+def _bearings(seen: RadarSurvey) -> Finding:
+    low, high = seen.bearings_deg
+    radians = seen.plots >= FEW and high <= WHOLE_TURN and high - low > HALF_TURN
+    return Finding(
+        "radar.bearings", not radians, 360.0, high,
+        f"All {seen.plots} bearings lie between {low:.3g} and {high:.3g} degrees: they look like radians.",
+        "Convert the column bearing_deg to degrees clockwise from north.",
+    )  # fmt: skip
+
+
+def _error(
+    seen: RadarSurvey, name: str, told: float, scale: float, option: str, unit: str, shown: float
+) -> Finding:  # fmt: skip
+    assert seen.errors is not None
+    ratio, room = shown / told, RATIO * (1 + ERRORS * seen.errors.share_sd)
+    wide = ratio > room
+    said = (
+        f"Plots that follow each other show a deviation of {scale * shown:.2g} {unit} in {name}, and "
+        f"{scale * told:.2g} {unit} was told"
+    )
+    meaning = (
+        "ships are lost and begun anew, and tracks are less sure than they say"
+        if wide
+        else "tracks are surer than they say, and take in false alarms"
+    )
+    return Finding(
+        f"radar.{name}-error", 1 / room < ratio < room, scale * told, scale * shown, f"{said}: {meaning}.",
+        f"Give --{option.replace('_', '-')} {scale * shown:.2g}; elusive fit radar finds it with its deviation.",
+        grave=wide,
+    )  # fmt: skip
+
+
+def _on_land(seen: RadarSurvey, water: Water) -> Finding:
+    """Find what sails over charted land: a radar's place, a chart or a north that is wrong."""
+    assert seen.errors is not None
+    places = seen.errors.places[water.known(seen.errors.places)] if len(seen.errors.places) else np.zeros((0, 2))
+    dry = water.probability(places) < DRY if len(places) else np.zeros(0, bool)
+    share = float(dry.mean()) if len(dry) else math.nan
+    return Finding(
+        "radar.on-land", not (len(dry) >= FEW and share > DRY_SHARE), 0.0, share,
+        f"Of {len(dry)} plots that move, {100 * share:.0f} % lie on charted land, where no ship sails: the radar's "
+        "place, its north, or the chart is wrong, and ships there are not found.",
+        "Check --radar-lat-deg and --radar-lon-deg, and that bearings are from true north; or track with --knowledge "
+        "none.",
+    )  # fmt: skip

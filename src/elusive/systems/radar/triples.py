@@ -1,0 +1,134 @@
+"""How far a radar's plots err, from the plots alone: a target sails nearly straight over three scans.
+
+Of three plots of one target the middle one lies between the others, but for the errors of all three: a second
+difference, by the plots' own times, has s^2 = 1 + (1 + rho)^2 + rho^2 times the variance of a plot, rho the ratio of
+the two intervals. Triples of plots that belong to nothing lie anywhere: a mixture of a Gaussian and a uniform density,
+fitted by expectation and maximisation (Dempster, Laird and Rubin, 1977), tells them apart.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from elusive.contracts import Array
+from elusive.sensors.radar_scans import RadarScan
+
+FASTEST_MPS, ROOM_M = 25.0, 60.0  # of what is looked for, and beside it
+WIDEST_M, WIDEST_RAD = 120.0, 0.04  # of an error
+MOST = 40_000  # triples that are kept
+WINDOW = 6.0  # deviations in which the mixture is fitted
+ROUNDS = 60
+OVERLAP = 3.0  # triples that share a plot
+FEW = 25  # triples of targets, from which errors are known
+SURE = 0.8  # probability from which a triple is a target's
+AT_A_PLACE, LATER = 4.0, 20  # deviations within which plots are at one place, scans after which a target has left it
+MOST_PLACES = 4000  # that are looked at for that
+
+
+class PlotErrors(NamedTuple):
+    """Errors that the plots of a recording show."""
+
+    range_sd_m: float
+    bearing_sd_rad: float
+    targets: float  # triples of targets
+    share_sd: float  # standard error of the deviations, relative
+    places: Array  # (n, 2) where targets pass by [m]
+
+
+class Triples:
+    """Gathers second differences of plots, scan by scan; the radar stands at the origin."""
+
+    def __init__(self) -> None:
+        self._before: list[tuple[Array, Array]] = []  # places and times of the latest scans
+        self._rows: list[Array] = []
+        self._count = self._scans = 0
+
+    def add(self, scan: RadarScan) -> None:
+        """Take a scan in, of the order of time."""
+        places = scan.range_m[:, None] * np.column_stack([np.sin(scan.bearing_rad), np.cos(scan.bearing_rad)])
+        self._before.append((places, scan.times_s))
+        self._scans += 1
+        if len(self._before) == 3:
+            if self._count < MOST and all(len(times) for _, times in self._before):
+                first, middle, last = self._before
+                rows = _differences(first, middle, last, self._scans)
+                self._rows.append(rows)
+                self._count += len(rows)
+            del self._before[0]
+
+    def fit(self) -> PlotErrors | None:
+        """Return the errors; None where too few plots follow each other as a target's do."""
+        rows = np.concatenate(self._rows) if self._rows else np.zeros((0, 6))
+        if len(rows) < FEW:
+            return None
+        limits, sd = np.array([WIDEST_M, WIDEST_RAD]), np.array([WIDEST_M, WIDEST_RAD]) / 4
+        for _ in range(4):  # the window closes in on what is found
+            inside = (np.abs(rows[:, :2]) < limits).all(axis=1)
+            member, sd = _mixture(rows[inside, :2], limits, np.minimum(sd, limits / 2))
+            limits = np.minimum(WINDOW * sd, [WIDEST_M, WIDEST_RAD])
+        inside_rows, total = rows[inside], float(member.sum())
+        if total < FEW:
+            return None
+        sure = inside_rows[member > SURE]
+        sure = sure[:: max(1, len(sure) // MOST_PLACES)]
+        moving = _passing(sure[:, 2], sure[:, 4:], AT_A_PLACE * np.hypot(sd[0], sd[1] * sure[:, 3]))
+        range_sd_m, bearing_sd_rad = sd.tolist()
+        share_sd = math.sqrt(OVERLAP / (2 * total))
+        return PlotErrors(range_sd_m, bearing_sd_rad, total, share_sd, sure[moving, 4:])
+
+
+def _passing(scans: Array, places: Array, reach: Array) -> NDArray[np.bool_]:
+    """Tell plots at places where there is nothing some time before and after: an echo that rests stays there."""
+    if not len(places):
+        return np.zeros(0, dtype=bool)
+    near = cKDTree(places).query_ball_point(places, reach)
+    return np.array(
+        [np.abs(scans[found] - scan).max() < LATER for found, scan in zip(near, scans, strict=True)], dtype=bool
+    )
+
+
+def _differences(
+    first: tuple[Array, Array], middle: tuple[Array, Array], last: tuple[Array, Array], number: int
+) -> Array:
+    """Second differences along and across the line of sight, scan, range and place of the middle plots."""
+    places, times = middle
+    interval = float(times.mean() - first[1].mean())
+    if not interval > 0:
+        return np.zeros((0, 6))
+    near = cKDTree(first[0]).query_ball_point(places, FASTEST_MPS * interval + ROOM_M)
+    i = np.repeat(np.arange(len(places)), [len(found) for found in near])
+    a = np.array([one for found in near for one in found], dtype=np.int64)
+    before = times[i] - first[1][a]
+    i, a, before = i[before > 0], a[before > 0], before[before > 0]
+    # where the third would be after the mean interval; its own time is counted below
+    ahead = places[i] + (places[i] - first[0][a]) * (float(last[1].mean() - times.mean()) / before)[:, None]
+    reach = 2.5 * np.hypot(WIDEST_M, WIDEST_RAD * np.hypot(*places[i].T))
+    then = cKDTree(last[0]).query_ball_point(ahead, reach) if len(i) else []
+    pair = np.repeat(np.arange(len(i)), [len(found) for found in then])
+    c = np.array([one for found in then for one in found], dtype=np.int64)
+    i, a, before = i[pair], a[pair], before[pair]
+    rho = (last[1][c] - times[i]) / before
+    off = last[0][c] - places[i] - rho[:, None] * (places[i] - first[0][a])
+    distance = np.maximum(np.hypot(*places[i].T), 1e-9)
+    along = places[i] / distance[:, None]
+    scale = np.sqrt(1 + (1 + rho) ** 2 + rho**2)
+    dr = (off * along).sum(axis=1) / scale
+    db = (off[:, 0] * along[:, 1] - off[:, 1] * along[:, 0]) / (scale * distance)
+    rows = np.column_stack([dr, db, np.full(len(i), number), distance, places[i]])
+    return np.asarray(rows[(np.abs(dr) < WIDEST_M) & (np.abs(db) < WIDEST_RAD) & (rho > 0)])
+
+
+def _mixture(errors: Array, limits: Array, sd: Array) -> tuple[Array, Array]:
+    """Fit a Gaussian about zero, cut at the limits, and a uniform density: membership ``(n,)`` and deviations."""
+    share, even, member = 0.5, 1 / float(np.prod(2 * limits)), np.zeros(len(errors))
+    for _ in range(ROUNDS):
+        density = np.exp(-0.5 * ((errors / sd) ** 2).sum(axis=1)) / (2 * math.pi * float(np.prod(sd)))
+        member = share * density / (share * density + (1 - share) * even)
+        share = float(np.clip(member.mean(), 1e-6, 1 - 1e-6)) if len(member) else 0.5
+        sd = np.sqrt((member @ errors**2) / max(float(member.sum()), 1e-9)).clip(1e-3 * limits)
+    return member, sd

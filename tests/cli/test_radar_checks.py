@@ -1,0 +1,122 @@
+"""Wrong inputs of `elusive track radar`: each ends in a finding that names it, or is refused."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from elusive.io import open_radar_plots, write_radar_plots_csv
+from elusive.sensors.radar import RadarSensor
+from tests.cli.test_radar import FRAME, RADAR, Run, coast, elusive_in
+
+__all__ = ["elusive_in"]
+SENSOR = RadarSensor(detection_probability=0.9, false_alarms=1.0, max_range_m=3500.0, doppler_probability=0.0)
+WAYS = [((-2500.0, -1000.0), (4.0, 3.0)), ((-500.0, 2500.0), (3.0, -5.0)), ((1500.0, -2000.0), (-3.0, 5.0))]
+TRACK = ["track", "radar", "plots.csv", "--out", "out", "--strict"]
+CHART = ["--chart", "coast.geojson", "--coast-sigma-m", "10"]
+
+
+def plots(folder: Path, **fields: float) -> None:
+    """Three ships west of the coast, for three minutes."""
+    rng, sensor, scans = np.random.default_rng(2), SENSOR.replace(**fields), []
+    for k in range(72):
+        states = np.array([[x + 2.5 * k * vx, vx, y + 2.5 * k * vy, vy] for (x, y), (vx, vy) in WAYS])
+        scans.append(sensor.simulate(states, rng, 2.5 * k))
+    coast(folder)
+    write_radar_plots_csv(folder / "plots.csv", scans)
+
+
+def rewritten(folder: Path, column: int, factor: float) -> None:
+    """Multiply a column of the plots."""
+    head, *lines = (folder / "plots.csv").read_text().splitlines()
+    rows = [line.split(",") for line in lines]
+    for row in rows:
+        row[column] = repr(float(row[column]) * factor) if row[column] else ""
+    (folder / "plots.csv").write_text("\n".join([head, *map(",".join, rows)]))
+
+
+def failing(folder: Path) -> set[str]:
+    return {one["name"] for one in json.loads((folder / "out/checks.json").read_text()) if not one["holds"]}
+
+
+def test_what_is_right_is_not_remarked_on(elusive_in: Run, tmp_path: Path) -> None:
+    plots(tmp_path)
+    code, said = elusive_in(*TRACK, *RADAR, *CHART)
+    assert code == 0, said
+    assert failing(tmp_path) == set()
+
+
+def test_errors_told_too_small_are_named_and_fitted(elusive_in: Run, tmp_path: Path) -> None:
+    """25 m and 6 mrad, told as 10 and 1: five tracks for each ship, and more."""
+    plots(tmp_path, range_sd_m=25.0, bearing_sd_mrad=6.0)
+    code, said = elusive_in(*TRACK, *RADAR, *CHART)
+    assert code == 3, said
+    assert failing(tmp_path) >= {"radar.range-error", "radar.bearing-error"}
+    assert "1 mrad was told" in said
+    code, said = elusive_in("fit", "radar", "plots.csv", "--out", "fitted.yaml")
+    assert code == 0, said
+    radar = yaml.safe_load((tmp_path / "fitted.yaml").read_text())["radar"]
+    assert radar["range_sd_m"] == pytest.approx(25.0, rel=0.3)
+    assert radar["bearing_sd_mrad"] == pytest.approx(6.0, rel=0.3)
+    code, said = elusive_in(*TRACK, *RADAR, *CHART, "--config", "fitted.yaml")
+    assert code == 0, said
+
+
+def test_ranges_in_nautical_miles_are_named(elusive_in: Run, tmp_path: Path) -> None:
+    plots(tmp_path)
+    rewritten(tmp_path, 1, 1 / 1852)
+    code, said = elusive_in(*TRACK, *RADAR, "--knowledge", "none")
+    assert code == 3, said
+    assert failing(tmp_path) == {"radar.ranges"}
+    assert "nautical miles" in said
+
+
+def test_bearings_in_radians_are_named(elusive_in: Run, tmp_path: Path) -> None:
+    plots(tmp_path)
+    rewritten(tmp_path, 2, np.pi / 180)
+    code, said = elusive_in(*TRACK, *RADAR, "--knowledge", "none")
+    assert code == 3, said
+    assert "radar.bearings" in failing(tmp_path)
+    assert "look like radians" in said
+
+
+def test_a_radar_put_where_its_ships_sail_over_land_is_named(elusive_in: Run, tmp_path: Path) -> None:
+    plots(tmp_path, false_alarms=0.5)
+    coast(tmp_path, east=-3800.0)  # nearly all of the chart is land
+    code, said = elusive_in(*TRACK, *RADAR, *CHART)
+    assert code == 3, said
+    assert "radar.on-land" in failing(tmp_path)
+
+
+def test_longitude_and_latitude_exchanged_are_refused(elusive_in: Run, tmp_path: Path) -> None:
+    plots(tmp_path)
+    code, said = elusive_in(*TRACK, "--radar-lat-deg", FRAME.lon_deg, "--radar-lon-deg", FRAME.lat_deg, *CHART)
+    assert code != 0
+    assert "exchange the two" in said
+    assert not (tmp_path / "out").exists()
+
+
+def test_seven_ships_of_a_turning_antenna_are_found(elusive_in: Run, tmp_path: Path) -> None:
+    """Each plot has the time at which the antenna passes it."""
+    rng, period, rows = np.random.default_rng(4), 2.4, []
+    x, v = rng.uniform(-2500, 2500, (7, 2)), rng.normal(0, 5, (7, 2))
+    for turn in range(60):
+        for i in range(7):
+            at = x[i] + turn * period * v[i]
+            angle = np.arctan2(*at) % (2 * np.pi)
+            time_s = (turn + angle / (2 * np.pi)) * period
+            at = x[i] + time_s * v[i]
+            bearing = np.degrees((np.arctan2(*at) + rng.normal(0, 1e-3)) % (2 * np.pi))
+            if rng.random() < 0.9:
+                rows.append((time_s, np.hypot(*at) + rng.normal(0, 10), bearing))
+    lines = [f"{time_s:.4f},{far:.2f},{bearing:.4f}" for time_s, far, bearing in sorted(rows)]
+    (tmp_path / "plots.csv").write_text("\n".join(["time_s,range_m,bearing_deg", *lines]))
+    code, said = elusive_in(*TRACK, *RADAR, "--knowledge", "none")
+    assert code == 0, said
+    assert "At most 7 ships at a time" in said
+    assert "turns in 2.400 s" in said
+    assert len(list(open_radar_plots(tmp_path / "plots.csv"))) in (60, 61)

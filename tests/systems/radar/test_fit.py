@@ -1,0 +1,99 @@
+"""What a recording says of its radar, against the radar that made it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from elusive.checks import broken
+from elusive.errors import DataError
+from elusive.io import open_radar_plots, write_radar_plots_csv
+from elusive.sensors.radar import RadarSensor
+from elusive.systems.radar.fit import bias_of, fit_radar
+from elusive.systems.radar.parameters import RadarTracking
+from elusive.systems.radar.track import track_radar_recording
+
+
+def seen_by(sensor, rng, *, ships=5, scans=240, interval_s=2.5):
+    """Ships that sail nearly straight, as the sensor sees them."""
+    x, v, found = rng.uniform(-5000, 5000, (ships, 2)), rng.normal(0, 5, (ships, 2)), []
+    for k in range(scans):
+        v = v + rng.normal(0, 0.05 * interval_s**0.5, v.shape)
+        x = x + v * interval_s
+        found.append(sensor.simulate(np.column_stack([x[:, 0], v[:, 0], x[:, 1], v[:, 1]]), rng, k * interval_s))
+    return found
+
+
+def some_radar(rng, **fields):
+    drawn = {
+        "range_sd_m": np.exp(rng.uniform(np.log(3), np.log(35))),
+        "bearing_sd_mrad": np.exp(rng.uniform(np.log(0.8), np.log(10))),
+        "detection_probability": rng.uniform(0.65, 0.98),
+        "false_alarms": rng.uniform(0.5, 12.0),
+    }
+    return RadarSensor(**(drawn | fields), max_range_m=8000.0, doppler_probability=0.0)
+
+
+def fitted_as_told(seed):
+    rng = np.random.default_rng([seed, 7])
+    sensor = some_radar(rng)
+    found = fit_radar(seen_by(sensor, rng), "x")
+    radar = found.tree["radar"]
+    assert radar["range_sd_m"] == pytest.approx(sensor.range_sd_m, rel=0.15)
+    assert radar["bearing_sd_mrad"] == pytest.approx(sensor.bearing_sd_mrad, rel=0.15)
+    assert radar["detection_probability"] == pytest.approx(sensor.detection_probability, abs=0.08)
+    assert radar["false_alarms"] == pytest.approx(sensor.false_alarms, rel=0.15, abs=0.5)
+    assert RadarTracking(**found.tree).radar.range_sd_m == radar["range_sd_m"]
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_errors_detection_and_false_alarms_are_those_of_the_radar(seed):
+    fitted_as_told(seed)
+
+
+@pytest.mark.validate
+@pytest.mark.parametrize("seed", range(2, 20))
+def test_so_they_are_in_twenty_settings(seed):
+    fitted_as_told(seed)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_biases_lie_within_three_of_their_errors(seed):
+    """A dozen charted rocks, each charted 4 m off on an axis, beside false alarms and ships."""
+    rng = np.random.default_rng([seed, 8])
+    sensor = some_radar(rng, range_sd_m=12.0, bearing_sd_mrad=2.0)
+    far, angle = rng.uniform(800, 6000, 12), rng.uniform(0, 2 * np.pi, 12)
+    rocks = np.column_stack([far * np.sin(angle), far * np.cos(angle)])
+    bias_m, bias_rad = rng.uniform(-80, 80), rng.uniform(-0.02, 0.02)
+    at = far + bias_m, angle + bias_rad
+    echoes = np.column_stack([at[0] * np.sin(at[1]), np.zeros(12), at[0] * np.cos(at[1]), np.zeros(12)])
+    scans = [sensor.simulate(echoes, rng, 2.5 * k) for k in range(20)]
+    found = bias_of(scans, rocks + rng.normal(0, 4, rocks.shape), 12.0, 0.002)
+    assert found.places == 12
+    assert abs(found.range_m - bias_m) < 3 * found.range_se_m
+    assert abs(found.bearing_rad - bias_rad) < 3 * found.bearing_se_rad
+    assert found.range_se_m < 5
+    assert found.bearing_se_rad < 0.003
+
+
+def test_plots_that_do_not_follow_each_other_are_no_fit():
+    rng = np.random.default_rng(1)
+    alarms = [some_radar(rng, false_alarms=2.0).simulate(np.zeros((0, 4)), rng, 2.5 * k) for k in range(50)]
+    with pytest.raises(DataError, match="too few plots follow each other"):
+        fit_radar(alarms, "x")
+
+
+def findings(seed, tmp_path):
+    """Of a right recording: told as it was made."""
+    rng = np.random.default_rng([seed, 9])
+    sensor = some_radar(rng)
+    write_radar_plots_csv(tmp_path / "p.csv", seen_by(sensor, rng, ships=int(rng.integers(1, 6)), scans=60))
+    names = "range_sd_m", "bearing_sd_mrad", "detection_probability", "false_alarms"
+    told = RadarTracking(knowledge={"kind": "none"}, radar={name: getattr(sensor, name) for name in names})
+    source = open_radar_plots(tmp_path / "p.csv")
+    return broken(track_radar_recording(source, told, None, radar_lon_deg=4.0, radar_lat_deg=52.0).findings)
+
+
+@pytest.mark.parametrize("seed", [pytest.param(k, marks=pytest.mark.validate if k > 2 else ()) for k in range(20)])
+def test_a_right_recording_has_no_finding(seed, tmp_path):
+    assert findings(seed, tmp_path) == ()
