@@ -112,18 +112,21 @@ TWINS: dict[str, dict[str, str]] = {
     },
     "preprocess._link_weight_kernels": {"ellipses": "preprocess/test_link_weights.py::reference.ellipse_weights"},
     "preprocess._past_kernels": {
-        "alignment": "preprocess/test_peak_kernels.py::reference.alignment",
         "deviate": "preprocess/test_peak_kernels.py::reference.read_between",
         "learn": "preprocess/test_peak_kernels.py::reference.learn",
-        "preference": "preprocess/test_peak_kernels.py::reference.errors",
     },
     "preprocess._scale_kernels": {
+        "along": "preprocess/test_peak_kernels.py::np.clip",
         "block_roots": "preprocess/test_peak_kernels.py::reference.block_roots",
         "halve": "preprocess/test_peak_kernels.py::reference.smoothed",
         "middle": "preprocess/test_peak_kernels.py::reference.middle",
         "smooth": "preprocess/test_peak_kernels.py::reference.smoothed",
         "subtract": "preprocess/test_peak_kernels.py::reference.subtracted",
         "whiten": "preprocess/test_peak_kernels.py::reference.spread_blocks",
+    },
+    "preprocess._scene_kernels": {
+        "alignment": "preprocess/test_peak_kernels.py::reference.alignment",
+        "preference": "preprocess/test_peak_kernels.py::reference.errors",
     },
     "preprocess._summit_kernels": {
         "apart": "preprocess/test_peak_kernels.py::reference.apart",

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from elusive.preprocess import _past_kernels, _scale_kernels, _summit_kernels, _tail_kernels, scales
+from elusive.preprocess import _past_kernels, _scale_kernels, _scene_kernels, _summit_kernels, _tail_kernels, scales
 from elusive.preprocess.peak_maps import BORDER, NO_MAP, RINGS
 from elusive.preprocess.peak_tails import EDGES, EXCESS, HEAVY, LEAST, POWER
 from tests.reference import peaks as reference
@@ -25,6 +25,12 @@ def test_scales(shape):
     smooth = _scale_kernels.smooth(image, scales.FINEST)
     np.testing.assert_allclose(smooth, reference.smoothed(image, scales.FINEST), atol=1e-4)
     np.testing.assert_allclose(_scale_kernels.subtract(image, half), reference.subtracted(image, half), atol=1e-4)
+
+
+def test_means_along_rows_and_columns():
+    image = image_of((33, 50))
+    for ours, axis in zip(_scale_kernels.along(image, 15.0), (1, 0), strict=True):
+        np.testing.assert_allclose(ours, np.clip(image, -15, 15).mean(axis), atol=1e-4)
 
 
 @pytest.mark.parametrize("shape", [*SHAPES, (9, 7)])
@@ -60,9 +66,9 @@ def test_alignment_with_the_past(shift):
     image, mean = image_of((40, 44)), image_of((40, 44), 1)
     seen = (image_of((40, 44), 2) > -10).astype(np.float32)
     shift = np.array(shift)
-    ours = _past_kernels.alignment(image, mean, seen, shift, 9.0, 1, 2)
+    ours = _scene_kernels.alignment(image, mean, seen, shift, 9.0, 1, 2)
     np.testing.assert_allclose(ours, reference.alignment(image, mean, seen, shift, 9.0, 2), rtol=1e-3, atol=0.5)
-    gain, squares = _past_kernels.preference(image, mean, seen, shift, -shift, 9.0, 1, 2)
+    gain, squares = _scene_kernels.preference(image, mean, seen, shift, -shift, 9.0, 1, 2)
     margin = int(np.ceil(np.abs(shift).max())) + 2
     right, wrong = (reference.errors(image, mean, seen, sign * shift, margin)[0] / 9 for sign in (1, -1))
     better = np.minimum(wrong**2, 9) - np.minimum(right**2, 9)

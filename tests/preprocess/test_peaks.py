@@ -8,6 +8,7 @@ from scipy.special import ndtri
 from elusive.errors import DataError
 from elusive.preprocess import PeakFinder
 from elusive.preprocess.peaks import LEVELS
+from tests.preprocess.scenes import recording
 
 
 def bell(shape, x, y, sigma, height):
@@ -119,6 +120,28 @@ def test_gaps_hold_no_peaks():
         x, y = peaks.places_px.T
         assert not ((x > 29) & (x < 60) & (y > 19) & (y < 40) & (peaks.scale_px < 1.3)).any()
         assert len(x) > 20
+
+
+def test_a_stuck_pixel_is_no_point_once_the_camera_has_moved():
+    scene = recording(n=30, defect=(70, 33))
+    found = found_in(scene.frames)
+    assert nearest(found[1], (70, 33), 1.0) is not None
+    assert all(nearest(peaks, (70, 33), 1.5) is None for peaks in found[15:])
+
+
+def test_offsets_of_rows_and_columns_hide_nothing():
+    rng = np.random.default_rng(9)
+    paths = np.stack([20 + 0.9 * np.arange(30), 40 + 0.6 * np.arange(30)], axis=1)
+    strength = {}
+    for name, offset in (("none", 0.0), ("rows and columns", 8.0)):
+        rows, columns = offset * rng.standard_normal((30, 120, 1)), offset * rng.standard_normal((1, 1, 160))
+        noise = rng.normal(1000, 8, (30, 120, 160)) + rows + columns
+        found = found_in(frame + bell((120, 160), *p, 1.0, 45) for frame, p in zip(noise, paths, strict=True))
+        ranks = [nearest(peaks, p) for peaks, p in zip(found[5:], paths[5:], strict=True)]
+        strength[name] = np.median(
+            [peaks.strength[k] if k is not None else 0 for peaks, k in zip(found[5:], ranks, strict=True)]
+        )
+    assert strength["rows and columns"] > 0.8 * strength["none"] > 5
 
 
 def test_a_step_leaves_the_state_before_it_alone():

@@ -175,3 +175,19 @@ def middle(blocks: Image) -> Image:
         for i in range(rows):
             both[i, j] = _middle_of(down[i, a], down[i, b], down[i, j], down[i, d], down[i, e])
     return both
+
+
+@njit(cache=True, nogil=True, fastmath=FAST)
+def along(image: Image, bound: float) -> tuple[Image, Image]:
+    """Mean of each row and of each column, values clipped."""
+    rows, columns = image.shape
+    of_rows, of_columns = np.empty(rows, dtype=np.float32), np.zeros(columns, dtype=np.float32)
+    most = np.float32(bound)
+    for row in range(rows):
+        values, total = image[row], np.float32(0)
+        for i in range(columns):
+            value = min(max(values[i], -most), most)
+            total += value
+            of_columns[i] += value
+        of_rows[row] = total / np.float32(columns)
+    return of_rows, of_columns / np.float32(rows)

@@ -13,7 +13,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
-from scipy import ndimage
 
 from elusive.contracts import Array
 from elusive.errors import DataError
@@ -22,15 +21,13 @@ from elusive.preprocess import _summit_kernels, peak_tails, scales
 from elusive.preprocess._scale_kernels import Image
 from elusive.preprocess.peak_maps import Found, Groups, PeakMaps, find, groups_of, in_space, in_time
 from elusive.preprocess.peak_tails import TailState
+from elusive.preprocess.repair import SUSPECT, Mask, fill_gaps, watch, without_stuck
 from elusive.preprocess.scene import Past, Scene, follow
+from elusive.preprocess.stuck import StuckPixels, StuckState
 
 LEVELS = (0.001, 0.01, 0.1, 0.2, 0.3, 0.5, 0.7, 0.8, 0.9, 0.99, 0.999)  # of the whitened quantiles
 SAMPLES = 3000  # pixels from which quantiles are taken
-FILL_PX = 4.0  # width of the surroundings from which gaps are filled
 REACH = 1.5  # scales within which a weaker peak is the same
-
-
-Mask = NDArray[np.bool_]
 
 
 class Peaks(NamedTuple):
@@ -67,6 +64,7 @@ class PeakState(NamedTuple):
     offset_px: Array
     step_px: Array
     usual: float  # correlation of a frame with its past
+    stuck: StuckState | None
     tails: TailState | None
     output: Peaks | None
 
@@ -74,12 +72,13 @@ class PeakState(NamedTuple):
 class PeakFinder(Model):
     """Finds the peaks of recorded frames, one after the other."""
 
+    stuck: StuckPixels = Field(StuckPixels(), description="When a pixel is taken to be defective")
     most: int = Field(1500, ge=1, description="Peaks kept of a frame, the strongest")
     memory: int = Field(20, ge=3, description="Earlier frames that a frame is compared with")
 
     def init(self) -> PeakState:
         """Return the state before the first frame."""
-        return PeakState(0, (), (), None, np.zeros(2), np.zeros(2), 0.0, None, None)
+        return PeakState(0, (), (), None, np.zeros(2), np.zeros(2), 0.0, None, None, None)
 
     def step(self, state: PeakState, frame: Array) -> PeakState:
         """Return the state after one more frame.
@@ -99,9 +98,11 @@ class PeakFinder(Model):
             raise DataError(f"frame {state.frames_seen}: shape {frame.shape}, must be (rows, columns) of 32 or more.")
         if state.shape and frame.shape != state.shape:
             raise DataError(f"frame {state.frames_seen}: shape {frame.shape}, must be {state.shape} as before.")
-        image, hidden = _without_gaps(np.ascontiguousarray(frame, dtype=np.float32), state.frames_seen)
+        image, hidden = fill_gaps(np.ascontiguousarray(frame, dtype=np.float32), state.frames_seen)
         pedestal, quantum = _levels(image)
-        maps = scales.responses(image - np.float32(pedestal), scales.count_of(image.shape))
+        stuck = state.stuck or self.stuck.init(image.shape)
+        whole = without_stuck(image, self.stuck, stuck)
+        maps = scales.responses(whole - np.float32(pedestal), scales.count_of(image.shape))
         floors = np.array([scales.noise_gain(k) for k in range(len(maps))]) * max(quantum / np.sqrt(12.0), 1e-6)
         groups = groups_of(tuple(values.shape for values in maps))
         scene = Scene(maps, list(state.pasts), floors)
@@ -129,9 +130,11 @@ class PeakFinder(Model):
             tails = peak_tails.begin(np.array([scales.log_rate(k) for k in range(len(maps))]), groups.scale, 4)
         step = np.zeros(2) if cut else offset - state.offset_px
         tails, peaks = self._rated(tails, [spatial, *found], image.shape)
+        suspects = (spatial.table[8] == 0) & (spatial.table[2] > SUSPECT)
+        stuck = watch(image, self.stuck, stuck, spatial.table[:2, suspects], float(np.abs(step).max()))
         output = Peaks(state.frames_seen, *peaks, offset, step, cut, noise, pedestal, quantiles)
         last = maps[scene.chosen()[1]]
-        return PeakState(state.frames_seen + 1, image.shape, pasts, last, offset, step, usual, tails, output)
+        return PeakState(state.frames_seen + 1, image.shape, pasts, last, offset, step, usual, stuck, tails, output)
 
     def _rated(
         self, tails: TailState, found: list[Found], shape: tuple[int, ...]
@@ -179,23 +182,6 @@ def _found(maps: PeakMaps, groups: Groups, hidden: list[Mask] | None) -> Found:
         for white, gap in zip(maps.white, hidden, strict=True):
             white[gap] = 0.0
     return find(maps, groups)
-
-
-def _without_gaps(image: Image, number: int) -> tuple[Image, list[Mask] | None]:
-    """Fill what is not finite from about it, and tell where each scale does not see enough; None where all is seen."""
-    if np.isfinite(image.sum()):
-        return image, None
-    gaps = ~np.isfinite(image)
-    if gaps.all():
-        raise DataError(f"frame {number}: no pixel is finite; drop it.")
-    known = np.where(gaps, 0.0, image - np.median(image[~gaps]))
-    share = ndimage.gaussian_filter((~gaps).astype(np.float32), FILL_PX)
-    fill = np.median(image[~gaps]) + ndimage.gaussian_filter(known, FILL_PX) / np.maximum(share, 1e-3)
-    hidden, gap = [], gaps
-    for k in range(scales.count_of(image.shape)):
-        gap = gap if k == 0 else ndimage.maximum_filter(gap, 3)[::2, ::2]
-        hidden.append(ndimage.maximum_filter(gap, 5))
-    return np.where(gaps, fill, image).astype(np.float32), hidden
 
 
 def _levels(image: Image) -> tuple[float, float]:

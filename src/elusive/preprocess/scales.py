@@ -17,6 +17,11 @@ FINEST = np.array([1 / 32, 1 / 4, 7 / 16], dtype=np.float32)  # outer half of fi
 COARSER = np.array([0.0, 1 / 4, 1 / 2], dtype=np.float32)  # variance 1/2
 MEAN_ROOT = 0.8222  # mean root of the magnitude of a standard normal
 LEAST_SHARE = 0.05  # of a map's mean variance that the local one is held above
+SAMPLES = 3000  # pixels that tell a map's deviation
+CLIP = 2.5  # deviations that a pixel counts for at most in its row and column
+ALIKE = 3.0  # neighbours along a row that speak as one
+PLAIN = 3.0  # times what chance gives, from which rows and columns have offsets of their own
+LINED = 2  # finest scales from which they are taken away
 LEAST_SIDE = 16  # of the coarsest map
 
 
@@ -61,7 +66,26 @@ def responses(frame: Image, count: int) -> list[Image]:
     for k in range(count + 1):
         level = _scale_kernels.halve(level) if k else level
         smoothed.append(_scale_kernels.smooth(level, COARSER if k else FINEST))
-    return [_scale_kernels.subtract(fine, coarse) for fine, coarse in pairwise(smoothed)]
+    maps = [_scale_kernels.subtract(fine, coarse) for fine, coarse in pairwise(smoothed)]
+    return [level_lines(response) if k < LINED else response for k, response in enumerate(maps)]
+
+
+def level_lines(response: Image) -> Image:
+    """Take away what whole rows and columns of the sensor add, where that is plain.
+
+    A row's mean of clipped values varies by chance as that of so many pixels, a few of which speak as one; what it
+    varies beyond, by the median over the rows so that an edge along some does not count, is the sensor's. What of it
+    is noise stays (Wiener).
+    """
+    roots = np.sqrt(np.abs(response.ravel()[:: max(1, response.size // SAMPLES) | 1]))
+    deviation = (float(roots.mean()) / MEAN_ROOT) ** 2
+    for axis, mean in enumerate(_scale_kernels.along(response, CLIP * deviation)):
+        spread = float(np.median(np.abs(mean)) / 0.6745)
+        chance = deviation * np.sqrt(ALIKE / response.shape[1 - axis])
+        if spread > PLAIN * chance:
+            offset = np.clip(mean, -4 * spread, 4 * spread) * np.float32(1 - (chance / spread) ** 2)
+            response = response - (offset[:, None] if axis == 0 else offset)
+    return response
 
 
 def local_variance(image: Image, least: float) -> Image:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elusive.contracts import Array
-from elusive.preprocess import _past_kernels
+from elusive.preprocess import _scene_kernels
 from elusive.preprocess._scale_kernels import Image
 from elusive.preprocess.registration import Registration
 from elusive.preprocess.scales import MEAN_ROOT
@@ -124,14 +124,14 @@ def _support(scene: Scene, k: int, before_px: Array, found: Fit) -> float:
     image, past = scene.maps[k], scene.pasts[k]
     right, wrong = (at / 2.0**k - past.whole for at in (found.offset_px, 2 * before_px - found.offset_px))
     stride = max(1, image.size // PIXELS)
-    gain, square = _past_kernels.preference(image, past.mean, past.seen, right, wrong, found.scale, stride, BORDER)
+    gain, square = _scene_kernels.preference(image, past.mean, past.seen, right, wrong, found.scale, stride, BORDER)
     return float(gain / np.sqrt(ALIKE * square / stride + 1e-12))
 
 
 def _sums(scene: Scene, k: int, offset_px: Array, scale: float) -> Array:
     image, past = scene.maps[k], scene.pasts[k]
     stride = max(1, image.size // PIXELS)
-    sums: Array = _past_kernels.alignment(
+    sums: Array = _scene_kernels.alignment(
         image, past.mean, past.seen, offset_px / 2.0**k - past.whole, scale, stride, BORDER
     )
     return sums

@@ -1,0 +1,110 @@
+"""Compiled kernels that lay a map over its past: sums of a Gauss-Newton step, and one shift against another."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from elusive.preprocess._scale_kernels import FAST, Image
+
+
+@njit(cache=True, nogil=True, fastmath=FAST)
+def alignment(
+    image: Image, mean: Image, seen: Image, shift: NDArray[np.float64], scale: float, stride: int, margin: int
+) -> NDArray[np.float64]:
+    """Return the sums of a Gauss-Newton step that lays ``image(x + shift)`` over ``mean(x)``, Cauchy weights.
+
+    Returns
+    -------
+    ndarray
+        ``(11,)``: normal matrix xx, xy, yy; right side x, y; cost (errors over scale, each at most 3, squared); pixels;
+        mean root error; products image mean, image image, mean mean.
+    """
+    rows, columns = image.shape
+    sums = np.zeros(11)
+    left, top = int(np.floor(shift[0])), int(np.floor(shift[1]))
+    u, v = np.float32(shift[0] - left), np.float32(shift[1] - top)
+    inverse = np.float32(1.0 / max(scale, 1e-9))
+    begin, end = max(margin, 1, -left), min(columns - margin, columns - 1, columns - 1 - left)
+    for row in range(max(margin, 1, -top), min(rows - margin, rows - 1, rows - 1 - top), stride):
+        if end <= begin:
+            break
+        upper, lower = image[row + top, left + begin :], image[row + top + 1, left + begin :]
+        here, above, below = mean[row], mean[row - 1], mean[row + 1]
+        count = seen[row]
+        xx = xy = yy = bx = by = cost = pixels = root = ab = aa = bb = np.float32(0)
+        for i in range(begin, end):
+            k = i - begin
+            a = (1 - v) * ((1 - u) * upper[k] + u * upper[k + 1]) + v * ((1 - u) * lower[k] + u * lower[k + 1])
+            b = here[i]
+            one = np.float32(1) if count[i] >= 1 else np.float32(0)
+            gx = np.float32(0.5) * (here[i + 1] - here[i - 1])
+            gy = np.float32(0.5) * (below[i] - above[i])
+            error = a - b
+            z = error * inverse
+            square = z * z
+            weight = one / (1 + np.float32(0.25) * square)
+            xx += weight * gx * gx
+            xy += weight * gx * gy
+            yy += weight * gy * gy
+            bx += weight * gx * error
+            by += weight * gy * error
+            cost += one * min(square, np.float32(9))
+            pixels += one
+            root += one * np.sqrt(np.abs(error))
+            ab += weight * a * b
+            aa += weight * a * a
+            bb += weight * b * b
+        sums[0] += xx
+        sums[1] += xy
+        sums[2] += yy
+        sums[3] += bx
+        sums[4] += by
+        sums[5] += cost
+        sums[6] += pixels
+        sums[7] += root
+        sums[8] += ab
+        sums[9] += aa
+        sums[10] += bb
+    return sums
+
+
+@njit(cache=True, nogil=True, fastmath=FAST)
+def preference(
+    image: Image,
+    mean: Image,
+    seen: Image,
+    right: NDArray[np.float64],
+    wrong: NDArray[np.float64],
+    scale: float,
+    stride: int,
+    margin: int,
+) -> tuple[float, float]:
+    """Sum how much better one shift lays a map over its past than another does, and the squares of it, over pixels."""
+    rows, columns = image.shape
+    total, squares = 0.0, 0.0
+    reach = int(np.ceil(max(np.abs(right).max(), np.abs(wrong).max()))) + max(margin, 1)
+    inverse = np.float32(1.0 / max(scale, 1e-9))
+    errors = np.empty((2, columns), dtype=np.float32)
+    for row in range(reach, rows - reach, stride):
+        for which in range(2):
+            shift = right if which == 0 else wrong
+            left, top = int(np.floor(shift[0])), int(np.floor(shift[1]))
+            part_x, part_y = np.float32(shift[0] - left), np.float32(shift[1] - top)
+            upper, lower, out = image[row + top, left + reach :], image[row + top + 1, left + reach :], errors[which]
+            here = mean[row, reach:]
+            for i in range(columns - 2 * reach):
+                above = (1 - part_x) * upper[i] + part_x * upper[i + 1]
+                below = (1 - part_x) * lower[i] + part_x * lower[i + 1]
+                error = ((1 - part_y) * above + part_y * below - here[i]) * inverse
+                out[i] = min(error * error, np.float32(9))
+        count = seen[row, reach:]
+        gain, square = np.float32(0), np.float32(0)
+        for i in range(columns - 2 * reach):
+            better = errors[1, i] - errors[0, i] if count[i] >= 1 else np.float32(0)
+            gain += better
+            square += better * better
+        total += float(gain)
+        squares += float(square)
+    return total, squares
