@@ -8,6 +8,7 @@ import json
 import numpy as np
 import pytest
 
+from elusive.results import read_tracks_csv
 from elusive.sensors.bearing_sets import SensorSites
 from elusive.sensors.bearings import BearingSensors
 from elusive.systems.bearings.checks import track_findings
@@ -143,6 +144,27 @@ def test_right_inputs_of_several_emitters_have_no_finding(tmp_path, capsys):
         assert code == 0, said
         remarks += len(failing(tmp_path / f"out{seed}"))
     assert remarks <= 1
+
+
+def of_two_sensors(sets):
+    """What the first two sensors hear."""
+    kept = [(one, one.sensor < 2) for one in sets]
+    return [one._replace(**{name: getattr(one, name)[rows] for name in ("sensor", "azimuth_rad", "elevation_rad")})
+            for one, rows in kept]  # fmt: skip
+
+
+@pytest.mark.parametrize(("emitters", "moving"), [(5, False), (2, True)])
+def test_ghosts_of_two_sensors_share_their_existence(tmp_path, capsys, emitters, moving):
+    """Emitters that rest cross in any set of pairs; of two that move, the paths tell."""
+    speed = {} if moving else {"speed_mps": 1e-3, "q": 1e-4}
+    heard = crowd(16, emitters, false=0.5, times=40, **speed)[1]
+    given = written(tmp_path / "in", of_two_sensors(heard), PLACES[:2])
+    code, said = run(capsys, *given, "--sigma-deg", 1, "--emitters", "several", "--out", tmp_path / "out")
+    assert code == 0, said
+    assert ("bearings.pairings" in failing(tmp_path / "out")) != moving
+    existence = read_tracks_csv(tmp_path / "out" / "tracks.csv").rows
+    last = existence["existence"][existence["step"] == existence["step"].max()]
+    assert (last < 0.9).sum() >= 3 if not moving else (last > 0.9).sum() == emitters
 
 
 def both(seed):

@@ -23,6 +23,7 @@ from elusive.sensors.bearing_table import PlaceSet
 from elusive.systems.bearings.checks import track_findings
 from elusive.systems.bearings.choices import SeveralEmitters
 from elusive.systems.bearings.heard import have_elevations
+from elusive.systems.bearings.pairings import lowered, pairings, pairings_finding
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.results import BearingOutcome, outcome_of, write_outcome
 from elusive.systems.bearings.several import crowding_of, decided, fitted
@@ -102,7 +103,9 @@ def track_bearings_recording(
                 findings = tuple(found.values())
             else:
                 steps = list(track(heard, parameters, sites))
-                findings = checked(parameters, sites, steps)
+                pairs = pairings(steps, parameters, sites)
+                findings = (*several_findings(steps, parameters, sites), pairings_finding(pairs))
+                steps = lowered(steps, pairs)
             outcome = several_outcome(
                 source.name, steps, sites, parameters, why, remarks, truth, cutoff_m, labels, findings
             )
@@ -196,7 +199,8 @@ def checked(parameters: BearingTracking, sites: SensorSites, steps: Iterable[Ste
     """Check the tracks of unlabelled bearings, of one emitter or of several."""
     known = list(steps)
     if isinstance(parameters.emitters, SeveralEmitters):
-        return several_findings(known, parameters, sites)
+        paired = pairings_finding(pairings(known, parameters, sites))
+        return (*several_findings(known, parameters, sites), paired)
     return track_findings(known, parameters, sites)
 
 
