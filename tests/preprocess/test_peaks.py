@@ -156,6 +156,16 @@ def test_a_step_leaves_the_state_before_it_alone():
         np.testing.assert_array_equal(ours, theirs)
 
 
+@pytest.mark.parametrize("shape", [(32, 32), (33, 47), (32, 700), (129, 65)])
+@pytest.mark.parametrize("kind", [np.uint8, np.uint16, np.float32, bool])
+def test_frames_of_any_shape_and_type(shape, kind):
+    rng = np.random.default_rng(10)
+    found = found_in((rng.random(shape) * (1 if kind is np.float32 else 200) > 0).astype(kind) * 3 for _ in range(3))
+    assert all(len(peaks.strength) == 0 for peaks in found)
+    found = found_in(np.clip(rng.normal(100, 9, shape), 0, 255).astype(kind) for _ in range(5))
+    assert all(np.isfinite(peaks.strength).all() and np.isfinite(peaks.log_density).all() for peaks in found)
+
+
 @pytest.mark.parametrize(
     ("frames", "sentence"),
     [

@@ -6,6 +6,7 @@ registered past, each over the local deviation; how rare such a peak is, the rec
 
 from __future__ import annotations
 
+import os
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from typing import NamedTuple
@@ -169,6 +170,11 @@ class PeakFinder(Model):
 def _second() -> ThreadPoolExecutor:
     """Return the one thread beside the caller's."""
     return ThreadPoolExecutor(1, "peaks")
+
+
+if hasattr(os, "register_at_fork"):
+    # a forked process has the pool but not its thread, and would wait for ever
+    os.register_at_fork(after_in_child=_second.cache_clear)
 
 
 def _found_in_space(scene: Scene, groups: Groups, hidden: list[Mask] | None) -> tuple[Found, float, Array]:
