@@ -272,7 +272,11 @@ CELL = ["--chart", "AA5TEST.000"]
         (chart("time,range\n1,2\n", "plots.csv"), [], "name them time_s,range_m,bearing_deg"),
         (nothing, ["--knowledge", "hard", "--tolerance", "0.01"], "--tolerance: has no meaning for knowledge 'hard'"),
         (nothing, ["--truth-mmsi", "4"], "truth_mmsi: has no meaning without a truth"),
-        (nothing, ["--coast-correlation-m", "9"], "coast_correlation_m: has no meaning for coast_error 'fresh'"),
+        (
+            nothing,
+            ["--coast-error", "fresh", "--coast-correlation-m", "9"],
+            "coast_correlation_m: has no meaning for coast_error 'fresh'",
+        ),
         (
             nothing,
             ["--coast-error", "bias", "--coast-share", ".5"],

@@ -173,7 +173,7 @@ def test_every_knowledge_and_every_coast_error(kind):
     sensor = RadarSensor(detection_probability=0.9, false_alarms=2, max_range_m=5000, max_doppler_mps=30)
     rng = np.random.default_rng(3)
     looks = [sensor.simulate(state[None], rng, time_s=time) for state, time in zip(states, times, strict=True)]
-    for error in ("fresh", "persistent", "bias") if kind in ("hard", "field") else ("fresh",):
+    for error in ("fresh", "persistent", "bias") if kind in ("hard", "field") else ("persistent",):
         parameters = RadarTracking(knowledge={"kind": kind}, coast={"coast_error": error}, particles=800)
         *_, last = track_radar(looks, parameters.bind(sensor, coast), parameters)
         (ship,) = [one for one in last.tracks if one.status == "confirmed"]

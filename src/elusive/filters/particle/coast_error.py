@@ -24,9 +24,9 @@ class CoastError(Model):
     """How the error of the charted coast behaves along a target's way."""
 
     coast_error: Literal["fresh", "persistent", "bias"] = Field(
-        "fresh",
-        description="The coast's error: new at every step; the same along a stretch; or, besides one new at every "
-        "step, one shift of the whole chart, which is estimated",
+        "persistent",
+        description="The coast's error: new at every step (a chart taken as exact: by default); the same along a "
+        "stretch; or, besides one new at every step, one shift of the whole chart, which is estimated",
     )
     coast_correlation_m: Positive = Field(
         200.0, description="Distance over which the correlation of the coast's error falls to 1/e [m]; not if fresh"

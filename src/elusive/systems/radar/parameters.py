@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
-from typing import Annotated, ClassVar, Literal, NamedTuple, Self
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -143,6 +143,17 @@ class RadarTracking(Model):
     estimate: Literal["mean", "map"] = Field("mean", description="What is written as a track's place: mean or MAP")
     tracker: DetectionRules = Field(DetectionRules(), description="When a track begins and ends")
     seed: int = Field(0, ge=0, description="Root of all random numbers")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _exact_is_exact(cls, given: Any) -> Any:
+        """Give a chart that is taken as exact no error that persists, if none is asked for."""
+        knowledge = given.get("knowledge") if isinstance(given, Mapping) else None
+        kind = knowledge.get("kind") if isinstance(knowledge, Mapping) else getattr(knowledge, "kind", None)
+        coast = given.get("coast", {}) if kind == "hard" else None
+        if isinstance(coast, Mapping) and "coast_error" not in coast:
+            return {**given, "coast": {**coast, "coast_error": "fresh"}}
+        return given
 
     @model_validator(mode="after")
     def _takes_effect(self) -> Self:

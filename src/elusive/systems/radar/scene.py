@@ -8,7 +8,7 @@ from typing import Any, Literal, Self, get_args
 import numpy as np
 from pydantic import Field, model_validator
 
-from elusive.charts import WATER_MODELS
+from elusive.charts import WATER_MODELS, HardWater
 from elusive.charts.charted_area import ChartedAreaParameters
 from elusive.charts.delta import synthetic_delta
 from elusive.charts.quality import Imprecision
@@ -145,6 +145,8 @@ class RadarScene(Model):
         """Return the parameters of tracking with a use of the chart."""
         if method == "none":  # nothing of the coast's error takes effect
             return self.tracking.replace(knowledge=NoMap(), coast=CoastError())
+        if method == "hard":
+            return self.tracking.replace(knowledge=HardWater(), coast=CoastError(coast_error="fresh"))
         return self.tracking.replace(knowledge=WATER_MODELS[method]())
 
     def voyage(self) -> Voyage:
