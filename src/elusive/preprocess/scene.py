@@ -23,6 +23,7 @@ SURE = 6.0  # a step is believed where it fits better than its mirror image by s
 BORDER = 2  # pixels of a map left out
 ALIKE = 10.0  # neighbouring pixels of a map speak as one
 LOST = 0.75  # of the usual correlation below which the past is sought anew
+SCENE = 0.2  # usual correlation from which there is a scene to be lost
 CUT = 0.5  # ... and below which the scene is another
 TEXTURE = 0.5  # usual correlation from which a cut can be told
 GAIN = 0.2  # weight of the newest frame in the usual correlation
@@ -84,7 +85,7 @@ def follow(
     if step_px.any():
         fits.append(_refine(scene, coarse, offset_px + step_px))
     found = max(fits, key=lambda fit: fit.likeness)
-    if last is not None and found.likeness < LOST * usual:
+    if last is not None and usual > SCENE and found.likeness < LOST * usual:
         jump = Registration().phase(last.astype(float), scene.maps[coarse].astype(float)) * 2.0**coarse
         found = max(found, _refine(scene, coarse, offset_px + jump), key=lambda fit: fit.likeness)
         if usual > TEXTURE and found.likeness < CUT * usual:
