@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import signal
 import sys
@@ -17,7 +16,7 @@ from rich.markup import escape
 from elusive.cli.terminal import console, interrupted
 from elusive.errors import ParameterError
 from elusive.io.arrivals import Coming
-from elusive.results.live import LiveEnd, LiveStep
+from elusive.results.live import LiveEnd, LiveStep, json_line
 
 FAILED = 2
 Follow = Annotated[
@@ -106,7 +105,7 @@ def run_live(
 def _tell(record: dict[str, Any]) -> bool:
     """Write a line; whether anybody still reads them."""
     try:
-        sys.stdout.write(json.dumps(record, separators=(",", ":")) + "\n")
+        sys.stdout.write(json_line(record) + "\n")
         sys.stdout.flush()
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or the interpreter complains as it ends

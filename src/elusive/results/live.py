@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -118,17 +119,24 @@ def follow_live(
         count += 1
         latency_s = time.monotonic() - coming.came_s
         latencies.add(latency_s)
+        tracks = [dict(zip(log.columns.names[1:], cells[1:], strict=True)) for cells in log.latest]
         told = {"time_s": step.time_s, "unix_s": round(time.time() - latency_s, 6)}
         told |= {"latency_ms": round(1e3 * latency_s, 3), "dropped": coming.dropped, **extra(step)}
-        on_step(LiveStep(step, latency_s, told | {"tracks": _records(log)}))
+        on_step(LiveStep(step, latency_s, told | {"tracks": tracks}))
     return LiveEnd(count, coming.dropped, latencies, fault)
 
 
-def _records(log: TrackLog) -> list[dict[str, Any]]:
-    """Return the last step's tracks by the names of the table's columns; what is not known is None."""
-    names = log.columns.names[1:]
-    return [dict(zip(names, map(_known, values[1:]), strict=True)) for values in log.columns.values(log.latest)]
+def json_line(record: Mapping[str, Any]) -> str:
+    """Write a record as a line; JSON has no infinities, and null stands for them."""
+    try:
+        return json.dumps(record, separators=(",", ":"), allow_nan=False)
+    except ValueError:
+        return json.dumps(_finite(record), separators=(",", ":"), allow_nan=False)
 
 
-def _known(value: Any) -> Any:
-    return None if isinstance(value, float) and math.isinf(value) else value
+def _finite(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _finite(part) for key, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(part) for part in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

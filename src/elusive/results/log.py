@@ -70,8 +70,8 @@ class TrackLog:
         self.step_values = tuple(step_values)
         self._rows = Spool(self.columns.dtype, folder)
         self._steps = Spool(np.dtype([(name, np.float64) for name in ("time_s", *step_values)]), folder)
-        self.latest: Records = np.empty(0, self.columns.dtype)
-        """Rows of the last step."""
+        self.latest: list[list[Any]] = []
+        """Cells of the last step's rows, where they are written to a file."""
         self._latest_s = -math.inf
         self._file: TextIO | None = None
         self._path = path
@@ -104,7 +104,8 @@ class TrackLog:
         if not step.time_s >= self._latest_s:
             raise DataError(f"tracks at {step.time_s} s: come after those at {self._latest_s:g} s; sort them by time.")
         self._latest_s = step.time_s
-        rows = self.latest = self.columns.rows(step, len(self._steps))
+        rows = self.columns.rows(step, len(self._steps))
+        self.latest = []
         known = (values.get(name, math.nan) for name in self.step_values)
         self._steps.extend(np.array([(step.time_s, *known)], self._steps.dtype))
         if not len(rows):
@@ -112,7 +113,8 @@ class TrackLog:
         self._rows.extend(rows)
         if self._file is not None:
             try:
-                self._write(self.columns.cells(rows))
+                self.latest = list(self.columns.cells(rows))
+                self._write(self.latest)
             except OSError as error:
                 raise _refused(self._path, error) from None
 

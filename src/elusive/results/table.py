@@ -110,14 +110,8 @@ class Columns(NamedTuple):
             raise DataError(f"tracks at {step.time_s:g} s: a number is there twice; give each target its own.")
         return rows
 
-    def cells(self, rows: Records) -> Iterator[list[str]]:
-        """Write rows as the cells of lines; what is not known is empty, and numbers read back exactly."""
-        for values in self.values(rows):
-            # the repr of a float is the shortest text that reads back exactly
-            yield ["" if value is None else value if isinstance(value, str) else repr(value) for value in values]
-
-    def values(self, rows: Records) -> Iterator[list[float | int | str | None]]:
-        """Give rows by their columns' ``names``; what is not known is None."""
+    def cells(self, rows: Records) -> Iterator[list[Any]]:
+        """Give rows by their columns' ``names``; what is not known is None, which the csv module leaves empty."""
         deviation, correlation = spread(rows["covariance"])
         flat = [k for k, axis in enumerate(self.axes) if axis != "z"]
         parts = [rows["position"][:, flat], rows["velocity"][:, flat], deviation[:, flat]]
@@ -126,10 +120,12 @@ class Columns(NamedTuple):
         if "z" in self.axes:
             z = self.axes.index("z")
             parts.append(np.column_stack([rows["position"][:, z], rows["velocity"][:, z], deviation[:, z]]))
-        numbers = np.column_stack([rows["existence"], *parts, rows["added"]]).tolist()
+        numbers = np.column_stack([rows["existence"], *parts, rows["added"]])
+        known = numbers.astype(object)
+        known[np.isnan(numbers)] = None
         head = zip(rows["time_s"].tolist(), rows["track"].tolist(), rows["status"].tolist(), strict=True)
-        for (time_s, track, status), known in zip(head, numbers, strict=True):
-            yield [time_s, track, STATUSES[status], *(None if math.isnan(value) else value for value in known)]
+        for (time_s, track, status), values in zip(head, known.tolist(), strict=True):
+            yield [time_s, track, STATUSES[status], *values]
 
 
 def spread(covariance: Array) -> tuple[Array, Array]:
