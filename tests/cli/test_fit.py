@@ -56,7 +56,7 @@ def test_fitted_constants_are_tracked_with(network, tmp_path, capsys):
     given = LinkTracking.from_yaml(start)
     constants = fitted.method.effect
     assert fitted == given.replace(
-        calibration_frames=EMPTY, method=given.method.replace(effect=constants)
+        calibration_frames=EMPTY, fit_frames=0, method=given.method.replace(effect=constants)
     )  # all else is kept
     # the walker's effect on links nearby, 2.5 dB and a metre, is found again; the noise is .4 dB and whole dB's
     assert constants.far_sd_db == pytest.approx(2.5, rel=0.25)
@@ -160,7 +160,7 @@ def test_an_area_between_the_cells_is_told(network, tmp_path, capsys):
     more = ("--area-file", tmp_path / "area.csv", "--pitch-m", 2, "--out", tmp_path / "out")
     code, said = fit(capsys, network / "log.csv", network, *more)
     assert code == 2
-    assert "no cell of 2 m lies in it; choose smaller cells" in said
+    assert "holds no voxel's centre" in said
 
 
 def test_a_file_that_cannot_be_written_is_told_before_the_fit(network, tmp_path, capsys):

@@ -124,6 +124,9 @@ def test_levels_that_are_positive_are_refused(network, tmp_path, capsys):
     assert code == 2, said
     assert "every reading so far is above -10 dBm" in said
     assert "losses with the sign turned" in said
+    code, _, said = told(capsys, log, network / "nodes.csv", tmp_path / "out", "--missing-above-dbm", 100, empty=EMPTY)
+    assert code == 2
+    assert "louder than radios can be" in said
 
 
 def test_a_room_with_somebody_is_right(network, tmp_path, capsys):

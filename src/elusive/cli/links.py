@@ -27,7 +27,7 @@ from elusive.geometry.areas import Area
 from elusive.io._link_formats import LAYOUTS
 from elusive.io.area_files import read_area
 from elusive.io.arrivals import Arrivals
-from elusive.io.link_logs import open_link_log
+from elusive.io.link_logs import MISSING_ABOVE_DBM, open_link_log
 from elusive.io.node_files import read_nodes
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
@@ -53,6 +53,10 @@ Period = Annotated[
     float | None, typer.Option("--period-s", help="Of a long log: readings of so many seconds are a frame.")
 ]
 
+Missing = Annotated[
+    float, typer.Option("--missing-above-dbm", help="A reading above this means that nothing was heard [dBm].")
+]
+
 
 @accepts(LinkTracking)
 def track_links_command(
@@ -72,6 +76,7 @@ def track_links_command(
     ] = None,
     layout: Layout = None,
     period_s: Period = None,
+    missing_above_dbm: Missing = MISSING_ABOVE_DBM,
     follow: Follow = False,
     idle_s: IdleS = None,
     strict: Strict = False,
@@ -81,7 +86,15 @@ def track_links_command(
     parameters = _within(parameters, area, area_file)
     check_live(follow, idle_s, truth, strict=strict)
     network = read_nodes(nodes)
-    source = open_link_log(log, network, layout=layout, period_s=period_s, follow=follow, idle_s=idle_s)
+    source = open_link_log(
+        log,
+        network,
+        layout=layout,
+        period_s=period_s,
+        follow=follow,
+        idle_s=idle_s,
+        missing_above_dbm=missing_above_dbm,
+    )
     if follow:
         _live(source, network, parameters, out)
         return
@@ -120,6 +133,7 @@ def fit_links_command(
     config: Config = None,
     layout: Layout = None,
     period_s: Period = None,
+    missing_above_dbm: Missing = MISSING_ABOVE_DBM,
 ) -> None:
     """Fit how people change the links to a log that one person walks through; then: track links --config."""
     fitting = LinkFitting(**nested(LinkFitting, given, read_yaml(config) if config else {}))
@@ -128,7 +142,7 @@ def fit_links_command(
         tracking = tracking.replace(calibration_frames=calibration_frames)
     tracking = _within(tracking, area, area_file)
     network = read_nodes(nodes)
-    source = open_link_log(log, network, layout=layout, period_s=period_s)
+    source = open_link_log(log, network, layout=layout, period_s=period_s, missing_above_dbm=missing_above_dbm)
     with bar("iterations", fitting.iterations) as advance:
         fitted = fit_link_log(source, network, tracking, fitting, out, on_iteration=advance)
     _tell(fitted.remarks)

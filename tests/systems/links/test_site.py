@@ -11,9 +11,10 @@ from elusive.geometry.areas import Area
 from elusive.sensors.link_shadowing import LinkShadowing
 from elusive.sensors.radio_network import RssFrame, directed_links_of, undirected_of
 from elusive.systems.links.by_links import VoxelRadiation
+from elusive.systems.links.fit import LinkFitting, fit_link_log
 from elusive.systems.links.run import track_links_recording
 from elusive.systems.links.simulate import LinkSimulation
-from elusive.systems.links.site import EXPLAINED, frames_of_radiation
+from elusive.systems.links.site import EXPLAINED, voxels_of_frames
 from elusive.systems.links.track import LinkTracking
 from tests.tracking.link_scenes import shadowed_links
 from tests.tracking.test_walking_speeds import walked
@@ -68,7 +69,7 @@ def radiated(seed, amplitude_db, users=2, **radiation):
 @pytest.mark.parametrize("amplitude_db", [0.7, 3.0])
 def test_radiation_is_known_and_its_amplitude_and_noise_found(amplitude_db):
     log, nodes = radiated(1, amplitude_db)
-    found = frames_of_radiation(log.frames[:EMPTY], log.frames[EMPTY:], nodes, LinkTracking())
+    found = voxels_of_frames(log.frames[:EMPTY], log.frames[EMPTY:], nodes, LinkTracking())
     assert found.explained >= EXPLAINED
     # the pursuit's cells are .4 m and its people overlap: a fifth, as it was in six rooms
     assert found.model.amplitude_db == pytest.approx(amplitude_db, rel=0.2)
@@ -77,7 +78,7 @@ def test_radiation_is_known_and_its_amplitude_and_noise_found(amplitude_db):
 
 def test_shadowed_links_are_no_sums_over_voxels():
     log, nodes = shadowed(0)
-    found = frames_of_radiation(log.frames[:EMPTY], log.frames[EMPTY:], nodes, LinkTracking())
+    found = voxels_of_frames(log.frames[:EMPTY], log.frames[EMPTY:], nodes, LinkTracking())
     assert found.explained < EXPLAINED
 
 
@@ -99,6 +100,19 @@ def test_a_simulated_log_is_tracked_without_being_told_what_it_is(tmp_path):
     assert isinstance(LinkTracking.from_yaml(tmp_path / "out" / "config.yaml").method.effect, VoxelRadiation)
     assert "At most 2 people" in outcome.verdict
     assert not [finding for finding in outcome.findings if not finding.holds]
+
+
+def test_a_fit_to_radiation_is_written_with_how_sure_its_amplitude_is(tmp_path):
+    log, nodes = radiated(0, 3.0)
+    parameters = LinkTracking(calibration_frames=EMPTY)
+    fitted = fit_link_log(log, nodes, parameters, LinkFitting(), tmp_path / "out")
+    assert LinkTracking.from_yaml(tmp_path / "out" / "config.yaml") == fitted.tracking
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"config.yaml", "constants.csv"}
+    assert (
+        "Amplitude",
+        f"{fitted.after.amplitude_db:.3g} dB, deviation {fitted.voxels.amplitude_sd_db:.2g}",
+    ) in fitted.rows
+    assert 0 < fitted.voxels.amplitude_sd_db < 0.3
 
 
 def test_an_effect_that_was_given_stays(tmp_path):

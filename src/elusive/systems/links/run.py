@@ -13,9 +13,9 @@ from elusive.io.truth import Truth
 from elusive.results import write_result
 from elusive.results.live import LiveEnd, LiveStep, follow_live, live_folder
 from elusive.sensors.radio_network import RadioNodes, RssFrame
+from elusive.systems.links.fit import fitted_at_the_start
 from elusive.systems.links.report import write_links_html, write_links_png
 from elusive.systems.links.results import EVENT_COLUMNS, LinkOutcome, LinkRun
-from elusive.systems.links.site import fitted_at_the_start
 from elusive.systems.links.track import LinkTracking, track
 from elusive.tracking.track import Step
 

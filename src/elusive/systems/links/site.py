@@ -9,21 +9,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import nnls
 
 from elusive.contracts import Array
-from elusive.errors import DataError
 from elusive.geometry.areas import Area
-from elusive.io.link_logs import LinkLog
-from elusive.sensors.link_shadowing import LinkShadowing
 from elusive.sensors.radio_network import RadioNodes, RssFrame
 from elusive.systems.links.by_links import LinksMethod, VoxelRadiation
-from elusive.systems.links.checks import refuse_impossible
-from elusive.systems.links.constants import LEAST_FRAMES, LinkFitting
 from elusive.systems.links.track import LinkTracking
 
 EXPLAINED = 0.75  # share of the changes from which they are sums over voxels: .85 to .98 simulated, .44 in a basement
@@ -33,9 +27,6 @@ ABOVE_EMPTY = 1.5  # of the squared changes, over the most in the empty room: so
 CELL_M = 0.4
 LEAST_RESPONSE = 1e-3  # of a cell that is looked at, over the greatest
 LEAST_NOISE_DB = 0.05
-READINGS = 150_000  # that a fit at the start takes, so that it takes seconds
-QUICK = LinkFitting(pitch_m=0.5, iterations=4)
-THINNED = 8  # frames read for each that is fitted to, at most
 
 
 class Voxels(NamedTuple):
@@ -97,7 +88,7 @@ def voxels_of(empty: Array, changes: Array, nodes: RadioNodes, area: Area, model
     return Voxels(1 - left / total if total > 0 else 0.0, fitted, sd)
 
 
-def frames_of_radiation(
+def voxels_of_frames(
     empty: Sequence[RssFrame], after: Sequence[RssFrame], nodes: RadioNodes, tracking: LinkTracking
 ) -> Voxels:
     """Match a log's frames; see :func:`voxels_of`."""
@@ -108,41 +99,3 @@ def frames_of_radiation(
     losses = np.array([changing.step(rss, frame).change for frame in [*empty, *after]])
     area = tracking.area_of(nodes)
     return voxels_of(losses[: len(empty)], losses[len(empty) :], nodes, area, model or VoxelRadiation())
-
-
-def fitted_at_the_start(log: LinkLog, nodes: RadioNodes, tracking: LinkTracking) -> tuple[LinkTracking, str]:
-    """Return the parameters fitted to a part of the log, and what there is to say of it.
-
-    Where the effect has been given, people are not tracked straight on the links, or nobody seems to be there, they
-    stay as they are.
-    """
-    method, wanted = tracking.method, tracking.fit_frames
-    if not isinstance(method, LinksMethod) or method.effect != LinkShadowing() or not wanted or not log.again:
-        return tracking, ""
-    empty, after = parts_of(log, tracking, wanted)
-    if len(after) < LEAST_FRAMES:
-        return tracking, ""
-    kept = tracking.replace(fit_frames=0)
-    refuse_impossible(nodes, tracking.calibrate.over(empty).mean_dbm, [frame.time_s for frame in empty])
-    try:
-        voxels = frames_of_radiation(empty, after, nodes, tracking)
-        if voxels.explained >= EXPLAINED:
-            words = f"radiation of {voxels.model.amplitude_db:.2g} dB; voxels explain {voxels.explained:.0%} of the log"
-            return kept.replace(method=method.replace(effect=voxels.model)), words
-        from elusive.systems.links.fit import fit_links
-
-        readings = len(nodes.names) * (len(nodes.names) - 1) * len(log.channels)
-        most = min(len(after), max(LEAST_FRAMES, READINGS // readings))
-        chosen = [after[k] for k in np.linspace(0, len(after) - 1, most).astype(int)]
-        fitted = fit_links([*empty, *chosen], nodes, tracking, QUICK)
-    except DataError:  # nobody seems to be there, or no link is heard: tracking says what there is to say
-        return tracking, ""
-    return fitted.tracking.replace(fit_frames=0), f"shadowing, fitted to {most} frames of the log"
-
-
-def parts_of(log: LinkLog, tracking: LinkTracking, wanted: int) -> tuple[list[RssFrame], list[RssFrame]]:
-    """Return a log's frames of the calibration, and so many of those after it, as far apart as is read quickly."""
-    stream = iter(log)
-    empty = list(islice(stream, tracking.calibration_frames))
-    after = list(islice(stream, THINNED * wanted))
-    return empty, after[:: max(1, math.ceil(len(after) / wanted))]
