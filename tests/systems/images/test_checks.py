@@ -22,7 +22,7 @@ SIGMA = 3.0
 WHITE = ("--noise-sigma", SIGMA)
 SEVERAL = ("--filter", "several")
 QUICK = ("--filter", "single", "--particles", 200, "--newborns", 100)
-LEARNT = {"filter": {"sensor": {"kind": "clutter"}}}
+LEARNT = {"filter": {"kind": "single", "sensor": {"kind": "clutter"}}}
 
 
 def simulated(seed=0, size=24, snr_db=12.0, targets=1, frames=24, **sensor):
@@ -153,7 +153,12 @@ def remarks(kind, seeds):
     """Share of right recordings with a remark."""
     options = RIGHT[kind]
     sensor = {"kind": "white", "noise_sigma": SIGMA} | {k: v for k, v in options.items() if k in ("noise", "psf_sigma")}
-    return np.mean([bool(failing(simulated(seed, **options), filter={"sensor": sensor})) for seed in range(seeds)])
+    return np.mean(
+        [
+            bool(failing(simulated(seed, **options), filter={"kind": "several", "sensor": sensor}))
+            for seed in range(seeds)
+        ]
+    )
 
 
 @pytest.mark.parametrize("kind", RIGHT)

@@ -116,7 +116,7 @@ def _envelope(facts: FrameFacts, law: Law) -> FittedImages:
     kind = Fitted("--noise", "law", "rayleigh", math.nan, f"it misses them by {law.rayleigh_misfit:.2g} deviations, "
                   f"a Gaussian by {law.gaussian_misfit:.2g}")  # fmt: skip
     sensor = {"kind": "white", "noise": "rayleigh", "noise_sigma": float(sigma.value)}
-    return FittedImages((kind, sigma), {"filter": {"sensor": sensor}}, white=True)
+    return FittedImages((kind, sigma), {"filter": {"kind": "several", "sensor": sensor}}, white=True)
 
 
 def _plain(frames: Iterable[Array], facts: FrameFacts, law: Law) -> FittedImages:
@@ -143,7 +143,7 @@ def _plain(frames: Iterable[Array], facts: FrameFacts, law: Law) -> FittedImages
     seen = _Seen(part, points.bright, snr_db, lambda chosen: width_of(responses[chosen]), least)
     polarity, width, brightness = _points(seen)
     sensor: dict[str, Any] = {"kind": "white", "noise_sigma": float(sigma.value)}
-    tree: dict[str, Any] = {"pedestal": float(pedestal.value), "filter": {"sensor": sensor}}
+    tree: dict[str, Any] = {"pedestal": float(pedestal.value), "filter": {"kind": "several", "sensor": sensor}}
     if width.value:
         sensor["psf_sigma"] = float(width.value)
         tree["filter"]["birth"] = {"snr_db_range": [*map(float, brightness.value.split())]}
@@ -177,11 +177,8 @@ def _recorded(frames: Iterable[Array], facts: FrameFacts) -> FittedImages:
         lambda chosen: float(np.median(table[chosen, 2])), -math.inf,
     )  # fmt: skip
     polarity, width, brightness = _points(seen)
-    tree: dict[str, Any] = {"filter": {"sensor": {"kind": "clutter"}}}
-    if width.value:
-        tree["filter"] = {"sensor": {"kind": "clutter", "psf_sigma": float(width.value)},
-                          "birth": {"snr_db_range": [*map(float, brightness.value.split())]}}  # fmt: skip
-    return FittedImages((level, noise, width, brightness, polarity), tree, white=False)
+    values = (level, noise, *(one._replace(option="") for one in (width, brightness, polarity)))
+    return FittedImages(values, {}, white=False)  # all of them are sought at once
 
 
 def _points(seen: _Seen) -> tuple[Fitted, Fitted, Fitted]:
