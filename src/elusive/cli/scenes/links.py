@@ -50,9 +50,7 @@ def simulate_command(
         f"Written to {out}: log.csv, nodes.csv, truth.csv, coverage.csv, coverage.png, config.yaml", soft_wrap=True
     )
     files = " ".join(f"{option} {shlex.quote(str(out / name))}" for option, name in TRACKED_WITH)
-    command = (
-        f"elusive track links {files} --calibration-frames {parameters.calibration_steps} --method image --out tracks"
-    )
+    command = f"elusive track links {files} --calibration-frames {parameters.calibration_steps} --out tracks"
     console.print(f"To track: {escape(' '.join(command.split()))}", highlight=False, soft_wrap=True)
 
 
