@@ -150,6 +150,29 @@ def test_an_object_is_found_in_frames_that_overlap(elusive_in: Run, tmp_path: Pa
     assert "2 tracks were found" in said
 
 
+def test_the_size_of_an_object_is_fitted(elusive_in: Run, tmp_path: Path) -> None:
+    size = 11
+    scene = NoiseObject(shape=(SAMPLES,), background_deviation=0.4, object_size=size)
+    path = NoiseObjectPath(start=(100.0,), velocity=(1.0,))
+    np.save(tmp_path / "signal.npy", scene.simulate_sequence(25, [path], np.random.default_rng(1)).frames)
+    code, said = elusive_in("fit", "signal", "signal.npy", "--out", "fitted.yaml")
+    assert code == 0, said
+    fitted = yaml.safe_load((tmp_path / "fitted.yaml").read_text())
+    assert fitted["noise"] in ("white", "estimated")
+    assert abs(fitted["object_size"] - size) <= 0.4 * size
+    code, said = elusive_in("track", "signal", "signal.npy", "--config", "fitted.yaml", "--out", "out", *QUICK)
+    assert "One object was found" in said
+
+
+@pytest.mark.validate
+def test_of_noise_alone_no_size_is_fitted(elusive_in: Run, tmp_path: Path) -> None:
+    np.save(tmp_path / "signal.npy", np.random.default_rng(2).standard_normal((20, SAMPLES)))
+    code, said = elusive_in("fit", "signal", "signal.npy", "--out", "fitted.yaml")
+    assert code == 0, said
+    assert "nothing stands out at any size" in said
+    assert "object_size" not in yaml.safe_load((tmp_path / "fitted.yaml").read_text())
+
+
 def good(folder: Path, *arguments: object) -> list[object]:
     return [*save(folder, "npy"), *arguments]
 

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 from rich.markup import escape
 
+from elusive.cli.fit import FittedOut, tell_fitted
 from elusive.cli.terminal import (
     Config,
     OneBased,
@@ -24,16 +25,24 @@ from elusive.cli.terminal import (
 from elusive.io import open_signal
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
+from elusive.systems.signals.fit import SIZES, fit_signal
 from elusive.systems.signals.parameters import SignalTracking
 from elusive.systems.signals.run import FILES, track_signal_recording
+
+Recording = Annotated[
+    Path,
+    typer.Argument(help="Array (time, sample) as .npy, .csv or .txt; or a long recording: .wav, one column, 1-D."),
+]
+FrameSamples = Annotated[int | None, typer.Option(help="Samples of a frame, of a long recording. [default: 1200]")]
+HopSamples = Annotated[int | None, typer.Option(help="Samples from a frame's start to the next. [default: a frame's]")]
+Channel = Annotated[int | None, typer.Option(help="Channel of a .wav file, from 0.")]
+Start = Annotated[int, typer.Option(help="First frame to use, from 0.")]
+Stop = Annotated[int | None, typer.Option(help="Frame before which to stop.")]
 
 
 @accepts(SignalTracking)
 def track_signals_command(
-    recording: Annotated[
-        Path,
-        typer.Argument(help="Array (time, sample) as .npy, .csv or .txt; or a long recording: .wav, one column, 1-D."),
-    ],
+    recording: Recording,
     out: Out,
     given: dict[str, Any],
     config: Config = None,
@@ -50,15 +59,11 @@ def track_signals_command(
         ),
     ] = None,
     rate_hz: Annotated[float | None, typer.Option("--rate-hz", help="Frames a second; else from the file.")] = None,
-    frame_samples: Annotated[
-        int | None, typer.Option(help="Samples of a frame, of a long recording. [default: 1200]")
-    ] = None,
-    hop_samples: Annotated[
-        int | None, typer.Option(help="Samples from a frame's start to the next. [default: a frame's]")
-    ] = None,
-    channel: Annotated[int | None, typer.Option(help="Channel of a .wav file, from 0.")] = None,
-    start: Annotated[int, typer.Option(help="First frame to use, from 0.")] = 0,
-    stop: Annotated[int | None, typer.Option(help="Frame before which to stop.")] = None,
+    frame_samples: FrameSamples = None,
+    hop_samples: HopSamples = None,
+    channel: Channel = None,
+    start: Start = 0,
+    stop: Stop = None,
     strict: Strict = False,
 ) -> None:
     """Track objects that differ from a signal's noise only in their statistics."""
@@ -79,3 +84,21 @@ def track_signals_command(
     show_run(tracked.title, tracked.rows, outcome.findings)
     tell_written(out, FILES, outcome.scored)
     tell_findings(outcome.findings, strict=strict)
+
+
+def fit_signals_command(
+    recording: Recording,
+    out: FittedOut = None,
+    frame_samples: FrameSamples = None,
+    hop_samples: HopSamples = None,
+    channel: Channel = None,
+    start: Start = 0,
+    stop: Stop = None,
+) -> None:
+    """Fit an object's size to a recording, and whether its noise is white; then: track signal --config."""
+    frames = open_signal(
+        recording, frame_samples=frame_samples, hop_samples=hop_samples, channel=channel, start=start, stop=stop
+    )
+    with bar("frames", None if frames.length is None else len(SIZES) * frames.length) as advance:
+        fitted = fit_signal(frames, advance)
+    tell_fitted("signal", frames.name, [value.cells for value in fitted.values], fitted.to_yaml(), out)

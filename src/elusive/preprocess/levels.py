@@ -54,6 +54,13 @@ def levelled(state: Levels, frame: Array) -> Array:
     return normal(frame, (PRIORS[prior] + state.squares[memory]) / weight, weight)
 
 
+def mean_log_level(state: Levels) -> float:
+    """Return the mean over samples of the logarithm of their level, where they differ."""
+    memory, prior = state.chosen or CAUTION
+    variance = (PRIORS[prior] + state.squares[memory]) / (PRIORS[prior] + state.frames[memory])
+    return 0.5 * float(np.log(variance).mean())
+
+
 def levels_after(state: Levels, frame: Array) -> Levels:
     """Return what is known after one more frame ``(n,)`` of mean square one."""
     squared = frame**2

@@ -14,7 +14,7 @@ from numpy.random import Generator
 from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.preprocess.level_trend import Trend, flattened, no_trend
-from elusive.preprocess.levels import MEMORIES, Levels, hidden_mean, levelled, levels_after, no_levels
+from elusive.preprocess.levels import MEMORIES, Levels, hidden_mean, levelled, levels_after, mean_log_level, no_levels
 from elusive.preprocess.linear_prediction import LinearPrediction, innovations, learnt, no_prediction
 
 JUDGED_FRAMES = 50.0  # over which what stays at a place is judged
@@ -32,6 +32,7 @@ class NoiseModel(NamedTuple):
     judged: Levels  # of what is new in them, which tell whether levels differ
     levels: Levels  # of the frames as they are
     even: LinearPrediction  # of the frames with equal levels
+    first: float  # how much more likely frames are, a sample, if they are coloured before levels are put on them
     stays: Array  # (n,) mean over the latest frames of the squares, less one
     swift: Levels  # of the whitened frames: what their levels still drift
     trend: Trend
@@ -57,7 +58,7 @@ def no_noise_model(samples: int, window: int) -> NoiseModel:
     """Return what is known before the first frame of so many samples."""
     level, spectrum = no_levels(samples, window), no_prediction()
     nothing = np.zeros(samples)
-    return NoiseModel(0, nothing, spectrum, level, level, spectrum, nothing, level, no_trend(samples, window))
+    return NoiseModel(0, nothing, spectrum, level, level, spectrum, 0.0, nothing, level, no_trend(samples, window))
 
 
 def whitened(state: NoiseModel, frame: Array, rng: Generator) -> tuple[NoiseModel, Array]:
@@ -88,11 +89,17 @@ def whitened(state: NoiseModel, frame: Array, rng: Generator) -> tuple[NoiseMode
     plain = learnt(state.plain, centred / scale)
     fresh = innovations(plain, centred / scale, rng)
     judged = _after(state.judged, _parts(fresh / _rms(fresh)))
-    even = state.even
+    even, first = state.even, state.first
     if state.judged.chosen is not None:
-        level = _joined(levelled(state.levels._replace(chosen=state.judged.chosen), _parts(centred / scale)))
+        # a level on coloured noise, or colour on noise of that level: what predicts better
+        known = state.levels._replace(chosen=state.judged.chosen)
+        level = _joined(levelled(known, _parts(centred / scale)))
         even = learnt(even, level)
-        fresh = innovations(even, level, rng)
+        other = innovations(even, level, rng)
+        alike = _joined(levelled(state.judged, _parts(fresh / _rms(fresh))))
+        gain = math.log(_rms(fresh) * _rms(alike) / _rms(other)) + mean_log_level(state.judged) - mean_log_level(known)
+        first += (gain - first) / JUDGED_FRAMES
+        fresh = other if first >= 0 else alike * _rms(fresh)
     levels = _after(state.levels, _parts(centred / scale))
     power = _rms(fresh)
     parts = _parts(fresh / power)
@@ -102,7 +109,7 @@ def whitened(state: NoiseModel, frame: Array, rng: Generator) -> tuple[NoiseMode
     if state.judged.chosen is not None and state.staying > STAYS:
         parts = levelled(state.swift._replace(chosen=FOLLOWED), parts)
     trend, parts = flattened(state.trend, parts)
-    after = NoiseModel(frames, offsets, plain, judged, levels, even, stays, swift, trend)
+    after = NoiseModel(frames, offsets, plain, judged, levels, even, first, stays, swift, trend)
     return after, scale * power * _joined(parts)
 
 

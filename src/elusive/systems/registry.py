@@ -47,6 +47,7 @@ SYSTEMS = (
         "objects that differ only in their noise",
         "elusive track signal signal.npy --out result",
         "elusive.systems.signals.page",
+        fits=True,
     ),
     System(
         "radar",
