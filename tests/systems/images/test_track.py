@@ -235,7 +235,8 @@ def test_what_is_given_counts_a_second_and_what_is_left_alone_a_frame() -> None:
     assert given.recursion.detector.death_probability == 0.3
     assert given.recursion.detector.motion == left.motion
     assert given.bind((48, 48), 0.04) == given  # as often as one likes: config.yaml repeats a run
-    several = ImageTracking().bind((48, 48), 0.04).recursion.detector
+    white = {"kind": "several", "sensor": {"kind": "white"}}
+    several = ImageTracking(filter=white).bind((48, 48), 0.04).recursion
     assert several.birth.max_speed == pytest.approx(4.0 * 25)
     assert several.motion.motion.q == pytest.approx(0.0025 * 25**3)
     assert several.birth_probability == pytest.approx(1 - (1 - 0.02) ** 25)

@@ -33,7 +33,7 @@ class FrameChecks:
 
     def __init__(self, parameters: ImageTracking) -> None:
         self.parameters, self.noise, self.scene = parameters, FrameFacts(), SceneFacts()
-        self._sensor = sensor = parameters.filter.sensor
+        self._sensor = sensor = parameters.sensor
         self._left: LeftOver | None = None
         if isinstance(sensor, ImageSensor) and sensor.noise == "gaussian":
             self._left = LeftOver(sensor)

@@ -15,20 +15,18 @@ from elusive.filters.particle.recorded import RecordedFilter, RecordedFrames
 from elusive.model import FROM_RECORDING, Model, Positive, over_default
 from elusive.motion import ConstantVelocity, WithIntensity
 from elusive.sensors import ClutterSensor, ImageSensor
+from elusive.systems.images.peaks import PeakFrames, PeakImages
 from elusive.systems.images.recurrent import RecurrentImages, SeveralTargets
-from elusive.systems.images.several import FollowedFrames, SeveralImages
+from elusive.systems.images.several import SeveralImages
 from elusive.tracking import Lifecycle
 from elusive.tracking.frame_births import FrameBirths
 
 LEAST_PIXELS = 48 * 48  # of a frame whose noise is estimated from itself
 SLOW = WithIntensity(motion=ConstantVelocity(q=0.0025))
-# what suits recorded frames, by the filter's kind
-RECORDED: dict[str, SeveralImages | BernoulliFilter] = {
-    "several": SeveralImages(
-        motion=SLOW,
-        sensor=ClutterSensor(),
-        birth=FrameBirths(max_speed=4.0),
-    ),
+# what suits frames, by the filter's kind: white ones, and recorded ones
+USUAL: dict[str, PeakImages | SeveralImages | BernoulliFilter] = {
+    "peaks": PeakImages(),
+    "several": SeveralImages(motion=SLOW, birth=FrameBirths(max_speed=4.0)),
     "single": BernoulliFilter(
         motion=SLOW,
         sensor=ClutterSensor(),
@@ -42,20 +40,27 @@ RECORDED: dict[str, SeveralImages | BernoulliFilter] = {
 class ImageTracking(RecordedFrames):
     """Everything `elusive track images` can be told; the defaults are for recorded frames.
 
-    The filter's sensor decides how frames are taken: ``clutter``, as recorded, to be whitened against earlier ones
-    (velocities are then relative to the scene); ``white``, as they are, with white noise of a known deviation about
-    zero. What is given in part keeps these defaults for the rest. Rates left at their defaults count a frame, as fast
-    as frames may come; rates that are given count a second.
+    Filter ``peaks`` takes frames as recorded, and follows everything that stands out of them. Of the others the sensor
+    decides how frames are taken: ``clutter``, as recorded, to be whitened against earlier ones; ``white``, as they are,
+    with white noise of a known deviation about a known level. In recorded frames velocities are relative to the scene.
+    What is given in part keeps these defaults for the rest. Rates left at their defaults count a frame, as fast
+    as frames may come; rates that are given count a second, save those of ``peaks``.
     """
 
     main_options: ClassVar[tuple[str, ...]] = (
-        "filter", "sensor", "noise_sigma", "psf_sigma", "snr_db", "birth_probability", "motion", "max_speed",
+        "show", "filter", "sensor", "noise_sigma", "psf_sigma", "snr_db", "birth_probability", "motion", "max_speed",
         "particles", "seed",
     )  # fmt: skip
 
     filter: Annotated[
-        SeveralImages | BernoulliFilter | ExistenceParticleFilter | RecurrentImages, Field(discriminator="kind")
-    ] = Field(RECORDED["several"], description="Filter: of several targets, or of one")
+        PeakImages | SeveralImages | BernoulliFilter | ExistenceParticleFilter | RecurrentImages,
+        Field(discriminator="kind"),
+    ] = Field(USUAL["peaks"], description="Filter: of everything in recorded frames, of several targets, or of one")
+    show: Literal["moving", "all"] = Field(
+        "moving",
+        description="What report, figures and scores show: what moves or by far outshines all else, or all that is "
+        "followed",
+    )
     pedestal: float = Field(
         0.0, allow_inf_nan=False, description="Level of white frames without a target, taken off them [grey levels]"
     )
@@ -75,9 +80,9 @@ class ImageTracking(RecordedFrames):
         defaults = {name: field.default for name, field in cls.model_fields.items()}
         other = given.get("filter")
         if isinstance(other, Mapping):
-            kind = other.get("kind", "several")
-            if isinstance(kind, str) and kind in RECORDED:
-                defaults["filter"] = RECORDED[kind]
+            kind = other.get("kind", "peaks")
+            if isinstance(kind, str) and kind in USUAL:
+                defaults["filter"] = USUAL[kind]
             elif "sensor" not in other:
                 # another filter looks at the same frames: without this it would take a recording for white noise
                 given = {**given, "filter": {"sensor": ClutterSensor(), **other}}
@@ -89,14 +94,21 @@ class ImageTracking(RecordedFrames):
     @model_validator(mode="after")
     def _takes_effect(self) -> Self:
         idle = {}
-        if not isinstance(self.filter.sensor, ClutterSensor):
+        if isinstance(self.filter, SeveralImages) and isinstance(self.sensor, ClutterSensor):
+            raise ParameterError(
+                "ImageTracking.filter: 'several' takes frames of white noise (sensor 'white'); recorded frames are for "
+                "'peaks', or for one target 'single'."
+            )
+        if isinstance(self.filter, PeakImages):
+            idle = dict.fromkeys(RecordedFrames.model_fields, "filter 'peaks', which whitens in its finder")
+        elif not isinstance(self.sensor, ClutterSensor):
             idle = dict.fromkeys(RecordedFrames.model_fields, "frames taken as they are, which are not whitened")
-        else:
-            idle = dict.fromkeys(("pedestal", "polarity"), "recorded frames, whose level is learnt")
-        if getattr(self.filter.sensor, "noise", None) == "rayleigh":
+        if self.recorded:
+            idle |= dict.fromkeys(("pedestal", "polarity"), "recorded frames, whose level is learnt")
+        if not isinstance(self.filter, PeakImages):
+            idle["show"] = f"filter {self.filter.kind!r}, which shows all that it finds"
+        if getattr(self.sensor, "noise", None) == "rayleigh":
             idle |= dict.fromkeys(("pedestal", "polarity"), "Rayleigh noise, which is an amplitude")
-        if isinstance(self.filter, SeveralImages):
-            idle["clump_px"] = "filter 'several', whose targets are clumps each"
         if isinstance(self.filter, RecurrentImages):
             others = ("tracks", "jitter_px", "clump_px")
             idle |= dict.fromkeys(others, "filter 'recurrent', whose tracks are those of its tracker")
@@ -113,18 +125,17 @@ class ImageTracking(RecordedFrames):
         DataError
             If the frames have too few pixels to learn the noise from.
         """
-        sensor = self.filter.sensor
-        if not isinstance(sensor, ImageSensor | ClutterSensor):
+        if self.recorded and shape[0] * shape[1] < LEAST_PIXELS:
+            raise DataError(
+                f"frames of {shape[1]} x {shape[0]} pixels are too few to learn the noise from; give its deviation "
+                "(--noise-sigma), and the frames are taken as they are, with white noise about zero."
+            )
+        sensor = self.sensor
+        if isinstance(self.filter, PeakImages) or not isinstance(sensor, ImageSensor | ClutterSensor):
             return self.replace(interval_s=interval_s)
         sensor = sensor.replace(rows=shape[0], columns=shape[1])
-        if isinstance(sensor, ClutterSensor):
-            if shape[0] * shape[1] < LEAST_PIXELS:
-                raise DataError(
-                    f"frames of {shape[1]} x {shape[0]} pixels are too few to learn the noise from; give its deviation "
-                    "(--noise-sigma), and the frames are taken as they are, with white noise about zero."
-                )
-            if sensor.lowest_snr is None and self._sought_snr_db is not None:
-                sensor = sensor.replace(lowest_snr=sensor.intensity_of(self._sought_snr_db))
+        if isinstance(sensor, ClutterSensor) and sensor.lowest_snr is None and self._sought_snr_db is not None:
+            sensor = sensor.replace(lowest_snr=sensor.intensity_of(self._sought_snr_db))
         return self.replace(filter=self.filter.replace(sensor=sensor), interval_s=interval_s)
 
     def levelled(self, frame: Array) -> Array:
@@ -134,33 +145,38 @@ class ImageTracking(RecordedFrames):
         return frame - self.pedestal if self.polarity == "bright" else self.pedestal - frame
 
     @property
+    def sensor(self) -> Any:
+        """The filter's sensor; None of filter ``peaks``, which has none."""
+        return None if isinstance(self.filter, PeakImages) else self.filter.sensor
+
+    @property
+    def recorded(self) -> bool:
+        """Whether frames are taken as recorded, with a background and noise that are learnt."""
+        return isinstance(self.filter, PeakImages) or isinstance(self.sensor, ClutterSensor)
+
+    @property
     def _sought_snr_db(self) -> float | None:
         """Peak SNR of the target sought, where the filter says [dB]."""
         if isinstance(self.filter, RecurrentImages):
             return self.filter.target_snr_db
-        if isinstance(self.filter, SeveralImages):
-            birth = self.filter.birth
-            return birth.snr_db_range[0] if birth.snr_db is None else birth.snr_db
-        return self.filter.birth.snr_db if isinstance(self.filter.birth, UniformBirth) else None
+        birth = getattr(self.filter, "birth", None)
+        return birth.snr_db if isinstance(birth, UniformBirth) else None
 
     @property
     def spread_px(self) -> float:
         """Width of the point spread [px]; one where the sensor is a user's own."""
-        sensor = self.filter.sensor
+        sensor = self.sensor
         return sensor.spread_px if isinstance(sensor, ImageSensor | ClutterSensor) else 1.0
 
     @property
     def has_intensity(self) -> bool:
         """Whether a target's intensity is estimated; a sensor of recorded frames integrates it out."""
-        return self.filter.state_names[-1] == "intensity" and not isinstance(self.filter.sensor, ClutterSensor)
+        return self.filter.state_names[-1] == "intensity" and not self.recorded
 
     @property
     def lifecycle(self) -> Lifecycle:
-        """When a track begins and ends; in recorded frames it must outlive what is not yet known to rest.
-
-        With filter ``several`` what plainly moves need not (:mod:`elusive.tracking.plain_motion`).
-        """
-        if not isinstance(self.filter.sensor, ClutterSensor):
+        """When a track begins and ends; of one target in recorded frames it must outlive what is not known to rest."""
+        if not isinstance(self.sensor, ClutterSensor):
             return self.tracks
         least = self.background.rest_lag + 2
         return self.tracks.replace(confirm_frames=max(self.tracks.confirm_frames, least))
@@ -170,8 +186,10 @@ class ImageTracking(RecordedFrames):
         """The filter that takes the frames, with its rates in seconds (see the class)."""
         if isinstance(self.filter, RecurrentImages):
             return SeveralTargets(self.filter, self.background, self.interval_s)
-        usual = RECORDED.get(self.filter.kind)
-        recorded = isinstance(self.filter.sensor, ClutterSensor)  # which integrates the amplitude out
+        if isinstance(self.filter, PeakImages):
+            return PeakFrames(self.filter.replace(lifecycle=self.tracks, interval_s=self.interval_s))
+        usual = USUAL.get(self.filter.kind)
+        recorded = isinstance(self.sensor, ClutterSensor)  # which integrates the amplitude out
         idle = ("q_intensity",) if recorded else ()
         detector = rescaled(self.filter, usual, 1 / self.interval_s, left_alone=True, idle=idle)
         if isinstance(detector, SeveralImages):
@@ -179,6 +197,4 @@ class ImageTracking(RecordedFrames):
         if not recorded:
             return detector
         prepared = {name: getattr(self, name) for name in RecordedFrames.model_fields}
-        if isinstance(detector, SeveralImages):
-            return FollowedFrames(detector=detector, moving=self.tracks, **prepared)
         return RecordedFilter(detector=detector, **prepared)

@@ -17,9 +17,9 @@ from elusive.results import STATUSES, Scored, TrackLog
 from elusive.results.spool import Records
 from elusive.sensors import ClutterSensor, ImageSensor
 from elusive.systems.images.parameters import ImageTracking
+from elusive.systems.images.peaks import PeakImages
 from elusive.systems.images.recurrent import RecurrentImages, SeveralState
 from elusive.systems.images.report import Tracked
-from elusive.systems.images.several import FollowedState
 from elusive.tracking import Step
 
 CONFIRMED, DELETED = STATUSES.index("confirmed"), STATUSES.index("deleted")
@@ -29,23 +29,31 @@ QUANTILES = tuple(f"whitened_at_{level:g}" for level in LEVELS)  # of the whiten
 class ImageLog(TrackLog):
     """The log of a run: of every frame the probability that anything is there, or the highest score."""
 
-    def __init__(self, parameters: ImageTracking, path: Path | None = None) -> None:
+    def __init__(self, parameters: ImageTracking, path: Path | None = None, *, hidden: bool = False) -> None:
         accumulated = isinstance(parameters.filter, RecurrentImages)
         self.several = not isinstance(parameters.filter, BernoulliFilter | ExistenceParticleFilter)
         self.measure = "score" if accumulated else "existence"  # of every frame
-        whitened = isinstance(parameters.filter.sensor, ClutterSensor)
-        bright = ("intensity", "snr_db") if isinstance(parameters.filter.sensor, ImageSensor) else ("intensity",)
-        added = ("score",) if accumulated else bright if parameters.has_intensity else ()
-        values = (self.measure, *(QUANTILES if whitened else ()))
+        everything = isinstance(parameters.filter, PeakImages)
+        bright = ("intensity", "snr_db") if everything or isinstance(parameters.sensor, ImageSensor) else ("intensity",)
+        added = ("score",) if accumulated else bright if parameters.has_intensity or everything else ()
+        added = (*added, *(("moves", "shown") if everything else ()))
+        values = (self.measure, *(QUANTILES if isinstance(parameters.sensor, ClutterSensor) else ()))
         super().__init__(parameters.filter.state_names, "px", added, values, path)
+        # what report, figures and scores are of
+        self.shown: ImageLog = self
+        if everything and parameters.show == "moving" and not hidden:
+            self.shown = ImageLog(parameters, hidden=True)
 
     def append(self, step: Step, **values: float) -> None:
         """Take in a frame's step with what is known of the frame."""
         state: Any = step.state
         values = {**values, **self.frame_values(step)}
-        if isinstance(state, RecordedState | SeveralState | FollowedState) and state.whitener.output is not None:
+        if isinstance(state, RecordedState | SeveralState) and state.whitener.output is not None:
             values |= zip(QUANTILES, state.whitener.output.quantiles[0].tolist(), strict=True)
         super().append(step, **values)
+        if self.shown is not self:
+            shown = tuple(track for track in step.tracks if track.extra["shown"] and track.status == "confirmed")
+            self.shown.append(step._replace(tracks=shown), **values)
 
     def frame_values(self, step: Step) -> dict[str, float]:
         """Return the probability that anything is there, or the highest score."""
@@ -64,7 +72,8 @@ class ImageLog(TrackLog):
 def tracked_of(
     title: str, log: ImageLog, shape: tuple[int, int], *, timed: bool, truth: Array | None, scores: Scored | None = None
 ) -> Tracked:
-    """Gather a log for the report; ``truth`` is ``(T, targets, 2)`` [px], NaN where a target is absent."""
+    """Gather what a log shows for the report; ``truth`` is ``(T, targets, 2)`` [px], NaN where a target is absent."""
+    followed, log = log, log.shown
     frames = len(log.steps)
     living = log.rows[log.rows["status"] != DELETED]
     measure = np.array(log.steps[log.measure])
@@ -78,7 +87,7 @@ def tracked_of(
     return Tracked(
         Path(title).name or title, log.times_s.copy(), "s" if timed else "frame", measure, estimate, deviation,
         None if truth is None else truth[:, 0], shape,
-        _table(log, shape, measure, timed=timed) + _noise(log) + ([] if scores is None else scores.lines()),
+        _table(log, shape, measure, timed=timed) + _besides(followed) + _noise(log) + _scores(scores),
         others=() if truth is None else list(np.moveaxis(truth[:, 1:], 1, 0)),
         tracks=_over_time(log, "position", frames) if log.several else None,
         existences=_over_time(log, "existence", frames) if log.several and log.measure == "existence" else None,
@@ -111,6 +120,24 @@ def _table(log: ImageLog, shape: tuple[int, int], measure: Array, *, timed: bool
         x, y = first["position"]
         table.append(("First confirmed", f"{when}, at x {x:.1f}, y {y:.1f}"))
     return table
+
+
+def _scores(scores: Scored | None) -> list[tuple[str, str]]:
+    return [] if scores is None else scores.lines()
+
+
+def _besides(log: ImageLog) -> list[tuple[str, str]]:
+    """Say how much is followed that is not shown, and whether it could be told what moves."""
+    if log.shown is log:
+        return []
+    sure, shown = (set(rows["track"][rows["status"] == CONFIRMED].tolist()) for rows in (log.rows, log.shown.rows))
+    said = [
+        ("Followed, not shown", f"{len(sure - shown)} confirmed tracks at rest, or hardly told from it (--show all)")
+    ]
+    moves = log.rows["added"][:, log.columns.added.index("moves")]
+    if len(moves) and not np.isfinite(moves).any():
+        said.append(("What moves?", "too few tracks, or frames, to tell what moves from what rests"))
+    return said
 
 
 def _listed(numbers: Sequence[int], most: int = 12) -> str:

@@ -115,11 +115,11 @@ def track_recording(
                 if on_frame is not None:
                     on_frame(run.count)
         known = None if truth is None else truth.aligned(log.times_s, source.start, whole=source.whole)
-        scores = None if known is None else scored(log, known, NEAR_PX if cutoff_px is None else cutoff_px)
+        scores = None if known is None else scored(log.shown, known, NEAR_PX if cutoff_px is None else cutoff_px)
         tracked = tracked_of(source.name, log, source.shape, timed=source.timed, truth=known, scores=scores)
         if scores is not None:
             scores.write(folder)
-        write_mot_csv(folder / "tracks_mot.csv", log, sigma_px=bound.spread_px, first_frame=source.start)
+        write_mot_csv(folder / "tracks_mot.csv", log.shown, sigma_px=bound.spread_px, first_frame=source.start)
         write_result(folder / "result.nc", log, title=source.name, config=config)
         (folder / "config.yaml").write_text(config, encoding="utf-8")
         findings = run.checks.findings(log.whitened)

@@ -13,6 +13,7 @@ from elusive.io import FrameSource, Truth, atomic_folder
 from elusive.io._stack import Stack
 from elusive.sensors import ImageSensor
 from elusive.systems.images.parameters import ImageTracking
+from elusive.systems.images.peaks import PeakImages
 from elusive.systems.images.recurrent import RecurrentImages
 from elusive.systems.images.run import Outcome, track_recording
 from elusive.systems.images.several import SeveralImages
@@ -38,6 +39,8 @@ class ImageScene(ImageSimulation):
     def settled(self) -> ImageScene:
         """The same, with a filter that takes these frames and, where it knows them, this motion and this SNR."""
         flt = self.tracking.filter
+        if isinstance(flt, PeakImages):
+            return self.replace(sensor=self.fitted_sensor)
         seen: dict[str, Any] = {"sensor": self.fitted_sensor}
         if self.filter_knows_target and isinstance(flt, RecurrentImages):
             seen |= {"target_snr_db": self.snr_db}

@@ -16,6 +16,7 @@ from elusive.contracts import Array
 from elusive.runner import timed
 from elusive.sensors import ImageSensor
 from elusive.systems.images.parameters import ImageTracking
+from elusive.systems.images.peaks import PeakImages
 from elusive.systems.images.recurrent import RecurrentImages, SeveralState
 from elusive.systems.images.several import SeveralImages
 from elusive.tracking import Life, Lifecycle, Step, Track
@@ -67,7 +68,9 @@ def _layout(parameters: ImageTracking) -> Callable[[Any], tuple[Track, ...]]:
     """How the tracks of a state are laid out."""
     if isinstance(parameters.filter, RecurrentImages):
         return lambda state: _accumulated(state, parameters.interval_s)
-    sensor = parameters.filter.sensor if parameters.has_intensity else None
+    sensor = parameters.sensor if parameters.has_intensity else None
+    if isinstance(parameters.filter, PeakImages):
+        return lambda state: tuple(sorted(state.tracks, key=_oldest_first))
     if isinstance(parameters.filter, SeveralImages):
         return lambda state: tuple(sorted((_seen(track, sensor) for track in state.tracks), key=_oldest_first))
     one = _One(parameters.lifecycle)

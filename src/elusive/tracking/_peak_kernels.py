@@ -1,0 +1,251 @@
+"""Compiled kernels of the tracker of peaks: motions of each target side by side, and what peaks say of them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from elusive.contracts import Array
+
+GATE = 16.0  # squared deviations within which a peak may be a target's
+HEAVY = 3.0  # degrees of freedom of a level's change
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def predict(
+    place: Array, velocity: Array, variance: Array, weight: Array, motions: Array, switch: Array, frames: float
+) -> None:
+    """Carry targets on by some frames, in place: Blom and Bar-Shalom (1988), an interacting mixture of motions.
+
+    ``place`` and ``velocity`` are ``(n, M, 2)``, ``variance`` ``(n, M, 3)`` of an axis (place, place and velocity,
+    velocity), ``weight`` ``(n, M)``. ``motions`` ``(M, 5)``: jitter, walk, acceleration, starting speed, unevenness.
+    """
+    n, kinds = weight.shape
+    old_place, old_velocity, old_variance = np.empty((kinds, 2)), np.empty((kinds, 2)), np.empty((kinds, 3))
+    share = np.empty(kinds)
+    for i in range(n):
+        old_place[:], old_velocity[:], old_variance[:] = place[i], velocity[i], variance[i]
+        before = weight[i].copy()
+        for k in range(kinds):
+            total = 0.0
+            for j in range(kinds):
+                share[j] = before[j] * switch[j, k]
+                total += share[j]
+            weight[i, k] = total
+            if total <= 0.0:
+                continue
+            for c in range(3):
+                variance[i, k, c] = 0.0
+            for a in range(2):
+                place[i, k, a] = 0.0
+                velocity[i, k, a] = 0.0
+            starts = motions[k, 3] ** 2
+            for j in range(kinds):
+                share[j] /= total
+                rests = motions[j, 3] == 0.0
+                for a in range(2):
+                    place[i, k, a] += share[j] * old_place[j, a]
+                    velocity[i, k, a] += share[j] * old_velocity[j, a]
+                variance[i, k, 0] += share[j] * old_variance[j, 0]
+                variance[i, k, 1] += share[j] * old_variance[j, 1]
+                variance[i, k, 2] += share[j] * (starts if rests else old_variance[j, 2])
+            for j in range(kinds):
+                if share[j] < 1e-9:
+                    continue
+                for a in range(2):
+                    off = old_place[j, a] - place[i, k, a]
+                    faster = old_velocity[j, a] - velocity[i, k, a]
+                    variance[i, k, 0] += 0.5 * share[j] * off * off
+                    variance[i, k, 1] += 0.5 * share[j] * off * faster
+                    variance[i, k, 2] += 0.5 * share[j] * faster * faster
+            for a in range(2):
+                place[i, k, a] += frames * velocity[i, k, a]
+            pushed = motions[k, 2]
+            variance[i, k, 0] += (
+                2 * frames * variance[i, k, 1]
+                + frames**2 * variance[i, k, 2]
+                + pushed * frames**3 / 3
+                + motions[k, 1] ** 2 * frames
+            )
+            variance[i, k, 1] += frames * variance[i, k, 2] + pushed * frames**2 / 2
+            variance[i, k, 2] += pushed * frames
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def crowding(places: Array, bright: NDArray[np.bool_], radius: float) -> Array:
+    """Count, for each peak, those at least as strong of its polarity within a radius; the strongest stand first."""
+    found = np.zeros(len(places))
+    for i in range(len(places)):
+        for j in range(i):
+            if bright[i] == bright[j]:
+                x, y = places[i, 0] - places[j, 0], places[i, 1] - places[j, 1]
+                if x * x + y * y <= radius * radius:
+                    found[i] += 1.0
+    return found
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def explain(
+    place: Array,
+    velocity: Array,
+    variance: Array,
+    weight: Array,
+    level: Array,
+    polarity: NDArray[np.bool_],
+    motions: Array,
+    uneven: float,
+    places: Array,
+    spread: Array,
+    levels: Array,
+    bright: NDArray[np.bool_],
+    log_clutter: Array,
+    level_spread: float,
+    detected: float,
+) -> tuple[NDArray[np.int64], NDArray[np.int64], Array, Array]:
+    """Likelihood ratio of each peak in reach of each target against clutter, by motion.
+
+    Returns the pairs' targets and peaks, ``(E, M)`` ratios, and ``(E,)`` how much of the last motion's is uneven.
+    """
+    n, kinds = weight.shape
+    pairs = 0
+    for take in range(2):
+        if take == 1:
+            target, peak = np.empty(pairs, np.int64), np.empty(pairs, np.int64)
+            ratio, rough = np.zeros((pairs, kinds)), np.zeros((pairs, kinds))
+        pairs = 0
+        for i in range(n):
+            for j in range(len(places)):
+                if polarity[i] != bright[j]:
+                    continue
+                near = False
+                for k in range(kinds):
+                    x, y = places[j, 0] - place[i, k, 0], places[j, 1] - place[i, k, 1]
+                    far = x * x + y * y
+                    own = variance[i, k, 0] + motions[k, 0] ** 2 + spread[j]
+                    speed = velocity[i, k, 0] ** 2 + velocity[i, k, 1] ** 2
+                    wide = own + motions[k, 4] ** 2 * speed + motions[k, 5] ** 2
+                    if far > GATE * wide:
+                        continue
+                    if take == 0:
+                        near = True
+                        break
+                    density = np.exp(-0.5 * far / own) / (2 * np.pi * own)
+                    if motions[k, 4] + motions[k, 5] > 0.0:
+                        other = uneven * np.exp(-0.5 * far / wide) / (2 * np.pi * wide)
+                        density = (1 - uneven) * density + other
+                        rough[pairs, k] = other / density
+                    ratio[pairs, k] = density
+                    near = True
+                if not near:
+                    continue
+                if take == 1:
+                    target[pairs], peak[pairs] = i, j
+                    change = (levels[j] - level[i]) / level_spread
+                    alike = (1 + change * change / HEAVY) ** -2 / (2.2 * level_spread)
+                    for k in range(kinds):
+                        ratio[pairs, k] *= detected * alike * np.exp(-log_clutter[j])
+                pairs += 1
+    return target, peak, ratio, rough
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def absorb(
+    place: Array,
+    velocity: Array,
+    variance: Array,
+    weight: Array,
+    motions: Array,
+    target: NDArray[np.int64],
+    peak: NDArray[np.int64],
+    ratio: Array,
+    rough: Array,
+    message: Array,
+    seen: Array,
+    places: Array,
+    spread: Array,
+) -> Array:
+    """Update targets in place by what they may have made: probabilistic data association in each motion.
+
+    ``message`` ``(E,)`` is how far other targets leave a pair's peak to its target, ``seen`` ``(n,)`` the probability
+    that a target is seen. Returns the likelihood of what was seen given each motion, ``(n, M)``.
+    """
+    n, kinds = weight.shape
+    likelihood = np.empty((n, kinds))
+    start = 0
+    for i in range(n):
+        end = start
+        while end < len(target) and target[end] == i:
+            end += 1
+        for k in range(kinds):
+            likelihood[i, k] = 1.0 - seen[i]
+            for e in range(start, end):
+                likelihood[i, k] += message[e] * ratio[e, k]
+            before, cross = variance[i, k, 0], variance[i, k, 1]
+            moved, faster = np.zeros(2), np.zeros(2)
+            shrink = shrink_cross = second = second_cross = second_speed = 0.0
+            for e in range(start, end):
+                part = message[e] * ratio[e, k] / likelihood[i, k]
+                j = peak[e]
+                noise = spread[j] + motions[k, 0] ** 2
+                speed = velocity[i, k, 0] ** 2 + velocity[i, k, 1] ** 2
+                wide = before + motions[k, 4] ** 2 * speed + motions[k, 5] ** 2
+                gain = (1 - rough[e, k]) * before / (before + noise) + rough[e, k] * wide / (wide + noise)
+                pull = cross * ((1 - rough[e, k]) / (before + noise) + rough[e, k] / (wide + noise))
+                shrink += part * gain
+                shrink_cross += part * pull
+                squared = 0.0
+                for a in range(2):
+                    off = places[j, a] - place[i, k, a]
+                    moved[a] += part * gain * off
+                    faster[a] += part * pull * off
+                    squared += 0.5 * off * off
+                second += part * gain * gain * squared
+                second_cross += part * gain * pull * squared
+                second_speed += part * pull * pull * squared
+            for a in range(2):
+                second -= 0.5 * moved[a] * moved[a]
+                second_cross -= 0.5 * moved[a] * faster[a]
+                second_speed -= 0.5 * faster[a] * faster[a]
+                place[i, k, a] += moved[a]
+                velocity[i, k, a] += faster[a]
+            variance[i, k, 2] = max(variance[i, k, 2] - shrink_cross * cross + max(second_speed, 0.0), 0.0)
+            variance[i, k, 1] = (1 - shrink) * cross + second_cross
+            variance[i, k, 0] = max((1 - shrink) * before + max(second, 0.0), 1e-4)
+        total = 0.0
+        for k in range(kinds):
+            weight[i, k] = max(weight[i, k] * likelihood[i, k], 1e-300)
+            total += weight[i, k]
+        for k in range(kinds):
+            weight[i, k] /= total
+        start = end
+    return likelihood
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def leave_doubles(
+    place: Array,
+    velocity: Array,
+    scale: Array,
+    bright: NDArray[np.bool_],
+    age: NDArray[np.int64],
+    rank: Array,
+    kept: NDArray[np.bool_],
+) -> None:
+    """Take out of ``kept``, in place, what follows the same object as a target of higher rank."""
+    order = np.argsort(-rank)
+    for a in range(len(order)):
+        i = order[a]
+        if not kept[i]:
+            continue
+        speed = np.sqrt(velocity[i, 0] ** 2 + velocity[i, 1] ** 2)
+        for b in range(a + 1, len(order)):
+            j = order[b]
+            if not kept[j] or bright[i] != bright[j] or age[i] + age[j] == 0:
+                continue
+            apart = np.sqrt((place[i, 0] - place[j, 0]) ** 2 + (place[i, 1] - place[j, 1]) ** 2)
+            if apart > 0.5 + 0.8 * max(scale[i], scale[j]):
+                continue
+            faster = np.sqrt((velocity[i, 0] - velocity[j, 0]) ** 2 + (velocity[i, 1] - velocity[j, 1]) ** 2)
+            if apart <= 1.0 or faster <= 0.5 + 0.3 * speed:
+                kept[j] = False

@@ -1,0 +1,66 @@
+"""How a peak may move in its scene: at rest in several ways, or moving, side by side in every track."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from elusive.contracts import Array
+from elusive.model import Model, NonNegative, Positive, Probability
+
+# a point at rest is seen where it is, sways, or hops now and then between the parts of what it is a part of:
+# jitter and hop, in the units of the model's; the next two are its jitter alone
+RESTING = ((0.0, 0.0), (0.5, 0.0), (1.5, 0.0), (0.0, 2.0), (0.7, 4.0))
+
+
+class PeakMotions(Model):
+    """Ways of resting, and two of moving: steadily, or in any manner; times are frames, places are in the scene."""
+
+    walk: NonNegative = Field(0.02, description="Drift of what rests, by the registration's errors [px / frame^.5]")
+    sway: Positive = Field(1.0, description="What rests sways and hops by this many times .5 to 4 px")
+    steady_speed: Positive = Field(0.4, description="Deviation of a steady target's velocity at first [px / frame]")
+    steady_q: NonNegative = Field(0.0003, description="Acceleration of a steady target, q [px^2 / frame^3]")
+    speed: Positive = Field(2.5, description="Deviation of another's velocity at first [px / frame]")
+    q: NonNegative = Field(0.03, description="Its acceleration, q [px^2 / frame^3]")
+    uneven: NonNegative = Field(
+        0.7, description="Where frames are dropped or repeated: deviation of the way made, in speeds times frames"
+    )
+    uneven_share: Probability = Field(0.2, description="Share of the frames in which it is so, or in which a peak hops")
+    set_off: Probability = Field(0.005, description="Probability that what rests starts to move within a frame")
+    change: Probability = Field(0.02, description="Probability that what moves changes how, within a frame")
+    moving_share: Probability = Field(0.2, description="Share of what appears that moves at once")
+
+    @cached_property
+    def table(self) -> Array:
+        """Jitter, walk, acceleration, starting speed, unevenness, hop of each motion, ``(M, 6)``."""
+        still = [(self.sway * jitter, self.walk, 0.0, 0.0, 0.0, self.sway * hop) for jitter, hop in RESTING]
+        moving = [
+            (0.0, 0.0, self.steady_q, self.steady_speed, 0.0, 0.0),
+            (0.0, 0.0, self.q, self.speed, self.uneven, 0.0),
+        ]
+        return np.array(still + moving)
+
+    @property
+    def rests(self) -> NDArray[np.bool_]:
+        """Which motions are at rest, ``(M,)``."""
+        return np.asarray(self.table[:, 3] == 0)
+
+    @cached_property
+    def switch(self) -> Array:
+        """Probability of each motion, a row, being followed by each, a column, a frame later."""
+        rests = self.rests
+        moving = np.flatnonzero(~rests)
+        found = np.diag(np.where(rests, 1 - self.set_off, 1 - self.change))
+        found[np.ix_(rests, ~rests)] = self.set_off / len(moving)
+        found[moving, moving[::-1]] = self.change
+        return found
+
+    @property
+    def first_weights(self) -> Array:
+        """Probability of each motion of what has just appeared, ``(M,)``."""
+        rests = self.rests
+        shares = (1 - self.moving_share) / rests.sum(), self.moving_share / (~rests).sum()
+        return np.asarray(np.where(rests, *shares))

@@ -1,0 +1,49 @@
+"""Which tracks move, and which stand out, against what this recording's own clutter does.
+
+Local false-discovery rate (Efron, 2004, J. Am. Stat. Assoc. 99, 96-104): of a recording's tracks nearly all are parts
+of the scene, so that what they reach is the null distribution, whatever the noise is. Its tail is a generalised Pareto
+law above a high quantile (Pickands, 1975); two pieces of evidence are joined as in Fisher (1932).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from pydantic import Field
+
+from elusive.contracts import Array
+from elusive.model import Model, NonNegative, Positive, Probability
+
+
+class EmpiricalNull(Model):
+    """How what the recording's tracks reach is made a distribution."""
+
+    least_tracks: int = Field(20, ge=1, description="Tracks that a null distribution takes")
+    level: Probability = Field(0.9, description="Quantile of the tracks' evidence of moving, above which the tail is")
+    least: Positive = Field(3.0, description="Evidence of moving above which the tail is, at least")
+    shape: Positive = Field(0.3, description="Shape of the tail, xi: how far it is from exponential")
+    supposed: Positive = Field(4.0, description="Median excess over the level that is supposed beforehand")
+    supposed_tracks: NonNegative = Field(3, description="How many tracks that supposition counts for")
+
+    def moves(self, moved: Array, rate: Array, null_moved: Array, null_rate: Array) -> Array:
+        """Probability that each track moves, ``(n,)``; NaN where there are too few others to tell.
+
+        Parameters
+        ----------
+        moved, rate
+            ``(n,)`` of each track: greatest log evidence of moving against resting, and its log evidence a frame.
+        null_moved, null_rate
+            ``(N,)`` the same of the recording's tracks so far, those that are shown left out.
+        """
+        count = len(null_moved)
+        if count < self.least_tracks:
+            return np.full(len(moved), np.nan)
+        level = max(self.least, float(np.quantile(null_moved, self.level)))
+        excess = null_moved[null_moved > level] - level
+        middle = float(np.median(np.append(excess, [self.supposed] * int(self.supposed_tracks))))
+        width = middle * self.shape / (2**self.shape - 1)
+        beyond = (1 + self.shape * np.maximum(moved - level, 0.0) / width) ** (-1 / self.shape)
+        by_motion = np.where(moved > level, (len(excess) + 1) / (count + 1) * beyond, 1.0)
+        by_rate = (count - np.searchsorted(np.sort(null_rate), rate, "left") + 1) / (count + 1)
+        joint = by_motion * by_rate
+        expected = (count + 1) * joint * (1 - np.log(joint))
+        return np.asarray(1 - np.minimum(1.0, expected))

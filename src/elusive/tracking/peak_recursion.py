@@ -1,0 +1,179 @@
+"""The recursion over peaks: what is believed of every target, one frame on.
+
+Existence by integrated probabilistic data association with a state in which a target is hidden (Musicki, Evans and
+Stankovic, 1994), association by belief propagation (Williams and Lau, 2014), motions side by side (Blom and
+Bar-Shalom, 1988), clutter by the density of peaks as strong nearby, a target's contrast as a feature.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from elusive.contracts import Array
+from elusive.model import Model, Positive, Probability
+from elusive.preprocess.peaks import Peaks
+from elusive.tracking import _peak_kernels as kernels
+from elusive.tracking._detection_kernels import associate
+from elusive.tracking.peak_motions import PeakMotions
+from elusive.tracking.peak_targets import PeakTargets
+
+SUREST = 0.999  # existence, at most: a target may always have just gone
+ROUNDS, TOLERANCE = 30, 1e-3  # of the messages of association
+LEAST_ODDS = 1e-30
+LEAST_EXISTENCE = 1e-4  # of what is followed
+LIKELY = 0.5  # existence from which a track is not given up for a younger one
+RECENT = 0.15  # weight of the latest peak in what is known of a target's looks
+
+
+class Clutter(NamedTuple):
+    """Peaks of a frame as the tracker sees them."""
+
+    places: Array  # (m, 2) in the scene
+    log_density: Array  # (m,) of peaks as strong hereabouts [1 / px^2]
+    variance: Array  # (m,) of a place
+    level: Array  # (m,) logarithm of the contrast
+
+
+class PeakRecursion(Model):
+    """How targets, peaks and clutter go together; times are counted in frames."""
+
+    motions: PeakMotions = Field(PeakMotions(), description="How targets move in their scene")
+    detected: Probability = Field(0.95, description="Probability that a visible target makes a peak, P_D")
+    hide: Probability = Field(0.02, description="Probability that a visible target is hidden a frame later")
+    reappear: Probability = Field(0.1, description="Probability that a hidden target is visible a frame later")
+    death: Probability = Field(0.005, description="Probability that a visible target has gone a frame later")
+    lost: Probability = Field(0.2, description="Probability that a hidden target has gone a frame later")
+    appear: Positive = Field(1e-6, description="New targets a frame and pixel, against which clutter stands")
+    level_spread: Positive = Field(0.35, description="Deviation of the logarithm of a target's contrast")
+    tail: Positive = Field(4.0, description="Peaks of a strength fall with its power, this one")
+    nearby: Positive = Field(0.12, description="Radius of a peak's neighbourhood, in square roots of the frame's area")
+    place_px: Positive = Field(0.3, description="Deviation of a peak's place, at least [px]")
+    place_scale: Positive = Field(0.25, description="Deviation of a peak's place, in its scales")
+    most_peaks: int = Field(700, ge=1, description="Peaks of a frame that targets may take")
+    most_births: int = Field(60, ge=0, description="Peaks of a frame that may begin a target")
+    most_targets: int = Field(400, ge=1, description="Targets that are followed")
+
+    def predicted(self, targets: PeakTargets, frames: float) -> PeakTargets:
+        """Return targets some frames later."""
+        place, velocity, variance, weight = (
+            values.copy() for values in (targets.place, targets.velocity, targets.variance, targets.weight)
+        )
+        kernels.predict(place, velocity, variance, weight, self.motions.table, self.motions.switch, frames)
+        stays, found, gone = (1 - share**frames for share in (1 - self.hide, 1 - self.reappear, 1 - self.lost))
+        lives = (1 - self.death) ** frames
+        visible = lives * (targets.visible * (1 - stays)) + (1 - gone) * targets.hidden * found
+        hidden = lives * targets.visible * stays + (1 - gone) * targets.hidden * (1 - found)
+        return targets._replace(
+            place=place, velocity=velocity, variance=variance, weight=weight, visible=visible, hidden=hidden
+        )
+
+    def clutter(self, peaks: Peaks, shape: tuple[int, int]) -> Clutter:
+        """Say how many peaks as strong there are nearby: in the neighbourhood, and in the whole frame."""
+        few = slice(self.most_peaks)
+        places, bright = np.ascontiguousarray(peaks.places_px[few] - peaks.offset_px), peaks.bright[few]
+        area = shape[0] * shape[1]
+        radius = self.nearby * math.sqrt(area)
+        around = math.pi * radius**2
+        near = kernels.crowding(places, bright, radius)
+        rank = np.where(bright, np.cumsum(bright), np.cumsum(~bright)) - 0.5
+        density = 2 * (near + 2 * around * rank / area + 0.3) / (3 * around)
+        variance = self.place_px**2 + (self.place_scale * peaks.scale_px[few]) ** 2
+        level = np.log(np.maximum(np.abs(peaks.contrast[few]), 1e-3))
+        return Clutter(places, np.log(density), variance, level)
+
+    def updated(self, targets: PeakTargets, peaks: Peaks, clutter: Clutter) -> tuple[PeakTargets, Array]:
+        """Update targets, and return what part of each peak none of them claims."""
+        count, heard = len(targets.number), len(clutter.places)
+        motions = self.motions
+        target, peak, ratio, rough = kernels.explain(
+            targets.place, targets.velocity, targets.variance, targets.weight, targets.level, targets.bright,
+            motions.table, motions.uneven_share, clutter.places, clutter.variance, clutter.level,
+            peaks.bright[: self.most_peaks], clutter.log_density + math.log(self.tail), self.level_spread,
+            self.detected,
+        )  # fmt: skip
+        existence = np.minimum(targets.existence, SUREST)
+        visible = targets.visible * existence / np.maximum(targets.existence, 1e-300)
+        missed_odds = 1 - visible * self.detected
+        likely = np.einsum("em,em->e", targets.weight[target], ratio)
+        odds = np.maximum(visible[target] * likely / missed_odds[target], LEAST_ODDS)
+        share, missed, unclaimed = associate(target, peak, np.log(odds), count, heard, TOLERANCE, ROUNDS)
+        message = np.minimum(share / np.maximum(missed[target] * odds, 1e-300), 1.0)
+        seen = visible / np.maximum(existence, 1e-12)
+        place, velocity, variance, weight = (
+            values.copy() for values in (targets.place, targets.velocity, targets.variance, targets.weight)
+        )
+        likelihood = kernels.absorb(
+            place, velocity, variance, weight, motions.table, target, peak, ratio, rough, message * seen[target],
+            seen * self.detected, clutter.places, clutter.variance,
+        )  # fmt: skip
+        hit = np.bincount(target, share, count)
+
+        def recent(known: Array, new: Array) -> Array:
+            mean = np.bincount(target, share * new[peak], count) / np.maximum(hit, 1e-9)
+            return known + np.where(hit > 1e-6, RECENT * hit * (mean - known), 0.0)
+
+        unseen = missed / missed_odds
+        updated = targets._replace(
+            age=targets.age + 1,
+            place=place,
+            velocity=velocity,
+            variance=variance,
+            weight=weight,
+            visible=hit + unseen * visible * (1 - self.detected),
+            hidden=unseen * (existence - visible),
+            level=recent(targets.level, clutter.level),
+            strength=recent(targets.strength, peaks.strength),
+            scale=recent(targets.scale, peaks.scale_px),
+            evidence=targets.evidence + np.log(np.einsum("nm,nm->n", targets.weight, likelihood)),
+            resting=targets.resting + np.log(likelihood[:, motions.rests]),
+        )
+        return updated, unclaimed
+
+    def newborn(self, peaks: Peaks, clutter: Clutter, unclaimed: Array, born: int) -> PeakTargets:
+        """Begin targets at the rarest peaks that none claims, numbered from the next."""
+        free = np.flatnonzero(unclaimed > 0.5)
+        chosen = free[np.argsort(clutter.log_density[free], kind="stable")][: self.most_births]
+        count, table = len(chosen), self.motions.table
+        kinds = len(table)
+        variance = np.zeros((count, kinds, 3))
+        variance[:, :, 0] = clutter.variance[chosen, None] + table[:, 0] ** 2
+        variance[:, :, 2] = table[:, 3] ** 2
+        density = np.exp(clutter.log_density[chosen])
+        zero = np.zeros(count)
+        return PeakTargets(
+            number=born + 1 + np.arange(count),
+            age=np.zeros(count, np.int64),
+            place=np.repeat(clutter.places[chosen, None], kinds, axis=1),
+            velocity=np.zeros((count, kinds, 2)),
+            variance=variance,
+            weight=np.tile(self.motions.first_weights, (count, 1)),
+            visible=unclaimed[chosen] * self.appear / (self.appear + density),
+            hidden=zero,
+            level=clutter.level[chosen],
+            strength=peaks.strength[chosen],
+            scale=peaks.scale_px[chosen],
+            bright=peaks.bright[chosen],
+            evidence=zero,
+            resting=np.zeros((count, int(self.motions.rests.sum()))),
+            moved=zero,
+            shown=np.zeros(count, np.bool_),
+        )
+
+    def kept(self, targets: PeakTargets, offset_px: Array, shape: tuple[int, int]) -> NDArray[np.bool_]:
+        """Say which targets are followed on: in the frame, likely enough, no double of another, not too many."""
+        existence, place = targets.existence, targets.mean_place
+        x, y = (place + offset_px).T
+        rows, columns = shape
+        out = targets.scale
+        kept = existence > LEAST_EXISTENCE
+        kept &= (x > -out) & (y > -out) & (x < columns - 1 + out) & (y < rows - 1 + out)
+        rank = existence + np.where(existence > LIKELY, 1e3 + np.maximum(targets.evidence, 0.0), 0.0)
+        kernels.leave_doubles(place, targets.mean_velocity, targets.scale, targets.bright, targets.age, rank, kept)
+        if kept.sum() > self.most_targets:
+            kept &= rank >= np.sort(rank[kept])[-self.most_targets]
+        return kept

@@ -1,0 +1,92 @@
+"""What is believed of every target that peaks may be of: arrays over targets, all motions side by side."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elusive.contracts import Array
+
+
+class PeakTargets(NamedTuple):
+    """n targets and M motions, the first R of them at rest; places are in the scene [px], velocities a frame."""
+
+    number: NDArray[np.int64]  # (n,) from 1, never used again
+    age: NDArray[np.int64]  # (n,) frames since its first peak
+    place: Array  # (n, M, 2)
+    velocity: Array  # (n, M, 2)
+    variance: Array  # (n, M, 3) of an axis: place, place and velocity, velocity
+    weight: Array  # (n, M) probability of each motion
+    visible: Array  # (n,) probability that it is there and may be seen
+    hidden: Array  # (n,) that it is there and may not
+    level: Array  # (n,) logarithm of its contrast
+    strength: Array  # (n,) of its peaks, lately [deviations]
+    scale: Array  # (n,) of its peaks, lately [px]
+    bright: NDArray[np.bool_]  # (n,) else dark
+    evidence: Array  # (n,) log likelihood of all its frames with it, less that of clutter
+    resting: Array  # (n, R) the same, had it always been at rest in one way
+    moved: Array  # (n,) greatest log evidence, so far, that it moves
+    shown: NDArray[np.bool_]  # (n,)
+
+    @classmethod
+    def none(cls, motions: int, resting: int) -> Self:
+        """Return no targets."""
+        one, whole, flag = np.zeros(0), np.zeros(0, np.int64), np.zeros(0, np.bool_)
+        return cls(
+            whole, whole, np.zeros((0, motions, 2)), np.zeros((0, motions, 2)), np.zeros((0, motions, 3)),
+            np.zeros((0, motions)), one, one, one, one, one, flag, one, np.zeros((0, resting)), one, flag,
+        )  # fmt: skip
+
+    @property
+    def existence(self) -> Array:
+        """Probability that each is there, ``(n,)``."""
+        return self.visible + self.hidden
+
+    @property
+    def mean_place(self) -> Array:
+        """Place over all motions, ``(n, 2)``."""
+        found: Array = np.einsum("nm,nma->na", self.weight, self.place)
+        return found
+
+    @property
+    def mean_velocity(self) -> Array:
+        """Velocity over all motions, ``(n, 2)``."""
+        found: Array = np.einsum("nm,nma->na", self.weight, self.velocity)
+        return found
+
+    @property
+    def moving(self) -> Array:
+        """Log evidence that each moves against all ways of resting, or against clutter alone, ``(n,)``."""
+        top = self.resting.max(axis=1, initial=0.0)
+        still = top + np.log(np.exp(self.resting - top[:, None]).mean(axis=1))
+        found: Array = self.evidence - np.maximum(still, 0.0)
+        return found
+
+    def kept(self, which: NDArray[np.bool_]) -> Self:
+        """Return some of them."""
+        chosen: dict[str, Any] = {name: values[which] for name, values in self._asdict().items()}
+        return self._replace(**chosen)
+
+    def joined(self, others: Self) -> Self:
+        """Return these and others."""
+        pairs = zip(self._fields, self, others, strict=True)
+        both: dict[str, Any] = {name: np.concatenate(pair) for name, *pair in pairs}
+        return self._replace(**both)
+
+    def moments(self) -> tuple[Array, Array]:
+        """Mean ``(n, 4)`` of x, vx, y, vy and covariance ``(n, 4, 4)`` over all motions."""
+        mean = np.empty((len(self.number), 4))
+        mean[:, 0::2], mean[:, 1::2] = self.mean_place, self.mean_velocity
+        apart = np.empty((*self.weight.shape, 4))
+        apart[..., 0::2], apart[..., 1::2] = self.place, self.velocity
+        apart -= mean[:, None]
+        covariance = np.einsum("nm,nmi,nmj->nij", self.weight, apart, apart)
+        within = np.einsum("nm,nmc->nc", self.weight, self.variance)
+        for axis in (0, 2):
+            covariance[:, axis, axis] += within[:, 0]
+            covariance[:, axis, axis + 1] += within[:, 1]
+            covariance[:, axis + 1, axis] += within[:, 1]
+            covariance[:, axis + 1, axis + 1] += within[:, 2]
+        return mean, covariance

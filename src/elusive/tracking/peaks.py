@@ -1,0 +1,177 @@
+"""Follows everything that stands out of recorded frames, at rest or moving, and judges afterwards what to show."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from elusive.contracts import Array, interval_since
+from elusive.model import Positive, Probability
+from elusive.preprocess.peaks import Peaks
+from elusive.tracking.lifecycle import Life, Lifecycle
+from elusive.tracking.peak_null import EmpiricalNull
+from elusive.tracking.peak_recursion import PeakRecursion
+from elusive.tracking.peak_targets import PeakTargets
+from elusive.tracking.track import Track
+
+REMEMBERED = 4000  # tracks that have ended and are part of the null distribution
+OLD = 5  # frames from which a track is part of it
+SETTLING = 10  # frames that a track's evidence a frame is shared with beforehand
+COMPANION = 4.0  # scales within which what moves alike is a part of the same object, or its shadow
+ALIKE = (0.5, 0.3)  # velocities that differ by less than this [px / frame], and this share, are alike
+RIVALS = 12  # tracks that the strongest is compared with, at most
+
+
+class PeakBelief(NamedTuple):
+    """Belief after a frame."""
+
+    time_s: float
+    targets: PeakTargets
+    lives: Mapping[int, Life]  # by the targets' numbers
+    born: int  # targets so far
+    numbered: int  # tracks so far
+    ended: Array  # (E, 2) evidence of moving, and evidence a frame, of tracks that have ended
+    tracks: tuple[Track, ...]
+
+    @property
+    def existence(self) -> float:
+        """Probability that anything that is shown is there."""
+        shown = [track.existence for track in self.tracks if track.extra["shown"] and track.status == "confirmed"]
+        return 1 - math.prod(1 - existence for existence in shown)
+
+
+class SceneTracker(PeakRecursion):
+    """Follows everything in the peaks of recorded frames; times are counted in frames."""
+
+    null: EmpiricalNull = Field(EmpiricalNull(), description="What moves, against what this recording's clutter does")
+    lifecycle: Lifecycle = Field(Lifecycle(), description="When a track begins and ends")
+    show_from: Probability = Field(0.5, description="Probability of moving from which a track is shown")
+    show_until: Probability = Field(0.3, description="Probability of moving below which it is shown no more")
+    alone: Positive = Field(
+        1.7, description="Shown is, too, the strongest track where it is this many times as strong as the next"
+    )
+
+    def begin(self, time_s: float = math.nan) -> PeakBelief:
+        """Return the belief before any frame."""
+        motions = self.motions
+        none = PeakTargets.none(len(motions.table), int(motions.rests.sum()))
+        return PeakBelief(time_s, none, {}, 0, 0, np.zeros((0, 2)), ())
+
+    def follow(
+        self, belief: PeakBelief, time_s: float, peaks: Peaks | None, shape: tuple[int, int], interval_s: float
+    ) -> PeakBelief:
+        """Return the belief after a frame's peaks; without any (``None``) the prediction.
+
+        Parameters
+        ----------
+        shape
+            Rows and columns of the frames.
+        interval_s
+            Time between frames as a rule.
+
+        Raises
+        ------
+        DataError
+            If time runs backwards.
+        """
+        passed = interval_since(belief.time_s, time_s) / interval_s
+        if peaks is not None and peaks.cut and peaks.number:
+            belief = belief._replace(targets=self.begin().targets, lives={}, tracks=())
+        targets = self.predicted(belief.targets, passed)
+        if peaks is None:
+            return belief._replace(time_s=time_s, targets=targets)
+        clutter = self.clutter(peaks, shape)
+        targets, unclaimed = self.updated(targets, peaks, clutter)
+        newborn = self.newborn(peaks, clutter, unclaimed, belief.born)
+        targets = targets.joined(newborn)
+        moved = np.maximum(targets.moved, np.where((targets.existence > 0.5) & (targets.age >= OLD), targets.moving, 0))
+        targets = targets._replace(moved=moved)
+        kept = self.kept(targets, peaks.offset_px, shape)
+        over = ~kept & (targets.age >= OLD) & ~targets.shown
+        ended = np.concatenate([belief.ended, _reached(targets)[over]])[-REMEMBERED:]
+        belief = belief._replace(
+            time_s=time_s, targets=targets.kept(kept), born=belief.born + len(newborn.number), ended=ended
+        )
+        return self._judged(belief, peaks, interval_s)
+
+    def _judged(self, belief: PeakBelief, peaks: Peaks, interval_s: float) -> PeakBelief:
+        """Say which targets are tracks, which of them move, and which are shown."""
+        targets = belief.targets
+        lives, numbered, tracks = dict[int, Life](), belief.numbered, []
+        reached = _reached(targets)
+        others = np.concatenate([belief.ended, reached[(targets.age >= OLD) & ~targets.shown]])
+        moves = self.null.moves(*reached.T, *others.T)
+        existence = targets.existence
+        for k, (number, exists) in enumerate(zip(targets.number.tolist(), existence.tolist(), strict=True)):
+            life, numbered = self.lifecycle.step(belief.lives.get(number, Life()), exists, numbered)
+            lives[number] = life
+            if life.track is not None:
+                tracks.append((k, life))
+        confirmed = np.zeros(len(existence), np.bool_)
+        confirmed[[k for k, life in tracks if life.status == "confirmed"]] = True
+        enough = moves > np.where(targets.shown, self.show_until, self.show_from)
+        shown = confirmed & (enough | self._alone(targets, confirmed))
+        _leave_companions(targets, shown)
+        mean, covariance = targets.moments()
+        mean[:, 0::2] += peaks.offset_px
+        mean[:, 1::2] /= interval_s
+        scales = np.array([1.0, 1 / interval_s, 1.0, 1 / interval_s])
+        covariance *= np.outer(scales, scales)
+        height = np.where(targets.bright, 1.0, -1.0) * np.exp(targets.level)
+        found = []
+        for k, life in tracks:
+            extra = {
+                "intensity": float(height[k]),
+                "snr_db": float(20 * math.log10(max(targets.strength[k], 1e-3))),
+                "moves": float(moves[k]),
+                "shown": float(shown[k]),
+            }
+            assert life.track is not None
+            assert life.status is not None
+            found.append(Track(life.track, life.status, float(existence[k]), mean[k], covariance[k], extra=extra))
+        gone = [number for number, life in lives.items() if life.status == "deleted"]
+        for number in gone:
+            lives[number] = Life()
+        return belief._replace(
+            targets=targets._replace(shown=shown), lives=lives, numbered=numbered, tracks=tuple(found)
+        )
+
+    def _alone(self, targets: PeakTargets, confirmed: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Say which track, if any, is by far the strongest."""
+        alone = np.zeros(len(confirmed), np.bool_)
+        old = np.flatnonzero(confirmed & (targets.age >= OLD))
+        if len(old) < 3:
+            return alone
+        first, *others = old[np.argsort(-targets.strength[old])][: RIVALS + 1]
+        place = targets.mean_place
+        for other in others:
+            near = COMPANION * max(targets.scale[first], targets.scale[other])
+            if math.hypot(*(place[first] - place[other])) > near:
+                alone[first] = targets.strength[first] > self.alone * targets.strength[other]
+                break
+        return alone
+
+
+def _reached(targets: PeakTargets) -> Array:
+    """Evidence of moving, and all evidence a frame, ``(n, 2)``."""
+    return np.stack([targets.moved, targets.evidence / (targets.age + SETTLING)], axis=1)
+
+
+def _leave_companions(targets: PeakTargets, shown: NDArray[np.bool_]) -> None:
+    """Show only the surest of what moves together: parts of an object, and their dark or bright shadows."""
+    place, velocity = targets.mean_place, targets.mean_velocity
+    chosen: list[int] = []
+    for k in np.flatnonzero(shown)[np.argsort(-targets.evidence[shown], kind="stable")].tolist():
+        for other in chosen:
+            near = COMPANION * max(targets.scale[k], targets.scale[other])
+            alike = ALIKE[0] + ALIKE[1] * math.hypot(*velocity[other])
+            if math.hypot(*(place[k] - place[other])) < near and math.hypot(*(velocity[k] - velocity[other])) < alike:
+                shown[k] = False
+                break
+        else:
+            chosen.append(k)
