@@ -5,16 +5,12 @@ The labels place the patch that is changed, and score the result.
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-import pytest
 from scipy import ndimage
 
-from elusive.contracts import X, Y
 from elusive.io import open_frames
-from elusive.preprocess.background import Whitened, Whitener, WhitenerState
 from elusive.preprocess.registration import Registration
 from elusive.systems.images.track import ImageTracking, track_images
 from tests import recordings
@@ -22,43 +18,36 @@ from tests import recordings
 DATA = recordings.DATA / "infrared"
 HALF = 4  # the patch is 9 x 9
 WARM_UP = 8  # frames before the filter begins
-# Two point objects cross easy2's sky from frame 23 on, decelerating smoothly, as bright as its target scaled by
-# about .45; the labels do not name them. x, y by eye, 0-based; they serve to show what is left when they go too.
-MOVERS = {
-    "first": {
-        23: (122, 175),
-        24: (129, 162),
-        25: (136, 151),
-        26: (140, 144),
-        27: (139, 141),
-        28: (132, 140),
-        29: (124, 141),
-    },
-    "second": {
-        23: (138, 189),
-        24: (125, 179),
-        25: (113, 168),
-        26: (103, 160),
-        27: (91, 153),
-        28: (79, 148),
-        29: (73, 147),
-    },
-}
-# what follows them: up to 15 px a frame, and they slow down
-SWIFT = {"birth": {"max_speed": 14.0}, "motion": {"motion": {"q": 3.0}}}
+SEQUENCES = ("easy2", "sequence1", "easy4", "easy6", "sequence7", "sequence11")
+CLIPS = tuple(
+    f"IR_{name}"
+    for name in (
+        "AIRPLANE_027", "AIRPLANE_044", "BIRD_071", "BIRD_072", "DRONE_059", "DRONE_142", "DRONE_151", "HELICOPTER_045",
+    )
+)  # fmt: skip
+FIRST = 10  # frame from which a recording is scored
+MOVED_PX, DUE = 5.0, 30  # a target that has moved so far against the scene is to be shown so many frames later
 
 
 class Sequence(NamedTuple):
     """A recording and its labels."""
 
     frames: np.ndarray  # (n, rows, columns) grey levels
-    labels: np.ndarray  # (n, 2) x, y, 0-based pixel centres
+    labels: np.ndarray  # (n, 2) x, y, 0-based pixel centres, NaN where it is not in view
+    near_px: float = 4.0  # distance from a label within which a track is at the target
 
 
 def read(name: str) -> Sequence:
-    """Read a recording; its labels are 1-based."""
-    frames = np.stack(list(open_frames(DATA / name)))
-    return Sequence(frames, np.loadtxt(DATA / f"{name}.txt") - 1)
+    """Read a recording: a sequence, whose labels are 1-based, or a clip, whose are not."""
+    if name in SEQUENCES:
+        return Sequence(np.stack(list(open_frames(DATA / name))), np.loadtxt(DATA / f"{name}.txt") - 1)
+    frames = np.stack(list(open_frames(DATA / "clips" / f"{name}.mp4")))
+    labels = np.full((len(frames), 2), np.nan)
+    with (DATA / "clips" / f"{name}.csv").open() as lines:
+        for row in csv.DictReader(lines):
+            if row["x_px"] and int(row["frame"]) < len(frames):
+                labels[int(row["frame"])] = float(row["x_px"]), float(row["y_px"])
+    return Sequence(frames, labels, 6.0)
 
 
 def target_free(
@@ -122,107 +111,47 @@ def scale(
     return sequence._replace(frames=np.clip(np.round(frames), 0, 255))
 
 
-def without_movers(sequence: Sequence) -> Sequence:
-    """easy2 with its two unlabelled objects painted out as its target is."""
-    for path in MOVERS.values():
-        labels = np.full(sequence.labels.shape, np.nan)
-        labels[list(path)] = list(path.values())
-        sequence = scale(sequence, 0.0, labels)
-    return sequence
+class Score(NamedTuple):
+    """How well the labelled target is followed and shown, from the tenth frame on."""
+
+    followed: float  # share of its frames with a confirmed track at it, of existence above one half
+    shown: float  # share of the frames in which it is due with a shown track at it; NaN where there is none
+    due: int  # frames from thirty after it has moved, or in which it is the strongest peak
+    others: float  # other shown tracks a frame
+    brightest: float  # share of its frames in which the strongest peak, alone, is at it
+    existence: float  # mean of the greatest existence of anything shown at it
 
 
-class Run(NamedTuple):
-    """What `elusive track images` reports of each frame with its default parameters."""
-
-    existence: np.ndarray  # (n,)
-    place: np.ndarray  # (n, 2) x, y in pixels
-    confirmed: bool  # whether any track was
-
-
-class Tracked(NamedTuple):
-    """A recording tracked from several seeds, and what needs no seed."""
-
-    runs: list[Run]
-    several: dict[int, dict[int, np.ndarray]]  # with filter several: confirmed tracks' (2,) x, y, by track and frame
-    lived: dict[int, int]  # frames that each of them was a candidate
-    nearest: np.ndarray  # (n, 2) x, y of nearest_neighbour
-    quantiles: np.ndarray  # (n - 1, 7) of the response, from the second frame on
-
-
-def track(sequence: Sequence, seeds: range) -> Tracked:
-    """Track through the raw frames with the one setting for recorded frames.
-
-    The seeds go through the frames side by side and share the whitening, which draws nothing and is most of the time.
-    """
-    parameters = ImageTracking(filter={"kind": "single"}).bind(sequence.frames.shape[1:])
-    swift = ImageTracking(filter={"kind": "several", **SWIFT}).bind(sequence.frames.shape[1:])
-    step, latest = Whitener.step, {}
-    whitened: list[Whitened] = []
-
-    def once(whitener: Whitener, state: WhitenerState, frame: np.ndarray) -> WhitenerState:
-        if state.frames_seen not in latest:
-            latest.clear()
-            latest[state.frames_seen] = after = step(whitener, state, frame)
-            whitened.extend([] if after.output is None else [after.output])
-        return latest[state.frames_seen]
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Whitener, "step", once)
-        given = [*(parameters.replace(seed=seed) for seed in seeds), swift]
-        side_by_side = [track_images(sequence.frames, one) for one in given]
-        *results, followed = zip(*zip(*side_by_side, strict=True), strict=True)
-        runs = [
-            Run(
-                np.array([step.state.existence for step in of_seed]),
-                np.array([step.state.mean[[X, Y]] for step in of_seed]),
-                any(track.status == "confirmed" for step in of_seed for track in step.tracks),
-            )
-            for of_seed in results
-        ]
-    assert len(whitened) == len(sequence.frames) - 1
-    several: dict[int, dict[int, np.ndarray]] = {}
-    lived: dict[int, int] = {}
-    for k, seen in enumerate(followed):
-        for one in seen.tracks:
-            if one.status == "candidate":
-                lived[one.track] = lived.get(one.track, 0) + 1
-            elif one.status == "confirmed":
-                several.setdefault(one.track, {})[k] = one.mean[[X, Y]]
-    return Tracked(
-        runs, several, lived, nearest_neighbour(whitened), np.array([frame.quantiles[1] for frame in whitened])
+def score(sequence: Sequence) -> Score:
+    """Track through the raw frames without any option, and score by the labels."""
+    frames, labels, near_px = sequence
+    steps = list(track_images(frames, ImageTracking().bind(frames.shape[1:])))
+    peaks = [step.state.peaks for step in steps]
+    in_view = np.flatnonzero(np.isfinite(labels[:, 0]))
+    way = labels - np.array([found.offset_px for found in peaks])
+    gone = np.flatnonzero(np.hypot(*(way - way[in_view[0]]).T) > MOVED_PX) if len(in_view) else []
+    due_from = gone[0] + DUE if len(gone) else len(frames)
+    followed, shown, brightest, others, existence = [], [], [], [], []
+    for k, step in enumerate(steps[FIRST:], FIRST):
+        at = {
+            track.track: np.isfinite(labels[k, 0]) and np.hypot(*(track.mean[[0, 2]] - labels[k])) <= near_px
+            for track in step.tracks
+        }
+        sure = [track for track in step.tracks if track.status == "confirmed"]
+        seen = [track for track in sure if track.extra["shown"]]
+        others.append(sum(not at[track.track] for track in seen))
+        if np.isnan(labels[k, 0]):
+            continue
+        followed.append(any(at[track.track] and track.existence > 0.5 for track in sure))
+        brightest.append(bool(np.hypot(*(peaks[k].places_px[0] - labels[k])) <= near_px))
+        existence.append(max((track.existence for track in seen if at[track.track]), default=0.0))
+        if k >= due_from or brightest[-1]:
+            shown.append(any(at[track.track] for track in seen))
+    return Score(
+        float(np.mean(followed)),
+        float(np.mean(shown)) if shown else np.nan,
+        len(shown),
+        float(np.mean(others)),
+        float(np.mean(brightest)),
+        float(np.mean(existence)),
     )
-
-
-def share_found(run: Run, labels: np.ndarray, first: int = 10) -> float:
-    """Share of the frames after the tenth within 4 px of the label with existence above one half."""
-    near = np.hypot(*(run.place - labels)[first:].T) <= 4
-    return float((near & (run.existence[first:] > 0.5)).mean())
-
-
-def nearest_neighbour(whitened: list[Whitened], threshold: float = 5.0, gate_px: float = 8.0) -> np.ndarray:
-    """Threshold and nearest neighbour on the same responses: ``(n, 2)`` x, y, NaN where it has no track.
-
-    A track starts on the strongest response above the threshold, coasts with the scene at its last velocity
-    through three frames without a detection in the gate, then starts anew. The threshold was fixed beforehand and
-    matters: on easy2 at .33 it finds .90 at 3.5 to 5 and 1.00 at 5.5 to 7, where the filter finds .995 over ten seeds.
-    """
-    places = [np.full(2, np.nan)] * WARM_UP
-    place: np.ndarray | None = None
-    velocity, missed = np.zeros(2), 0
-    for frame in whitened[WARM_UP - 1 :]:
-        response = np.nan_to_num(frame.response, nan=-9.0)
-        peaks = np.argwhere((response == ndimage.maximum_filter(response, 5)) & (response > threshold))
-        if place is not None:
-            place = place + frame.step_px + velocity
-            away = np.hypot(*(peaks[:, ::-1] - place).T)
-            if len(peaks) and away.min() <= gate_px:
-                found = peaks[away.argmin()][::-1].astype(float)
-                velocity, place, missed = velocity + 0.3 * (found - place), found, 0
-            else:
-                missed += 1
-                place = place if missed <= 3 else None
-        if place is None and len(peaks):
-            place = peaks[response[tuple(peaks.T)].argmax()][::-1].astype(float)
-            velocity, missed = np.zeros(2), 0
-        places.append(np.full(2, np.nan) if place is None or missed else place)
-    return np.array(places)

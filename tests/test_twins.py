@@ -183,6 +183,13 @@ TWINS: dict[str, dict[str, str]] = {
         "prepare": "sensors/test_link_shadowing.py::shadowed_log_ratio",
     },
     "sensors._waveform_kernels": {"covered_sums": "sensors/test_waveform.py::log_likelihood"},
+    "tracking._peak_kernels": {
+        "absorb": "tracking/test_peaks.py::reference.absorbed",
+        "crowding": "tracking/test_peaks.py::reference.crowd",
+        "explain": "tracking/test_peaks.py::reference.ratio",
+        "leave_doubles": "tracking/test_peaks.py::reference.undoubled",
+        "predict": "tracking/test_peaks.py::reference.predicted",
+    },
     "tracking._detection_kernels": {
         "associate": "tracking/test_detections.py::twin.marginals",
         "associate_few": "tracking/test_detections.py::twin.marginals",

@@ -1,0 +1,114 @@
+"""Slow twins of the kernels that follow peaks: one target, one motion, one peak at a time, with full matrices."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def joint(variance: Array) -> Array:
+    """Return the covariance (2, 2) of place and velocity on an axis."""
+    return np.array([[variance[0], variance[1]], [variance[1], variance[2]]])
+
+
+def predicted(
+    places: Array, velocities: Array, variances: Array, weights: Array, motions: Array, switch: Array, frames: float
+) -> tuple[Array, Array, Array, Array]:
+    """Mix the motions of one target, (M, ...) each, and carry each of them on: Blom and Bar-Shalom (1988)."""
+    kinds = len(weights)
+    after = weights @ switch
+    moved = [np.empty_like(values) for values in (places, velocities, variances)]
+    for k in range(kinds):
+        share = weights * switch[:, k] / after[k]
+        states = np.stack([places, velocities], axis=1)  # (M, 2, axes)
+        mean = np.einsum("j,jca->ca", share, states)
+        spread = np.zeros((2, 2))
+        for j in range(kinds):
+            own = joint(variances[j])
+            if motions[j, 3] == 0:
+                own[1, 1] = motions[k, 3] ** 2
+            off = states[j] - mean
+            spread += share[j] * (own + off @ off.T / 2)
+        flow = np.array([[1.0, frames], [0.0, 1.0]])
+        noise = motions[k, 2] * np.array([[frames**3 / 3, frames**2 / 2], [frames**2 / 2, frames]])
+        spread = flow @ spread @ flow.T + noise
+        spread[0, 0] += motions[k, 1] ** 2 * frames
+        mean = flow @ mean
+        moved[0][k], moved[1][k] = mean
+        moved[2][k] = spread[0, 0], spread[0, 1], spread[1, 1]
+    return moved[0], moved[1], moved[2], after
+
+
+def normal(off: Array, variance: float) -> float:
+    """Density of an isotropic normal distribution in the plane."""
+    return float(np.exp(-0.5 * off @ off / variance) / (2 * np.pi * variance))
+
+
+def ratio(
+    place: Array, velocity: Array, variance: Array, motion: Array, uneven: float, peak: Array, spread: float
+) -> tuple[float, float]:
+    """Density of a peak's place in one motion, and how much of it is of uneven ways; 0 out of reach."""
+    own = variance[0] + motion[0] ** 2 + spread
+    wide = own + motion[4] ** 2 * velocity @ velocity + motion[5] ** 2
+    off = peak - place
+    if off @ off > 16 * wide:
+        return 0.0, 0.0
+    if motion[4] + motion[5] == 0:
+        return normal(off, own), 0.0
+    rough = uneven * normal(off, wide)
+    density = (1 - uneven) * normal(off, own) + rough
+    return density, rough / density
+
+
+def absorbed(
+    place: Array, velocity: Array, variance: Array, motion: Array, peaks: Array, spread: Array, ratios: Array,
+    rough: Array, missed: float,
+) -> tuple[Array, Array, Array, float]:  # fmt: skip
+    """Update one motion of one target by peaks that it may have made: a mixture of Kalman updates, moment-matched.
+
+    ``ratios`` of each peak are weights against ``missed``; the last value is their sum.
+    """
+    likelihood = missed + ratios.sum()
+    parts = [(missed / likelihood, np.stack([place, velocity]), joint(variance))]
+    for peak, noise, weight, share in zip(peaks, spread, ratios, rough, strict=True):
+        before = joint(variance)
+        innovation = variance[0] + noise + motion[0] ** 2
+        wide = variance[0] + motion[4] ** 2 * velocity @ velocity + motion[5] ** 2
+        gain = (1 - share) * before[:, 0] / innovation
+        gain += share * np.array([wide, variance[1]]) / (wide + noise + motion[0] ** 2)
+        mean = np.stack([place, velocity]) + np.outer(gain, peak - place)
+        after = before - np.outer(gain, before[0])
+        parts.append((weight / likelihood, mean, after))
+    mean = np.sum([weight * state for weight, state, _ in parts], axis=0)
+    total = np.zeros((2, 2))
+    for weight, state, spread_after in parts:
+        off = state - mean
+        total += weight * (spread_after + off @ off.T / 2)
+    return mean[0], mean[1], np.array([total[0, 0], total[0, 1], total[1, 1]]), float(likelihood)
+
+
+def crowd(places: Array, bright: Array, radius: float) -> list[int]:
+    """Count the stronger peaks of its polarity about each; the strongest stand first."""
+    return [
+        sum(bool(bright[j] == bright[i]) and float(np.hypot(*(places[i] - places[j]))) <= radius for j in range(i))
+        for i in range(len(places))
+    ]
+
+
+def undoubled(
+    place: Array, velocity: Array, scale: Array, bright: Array, age: Array, rank: Array, kept: Array
+) -> list[bool]:
+    """Say which targets are left when doubles of those of higher rank are taken out."""
+    left = list(kept)
+    order = np.argsort(-rank)
+    for a, i in enumerate(order):
+        for j in order[a + 1 :]:
+            apart = np.hypot(*(place[i] - place[j]))
+            faster = np.hypot(*(velocity[i] - velocity[j]))
+            alike = apart <= 1 or faster <= 0.5 + 0.3 * np.hypot(*velocity[i])
+            near = apart <= 0.5 + 0.8 * max(scale[i], scale[j])
+            if left[i] and left[j] and bright[i] == bright[j] and age[i] + age[j] > 0 and near and alike:
+                left[j] = False
+    return left

@@ -1,0 +1,200 @@
+"""What stands out of frames, followed: kernels beside their slow twins, and made peaks with a known truth."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from elusive.errors import DataError
+from elusive.preprocess.peaks import Peaks
+from elusive.tracking import _peak_kernels as kernels
+from elusive.tracking.peak_motions import PeakMotions
+from elusive.tracking.peak_null import EmpiricalNull
+from elusive.tracking.peaks import PeakBelief, SceneTracker
+from tests.reference import scene_targets as reference
+
+MOTIONS = PeakMotions()
+SHAPE = (120, 160)
+
+
+def drawn(rng: np.random.Generator, n: int) -> tuple[np.ndarray, ...]:
+    """Draw beliefs of some targets in all motions."""
+    kinds = len(MOTIONS.table)
+    root = rng.normal(size=(n, kinds, 2, 2))
+    joint = root @ root.swapaxes(2, 3) + 0.1 * np.eye(2)
+    variance = np.stack([joint[..., 0, 0], joint[..., 0, 1], joint[..., 1, 1]], axis=-1)
+    variance[:, MOTIONS.rests, 1:] = 0
+    velocity = rng.normal(size=(n, kinds, 2))
+    velocity[:, MOTIONS.rests] = 0
+    weight = rng.dirichlet(np.ones(kinds), n)
+    return rng.normal(50, 1, (n, 1, 2)) + rng.normal(size=(n, kinds, 2)), velocity, variance, weight
+
+
+def test_targets_are_predicted_as_by_the_twin() -> None:
+    before = drawn(np.random.default_rng(0), 5)
+    after = tuple(values.copy() for values in before)
+    kernels.predict(*after, MOTIONS.table, MOTIONS.switch, 1.5)
+    for i in range(5):
+        expected = reference.predicted(*(values[i] for values in before), MOTIONS.table, MOTIONS.switch, 1.5)
+        for found, value in zip(after, expected, strict=True):
+            np.testing.assert_allclose(found[i], value, rtol=1e-9, atol=1e-9)
+
+
+def test_peaks_explain_and_update_targets_as_in_the_twin() -> None:
+    rng = np.random.default_rng(1)
+    place, velocity, variance, weight = drawn(rng, 4)
+    places, spread = rng.normal(50, 2, (6, 2)), rng.uniform(0.1, 0.5, 6)
+    level, levels = rng.normal(size=4), rng.normal(size=6)
+    polarity, bright = np.array([True, False, True, True]), rng.random(6) < 0.6
+    clutter = rng.normal(-6, 1, 6)
+    target, peak, ratio, rough = kernels.explain(
+        place, velocity, variance, weight, level, polarity, MOTIONS.table, 0.2, places, spread, levels, bright,
+        clutter, 0.4, 0.9,
+    )  # fmt: skip
+    made = {}
+    for i in range(4):
+        for j in range(6):
+            if polarity[i] != bright[j]:
+                continue
+            alike = (1 + ((levels[j] - level[i]) / 0.4) ** 2 / 3) ** -2 / (2.2 * 0.4)
+            found = [
+                reference.ratio(
+                    place[i, k], velocity[i, k], variance[i, k], MOTIONS.table[k], 0.2, places[j], spread[j]
+                )
+                for k in range(weight.shape[1])
+            ]
+            if any(density for density, _ in found):
+                scale = 0.9 * alike * np.exp(-clutter[j])
+                made[i, j] = [density * scale for density, _ in found], [share for _, share in found]
+    assert list(zip(target.tolist(), peak.tolist(), strict=True)) == list(made)
+    np.testing.assert_allclose(ratio, [values for values, _ in made.values()])
+    np.testing.assert_allclose(rough, [values for _, values in made.values()])
+
+    message, seen = rng.uniform(0.2, 1, len(target)), rng.uniform(0.3, 0.9, 4)
+    after = tuple(values.copy() for values in (place, velocity, variance, weight))
+    likelihood = kernels.absorb(*after, MOTIONS.table, target, peak, ratio, rough, message, seen, places, spread)
+    for i in range(4):
+        mine = np.flatnonzero(target == i)
+        for k in range(weight.shape[1]):
+            expected = reference.absorbed(
+                place[i, k], velocity[i, k], variance[i, k], MOTIONS.table[k], places[peak[mine]], spread[peak[mine]],
+                message[mine] * ratio[mine, k], rough[mine, k], 1 - seen[i],
+            )  # fmt: skip
+            for found, value in zip((*after[:3], likelihood), expected, strict=True):
+                np.testing.assert_allclose(found[i, k], value, rtol=1e-8, atol=1e-8)
+        updated = weight[i] * likelihood[i]
+        np.testing.assert_allclose(after[3][i], updated / updated.sum())
+
+
+def test_neighbours_are_counted_and_doubles_left_out_as_by_the_twins() -> None:
+    rng = np.random.default_rng(2)
+    places, bright = rng.uniform(0, 30, (60, 2)), rng.random(60) < 0.5
+    np.testing.assert_array_equal(kernels.crowding(places, bright, 7.0), reference.crowd(places, bright, 7.0))
+    velocity, scale, rank = rng.normal(0, 0.5, (60, 2)), rng.uniform(1, 4, 60), rng.random(60)
+    age, kept = rng.integers(0, 3, 60), rng.random(60) < 0.8
+    expected = reference.undoubled(places, velocity, scale, bright, age, rank, kept)
+    kernels.leave_doubles(places, velocity, scale, bright, age, rank, kept)
+    assert kept.tolist() == expected
+
+
+def peaks_of(number: int, places: np.ndarray, strength: np.ndarray, offset: np.ndarray, step: np.ndarray) -> Peaks:
+    """Return bright spatial peaks of a pixel's scale."""
+    order = np.argsort(-strength)
+    m = len(order)
+    flag, one = np.ones(m, np.bool_), np.ones(m)
+    return Peaks(
+        number, places[order], strength[order], one, flag, ~flag, strength[order], -5 * one, 0.2 * one, offset, step,
+        number == 0, 1.0, 0.0, np.zeros(11),
+    )  # fmt: skip
+
+
+def recorded(rng: np.random.Generator, path: np.ndarray, rests: np.ndarray, **settings: Any) -> list[PeakBelief]:
+    """Follow a target of strength 8 along a path in the scene (NaN: unseen) among what rests, and noise."""
+    tracker = SceneTracker(**settings)
+    belief, beliefs, offset = tracker.begin(), [], np.zeros(2)
+    for k, place in enumerate(path):
+        step = rng.normal(0, 1.0, 2)
+        offset = offset + step
+        noise = rng.uniform((0, 0), SHAPE[::-1], (60, 2))
+        scene = np.concatenate([rests, place[None]]) + rng.normal(0, 0.2, (len(rests) + 1, 2)) + offset
+        strength = np.concatenate([rng.normal(7, 0.4, len(rests)), rng.normal(8, 0.4, 1), 2 + rng.exponential(0.6, 60)])
+        there = np.concatenate([scene, noise])
+        seen = np.isfinite(there[:, 0])
+        peaks = peaks_of(k, there[seen], strength[seen], offset, step)
+        belief = tracker.follow(belief, float(k), peaks, SHAPE, 1.0)
+        beliefs.append(belief)
+    return beliefs
+
+
+def resting(rng: np.random.Generator) -> np.ndarray:
+    return rng.uniform((20, 20), (140, 100), (40, 2))
+
+
+def near(belief: PeakBelief, place: np.ndarray, offset: np.ndarray) -> list[Any]:
+    return [track for track in belief.tracks if np.hypot(*(track.mean[[0, 2]] - offset - place)) < 2]
+
+
+def test_what_moves_is_shown_and_what_rests_is_followed() -> None:
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        path = np.array([20.0, 60.0]) + np.outer(np.arange(60), [1.0, -0.4])
+        beliefs = recorded(rng, path, resting(rng))
+        last = beliefs[-1]
+        shown = [track for track in last.tracks if track.extra["shown"]]
+        assert len(shown) == 1
+        assert shown[0].extra["moves"] > 0.9
+        assert shown[0].existence > 0.9
+        np.testing.assert_allclose(shown[0].mean[[1, 3]], (1.0, -0.4), atol=0.3)
+        confirmed = [track for track in last.tracks if track.status == "confirmed"]
+        assert 38 <= len(confirmed) <= 45
+        assert max(track.extra["moves"] for track in confirmed if not track.extra["shown"]) < 0.5
+
+
+def test_where_nothing_moves_nothing_is_shown() -> None:
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        beliefs = recorded(rng, np.full((60, 2), np.nan), resting(rng))
+        assert not any(track.extra["shown"] for belief in beliefs for track in belief.tracks)
+
+
+def test_a_target_that_is_hidden_for_a_while_keeps_its_number() -> None:
+    rng = np.random.default_rng(4)
+    path = np.array([20.0, 60.0]) + np.outer(np.arange(60), [1.0, -0.4])
+    path[35:39] = np.nan
+    beliefs = recorded(rng, path, resting(rng))
+    number = {track.track for track in beliefs[34].tracks if track.extra["shown"]}
+    assert len(number) == 1
+    assert number == {track.track for track in beliefs[-1].tracks if track.extra["shown"]}
+
+
+def test_what_has_left_is_given_up() -> None:
+    rng = np.random.default_rng(5)
+    path = np.array([20.0, 60.0]) + np.outer(np.arange(80), [1.0, -0.4])
+    path[40:] = np.nan
+    beliefs = recorded(rng, path, resting(rng))
+    assert any(track.extra["shown"] for track in beliefs[39].tracks)
+    assert not any(track.extra["shown"] for track in beliefs[-1].tracks)
+
+
+def test_too_few_tracks_make_no_null() -> None:
+    assert np.isnan(EmpiricalNull().moves(np.array([50.0]), np.array([2.0]), np.zeros(5), np.zeros(5))).all()
+
+
+def test_the_null_keeps_its_promise() -> None:
+    """Of tracks that are all of the null, hardly any is said to move, whatever the width of their evidence."""
+    rng = np.random.default_rng(6)
+    for width in (0.3, 3.0, 30.0):
+        said = 0
+        for _ in range(50):
+            moved, rate = width * rng.exponential(size=300), rng.normal(2, 0.5, 300)
+            said += int((EmpiricalNull().moves(moved, rate, moved, rate) > 0.5).sum())
+        assert said <= 50 * 0.5
+
+
+def test_time_does_not_run_backwards() -> None:
+    tracker = SceneTracker()
+    belief = tracker.follow(tracker.begin(), 1.0, None, SHAPE, 1.0)
+    with pytest.raises(DataError, match="time"):
+        tracker.follow(belief, 0.5, None, SHAPE, 1.0)
