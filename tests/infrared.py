@@ -5,6 +5,8 @@ The labels place the patch that is changed, and score the result.
 
 from __future__ import annotations
 
+import csv
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np

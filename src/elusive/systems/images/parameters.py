@@ -80,7 +80,8 @@ class ImageTracking(RecordedFrames):
         defaults = {name: field.default for name, field in cls.model_fields.items()}
         other = given.get("filter")
         if isinstance(other, Mapping):
-            kind = other.get("kind", "peaks")
+            known = set(other) <= set(PeakImages.model_fields)
+            kind = other.get("kind", "peaks" if known else "several")
             if isinstance(kind, str) and kind in USUAL:
                 defaults["filter"] = USUAL[kind]
             elif "sensor" not in other:
