@@ -14,6 +14,7 @@ from pydantic import Field
 
 from elusive.cli import app
 from elusive.errors import ParameterError
+from elusive.filters.particle.recorded import RecordedFrames
 from elusive.model import FROM_RECORDING, Model
 from elusive.options import MAIN, Option, accepts, nested, options_of
 from elusive.systems.images.track import ImageTracking
@@ -150,7 +151,7 @@ def test_each_option_alone_changes_its_field_and_no_other(option: Option) -> Non
     # what tells of a target's intensity, or of a level, is refused where the sensor does not use it
     white = ("q_intensity", "amplitude_spread", "pedestal", "polarity")
     beside = {"sensor": "white"} if option.name in white else {}
-    if option.name == "clump_px":  # targets of the usual filter are clumps each
+    if option.path[0] in RecordedFrames.model_fields:  # the usual filter whitens in its finder
         beside = {"filter": "single"}
     usual = flat(ImageTracking(**nested(ImageTracking, beside, {})).model_dump())
     changed = 0
@@ -219,7 +220,7 @@ def test_options_choose_the_kind_that_has_them(given: dict[str, Any], path: tupl
         ({"q_turn": 0.1, "turn_rate_deg": 3.0}, {}, "has no meaning for motion"),
         (
             {"turn_rate_deg": 3.0},
-            {"filter": {"motion": {"motion": {"kind": "ca"}}}},
+            {"filter": {"kind": "several", "motion": {"motion": {"kind": "ca"}}}},
             "^--turn-rate-deg: has no meaning for motion 'ca', only for ct",
         ),
         ({"snr_db": 3.0}, {"filter": 4}, "^filter: must be a mapping of parameters in the configuration .got 4."),
@@ -252,10 +253,10 @@ def test_options_go_before_the_file_and_leave_the_rest_of_it() -> None:
 @pytest.mark.parametrize(
     "base",
     [
-        {"filter": {"particles": 77}},
-        {"filter": {"motion": {"motion": {"q": 0.5}}}},
+        {"filter": {"kind": "several", "particles": 77}},
+        {"filter": {"kind": "several", "motion": {"motion": {"q": 0.5}}}},
         {"filter": {"kind": "existence", "birth": {"max_speed": 2.0}}},
-        {"filter": {"birth": {"max_speed": 2.0}}},
+        {"filter": {"kind": "several", "birth": {"max_speed": 2.0}}},
         {"filter": {"kind": "existence", "sensor": {"psf_sigma": 2.0}}},
     ],
 )
@@ -271,13 +272,19 @@ def test_a_file_need_not_name_the_usual_kind(base: dict[str, Any]) -> None:
     ("base", "sentence"),
     [
         ({"sead": 1}, "^ImageTracking.sead: there is no such field; did you mean 'seed'?"),
-        ({"filter": {"particels": 1}}, "particels: there is no such field; did you mean 'particles'?"),
+        (
+            {"filter": {"kind": "several", "particels": 1}},
+            "particels: there is no such field; did you mean 'particles'?",
+        ),
         ({"filter": {"kind": "single", "birth": {"kind": "bright", "treshold": 1}}}, "did you mean 'threshold'?"),
         ({"filter": {"kind": "singel", "particles": 3}}, "filter: .*singel.*single"),
         ({"filter": {"kind": ["single"]}}, "filter"),
-        ({"filter": {"motion": {"motion": {"turn_rate_deg": 1.0}}}}, "turn_rate_deg: there is no such field"),
         (
-            {"filter": {"motion": {"q_intensity": 1.0}}},
+            {"filter": {"kind": "several", "motion": {"motion": {"turn_rate_deg": 1.0}}}},
+            "turn_rate_deg: there is no such field",
+        ),
+        (
+            {"filter": {"kind": "several", "motion": {"q_intensity": 1.0}}},
             "^q_intensity: has no meaning for sensor 'clutter', which integrates the amplitude out; leave it out or "
             "choose sensor 'white'.$",
         ),
@@ -289,7 +296,10 @@ def test_a_file_need_not_name_the_usual_kind(base: dict[str, Any]) -> None:
             {"filter": {"kind": "existence", "birth": {"kind": "uniform", "amplitude_spread": 1.0}}},
             "^amplitude_spread: has no meaning for sensor 'clutter'",
         ),
-        ({"filter": {"motion": {"q_intensity": -1.0}}}, "q_intensity: must be greater than or equal to 0"),
+        (
+            {"filter": {"kind": "several", "motion": {"q_intensity": -1.0}}},
+            "q_intensity: must be greater than or equal to 0",
+        ),
     ],
 )
 def test_a_file_with_a_fault_is_a_sentence(base: dict[str, Any], sentence: str) -> None:

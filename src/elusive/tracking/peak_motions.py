@@ -23,8 +23,8 @@ class PeakMotions(Model):
     sway: Positive = Field(1.0, description="What rests sways and hops by this many times .5 to 4 px")
     steady_speed: Positive = Field(0.4, description="Deviation of a steady target's velocity at first [px / frame]")
     steady_q: NonNegative = Field(0.0003, description="Acceleration of a steady target, q [px^2 / frame^3]")
-    speed: Positive = Field(2.5, description="Deviation of another's velocity at first [px / frame]")
-    q: NonNegative = Field(0.03, description="Its acceleration, q [px^2 / frame^3]")
+    agile_speed: Positive = Field(2.5, description="Deviation of another's velocity at first [px / frame]")
+    agile_q: NonNegative = Field(0.03, description="Its acceleration, q [px^2 / frame^3]")
     uneven: NonNegative = Field(
         0.7, description="Where frames are dropped or repeated: deviation of the way made, in speeds times frames"
     )
@@ -39,7 +39,7 @@ class PeakMotions(Model):
         still = [(self.sway * jitter, self.walk, 0.0, 0.0, 0.0, self.sway * hop) for jitter, hop in RESTING]
         moving = [
             (0.0, 0.0, self.steady_q, self.steady_speed, 0.0, 0.0),
-            (0.0, 0.0, self.q, self.speed, self.uneven, 0.0),
+            (0.0, 0.0, self.agile_q, self.agile_speed, self.uneven, 0.0),
         ]
         return np.array(still + moving)
 

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field
 
 from elusive.contracts import Array
-from elusive.model import Model, NonNegative, Positive, Probability
+from elusive.model import Model, Positive, Probability
 
 
 class EmpiricalNull(Model):
@@ -19,10 +19,10 @@ class EmpiricalNull(Model):
 
     least_tracks: int = Field(20, ge=1, description="Tracks that a null distribution takes")
     level: Probability = Field(0.9, description="Quantile of the tracks' evidence of moving, above which the tail is")
-    least: Positive = Field(3.0, description="Evidence of moving above which the tail is, at least")
-    shape: Positive = Field(0.3, description="Shape of the tail, xi: how far it is from exponential")
-    supposed: Positive = Field(4.0, description="Median excess over the level that is supposed beforehand")
-    supposed_tracks: NonNegative = Field(3, description="How many tracks that supposition counts for")
+    least: Positive = Field(3.0, description="Evidence of moving above which the tail is, at least [nats]")
+    shape: Positive = Field(0.3, description="Exponent of the tail, xi: how far it is from exponential")
+    supposed: Positive = Field(4.0, description="Median excess over the level that is supposed beforehand [nats]")
+    supposed_tracks: int = Field(3, ge=0, description="How many tracks that supposition counts for")
 
     def moves(self, moved: Array, rate: Array, null_moved: Array, null_rate: Array) -> Array:
         """Probability that each track moves, ``(n,)``; NaN where there are too few others to tell.
@@ -39,7 +39,7 @@ class EmpiricalNull(Model):
             return np.full(len(moved), np.nan)
         level = max(self.least, float(np.quantile(null_moved, self.level)))
         excess = null_moved[null_moved > level] - level
-        middle = float(np.median(np.append(excess, [self.supposed] * int(self.supposed_tracks))))
+        middle = float(np.median(np.append(excess, [self.supposed] * self.supposed_tracks)))
         width = middle * self.shape / (2**self.shape - 1)
         beyond = (1 + self.shape * np.maximum(moved - level, 0.0) / width) ** (-1 / self.shape)
         by_motion = np.where(moved > level, (len(excess) + 1) / (count + 1) * beyond, 1.0)

@@ -26,7 +26,7 @@ SLOW = WithIntensity(motion=ConstantVelocity(q=0.0025))
 # what suits frames, by the filter's kind: white ones, and recorded ones
 USUAL: dict[str, PeakImages | SeveralImages | BernoulliFilter] = {
     "peaks": PeakImages(),
-    "several": SeveralImages(motion=SLOW, birth=FrameBirths(max_speed=4.0)),
+    "several": SeveralImages(motion=SLOW, sensor=ClutterSensor(), birth=FrameBirths(max_speed=4.0)),
     "single": BernoulliFilter(
         motion=SLOW,
         sensor=ClutterSensor(),
@@ -49,7 +49,7 @@ class ImageTracking(RecordedFrames):
 
     main_options: ClassVar[tuple[str, ...]] = (
         "show", "filter", "sensor", "noise_sigma", "psf_sigma", "snr_db", "birth_probability", "motion", "max_speed",
-        "particles", "seed",
+        "seed",
     )  # fmt: skip
 
     filter: Annotated[
@@ -95,11 +95,6 @@ class ImageTracking(RecordedFrames):
     @model_validator(mode="after")
     def _takes_effect(self) -> Self:
         idle = {}
-        if isinstance(self.filter, SeveralImages) and isinstance(self.sensor, ClutterSensor):
-            raise ParameterError(
-                "ImageTracking.filter: 'several' takes frames of white noise (sensor 'white'); recorded frames are for "
-                "'peaks', or for one target 'single'."
-            )
         if isinstance(self.filter, PeakImages):
             idle = dict.fromkeys(RecordedFrames.model_fields, "filter 'peaks', which whitens in its finder")
         elif not isinstance(self.sensor, ClutterSensor):
@@ -125,7 +120,15 @@ class ImageTracking(RecordedFrames):
         ------
         DataError
             If the frames have too few pixels to learn the noise from.
+        ParameterError
+            If filter ``several`` is to take frames as recorded.
         """
+        if isinstance(self.filter, SeveralImages) and isinstance(self.sensor, ClutterSensor):
+            raise ParameterError(
+                "ImageTracking.filter: 'several' takes frames of white noise alone, so give its deviation "
+                "(--noise-sigma); for frames as recorded leave out what is of 'several' (filter 'peaks'), or choose "
+                "--filter single, of one target."
+            )
         if self.recorded and shape[0] * shape[1] < LEAST_PIXELS:
             raise DataError(
                 f"frames of {shape[1]} x {shape[0]} pixels are too few to learn the noise from; give its deviation "
