@@ -130,7 +130,7 @@ def _counted(
         confirmed = [one for one in step.state.targets if one.life.status == "confirmed" and one.existence > KNOWN]
         trials += len(confirmed)
         hits += sum(one.detection >= 0 for one in confirmed)
-        tracks = [one.detection for one in step.state.targets if one.life.track is not None and one.detection >= 0]
+        tracks = [one.detection for one in step.state.targets if one.life.status == "confirmed" and one.detection >= 0]
         left = step.measurement.select_detections(np.delete(np.arange(step.measurement.detections), tracks))
         places = sensor.places(left)[0]
         false += left.detections if water is None else int((water.probability(places) >= HALF).sum())
