@@ -10,10 +10,12 @@ import numpy as np
 
 from elusive.checks import Fact, Finding, share_of
 from elusive.contracts import Array
+from elusive.preprocess.peaks import LEVELS
 from elusive.sensors import ImageSensor
 from elusive.systems.images.frame_facts import FrameFacts
 from elusive.systems.images.left_over import LeftOver
 from elusive.systems.images.parameters import ImageTracking
+from elusive.systems.images.peaks import PeakImages, PeaksState
 from elusive.systems.images.recorded_checks import recorded_findings
 from elusive.systems.images.scene_facts import SceneFacts
 from elusive.systems.images.several import SeveralImages
@@ -34,6 +36,7 @@ class FrameChecks:
     def __init__(self, parameters: ImageTracking) -> None:
         self.parameters, self.noise, self.scene = parameters, FrameFacts(), SceneFacts()
         self._sensor = sensor = parameters.sensor
+        self._quantiles, self._whitened = np.zeros(len(LEVELS)), 0  # of whitened pixels, summed over so many frames
         self._left: LeftOver | None = None
         if isinstance(sensor, ImageSensor) and sensor.noise == "gaussian":
             self._left = LeftOver(sensor)
@@ -42,6 +45,9 @@ class FrameChecks:
         """Take a step; one without a frame says nothing."""
         if step.measurement is not None:
             self.add(step.measurement, places_of(step))
+        if isinstance(step.state, PeaksState) and step.state.peaks is not None:
+            self._quantiles += step.state.peaks.quantiles
+            self._whitened += 1
 
     def add(self, frame: Array, places: Iterable[tuple[float, float]] = ()) -> None:
         """Take a frame ``(rows, columns)``, and where tracks are in it, x, y."""
@@ -68,7 +74,10 @@ class FrameChecks:
             if self._left is not None and all(one.holds for one in found):  # else noise itself may stand out
                 found.append(self._left.finding(grave=isinstance(self.parameters.filter, SeveralImages)))
         else:
-            found += recorded_findings(self.scene, whitened)
+            peaks = isinstance(self.parameters.filter, PeakImages)
+            if peaks and self._whitened:
+                whitened = dict(zip(LEVELS, (self._quantiles / self._whitened).tolist(), strict=True))
+            found += recorded_findings(self.scene, whitened, by_peaks=peaks)
         return tuple(found)
 
 

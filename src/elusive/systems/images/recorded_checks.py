@@ -18,9 +18,26 @@ MIDDLE, TAIL = 0.35, 2.0  # deviations by which a whitened decile may be off; fa
 LEARNT_BY = "Give more frames; or, if their noise is white and known, --noise-sigma."
 
 
-def recorded_findings(scene: SceneFacts, whitened: Mapping[float, float]) -> list[Finding]:
-    """Return what recorded frames say; ``whitened`` are mean quantiles of their whitened pixels, by probability."""
-    return [_length(scene.count), _cut(scene), _resting(scene), *_whitened(whitened)]
+def recorded_findings(scene: SceneFacts, whitened: Mapping[float, float], *, by_peaks: bool) -> list[Finding]:
+    """Return what recorded frames say.
+
+    Parameters
+    ----------
+    scene
+        What was gathered of them.
+    whitened
+        Mean quantiles of their whitened pixels, by probability.
+    by_peaks
+        Whether they are followed by their peaks: which begins anew at a cut, follows what rests, and takes noise far
+        out as it is.
+    """
+    found = [
+        _length(scene.count),
+        _cut(scene, grave=not by_peaks),
+        _resting(scene),
+        _middle(whitened, by_peaks=by_peaks),
+    ]
+    return found if by_peaks else [*found, _tail(whitened)]
 
 
 def _length(count: int) -> Finding:
@@ -33,7 +50,7 @@ def _length(count: int) -> Finding:
     )
 
 
-def _cut(scene: SceneFacts) -> Finding:
+def _cut(scene: SceneFacts, *, grave: bool) -> Finding:
     """Find a frame that shows another scene than the last one, however that is shifted."""
     usual = float(np.median(scene.likeness)) if scene.likeness else math.nan
     fact = Fact(usual, scene.least, not (usual > USUAL and scene.cuts), scene.count - 1)
@@ -41,8 +58,9 @@ def _cut(scene: SceneFacts) -> Finding:
     return fact.finding(
         "frames.cut",
         f"Frame {frame} shows another scene than the one before it (correlation {scene.least:.2f}, usually "
-        f"{usual:.2f}; {cuts} such cut{'s' * (cuts > 1)}): what was learnt of the one is held against the other.",
+        f"{usual:.2f}; {cuts} such cut{'s' * (cuts > 1)}): what was learnt of the one says nothing of the other.",
         f"Track each scene by itself: --stop {frame}, then --start {frame}.",
+        grave=grave,
     )
 
 
@@ -55,35 +73,36 @@ def _resting(scene: SceneFacts) -> Finding:
         "scene.rests",
         f"A point at x {seen.x:.0f}, y {seen.y:.0f} stands out alone, {seen.height:.0f} deviations, and stays on its "
         "pixel while the scene does: a target at rest looks like this, and so do a lamp, a star and a defective pixel.",
-        "If the camera should have moved, look at it; if a target may rest, do not rely on what moves alone.",
+        "Look at it in report.html with --show all, which shows what rests too.",
         grave=False,
     )
 
 
-def _whitened(quantiles: Mapping[float, float]) -> list[Finding]:
-    """Compare whitened pixels with the Gaussian that existence takes them for, in the middle and far out."""
-    known = {level: value for level, value in quantiles.items() if math.isfinite(value)}
-    found = []
-    middle = {level: value for level, value in known.items() if 0.15 < level < 0.85}
-    if middle:
-        level, seen = max(middle.items(), key=lambda one: abs(one[1] - ndtri(one[0])))
-        found.append(
-            Fact(float(ndtri(level)), seen, abs(seen - ndtri(level)) <= MIDDLE, math.nan).finding(
-                "noise.whitened",
-                f"Whitened pixels at {100 * level:g} % lie at {seen:.2f} deviations, {ndtri(level):.2f} in Gaussian "
-                "noise: the noise was not learnt, and existence does not mean what it says.",
-                LEARNT_BY,
-            )
-        )
-    ends = {level: value for level, value in known.items() if min(level, 1 - level) < 0.005}
-    if ends:
-        level, seen = max(ends.items(), key=lambda one: abs(one[1] / ndtri(one[0])))
-        found.append(
-            Fact(float(ndtri(level)), seen, abs(seen) <= TAIL * abs(ndtri(level)), math.nan).finding(
-                "noise.whitened-tail",
-                f"Whitened pixels at {100 * level:g} % lie at {seen:.1f} deviations, {ndtri(level):.1f} in Gaussian "
-                "noise: clutter stands out as targets do, and a track of high existence may be a part of the scene.",
-                "Look at each track in report.html; --snr-db-range with a greater least SNR leaves out what is faint.",
-            )
-        )
-    return found
+def _middle(quantiles: Mapping[float, float], *, by_peaks: bool) -> Finding:
+    """Compare whitened pixels with a Gaussian; peaks are rated by others, and need but the third decile to be right."""
+    least = 0.25 if by_peaks else 0.15
+    middle = {level: value for level, value in quantiles.items() if least < level < 1 - least and math.isfinite(value)}
+    level, seen = max(middle.items(), key=lambda one: abs(one[1] - ndtri(one[0])), default=(0.5, math.nan))
+    expected = float(ndtri(level))
+    return Fact(expected, seen, not abs(seen - expected) > MIDDLE, math.nan).finding(
+        "noise.whitened",
+        f"Whitened pixels at {100 * level:g} % lie at {seen:.2f} deviations, {expected:.2f} in Gaussian noise: the "
+        "noise was not learnt, and what stands out of it is not as strong as it seems.",
+        LEARNT_BY,
+        grave=not by_peaks,
+    )
+
+
+def _tail(quantiles: Mapping[float, float]) -> Finding:
+    """Compare them far out, where targets are told from clutter."""
+    ends = {
+        level: value for level, value in quantiles.items() if min(level, 1 - level) < 0.005 and math.isfinite(value)
+    }
+    level, seen = max(ends.items(), key=lambda one: abs(one[1] / ndtri(one[0])), default=(0.999, math.nan))
+    expected = float(ndtri(level))
+    return Fact(expected, seen, not abs(seen) > TAIL * abs(expected), math.nan).finding(
+        "noise.whitened-tail",
+        f"Whitened pixels at {100 * level:g} % lie at {seen:.1f} deviations, {expected:.1f} in Gaussian noise: clutter "
+        "stands out as targets do, and a track of high existence may be a part of the scene.",
+        "Leave out --filter: what stands out is then judged against this recording's own clutter.",
+    )
