@@ -53,7 +53,7 @@ def run(frames: Iterable[np.ndarray], truth: np.ndarray, parameters: ImageTracki
     log = ImageLog(parameters)
     rows, squares = [], []
     for step, true in zip(track_images(frames, parameters), truth, strict=True):
-        log.take(step)
+        log.append(step)
         there = true[np.isfinite(true[:, 0])]
         for track in step.tracks:
             if track.status == "deleted":

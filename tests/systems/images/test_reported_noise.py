@@ -19,7 +19,7 @@ def test_gaussian_frames_are_reported_as_gaussian(tmp_path):
     rng = np.random.default_rng(0)
     scene = 20.0 * np.add.outer(np.sin(np.arange(ROWS) / 9.0), np.cos(np.arange(COLUMNS) / 7.0))
     np.save(tmp_path / "frames.npy", 100.0 + scene + 3.0 * rng.standard_normal((FRAMES, ROWS, COLUMNS)))
-    parameters = ImageTracking(filter={"particles": 200, "newborns": 100})
+    parameters = ImageTracking(filter={"kind": "single", "particles": 200, "newborns": 100})
 
     outcome = track_recording(open_frames(tmp_path / "frames.npy"), parameters, tmp_path / "out")
 
