@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
 
+from elusive.contracts import Array
 from elusive.io import open_radar_plots, write_radar_plots_csv
 from elusive.sensors.radar import RadarSensor
 from tests.cli.test_radar import FRAME, RADAR, Run, coast, elusive_in
@@ -43,6 +45,11 @@ def failing(folder: Path) -> set[str]:
     return {one["name"] for one in json.loads((folder / "out/checks.json").read_text()) if not one["holds"]}
 
 
+def tracks(folder: Path) -> Array:
+    """Times, tracks and places of what was found."""
+    return np.genfromtxt(folder / "out/tracks.csv", delimiter=",", skip_header=1, usecols=(0, 1, 4, 5))
+
+
 def test_what_is_right_is_not_remarked_on(elusive_in: Run, tmp_path: Path) -> None:
     plots(tmp_path)
     code, said = elusive_in(*TRACK, *RADAR, *CHART)
@@ -73,6 +80,25 @@ def test_ranges_in_nautical_miles_are_named(elusive_in: Run, tmp_path: Path) -> 
     assert code == 3, said
     assert failing(tmp_path) == {"radar.ranges"}
     assert "nautical miles" in said
+
+
+def test_nautical_miles_iso_times_and_further_columns_give_the_same_tracks(elusive_in: Run, tmp_path: Path) -> None:
+    plots(tmp_path)
+    code, said = elusive_in(*TRACK, *RADAR, "--knowledge", "none")
+    assert code == 0, said
+    before = tracks(tmp_path)
+    rewritten(tmp_path, 1, 1 / 1852)
+    _, *lines = (tmp_path / "plots.csv").read_text().splitlines()
+    rows = [
+        f"{datetime.fromtimestamp(float(t), UTC).isoformat()},{rest},-31"
+        for t, rest in (x.split(",", 1) for x in lines)
+    ]
+    (tmp_path / "plots.csv").write_text("\n".join(["time,range_nmi,bearing_deg,doppler_mps,echo_db", *rows]))
+    code, said = elusive_in(*TRACK, *RADAR, "--knowledge", "none")
+    assert code == 0, said
+    assert failing(tmp_path) == {"radar.columns"}
+    assert "echo_db" in said
+    np.testing.assert_allclose(tracks(tmp_path), before, atol=1e-3)
 
 
 def test_bearings_in_radians_are_named(elusive_in: Run, tmp_path: Path) -> None:

@@ -83,10 +83,12 @@ def test_harmless_differences_of_form(tmp_path: Path, text: str) -> None:
         (HEADER + "1,,,\n", r"p\.csv: holds no plot"),
         (
             "1,10,90\n",
-            r"line 1: the columns are '1,10,90'; name them time_s,range_m,bearing_deg and perhaps doppler_mps",
+            r"line 1: the columns are '1,10,90'; name them time_s,range_m,bearing_deg and perhaps time, range_km",
         ),
         ("time_s,range_m\n", r"line 1: the columns are 'time_s,range_m'"),
-        ("time_s,range_m,bearing_deg,doppler\n", r"line 1: the columns are 'time_s,range_m,bearing_deg,doppler'"),
+        ("time,range_m,bearing_deg\n1,10,90\n", r"line 2, column time: '1' is no date and time; write 2026-"),
+        ("time,range_m,bearing_deg\n20260501,10,90\n", r"line 2, column time: '20260501' is no date"),
+        ("time_s,range_nmi,bearing_deg\n1,-2,90\n", r"line 2, column range_nmi: -2 is below 0"),
         ("time_s,range_m,range_m,bearing_deg\n", r"line 1: the columns are"),
         (HEADER + "1,10,400,\n", r"line 2, column bearing_deg: 400 is not from 0 to 360 degrees clockwise"),
         (HEADER + "1,10,-0.5,\n", r"line 2, column bearing_deg: -0\.5 is not from 0 to 360"),
@@ -116,6 +118,26 @@ def test_harmless_differences_of_form(tmp_path: Path, text: str) -> None:
 def test_faults_are_named(tmp_path: Path, text: str, told: str, rotation_s: float | None) -> None:
     with pytest.raises(DataError, match=told):
         list(open_radar_plots(saved(tmp_path, text), rotation_s=rotation_s))
+
+
+@pytest.mark.parametrize(("column", "range_m"), [("range_m", 1.5), ("range_km", 1500.0), ("range_nmi", 2778.0)])
+def test_the_header_names_the_unit_of_range(tmp_path: Path, column: str, range_m: float) -> None:
+    found = list(open_radar_plots(saved(tmp_path, f"time_s,{column},bearing_deg\n1,1.5,90\n2,1.5,90\n")))
+    assert same(found, [scan(1, (range_m, TAU / 4, math.nan)), scan(2, (range_m, TAU / 4, math.nan))])
+
+
+def test_times_as_iso_8601_count_from_1970(tmp_path: Path) -> None:
+    lines = ["1970-01-02T00:00:00Z,10,90", "1970-01-02 00:00:02.5,10,90", "1970-01-02T01:00:05+01:00,,"]
+    found = list(open_radar_plots(saved(tmp_path, "\n".join(["time,range_m,bearing_deg", *lines]))))
+    assert [(s.time_s, s.detections) for s in found] == [(86400, 1), (86402.5, 1), (86405, 0)]
+
+
+def test_other_columns_are_named_and_do_not_fill_a_scan(tmp_path: Path) -> None:
+    text = "label,time_s,range_m,range_km,bearing_deg,dB\na,1,10,7,90,3\nb,2,,,,3\n"
+    source = open_radar_plots(saved(tmp_path, text))
+    assert source.ignored == ("label", "range_km", "dB")
+    assert same(list(source), [scan(1, (10, TAU / 4, math.nan)), scan(2)])
+    assert open_radar_plots(saved(tmp_path, HEADER + "1,10,90,\n")).ignored == ()
 
 
 def test_the_plots_before_a_fault_are_given_before_it(tmp_path: Path) -> None:

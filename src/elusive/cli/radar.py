@@ -24,7 +24,8 @@ def track_radar_command(
     plots: Annotated[
         Path,
         typer.Argument(
-            help="Plots: .csv of time_s, range_m, bearing_deg, perhaps doppler_mps; or ASTERIX CAT048, raw or pcap."
+            help="Plots: .csv of time_s (or ISO time), range_m (or _km, _nmi), bearing_deg, perhaps doppler_mps; or "
+            "ASTERIX CAT048, raw or pcap."
         ),
     ],
     radar_lat: Annotated[float, typer.Option("--radar-lat-deg", help="Latitude of the radar, WGS 84, in degrees.")],

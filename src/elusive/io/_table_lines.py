@@ -7,12 +7,14 @@ import os
 import re
 from collections.abc import Generator, Sequence
 from contextlib import closing
+from datetime import UTC, datetime
 from typing import NamedTuple
 
 from elusive.errors import DataError
 from elusive.io._link_lines import lines_of
 
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?nan", re.ASCII | re.IGNORECASE)
+MOMENT = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d.*", re.ASCII)
 
 
 class TableLine(NamedTuple):
@@ -40,6 +42,23 @@ class TableLine(NamedTuple):
             raise DataError(f"{self.where}, column {column}: {value:g} is not from {-most:g} to {most:g}.")
         return value
 
+    def moment(self, column: str) -> float:
+        """Return a cell's date and time as seconds since 1970; UTC where it names no offset.
+
+        Raises
+        ------
+        DataError
+            If it is no date and time as ISO 8601 writes them.
+        """
+        cell = self.cells[column]
+        try:
+            moment = datetime.fromisoformat(cell if MOMENT.fullmatch(cell) else "")
+            return (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp()
+        except (ValueError, OverflowError):
+            raise DataError(
+                f"{self.where}, column {column}: {cell!r:.60} is no date and time; write 2026-05-01T12:00:00Z."
+            ) from None
+
 
 def table_lines(
     path: str | os.PathLike[str],
@@ -47,7 +66,6 @@ def table_lines(
     perhaps: Sequence[str] | None,
     what: str,
     *,
-    either: Sequence[str] = (),
     follow: bool = False,
     idle_s: float | None = None,
 ) -> Generator[TableLine, None, None]:
@@ -58,11 +76,10 @@ def table_lines(
     path
         CSV, with commas, semicolons or tabs between; ``-``: standard input.
     needed, perhaps
-        Columns that must be there, in any order, and others that may; None: any other.
+        Columns that must be there, in any order, and others that may; None: any other. Of ``azimuth_deg|arrival_s``
+        either must, the first is usual.
     what
         What a line holds: ``one bearing a line``.
-    either
-        Columns of which one must be there, the usual one first.
     follow, idle_s
         Whether to wait for more where the file ends, and for how long.
 
@@ -73,7 +90,8 @@ def table_lines(
     """
     header: list[str] | None = None
     mark = ","  # or a semicolon or a tab, as the header has it
-    usual = ",".join([*needed, *either[:1]])
+    choices = [names.split("|") for names in needed]
+    usual = ",".join(names[0] for names in choices)
     with closing(lines_of(str(path), follow, idle_s)) as lines:
         for number, line in lines:
             if line.startswith("#"):
@@ -85,10 +103,10 @@ def table_lines(
                 cells = [cell.strip('"') for cell in cells]
             if header is None:
                 header = cells
-                unknown = perhaps is not None and not set(header) <= {*needed, *either, *perhaps}
-                lacking = not set(needed) <= set(header) or (either and not set(either) & set(header))
+                unknown = perhaps is not None and not set(header) <= {*"|".join(needed).split("|"), *perhaps}
+                lacking = not all(set(names) & set(header) for names in choices)
                 if unknown or lacking or len(set(header)) < len(header):
-                    others = [*either[1:], *(perhaps or ())]
+                    others = [*(name for names in choices for name in names[1:]), *(perhaps or ())]
                     more = f" and perhaps {', '.join(others)}" if others else ""
                     raise DataError(f"{where}: the columns are {line!r:.80}; name them {usual}{more}.")
                 continue

@@ -22,7 +22,8 @@ from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearing_table import PlaceSet
 from elusive.sensors.hybrid import HybridSet
 
-NEEDED, AZIMUTH, ELEVATION, ARRIVAL = ("time_s", "sensor"), "azimuth_deg", "elevation_deg", "arrival_s"
+AZIMUTH, ELEVATION, ARRIVAL = "azimuth_deg", "elevation_deg", "arrival_s"
+NEEDED = ("time_s", "sensor", f"{AZIMUTH}|{ARRIVAL}")
 LABEL = "emitter"
 PLACES, GEOGRAPHIC = ("x_m", "y_m"), ("lon_deg", "lat_deg")  # of sensors that move, in the bearings' own lines
 BEARING_A_LINE = "one bearing a line"
@@ -89,7 +90,7 @@ class BearingSource:
                             radians_suspected(self.name, f"the first {azimuths} azimuths", greatest), stacklevel=2
                         )
         if not gathered:
-            raise DataError(f"{self.name}: holds no bearing; write {','.join((*NEEDED, AZIMUTH))}, {BEARING_A_LINE}.")
+            raise DataError(f"{self.name}: holds no bearing; write time_s,sensor,{AZIMUTH}, {BEARING_A_LINE}.")
         yield from ((of, _set_of(kind, time_s, lines)) for of, lines in gathered.items())
         if len(seen) == 1 and not self.moving:
             warnings.warn(
@@ -107,7 +108,6 @@ class BearingSource:
             NEEDED,
             (ELEVATION, LABEL, *PLACES, "z_m", *GEOGRAPHIC),
             BEARING_A_LINE,
-            either=(AZIMUTH, ARRIVAL),
             follow=self.follow,
             idle_s=self.idle_s,
         )
@@ -186,7 +186,7 @@ def _named_sites(path: str, sites: SensorSites | None) -> SensorSites | None:
     """Return the sensors that the lines of a file name, each at its mean place; None if they tell no places."""
     placed, places = _Placing(sites.frame if sites else None), dict[str, list[Place]]()
     perhaps = (ELEVATION, LABEL, *PLACES, "z_m", *GEOGRAPHIC)
-    for line in table_lines(path, NEEDED, perhaps, BEARING_A_LINE, either=(AZIMUTH, ARRIVAL)):
+    for line in table_lines(path, NEEDED, perhaps, BEARING_A_LINE):
         place = placed.of(line)
         if place is None:
             return None

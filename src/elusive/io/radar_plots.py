@@ -6,28 +6,23 @@ import csv
 import math
 import os
 from collections import Counter
-from collections.abc import Callable, Generator, Iterable, Iterator
-from contextlib import closing
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from decimal import Context, Decimal
-from itertools import groupby, islice
-from operator import itemgetter
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
 
 from elusive.errors import DataError
-from elusive.io._table_lines import TableLine, table_lines
+from elusive.io._radar_lines import COLUMNS, DEGREE_RAD, columns_left, radians_of, table_plots, table_scans
 from elusive.io.asterix import asterix_plots
 from elusive.io.atomic import atomic_path
 from elusive.io.csv_files import number_text
 from elusive.sensors.radar_rotation import MOST, rotation_of
-from elusive.sensors.radar_scans import TURN_RAD, RadarPlot, RadarScan, scan_of, scans_by_rotation
+from elusive.sensors.radar_scans import TURN_RAD, RadarPlot, RadarScan, scans_by_rotation
 
-COLUMNS = ("time_s", "range_m", "bearing_deg", "doppler_mps")
 TABLES = (".csv", ".tsv", ".txt")
-# A degree to more digits than a float has, so that bearings survive being written in degrees.
-DEGREE_RAD = Decimal("0.01745329251994329576923690768488612713442872")
 
 
 @dataclass(frozen=True)
@@ -40,6 +35,8 @@ class RadarSource:
     """Period of the antenna, given or estimated; None: plots of equal times are a scan."""
     estimated: bool = False
     """Whether the period was estimated."""
+    ignored: tuple[str, ...] = ()
+    """Columns of a table that are not read."""
     counts: Counter[str] = field(default_factory=Counter)
     """What the latest iteration met in an ASTERIX file, so far: see :func:`~elusive.io.asterix.asterix_plots`."""
 
@@ -68,10 +65,11 @@ def open_radar_plots(
     Parameters
     ----------
     path
-        ``.csv``, ``.tsv``, ``.txt``: a line of names, then a plot a line: ``time_s``, not going backwards;
-        ``range_m``; ``bearing_deg``, from 0 to 360 clockwise from north; and, where measured, ``doppler_mps``,
-        positive away from the radar. Commas, semicolons or tabs between. A time with nothing after it is a scan
-        without a plot. Any other file: ASTERIX, raw or as captured from a network (pcap, pcapng); see
+        ``.csv``, ``.tsv``, ``.txt``: a line of names, then a plot a line: ``time_s``, or ``time`` as ISO 8601 writes
+        it, not going backwards; ``range_m``, ``range_km`` or ``range_nmi``; ``bearing_deg``, from 0 to 360 clockwise
+        from north; and, where measured, ``doppler_mps``, positive away from the radar; other columns are not read.
+        Commas, semicolons or tabs between. A time without range, bearing and Doppler is a scan without a plot. Any
+        other file: ASTERIX, raw or as captured from a network (pcap, pcapng); see
         :func:`~elusive.io.asterix.asterix_plots`.
     rotation_s
         Period of the antenna. Given, each of its turns is a scan
@@ -83,7 +81,7 @@ def open_radar_plots(
     Returns
     -------
     RadarSource
-        The scans. ASTERIX times are seconds after the midnight (UTC) before the first report.
+        The scans. ASTERIX times are seconds after the midnight (UTC) before the first report, ISO times after 1970.
 
     Raises
     ------
@@ -98,14 +96,16 @@ def open_radar_plots(
     if table and radar is not None:
         raise DataError(f"{path}: radar={radar} chooses in an ASTERIX file, and this is a table; leave it out.")
 
+    ignored = columns_left(file) if table else ()
+
     def plots(counts: Counter[str]) -> Iterator[RadarPlot]:
-        return _table_plots(file) if table else asterix_plots(file, radar, counts)
+        return table_plots(file) if table else asterix_plots(file, radar, counts)
 
     turn_s = rotation_s
     if turn_s is None:
         found = rotation_of(_first(plots(Counter())))
         if table and not found.needed:
-            return RadarSource(name, lambda counts: _table_scans(file))
+            return RadarSource(name, lambda counts: table_scans(file), ignored=ignored)
         turn_s = found.period_s
         if turn_s is None:
             raise DataError(
@@ -114,7 +114,8 @@ def open_radar_plots(
                 "plots of a scan one time."
             )
     period = turn_s
-    return RadarSource(name, lambda counts: scans_by_rotation(plots(counts), period, name), period, rotation_s is None)
+    estimated = rotation_s is None
+    return RadarSource(name, lambda counts: scans_by_rotation(plots(counts), period, name), period, estimated, ignored)
 
 
 def _first(plots: Iterator[RadarPlot]) -> list[RadarPlot]:
@@ -173,52 +174,9 @@ def _fault_of(scan: RadarScan, before: float) -> str | None:
     return "has an infinite Doppler; leave unknown ones NaN" if np.isinf(doppler_mps).any() else None
 
 
-def _table_scans(path: Path) -> Iterator[RadarScan]:
-    """Gather equal times; a time without a plot is a scan without one."""
-    with closing(_rows(path)) as rows:
-        for time_s, group in groupby(rows, key=itemgetter(0)):
-            yield scan_of(time_s, (plot for _, plot in group if plot is not None))
-
-
-def _table_plots(path: Path) -> Iterator[RadarPlot]:
-    with closing(_rows(path)) as rows:
-        yield from (plot for _, plot in rows if plot is not None)
-
-
-def _rows(path: Path) -> Generator[tuple[float, RadarPlot | None], None, None]:
-    """Yield each line's time and plot, None where the line says that there is none at that time."""
-    before, alone = -math.inf, False
-    with closing(table_lines(path, COLUMNS[:3], COLUMNS[3:], "one plot a line")) as lines:
-        for line in lines:
-            time_s = line.number("time_s")
-            empty = not any(cell for name, cell in line.cells.items() if name != "time_s")
-            if time_s < before or (time_s == before and (empty or alone)):
-                fault = "must go forwards" if time_s < before else "without a plot stands alone"
-                raise DataError(f"{line.where}, column time_s: {time_s:g} comes after {before:g}; a time {fault}.")
-            before, alone = time_s, empty
-            yield time_s, None if empty else _plot(line, time_s)
-
-
-def _plot(line: TableLine, time_s: float) -> RadarPlot:
-    range_m, degrees = line.number("range_m"), line.number("bearing_deg")
-    if range_m < 0:
-        raise DataError(
-            f"{line.where}, column range_m: {line.cells['range_m']} is below 0; give the distance in metres."
-        )
-    text = line.cells["bearing_deg"]
-    if not 0 <= degrees <= 360:
-        raise DataError(f"{line.where}, column bearing_deg: {text} is not from 0 to 360 degrees clockwise from north.")
-    return RadarPlot(time_s, range_m, _radians(text), line.number("doppler_mps", absent=math.nan))
-
-
-def _radians(degrees: str) -> float:
-    angle = float(Decimal(degrees) * DEGREE_RAD) if float(degrees) else 0.0
-    return angle if angle < TURN_RAD else 0.0
-
-
 def _degrees_text(angle_rad: float) -> str:
     """Write an angle in degrees, in the fewest digits that read back exactly."""
     degrees = Decimal(float(angle_rad)) / DEGREE_RAD
     # 15 digits are as many as survive in a float, 19 part any two floats that are neighbours
     texts = (f"{Context(prec=digits).plus(degrees).normalize():f}" for digits in range(15, 21))
-    return next(text for text in texts if _radians(text) == float(angle_rad))
+    return next(text for text in texts if radians_of(text) == float(angle_rad))

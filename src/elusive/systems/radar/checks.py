@@ -27,7 +27,11 @@ INDEPENDENT = 0.5
 
 
 def findings_of(
-    seen: RadarSurvey, sensor: RadarSensor, water: Water | None, innovations: Sequence[float]
+    seen: RadarSurvey,
+    sensor: RadarSensor,
+    water: Water | None,
+    innovations: Sequence[float],
+    ignored: Sequence[str] = (),
 ) -> tuple[Finding, ...]:
     """Return what a recording says of what was told of it.
 
@@ -39,8 +43,10 @@ def findings_of(
         What it was tracked with; without a chart, None.
     innovations
         Of the plots of confirmed tracks, in deviations of what was expected.
+    ignored
+        Columns of the recording that are not read.
     """
-    found = [_ranges(seen), _bearings(seen)]
+    found = [_ranges(seen), _bearings(seen), _columns(ignored)]
     if seen.errors is not None and found[0].holds and found[1].holds:
         told = (sensor.range_sd_m, 1.0, "range_sd_m", "m"), (sensor.bearing_sd_rad, 1000.0, "bearing_sd_mrad", "mrad")
         shown = seen.errors.range_sd_m, seen.errors.bearing_sd_rad
@@ -79,7 +85,7 @@ def _ranges(seen: RadarSurvey) -> Finding:
         "radar.ranges", not (seen.plots >= FEW and seen.max_range_m < NEAREST_M), NEAREST_M, seen.max_range_m,
         f"All {seen.plots} plots lie within {seen.max_range_m:.3g} m of the radar: the ranges look like nautical miles "
         "or kilometres.",
-        "Convert the column range_m to metres.",
+        "Convert the column range_m to metres, or name it range_nmi or range_km.",
     )  # fmt: skip
 
 
@@ -90,6 +96,18 @@ def _bearings(seen: RadarSurvey) -> Finding:
         "radar.bearings", not radians, 360.0, high,
         f"All {seen.plots} bearings lie between {low:.3g} and {high:.3g} degrees: they look like radians.",
         "Convert the column bearing_deg to degrees clockwise from north.",
+    )  # fmt: skip
+
+
+def _columns(ignored: Sequence[str]) -> Finding:
+    names = ", ".join(ignored)
+    return Finding(
+        "radar.columns", not ignored, 0.0, len(ignored),
+        f"The columns {names} are not read: what they say of the plots or of a radar that moves is not used."
+        if ignored
+        else "Every column is read.",
+        "Name what is to be read time_s, range_m, bearing_deg, doppler_mps; the radar stands at one place.",
+        grave=False,
     )  # fmt: skip
 
 

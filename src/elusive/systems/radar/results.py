@@ -222,7 +222,7 @@ class RadarRun:
             estimate="MAP" if self._parameters.estimate == "map" else "mean",
             scored=scores,
         )
-        found = findings_of(self._seen, self._sensor, self._around.water, self._innovations)
+        found = findings_of(self._seen, self._sensor, self._around.water, self._innovations, source.ignored)
         return RadarOutcome(self._log, self._charted(tracked), scores, found)
 
     def write(self, folder: Path, outcome: RadarOutcome, config: str) -> None:
