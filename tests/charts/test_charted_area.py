@@ -38,7 +38,7 @@ def test_each_chart_has_its_own_imprecision():
         "coarse", [island, shapely.box(3000, -300, 3300, 300)], SEA, 80_000, zones=[SEA], catzoc=np.array([3])
     )
     scene = lay_charts([coarse, fine], frame=FRAME)
-    assert scene.coast.sigma_m.tolist() == [2.04, 20.4]
+    assert scene.coast.sigma_m.tolist() == [3.6, 24]  # .3 mm on paper
     scene = lay_charts([coarse, fine], ChartedAreaParameters(imprecision={"coast_sigma_m": 9}), FRAME)
     assert scene.coast.sigma_m.tolist() == [9, 9]
 
@@ -120,7 +120,7 @@ def test_the_coast_of_a_real_cell_is_its_edges():
     scene = lay_charts([chart], ChartedAreaParameters(islet_mm=0))
     edges = shapely.length(scene.frame.project(chart.edges)).sum()
     assert scene.coast.length_m == pytest.approx(edges, rel=2e-3)
-    assert scene.coast.sigma_m.tolist() == [2.04, 20.4, 40.8, 204.0, 408.0]
+    assert scene.coast.sigma_m.tolist() == [3.6, 20.4, 40.8, 204.0, 408.0]
 
 
 def test_a_real_draught():

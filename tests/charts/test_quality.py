@@ -32,6 +32,16 @@ def test_low_accuracy_of_the_coast_itself():
     np.testing.assert_allclose(sigma, [2.04, 2.04, 6.12, 2.04, 2.04])
 
 
+def test_a_coast_is_no_better_than_it_is_drawn():
+    grades, good = np.arange(1, 7), np.zeros(6, np.int64)
+    assert Imprecision().of(grades, good, 80_000).tolist() == [24, 24, 24, 204, 204, 204]
+    assert Imprecision().of(np.array([1, 1, 3]), np.array([0, 4, 4]), 12_000).tolist() == [3.6, 4.08, 40.8]
+    assert Imprecision(drawn_mm=0.5).of(grades[:1], good[:1], 80_000) == 40
+    assert Imprecision(coast_sigma_m=7).of(grades, good, 80_000).tolist() == [7] * 6
+    for told, scale in [({"drawn_mm": 0}, 80_000), ({}, None)]:
+        assert Imprecision(**told).of(grades[:3], good[:3], scale).tolist() == [2.04, 8.2, 20.4]
+
+
 def test_what_the_caller_knows_goes_before():
     assert Imprecision(coast_sigma_m=7).of(np.array([1, 4, 6]), np.array([0, 4, 0])).tolist() == [7, 7, 7]
     with pytest.raises(ParameterError, match="coast_sigma_m"):
@@ -69,7 +79,7 @@ def test_areas_fill_the_coverage():
     covered = shapely.union_all(frame.project(chart.coverage)).area
     assert sum(area.area.area for area in areas) == pytest.approx(covered, rel=1e-9)
     assert shapely.union_all([area.area for area in areas]).area == pytest.approx(covered, rel=1e-9)
-    assert [area.sigma_m for area in areas] == [2.04, 20.4, 40.8, 204.0, 408.0]
+    assert [area.sigma_m for area in areas] == [3.6, 20.4, 40.8, 204.0, 408.0]
 
 
 def test_a_coast_without_zones_is_unassessed_and_a_sea_without_coast_too():

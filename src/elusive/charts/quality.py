@@ -15,7 +15,7 @@ from pydantic import Field
 from elusive.charts.chart import UNASSESSED, Chart, as_geometries
 from elusive.contracts import Array
 from elusive.geometry.local_frame import Geometries, LocalFrame
-from elusive.model import Model, Positive
+from elusive.model import Model, NonNegative, Positive
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
@@ -30,7 +30,8 @@ class Imprecision(Model):
 
     CATZOC grades soundings, not coastlines, which are often better: give ``coast_sigma_m`` where more is known. Its
     95 % limits in two dimensions, 5, 20, 50 and 500 m, are 2.45 deviations along an axis. For D and U, S-57 gives no
-    limit: C's stands in for them. Nor does it for QUAPOS: the factor is a choice.
+    limit: C's stands in for them. Nor does it for QUAPOS: the factor is a choice. No survey makes a coast better than
+    it was drawn: a width on paper, at the compilation scale where the chart states it, is the least deviation.
     """
 
     coast_sigma_m: Positive | None = Field(
@@ -50,14 +51,20 @@ class Imprecision(Model):
         allow_inf_nan=False,
         description="Times these where the coast's own position is of low accuracy: QUAPOS 2 to 9",
     )
+    drawn_mm: NonNegative = Field(
+        0.3,
+        description="Least deviation of a coast on paper, at the chart's compilation scale, whatever its grade; "
+        "0: none [mm]",
+    )
 
-    def of(self, catzoc: NDArray[np.int64], quapos: NDArray[np.int64]) -> Array:
-        """Return the deviation for each pair of CATZOC and QUAPOS [m]."""
+    def of(self, catzoc: NDArray[np.int64], quapos: NDArray[np.int64], scale: int | None = None) -> Array:
+        """Return the deviation for each pair of CATZOC and QUAPOS [m], on a chart of a scale, if it states one."""
         if self.coast_sigma_m is not None:
             return np.full(len(catzoc), self.coast_sigma_m)
         by_grade = np.array([getattr(self, f"sigma_{grade.lower()}_m") for grade in GRADES.values()])
         known = np.where((catzoc >= 1) & (catzoc <= UNASSESSED), catzoc, UNASSESSED)
-        return np.asarray(by_grade[known - 1] * np.where(np.isin(quapos, LOW_ACCURACY), self.low_accuracy_factor, 1.0))
+        graded = by_grade[known - 1] * np.where(np.isin(quapos, LOW_ACCURACY), self.low_accuracy_factor, 1.0)
+        return np.asarray(np.maximum(graded, self.drawn_mm * (scale or 0) / 1000.0))
 
 
 class QualityArea(NamedTuple):
@@ -79,7 +86,9 @@ def quality_areas(chart: Chart, frame: LocalFrame, imprecision: Imprecision) -> 
     lines, sigma = coast_sigma(chart, frame, imprecision)
     values, label = np.unique(sigma, return_inverse=True)
     if len(values) <= 1:
-        alone = values[0] if len(values) else imprecision.of(*np.array([[UNASSESSED], [0]]))[0]
+        alone = (
+            values[0] if len(values) else imprecision.of(np.array([UNASSESSED]), np.zeros(1, np.int64), chart.scale)[0]
+        )
         return [QualityArea(float(alone), coverage)]
     places, of_line = shapely.get_coordinates(shapely.segmentize(lines, SPACING_M), return_index=True)
     places, first = np.unique(places, axis=0, return_index=True)
@@ -109,4 +118,4 @@ def coast_sigma(chart: Chart, frame: LocalFrame, imprecision: Imprecision) -> tu
     if len(chart.zones) and len(lines):
         middles = shapely.line_interpolate_point(lines, 0.5, normalized=True)
         catzoc = chart.catzoc[shapely.STRtree(frame.project(chart.zones)).nearest(middles)]
-    return lines, imprecision.of(catzoc, chart.edge_quality)
+    return lines, imprecision.of(catzoc, chart.edge_quality, chart.scale)
