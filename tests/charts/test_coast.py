@@ -65,6 +65,29 @@ def test_land_that_ends_with_the_chart_is_no_coast() -> None:
     assert coast.land.vertices[:-1][coast.on_border[:-1]].tolist() == [[0, 5]]
 
 
+@pytest.mark.parametrize("off_m", [0.0, 0.03])
+def test_a_seam_of_tiles_is_no_coast(off_m: float) -> None:
+    """A straight coast over two tiles, whose land ends some centimetres off their borders."""
+    rng = np.random.default_rng(1)
+
+    def tile(west: float) -> CoastPart:
+        x = np.linspace(west, west + 1000, 21)
+        ring = np.vstack([[(west, 0.0), (west + 1000, 0.0)], np.column_stack([x, np.full(21, 500.0)])[::-1]])
+        inland = ring[:, 1] > 0
+        ring[inland] += rng.uniform(-off_m, off_m, (21, 2))
+        return CoastPart(shapely.Polygon(ring), 5.0, shapely.box(west, -500, west + 1000, 500))
+
+    coast = Coast.of(tile(0.0), tile(1000.0))
+    assert coast.length_m == pytest.approx(2000, abs=1)
+    assert coast.area_m2 == pytest.approx(1e6, rel=1e-4)
+
+
+def test_where_a_finer_chart_ends_is_no_coast() -> None:
+    """The finer chart has water where the coarser one has land."""
+    coast = Coast.of(CoastPart([], 2.0, shapely.box(0, 0, 10, 10)), CoastPart(shapely.box(5, -5, 20, 5), 5.0))
+    assert coast.length_m == pytest.approx(2 * 10 + 2 * 15 - 10)
+
+
 def test_a_coast_without_land() -> None:
     coast = Coast.of(CoastPart([], 5.0, shapely.box(0, 0, 10, 10)))
     assert coast.length_m == coast.area_m2 == 0

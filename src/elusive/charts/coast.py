@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -23,6 +22,7 @@ if TYPE_CHECKING:
 
 MOST_AREAS = 100
 SNAP_M = 1e-5  # vertices of united polygons come to lie on this grid: no slivers where two charts meet
+BORDER_M = 0.1  # off a chart's border, land that is cut there: a border's chord is off by 3 cm, 1e-7 degrees are 1 cm
 
 
 class CoastPart(NamedTuple):
@@ -55,7 +55,7 @@ class Coast:
     land
         Rings of the land, land on their left: outer rings counter-clockwise, holes clockwise.
     on_border
-        ``(V,)`` whether the edge that begins at a vertex of ``land`` is no coast: it ends there because the charts do.
+        ``(V,)`` whether the edge that begins at a vertex of ``land`` is no coast: it ends there because a chart does.
     border
         Rings round what the charts cover; none where something is known everywhere.
     areas
@@ -96,7 +96,7 @@ class Coast:
             raise DataError("charts: their polygons need shapely; install elusive[charts].") from error
         if not charts:
             raise DataError("charts: none was given; give at least one.")
-        lands, covers, sigmas = [], [], []
+        lands, covers, sigmas, seams = [], [], [], []
         taken: Any = shapely.Polygon()
         united: dict[int, Any] = {}  # a chart of several imprecisions gives the same land with each
         for number, chart in enumerate(charts, 1):
@@ -118,6 +118,8 @@ class Coast:
             covers.append(cover)
             sigmas.append(chart.sigma_m)
             taken = shapely.union_all([taken, cover], grid_size=SNAP_M)
+            if number == len(charts) or charts[number].land is not chart.land:
+                seams.append(shapely.boundary(taken))
         if not sigmas:
             raise DataError("charts: their coverage is empty; nothing is known anywhere.")
         if len(sigmas) > MOST_AREAS:
@@ -127,7 +129,7 @@ class Coast:
         border = rings_of(shapely.Polygon() if everywhere else taken)
         return cls(
             outline,
-            _along(outline, border),
+            _along(outline, seams),
             border,
             tuple(rings_of(cover) for cover in covers),
             np.array(sigmas),
@@ -152,7 +154,7 @@ class Coast:
 
     @property
     def length_m(self) -> float:
-        """Length of the coast, without the stretches where land ends because the charts do [m]."""
+        """Length of the coast, without the stretches where land ends because a chart does [m]."""
         return float(edge_lengths(self.land)[~self.on_border].sum())
 
     @property
@@ -200,17 +202,17 @@ def _united(shapes: BaseGeometry | Sequence[BaseGeometry], where: str) -> Any:
     return shapely.union_all(parts, grid_size=SNAP_M)
 
 
-def _along(land: Rings, border: Rings) -> NDArray[np.bool_]:
-    """Tell which edges of the land run along the charts' border."""
+def _along(land: Rings, seams: Sequence[BaseGeometry]) -> NDArray[np.bool_]:
+    """Tell which edges of the land run along a chart's border, whether or not another chart goes on there."""
     import shapely
 
     along = np.zeros(len(land.vertices), dtype=bool)
-    if len(along) and len(border.vertices):
-        line = shapely.union_all([shapely.LineString(border.vertices[a:b]) for a, b in pairwise(border.starts)])
+    if len(along) and seams:
+        line = shapely.union_all(seams)
         shapely.prepare(line)
-        near = shapely.dwithin(line, shapely.points(land.vertices), 10 * SNAP_M)
+        near = shapely.dwithin(line, shapely.points(land.vertices), BORDER_M)
         middles = shapely.points(0.5 * (land.vertices[:-1] + land.vertices[1:]))
         along[:-1] = near[:-1] & near[1:]
-        along[:-1][along[:-1]] = shapely.dwithin(line, middles[along[:-1]], 10 * SNAP_M)
+        along[:-1][along[:-1]] = shapely.dwithin(line, middles[along[:-1]], BORDER_M)
         along[land.starts[1:] - 1] = False
     return along
