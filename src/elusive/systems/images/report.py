@@ -115,13 +115,12 @@ def paired_error(truths: Sequence[Array], tracks: Sequence[Array], frames: int) 
 
 def write_png(path: Path, tracked: Tracked, frames: FrameKeeper) -> None:
     """Draw the frame of highest existence, the path, existence over time and error over time."""
-    panels = 4 if tracked.truth is not None else 3
-    with plots.figure(
-        path, 10.0, 7.4 if panels == 4 else 3.5, panels // 3 + (panels == 4), 2 if panels == 4 else 3
-    ) as (
-        figure,
-        grid,
-    ):
+    rows, columns = tracked.shape
+    if tracked.truth is not None:
+        height_in, grid_of = 7.4, (2, 2)
+    else:
+        height_in, grid_of = 1.1 + 2.75 * min(max(rows / columns, 0.6), 1.0), (1, 3)  # a third of the width is 2.75 in
+    with plots.figure(path, 10.0, height_in, *grid_of) as (figure, grid):
         axes = grid.ravel()
         best = _best_shown(tracked, frames.numbers)
         number = frames.numbers[best]
@@ -138,7 +137,6 @@ def write_png(path: Path, tracked: Tracked, frames: FrameKeeper) -> None:
             for other in tracked.others:
                 axes[1].plot(*other.T, color=plots.TRUTH, linewidth=4.0, alpha=0.5)
             plots.several_paths(axes[1], tracked.tracks, tracked.truth)
-        rows, columns = tracked.shape
         axes[1].set(
             xlim=(-0.5, columns - 0.5), ylim=(rows - 0.5, -0.5), title="Path" if tracked.tracks is None else "Paths"
         )
@@ -153,7 +151,7 @@ def write_png(path: Path, tracked: Tracked, frames: FrameKeeper) -> None:
         for track, curve in (tracked.existences or {}).items():
             axes[2].plot(tracked.times, curve, color=plots.track_colour(track), linewidth=1.6)
         axes[2].set_title(tracked.question, color="black" if tracked.believed else plots.WRONG)
-        if panels == 3:
+        if tracked.truth is None:
             axes[2].set_box_aspect(min(max(rows / columns, 0.6), 1.0))
         if tracked.error is not None:
             spread = np.hypot(*tracked.deviation.T) if np.isfinite(tracked.deviation).any() else None
