@@ -15,6 +15,7 @@ from elusive.model import Positive, Probability
 from elusive.preprocess.peaks import Peaks
 from elusive.tracking.lifecycle import Life, Lifecycle
 from elusive.tracking.peak_null import EmpiricalNull
+from elusive.tracking.peak_persistence import Persistence, Reliability
 from elusive.tracking.peak_recursion import PeakRecursion
 from elusive.tracking.peak_targets import PeakTargets
 from elusive.tracking.track import Track
@@ -36,6 +37,7 @@ class PeakBelief(NamedTuple):
     born: int  # targets so far
     numbered: int  # tracks so far
     ended: Array  # (E, 2) evidence of moving, and evidence a frame, of tracks that have ended
+    reliability: Reliability  # what became of tracks of an existence
     tracks: tuple[Track, ...]
 
     @property
@@ -49,6 +51,7 @@ class SceneTracker(PeakRecursion):
     """Follows everything in the peaks of recorded frames; times are counted in frames."""
 
     null: EmpiricalNull = Field(EmpiricalNull(), description="What moves, against what this recording's clutter does")
+    persistence: Persistence = Field(Persistence(), description="How far existence holds in this recording")
     lifecycle: Lifecycle = Field(Lifecycle(), description="When a track begins and ends")
     show_from: Probability = Field(0.5, description="Probability of moving from which a track is shown")
     show_until: Probability = Field(0.3, description="Probability of moving below which it is shown no more")
@@ -60,7 +63,7 @@ class SceneTracker(PeakRecursion):
         """Return the belief before any frame."""
         motions = self.motions
         none = PeakTargets.none(len(motions.table), int(motions.rests.sum()))
-        return PeakBelief(time_s, none, {}, 0, 0, np.zeros((0, 2)), ())
+        return PeakBelief(time_s, none, {}, 0, 0, np.zeros((0, 2)), self.persistence.begin(), ())
 
     def follow(
         self, belief: PeakBelief, time_s: float, peaks: Peaks | None, shape: tuple[int, int], interval_s: float
@@ -112,6 +115,11 @@ class SceneTracker(PeakRecursion):
             lives[number] = life
             if life.track is not None:
                 tracks.append((k, life))
+        some = np.array([k for k, _ in tracks], np.int64)
+        reliability = self.persistence.after(
+            belief.reliability, belief.time_s, interval_s, targets, some, peaks, self.most_peaks
+        )
+        told = self.persistence.existence(reliability, existence)
         confirmed = np.zeros(len(existence), np.bool_)
         confirmed[[k for k, life in tracks if life.status == "confirmed"]] = True
         enough = moves > np.where(targets.shown, self.show_until, self.show_from)
@@ -133,13 +141,14 @@ class SceneTracker(PeakRecursion):
             }
             assert life.track is not None
             assert life.status is not None
-            found.append(Track(life.track, life.status, float(existence[k]), mean[k], covariance[k], extra=extra))
+            found.append(Track(life.track, life.status, float(told[k]), mean[k], covariance[k], extra=extra))
         gone = [number for number, life in lives.items() if life.status == "deleted"]
         for number in gone:
             lives[number] = Life()
         return belief._replace(
-            targets=targets._replace(shown=shown), lives=lives, numbered=numbered, tracks=tuple(found)
-        )
+            targets=targets._replace(shown=shown), lives=lives, numbered=numbered, reliability=reliability,
+            tracks=tuple(found),
+        )  # fmt: skip
 
     def _alone(self, targets: PeakTargets, confirmed: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Say which track, if any, is by far the strongest."""

@@ -137,6 +137,9 @@ def _besides(log: ImageLog) -> list[tuple[str, str]]:
     moves = log.rows["added"][:, log.columns.added.index("moves")]
     if len(moves) and not np.isfinite(moves).any():
         said.append(("What moves?", "too few tracks, or frames, to tell what moves from what rests"))
+    existence = log.rows["existence"]
+    if len(existence) and not np.isfinite(existence).any():
+        said.append(("Existence", "empty: too few tracks, or frames, to tell how often such tracks are there again"))
     return said
 
 

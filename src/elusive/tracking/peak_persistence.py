@@ -1,0 +1,122 @@
+"""How far existence holds in this recording: of the tracks that were given as much, the share that was there again.
+
+The reliability of a probability (Murphy, 1973, J. Appl. Meteorol. 12, 595-600), learnt from the recording as it goes,
+made monotone by pooling (Ayer et al., 1955, Ann. Math. Stat. 26, 641-647). A track is there again where its peak is in
+enough of the next frames; what chance gives is counted beside each track, and taken off.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+from scipy.optimize import isotonic_regression
+from scipy.spatial import cKDTree
+
+from elusive.contracts import Array
+from elusive.model import Model, Positive
+from elusive.preprocess.peaks import Peaks
+from elusive.tracking.peak_targets import PeakTargets
+
+EDGES = np.array([0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.97, 0.99, 0.998])  # of groups of alike existence
+SUPPOSED = 2.0  # outcomes of each group that existence itself is supposed to have given beforehand
+TURN = 2.4  # radians between the directions in which chance is looked for, from one target to the next
+
+
+class Watch(NamedTuple):
+    """Tracks whose peaks are looked for: ``(n, 2)`` places, of the tracks and beside them."""
+
+    time_s: float
+    place: Array  # (n, 2)
+    velocity: Array  # (n, 2) a frame
+    level: Array  # (n,)
+    bright: NDArray[np.bool_]  # (n,)
+    existence: Array  # (n,)
+    seen: NDArray[np.int64]  # (n, 2) frames with a peak at the track, and beside it
+    looks: int
+
+
+class Reliability(NamedTuple):
+    """What became of tracks, by groups of alike existence."""
+
+    outcomes: Array  # (G, 4) how many, their existence, there again, there by chance; sums
+    watch: Watch | None
+
+
+class Persistence(Model):
+    """How a track's existence is set against what became of this recording's tracks."""
+
+    looks: int = Field(5, ge=1, description="Frames in which a track's peak is looked for")
+    again: int = Field(2, ge=1, description="Of them with its peak from which the track is there again")
+    near_px: Positive = Field(2.5, description="Distance within which a peak is the track's [px]")
+    near_level: Positive = Field(0.9, description="Difference of log contrast within which it is")
+    beside_px: Positive = Field(12.0, description="Distance at which chance is looked for [px]")
+    least_outcomes: int = Field(20, ge=1, description="Outcomes without which existence is not told")
+
+    def begin(self) -> Reliability:
+        """Return what is known before any frame."""
+        return Reliability(np.zeros((len(EDGES) + 1, 4)), None)
+
+    def after(
+        self,
+        known: Reliability,
+        time_s: float,
+        interval_s: float,
+        targets: PeakTargets,
+        tracks: NDArray[np.int64],
+        peaks: Peaks,
+        most: int,
+    ) -> Reliability:
+        """Return what is known after a frame, of whose targets some are ``tracks``, which take ``most`` peaks."""
+        outcomes, watch = known
+        if watch is not None and not peaks.cut:
+            watch = self._looked(watch, (time_s - watch.time_s) / interval_s, peaks, most)
+            if watch.looks < self.looks:
+                return Reliability(outcomes, watch)
+            there = watch.seen >= self.again
+            rows = np.column_stack([np.ones(len(there)), watch.existence, there])
+            outcomes = outcomes.copy()
+            np.add.at(outcomes, np.searchsorted(EDGES, watch.existence, "right"), rows)
+        watch = Watch(
+            time_s, targets.mean_place[tracks], targets.mean_velocity[tracks], targets.level[tracks],
+            targets.bright[tracks], targets.existence[tracks], np.zeros((len(tracks), 2), np.int64), 0,
+        )  # fmt: skip
+        return Reliability(outcomes, watch if len(tracks) else None)
+
+    def existence(self, known: Reliability, existence: Array) -> Array:
+        """Return how often tracks of such an existence were there again, ``(n,)``; NaN where that is not known yet."""
+        count, supposed, again, chance = known.outcomes.T
+        if count.sum() < self.least_outcomes:
+            return np.full(len(existence), np.nan)
+        middle = np.convolve(np.concatenate([[0.2], EDGES, [1.0]]), [0.5, 0.5], "valid")
+        supposed = np.where(count > 0, supposed / np.maximum(count, 1), middle)
+        by_chance = chance.sum() / count.sum()
+        beyond = (again - by_chance * count) / (1 - min(by_chance, 0.9))
+        weights = count + SUPPOSED
+        share = isotonic_regression((beyond + SUPPOSED * supposed) / weights, weights=weights).x
+        told: Array = np.clip(share, 0.0, 1.0)[np.searchsorted(EDGES, existence, "right")]
+        return told
+
+    def _looked(self, watch: Watch, frames: float, peaks: Peaks, most: int) -> Watch:
+        """Look for each track's peak, where it should be by now and beside that."""
+        level = np.log(np.maximum(np.abs(peaks.contrast[:most]), 1e-3))
+        found = self._features(peaks.places_px[:most] - peaks.offset_px, level, peaks.bright[:most])
+        place = watch.place + frames * watch.velocity
+        turn = TURN * np.arange(len(place))
+        beside = place + self.beside_px * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+        seen = watch.seen
+        if len(found):
+            tree = cKDTree(found)
+            near = [
+                tree.query(self._features(at, watch.level, watch.bright), distance_upper_bound=1.0)[0] < math.inf
+                for at in (place, beside)
+            ]
+            seen = seen + np.stack(near, axis=1)
+        return watch._replace(seen=seen, looks=watch.looks + 1)
+
+    def _features(self, places: Array, level: Array, bright: NDArray[np.bool_]) -> Array:
+        """Lay peaks out such that those of one track are less than 1 apart, ``(m, 4)``."""
+        return np.column_stack([places / self.near_px, level / self.near_level, 10.0 * bright])
