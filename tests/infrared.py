@@ -164,12 +164,12 @@ def paint(sequence: Sequence, way: np.ndarray, rng: np.random.Generator, targets
 class Score(NamedTuple):
     """How well the labelled target is followed and shown, from the tenth frame on."""
 
-    followed: float  # share of its frames with a confirmed track at it, of existence above one half
+    followed: float  # share of its frames with a confirmed track at it, of existence above one half or not told yet
     shown: float  # share of the frames in which it is due with a shown track at it; NaN where there is none
     due: int  # frames from thirty after it has moved, or in which it is the strongest peak
     others: float  # other shown tracks a frame
     brightest: float  # share of its frames in which the strongest peak, alone, is at it
-    existence: float  # mean of the greatest existence of anything shown at it
+    existence: float  # mean of the greatest existence of anything shown at it, 1 where it is not told yet
 
 
 def score(sequence: Sequence) -> Score:
@@ -192,9 +192,11 @@ def score(sequence: Sequence) -> Score:
         others.append(sum(not at[track.track] for track in seen))
         if np.isnan(labels[k, 0]):
             continue
-        followed.append(any(at[track.track] and track.existence > 0.5 for track in sure))
+        followed.append(any(at[track.track] and not track.existence <= 0.5 for track in sure))
         brightest.append(bool(np.hypot(*(peaks[k].places_px[0] - labels[k])) <= near_px))
-        existence.append(max((track.existence for track in seen if at[track.track]), default=0.0))
+        existence.append(
+            max((np.nan_to_num(track.existence, nan=1.0) for track in seen if at[track.track]), default=0.0)
+        )
         if k >= due_from or brightest[-1]:
             shown.append(any(at[track.track] for track in seen))
     return Score(
