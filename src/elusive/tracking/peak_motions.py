@@ -49,6 +49,12 @@ class PeakMotions(Model):
         return np.asarray(self.table[:, 3] == 0)
 
     @cached_property
+    def leash(self) -> Array:
+        """Deviation of a place from where it began, in each way of resting, ``(R,)`` [px]."""
+        jitter, hop = self.table[self.rests][:, 0], self.table[self.rests][:, 5]
+        return np.asarray(np.sqrt(self.sway**2 + jitter**2 + hop**2))
+
+    @cached_property
     def switch(self) -> Array:
         """Probability of each motion, a row, being followed by each, a column, a frame later."""
         rests = self.rests

@@ -30,9 +30,9 @@ class EmpiricalNull(Model):
         Parameters
         ----------
         moved, rate
-            ``(n,)`` of each track: greatest log evidence of moving against resting, and its log evidence a frame.
+            ``(n,)`` of each track: log evidence of moving against resting, and its log evidence a frame.
         null_moved, null_rate
-            ``(N,)`` the same of the recording's tracks so far, those that are shown left out.
+            ``(N,)`` the same of the recording's tracks so far.
         """
         count = len(null_moved)
         if count < self.least_tracks:

@@ -160,8 +160,8 @@ class PeakRecursion(Model):
             bright=peaks.bright[chosen],
             evidence=zero,
             resting=np.zeros((count, int(self.motions.rests.sum()))),
-            moved=zero,
             shown=np.zeros(count, np.bool_),
+            origin=clutter.places[chosen],
         )
 
     def kept(self, targets: PeakTargets, offset_px: Array, shape: tuple[int, int]) -> NDArray[np.bool_]:

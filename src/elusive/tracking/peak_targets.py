@@ -27,8 +27,8 @@ class PeakTargets(NamedTuple):
     bright: NDArray[np.bool_]  # (n,) else dark
     evidence: Array  # (n,) log likelihood of all its frames with it, less that of clutter
     resting: Array  # (n, R) the same, had it always been at rest in one way
-    moved: Array  # (n,) greatest log evidence, so far, that it moves
     shown: NDArray[np.bool_]  # (n,)
+    origin: Array  # (n, 2) its first place
 
     @classmethod
     def none(cls, motions: int, resting: int) -> Self:
@@ -36,7 +36,8 @@ class PeakTargets(NamedTuple):
         one, whole, flag = np.zeros(0), np.zeros(0, np.int64), np.zeros(0, np.bool_)
         return cls(
             whole, whole, np.zeros((0, motions, 2)), np.zeros((0, motions, 2)), np.zeros((0, motions, 3)),
-            np.zeros((0, motions)), one, one, one, one, one, flag, one, np.zeros((0, resting)), one, flag,
+            np.zeros((0, motions)), one, one, one, one, one, flag, one, np.zeros((0, resting)), flag,
+            np.zeros((0, 2)),
         )  # fmt: skip
 
     @property
@@ -56,11 +57,15 @@ class PeakTargets(NamedTuple):
         found: Array = np.einsum("nm,nma->na", self.weight, self.velocity)
         return found
 
-    @property
-    def moving(self) -> Array:
-        """Log evidence that each moves against all ways of resting, or against clutter alone, ``(n,)``."""
-        top = self.resting.max(axis=1, initial=0.0)
-        still = top + np.log(np.exp(self.resting - top[:, None]).mean(axis=1))
+    def moving(self, leash: Array) -> Array:
+        """Log evidence that each moves against all ways of resting, or against clutter alone, ``(n,)``.
+
+        What rests hops and sways about where it began: ``leash`` ``(R,)`` is the deviation of that [px].
+        """
+        away = self.place[:, : len(leash)] - self.origin[:, None]
+        resting = self.resting - np.einsum("nra,nra,r->nr", away, away, 0.5 / leash**2)
+        top = resting.max(axis=1, initial=0.0)
+        still = top + np.log(np.exp(resting - top[:, None]).mean(axis=1))
         found: Array = self.evidence - np.maximum(still, 0.0)
         return found
 

@@ -92,11 +92,9 @@ class SceneTracker(PeakRecursion):
         targets, unclaimed = self.updated(targets, peaks, clutter)
         newborn = self.newborn(peaks, clutter, unclaimed, belief.born)
         targets = targets.joined(newborn)
-        moved = np.maximum(targets.moved, np.where((targets.existence > 0.5) & (targets.age >= OLD), targets.moving, 0))
-        targets = targets._replace(moved=moved)
         kept = self.kept(targets, peaks.offset_px, shape)
-        over = ~kept & (targets.age >= OLD) & ~targets.shown
-        ended = np.concatenate([belief.ended, _reached(targets)[over]])[-REMEMBERED:]
+        over = ~kept & (targets.age >= OLD)
+        ended = np.concatenate([belief.ended, self._reached(targets)[over]])[-REMEMBERED:]
         belief = belief._replace(
             time_s=time_s, targets=targets.kept(kept), born=belief.born + len(newborn.number), ended=ended
         )
@@ -106,8 +104,8 @@ class SceneTracker(PeakRecursion):
         """Say which targets are tracks, which of them move, and which are shown."""
         targets = belief.targets
         lives, numbered, tracks = dict[int, Life](), belief.numbered, []
-        reached = _reached(targets)
-        others = np.concatenate([belief.ended, reached[(targets.age >= OLD) & ~targets.shown]])
+        reached = self._reached(targets)
+        others = np.concatenate([belief.ended, reached[targets.age >= OLD]])
         moves = self.null.moves(*reached.T, *others.T)
         existence = targets.existence
         for k, (number, exists) in enumerate(zip(targets.number.tolist(), existence.tolist(), strict=True)):
@@ -150,11 +148,16 @@ class SceneTracker(PeakRecursion):
             tracks=tuple(found),
         )  # fmt: skip
 
+    def _reached(self, targets: PeakTargets) -> Array:
+        """Evidence of moving, and all evidence a frame, ``(n, 2)``."""
+        moving = np.where(targets.age >= OLD, np.maximum(targets.moving(self.motions.leash), 0.0), 0.0)
+        return np.stack([moving, targets.evidence / (targets.age + SETTLING)], axis=1)
+
     def _alone(self, targets: PeakTargets, confirmed: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Say which track, if any, is by far the strongest."""
         alone = np.zeros(len(confirmed), np.bool_)
         old = np.flatnonzero(confirmed & (targets.age >= OLD))
-        if len(old) < 3:
+        if not len(old):
             return alone
         first, *others = old[np.argsort(-targets.strength[old])][: RIVALS + 1]
         place = targets.mean_place
@@ -162,25 +165,21 @@ class SceneTracker(PeakRecursion):
             near = COMPANION * max(targets.scale[first], targets.scale[other])
             if math.hypot(*(place[first] - place[other])) > near:
                 alone[first] = targets.strength[first] > self.alone * targets.strength[other]
-                break
+                return alone
+        alone[first] = True
         return alone
-
-
-def _reached(targets: PeakTargets) -> Array:
-    """Evidence of moving, and all evidence a frame, ``(n, 2)``."""
-    return np.stack([targets.moved, targets.evidence / (targets.age + SETTLING)], axis=1)
 
 
 def _leave_companions(targets: PeakTargets, shown: NDArray[np.bool_]) -> None:
     """Show only the surest of what moves together: parts of an object, and their dark or bright shadows."""
     place, velocity = targets.mean_place, targets.mean_velocity
-    chosen: list[int] = []
+    companions = np.zeros(len(shown), np.bool_)
     for k in np.flatnonzero(shown)[np.argsort(-targets.evidence[shown], kind="stable")].tolist():
-        for other in chosen:
-            near = COMPANION * max(targets.scale[k], targets.scale[other])
-            alike = ALIKE[0] + ALIKE[1] * math.hypot(*velocity[other])
-            if math.hypot(*(place[k] - place[other])) < near and math.hypot(*(velocity[k] - velocity[other])) < alike:
-                shown[k] = False
-                break
-        else:
-            chosen.append(k)
+        if companions[k]:
+            continue
+        near = COMPANION * np.maximum(targets.scale, targets.scale[k])
+        alike = ALIKE[0] + ALIKE[1] * math.hypot(*velocity[k])
+        beside = (np.hypot(*(place - place[k]).T) < near) & (np.hypot(*(velocity - velocity[k]).T) < alike)
+        beside[k] = False
+        companions |= beside & ~(shown & (targets.evidence > targets.evidence[k]))
+    shown &= ~companions
