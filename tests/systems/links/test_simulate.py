@@ -176,7 +176,7 @@ def test_the_command_repeats_from_its_own_configuration(tmp_path: Path, capfd: p
     said = capfd.readouterr()
     assert "7 nodes, 21 links, 1 channel " in said.out
     command = said.err.split("To track: elusive ")[1].splitlines()[0].split()
-    assert command[-6:-2] == ["--calibration-frames", "10", "--method", "image"]
+    assert command[-4:-2] == ["--calibration-frames", "10"]
     with pytest.raises(SystemExit) as end:
         main([*command[:-1], str(tmp_path / "tracks")])
     assert not end.value.code

@@ -32,7 +32,7 @@ class SignalTracking(Model):
 
     main_options: ClassVar[tuple[str, ...]] = (
         "object_size", "statistic", "max_velocity", "velocity_step", "smoothing", "border", "probability",
-        "noise", "calibration_frames", "miss_frames", "seed",
+        "noise", "calibration_frames", "seed",
     )  # fmt: skip
 
     object_size: int = Field(
