@@ -173,10 +173,13 @@ def test_frames_of_ones_own_sent_and_from_the_folder(
     page.get_by_label("Name of truth").fill("own.csv")
     button(page, "Open truth").click()
     told(page, "own.csv: targets: 1")
-    field(page, "filter.particles").fill("800")
+    assert field(page, "pedestal").count() == 0  # of white frames alone
+    page.locator('[data-field="show"]').first.click()
+    page.get_by_role("option", name="all", exact=True).click()
     button(page, "Run").click()
     page.locator("[data-score='This run']").wait_for()
     assert page.get_by_text("elusive track images own.npy --config tracking.yaml").count() == 1
+    assert "Peaks" in titles(page)
     shown = score(page, "This run")
     config = download(page, "Run as YAML", tmp_path)
     given = ["--config", config, "--truth", served.folder / "own.csv", "--out", tmp_path / "out"]
@@ -223,7 +226,7 @@ def test_every_filter_is_told_what_the_scene_knows(kind: str) -> None:
     beliefs = [belief_of(step.state, 100) for step in steps]
     log = ImageLog(scene.settled.tracking)
     for step in steps:
-        log.take(step)
+        log.append(step)
     if kind == "recurrent":
         assert beliefs[-1].score is not None
         assert beliefs[-1].score.shape == (20, 20)

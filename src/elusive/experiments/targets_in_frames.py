@@ -26,7 +26,10 @@ class TargetsInFrames(ImageScene):
     """A scene whose paths and noise are drawn anew in each trial: its seed has no effect."""
 
     filter_knows_target: bool = Field(False, description="The filter knows the target's motion and its mean SNR")
-    tracking: ImageTracking = Field(ImageTracking(), description="How it is tracked")
+    tracking: ImageTracking = Field(
+        ImageTracking(filter={"kind": "several", "sensor": {"kind": "white"}}),
+        description="How it is tracked",
+    )
     cutoff_px: Positive = Field(NEAR_PX, description="Distance from which a track stands for no target, c of GOSPA")
 
 

@@ -176,7 +176,7 @@ WHITE = {"filter": {"sensor": {"kind": "white"}}}
         ({"filter": {"kind": "recurrent", "particles": 10}}, "there is no such field"),
         ({**WHITE, "background": {"rest_lag": 9}}, "background: has no meaning for frames taken as they are"),
         ({**WHITE, "jitter_px": 1.0}, "jitter_px: has no meaning for frames taken as they are"),
-        ({"clump_px": 9.0}, "clump_px: has no meaning for filter 'several'"),
+        ({"clump_px": 9.0}, "clump_px: has no meaning for filter 'peaks'"),
     ],
 )
 def test_options_of_another_filter_are_refused(given: dict[str, Any], sentence: str) -> None:

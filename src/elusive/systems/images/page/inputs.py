@@ -7,9 +7,11 @@ from typing import Any
 
 from nicegui import ui
 
+from elusive.filters.particle.recorded import RecordedFrames
 from elusive.io import Truth
 from elusive.systems.images.page.recording import KINDS, TRUTHS, Recorded, read_frames, read_places
 from elusive.systems.images.page.state import ImagesState
+from elusive.systems.images.peaks import PeakImages
 from elusive.systems.images.recurrent import RecurrentImages
 from elusive.systems.images.scene import ImageScene
 from elusive.systems.images.track import ImageTracking
@@ -26,7 +28,13 @@ KNOWN = tuple(
     (*FILTER, *path) for path in (("motion",), ("birth", "snr_db"), ("birth", "snr_db_range"), ("target_snr_db",))
 )
 SOURCES = {"scene": "Make a scenario", "file": "Open frames"}
-OPEN_MAIN = (("filter", "kind"), ("filter", "birth", "snr_db"), ("filter", "particles"), ("filter", "target_snr_db"))
+OPEN_MAIN = (
+    ("filter", "kind"),
+    ("show",),
+    ("filter", "birth", "snr_db"),
+    ("filter", "particles"),
+    ("filter", "target_snr_db"),
+)
 
 
 class ImageInputs:
@@ -91,15 +99,21 @@ class ImageInputs:
             opener("truth", TRUTHS, read_places, self._told_truth)
         if state.truth is not None:
             ui.label(f"{state.truth_name}: targets: {len(state.truth.paths)}")
-        forms = [Form(state.tracking, OPEN_MAIN, self._track, grouped=False)]
-        without = [*OPEN_MAIN, *([("tracks",), ("jitter_px",), ("clump_px",)] if self._several else [])]
+        idle = self._idle
+        forms = [Form(state.tracking, OPEN_MAIN, self._track, without=idle, grouped=False)]
+        without = [*OPEN_MAIN, *idle]
         with self._filter():
             forms.append(Form(state.tracking, ((),), self._track, without=without))
         return forms
 
     @property
-    def _several(self) -> bool:
-        return isinstance(self._state.tracking.filter, RecurrentImages)
+    def _idle(self) -> list[tuple[str, ...]]:
+        """What has no meaning for the filter that is chosen."""
+        flt = self._state.tracking.filter
+        if isinstance(flt, PeakImages):
+            return [(name,) for name in (*RecordedFrames.model_fields, "pedestal", "polarity")]
+        several = ("tracks", "jitter_px", "clump_px") if isinstance(flt, RecurrentImages) else ()
+        return [(name,) for name in ("show", *several)]
 
     def _track(self, tracking: ImageTracking) -> ImageTracking:
         before, self._state.tracking = self._state.tracking, tracking

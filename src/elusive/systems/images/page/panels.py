@@ -1,4 +1,4 @@
-"""The panels of the images: the frame as it came, the particle cloud, and the track with the truth; and the curves."""
+"""The panels of the images: the frame as it came, what the filter holds, the track with the truth; curves."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from elusive.contracts import Array, X, Y
 from elusive.report import drawing as draw
+from elusive.systems.images.peaks import PeaksState
 from elusive.systems.images.recurrent import SeveralState
 from elusive.systems.images.report import Tracked, curves, frame_panel
 from elusive.tracking.superposed_state import SuperposedState
@@ -24,11 +25,17 @@ class Belief(NamedTuple):
     """What is shown of the filter after a frame."""
 
     dots: Array | None = None  # (k, 2) x, y of some particles [px]
+    peaks: Array | None = None  # (k, 2) x, y of the strongest that stand out of the frame [px]
     score: NDArray[np.floating[Any]] | None = None  # (rows, columns) accumulated evidence
 
 
 def belief_of(state: Any, most: int) -> Belief:
-    """Take a few particles of a state, evenly along their weights, as many as existence says; or the map of scores."""
+    """Take a few particles of a state, evenly along their weights, as many as existence says; or scores, or peaks."""
+    if isinstance(state, PeaksState):
+        if state.peaks is None:
+            return Belief(peaks=np.empty((0, 2)))
+        strongest = np.argsort(-state.peaks.strength, kind="stable")[:most]
+        return Belief(peaks=state.peaks.places_px[strongest])
     if isinstance(state, SeveralState):
         score = state.followed.score
         return Belief(score=score.copy() if score.ndim == 2 else None)
@@ -88,6 +95,10 @@ def _second(shown: Sequence[Belief], grey: Any, bare: Tracked, times: Array, shr
         scores = np.array([nothing if one.score is None else one.score[::shrink, ::shrink] for one in shown])
         evidence: dict[str, Any] = {**draw.scaled(scores, low=0.0), "unit": "deviations"}
         return frame_panel("Evidence", evidence, bare, times, shrink, colours="heat", span=4)
+    if any(one.peaks is not None for one in shown):
+        found = [(float(time), one.peaks) for time, one in zip(times, shown, strict=True) if one.peaks is not None]
+        peaks = draw.clouds(found, "--particle", show="now", size=1.0, name="peaks, the strongest of the frame")
+        return frame_panel("Peaks", grey, bare, times, shrink, [peaks], "dim", span=4)
     kept = [(float(time), one.dots) for time, one in zip(times, shown, strict=True) if one.dots is not None]
     dots = draw.clouds(kept, "--particle", show="now", size=1.0, name="particles, as many as it is likely there")
     return frame_panel("Particle cloud", grey, bare, times, shrink, [dots], "dim", span=4)

@@ -87,7 +87,7 @@ def watched(
         beliefs.append(belief_of(step.state, most) if len(beliefs) % stride == 0 else Belief())
         log.append(step)
         job.tell(getattr(step.state, log.measure))
-    scores = None if known is None else scored(log, known, NEAR_PX)
+    scores = None if known is None else scored(log.shown, known, NEAR_PX)
     tracked = tracked_of(title, log, source.shape, timed=source.timed, truth=known, scores=scores)
     said = dict(tracked.rows)
     headline = (ERROR, said[ERROR]) if ERROR in said else ("Confirmed tracks", said["Confirmed tracks"])
