@@ -44,7 +44,8 @@ def track_images(
     Yields
     ------
     Step
-        A frame's; a track's existence is a posterior probability, save of filter ``recurrent``: a score alone.
+        A frame's; a track's existence is a posterior probability, of filter ``peaks`` by how often tracks of this
+        recording that were believed as much were there again; filter ``recurrent`` has a score alone.
 
     Raises
     ------
