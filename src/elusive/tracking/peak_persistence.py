@@ -52,9 +52,7 @@ class Persistence(Model):
     looks: int = Field(5, ge=1, description="Frames in which a track's peak is looked for")
     again: int = Field(2, ge=1, description="Of them with its peak from which the track is there again")
     near_px: Positive = Field(2.5, description="Distance within which a peak is the track's [px]")
-    near_level: Positive = Field(
-        0.9, description="Difference of the logarithm of contrast within which it is, relative"
-    )
+    near_level: Positive = Field(0.9, description="Difference of log contrast within which it is, relative")
     beside_px: Positive = Field(12.0, description="Distance at which chance is looked for [px]")
     least_outcomes: int = Field(20, ge=1, description="Outcomes without which existence is not told")
 
