@@ -54,7 +54,7 @@ class Persistence(Model):
     near_px: Positive = Field(2.5, description="Distance within which a peak is the track's [px]")
     near_level: Positive = Field(0.9, description="Difference of log contrast within which it is, relative")
     beside_px: Positive = Field(12.0, description="Distance at which chance is looked for [px]")
-    least_outcomes: int = Field(20, ge=1, description="Outcomes without which existence is not told")
+    least_outcomes: int = Field(2, ge=1, description="Outcomes without which existence is not told")
 
     def begin(self) -> Reliability:
         """Return what is known before any frame."""
