@@ -12,6 +12,7 @@ from elusive.preprocess.peaks import Peaks
 from elusive.tracking import _peak_kernels as kernels
 from elusive.tracking.peak_motions import PeakMotions
 from elusive.tracking.peak_null import EmpiricalNull
+from elusive.tracking.peak_targets import PeakTargets
 from elusive.tracking.peaks import PeakBelief, SceneTracker
 from tests.reference import scene_targets as reference
 
@@ -176,6 +177,31 @@ def test_what_has_left_is_given_up() -> None:
     beliefs = recorded(rng, path, resting(rng))
     assert any(track.extra["shown"] for track in beliefs[39].tracks)
     assert not any(track.extra["shown"] for track in beliefs[-1].tracks)
+
+
+def test_a_target_that_has_gone_far_by_hops_is_not_at_rest() -> None:
+    leash = MOTIONS.leash
+    kinds, rests = len(MOTIONS.table), len(leash)
+    one, place = np.ones(2), np.array([[0.0, 0.0], [8.0, 6.0]])
+    targets = PeakTargets.none(kinds, rests)._replace(
+        place=np.repeat(place[:, None], kinds, axis=1),
+        origin=np.zeros((2, 2)),
+        evidence=500 * one,
+        resting=np.full((2, rests), 500.0),
+    )
+    stayed, went = targets.moving(leash)
+    assert stayed == pytest.approx(0.0)
+    kept = 500 - 100 / (2 * leash**2)  # 10 px from where it began
+    assert went == pytest.approx(500 - max(np.log(np.mean(np.exp(kept - kept.max()))) + kept.max(), 0))
+    assert went > 1
+
+
+def test_one_target_alone_is_shown_and_its_existence_told() -> None:
+    path = np.stack([np.linspace(40, 60, 40), np.full(40, 50.0)], axis=1)
+    last = recorded(np.random.default_rng(4), path, np.zeros((0, 2)))[-1]
+    (track,) = (track for track in last.tracks if track.extra["shown"])
+    np.testing.assert_allclose(track.mean[[1, 3]], (20 / 39, 0.0), atol=0.3)
+    assert track.existence > 0.5
 
 
 def test_too_few_tracks_make_no_null() -> None:
