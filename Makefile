@@ -63,7 +63,7 @@ $(VENV)/.core: $(VENV)/.python $(PINS)
 $(VENV)/.dev: $(VENV)/.python $(PINS)
 	@echo "Installing what elusive, its tests and its documentation need (the first time only) ..."
 	@$(INSTALL) hatchling editables
-	@$(INSTALL) --no-build-isolation --editable ".[video,cluster,ais,charts,workbench,test,bench,lint,docs]"
+	@$(INSTALL) --no-build-isolation --editable ".[video,cluster,ais,charts,workbench,radar,live,test,bench,lint,docs]"
 	@touch $(VENV)/.core $@
 
 $(VENV)/.python:
