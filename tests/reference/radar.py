@@ -59,7 +59,7 @@ def log_ratio(sensor, states, scan):
     """Log of 1 - P_D + P_D sum p / lambda; without false alarms, of the likelihood."""
     seen = in_view(sensor, *measured(sensor, states)[:2])
     detection = np.where(seen, sensor.detection_probability, 0.0)
-    plots = list(zip(*scan[1:], strict=True))
+    plots = list(zip(*scan.plots, strict=True))
     with np.errstate(divide="ignore"):
         log_detection, log_missed = np.log(detection), np.log(1 - detection)
         terms = []

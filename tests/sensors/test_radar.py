@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from scipy.linalg import solve_discrete_are
@@ -17,6 +19,7 @@ from elusive.io import RadarPlot, RadarScan
 from elusive.motion import ConstantAcceleration, ConstantVelocity
 from elusive.sensors import RadarBirth, RadarSensor, ScanPrior
 from elusive.sensors.radar_births import drawn_about
+from elusive.sensors.radar_scans import OwnShip
 from tests.reference import radar as reference
 
 CLUTTERED = {"detection_probability": 0.8, "false_alarms": 6.0, "max_range_m": 400.0, "max_doppler_mps": 20.0}
@@ -82,7 +85,7 @@ def test_it_is_a_detection_sensor(name):
     some = np.arange(looked.detections)[::-2]
     np.testing.assert_array_equal(sensor.log_densities(states, looked, some), densities[:, some])
     assert densities.shape == (50, looked.detections)
-    for found, time_s, *plot in zip(densities.T, *looked[1:], strict=True):
+    for found, time_s, *plot in zip(densities.T, *looked.plots, strict=True):
         known = reference.log_density(sensor, states[there], plot, time_s)
         np.testing.assert_allclose(found[there], known, rtol=1e-9, atol=1e-9)
         assert (found[~there] == -np.inf).all()
@@ -455,3 +458,46 @@ def test_each_plot_is_seen_at_its_own_time_whatever_the_others():
     np.testing.assert_allclose(
         sensor.log_likelihood(states, looked), reference.log_ratio(sensor, states, looked), atol=1e-9
     )
+
+
+# ------------------------------------------------------------------------------------------------- on a moving ship
+
+
+def test_a_radar_that_moves_sees_what_a_resting_one_sees_of_relative_states():
+    rng = np.random.default_rng(11)
+    sensor = RadarSensor(x_m=40.0, y_m=-20.0, max_range_m=3000.0, false_alarms=3.0, max_doppler_mps=40.0)
+    own = OwnShip(500.0, 6.0, -300.0, 8.0)
+    relative = np.column_stack([rng.normal(0, 800, 50), rng.normal(0, 5, 50), rng.normal(0, 800, 50), np.ones(50)])
+    there = sensor.simulate(relative, rng)
+    times_s = np.linspace(-1.0, 1.0, there.detections)  # plots of a turn have their own times
+    there = there._replace(times_s=times_s)
+    here, moved = there._replace(own=own), relative + np.array(own)
+    which = np.arange(there.detections)
+    for ask in (sensor.log_likelihood, sensor.detection_probabilities, sensor.log_densities):
+        np.testing.assert_allclose(ask(moved, here), ask(relative, there), rtol=1e-9, atol=1e-9)
+    for seed in range(3):
+        born, before = (
+            sensor.draw_births(scan, which, 20, 5.0, np.random.default_rng(seed)).states for scan in (here, there)
+        )
+        np.testing.assert_allclose(born, before + np.array(own), rtol=1e-9, atol=1e-9)
+        drawn, usual = (
+            RadarBirth().draw(30, scan, sensor, ("x", "vx", "y", "vy"), np.random.default_rng(seed))
+            for scan in (here, there)
+        )
+        np.testing.assert_allclose(drawn.states, usual.states + np.array(own), rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(drawn.log_ratio, usual.log_ratio, rtol=1e-9, atol=1e-9)
+    places = sensor.places(here)[0] - sensor.places(there)[0]
+    np.testing.assert_allclose(places, np.array([500, -300]) + times_s[:, None] * np.array([6, 8]), atol=1e-9)
+    covariances = np.tile(np.diag([400.0, 4, 400, 4]), (50, 1, 1))
+    near = [sensor.gate(states, covariances, scan, 3.0) for states, scan in ((moved, here), (relative, there))]
+    np.testing.assert_array_equal(*near)
+    one = which[:1]
+    for ask in (sensor.residual, sensor.jacobian):
+        found = ask(moved[0], here.select_detections(one))
+        np.testing.assert_allclose(found, ask(relative[0], there.select_detections(one)), rtol=1e-9, atol=1e-9)
+
+
+def test_a_radar_whose_own_place_is_no_number_is_refused():
+    looked = RadarSensor().simulate(np.zeros((0, 4)), np.random.default_rng(0))._replace(own=OwnShip(math.nan))
+    with pytest.raises(DataError, match="place of its radar"):
+        RadarSensor().judged(looked)

@@ -10,21 +10,16 @@ import os
 import re
 from collections import Counter
 from collections.abc import Callable, Iterator
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from elusive.errors import DataError
+from elusive.io.nmea import checksum, received_s, text_lines
 
 KNOT_MPS = 1852 / 3600
 POSITIONS = frozenset("123BCK")  # first characters of messages 1, 2, 3, 18, 19 and 27
 LONG_RANGE = 27
 SENTENCE = re.compile(r"!([A-Z0-9]{2}VD[MO],(\d),(\d),(\d?),([^,]?),([0-W`-w]*),[0-5])\*([0-9A-Fa-f]{2})", re.ASCII)
-TAG_BLOCK = re.compile(r"\\([^\\]*)\*([0-9A-Fa-f]{2})\\")
-TAG_TIME = re.compile(r"(?:^|,)c:(\d+)(?:,|$)", re.ASCII)
-TRAILING_TIME = re.compile(r",(\d{9,10})$", re.ASCII)
-NUMBER = re.compile(r"\d{9,13}(\.\d*)?", re.ASCII)
-MILLISECONDS = 1e11  # a time since 1970 from here on counts them
 MAX_PENDING = 64  # messages whose other sentences are awaited
 
 
@@ -92,13 +87,13 @@ def read_ais(
 def _messages(path: Path, counts: Counter[str]) -> Iterator[tuple[float, list[str]]]:
     """Yield each position message's time, NaN where none is told, and its sentences, whole and undamaged."""
     pending: dict[tuple[str, ...], tuple[float, list[str]]] = {}
-    for line in _lines(path):
+    for line in text_lines(path):
         found = SENTENCE.search(line)
-        if found is None or int(found[7], 16) != _checksum(found[1]):
+        if found is None or int(found[7], 16) != checksum(found[1]):
             counts["damaged"] += "VDM," in line or "VDO," in line
             continue
         _, total, number, group, channel, payload, _ = found.groups()
-        key, time_s = (total, group, channel), _time_of(line, found)
+        key, time_s = (total, group, channel), received_s(line, found)
         if number == "1":
             pending.pop(key, None)
             if payload[:1] not in POSITIONS:
@@ -116,45 +111,6 @@ def _messages(path: Path, counts: Counter[str]) -> Iterator[tuple[float, list[st
             pending[key] = time_s, sentences
             if len(pending) > MAX_PENDING:
                 del pending[next(iter(pending))]
-
-
-def _lines(path: Path) -> Iterator[str]:
-    try:
-        # Receivers log noise too: an octet that is no ASCII spoils its own sentence only.
-        with path.open(encoding="ascii", errors="replace") as file:
-            for line in file:
-                yield line.strip()
-    except OSError as error:
-        raise DataError(f"{path}: cannot be read ({error.strerror}); check the path.") from None
-
-
-def _checksum(text: str) -> int:
-    value = 0
-    for octet in text.encode("ascii", "replace"):
-        value ^= octet
-    return value
-
-
-def _time_of(line: str, sentence: re.Match[str]) -> float:
-    """Return when a line's sentence was received, NaN where it does not say."""
-    lead = line[: sentence.start()]
-    tag = TAG_BLOCK.search(lead)
-    if tag is not None:
-        told = TAG_TIME.search(tag[1]) if int(tag[2], 16) == _checksum(tag[1]) else None
-        return _since_1970(float(told[1])) if told else math.nan
-    trailing = TRAILING_TIME.search(line[sentence.end() :])
-    text = lead.strip(" \t,;[]") or (trailing[1] if trailing else "")
-    if NUMBER.fullmatch(text):
-        return _since_1970(float(text))
-    try:
-        moment = datetime.fromisoformat(text)
-    except ValueError:
-        return math.nan
-    return (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp()
-
-
-def _since_1970(value: float) -> float:
-    return value / 1000 if value >= MILLISECONDS else value
 
 
 def _position(

@@ -24,7 +24,7 @@ from elusive.contracts import Array, DetectionBirths
 from elusive.errors import DataError, ParameterError
 from elusive.model import NonNegative, Positive, Probability
 from elusive.sensors.radar_scans import TURN_RAD, RadarPlot, RadarScan, scan_of
-from elusive.sensors.radar_view import RadarView, check_finite, wrapped
+from elusive.sensors.radar_view import RadarView, check_finite, seen_from, wrapped
 
 FAINTEST = -600.0  # log density of a plot that may lie anywhere, without bounds
 
@@ -101,12 +101,15 @@ class RadarSensor(RadarView):
             log_scale, log_doppler = self._log_volumes(scan)
             log_scale -= math.log(self.false_alarms)
         table = self._table(scan, log_scale + _log(self.detection_probability), log_doppler)
-        return self._log_ratio(states, table, _log(1 - self.detection_probability), clutter=self.false_alarms > 0)
+        return self._log_ratio(
+            seen_from(scan, states), table, _log(1 - self.detection_probability), clutter=self.false_alarms > 0
+        )
 
     def detection_probabilities(self, states: Array, measurement: RadarScan | RadarPlot) -> Array:
         """Probability that a scan sees a target at each state, ``(N, d) -> (N,)``: P_D in view, else 0."""
         from elusive.sensors._radar_kernels import seen_with
 
+        states = seen_from(measurement, states)
         return seen_with(states, (float(self.x_m), float(self.y_m)), self._field, float(self.detection_probability))
 
     def log_densities(
@@ -118,7 +121,7 @@ class RadarSensor(RadarView):
         """
         scan, inside = self.judged(measurement if which is None else _selected(measurement, which))
         check_finite(states)
-        table = self._table(scan, 0.0, 0.0)
+        table, states = self._table(scan, 0.0, 0.0), seen_from(scan, states)
         found = np.full((len(inside), len(states)), -np.inf)
         for row, column in enumerate(np.flatnonzero(inside)):
             found[column] = self._log_ratio(states, table[row : row + 1], -math.inf, clutter=False)
@@ -227,7 +230,7 @@ class RadarSensor(RadarView):
 
         log_scale -= math.log(TURN_RAD * self.range_sd_m * self.bearing_sd_rad)
         log_doppler -= math.log(self.doppler_sd_mps) + 0.5 * math.log(TURN_RAD)
-        return tabulate(tuple(scan[1:]), scan.time_s, self.doppler_sd_mps, log_scale, log_doppler)
+        return tabulate(scan.plots, scan.time_s, self.doppler_sd_mps, log_scale, log_doppler)
 
     def _log_volumes(self, scan: RadarScan) -> tuple[float, float]:
         """Logarithms of what a plot in view can be: range times bearing, and Doppler where the scan has any."""

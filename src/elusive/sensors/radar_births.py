@@ -18,7 +18,7 @@ from scipy.special import ndtr
 from elusive.contracts import VX, VY, Array, Births, X, Y
 from elusive.errors import DataError, ParameterError
 from elusive.model import Model, NonNegative, Positive
-from elusive.sensors.radar_scans import TURN_RAD, RadarScan
+from elusive.sensors.radar_scans import AT_REST, TURN_RAD, RadarScan
 from elusive.sensors.radar_view import RadarView, wrapped
 
 
@@ -76,7 +76,8 @@ class RadarBirth(Model):
         if sensor.max_range_m is None:
             raise ParameterError("max_range_m: is not given; newborns are drawn over the area in view, so give it.")
         places = [state_names.index(name) for name in ("x", "vx", "y", "vy")]
-        scan = None if measurement is None else sensor.detections_in_view(measurement)
+        own = AT_REST if measurement is None else measurement.own
+        scan = None if measurement is None else sensor.detections_in_view(measurement)._replace(own=AT_REST)
         plots = 0 if scan is None else scan.detections
         uniform = int(rng.binomial(n, self.uniform_share)) if plots else n
         drawn = self._uniform(uniform, sensor, rng)
@@ -89,7 +90,7 @@ class RadarBirth(Model):
             about_plots = math.log1p(-self.uniform_share) + self._log_proposal(drawn, scan, sensor)
             log_ratio = log_birth - np.logaddexp(math.log(self.uniform_share) + log_birth, about_plots)
         states = np.empty((n, len(state_names)))
-        states[:, places] = drawn
+        states[:, places] = drawn + np.array(own)
         for k, name in enumerate(state_names):
             if k not in places:
                 states[:, k] = rng.normal(0.0, self._deviation(name), n)
@@ -126,7 +127,7 @@ class RadarBirth(Model):
         low, high, half = sensor.limits
         range_sd, angle_sd, speed_sd = sensor.range_sd_m, sensor.bearing_sd_rad, self.speed_sd_mps
         total = np.full(len(states), -np.inf)
-        for time_s, range_m, bearing_rad, doppler_mps in zip(*scan[1:5], strict=True):
+        for time_s, range_m, bearing_rad, doppler_mps in zip(*scan.plots, strict=True):
             then = states.copy()
             then[:, X] += (time_s - scan.time_s) * states[:, VX]
             then[:, Y] += (time_s - scan.time_s) * states[:, VY]

@@ -37,7 +37,7 @@ class Rotation(NamedTuple):
 def rotation_of(plots: Sequence[RadarPlot]) -> Rotation:
     """Judge a recording by its first plots, in the order of time."""
     times = np.array([plot.time_s for plot in plots])
-    bearings = np.array([plot.bearing_rad for plot in plots])
+    bearings = np.array([plot.bearing_rad - plot.heading_rad for plot in plots])
     if len(times) < FEW:
         return Rotation(False, None)
     gaps = np.diff(times)

@@ -26,6 +26,19 @@ class RadarPlot(NamedTuple):
     range_m: float
     bearing_rad: float  # clockwise from north, from 0 to below 2 pi
     doppler_mps: float = math.nan  # range rate, positive away from the radar; NaN where not measured
+    heading_rad: float = 0.0  # from north, of the ship that the antenna turns on; 0: it turns against north
+
+
+class OwnShip(NamedTuple):
+    """Where a radar is and how it moves, beside the sensor's own place: straight on within a scan."""
+
+    x_m: float = 0.0
+    vx_mps: float = 0.0
+    y_m: float = 0.0
+    vy_mps: float = 0.0
+
+
+AT_REST = OwnShip()
 
 
 class RadarScan(NamedTuple):
@@ -36,6 +49,12 @@ class RadarScan(NamedTuple):
     range_m: Array  # (n,)
     bearing_rad: Array  # (n,) clockwise from north, from 0 to below 2 pi
     doppler_mps: Array  # (n,) range rate, positive away from the radar; NaN where not measured
+    own: OwnShip = AT_REST  # at the scan's time; bearings are from north, range rates those that this radar sees
+
+    @property
+    def plots(self) -> tuple[Array, Array, Array, Array]:
+        """Times, ranges, bearings and range rates, each ``(n,)``."""
+        return self.times_s, self.range_m, self.bearing_rad, self.doppler_mps
 
     @property
     def detections(self) -> int:
@@ -44,12 +63,13 @@ class RadarScan(NamedTuple):
 
     def select_detections(self, chosen: NDArray[Any]) -> RadarScan:
         """Return the scan with some of its plots: their numbers, or whether each is chosen."""
-        return RadarScan(self.time_s, *(part[chosen] for part in self[1:]))
+        times_s, range_m, bearing_rad, doppler_mps = (part[chosen] for part in self.plots)
+        return RadarScan(self.time_s, times_s, range_m, bearing_rad, doppler_mps, self.own)
 
 
 def scan_of(time_s: float, plots: Iterable[RadarPlot] = ()) -> RadarScan:
     """Make a scan of plots."""
-    table = np.array(list(plots), dtype=np.float64).reshape(-1, 4).T.copy()
+    table = np.array([plot[:4] for plot in plots], dtype=np.float64).reshape(-1, 4).T.copy()
     return RadarScan(time_s, *table)
 
 
@@ -85,7 +105,7 @@ def scans_by_rotation(plots: Iterable[RadarPlot], rotation_s: float, name: str) 
         if plot.time_s < before:
             raise DataError(f"{name}: time {plot.time_s:g} s comes after {before:g} s; sort the plots by time.")
         before = plot.time_s
-        turns = plot.time_s / rotation_s - plot.bearing_rad / TURN_RAD
+        turns = plot.time_s / rotation_s - (plot.bearing_rad - plot.heading_rad) / TURN_RAD
         if not gathered:
             phase, turn = math.remainder(turns, 1.0), round(turns)
         misfit = math.remainder(turns - phase, 1.0)

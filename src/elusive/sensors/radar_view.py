@@ -20,7 +20,7 @@ from pydantic import Field, model_validator
 from elusive.contracts import VX, VY, Array, X, Y
 from elusive.errors import DataError, ParameterError
 from elusive.model import FROM_RECORDING, Model, NonNegative, Positive
-from elusive.sensors.radar_scans import TURN_RAD, RadarPlot, RadarScan
+from elusive.sensors.radar_scans import AT_REST, TURN_RAD, RadarPlot, RadarScan
 
 
 class RadarView(Model):
@@ -68,13 +68,14 @@ class RadarView(Model):
             If it is no measurement, or a scan of several plots: which is the target's is for a tracker to say.
         """
         z, _ = self._plot(measurement)
-        error = z - np.array(self.measured(state[None]))[: len(z), 0]
+        error = z - np.array(self.measured(seen_from(measurement, state[None])))[: len(z), 0]
         error[1:2] = wrapped(error[1:2], TURN_RAD)
         return np.asarray(error)
 
     def jacobian(self, state: Array, measurement: RadarScan | RadarPlot) -> Array:
         """Return the derivative of what is expected, ``(m, d)``."""
         z, _ = self._plot(measurement)
+        state = seen_from(measurement, state[None])[0]
         distance, bearing, _ = (float(part[0]) for part in self.measured(state[None]))
         distance, sin, cos = max(distance, 1e-9), math.sin(bearing), math.cos(bearing)
         turning = (cos * state[VX] - sin * state[VY]) / distance
@@ -132,13 +133,15 @@ class RadarView(Model):
 
         scan = measurement
         if isinstance(measurement, RadarPlot):
-            scan = RadarScan(measurement.time_s, *np.array(measurement, dtype=np.float64)[:, None])
+            scan = RadarScan(measurement.time_s, *np.array(measurement[:4], dtype=np.float64)[:, None])
         if not isinstance(scan, RadarScan):
             raise DataError(f"radar: measurement is {type(scan).__name__}; give a RadarScan or a RadarPlot.")
-        table = [np.ascontiguousarray(part, dtype=np.float64) for part in scan[1:]]
-        if not (math.isfinite(scan.time_s) and all(part.shape == (table[0].size,) for part in table)):
+        table = [np.ascontiguousarray(part, dtype=np.float64) for part in scan.plots]
+        finite = math.isfinite(scan.time_s + sum(scan.own))
+        if not (finite and all(part.shape == (table[0].size,) for part in table)):
             raise DataError(
-                f"scan at {scan.time_s:g} s: needs a finite time, and arrays that hold a number for each plot."
+                f"scan at {scan.time_s:g} s: needs a finite time and place of its radar, and arrays that hold a number "
+                "for each plot."
             )
         low, high, half = self.limits
         bad, count, inside = judge(tuple(table), scan.time_s, low, high, self.middle_rad, half)
@@ -150,14 +153,17 @@ class RadarView(Model):
                 "bearing from 0 to below 2 pi, and a Doppler or NaN."
             )
         kept = table if count == inside.size else [part[inside] for part in table]
-        return RadarScan(float(scan.time_s), *kept), inside
+        return RadarScan(float(scan.time_s), *kept)._replace(own=scan.own), inside
 
     def places(self, scan: RadarScan) -> tuple[Array, Array]:
         """Where plots lie, ``(m, 2)`` x and y [m], and the covariances of their errors, ``(m, 2, 2)``."""
         sin, cos = np.sin(scan.bearing_rad), np.cos(scan.bearing_rad)
         along, across = np.stack([sin, cos], axis=-1), np.stack([cos, -sin], axis=-1)
         axes = np.stack([self.range_sd_m * along, (self.bearing_sd_rad * scan.range_m)[:, None] * across], axis=-1)
-        return np.array([self.x_m, self.y_m]) + scan.range_m[:, None] * along, axes @ axes.transpose(0, 2, 1)
+        x, vx, y, vy = scan.own
+        later = (scan.times_s - scan.time_s)[:, None]
+        radar = np.array([self.x_m + x, self.y_m + y]) + later * np.array([vx, vy])
+        return radar + scan.range_m[:, None] * along, axes @ axes.transpose(0, 2, 1)
 
     def gate(
         self, means: Array, covariances: Array, measurement: RadarScan | RadarPlot, deviations: float
@@ -195,7 +201,8 @@ class RadarView(Model):
         field = low, high, self.middle_rad, half
         sd = self.range_sd_m, self.bearing_sd_rad, self.doppler_sd_mps, speed_sd_mps
         origin = float(self.x_m), float(self.y_m)
-        return states_of_plots(tuple(scan[1:]), np.asarray(of), scan.time_s, origin, sd, field, rng)
+        states = states_of_plots(scan.plots, np.asarray(of), scan.time_s, origin, sd, field, rng)
+        return states if scan.own == AT_REST else states + np.array(scan.own)
 
     @cached_property
     def bearing_sd_rad(self) -> float:
@@ -233,6 +240,15 @@ class RadarView(Model):
 def wrapped(values: Array, period: float) -> Array:
     """Bring values to within half a period of zero."""
     return values - period * np.floor(values / period + 0.5)
+
+
+def seen_from(measurement: RadarScan | RadarPlot, states: Array) -> Array:
+    """Return states as a radar that moves sees them: place and velocity less its own, ``(N, d) -> (N, d)``."""
+    if isinstance(measurement, RadarPlot) or measurement.own == AT_REST:
+        return states
+    moved = np.array(states, dtype=np.float64, order="F")
+    moved[:, :4] -= np.array(measurement.own)
+    return moved
 
 
 def check_finite(states: Array) -> None:
