@@ -10,6 +10,7 @@ import pytest
 
 from elusive.errors import DataError
 from elusive.io.bearings import open_bearings, read_sensors
+from elusive.io.sources import Feed
 from elusive.sensors.arrival_times import ArrivalSet
 from elusive.sensors.hybrid import HybridSet
 
@@ -57,7 +58,7 @@ def test_places_without_height_stand_at_nought(tmp_path):
 
 def test_followed_until_idle(tmp_path, sites):
     path = written(tmp_path, "time_s,sensor,azimuth_deg\n0,west,90\n0,east,300\n")
-    assert [s.time_s for s in open_bearings(path, sites, follow=True, idle_s=0.1)] == [0.0]
+    assert [s.time_s for s in open_bearings(path, sites, feed=Feed(idle_s=0.1))] == [0.0]
 
 
 @pytest.mark.parametrize(

@@ -16,8 +16,10 @@ import pytest
 from elusive.errors import DataError
 from elusive.io.link_logs import open_link_log
 from elusive.io.node_files import read_nodes
+from elusive.io.sources import Feed
 from elusive.sensors.radio_network import directed_links_of, radio_nodes
 from tests import recordings
+from tests.processes import HUNG_S
 
 DATA = recordings.DATA / "rti" / "basement"
 NODES = radio_nodes(np.array([[0.0, 0.0], [4.0, 0.0], [0.0, 3.0]]), ("a", "b", "c-1"))
@@ -139,24 +141,49 @@ def test_a_growing_file_is_followed_line_by_line(tmp_path):
     writer = threading.Thread(target=write)
     writer.start()
     try:
-        frames = iter(open_link_log(path, NODES, follow=True))
+        frames = iter(open_link_log(path, NODES, feed=Feed()))
         np.testing.assert_array_equal(next(frames).rss_dbm, LEVELS[0])
         # the second comes as soon as the third begins: this file is never idle
         np.testing.assert_array_equal(next(frames).rss_dbm, LEVELS[1])
     finally:
         writer.join()
-    frames = iter(open_link_log(path, NODES, follow=True, idle_s=0.1))
+    frames = iter(open_link_log(path, NODES, feed=Feed(idle_s=0.1)))
     assert len(list(frames)) == len(LEVELS)
 
 
-def test_a_followed_file_that_gets_shorter_is_refused(tmp_path):
-    path = saved(tmp_path, wide())
-    frames = iter(open_link_log(path, NODES, follow=True, idle_s=5.0))
+def test_a_followed_file_that_gets_shorter_is_read_from_its_start_again(tmp_path):
+    path, said = saved(tmp_path, wide()), []
+    feed = Feed(idle_s=HUNG_S, say=said.append)
+    frames = iter(open_link_log(path, NODES, feed=feed))
     for _ in TIMES:
         next(frames)
-    path.write_text("time_s\n")
-    with pytest.raises(DataError, match="got shorter"):
-        next(frames)
+    header, first, *_ = wide().splitlines()
+    cells = first.split(",")
+    path.write_text(f"{header}\n" + ",".join(["1000", *cells[1:]]) + "\n")
+    assert next(frames).time_s == 1000
+    assert feed.counts == {"restarted": 1}
+    assert "got shorter" in said[0]
+
+
+def test_what_comes_late_twice_or_spoilt_is_left_out_and_counted(tmp_path):
+    path, said = tmp_path / "log.csv", []
+    path.write_text(
+        HEADER + "1,a,b,1,-50\n1,a,b,1,-51\n2,a,b,1,-52\n1.5,a,b,1,-60\n2,a,x,1,-1\n3,a,b,1,low\n4,a,b,1,-53\n"
+    )
+    feed = Feed(idle_s=0.0, say=said.append)
+    frames = list(open_link_log(path, NODES, feed=feed))
+    assert [frame.time_s for frame in frames] == [1, 2, 4]
+    assert [np.nanmax(frame.rss_dbm) for frame in frames] == [-50, -52, -53]
+    assert feed.counts == {"repeated": 1, "late": 1, "spoilt": 2}
+    assert len(said) == 4
+
+
+def test_what_is_late_finds_its_place_where_it_is_held_for(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text(HEADER + "".join(f"{time_s},a,b,1,-50\n" for time_s in (1, 3, 2, 5, 4, 6.5, 3.5)))
+    feed = Feed(idle_s=0.0, hold_s=1.0)
+    assert [frame.time_s for frame in open_link_log(path, NODES, feed=feed)] == [1, 2, 3, 4, 5, 6.5]
+    assert feed.counts == {"late": 1}
 
 
 HEADER = "time_s,tx,rx,channel,rss_dbm\n"

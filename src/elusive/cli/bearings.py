@@ -10,14 +10,15 @@ import typer
 from rich.markup import escape
 
 from elusive.cli.fit import FittedOut, tell_fitted
-from elusive.cli.live import Follow, IdleS, check_live, run_live
+from elusive.cli.live import Follow, HoldS, IdleS, check_live, feed_of, run_live, tell
 from elusive.cli.terminal import Config, Out, Strict, bar, console, known_truth, show_run, tell_findings, tell_written
 from elusive.errors import ParameterError
-from elusive.io.arrivals import Arrivals
+from elusive.io.arrivals import Arrivals, fed
 from elusive.io.bearings import BearingSource, open_bearings, read_sensors
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
 from elusive.results.live import LiveEnd, LiveStep
+from elusive.sensors.bearing_table import PlaceSet
 from elusive.systems.bearings.parameters import BearingTracking, usual_filter
 from elusive.systems.bearings.run import LIVE_FILES, follow_bearings, track_bearings_recording
 
@@ -30,7 +31,7 @@ SENSORS = (
 
 @accepts(BearingTracking)
 def track_bearings_command(
-    bearings: Annotated[str, typer.Argument(help=f"What is heard: .csv of {HEARD}")],
+    bearings: Annotated[str, typer.Argument(help=f"What is heard: .csv of {HEARD} Live: -, tcp://, udp://, mqtt://.")],
     out: Out,
     given: dict[str, Any],
     sensors: Annotated[Path | None, typer.Option("--sensors", help=SENSORS)] = None,
@@ -48,19 +49,22 @@ def track_bearings_command(
     ] = None,
     follow: Follow = False,
     idle_s: IdleS = None,
+    hold_s: HoldS = None,
     strict: Strict = False,
 ) -> None:
     """Track fast emitters by the directions from which they are heard, or one by when it is heard."""
-    parameters = _tracking(given, read_yaml(config) if config else {}, live=follow)
-    check_live(follow, idle_s, truth, strict=strict)
+    feed = feed_of(bearings, follow, idle_s, hold_s)
+    parameters = _tracking(given, read_yaml(config) if config else {}, live=feed is not None)
+    check_live(feed is not None, idle_s, truth, strict=strict)
     known = known_truth(truth, "m", cutoff=truth_cutoff)
-    source = open_bearings(bearings, None if sensors is None else read_sensors(sensors), follow=follow, idle_s=idle_s)
-    if follow:
-        _live(source, parameters, out)
+    source = open_bearings(bearings, None if sensors is None else read_sensors(sensors), feed=feed)
+    if feed is not None:
+        _live(source, fed(source, feed), parameters, out)
         return
     with bar("times", None) as advance:
         outcome = track_bearings_recording(source, parameters, out, truth=known, cutoff_m=truth_cutoff, on_time=advance)
-    _warn(outcome.remarks)
+    for remark in outcome.remarks:
+        tell(remark)
     console.print(escape(outcome.verdict), highlight=False)
     show_run(outcome.tracked.title, outcome.table, outcome.findings)
     tell_written(
@@ -100,14 +104,9 @@ def _tracking(given: dict[str, Any], base: dict[str, Any], *, live: bool) -> Bea
     return BearingTracking(**nested(BearingTracking, given, base))
 
 
-def _warn(remarks: tuple[str, ...]) -> None:
-    for remark in remarks:
-        console.print(f"[yellow]{escape(remark)}[/]", highlight=False, soft_wrap=True)
-
-
-def _live(source: BearingSource, parameters: BearingTracking, out: Path) -> None:
+def _live(source: BearingSource, coming: Arrivals[PlaceSet], parameters: BearingTracking, out: Path) -> None:
     """Track emitters as their bearings come."""
-    coming, heeded = Arrivals(source), list[str]()
+    heeded = list[str]()
 
     def run(told: Callable[[LiveStep], None]) -> LiveEnd:
         def step(live: LiveStep, remarks: tuple[str, ...]) -> None:

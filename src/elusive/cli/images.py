@@ -114,7 +114,7 @@ def _live(
         end, found = track_live(frames, parameters, out, told)
         return end
 
-    run_live(frames, run, out, LIVE_FILES, more=lambda: {"late": frames.late, "unusable": frames.unusable})
+    run_live(frames, run, out, LIVE_FILES)
     return found
 
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from rich.markup import escape
 
-from elusive.cli.live import Follow, IdleS, check_live, run_live
+from elusive.cli.live import Follow, HoldS, IdleS, check_live, feed_of, run_live, tell
 from elusive.cli.terminal import (
     Config,
     Out,
@@ -26,7 +25,7 @@ from elusive.errors import ParameterError
 from elusive.geometry.areas import Area
 from elusive.io._link_formats import LAYOUTS
 from elusive.io.area_files import read_area
-from elusive.io.arrivals import Arrivals
+from elusive.io.arrivals import Arrivals, fed
 from elusive.io.link_logs import MISSING_ABOVE_DBM, open_link_log
 from elusive.io.node_files import read_nodes
 from elusive.model import read_yaml
@@ -38,7 +37,10 @@ from elusive.systems.links.run import FILES, LIVE_FILES, follow_links, track_lin
 from elusive.systems.links.track import LinkTracking
 
 Log = Annotated[
-    str, typer.Argument(help="Log of levels in dBm: wide or long .csv, .npy, listenx text; - is standard input.")
+    str,
+    typer.Argument(
+        help="Log of levels in dBm: wide or long .csv, .npy, listenx text; - is standard input; live: tcp://, udp://, mqtt://."
+    ),
 ]
 Nodes = Annotated[Path, typer.Option("--nodes", help="Where the nodes stand: .csv of node, x_m, y_m.")]
 Rectangle = Annotated[
@@ -79,31 +81,33 @@ def track_links_command(
     missing_above_dbm: Missing = MISSING_ABOVE_DBM,
     follow: Follow = False,
     idle_s: IdleS = None,
+    hold_s: HoldS = None,
     strict: Strict = False,
 ) -> None:
     """Track people who carry no device through a network of radios."""
     parameters = LinkTracking(**nested(LinkTracking, given, read_yaml(config) if config else {}))
     parameters = _within(parameters, area, area_file)
-    check_live(follow, idle_s, truth, strict=strict)
+    feed = feed_of(log, follow, idle_s, hold_s)
+    check_live(feed is not None, idle_s, truth, strict=strict)
     network = read_nodes(nodes)
     source = open_link_log(
         log,
         network,
         layout=layout,
         period_s=period_s,
-        follow=follow,
-        idle_s=idle_s,
+        feed=feed,
         missing_above_dbm=missing_above_dbm,
     )
-    if follow:
-        _live(source, network, parameters, out)
+    if feed is not None:
+        _live(fed(source, feed), network, parameters, out)
         return
     known = known_truth(truth, "m", cutoff=truth_cutoff)
     with bar("frames", None) as advance:
         outcome = track_links_recording(
             source, network, parameters, out, truth=known, cutoff_m=truth_cutoff, on_frame=advance
         )
-    _tell(outcome.remarks)
+    for remark in outcome.remarks:
+        tell(remark)
     console.print(escape(outcome.verdict), highlight=False)
     tracked = outcome.tracked
     if tracked.tracks:
@@ -145,7 +149,8 @@ def fit_links_command(
     source = open_link_log(log, network, layout=layout, period_s=period_s, missing_above_dbm=missing_above_dbm)
     with bar("iterations", fitting.iterations) as advance:
         fitted = fit_link_log(source, network, tracking, fitting, out, on_iteration=advance)
-    _tell(fitted.remarks)
+    for remark in fitted.remarks:
+        tell(remark)
     show("Constants", HEADER, [tuple(map(escape, row)) for row in fitted.constants])
     show(source.name, ("", ""), fitted.rows)
     console.print(f"Written to {out}; use it with: elusive track links ... --config", highlight=False)
@@ -160,12 +165,7 @@ def _within(parameters: LinkTracking, area: tuple[float, ...] | None, file: Path
     return parameters if file is None else parameters.replace(area=read_area(file))
 
 
-def _tell(remarks: tuple[str, ...]) -> None:
-    for remark in remarks:
-        console.print(f"[yellow]{escape(remark)}[/]", highlight=False, soft_wrap=True)
-
-
-def _live(log: Iterable[RssFrame], nodes: RadioNodes, parameters: LinkTracking, out: Path) -> None:
+def _live(coming: Arrivals[RssFrame], nodes: RadioNodes, parameters: LinkTracking, out: Path) -> None:
     """Track people as their frames come."""
     said = set[str]()
 
@@ -176,7 +176,6 @@ def _live(log: Iterable[RssFrame], nodes: RadioNodes, parameters: LinkTracking, 
 
     frames = parameters.calibration_frames
     console.print(f"Calibrating on the first {frames} frames, with nobody inside. Ctrl-C ends.", highlight=False)
-    coming = Arrivals(log)
     run_live(
         coming, lambda told: follow_links(coming, nodes, parameters, out, told), out, LIVE_FILES, remarks
     )  # fmt: skip

@@ -16,6 +16,7 @@ from rich.markup import escape
 from elusive.cli.terminal import console, interrupted
 from elusive.errors import ParameterError
 from elusive.io.arrivals import Coming
+from elusive.io.sources import Feed, is_address
 from elusive.results.live import LiveEnd, LiveStep, json_line
 
 FAILED = 2
@@ -25,6 +26,34 @@ Follow = Annotated[
 IdleS = Annotated[
     float | None, typer.Option("--idle-s", help="With --follow: end after so many seconds without anything new.")
 ]
+HoldS = Annotated[
+    float | None,
+    typer.Option(
+        "--hold-s",
+        min=0.0,
+        help="With --follow: hold measurements for so long, by their own times, for late ones. [default: 0]",
+    ),
+]
+
+
+def feed_of(source: str, follow: bool, idle_s: float | None, hold_s: float | None = None) -> Feed | None:
+    """Return how a source is followed, told on the terminal; None where it is a recording.
+
+    Raises
+    ------
+    ParameterError
+        If an option has no meaning for a recording.
+    """
+    if not follow and not is_address(source):
+        if hold_s is not None:
+            raise ParameterError("--hold-s: has no meaning without --follow; leave it out.")
+        return None
+    return Feed(idle_s, hold_s or 0.0, tell)
+
+
+def tell(sentence: str) -> None:
+    """Say something on the terminal that is to be heeded."""
+    console.print(f"[yellow]{escape(sentence)}[/]", highlight=False, soft_wrap=True)
 
 
 def check_live(follow: bool, idle_s: float | None, truth: Path | None, *, strict: bool = False) -> None:
@@ -81,7 +110,9 @@ def run_live(
 
     def told(live: LiveStep) -> None:
         for remark in remarks(live):
-            console.print(f"[yellow]{escape(remark)}[/]", highlight=False, soft_wrap=True)
+            tell(remark)
+        if "gap_s" in live.record:
+            tell(f"{live.record['time_s']:g} s: nothing came in the {live.record['gap_s']:g} s before.")
         if not _tell(live.record):
             coming.stop()
 
@@ -95,7 +126,10 @@ def run_live(
     if interrupted.is_set():
         console.print("Interrupted.")
     dropped = f", {end.dropped} more dropped, for newer ones came faster than they could be tracked" * bool(end.dropped)
+    met = ", ".join(f"{count} {what}" for what, count in end.counts.items() if count)
     console.print(f"{end.steps} tracked{dropped}; {end.latencies.words}.", highlight=False, soft_wrap=True)
+    if met:
+        console.print(f"Met on the way: {met}.", highlight=False, soft_wrap=True)
     console.print(f"Written to {out}: {', '.join(files)}", highlight=False, soft_wrap=True)
     if end.fault is not None:
         console.print(f"[bold red]Error:[/] {escape(end.fault)}", highlight=False, soft_wrap=True)

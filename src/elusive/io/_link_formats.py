@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 
 from elusive.contracts import Array
 from elusive.errors import DataError
-from elusive.io._link_lines import Lines
+from elusive.io.sources.feed import Feed
+from elusive.io.sources.lines import STRICT, Lines
+from elusive.io.sources.order import in_order
 from elusive.sensors.radio_network import RadioNodes, directed_links_of
 
 LONG = ("time_s", "tx", "rx", "channel", "rss_dbm")
@@ -94,18 +96,20 @@ def plain_columns(width: int, delimiter: str | None, layout: str, nodes: RadioNo
     return Columns(width - 1 if last else 0, IN_MILLISECONDS if last else 1.0, link, channel, names, delimiter)
 
 
-def wide_rows(lines: Lines, columns: Columns, links: int, name: str) -> Iterator[Row]:
-    """Yield the rows of text that has a frame a line."""
+def wide_rows(lines: Lines, columns: Columns, links: int, name: str, feed: Feed | None = None) -> Iterator[Row]:
+    """Yield the rows of text that has a frame a line; live (with a feed) in the order of time, each once."""
     width = len(columns.link) + 1
+
+    def read(numbered: tuple[int, str]) -> Row:
+        where = f"{name}, line {numbered[0]}"
+        cells = cells_of(numbered[1], columns.delimiter)
+        if len(cells) != width:
+            raise DataError(f"{where}: has {len(cells)} cells, not {width}; repair the line.")
+        return where, *columns.readings(_numbers(cells, columns.time, where), links)
+
     with closing(lines):
-        for line, text in lines:
-            if text.startswith("#"):
-                continue
-            where = f"{name}, line {line}"
-            cells = cells_of(text, columns.delimiter)
-            if len(cells) != width:
-                raise DataError(f"{where}: has {len(cells)} cells, not {width}; repair the line.")
-            yield where, *columns.readings(_numbers(cells, columns.time, where), links)
+        rows = (feed or STRICT).each((line for line in lines if not line[1].startswith("#")), read)
+        yield from rows if feed is None else in_order(rows, lambda row: row[1], lambda row: row[1], feed)
 
 
 class Reading(NamedTuple):
@@ -119,30 +123,30 @@ class Reading(NamedTuple):
 
 
 def long_readings(
-    lines: Lines, header: list[str], delimiter: str | None, nodes: RadioNodes, name: str
+    lines: Lines, header: list[str], delimiter: str | None, nodes: RadioNodes, name: str, feed: Feed | None = None
 ) -> Iterator[Reading]:
-    """Yield the readings of text that has one a line."""
+    """Yield the readings of text that has one a line; live (with a feed) in the order of time, each once."""
     number = {label: k for k, label in enumerate(nodes.names)}
     size = len(nodes.names)
+
+    def read(numbered: tuple[int, str]) -> Reading:
+        where = f"{name}, line {numbered[0]}"
+        cells = cells_of(numbered[1], delimiter)
+        if len(cells) != len(header):
+            raise DataError(f"{where}: has {len(cells)} cells for the columns {','.join(header)}; repair the line.")
+        record = dict(zip(header, cells, strict=True))
+        for end in ("tx", "rx"):
+            if record[end] not in number:
+                raise DataError(f"{where}, column {end}: node {record[end]!r:.60} is not in the list of nodes; add it.")
+        tx, rx = number[record["tx"]], number[record["rx"]]
+        if tx == rx:
+            raise DataError(f"{where}: node {record['tx']} hears itself; tx and rx must differ.")
+        time_s, level = number_of(record["time_s"], "time_s", where), level_of(record["rss_dbm"], "rss_dbm", where)
+        return Reading(where, time_s, tx * (size - 1) + (rx if rx < tx else rx - 1), record["channel"], level)
+
     with closing(lines):
-        for line, text in lines:
-            if text.startswith("#"):
-                continue
-            where = f"{name}, line {line}"
-            cells = cells_of(text, delimiter)
-            if len(cells) != len(header):
-                raise DataError(f"{where}: has {len(cells)} cells for the columns {','.join(header)}; repair the line.")
-            record = dict(zip(header, cells, strict=True))
-            for end in ("tx", "rx"):
-                if record[end] not in number:
-                    raise DataError(
-                        f"{where}, column {end}: node {record[end]!r:.60} is not in the list of nodes; add it."
-                    )
-            tx, rx = number[record["tx"]], number[record["rx"]]
-            if tx == rx:
-                raise DataError(f"{where}: node {record['tx']} hears itself; tx and rx must differ.")
-            time_s, level = number_of(record["time_s"], "time_s", where), level_of(record["rss_dbm"], "rss_dbm", where)
-            yield Reading(where, time_s, tx * (size - 1) + (rx if rx < tx else rx - 1), record["channel"], level)
+        readings = (feed or STRICT).each((line for line in lines if not line[1].startswith("#")), read)
+        yield from readings if feed is None else in_order(readings, lambda of: of.time_s, lambda of: of[2:4], feed)
 
 
 def gathered(readings: Iterator[Reading], period_s: float | None) -> Iterator[list[Reading]]:

@@ -11,7 +11,8 @@ from datetime import UTC, datetime
 from typing import NamedTuple
 
 from elusive.errors import DataError
-from elusive.io._link_lines import lines_of
+from elusive.io.sources.feed import Feed
+from elusive.io.sources.lines import STRICT, lines_of
 
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?nan", re.ASCII | re.IGNORECASE)
 MOMENT = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d.*", re.ASCII)
@@ -65,55 +66,73 @@ def table_lines(
     needed: Sequence[str],
     perhaps: Sequence[str] | None,
     what: str,
-    *,
-    follow: bool = False,
-    idle_s: float | None = None,
+    feed: Feed | None = None,
 ) -> Generator[TableLine, None, None]:
     """Yield the lines of a table; blank lines and those that begin with ``#`` are passed over.
 
     Parameters
     ----------
     path
-        CSV, with commas, semicolons or tabs between; ``-``: standard input.
+        CSV, with commas, semicolons or tabs between; or what else :func:`~elusive.io.sources.lines_of` reads.
     needed, perhaps
         Columns that must be there, in any order, and others that may; None: any other. Of ``azimuth_deg|arrival_s``
         either must, the first is usual.
     what
         What a line holds: ``one bearing a line``.
-    follow, idle_s
-        Whether to wait for more where the file ends, and for how long.
+    feed
+        Live: whether to wait for more, and what is done with lines that cannot be used.
 
     Raises
     ------
     DataError
         If the file cannot be read, is empty, or a line does not fit the header.
     """
-    header: list[str] | None = None
-    mark = ","  # or a semicolon or a tab, as the header has it
-    choices = [names.split("|") for names in needed]
-    usual = ",".join(names[0] for names in choices)
-    with closing(lines_of(str(path), follow, idle_s)) as lines:
+    table = _Table(str(path), needed, perhaps)
+    with closing(lines_of(str(path), feed)) as lines:
         for number, line in lines:
             if line.startswith("#"):
                 continue
-            if header is None:
-                mark = next((mark for mark in ";\t" if mark in line), ",")
-            where, cells = f"{path}, line {number}", [cell.strip() for cell in line.split(mark)]
-            if '"' in line:
-                cells = [cell.strip('"') for cell in cells]
-            if header is None:
-                header = cells
-                unknown = perhaps is not None and not set(header) <= {*"|".join(needed).split("|"), *perhaps}
-                lacking = not all(set(names) & set(header) for names in choices)
-                if unknown or lacking or len(set(header)) < len(header):
-                    others = [*(name for names in choices for name in names[1:]), *(perhaps or ())]
-                    more = f" and perhaps {', '.join(others)}" if others else ""
-                    raise DataError(f"{where}: the columns are {line!r:.80}; name them {usual}{more}.")
+            if table.header is None:
+                table.read_header(number, line)
                 continue
-            if mark == "\t":  # empty cells at the end were taken for white space
-                cells += [""] * (len(header) - len(cells))
-            if len(cells) != len(header):
-                raise DataError(f"{where}: has {len(cells)} cells for {len(header)} columns: {line!r:.80}; repair it.")
-            yield TableLine(where, dict(zip(header, cells, strict=True)))
-    if header is None:
+            yield from (feed or STRICT).each([(number, line)], table.read)
+    if table.header is None:
+        usual = ",".join(names.split("|")[0] for names in needed)
         raise DataError(f"{path}: is empty; write {usual}, {what}.")
+
+
+class _Table:
+    """The columns of a table, once its header has come."""
+
+    def __init__(self, name: str, needed: Sequence[str], perhaps: Sequence[str] | None) -> None:
+        self.name, self._needed, self._perhaps = name, needed, perhaps
+        self.header: list[str] | None = None
+        self._mark = ","  # or a semicolon or a tab, as the header has it
+
+    def read_header(self, number: int, line: str) -> None:
+        """Take the names of the columns from the first line."""
+        self._mark = next((mark for mark in ";\t" if mark in line), ",")
+        header, choices = self._cells(line), [names.split("|") for names in self._needed]
+        named = {name for names in choices for name in names}
+        unknown = self._perhaps is not None and not set(header) <= {*named, *self._perhaps}
+        lacking = not all(set(names) & set(header) for names in choices)
+        if unknown or lacking or len(set(header)) < len(header):
+            others = [*(name for names in choices for name in names[1:]), *(self._perhaps or ())]
+            more = f" and perhaps {', '.join(others)}" if others else ""
+            usual = ",".join(names[0] for names in choices)
+            raise DataError(f"{self.name}, line {number}: the columns are {line!r:.80}; name them {usual}{more}.")
+        self.header = header
+
+    def read(self, numbered: tuple[int, str]) -> TableLine:
+        """Read a line under the header."""
+        number, line = numbered
+        where, cells, header = f"{self.name}, line {number}", self._cells(line), self.header or []
+        if self._mark == "\t":  # empty cells at the end were taken for white space
+            cells += [""] * (len(header) - len(cells))
+        if len(cells) != len(header):
+            raise DataError(f"{where}: has {len(cells)} cells for {len(header)} columns: {line!r:.80}; repair it.")
+        return TableLine(where, dict(zip(header, cells, strict=True)))
+
+    def _cells(self, line: str) -> list[str]:
+        cells = [cell.strip() for cell in line.split(self._mark)]
+        return [cell.strip('"') for cell in cells] if '"' in line else cells

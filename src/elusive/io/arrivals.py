@@ -6,14 +6,18 @@ import math
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from types import MappingProxyType
 from typing import Generic, Protocol, TypeVar
+
+from elusive.io.sources.feed import Feed
 
 Item = TypeVar("Item")
 Item_co = TypeVar("Item_co", covariant=True)
 
 HELD = 64  # measurements at most
 AHEAD = 2  # of those that wait where they are, at most: to read further ahead has no use
+NOTHING_MET: Mapping[str, int] = MappingProxyType({})
 LOOK_S = 0.1  # how often a waiting reader looks whether it has been stopped
 
 
@@ -30,6 +34,11 @@ class Coming(Protocol[Item_co]):
         """Measurements that came and were not handed over, because newer ones pushed them out."""
         ...
 
+    @property
+    def counts(self) -> Mapping[str, int]:
+        """What the source met, by name: ``late``, ``repeated``, ``spoilt``, ``reconnected``, ..."""
+        ...
+
     def __iter__(self) -> Iterator[Item_co]:
         """Yield the measurements, each when it has come."""
         ...
@@ -37,6 +46,11 @@ class Coming(Protocol[Item_co]):
     def stop(self) -> None:
         """End the iteration soon, as if the source had ended."""
         ...
+
+
+def fed(items: Iterable[Item], feed: Feed) -> Arrivals[Item]:
+    """Hand over the items of a source that is read by lines or packets."""
+    return Arrivals(items, halt=feed.halt, counts=feed.counts)
 
 
 class Arrivals(Generic[Item]):
@@ -53,6 +67,8 @@ class Arrivals(Generic[Item]):
         default none may: what is written to a file or a pipe waits there.
     halt
         Wakes and ends a reader that waits for its source.
+    counts
+        What the source met: see :class:`~elusive.io.sources.Feed`.
     """
 
     def __init__(
@@ -61,8 +77,9 @@ class Arrivals(Generic[Item]):
         most: int = HELD,
         may_drop: Callable[[Item], bool] = lambda item: False,
         halt: Callable[[], None] = lambda: None,
+        counts: Mapping[str, int] = NOTHING_MET,
     ) -> None:
-        self.came_s, self.dropped = math.nan, 0
+        self.came_s, self.dropped, self.counts = math.nan, 0, counts
         self._items, self._most, self._may_drop, self._halt = items, most, may_drop, halt
         self._held: deque[tuple[Item, float]] = deque()
         self._changed = threading.Condition()

@@ -15,8 +15,10 @@ import numpy as np
 
 from elusive.errors import DataError
 from elusive.geometry.local_frame import LocalFrame
-from elusive.io._link_lines import lines_of
 from elusive.io._table_lines import TableLine, table_lines
+from elusive.io.sources.feed import Feed
+from elusive.io.sources.lines import STRICT, comes_once, lines_of
+from elusive.io.sources.order import in_order
 from elusive.sensors.arrival_times import ArrivalSet
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearing_table import PlaceSet
@@ -38,8 +40,8 @@ class BearingSource:
 
     name: str
     sites: SensorSites
-    follow: bool = False
-    idle_s: float | None = None
+    feed: Feed | None = None
+    """Of a live source; None: a recording."""
     moving: bool = False  # whether the lines say where their sensors were
 
     def __iter__(self) -> Iterator[PlaceSet]:
@@ -100,47 +102,53 @@ class BearingSource:
             )
 
     def _rows(self) -> Generator[tuple[float, type, str, Row], None, None]:
-        placed = _Placing(self.sites.frame)
-        index = {name: row for row, name in enumerate(self.sites.names)}
-        before = -math.inf
+        feed = self.feed or STRICT
         lines = table_lines(
-            self.name,
-            NEEDED,
-            (ELEVATION, LABEL, *PLACES, "z_m", *GEOGRAPHIC),
-            BEARING_A_LINE,
-            follow=self.follow,
-            idle_s=self.idle_s,
+            self.name, NEEDED, (ELEVATION, LABEL, *PLACES, "z_m", *GEOGRAPHIC), BEARING_A_LINE, self.feed
         )
         with closing(lines):
-            for line in lines:
-                angles, arrivals = AZIMUTH in line.cells, ARRIVAL in line.cells
-                place = placed.of(line)
-                if place is not None and arrivals:
-                    raise DataError(f"{line.where}: times of arrival are of sensors that stand; leave the places out.")
-                time_s = line.number("time_s")
-                if time_s < before:
-                    raise DataError(
-                        f"{line.where}, column time_s: {time_s:g} comes after {before:g}; sort the lines by time."
-                    )
-                before = time_s
-                if line.cells["sensor"] not in index:
-                    raise DataError(f"{line.where}: {_unknown(line.cells['sensor'], self.sites.names)}")
-                label = line.cells.get(LABEL, "")
-                if LABEL in line.cells and not label:
-                    raise DataError(f"{line.where}, column {LABEL}: is empty; name the emitter, or drop the column.")
-                may_lack = math.nan if arrivals else None
-                row = (
-                    index[line.cells["sensor"]],
-                    math.radians(line.number(AZIMUTH, most=360, absent=may_lack)) if angles else math.nan,
-                    math.radians(line.number(ELEVATION, most=90, absent=math.nan)),
-                    line.number(ARRIVAL, absent=math.nan if angles else None) if arrivals else math.nan,
-                    place,
-                )
-                yield time_s, HybridSet if angles and arrivals else BearingSet if angles else ArrivalSet, label, row
+            rows = feed.each(lines, _Reading(self.sites, ordered=self.feed is None))
+            yield from rows if self.feed is None else in_order(rows, lambda row: row[0], repr, self.feed)
+
+
+class _Reading:
+    """Reads lines into rows."""
+
+    def __init__(self, sites: SensorSites, *, ordered: bool) -> None:
+        self._placed, self._names, self._ordered = _Placing(sites.frame), sites.names, ordered
+        self._index = {name: row for row, name in enumerate(sites.names)}
+        self._before = -math.inf
+
+    def __call__(self, line: TableLine) -> tuple[float, type, str, Row]:
+        """Return a line's time, the kind of its measurement, its label and its row."""
+        angles, arrivals = AZIMUTH in line.cells, ARRIVAL in line.cells
+        place = self._placed.of(line)
+        if place is not None and arrivals:
+            raise DataError(f"{line.where}: times of arrival are of sensors that stand; leave the places out.")
+        time_s = line.number("time_s")
+        if self._ordered and time_s < self._before:
+            raise DataError(
+                f"{line.where}, column time_s: {time_s:g} comes after {self._before:g}; sort the lines by time."
+            )
+        self._before = time_s
+        if line.cells["sensor"] not in self._index:
+            raise DataError(f"{line.where}: {_unknown(line.cells['sensor'], self._names)}")
+        label = line.cells.get(LABEL, "")
+        if LABEL in line.cells and not label:
+            raise DataError(f"{line.where}, column {LABEL}: is empty; name the emitter, or drop the column.")
+        may_lack = math.nan if arrivals else None
+        row = (
+            self._index[line.cells["sensor"]],
+            math.radians(line.number(AZIMUTH, most=360, absent=may_lack)) if angles else math.nan,
+            math.radians(line.number(ELEVATION, most=90, absent=math.nan)),
+            line.number(ARRIVAL, absent=math.nan if angles else None) if arrivals else math.nan,
+            place,
+        )
+        return time_s, HybridSet if angles and arrivals else BearingSet if angles else ArrivalSet, label, row
 
 
 def open_bearings(
-    path: str | os.PathLike[str], sites: SensorSites | None, *, follow: bool = False, idle_s: float | None = None
+    path: str | os.PathLike[str], sites: SensorSites | None, *, feed: Feed | None = None
 ) -> BearingSource:
     """Open a table of bearings, of times of arrival, or of both, without reading it.
 
@@ -153,29 +161,27 @@ def open_bearings(
         ``azimuth_deg`` is when a signal came in: since its emission or, where that is not known, since any instant
         that is common to the sensors at that time. ``emitter``, where there is that column, names whose a line is.
         ``x_m``, ``y_m`` and perhaps ``z_m``, or ``lon_deg`` and ``lat_deg``, say where a line's sensor was
-        that moves. ``-``: standard input.
+        that moves. ``-``: standard input; live also ``tcp://``, ``udp://``, ``mqtt://``, lines or JSON objects.
     sites
         From :func:`read_sensors`; None: those that the lines themselves name and place.
-    follow
-        Whether to wait for more where the file ends.
-    idle_s
-        With ``follow``: end after this time without a new line; None waits for ever.
+    feed
+        Live: how it is followed. A late or repeated line, or one that cannot be used, is left out and counted.
 
     Raises
     ------
     DataError
         If there is no such file, or no sensor has a place.
     """
-    if str(path) != "-" and not Path(path).is_file():
+    if not comes_once(str(path)) and not Path(path).is_file():
         raise DataError(f"{path}: {'is a folder' if Path(path).is_dir() else 'there is no such file'}; check the path.")
-    if follow or str(path) == "-":
+    if feed is not None or str(path) == "-":
         if sites is None:
             raise DataError(
                 "--sensors: is needed live, to know which sensors there are; name them and a place of each."
             )
-        return BearingSource(str(path), sites, follow, idle_s)
+        return BearingSource(str(path), sites, feed)
     found = _named_sites(str(path), sites)
-    return BearingSource(str(path), found or sites or _none_placed(), follow, idle_s, moving=found is not None)
+    return BearingSource(str(path), found or sites or _none_placed(), moving=found is not None)
 
 
 def _none_placed() -> SensorSites:
@@ -228,7 +234,7 @@ def read_sensors(path: str | os.PathLike[str]) -> SensorSites:
     DataError
         If the file cannot be read, a line is no place, a name comes twice, or there is none; the sentence says where.
     """
-    with closing(lines_of(str(path), False, None)) as lines:
+    with closing(lines_of(str(path))) as lines:
         header = next((line for _, line in lines if not line.startswith("#")), "")
     needed, placed = ("sensor", *(GEOGRAPHIC if GEOGRAPHIC[0] in header else PLACES)), _Placing(None)
     places = dict[str, Place]()

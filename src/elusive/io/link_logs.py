@@ -15,8 +15,8 @@ import numpy as np
 from elusive.errors import DataError
 from elusive.io import _link_formats as formats
 from elusive.io._link_formats import LAYOUTS, LISTENX, LONG, Row
-from elusive.io._link_lines import Lines, after, chained, lines_of
-from elusive.io._standard_input import STANDARD_INPUT
+from elusive.io.sources.feed import Feed
+from elusive.io.sources.lines import STRICT, Lines, after, chained, comes_once, lines_of
 from elusive.sensors.radio_network import RadioNodes, RssFrame
 
 MISSING_CODES = 3  # different values that mean nothing was heard, at most
@@ -76,8 +76,7 @@ def open_link_log(
     layout: str | None = None,
     channels: Sequence[str] | None = None,
     period_s: float | None = None,
-    follow: bool = False,
-    idle_s: float | None = None,
+    feed: Feed | None = None,
     missing_above_dbm: float = MISSING_ABOVE_DBM,
 ) -> LinkLog:
     """Open a log without reading it all.
@@ -85,7 +84,8 @@ def open_link_log(
     Parameters
     ----------
     source
-        Text, a NumPy array (``.npy``), or ``-`` for standard input. Text is, as its first line says:
+        Text, a NumPy array (``.npy``), ``-`` for standard input, or live ``tcp://``, ``udp://`` or ``mqtt://``. Text
+        is, as its first line says:
 
         - *long*, under a header of ``time_s,tx,rx,channel,rss_dbm``: a reading a line;
         - *wide*, under a header of ``time_s`` and ``tx-rx-channel`` (node names): a frame a line;
@@ -103,10 +103,8 @@ def open_link_log(
     period_s
         Of a long log: readings of equal periods from the first on are a frame, whose level is their mean and whose
         time is its last reading's. By default readings of equal times are a frame.
-    follow
-        Whether to wait for more at the end of a file that is being written.
-    idle_s
-        With ``follow``: end after this time without a new line.
+    feed
+        Live: how it is followed. A late or repeated reading, or one that cannot be used, is left out and counted.
     missing_above_dbm
         A level above this is a missing reading.
 
@@ -126,12 +124,12 @@ def open_link_log(
         raise DataError(f"layout={layout!r}: is unknown; choose one of {', '.join(LAYOUTS)}.")
     if period_s is not None and not 0 < period_s < math.inf:
         raise DataError(f"period_s={period_s}: must be a positive time in seconds.")
-    if name != STANDARD_INPUT and not path.is_file():
+    if not comes_once(name) and not path.is_file():
         raise DataError(f"{name}: {'is a folder' if path.is_dir() else 'there is no such file'}; check the path.")
     if path.suffix.lower() == ".npy":
         return _open_array(path, nodes, layout, missing_above_dbm)
 
-    live = lines_of(name, follow, idle_s)
+    live = lines_of(name, feed)
     first = next(((line, text) for line, text in live if not text.startswith("#")), None)
     if first is None:
         raise DataError(f"{name}: is empty; write a frame a line, or a reading a line under {','.join(LONG)}.")
@@ -141,16 +139,16 @@ def open_link_log(
 
     def lines() -> Lines:
         """Give the lines after the header; standard input goes on where it is, once."""
-        if name == STANDARD_INPUT:
+        if comes_once(name):
             return live if named else chained([first], live)
-        again = lines_of(name, follow, idle_s)
+        again = lines_of(name, feed)
         return after(again, first[0] if named else first[0] - 1)
 
     if named and layout is not None:
         raise DataError(f"{where}: names the columns itself; leave layout={layout!r} out.")
     links = len(nodes.names) * (len(nodes.names) - 1)
     if named and set(LONG) <= set(cells):
-        return _open_long(name, lines, cells, delimiter, nodes, channels, period_s, missing_above_dbm)
+        return _open_long(name, lines, cells, delimiter, nodes, channels, period_s, missing_above_dbm, feed)
     if channels is not None or period_s is not None:
         raise DataError(f"{where}: has a frame a line; channels and period_s are for a log with a reading a line.")
     if named:
@@ -159,12 +157,12 @@ def open_link_log(
         if layout is None and delimiter is not None:
             raise DataError(f"{where}: has no names; write a header, or say with layout what the columns are.")
         columns = formats.plain_columns(len(cells), delimiter, layout or LISTENX, nodes, where)
-    if name != STANDARD_INPUT:
+    if not comes_once(name):
         live.close()
-    again = name != STANDARD_INPUT
+    again = not comes_once(name)
 
     def rows() -> Iterator[Row]:
-        return formats.wide_rows(lines(), columns, links, name)
+        return formats.wide_rows(lines(), columns, links, name, feed)
 
     return LinkLog(name, columns.channels, rows, missing_above_dbm, again)
 
@@ -200,20 +198,24 @@ def _open_long(
     channels: Sequence[str] | None,
     period_s: float | None,
     missing_above_dbm: float,
+    feed: Feed | None,
 ) -> LinkLog:
     if len(header) != len(set(header)):
         raise DataError(f"{name}: two columns have one name; name them {','.join(LONG)}.")
-    groups = formats.gathered(formats.long_readings(lines(), header, delimiter, nodes, name), period_s)
+    looked = feed if feed is None or comes_once(name) else feed.looking()
+    groups = formats.gathered(formats.long_readings(lines(), header, delimiter, nodes, name, looked), period_s)
     first = next(groups, [])
     known = tuple(dict.fromkeys(reading.channel for reading in first)) if channels is None else tuple(channels)
     links = len(nodes.names) * (len(nodes.names) - 1)
 
     def rows() -> Iterator[Row]:
-        if name == STANDARD_INPUT:
+        if comes_once(name):
             every: Iterator[list[formats.Reading]] = chain([first] if first else [], groups)
         else:
-            every = formats.gathered(formats.long_readings(lines(), header, delimiter, nodes, name), period_s)
-        for group in every:
-            yield formats.long_row(group, links, known, merge=period_s is not None, above=missing_above_dbm)
+            every = formats.gathered(formats.long_readings(lines(), header, delimiter, nodes, name, feed), period_s)
+        merge = period_s is not None
+        yield from (feed or STRICT).each(
+            every, lambda group: formats.long_row(group, links, known, merge=merge, above=missing_above_dbm)
+        )
 
-    return LinkLog(name, known, rows, missing_above_dbm, name != STANDARD_INPUT)
+    return LinkLog(name, known, rows, missing_above_dbm, not comes_once(name))

@@ -64,6 +64,11 @@ class LiveFrames:
         return self._coming.dropped
 
     @property
+    def counts(self) -> dict[str, int]:
+        """What the source met."""
+        return {"late": self.late, "unusable": self.unusable}
+
+    @property
     def late(self) -> int:
         """Files whose names come before one that had been read by then; they are left out."""
         return self._source.late if isinstance(self._source, GrowingFolder) else 0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import time
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -17,6 +18,8 @@ from elusive.results.latency import Latencies
 from elusive.results.log import TrackLog
 from elusive.tracking.track import Step
 
+USUAL = 20  # latest intervals that say what is usual
+LONGER = 3.0  # times the longest of them, for nothing to be a gap
 NO_NUMBERS: Mapping[str, Any] = {}
 
 
@@ -46,12 +49,13 @@ class LiveEnd(NamedTuple):
     steps: int
     dropped: int
     latencies: Latencies
+    counts: Mapping[str, int]  # what the source met, and ``gaps``: times without measurements, far longer than usual
     fault: str | None  # why it ended, where that was no plain end
 
     def record(self, **more: Any) -> dict[str, Any]:
         """Return the last line."""
         told = {"steps": self.steps, "dropped": self.dropped, "latency_ms": self.latencies.record()}
-        return {"summary": told | more | {"fault": self.fault}}
+        return {"summary": told | dict(self.counts) | more | {"fault": self.fault}}
 
 
 @contextmanager
@@ -102,7 +106,7 @@ def follow_live(
     DataError
         If the source fails before the first step. What fails later ends the run, and is told in what is returned.
     """
-    count, latencies, fault = 0, Latencies(), None
+    count, latencies, fault, gaps = 0, Latencies(), None, Gaps()
     into: Sink = log if sink is None else sink
     while True:
         try:
@@ -122,8 +126,30 @@ def follow_live(
         tracks = [dict(zip(log.columns.names[1:], cells[1:], strict=True)) for cells in log.latest]
         told = {"time_s": step.time_s, "unix_s": round(time.time() - latency_s, 6)}
         told |= {"latency_ms": round(1e3 * latency_s, 3), "dropped": coming.dropped, **extra(step)}
+        gap_s = gaps.before(step.time_s)
+        if gap_s:
+            told["gap_s"] = round(gap_s, 6)
         on_step(LiveStep(step, latency_s, told | {"tracks": tracks}))
-    return LiveEnd(count, coming.dropped, latencies, fault)
+    return LiveEnd(count, coming.dropped, latencies, {**coming.counts, "gaps": gaps.count}, fault)
+
+
+class Gaps:
+    """Finds times without measurements that are longer than what has been usual."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self._usual = deque[float](maxlen=USUAL)
+        self._latest_s = math.nan
+
+    def before(self, time_s: float) -> float:
+        """Return how long nothing came before a measurement [s]; 0 where that is usual."""
+        gap_s, self._latest_s = time_s - self._latest_s, time_s
+        if len(self._usual) >= USUAL // 2 and gap_s > LONGER * max(self._usual):
+            self.count += 1
+            return gap_s
+        if gap_s > 0:
+            self._usual.append(gap_s)
+        return 0.0
 
 
 def json_line(record: Mapping[str, Any]) -> str:

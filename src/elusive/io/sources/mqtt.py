@@ -1,0 +1,87 @@
+"""Messages of an MQTT broker's topics, as lines (paho-mqtt, the extra ``live``)."""
+
+from __future__ import annotations
+
+import queue
+from collections.abc import Iterator
+from typing import Any
+
+from elusive.errors import DataError
+from elusive.io.sources.address import Address
+from elusive.io.sources.feed import LONGEST_S, LOOK_S, Feed
+
+OPTIONS = ("columns",)
+HELD = 10_000  # messages that wait at most
+LONGEST = 1 << 20  # octets of a message
+
+
+def client_for(address: Address) -> Any:
+    """Return a client of a broker, not yet connected, that connects again by itself.
+
+    Raises
+    ------
+    DataError
+        If paho-mqtt is not installed.
+    """
+    try:
+        from paho.mqtt.client import Client
+        from paho.mqtt.enums import CallbackAPIVersion
+    except ImportError:
+        raise DataError(f"{address.text}: MQTT needs paho-mqtt; install it with: pip install 'elusive[live]'") from None
+    client = Client(CallbackAPIVersion.VERSION2)
+    if address.user is not None:
+        client.username_pw_set(address.user, address.password)
+    if address.scheme == "mqtts":
+        client.tls_set()
+    client.reconnect_delay_set(1, round(LONGEST_S))
+    return client
+
+
+def mqtt_messages(address: Address, feed: Feed) -> Iterator[bytes]:
+    """Yield the messages of a topic, which may hold ``+`` and ``#``, until the feed is over.
+
+    Raises
+    ------
+    DataError
+        If no topic is named, or paho-mqtt is not installed.
+    """
+    if not address.path:
+        raise DataError(f"{address.text}: names no topic; write {address.text.rstrip('/')}/site/links.")
+    client, held = client_for(address), queue.Queue[bytes](HELD)
+
+    def came(_: Any, __: Any, message: Any) -> None:
+        if len(message.payload) > LONGEST:
+            feed.spoilt(f"{address.text}: a message is longer than {LONGEST} octets.")
+            return
+        try:
+            held.put_nowait(message.payload)
+        except queue.Full:
+            feed.spoilt(f"{address.text}: {HELD} messages wait already.", "dropped")
+
+    def joined(_: Any, __: Any, ___: Any, code: Any, *____: Any) -> None:
+        if code.is_failure:
+            feed.say(f"{address.text}: the broker refuses ({code}); it is tried again.")
+            return
+        if feed.counts["connected"]:
+            feed.counts["reconnected"] += 1
+            feed.say(f"{address.text}: is back.")
+        feed.counts["connected"] += 1
+        client.subscribe(address.path, qos=1)
+
+    def gone(*_: Any) -> None:
+        if not feed.over:
+            feed.say(f"{address.text}: the broker is gone; it is tried again until it is back.")
+
+    client.on_message, client.on_connect, client.on_disconnect = came, joined, gone
+    client.connect_async(address.host, address.port)
+    client.loop_start()
+    try:
+        while not feed.over:
+            try:
+                yield held.get(timeout=LOOK_S)
+            except queue.Empty:
+                continue
+            feed.stir()
+    finally:
+        client.disconnect()
+        client.loop_stop()
