@@ -108,45 +108,61 @@ def explain(
     Returns the pairs' targets and peaks, ``(E, M)`` ratios, and ``(E,)`` how much of the last motion's is uneven.
     """
     n, kinds = weight.shape
-    pairs = 0
-    for take in range(2):
-        if take == 1:
-            target, peak = np.empty(pairs, np.int64), np.empty(pairs, np.int64)
-            ratio, rough = np.zeros((pairs, kinds)), np.zeros((pairs, kinds))
-        pairs = 0
-        for i in range(n):
-            for j in range(len(places)):
-                if polarity[i] != bright[j]:
+    target, peak = np.empty(4 * n + 16, np.int64), np.empty(4 * n + 16, np.int64)
+    ratio, rough = np.zeros((len(target), kinds)), np.zeros((len(target), kinds))
+    pairs, widest = 0, 0.0
+    for j in range(len(places)):
+        widest = max(widest, spread[j])
+    by_x = np.argsort(places[:, 0])
+    across, inside = places[by_x, 0], np.empty(len(places), np.int64)
+    box = np.empty((2, 2))
+    for i in range(n):
+        box[0], box[1] = np.inf, -np.inf
+        for k in range(kinds):
+            speed = velocity[i, k, 0] ** 2 + velocity[i, k, 1] ** 2
+            reach = variance[i, k, 0] + motions[k, 0] ** 2 + widest + motions[k, 4] ** 2 * speed + motions[k, 5] ** 2
+            reach = np.sqrt(GATE * reach)
+            for a in range(2):
+                box[0, a] = min(box[0, a], place[i, k, a] - reach)
+                box[1, a] = max(box[1, a], place[i, k, a] + reach)
+        found = 0
+        for at in range(np.searchsorted(across, box[0, 0]), len(places)):
+            if across[at] > box[1, 0]:
+                break
+            j = by_x[at]
+            if bright[j] == polarity[i] and box[0, 1] <= places[j, 1] <= box[1, 1]:
+                inside[found] = j
+                found += 1
+        for j in np.sort(inside[:found]):
+            if pairs == len(target):
+                target, peak = np.concatenate((target, target)), np.concatenate((peak, peak))
+                nothing = np.zeros_like(ratio)
+                ratio, rough = np.concatenate((ratio, nothing)), np.concatenate((rough, nothing))
+            near = False
+            for k in range(kinds):
+                x, y = places[j, 0] - place[i, k, 0], places[j, 1] - place[i, k, 1]
+                far = x * x + y * y
+                own = variance[i, k, 0] + motions[k, 0] ** 2 + spread[j]
+                speed = velocity[i, k, 0] ** 2 + velocity[i, k, 1] ** 2
+                wide = own + motions[k, 4] ** 2 * speed + motions[k, 5] ** 2
+                if far > GATE * wide:
                     continue
-                near = False
-                for k in range(kinds):
-                    x, y = places[j, 0] - place[i, k, 0], places[j, 1] - place[i, k, 1]
-                    far = x * x + y * y
-                    own = variance[i, k, 0] + motions[k, 0] ** 2 + spread[j]
-                    speed = velocity[i, k, 0] ** 2 + velocity[i, k, 1] ** 2
-                    wide = own + motions[k, 4] ** 2 * speed + motions[k, 5] ** 2
-                    if far > GATE * wide:
-                        continue
-                    if take == 0:
-                        near = True
-                        break
-                    density = np.exp(-0.5 * far / own) / (2 * np.pi * own)
-                    if motions[k, 4] + motions[k, 5] > 0.0:
-                        other = uneven * np.exp(-0.5 * far / wide) / (2 * np.pi * wide)
-                        density = (1 - uneven) * density + other
-                        rough[pairs, k] = other / density
-                    ratio[pairs, k] = density
-                    near = True
-                if not near:
-                    continue
-                if take == 1:
-                    target[pairs], peak[pairs] = i, j
-                    change = (levels[j] - level[i]) / level_spread
-                    alike = (1 + change * change / HEAVY) ** -2 / (2.2 * level_spread)
-                    for k in range(kinds):
-                        ratio[pairs, k] *= detected * alike * np.exp(-log_clutter[j])
-                pairs += 1
-    return target, peak, ratio, rough
+                density = np.exp(-0.5 * far / own) / (2 * np.pi * own)
+                if motions[k, 4] + motions[k, 5] > 0.0:
+                    other = uneven * np.exp(-0.5 * far / wide) / (2 * np.pi * wide)
+                    density = (1 - uneven) * density + other
+                    rough[pairs, k] = other / density
+                ratio[pairs, k] = density
+                near = True
+            if not near:
+                continue
+            target[pairs], peak[pairs] = i, j
+            change = (levels[j] - level[i]) / level_spread
+            alike = (1 + change * change / HEAVY) ** -2 / (2.2 * level_spread)
+            for k in range(kinds):
+                ratio[pairs, k] *= detected * alike * np.exp(-log_clutter[j])
+            pairs += 1
+    return target[:pairs], peak[:pairs], ratio[:pairs], rough[:pairs]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

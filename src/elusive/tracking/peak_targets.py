@@ -63,7 +63,7 @@ class PeakTargets(NamedTuple):
         What rests hops and sways about where it began: ``leash`` ``(R,)`` is the deviation of that [px].
         """
         away = self.place[:, : len(leash)] - self.origin[:, None]
-        resting = self.resting - np.einsum("nra,nra,r->nr", away, away, 0.5 / leash**2)
+        resting = self.resting - np.einsum("nra,nra->nr", away, away) * (0.5 / leash**2)
         top = resting.max(axis=1, initial=0.0)
         still = top + np.log(np.exp(resting - top[:, None]).mean(axis=1))
         found: Array = self.evidence - np.maximum(still, 0.0)

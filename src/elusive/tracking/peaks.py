@@ -26,6 +26,8 @@ SETTLING = 10  # frames that a track's evidence a frame is shared with beforehan
 COMPANION = 4.0  # scales within which what moves alike is a part of the same object, or its shadow
 ALIKE = (0.5, 0.3)  # velocities that differ by less than this [px / frame], and this share, are alike
 RIVALS = 12  # tracks that the strongest is compared with, at most
+UNBORN = Life()
+EXTRA = ("intensity", "snr_db", "moves", "shown")
 
 
 class PeakBelief(NamedTuple):
@@ -33,7 +35,7 @@ class PeakBelief(NamedTuple):
 
     time_s: float
     targets: PeakTargets
-    lives: Mapping[int, Life]  # by the targets' numbers
+    lives: Mapping[int, Life]  # of the targets that are tracks, by their numbers
     born: int  # targets so far
     numbered: int  # tracks so far
     ended: Array  # (E, 2) evidence of moving, and evidence a frame, of tracks that have ended
@@ -109,10 +111,12 @@ class SceneTracker(PeakRecursion):
         moves = self.null.moves(*reached.T, *others.T)
         existence = targets.existence
         for k, (number, exists) in enumerate(zip(targets.number.tolist(), existence.tolist(), strict=True)):
-            life, numbered = self.lifecycle.step(belief.lives.get(number, Life()), exists, numbered)
+            before = belief.lives.get(number, UNBORN)
+            if before is UNBORN and exists < self.lifecycle.candidate_from:
+                continue  # as it was
+            life, numbered = self.lifecycle.step(before, exists, numbered)
             lives[number] = life
-            if life.track is not None:
-                tracks.append((k, life))
+            tracks.append((k, life))
         some = np.array([k for k, _ in tracks], np.int64)
         reliability = self.persistence.after(
             belief.reliability, belief.time_s, interval_s, targets, some, peaks, self.most_peaks
@@ -129,20 +133,16 @@ class SceneTracker(PeakRecursion):
         scales = np.array([1.0, 1 / interval_s, 1.0, 1 / interval_s])
         covariance *= np.outer(scales, scales)
         height = np.where(targets.bright, 1.0, -1.0) * np.exp(targets.level)
+        snr_db = 20 * np.log10(np.maximum(targets.strength, 1e-3))
+        extra = np.stack([height, snr_db, moves, shown], axis=1)[some].tolist()
         found = []
-        for k, life in tracks:
-            extra = {
-                "intensity": float(height[k]),
-                "snr_db": float(20 * math.log10(max(targets.strength[k], 1e-3))),
-                "moves": float(moves[k]),
-                "shown": float(shown[k]),
-            }
+        rows = zip(tracks, told[some].tolist(), mean[some], covariance[some], extra, strict=True)
+        for (_, life), exists, centre, spread, more in rows:
             assert life.track is not None
             assert life.status is not None
-            found.append(Track(life.track, life.status, float(told[k]), mean[k], covariance[k], extra=extra))
-        gone = [number for number, life in lives.items() if life.status == "deleted"]
-        for number in gone:
-            lives[number] = Life()
+            named = dict(zip(EXTRA, more, strict=True))
+            found.append(Track(life.track, life.status, exists, centre, spread, extra=named))
+        lives = {number: life for number, life in lives.items() if life.status != "deleted"}
         return belief._replace(
             targets=targets._replace(shown=shown), lives=lives, numbered=numbered, reliability=reliability,
             tracks=tuple(found),
