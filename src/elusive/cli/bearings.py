@@ -10,11 +10,25 @@ import typer
 from rich.markup import escape
 
 from elusive.cli.fit import FittedOut, tell_fitted
-from elusive.cli.live import Follow, HoldS, IdleS, check_live, feed_of, run_live, tell
+from elusive.cli.live import (
+    Follow,
+    HoldS,
+    IdleS,
+    Origin,
+    To,
+    YAxis,
+    check_live,
+    feed_of,
+    run_live,
+    send_recording,
+    sinks_of,
+    tell,
+)
 from elusive.cli.terminal import Config, Out, Strict, bar, console, known_truth, show_run, tell_findings, tell_written
 from elusive.errors import ParameterError
 from elusive.io.arrivals import Arrivals, fed
 from elusive.io.bearings import BearingSource, open_bearings, read_sensors
+from elusive.io.sinks import Sinks
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
 from elusive.results.live import LiveEnd, LiveStep
@@ -48,6 +62,9 @@ def track_bearings_command(
         ),
     ] = None,
     follow: Follow = False,
+    to: To = None,
+    origin: Origin = None,
+    y_axis_deg: YAxis = None,
     idle_s: IdleS = None,
     hold_s: HoldS = None,
     strict: Strict = False,
@@ -58,8 +75,9 @@ def track_bearings_command(
     check_live(feed is not None, idle_s, truth, strict=strict)
     known = known_truth(truth, "m", cutoff=truth_cutoff)
     source = open_bearings(bearings, None if sensors is None else read_sensors(sensors), feed=feed)
+    sinks = sinks_of(to, "bearings", "m", origin, y_axis_deg)
     if feed is not None:
-        _live(source, fed(source, feed), parameters, out)
+        _live(source, fed(source, feed), parameters, out, sinks)
         return
     with bar("times", None) as advance:
         outcome = track_bearings_recording(source, parameters, out, truth=known, cutoff_m=truth_cutoff, on_time=advance)
@@ -70,6 +88,7 @@ def track_bearings_command(
     tell_written(
         out, ("report.html", "report.png", "tracks.csv", "result.nc", "checks.json", "config.yaml"), outcome.scored
     )
+    send_recording(sinks, out / "tracks.csv")
     tell_findings(outcome.findings, strict=strict)
 
 
@@ -104,7 +123,9 @@ def _tracking(given: dict[str, Any], base: dict[str, Any], *, live: bool) -> Bea
     return BearingTracking(**nested(BearingTracking, given, base))
 
 
-def _live(source: BearingSource, coming: Arrivals[PlaceSet], parameters: BearingTracking, out: Path) -> None:
+def _live(
+    source: BearingSource, coming: Arrivals[PlaceSet], parameters: BearingTracking, out: Path, sinks: Sinks
+) -> None:
     """Track emitters as their bearings come."""
     heeded = list[str]()
 
@@ -117,4 +138,4 @@ def _live(source: BearingSource, coming: Arrivals[PlaceSet], parameters: Bearing
         tell_findings(findings, strict=False)
         return end
 
-    run_live(coming, run, out, LIVE_FILES, lambda live: tuple(heeded))
+    run_live(coming, run, out, LIVE_FILES, lambda live: tuple(heeded), sinks=sinks)

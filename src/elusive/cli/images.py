@@ -11,7 +11,7 @@ from rich.markup import escape
 
 from elusive.checks import Finding
 from elusive.cli.fit import FittedOut, tell_fitted
-from elusive.cli.live import Follow, IdleS, check_live, run_live
+from elusive.cli.live import Follow, IdleS, To, check_live, run_live, send_recording, sinks_of
 from elusive.cli.terminal import (
     Config,
     OneBased,
@@ -27,6 +27,7 @@ from elusive.cli.terminal import (
 from elusive.errors import ParameterError
 from elusive.io import open_frames
 from elusive.io.live_frames import is_live, open_live_frames
+from elusive.io.sinks import Sinks
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
 from elusive.results.live import LiveEnd, LiveStep
@@ -74,18 +75,20 @@ def track_images_command(
     start: Start = 0,
     stop: Stop = None,
     follow: Follow = False,
+    to: To = None,
     idle_s: IdleS = None,
     strict: Strict = False,
 ) -> None:
     """Track targets too faint to threshold through a sequence of frames, recorded or as they come."""
     parameters = ImageTracking(**nested(ImageTracking, given, read_yaml(config) if config else {}))
     follow = follow or is_live(source)
+    sinks = sinks_of(to, "images", "px")
     check_live(follow, idle_s, truth)
     if follow:
         if times is not None or start or stop is not None:
             name = "--times" if times is not None else "--start" if start else "--stop"
             raise ParameterError(f"{name}: has no meaning for frames that are still to come; leave it out.")
-        tell_findings(_live(source, parameters, out, rate_hz, idle_s), strict=strict)
+        tell_findings(_live(source, parameters, out, rate_hz, idle_s, sinks), strict=strict)
         return
     known = known_truth(truth, "px", one_based=truth_one_based, cutoff=truth_cutoff)
     frames = open_frames(source, start=start, stop=stop, rate_hz=rate_hz, times=times)
@@ -93,11 +96,12 @@ def track_images_command(
         outcome = track_recording(frames, parameters, out, truth=known, cutoff_px=truth_cutoff, on_frame=advance)
     show_run(outcome.tracked.title, outcome.tracked.rows, outcome.findings)
     tell_written(out, FILES, outcome.scored)
+    send_recording(sinks, out / "tracks.csv")
     tell_findings(outcome.findings, strict=strict)
 
 
 def _live(
-    source: str, parameters: ImageTracking, out: Path, rate_hz: float | None, idle_s: float | None
+    source: str, parameters: ImageTracking, out: Path, rate_hz: float | None, idle_s: float | None, sinks: Sinks
 ) -> tuple[Finding, ...]:
     """Track frames as they come; return what there is to say of them then."""
     found: tuple[Finding, ...] = ()
@@ -114,7 +118,7 @@ def _live(
         end, found = track_live(frames, parameters, out, told)
         return end
 
-    run_live(frames, run, out, LIVE_FILES)
+    run_live(frames, run, out, LIVE_FILES, sinks=sinks)
     return found
 
 

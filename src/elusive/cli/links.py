@@ -8,7 +8,20 @@ from typing import Annotated, Any
 import typer
 from rich.markup import escape
 
-from elusive.cli.live import Follow, HoldS, IdleS, check_live, feed_of, run_live, tell
+from elusive.cli.live import (
+    Follow,
+    HoldS,
+    IdleS,
+    Origin,
+    To,
+    YAxis,
+    check_live,
+    feed_of,
+    run_live,
+    send_recording,
+    sinks_of,
+    tell,
+)
 from elusive.cli.terminal import (
     Config,
     Out,
@@ -28,6 +41,7 @@ from elusive.io.area_files import read_area
 from elusive.io.arrivals import Arrivals, fed
 from elusive.io.link_logs import MISSING_ABOVE_DBM, open_link_log
 from elusive.io.node_files import read_nodes
+from elusive.io.sinks import Sinks
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
 from elusive.results.live import LiveStep
@@ -80,6 +94,9 @@ def track_links_command(
     period_s: Period = None,
     missing_above_dbm: Missing = MISSING_ABOVE_DBM,
     follow: Follow = False,
+    to: To = None,
+    origin: Origin = None,
+    y_axis_deg: YAxis = None,
     idle_s: IdleS = None,
     hold_s: HoldS = None,
     strict: Strict = False,
@@ -90,6 +107,7 @@ def track_links_command(
     feed = feed_of(log, follow, idle_s, hold_s)
     check_live(feed is not None, idle_s, truth, strict=strict)
     network = read_nodes(nodes)
+    sinks = sinks_of(to, "links", "m", origin, y_axis_deg)
     source = open_link_log(
         log,
         network,
@@ -99,7 +117,7 @@ def track_links_command(
         missing_above_dbm=missing_above_dbm,
     )
     if feed is not None:
-        _live(fed(source, feed), network, parameters, out)
+        _live(fed(source, feed), network, parameters, out, sinks)
         return
     known = known_truth(truth, "m", cutoff=truth_cutoff)
     with bar("frames", None) as advance:
@@ -114,6 +132,7 @@ def track_links_command(
         show("Tracks", tracked.header, tracked.tracks)
     show_run(tracked.title, tracked.rows, outcome.findings)
     tell_written(out, FILES, outcome.scored)
+    send_recording(sinks, out / "tracks.csv")
     tell_findings(outcome.findings, strict=strict)
 
 
@@ -165,7 +184,7 @@ def _within(parameters: LinkTracking, area: tuple[float, ...] | None, file: Path
     return parameters if file is None else parameters.replace(area=read_area(file))
 
 
-def _live(coming: Arrivals[RssFrame], nodes: RadioNodes, parameters: LinkTracking, out: Path) -> None:
+def _live(coming: Arrivals[RssFrame], nodes: RadioNodes, parameters: LinkTracking, out: Path, sinks: Sinks) -> None:
     """Track people as their frames come."""
     said = set[str]()
 
@@ -177,5 +196,5 @@ def _live(coming: Arrivals[RssFrame], nodes: RadioNodes, parameters: LinkTrackin
     frames = parameters.calibration_frames
     console.print(f"Calibrating on the first {frames} frames, with nobody inside. Ctrl-C ends.", highlight=False)
     run_live(
-        coming, lambda told: follow_links(coming, nodes, parameters, out, told), out, LIVE_FILES, remarks
-    )  # fmt: skip
+        coming, lambda told: follow_links(coming, nodes, parameters, out, told), out, LIVE_FILES, remarks, sinks=sinks
+    )

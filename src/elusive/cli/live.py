@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import signal
 import sys
@@ -15,11 +16,16 @@ from rich.markup import escape
 
 from elusive.cli.terminal import console, interrupted
 from elusive.errors import ParameterError
+from elusive.geometry.local_frame import LocalFrame
 from elusive.io.arrivals import Coming
+from elusive.io.sinks import Ground, Sinks, open_sinks
+from elusive.io.sinks.formats import json_line
+from elusive.io.sinks.seen import Watch
 from elusive.io.sources import Feed, is_address
-from elusive.results.live import LiveEnd, LiveStep, json_line
+from elusive.results.live import LiveEnd, LiveStep
 
 FAILED = 2
+NO_SINKS = Sinks((), Watch("m", None))
 Follow = Annotated[
     bool, typer.Option("--follow", help="Track live: a line of JSON to standard output as each measurement comes.")
 ]
@@ -34,6 +40,63 @@ HoldS = Annotated[
         help="With --follow: hold measurements for so long, by their own times, for late ones. [default: 0]",
     ),
 ]
+To = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--to",
+        help="Where tracks go too, several times: ndjson:FILE, geojson:FILE, nmea+udp://HOST:PORT, "
+        "cot+udp://HOST:PORT, cot+tcp://HOST:PORT, mqtt://HOST/SITE, mot:FILE; - is standard output.",
+    ),
+]
+Origin = Annotated[
+    tuple[float, float] | None,
+    typer.Option("--origin", help="LON LAT of x = y = 0, WGS 84 in degrees: for --to with places on Earth."),
+]
+YAxis = Annotated[
+    float | None, typer.Option("--y-axis-deg", help="With --origin: where y points, clockwise from north. [default: 0]")
+]
+
+
+def sinks_of(
+    to: list[str] | None,
+    system: str,
+    unit: str,
+    origin: tuple[float, float] | None = None,
+    y_axis_deg: float | None = None,
+) -> Sinks:
+    """Open the sinks that were asked for.
+
+    Raises
+    ------
+    ParameterError
+        If a place is given that nothing needs.
+    DataError
+        If a sink has no meaning, or does not fit the tracks.
+    """
+    if y_axis_deg is not None and origin is None:
+        raise ParameterError("--y-axis-deg: has no meaning without --origin; give that, or leave it out.")
+    ground = None
+    if origin is not None:
+        if not to:
+            raise ParameterError("--origin: has no meaning without --to; leave it out.")
+        ground = Ground(LocalFrame.at(*origin), math.radians(y_axis_deg or 0.0))
+    return open_sinks(to or (), system=system, unit=unit, ground=ground, say=tell)
+
+
+def send_recording(sinks: Sinks, tracks: Path) -> None:
+    """Send the tracks of a recording that has been tracked, step by step."""
+    from elusive.results.log import read_tracks_csv  # loads what live runs do not need here
+
+    if not sinks.each:
+        return
+    log = read_tracks_csv(tracks)
+    rows = log.rows
+    for number in range(len(log.steps)):
+        of_step = rows[rows["step"] == number]
+        cells = [dict(zip(log.columns.names[1:], row[1:], strict=True)) for row in log.columns.cells(of_step)]
+        time_s = float(log.steps["time_s"][number])
+        sinks.tell({"time_s": time_s, "unix_s": time_s, "tracks": cells})
+    sinks.close()
 
 
 def feed_of(source: str, follow: bool, idle_s: float | None, hold_s: float | None = None) -> Feed | None:
@@ -79,6 +142,7 @@ def run_live(
     files: tuple[str, ...],
     remarks: Callable[[LiveStep], tuple[str, ...]] = lambda live: (),
     more: Callable[[], dict[str, Any]] = dict,
+    sinks: Sinks = NO_SINKS,
 ) -> None:
     """Run until the source ends, fails, or Ctrl-C is pressed, each step's line told as it is known.
 
@@ -94,6 +158,8 @@ def run_live(
         What is to be said on the terminal at a step.
     more
         What the system adds to the last line.
+    sinks
+        Where tracks go besides.
 
     Raises
     ------
@@ -113,7 +179,8 @@ def run_live(
             tell(remark)
         if "gap_s" in live.record:
             tell(f"{live.record['time_s']:g} s: nothing came in the {live.record['gap_s']:g} s before.")
-        if not _tell(live.record):
+        sinks.tell(live.record)
+        if not sinks.own_stdout and not _tell(live.record):
             coming.stop()
 
     previous = signal.signal(signal.SIGINT, interrupt)
@@ -121,8 +188,10 @@ def run_live(
         end = run(told)
     finally:
         signal.signal(signal.SIGINT, previous)
+        sinks.close()
     why = "interrupted" if interrupted.is_set() else "source ended" if end.fault is None else "source failed"
-    _tell(end.record(ended=why, files=list(files), **more()))
+    if not sinks.own_stdout:
+        _tell(end.record(ended=why, files=list(files), **more()))
     if interrupted.is_set():
         console.print("Interrupted.")
     dropped = f", {end.dropped} more dropped, for newer ones came faster than they could be tracked" * bool(end.dropped)

@@ -97,7 +97,7 @@ class Stream:
                 if not self._halted and header is not None:
                     process.wait()
                 process.kill()
-        log.join(TIME_S)
+                log.join(TIME_S)  # before its pipe is closed
         if self._halted:
             return
         said = [complaint(line) for line in self._said] or [f"ffmpeg ended with status {process.returncode}"]

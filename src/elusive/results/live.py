@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import time
 from collections import deque
@@ -150,19 +149,3 @@ class Gaps:
         if gap_s > 0:
             self._usual.append(gap_s)
         return 0.0
-
-
-def json_line(record: Mapping[str, Any]) -> str:
-    """Write a record as a line; JSON has no infinities, and null stands for them."""
-    try:
-        return json.dumps(record, separators=(",", ":"), allow_nan=False)
-    except ValueError:
-        return json.dumps(_finite(record), separators=(",", ":"), allow_nan=False)
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {key: _finite(part) for key, part in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(part) for part in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,186 @@
+"""Opens sinks by their names, and tells each step to all of them."""
+
+from __future__ import annotations
+
+import sys
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple, Protocol
+
+from elusive.errors import DataError
+from elusive.io.sinks.cot import Cot
+from elusive.io.sinks.formats import Mot, geojson, ndjson
+from elusive.io.sinks.nmea import Nmea
+from elusive.io.sinks.outlet import Outlet, UdpOutlet, file_outlet, tcp_outlet
+from elusive.io.sinks.presence import Presence
+from elusive.io.sinks.seen import Ground, Told, Watch
+from elusive.io.sources.address import address_of
+
+Write = Callable[[Told], Iterator[bytes]]
+GEOGRAPHIC = ("geojson", "nmea", "cot")
+FORMATS = ("ndjson", *GEOGRAPHIC, "mot")
+STDOUT = "-"
+UDP = ("interface", "broadcast")
+OWN = {"cot": ("uid", "type", "stale_s")}
+KINDS = {"links": "a-u-G", "radar": "a-u-S", "video": "a-u-S", "bearings": "a-u-A"}  # on the ground, at sea, in the air
+STALE_S, HALF_PX = 30.0, 2.0
+LIKE = "write ndjson:FILE, geojson:FILE, nmea+udp://HOST:PORT, cot+tcp://HOST:PORT, mqtt://HOST/SITE or mot:FILE"
+
+
+class Sink(Protocol):
+    """Takes steps."""
+
+    @property
+    def name(self) -> str:
+        """For sentences."""
+        ...
+
+    @property
+    def counts(self) -> Counter[str]:
+        """Messages ``sent``, ``dropped``."""
+        ...
+
+    def __call__(self, told: Told) -> None:
+        """Take a step."""
+        ...
+
+    def close(self) -> None:
+        """End."""
+        ...
+
+
+class _Written(NamedTuple):
+    name: str
+    counts: Counter[str]
+    write: Write
+    outlet: Outlet
+
+    def __call__(self, told: Told) -> None:
+        for message in self.write(told):
+            self.outlet.send(message)
+
+    def close(self) -> None:
+        self.outlet.close()
+
+
+class Sinks:
+    """Several sinks; what one cannot take keeps no other waiting."""
+
+    def __init__(self, sinks: Sequence[Sink], watch: Watch, *, own_stdout: bool = False) -> None:
+        self.each, self._watch = tuple(sinks), watch
+        self.own_stdout = own_stdout
+        """Whether one of them writes to standard output, in place of the usual lines."""
+
+    def tell(self, record: Mapping[str, Any]) -> None:
+        """Tell a step's record."""
+        if self.each:
+            told = self._watch.take(record)
+            for sink in self.each:
+                sink(told)
+
+    def close(self) -> None:
+        """Tell that the tracks have ended, and end."""
+        if self.each:
+            told = self._watch.end()
+            for sink in self.each:
+                sink(told)
+            for sink in self.each:
+                sink.close()
+
+
+def open_sinks(
+    names: Sequence[str], *, system: str, unit: str, ground: Ground | None, say: Callable[[str], None]
+) -> Sinks:
+    """Open sinks.
+
+    Parameters
+    ----------
+    names
+        Each ``format:path`` (``-``: standard output), ``format+udp://host:port``, ``format+tcp://host:port`` or
+        ``mqtt://host/prefix``.
+    system, unit
+        Whose tracks they are, and in what.
+    ground
+        Where the tracks' metres lie; needed by formats with longitude and latitude.
+    say
+        Told what becomes of a sink.
+
+    Raises
+    ------
+    DataError
+        If a name has no meaning, or a format does not fit the tracks.
+    """
+    opened: list[Sink] = []
+    try:
+        opened.extend(_open(name, system, unit, ground, say) for name in names)
+    except DataError:
+        for sink in opened:
+            sink.close()
+        raise
+    own = any(name.endswith(f":{STDOUT}") for name in names)
+    return Sinks(opened, Watch(unit, ground), own_stdout=own)
+
+
+def _open(name: str, system: str, unit: str, ground: Ground | None, say: Callable[[str], None]) -> Sink:
+    scheme = name.partition(":")[0].lower()
+    if scheme in ("mqtt", "mqtts"):
+        return Presence(address_of(name, {scheme: ("discovery",)}), unit, say)
+    form, _, carrier = scheme.partition("+")
+    if form not in FORMATS or carrier not in ("", "udp", "tcp"):
+        raise DataError(f"--to {name}: is no sink; {LIKE}.")
+    if form in GEOGRAPHIC and unit != "m":
+        raise DataError(f"--to {name}: needs places on the ground, and these tracks are in {unit}; take ndjson.")
+    if form in GEOGRAPHIC and ground is None:
+        raise DataError(f"--to {name}: needs to know where the site is; give --origin LON LAT, in degrees.")
+    if form == "mot" and unit != "px":
+        raise DataError(f"--to {name}: MOTChallenge needs pixels, and these tracks are in {unit}; take ndjson.")
+    if form == "mot" and carrier:
+        raise DataError(f"--to {name}: MOTChallenge is a file; write mot:FILE.")
+    path, options = name.partition(":")[2], dict[str, str]()
+    outlet: Outlet
+    if carrier:
+        own = OWN.get(form, ())
+        address = address_of(name, {f"{form}+udp": (*UDP, *own), f"{form}+tcp": own})
+        options = dict(address.options)
+        outlet = UdpOutlet(address, say) if carrier == "udp" else tcp_outlet(address, say)
+    elif path == STDOUT:
+        outlet = StandardOutput()
+    elif path and not path.startswith("//"):
+        outlet = file_outlet(path, say)
+    else:
+        raise DataError(f"--to {name}: names no file; {LIKE}.")
+    return _Written(name, outlet.counts, _format(form, system, options, say), outlet)
+
+
+def _format(form: str, system: str, options: Mapping[str, str], say: Callable[[str], None]) -> Write:
+    if form == "nmea":
+        return Nmea(say)
+    if form == "cot":
+        stale_s = float(options.get("stale_s", STALE_S))
+        kind = options.get("type", KINDS.get(system, "a-u-G"))
+        return Cot(options.get("uid", f"elusive.{system}"), kind, stale_s).events
+    if form == "mot":
+        return Mot(HALF_PX)
+    return geojson if form == "geojson" else ndjson
+
+
+class StandardOutput:
+    """Lines to standard output."""
+
+    name = "standard output"
+
+    def __init__(self) -> None:
+        self.counts: Counter[str] = Counter()
+
+    def send(self, message: bytes) -> None:
+        """Write a line; whoever reads them no more is left alone."""
+        try:
+            sys.stdout.write(message.decode())
+            sys.stdout.flush()
+        except BrokenPipeError:
+            self.counts["dropped"] += 1
+            return
+        self.counts["sent"] += 1
+
+    def close(self) -> None:
+        """Leave it open: it is the program's."""

@@ -1,0 +1,231 @@
+"""Outlets that lose nothing while what is behind them is gone for a while: a file, a TCP connection; and UDP."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import socket
+import threading
+import time
+from collections import Counter, deque
+from collections.abc import Callable
+from pathlib import Path
+from typing import Protocol
+
+from elusive.errors import DataError
+from elusive.io.sources.address import Address
+from elusive.io.sources.feed import FIRST_S, LOOK_S
+
+HELD = 20_000  # messages that wait at most
+LONGEST_S = 5.0  # between two tries
+CLOSING_S = 2.0  # for which the end waits for what is still held
+CONNECT_S = 5.0
+
+
+class Outlet(Protocol):
+    """Takes messages to one place."""
+
+    name: str
+    counts: Counter[str]
+
+    def send(self, message: bytes) -> None:
+        """Take a message; never waits."""
+        ...
+
+    def close(self) -> None:
+        """Send what is held, if that takes not too long, and end."""
+        ...
+
+
+class HeldOutlet:
+    """Sends from a thread of its own; what cannot be sent yet is held, so much at most, and sent when it can.
+
+    Parameters
+    ----------
+    name
+        For sentences.
+    opened
+        Opens what is behind it, and returns what sends and what closes; OSError: it is not there.
+    say
+        Told when it goes and comes back.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        opened: Callable[[], tuple[Callable[[bytes], None], Callable[[], None]]],
+        say: Callable[[str], None],
+    ) -> None:
+        self.name, self.counts = name, Counter[str]()
+        self._opened, self._say = opened, say
+        self._held: deque[bytes] = deque()
+        self._changed, self._closing = threading.Condition(), threading.Event()
+        self._thread = threading.Thread(target=self._run, name=f"to {name}", daemon=True)
+        self._thread.start()
+
+    def send(self, message: bytes) -> None:
+        """Hold a message; the oldest makes room where too many are."""
+        with self._changed:
+            if len(self._held) >= HELD:
+                self._held.popleft()
+                self.counts["dropped"] += 1
+            self._held.append(message)
+            self._changed.notify()
+
+    def close(self) -> None:
+        """Send what is held, if that takes not too long, and end."""
+        self._closing.set()
+        with self._changed:
+            self._changed.notify()
+        self._thread.join(CLOSING_S)
+        if self._held:
+            self.counts["dropped"] += len(self._held)
+            self._say(f"{self.name}: {len(self._held)} messages could not be sent any more.")
+
+    def _run(self) -> None:
+        wait_s, gone_s, until_s = FIRST_S, float("nan"), float("inf")
+        while not self._over(until_s):
+            try:
+                send, close = self._opened()
+            except OSError as error:
+                why = error
+            else:
+                if gone_s == gone_s:
+                    self._say(
+                        f"{self.name}: is back after {time.monotonic() - gone_s:.1f} s; {len(self._held)} messages "
+                        f"are sent now, {self.counts['dropped']} were lost."
+                    )
+                    gone_s, wait_s = float("nan"), FIRST_S
+                try:
+                    self._empty(send)
+                except OSError as error:
+                    why = error
+                else:
+                    return
+                finally:
+                    with contextlib.suppress(OSError):
+                        close()
+            if gone_s != gone_s:
+                gone_s = time.monotonic()
+                self._say(f"{self.name}: cannot be written to ({why.strerror or why}); it is tried again.")
+            if self._closing.wait(wait_s):
+                until_s = min(until_s, time.monotonic() + CLOSING_S)
+                time.sleep(LOOK_S)
+            wait_s = min(2 * wait_s, LONGEST_S)
+
+    def _over(self, until_s: float) -> bool:
+        return self._closing.is_set() and (not self._held or time.monotonic() >= until_s)
+
+    def _empty(self, send: Callable[[bytes], None]) -> None:
+        """Send until it is closed."""
+        while True:
+            with self._changed:
+                while not self._held:
+                    if self._closing.is_set():
+                        return
+                    self._changed.wait(LOOK_S)
+                message = self._held[0]
+            send(message)
+            with self._changed:
+                if self._held and self._held[0] is message:
+                    self._held.popleft()
+            self.counts["sent"] += 1
+
+
+def file_outlet(path: str, say: Callable[[str], None]) -> HeldOutlet:
+    """Add to a file; a message of which a full disk took a part is completed later.
+
+    Raises
+    ------
+    DataError
+        If the file cannot be written to from the start.
+    """
+    try:
+        with Path(path).open("ab"):
+            pass
+    except OSError as error:
+        raise DataError(
+            f"{path}: cannot be written ({error.strerror or error}); check space and permissions."
+        ) from None
+    left: list[bytes] = []  # of a message that was begun
+
+    def opened() -> tuple[Callable[[bytes], None], Callable[[], None]]:
+        descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
+
+        def send(message: bytes) -> None:
+            rest = left.pop() if left else message
+            while rest:
+                try:
+                    rest = rest[os.write(descriptor, rest) :]
+                except OSError:
+                    left.append(rest)
+                    raise
+
+        return send, lambda: os.close(descriptor)
+
+    return HeldOutlet(path, opened, say)
+
+
+def tcp_outlet(address: Address, say: Callable[[str], None]) -> HeldOutlet:
+    """Send over TCP to who listens there."""
+
+    def opened() -> tuple[Callable[[bytes], None], Callable[[], None]]:
+        connection = socket.create_connection((address.host, address.port), CONNECT_S)
+
+        def send(message: bytes) -> None:
+            if _hung_up(connection):
+                raise ConnectionResetError("hung up")
+            connection.sendall(message)
+
+        return send, connection.close
+
+    return HeldOutlet(address.text, opened, say)
+
+
+def _hung_up(connection: socket.socket) -> bool:
+    """Whether the other side has closed: what is written then would be lost without a word."""
+    connection.setblocking(False)
+    try:
+        while octets := connection.recv(1 << 16):  # what it says is not listened to
+            pass
+    except BlockingIOError:
+        return False
+    finally:
+        connection.settimeout(CONNECT_S)
+    return not octets
+
+
+class UdpOutlet:
+    """Sends packets at once; those that the system refuses are lost and counted: an old place is of no use."""
+
+    def __init__(self, address: Address, say: Callable[[str], None]) -> None:
+        self.name, self.counts, self._say = address.text, Counter[str](), say
+        family, _, _, _, where = socket.getaddrinfo(address.host, address.port, type=socket.SOCK_DGRAM)[0]
+        self._where: tuple[object, ...] = where
+        self._socket = socket.socket(family, socket.SOCK_DGRAM)
+        self._socket.setblocking(False)
+        network = address.options.get("interface")
+        if network and family == socket.AF_INET:
+            self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(network))
+        if "broadcast" in address.options:
+            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
+        self._is_gone = False
+
+    def send(self, message: bytes) -> None:
+        """Send a packet."""
+        try:
+            self._socket.sendto(message, self._where)
+        except OSError as error:
+            self.counts["dropped"] += 1
+            if not self._is_gone:
+                self._say(f"{self.name}: packets are lost ({error.strerror or error}); it goes on.")
+            self._is_gone = True
+            return
+        if self._is_gone:
+            self._say(f"{self.name}: is back; {self.counts['dropped']} packets were lost.")
+        self._is_gone = False
+        self.counts["sent"] += 1
+
+    def close(self) -> None:
+        """End."""
+        self._socket.close()

@@ -1,0 +1,141 @@
+"""Who is present, and where, over MQTT as home automation reads it: with discovery as Home Assistant has it."""
+
+from __future__ import annotations
+
+import json
+import re
+import time
+from collections import Counter
+from collections.abc import Callable
+from typing import Any
+
+from elusive.errors import DataError
+from elusive.io.sinks.formats import json_line
+from elusive.io.sinks.outlet import CLOSING_S, HELD
+from elusive.io.sinks.seen import Seen, Told
+from elusive.io.sources.address import Address
+from elusive.io.sources.mqtt import client_for
+
+DISCOVERY = "homeassistant"
+
+
+class Presence:
+    """Publishes under a prefix: ``count``, ``presence`` (ON, OFF), ``tracks`` and ``track/<number>``, retained.
+
+    A track that has ended is told as absent and its topic cleared. ``status`` is ``online``, or ``offline`` once the
+    run has ended, however that came.
+
+    Parameters
+    ----------
+    address
+        Of the broker; its path is the prefix.
+    unit
+        Of the tracks' places.
+    say
+        Told when the broker goes and comes back.
+    """
+
+    def __init__(self, address: Address, unit: str, say: Callable[[str], None]) -> None:
+        self.name, self.counts = address.text, Counter[str]()
+        self._prefix, self._unit, self._say = address.path.strip("/"), unit, say
+        if not self._prefix or "+" in self._prefix or "#" in self._prefix:
+            raise DataError(f"{address.text}: names no topic to write under; write mqtt://{address.host}/site.")
+        self._client: Any = client_for(address)
+        self._client.max_queued_messages_set(HELD)
+        self._client.will_set(f"{self._prefix}/status", "offline", qos=1, retain=True)
+        self._client.on_connect, self._client.on_disconnect = self._joined, self._gone
+        self._client.on_publish = self._published
+        self._latest: int | None = None
+        self._discovery = address.options.get("discovery", DISCOVERY)
+        self._closed = False
+        self._client.connect_async(address.host, address.port)
+        self._client.loop_start()
+
+    def __call__(self, told: Told) -> None:
+        """Publish a step."""
+        present = [seen for seen in told.seen if seen.status == "confirmed"]
+        for seen in told.ended:
+            self._publish(f"track/{seen.track}", json_line({"track": seen.track, "present": False}))
+            self._publish(f"track/{seen.track}", "")
+        for seen in present:
+            self._publish(f"track/{seen.track}", json_line(self._where(seen)), retain=True)
+        if self._latest != len(present):
+            self._latest = len(present)
+            self._publish("count", str(len(present)), retain=True)
+            self._publish("presence", "ON" if present else "OFF", retain=True)
+        whole = {"unix_s": told.unix_s, "count": len(present), "tracks": [self._where(seen) for seen in present]}
+        self._publish("tracks", json_line(whole), retain=True)
+
+    def close(self) -> None:
+        """Say that it ends, if the broker is there."""
+        self._closed = True
+        self._publish("status", "offline", retain=True)
+        until_s = time.monotonic() + CLOSING_S
+        while self.counts["sent"] < self.counts["published"] - self.counts["dropped"] and time.monotonic() < until_s:
+            time.sleep(0.02)
+        self._client.disconnect()
+        self._client.loop_stop()
+
+    def _where(self, seen: Seen) -> dict[str, Any]:
+        told: dict[str, Any] = {"track": seen.track, "present": True, "existence": seen.existence}
+        told |= {
+            f"x_{self._unit}": round(seen.x, 3),
+            f"y_{self._unit}": round(seen.y, 3),
+            "age_s": round(seen.age_s, 3),
+        }
+        if seen.lon_deg == seen.lon_deg:
+            told |= {"longitude": round(seen.lon_deg, 7), "latitude": round(seen.lat_deg, 7)}
+        return told
+
+    def _publish(self, topic: str, payload: str, *, retain: bool | None = None) -> None:
+        keep = payload == "" if retain is None else retain  # an empty message that is retained clears a topic
+        code = self._client.publish(f"{self._prefix}/{topic}", payload, qos=1, retain=keep).rc
+        self.counts["published"] += 1
+        self.counts["dropped"] += code == 15  # its queue is full
+
+    def _published(self, *_: Any) -> None:
+        self.counts["sent"] += 1
+
+    def _joined(self, _: Any, __: Any, ___: Any, code: Any, *____: Any) -> None:
+        if code.is_failure:
+            self._say(f"{self.name}: the broker refuses ({code}); it is tried again.")
+            return
+        if self.counts["joined"]:
+            self._say(f"{self.name}: is back; what waited is sent now.")
+        self.counts["joined"] += 1
+        self._publish("status", "online", retain=True)
+        for kind, config in self._entities():
+            topic = f"{self._discovery}/{kind}/{config['unique_id']}/config"
+            if self._discovery:
+                self._client.publish(topic, json.dumps(config), qos=1, retain=True)
+                self.counts["published"] += 1
+
+    def _gone(self, *_: Any) -> None:
+        if not self._closed:
+            self._say(f"{self.name}: the broker is gone; it is tried again, and what happens meanwhile is held.")
+
+    def _entities(self) -> list[tuple[str, dict[str, Any]]]:
+        """Return what home automation is told of: how many, and whether anybody is there."""
+        site = re.sub(r"[^A-Za-z0-9_-]", "_", self._prefix)
+        shared = {
+            "availability_topic": f"{self._prefix}/status",
+            "device": {
+                "identifiers": [f"elusive_{site}"],
+                "name": f"elusive {self._prefix}",
+                "manufacturer": "elusive",
+            },
+        }
+        count = {
+            "name": "Present",
+            "unique_id": f"elusive_{site}_count",
+            "state_topic": f"{self._prefix}/count",
+            "state_class": "measurement",
+            "json_attributes_topic": f"{self._prefix}/tracks",
+        }
+        presence = {
+            "name": "Presence",
+            "unique_id": f"elusive_{site}_presence",
+            "state_topic": f"{self._prefix}/presence",
+            "device_class": "occupancy",
+        }
+        return [("sensor", count | shared), ("binary_sensor", presence | shared)]

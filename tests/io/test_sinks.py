@@ -1,0 +1,287 @@
+"""What sinks write is read back by readers that others wrote, and one that is gone for a while catches up."""
+
+from __future__ import annotations
+
+import csv
+import errno
+import json
+import math
+import os
+import socket
+import threading
+import time
+from collections import Counter
+from contextlib import closing
+
+import numpy as np
+import pytest
+
+from elusive.errors import DataError
+from elusive.geometry.local_frame import LocalFrame
+from elusive.io.sinks import Ground, open_sinks
+from elusive.io.sinks.outlet import HELD, file_outlet
+from tests.brokers import broker, free_port
+from tests.processes import HUNG_S
+
+FRAME = LocalFrame.at(5.428, 53.18)
+UNIX_S = 1.75e9
+
+
+def record(number, tracks, **more):
+    return {"time_s": float(number), "unix_s": UNIX_S + number, "tracks": [*tracks], **more}
+
+
+def track(number, x, y, vx=0.0, vy=0.0, status="confirmed", existence=0.97, sd=3.0, u="m"):
+    places = {f"x_{u}": x, f"y_{u}": y, f"vx_{u}ps": vx, f"vy_{u}ps": vy, f"sd_x_{u}": sd, f"sd_y_{u}": sd / 2}
+    return {"track": number, "status": status, "existence": existence, **places}
+
+
+STEPS = [
+    record(0, [track(7, 1200.0, -3400.5, 3.0, -4.0), track(8, 10.0, 20.0, status="candidate")]),
+    record(2, [track(7, 1206.0, -3408.5, 3.0, -4.0)]),
+    record(4, [track(7, 1212.0, -3416.5, status="deleted")]),
+]
+
+
+def opened(*names, unit="m", ground=None, system="radar", said=None):
+    ground = Ground(FRAME) if ground is None and unit == "m" else ground
+    return open_sinks(names, system=system, unit=unit, ground=ground, say=(said if said is not None else []).append)
+
+
+def waiting(happened):
+    until = time.monotonic() + HUNG_S
+    while not happened():
+        assert time.monotonic() < until
+        time.sleep(0.005)
+
+
+def told(sinks, steps=STEPS):
+    for step in steps:
+        sinks.tell(step)
+    sinks.close()
+
+
+def lonlat(x, y):
+    return FRAME.to_lonlat(np.array([[x, y]]))[0]
+
+
+@pytest.fixture
+def ear():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as one:
+        one.bind(("127.0.0.1", 0))
+        one.settimeout(HUNG_S)
+        yield one
+
+
+def heard(ear, count):
+    return [ear.recv(65535) for _ in range(count)]
+
+
+def test_lines_of_json_and_geojson_carry_all_and_tell_who_has_ended(tmp_path):
+    sinks = opened(f"ndjson:{tmp_path / 'a'}", f"geojson:{tmp_path / 'b'}")
+    told(sinks)
+    plain = [json.loads(line) for line in (tmp_path / "a").read_text().splitlines()]
+    assert [line["ended"] for line in plain] == [[], [8], [7]]
+    assert plain[1]["tracks"][0] == {**STEPS[1]["tracks"][0], "age_s": 2.0}
+    first, second, third = (json.loads(line) for line in (tmp_path / "b").read_text().splitlines())
+    feature = next(feature for feature in first["features"] if feature["id"] == 7)
+    np.testing.assert_allclose(feature["geometry"]["coordinates"], lonlat(1200.0, -3400.5), atol=1e-8)
+    assert feature["properties"]["existence"] == 0.97
+    assert feature["properties"]["course_deg"] == pytest.approx(math.degrees(math.atan2(3, -4)))
+    ends = [(each["id"], each["properties"]["status"]) for each in (*second["features"], *third["features"])]
+    assert ends == [(7, "confirmed"), (8, "deleted"), (7, "deleted")]
+
+
+def test_nmea_is_read_back_by_another_reader(ear):
+    pynmea2 = pytest.importorskip("pynmea2", reason="needs elusive[live]")
+    told(opened(f"nmea+udp://127.0.0.1:{ear.getsockname()[1]}"))
+    sentences = [octets.decode("ascii") for octets in heard(ear, 6)]
+    assert max(map(len, sentences)) <= 82
+    ttm, tll = ([pynmea2.parse(text, check=True) for text in sentences[k::2]] for k in (0, 1))
+    for message, step in zip(ttm, STEPS, strict=True):
+        x, y = step["tracks"][0]["x_m"], step["tracks"][0]["y_m"]
+        assert float(message.data[1]) * 1852 == pytest.approx(math.hypot(x, y), abs=0.0005 * 1852)
+        assert float(message.data[2]) == pytest.approx(math.degrees(math.atan2(x, y)) % 360, abs=0.005)
+    assert float(ttm[0].data[4]) * 1852 / 3600 == pytest.approx(5.0, abs=0.005)
+    assert float(ttm[0].data[5]) == pytest.approx(math.degrees(math.atan2(3, -4)), abs=0.05)
+    assert [(message.data[0], message.data[10], message.data[11]) for message in ttm] == [
+        ("00", "E7", "T"), ("00", "E7", "T"), ("00", "E7", "L")
+    ]  # fmt: skip
+    for message, step in zip(tll, STEPS, strict=True):
+        lon, lat = lonlat(step["tracks"][0]["x_m"], step["tracks"][0]["y_m"])
+        read = [float(message.data[k][:n]) + float(message.data[k][n:]) / 60 for k, n in ((1, 2), (3, 3))]
+        np.testing.assert_allclose(read, [lat, lon], atol=0.5e-4 / 60 + 1e-9)
+        assert (message.data[2], message.data[4]) == ("N", "E")
+    assert [message.data[7] for message in tll] == ["T", "T", "L"]
+
+
+def test_an_nmea_number_is_a_tracks_own_until_it_has_ended(ear):
+    said, many = [], [track(number, number, 0) for number in range(1, 103)]
+    sinks = opened(f"nmea+udp://127.0.0.1:{ear.getsockname()[1]}", said=said)
+    sinks.tell(record(0, many))
+    first = [octets.decode().split(",") for octets in heard(ear, 200)][::2]
+    assert len({cells[1] for cells in first}) == 100
+    assert "NMEA has 100 numbers" in said[0]
+    sinks.tell(record(1, many[1:]))
+    names = {cells[11]: cells[1] for cells in first}
+    for octets in heard(ear, 202)[::2]:
+        cells = octets.decode().split(",")
+        assert names.setdefault(cells[11], names["E1"]) == cells[1]
+    sinks.close()
+
+
+@pytest.mark.parametrize("carrier", ["udp", "tcp"])
+def test_cursor_on_target_is_read_back_by_another_reader(ear, carrier):
+    cotdantic = pytest.importorskip("cotdantic", reason="a reader for the tests")
+    if carrier == "udp":
+        told(opened(f"cot+udp://127.0.0.1:{ear.getsockname()[1]}?uid=harbour"))
+        events = heard(ear, 4)
+    else:
+        with socket.create_server(("127.0.0.1", 0)) as server:
+            sinks = opened(f"cot+tcp://127.0.0.1:{server.getsockname()[1]}?uid=harbour")
+            connection = server.accept()[0]
+            told(sinks)
+            with closing(connection):
+                events = connection.makefile("rb").readlines()
+    events = [cotdantic.Event.from_xml(octets.strip()) for octets in events]
+    assert [event.uid for event in events] == ["harbour.7", "harbour.7", "harbour.8", "harbour.7"]
+    for event, step in zip((events[0], events[1], events[3]), STEPS, strict=True):
+        at = lonlat(step["tracks"][0]["x_m"], step["tracks"][0]["y_m"])
+        np.testing.assert_allclose([event.point.lon, event.point.lat], at, atol=0.5e-7 + 1e-12)
+        assert event.point.ce == pytest.approx(6.0)
+    assert events[0].type == "a-u-S"
+    assert events[0].detail.track.speed == pytest.approx(5.0, abs=5e-4)
+    assert events[0].detail.contact.callsign == "harbour 7"
+    assert "existence 0.9700, age 0.0 s" in events[0].to_xml().decode()
+    assert [event.stale > event.time for event in events] == [True, True, False, False]
+
+
+def test_mqtt_tells_home_automation_who_is_there_and_that_nobody_is_any_more():
+    paho = pytest.importorskip("paho.mqtt.client", reason="needs elusive[live]")
+    from paho.mqtt.enums import CallbackAPIVersion
+
+    port, came = free_port(), []
+    with broker(port):
+        client = paho.Client(CallbackAPIVersion.VERSION2)
+        client.on_message = lambda _, __, message: came.append((message.topic, message.payload.decode()))
+        client.on_connect = lambda *_: client.subscribe("#", qos=1)
+        client.connect("127.0.0.1", port)
+        client.loop_start()
+        waiting(client.is_connected)
+        sinks = opened(f"mqtt://127.0.0.1:{port}/home/hall", unit="m", system="links")
+        waiting(lambda: "home/hall/status" in dict(came))
+        for step in STEPS:
+            sinks.tell(step)
+        waiting(lambda: ("home/hall/count", "0") in came)
+        sinks.close()
+        waiting(lambda: ("home/hall/status", "offline") in came)
+        client.disconnect()
+        client.loop_stop()
+    configs = {topic: json.loads(text) for topic, text in came if topic.startswith("homeassistant/")}
+    counted = configs["homeassistant/sensor/elusive_home_hall_count/config"]
+    assert counted["state_topic"] == "home/hall/count"
+    assert configs["homeassistant/binary_sensor/elusive_home_hall_presence/config"]["device_class"] == "occupancy"
+    assert [text for topic, text in came if topic == "home/hall/presence"] == ["ON", "OFF"]
+    where = [json.loads(text) for topic, text in came if topic == "home/hall/track/7" and text]
+    assert (where[0]["x_m"], where[0]["y_m"], where[0]["existence"]) == (1200.0, -3400.5, 0.97)
+    np.testing.assert_allclose([where[0]["longitude"], where[0]["latitude"]], lonlat(1200.0, -3400.5), atol=1e-7)
+    assert where[-1] == {"track": 7, "present": False}
+    assert ("home/hall/track/7", "") in came  # the topic is cleared
+
+
+def test_mot_lines_are_those_of_the_format(tmp_path):
+    path = tmp_path / "mot.txt"
+    steps = [record(k, [track(3, 9.0 + k, 4.0, u="px")]) for k in range(3)]
+    told(opened(f"mot:{path}", unit="px", system="images"), steps)
+    rows = np.array([[float(cell) for cell in line] for line in csv.reader(path.read_text().splitlines())])
+    np.testing.assert_allclose(rows[:, :2], [[1, 3], [2, 3], [3, 3]])
+    np.testing.assert_allclose(rows[:, 2:4] + rows[:, 4:6] / 2 - 1, [[9, 4], [10, 4], [11, 4]])
+    np.testing.assert_allclose(rows[:, 6], 0.97)
+
+
+def test_the_axes_of_a_site_may_be_turned(tmp_path):
+    path = tmp_path / "a"
+    told(opened(f"geojson:{path}", ground=Ground(FRAME, math.radians(90.0))), [record(0, [track(1, 0.0, 50.0)])])
+    at = json.loads(path.read_text().splitlines()[0])["features"][0]["geometry"]["coordinates"]
+    np.testing.assert_allclose(FRAME.to_local(np.array([at]))[0], [50.0, 0.0], atol=1e-3)  # y points east
+
+
+def test_a_listener_that_is_gone_for_a_while_gets_what_was_held():
+    said, port = [], free_port()
+    sinks = opened(f"ndjson+tcp://127.0.0.1:{port}", said=said)
+    steps = [record(k, [track(1, k, 0)]) for k in range(50)]
+    for step in steps[:20]:
+        sinks.tell(step)
+    waiting(lambda: said)
+    lines = []
+
+    def listen(server, count):
+        connection = server.accept()[0]
+        with closing(connection), connection.makefile("r") as file:
+            lines.extend(json.loads(next(file))["time_s"] for _ in range(count))
+
+    for count, more in ((20, ()), (30, steps[20:])):
+        with socket.create_server(("127.0.0.1", port)) as server:
+            listener = threading.Thread(target=listen, args=(server, count))
+            listener.start()
+            if count == 20:
+                listener.join()
+                continue
+            for step in more:
+                sinks.tell(step)
+            listener.join()
+    sinks.close()
+    assert lines == list(range(50))
+    assert "is tried again" in said[0]
+    assert any("is back after" in sentence for sentence in said)
+
+
+def test_a_full_disk_is_waited_for_and_no_line_is_cut(tmp_path, monkeypatch):
+    path, said, full, write = tmp_path / "a", [], threading.Event(), os.write
+
+    def filling(descriptor, octets):
+        if full.is_set():
+            if len(octets) > 3:
+                return write(descriptor, octets[:3])
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return write(descriptor, octets)
+
+    monkeypatch.setattr(os, "write", filling)
+    outlet = file_outlet(str(path), said.append)
+    outlet.send(b"first\n")
+    waiting(lambda: outlet.counts["sent"] == 1)
+    full.set()
+    outlet.send(b"second\n")
+    outlet.send(b"third\n")
+    waiting(lambda: said)
+    full.clear()
+    outlet.close()
+    assert path.read_text() == "first\nsecond\nthird\n"
+    assert "No space left on device" in said[0]
+
+
+def test_what_is_held_is_bounded():
+    sinks = opened(f"ndjson+tcp://127.0.0.1:{free_port()}")
+    for k in range(HELD + 10):
+        sinks.tell({"time_s": k, "unix_s": UNIX_S, "tracks": []})
+    assert sinks.each[0].counts == Counter(dropped=10)
+    sinks.each[0].outlet._held.clear()
+    sinks.close()
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "sentence"),
+    [
+        ("tracks.csv", "m", "is no sink; write ndjson:FILE"),
+        ("geojson:x", "px", "needs places on the ground, and these tracks are in px"),
+        ("cot+udp://127.0.0.1:1", None, "give --origin LON LAT"),
+        ("mot:x", "m", "MOTChallenge needs pixels"),
+        ("nmea:", "m", "names no file"),
+        ("ndjson:/nowhere/x", "m", "cannot be written"),
+        ("mqtt://127.0.0.1", "m", "names no topic to write under"),
+        ("cot+udp://127.0.0.1:1?color=red", "m", "the option 'color' has no meaning"),
+    ],
+)
+def test_a_sink_without_meaning_is_refused(name, unit, sentence):
+    with pytest.raises(DataError, match=sentence):
+        open_sinks([name], system="radar", unit=unit or "m", ground=Ground(FRAME) if unit else None, say=print)
