@@ -10,9 +10,10 @@ import pytest
 
 from elusive.errors import DataError
 from elusive.io.arrivals import Arrivals
+from elusive.io.sinks.formats import json_line
 from elusive.results import TrackLog
 from elusive.results.latency import Latencies
-from elusive.results.live import follow_live, json_line, live_folder
+from elusive.results.live import follow_live, live_folder
 from elusive.tracking.track import Step, Track
 
 
