@@ -22,7 +22,7 @@ COVERED = 0.7  # of a deviation, within which it covers errors that persist: fro
 AT_SENSOR, OFTEN = 0.02, 0.2  # distance to a sensor, of the sensors' extent, and share of the times that near
 DEGREES_MOST, DEGREES_APART = 5.0, 5.0  # extent of sensors in degrees, and how much further off (0, 0) is
 TOO_SURE = 0.5  # of the deviation that all bearings together allow
-LEAST_TIMES = 5
+NOW_AND_THEN, SELDOM = 3, 0.02  # manoeuvres beyond the motion that are none too many, and their share of the times
 
 
 def track_findings(
@@ -49,11 +49,24 @@ def track_findings(
     sensor = parameters.sensor_of(sites, type(known[0].measurement), solid)
     scale = scale_of(leftovers(known, sensor, flt if isinstance(flt, Estimation) else None))
     found += [*_residuals(scale, known, parameters, sites, said), _convergence(known, parameters, said)]
-    found.append(_alone(known, parameters, solid, said))
+    found += [_manoeuvres(known, said), _alone(known, parameters, solid, said)]
     places = np.array([step.tracks[0].mean[[X, Y]] for step in known])
     spread = np.array([step.tracks[0].covariance[np.ix_([X, Y], [X, Y])] for step in known])
     found += geometry_findings(places, spread, [step.measurement for step in known], parameters, sites, said)
     return tuple(found)
+
+
+def _manoeuvres(steps: Sequence[Step], said: str) -> Finding:
+    """Say where the place was sought anew again and again, as after manoeuvres that the motion does not allow."""
+    anew = [step.state.reopened for step in steps]
+    begun = [step.time_s for step, now, before in zip(steps, anew, [False, *anew], strict=False) if now and not before]
+    first = begun[0] if begun else math.nan
+    return Finding(
+        "bearings.manoeuvres", len(begun) <= max(NOW_AND_THEN, SELDOM * len(steps)), 0.0, float(len(begun)),
+        f"{_upper(said + 'bearings')} left what was expected at {first:g} s, {len(begun)} times in all, as after a "
+        "manoeuvre beyond what the motion allows; the place was sought anew with all that an emitter may have done.",
+        "Tell a greater --q; elusive fit bearings finds it.", grave=False,
+    )  # fmt: skip
 
 
 def _alone(steps: Sequence[Step], parameters: BearingTracking, solid: bool, said: str) -> Finding:

@@ -14,6 +14,7 @@ from elusive.filters.gaussian.extended_kalman import ExtendedKalmanFilter
 from elusive.filters.gaussian.factor_graph import FactorGraphFilter, FactorGraphState
 from elusive.filters.gaussian.fixed_lag import FixedLagSmoother
 from elusive.filters.gaussian.map_smoother import MapSmoother
+from elusive.filters.gaussian.recovering import RecoveringFilter, recovers
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearing_table import PlaceSet
 from elusive.systems.bearings.choices import WHOLE, Estimator, IgnoreElevations, OneEmitter, SeveralEmitters
@@ -23,6 +24,7 @@ from elusive.systems.bearings.several import decided, fitted, track_several
 from elusive.tracking.track import Status, Step, Track
 
 FLAT_NAMES = ("x", "vx", "y", "vy")
+RECOVERING = ("iekf", "fixed-lag")  # the plain filter is there to compare
 
 
 class Emitter(NamedTuple):
@@ -34,6 +36,7 @@ class Emitter(NamedTuple):
     started: bool  # whether the bearings have given a place
     log_evidence: float  # of the measurement given the earlier ones; of an estimate of the whole, all at its last step
     converged: bool = True  # whether the descent to the path came to its end
+    reopened: bool = False  # whether bearings rather tell a manoeuvre beyond what the motion allows
 
     def step(self, measurement: PlaceSet) -> Step:
         """Return the step to which a measurement led."""
@@ -84,6 +87,8 @@ def track(
     if at_once or parameters.filter.kind in WHOLE:
         yield from _of_whole(estimator, known)
         return
+    if parameters.filter.kind in RECOVERING and recovers(estimator):
+        estimator = RecoveringFilter(estimator)
     names, rng = getattr(estimator, "state_names", FLAT_NAMES), np.random.default_rng(0)  # nothing is drawn
     state = estimator.init(rng)
     for measurement in chain(known, coming):
@@ -116,7 +121,8 @@ def _emitter(names: tuple[str, ...], state: Any) -> Emitter:
     if isinstance(state, FactorGraphState):
         return _by_axis(state.mean, state.variance, state.velocity, state.velocity_variance)
     started = state.started if hasattr(state, "started") else state.pending is None
-    return Emitter(names, state.mean, state.covariance, bool(started), getattr(state, "log_evidence", float("nan")))
+    evidence, reopened = getattr(state, "log_evidence", float("nan")), getattr(state, "reopened", False)
+    return Emitter(names, state.mean, state.covariance, bool(started), evidence, reopened=reopened)
 
 
 def _by_axis(place: Array, variance: Array, velocity: Array, velocity_variance: Array) -> Emitter:
