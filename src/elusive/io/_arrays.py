@@ -39,18 +39,18 @@ def open_npy(path: Path) -> Stack:
     return Stack(str(path), shape, length, None, read)
 
 
-class _Header(NamedTuple):
+class ArrayHeader(NamedTuple):
     shape: tuple[int, ...]
     fortran: bool
     dtype: np.dtype[Any]
 
 
-def _header(file: IO[bytes]) -> _Header:
+def array_header(file: IO[bytes]) -> ArrayHeader:
     version = np.lib.format.read_magic(file)
     if version == (1, 0):
-        return _Header(*np.lib.format.read_array_header_1_0(file))
+        return ArrayHeader(*np.lib.format.read_array_header_1_0(file))
     if version == (2, 0):
-        return _Header(*np.lib.format.read_array_header_2_0(file))
+        return ArrayHeader(*np.lib.format.read_array_header_2_0(file))
     raise ValueError(f"version {version} of the .npy format is of structured arrays")
 
 
@@ -60,12 +60,12 @@ def open_npz(path: Path, dataset: str | None) -> Stack:
     An array stored in Fortran order has time running fastest, so it alone is held in memory whole.
     """
     with decoding(str(path), ZIP_AGAIN), zipfile.ZipFile(path) as archive:
-        headers: dict[str, _Header] = {}
+        headers: dict[str, ArrayHeader] = {}
         for entry in archive.namelist():
             if not entry.endswith(".npy"):
                 raise DataError(f"{path}: holds {entry!r:.80}, which is no array; {ZIP_AGAIN}")
             with archive.open(entry) as file:
-                headers[entry.removesuffix(".npy")] = _header(file)
+                headers[entry.removesuffix(".npy")] = array_header(file)
     if dataset is not None and dataset not in headers:
         raise DataError(f"{path}: holds no array {dataset!r}; it holds {', '.join(headers) or 'none'}.")
     stacks = [name for name, header in headers.items() if len(header.shape) in (3, 4)]
@@ -84,21 +84,21 @@ def open_npz(path: Path, dataset: str | None) -> Stack:
         with ExitStack() as stack:
             with decoding(str(path), ZIP_AGAIN):
                 file = stack.enter_context(stack.enter_context(zipfile.ZipFile(path)).open(f"{name}.npy"))
-                _header(file)
+                array_header(file)
                 size = math.prod(header.shape[1:]) * header.dtype.itemsize
-                whole = _array(file, header, header.shape) if header.fortran else None
+                whole = read_array(file, header, header.shape) if header.fortran else None
                 if whole is None:
                     file.seek(start * size, 1)
             for k in range(start, length if stop is None else stop):
                 where = f"{path}, array {name!r}, frame {k}"
                 with decoding(where, ZIP_AGAIN):
-                    raw = whole[k] if whole is not None else _array(file, header, header.shape[1:])
+                    raw = whole[k] if whole is not None else read_array(file, header, header.shape[1:])
                 yield where, raw
 
     return Stack(str(path), shape, length, None, read, times)
 
 
-def _npz_of_planes(path: Path, names: list[str], headers: dict[str, _Header]) -> Stack:
+def _npz_of_planes(path: Path, names: list[str], headers: dict[str, ArrayHeader]) -> Stack:
     sizes = [layout((1, *headers[name].shape), headers[name].dtype, f"{path}, array {name!r}")[1] for name in names]
 
     def read(start: int, stop: int | None) -> Iterator[tuple[str, Any]]:
@@ -110,14 +110,14 @@ def _npz_of_planes(path: Path, names: list[str], headers: dict[str, _Header]) ->
                 zipfile.ZipFile(path) as archive,
                 archive.open(f"{names[k]}.npy") as file,
             ):
-                header = _header(file)
-                raw = _array(file, header, header.shape)
+                header = array_header(file)
+                raw = read_array(file, header, header.shape)
             yield where, raw
 
     return Stack(str(path), sizes[0], len(names), None, read)
 
 
-def _array(file: IO[bytes], header: _Header, shape: tuple[int, ...]) -> np.ndarray[Any, Any]:
+def read_array(file: IO[bytes], header: ArrayHeader, shape: tuple[int, ...]) -> np.ndarray[Any, Any]:
     size = math.prod(shape) * header.dtype.itemsize
     data = file.read(size)
     if len(data) < size:

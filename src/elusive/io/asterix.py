@@ -12,15 +12,16 @@ import os
 from collections import Counter, deque
 from collections.abc import Iterator
 from pathlib import Path
-from typing import BinaryIO, NamedTuple
+from typing import NamedTuple
 
 from elusive.errors import DataError
+from elusive.io._asterix_blocks import blocks_of, raw_blocks
 from elusive.io._asterix_items import MalformedError, TargetReport, decode
+from elusive.io._opened import opened
 from elusive.io.pcap import is_capture, udp_payloads
 from elusive.sensors.radar_scans import RadarPlot
 
 CATEGORY = 48
-HEADER = 3  # octets of a block's category and length
 DAY_S = 86400.0
 REMEMBERED = 4096  # records among which one seen again is a duplicate
 DISORDER_S = 10.0  # by which a report may come before one that is earlier
@@ -180,12 +181,10 @@ def _records(path: Path, counts: Counter[str]) -> Iterator[tuple[float, bytes, T
     """Yield each record of the category: when it was captured, its octets and what they say."""
     before = counts["reports"]
     try:
-        with path.open("rb") as file:
-            head = file.read(4)
-            file.seek(0)
-            payloads = udp_payloads(file) if is_capture(head) else _raw(file, counts)
+        with opened(path) as file:
+            payloads = udp_payloads(file) if is_capture(file.peek(4)[:4]) else raw_blocks(file, counts)
             for unix_s, payload in payloads:
-                for block in _blocks(payload, counts):
+                for block in blocks_of(payload, CATEGORY, counts):
                     yield from ((unix_s, octets, report) for octets, report in _reports(block, counts))
     except OSError as error:
         raise DataError(f"{path}: cannot be read ({error.strerror}); check the path.") from None
@@ -195,33 +194,6 @@ def _records(path: Path, counts: Counter[str]) -> Iterator[tuple[float, bytes, T
             f"{path}: holds no ASTERIX record of category 048 ({told or 'nothing at all'}); give a raw recording, or "
             "one captured with pcap."
         )
-
-
-def _raw(file: BinaryIO, counts: Counter[str]) -> Iterator[tuple[float, bytes]]:
-    """Yield each block of a raw file; behind a length that does not fit, none can be found."""
-    while header := file.read(HEADER):
-        size = int.from_bytes(header[1:])
-        block = header + file.read(max(size - HEADER, 0))
-        if len(header) < HEADER or size < HEADER or len(block) < size:
-            counts["malformed"] += 1
-            return
-        yield math.nan, block
-
-
-def _blocks(payload: bytes, counts: Counter[str]) -> Iterator[bytes]:
-    """Yield the records of each block of the category, all at once."""
-    at = 0
-    while at < len(payload):
-        category, size = payload[at], int.from_bytes(payload[at + 1 : at + HEADER])
-        if at + HEADER > len(payload) or not HEADER <= size <= len(payload) - at:
-            # a packet that begins otherwise is some other traffic
-            counts["malformed" if category == CATEGORY else "other packets"] += 1
-            return
-        if category == CATEGORY:
-            yield payload[at + HEADER : at + size]
-        else:
-            counts[f"category {category}"] += 1
-        at += size
 
 
 def _reports(block: bytes, counts: Counter[str]) -> Iterator[tuple[bytes, TargetReport]]:

@@ -1,6 +1,6 @@
 """NMEA 0183 sentences (IEC 61162-1): when a line was received, and where its own ship says that it is and heads.
 
-RMC, GGA and GLL tell places, ZDA dates, HDT, THS and HDG headings; other sentences are passed over.
+RMC, GGA and GLL tell places, ZDA dates, HDT, THS, HDG and HDM headings; other sentences are passed over.
 """
 
 from __future__ import annotations
@@ -10,12 +10,16 @@ import os
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from datetime import UTC, datetime
-from pathlib import Path
+from io import TextIOWrapper
 from typing import NamedTuple
 
 from elusive.errors import DataError
+from elusive.io._internet import datagrams
+from elusive.io._opened import opened
+from elusive.io._sentences import Sentences
+from elusive.io.pcap import frames_of, is_capture
 
-SENTENCE = re.compile(r"\$[A-Z]{2}(RMC|GGA|GLL|ZDA|HDT|THS|HDG)(,[^*$!\\]*)\*([0-9A-Fa-f]{2})", re.ASCII)
+SENTENCE = re.compile(r"\$[A-Z0-9]{2}(RMC|GGA|GLL|ZDA|HDT|THS|HDG|HDM)(,[^*$!\\]*)\*([0-9A-Fa-f]{2})", re.ASCII)
 TAG_BLOCK = re.compile(r"\\([^\\]*)\*([0-9A-Fa-f]{2})\\")
 TAG_TIME = re.compile(r"(?:^|,)c:(\d+)(?:,|$)", re.ASCII)
 TRAILING_TIME = re.compile(r",(\d{9,10})$", re.ASCII)
@@ -31,6 +35,7 @@ class OwnFix(NamedTuple):
     lon_deg: float = math.nan
     lat_deg: float = math.nan
     heading_rad: float = math.nan  # of the bow, clockwise from true north
+    instrument: str = ""  # its sentence, as GPRMC: who says it, and what kind it is
 
 
 def read_own_fixes(path: str | os.PathLike[str]) -> Iterator[OwnFix]:
@@ -60,36 +65,62 @@ def own_fixes(lines: Iterable[tuple[float, str]]) -> Iterator[OwnFix]:
         time of reception or else that of the latest place. Damaged sentences are passed over, and magnetic headings
         whose variation no HDG or RMC has told.
     """
-    now_s, variation = math.nan, math.nan
+    sentences = OwnSentences()
     for came_s, line in lines:
+        fix = sentences.read(came_s, line)
+        if fix is not None:
+            yield fix
+
+
+class OwnSentences:
+    """Reads sentences one by one, and keeps the day and the magnetic variation that they tell."""
+
+    def __init__(self) -> None:
+        self._now_s = self._variation = math.nan
+
+    def read(self, came_s: float, line: str) -> OwnFix | None:
+        """Return what a line says of the own ship, None if nothing; see :func:`own_fixes`."""
         sentence = SENTENCE.search(line)
         if sentence is None or int(sentence[3], 16) != checksum(sentence[0][1:-3]):
-            continue
+            return None
         kind, fields = sentence[1], [*sentence[2][1:].split(","), *[""] * 12]
         try:
             if kind == "ZDA":
-                now_s = _moment(fields[0], f"{fields[1]}{fields[2]}{fields[3][2:4]}")
-            elif kind == "RMC" and fields[1] == "A":
-                now_s = _moment(fields[0], fields[8])
-                variation = _signed(fields[9], fields[10]) if fields[9] else variation
-                yield OwnFix(now_s, *_place(fields[2:6]))
-            elif (kind == "GGA" and fields[5] not in ("", "0")) or (kind == "GLL" and fields[5] == "A"):
-                clock, place = (fields[0], fields[1:5]) if kind == "GGA" else (fields[4], fields[:4])
-                latest_s = now_s if math.isnan(came_s) else came_s
-                if not math.isnan(latest_s):
-                    now_s = _near(_seconds(clock), latest_s)
-                    yield OwnFix(now_s, *_place(place))
-            elif kind in ("HDT", "THS", "HDG"):
-                if kind == "HDG":
-                    variation = _signed(fields[3], fields[4]) if fields[3] else variation
-                    heading = float(fields[0]) + (_signed(fields[1], fields[2]) if fields[1] else 0.0) + variation
-                else:
-                    heading = math.nan if kind == "THS" and fields[1] == "V" else float(fields[0])
-                time_s = now_s if math.isnan(came_s) else came_s
-                if math.isfinite(heading + time_s):
-                    yield OwnFix(time_s, heading_rad=math.radians(heading % 360))
+                self._now_s = _moment(fields[0], f"{fields[1]}{fields[2]}{fields[3][2:4]}")
+                return None
+            if kind in ("RMC", "GGA", "GLL"):
+                fix = self._place(came_s, kind, fields)
+            else:
+                time_s = self._now_s if math.isnan(came_s) else came_s
+                fix = OwnFix(time_s, heading_rad=math.radians(self._heading_deg(kind, fields) % 360))
+                fix = fix if math.isfinite(fix.heading_rad + time_s) else None
         except ValueError:  # a field that is empty or no number: the instrument does not know
-            continue
+            return None
+        return fix and fix._replace(instrument=sentence[0][1:6])
+
+    def _place(self, came_s: float, kind: str, fields: list[str]) -> OwnFix | None:
+        if kind == "RMC":
+            if fields[1] != "A":
+                return None
+            self._now_s = _moment(fields[0], fields[8])
+            self._variation = _signed(fields[9], fields[10]) if fields[9] else self._variation
+            return OwnFix(self._now_s, *_place(fields[2:6]))
+        valid = fields[5] not in ("", "0") if kind == "GGA" else fields[5] == "A"
+        clock, place = (fields[0], fields[1:5]) if kind == "GGA" else (fields[4], fields[:4])
+        latest_s = self._now_s if math.isnan(came_s) else came_s
+        if not valid or math.isnan(latest_s):
+            return None
+        # some instruments send places without a time
+        self._now_s = _near(_seconds(clock), latest_s) if clock else latest_s
+        return OwnFix(self._now_s, *_place(place))
+
+    def _heading_deg(self, kind: str, fields: list[str]) -> float:
+        if kind == "HDM":
+            return float(fields[0]) + self._variation
+        if kind != "HDG":
+            return math.nan if kind == "THS" and fields[1] == "V" else float(fields[0])
+        self._variation = _signed(fields[3], fields[4]) if fields[3] else self._variation
+        return float(fields[0]) + (_signed(fields[1], fields[2]) if fields[1] else 0.0) + self._variation
 
 
 def received_s(line: str, sentence: re.Match[str] | None) -> float:
@@ -119,15 +150,25 @@ def received_s(line: str, sentence: re.Match[str] | None) -> float:
 def text_lines(path: str | os.PathLike[str]) -> Iterator[str]:
     """Yield a log's lines; receivers log noise too: an octet that is no ASCII spoils its own sentence only.
 
+    Of a network capture (pcap, pcapng), the sentences that its packets carry, each after the time of its capture.
+    Either may be compressed by gzip.
+
     Raises
     ------
     DataError
         If the file cannot be read.
     """
     try:
-        with Path(path).open(encoding="ascii", errors="replace") as file:
-            for line in file:
-                yield line.strip()
+        with opened(path) as file:
+            if is_capture(file.peek(4)[:4]):
+                sentences = Sentences()
+                for datagram in datagrams(frames_of(file)):
+                    for sentence in sentences.read(datagram) or ():
+                        yield f"{datagram.unix_s:.6f} {sentence}"
+            else:
+                with TextIOWrapper(file, encoding="ascii", errors="replace") as text:
+                    for line in text:
+                        yield line.strip()
     except OSError as error:
         raise DataError(f"{path}: cannot be read ({error.strerror}); check the path.") from None
 
@@ -167,7 +208,15 @@ def _signed(value: str, side: str) -> float:
 def _place(fields: Sequence[str]) -> tuple[float, float]:
     """Return longitude and latitude of ``ddmm.mm, N, dddmm.mm, E``."""
     lat, north, lon, east = fields
-    lat_deg, lon_deg = int(lat[:2]) + float(lat[2:]) / 60, int(lon[:3]) + float(lon[3:]) / 60
+    lat_deg, lon_deg = _degrees(lat), _degrees(lon)
     if north not in ("N", "S") or east not in ("E", "W") or lat_deg > 90 or lon_deg > 180:
         raise ValueError(fields)
     return (-lon_deg if east == "W" else lon_deg), (-lat_deg if north == "S" else lat_deg)
+
+
+def _degrees(text: str) -> float:
+    """Read ``dddmm.mm``; not every instrument writes the zeros in front."""
+    value = float(text)
+    if not 0 <= value < 18_001 or value % 100 >= 60:
+        raise ValueError(text)
+    return value // 100 + value % 100 / 60

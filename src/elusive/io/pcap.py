@@ -1,15 +1,18 @@
-"""UDP payloads of a network capture: pcap and pcapng, Ethernet with VLAN tags and other link layers, IPv4 and IPv6.
+"""Network captures: pcap and pcapng, what their UDP packets carry, and pcap written.
 
-Formats: draft-ietf-opsawg-pcap and draft-ietf-opsawg-pcapng; RFC 791, 8200, 768; IEEE 802.1Q. Captures are read as
-untrusted data: what does not fit is left out, and nothing but the file's own end stops the reader.
+Formats: draft-ietf-opsawg-pcap and draft-ietf-opsawg-pcapng. Captures are read as untrusted data: what does not fit is
+left out, and nothing but the file's own end stops the reader.
 """
 
 from __future__ import annotations
 
+import ipaddress
 import math
 import struct
 from collections.abc import Iterator
-from typing import BinaryIO, NamedTuple
+from typing import BinaryIO
+
+from elusive.io._internet import UDP, Frame, datagrams
 
 SECTION, INTERFACE, SIMPLE, PACKET = 0x0A0D0D0A, 1, 3, 6
 TIME_RESOLUTION = 9  # option of an interface
@@ -26,9 +29,6 @@ PCAP = {
     )
 }
 MAX_PACKET = 1 << 20  # octets; a longer one is a damaged length
-ETHERNET, NULL, LOOP, RAW, SLL, SLL2 = 1, 0, 108, (12, 14, 101, 228, 229), 113, 276
-IPV4, IPV6, VLAN = 0x0800, 0x86DD, (0x8100, 0x88A8, 0x9100)
-UDP, EXTENSIONS = 17, (0, 43, 60)  # IPv6 headers that stand before UDP, each with its length
 
 
 def is_capture(head: bytes) -> bool:
@@ -36,16 +36,14 @@ def is_capture(head: bytes) -> bool:
     return head in PCAP or head == SECTION.to_bytes(4)
 
 
-class Frame(NamedTuple):
-    """What was captured at once."""
-
-    unix_s: float  # when; NaN where the capture does not say
-    link: int  # type of the link layer
-    octets: bytes
+def frames_of(file: BinaryIO) -> Iterator[Frame]:
+    """Yield the frames of a capture, given at its start."""
+    head = file.read(4)
+    yield from _pcap(file, head) if head in PCAP else _pcapng(file, head)
 
 
 def udp_payloads(file: BinaryIO) -> Iterator[tuple[float, bytes]]:
-    """Yield what each UDP packet of a capture carries, fragments left out.
+    """Yield what each UDP packet of a capture carries, put together from its fragments.
 
     Parameters
     ----------
@@ -59,11 +57,9 @@ def udp_payloads(file: BinaryIO) -> Iterator[tuple[float, bytes]]:
     bytes
         The payload, cut short where the capture cut the packet short.
     """
-    head = file.read(4)
-    for frame in _pcap(file, head) if head in PCAP else _pcapng(file, head):
-        payload = _udp_of(frame)
-        if payload:
-            yield frame.unix_s, payload
+    for found in datagrams(frames_of(file)):
+        if found.protocol == UDP:
+            yield found.unix_s, found.payload
 
 
 def _pcap(file: BinaryIO, head: bytes) -> Iterator[Frame]:
@@ -129,36 +125,31 @@ def _ticks(options: bytes, order: str) -> float:
     return 1e6
 
 
-def _udp_of(frame: Frame) -> bytes | None:
-    """Return the payload of the UDP packet in a frame, None where there is none."""
-    packet = _ip_of(frame.link, frame.octets)
-    version = packet[0] >> 4 if packet else 0
-    if version == 4 and len(packet) >= 20:
-        protocol, start, fragment = packet[9], 4 * (packet[0] & 15), packet[6] & 0x3F | packet[7]
-        if start < 20 or fragment:
-            return None
-    elif version == 6 and len(packet) >= 40:
-        protocol, start = packet[6], 40
-        while protocol in EXTENSIONS and len(packet) >= start + 8:
-            protocol, start = packet[start], start + 8 + 8 * packet[start + 1]
-    else:
-        return None
-    # its own length ends it: what follows is padding
-    size = int.from_bytes(packet[start + 4 : start + 6])
-    return packet[start + 8 : start + size] if protocol == UDP else None
+def capture_start() -> bytes:
+    """Return the octets with which a capture of Ethernet begins, its times in nanoseconds."""
+    return struct.pack("<IHHiIII", 0xA1B23C4D, 2, 4, 0, 0, MAX_PACKET, 1)
 
 
-def _ip_of(link: int, octets: bytes) -> bytes:
-    """Return the IP packet in a frame, nothing where there is none."""
-    if link in RAW:
-        return octets
-    if link in (NULL, LOOP):
-        return octets[4:]
-    at = {ETHERNET: 12, SLL: 14, SLL2: 0}.get(link)
-    if at is None:
-        return b""
-    start = {ETHERNET: 14, SLL: 16, SLL2: 20}[link]
-    protocol = int.from_bytes(octets[at : at + 2])
-    while protocol in VLAN and len(octets) >= start + 4:
-        protocol, start = int.from_bytes(octets[start + 2 : start + 4]), start + 4
-    return octets[start:] if protocol in (IPV4, IPV6) else b""
+def captured_udp(unix_s: float, payload: bytes, source: tuple[str, int], group: tuple[str, int]) -> bytes:
+    """Return a record of a capture that :func:`capture_start` begins: a UDP packet from a host to a multicast group.
+
+    Parameters
+    ----------
+    unix_s
+        When; a time before 1970 cannot be written and becomes its start.
+    payload
+        Up to 65 507 octets.
+    source, group
+        IPv4 address and port.
+    """
+    host, to = (ipaddress.IPv4Address(address).packed for address, _ in (source, group))
+    size = 8 + len(payload)
+    udp = struct.pack(">HHHH", source[1], group[1], size, 0) + payload
+    head = struct.pack(">BBHHHBBH", 0x45, 0, 20 + size, 0, 0x4000, 1, 17, 0) + host + to
+    total = sum(struct.unpack(">10H", head))
+    total = (total & 0xFFFF) + (total >> 16)
+    head = head[:10] + struct.pack(">H", ~(total + (total >> 16)) & 0xFFFF) + head[12:]
+    ethernet = bytes([1, 0, 0x5E, to[1] & 0x7F, *to[2:], 2, 0, *host]) + b"\x08\x00"
+    frame = ethernet + head + udp
+    seconds, nanoseconds = divmod(max(round(unix_s * 1e9), 0), 10**9)
+    return struct.pack("<IIII", seconds & 0xFFFFFFFF, nanoseconds, len(frame), len(frame)) + frame

@@ -1,0 +1,51 @@
+"""Files that may be compressed by gzip, told by what they hold, and that may end early."""
+
+from __future__ import annotations
+
+import gzip
+import io
+import os
+import zlib
+from pathlib import Path
+from typing import Any
+
+GZIP = b"\x1f\x8b"
+
+
+class _Unpacked(io.RawIOBase):
+    """What a gzip file holds, up to where it is damaged."""
+
+    def __init__(self, packed: io.BufferedReader) -> None:
+        self._packed, self._file, self.cut_short = packed, gzip.GzipFile(fileobj=packed), False
+
+    def readable(self) -> bool:
+        return True
+
+    def readinto(self, buffer: Any) -> int:
+        try:
+            octets = b"" if self.cut_short else self._file.read(len(buffer))
+        except (EOFError, zlib.error, gzip.BadGzipFile):
+            octets, self.cut_short = b"", True
+        buffer[: len(octets)] = octets
+        return len(octets)
+
+    def close(self) -> None:
+        self._packed.close()
+        super().close()
+
+
+def opened(path: str | os.PathLike[str]) -> io.BufferedReader:
+    """Open a file to read its octets; of one that gzip compressed, those that it holds.
+
+    Raises
+    ------
+    OSError
+        If it cannot be opened.
+    """
+    file = Path(path).open("rb")  # noqa: SIM115 - who asks for it closes it
+    return io.BufferedReader(_Unpacked(file)) if file.peek(2)[:2] == GZIP else file
+
+
+def is_cut_short(file: io.BufferedReader) -> bool:
+    """Whether a compressed file turned out to end early or to be damaged."""
+    return isinstance(file.raw, _Unpacked) and file.raw.cut_short
