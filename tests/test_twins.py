@@ -116,10 +116,9 @@ TWINS: dict[str, dict[str, str]] = {
         "learn": "preprocess/test_peak_kernels.py::reference.learn",
     },
     "preprocess._scale_kernels": {
-        "along": "preprocess/test_peak_kernels.py::np.clip",
-        "block_roots": "preprocess/test_peak_kernels.py::reference.block_roots",
         "halve": "preprocess/test_peak_kernels.py::reference.smoothed",
-        "middle": "preprocess/test_peak_kernels.py::reference.middle",
+        "level_lines": "preprocess/test_peak_kernels.py::reference.level_lines",
+        "local_variance": "preprocess/test_peak_kernels.py::reference.local_variance",
         "smooth": "preprocess/test_peak_kernels.py::reference.smoothed",
         "subtract": "preprocess/test_peak_kernels.py::reference.subtracted",
         "whiten": "preprocess/test_peak_kernels.py::reference.spread_blocks",

@@ -153,7 +153,7 @@ def test_what_cannot_be_read_is_a_missing_frame_with_a_sentence(tmp_path):
 
 def test_a_slow_reader_loses_the_oldest_and_is_told_how_many(tmp_path):
     save(tmp_path / "0.png", MOVIE[0])
-    frames = open_live_frames(tmp_path, idle_s=0.5, most=4)
+    frames = open_live_frames(tmp_path, idle_s=0.5, held_bytes=4 * ROWS * COLUMNS)
     first, *_ = iterated = iter(frames), frames
     assert next(iterated[0]).time_s == 0
     written(tmp_path, [f"{k}.png" for k in range(12)]).join()
@@ -287,7 +287,7 @@ def test_a_stream_that_falls_silent_ends_after_a_while_and_a_stopped_one_at_once
     address, process = served
     process.stdin.write(MOVIE.tobytes() * 20)
     process.stdin.flush()
-    frames = connected(address, idle_s=1.0, most=1000)
+    frames = connected(address, idle_s=1.0)
     assert len(list(frames)) > 100  # what ffmpeg holds back of an open stream does not come
 
 

@@ -33,11 +33,24 @@ def test_means_along_rows_and_columns():
         np.testing.assert_allclose(ours, np.clip(image, -15, 15).mean(axis), atol=1e-4)
 
 
+@pytest.mark.parametrize(("rows", "columns"), [(0, 0), (30, 0), (0, 30), (30, 30)])
+def test_offsets_of_rows_and_columns_are_taken_away_where_they_are_plain(rows, columns):
+    image = image_of((64, 80))
+    image += rows * image_of((64, 1), 1) / 20 + columns * image_of((1, 80), 2) / 20
+    given = (3000, scales.MEAN_ROOT, scales.CLIP, scales.ALIKE, scales.PLAIN)
+    levelled = _scale_kernels.level_lines(image, *given)
+    np.testing.assert_allclose(levelled, reference.level_lines(image, *given), atol=1e-3)
+    assert np.array_equal(levelled, image) == (rows == columns == 0)
+
+
 @pytest.mark.parametrize("shape", [*SHAPES, (9, 7)])
 def test_local_noise(shape):
     image = image_of(shape)
     blocks = _scale_kernels.block_roots(image)
     np.testing.assert_allclose(blocks, reference.block_roots(image), rtol=1e-5)
+    for share, least in ((0.05, 1e-9), (0.9, 1.0), (0.05, 1e4)):
+        ours = _scale_kernels.local_variance(image, scales.MEAN_ROOT, share, least)
+        np.testing.assert_allclose(ours, reference.local_variance(image, scales.MEAN_ROOT, share, least), rtol=1e-4)
     many = image_of((7, 9))
     np.testing.assert_array_equal(_scale_kernels.middle(many), reference.middle(many))
     white = _scale_kernels.whiten(image, blocks)

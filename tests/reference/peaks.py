@@ -35,6 +35,25 @@ def middle(blocks):
     return ndimage.median_filter(once, (1, 5), mode="mirror")
 
 
+def local_variance(image, mean_root, share, least):
+    variance = (middle(block_roots(image)) / mean_root) ** 4
+    return np.maximum(variance, max(share * variance.mean(), least))
+
+
+def level_lines(response, samples, mean_root, clip, alike, plain):
+    """Less the means of its rows and columns that stand out of chance, which a share of them is (Wiener)."""
+    roots = np.sqrt(np.abs(response.ravel()[:: max(1, response.size // samples) | 1]))
+    deviation = (roots.mean() / mean_root) ** 2
+    clipped = np.clip(response, -clip * deviation, clip * deviation)
+    for axis in (0, 1):
+        mean = clipped.mean(axis=1 - axis, keepdims=True)
+        spread = np.median(np.abs(mean)) / 0.6745
+        chance = deviation * np.sqrt(alike / response.shape[1 - axis])
+        if spread > plain * chance:
+            response = response - np.clip(mean, -4 * spread, 4 * spread) * (1 - (chance / spread) ** 2)
+    return response
+
+
 def spread_blocks(blocks, shape, block=8):
     """A value a block, bilinear between the blocks' centres, level beyond the outermost."""
     rows, columns = ((np.arange(n) - (block - 1) / 2) / block for n in shape)

@@ -66,8 +66,7 @@ class GrowingFolder:
         self._latest: str | None = None
         self._numbers: deque[int] = deque(maxlen=REGULAR)  # of the latest names
         self._passed = 0  # names read or given up
-        self._started_s = self._looked_s = time.monotonic()
-        self._due_s = 0.0
+        self._started_s = self._looked_s = self._due_s = 0.0
 
     def halt(self) -> None:
         """End the waiting."""
@@ -82,6 +81,7 @@ class GrowingFolder:
             If the folder vanishes.
         """
         number, active_s = 0, time.monotonic()
+        self._started_s = self._looked_s = active_s
         while not self._halted.is_set():
             frame = self._next(f"(frame {number})")
             now_s = time.monotonic()

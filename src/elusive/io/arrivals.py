@@ -1,4 +1,4 @@
-"""Measurements as they come: read in a thread of their own and held until the tracker takes them, so many at most."""
+"""Measurements as they come: read in a thread of their own and held until the tracker takes them, within bounds."""
 
 from __future__ import annotations
 
@@ -50,18 +50,24 @@ class Coming(Protocol[Item_co]):
 
 def fed(items: Iterable[Item], feed: Feed) -> Arrivals[Item]:
     """Hand over the items of a source that is read by lines or packets."""
-    return Arrivals(items, halt=feed.halt, counts=feed.counts)
+    coming = Arrivals(items, halt=feed.halt, counts=feed.counts)
+    coming.start()
+    return coming
 
 
 class Arrivals(Generic[Item]):
-    """Hands over the items of an iterable, which a thread reads ahead.
+    """Hands over the items of an iterable, which a thread reads ahead from when it is started, or first iterated over.
 
     Parameters
     ----------
     items
         What comes; read once. An item's own ``came_s``, where it has one, says when it came.
     most
-        Items held at most.
+        What the items held may weigh together at most.
+    weight
+        Of an item; by default items are counted.
+    held_s
+        How long an item that may be left out is held at most: whoever takes them may stand still for so long.
     may_drop
         Whether an item may be left out where the queue is full and it is the oldest; if not, the reader waits. By
         default none may: what is written to a file or a pipe waits there.
@@ -74,19 +80,29 @@ class Arrivals(Generic[Item]):
     def __init__(
         self,
         items: Iterable[Item],
-        most: int = HELD,
+        most: float = HELD,
+        weight: Callable[[Item], float] = lambda item: 1.0,
+        held_s: float = math.inf,
         may_drop: Callable[[Item], bool] = lambda item: False,
         halt: Callable[[], None] = lambda: None,
         counts: Mapping[str, int] = NOTHING_MET,
     ) -> None:
         self.came_s, self.dropped, self.counts = math.nan, 0, counts
         self._items, self._most, self._may_drop, self._halt = items, most, may_drop, halt
+        self._weight, self._held_s = weight, held_s
         self._held: deque[tuple[Item, float]] = deque()
+        self._weighs = 0.0  # what is held
         self._changed = threading.Condition()
         self._is_over = self._is_stopped = False
         self._fault: Exception | None = None
         self._thread = threading.Thread(target=self._read, name="arrivals", daemon=True)
-        self._thread.start()
+        self._is_started = False
+
+    def start(self) -> None:
+        """Begin to read."""
+        if not self._is_started:
+            self._is_started = True
+            self._thread.start()
 
     def stop(self) -> None:
         """End: nothing more is read; of what is held, what may be dropped is. A signal's handler may call it."""
@@ -101,13 +117,17 @@ class Arrivals(Generic[Item]):
         ElusiveError
             What the iterable raised, after all that came before it.
         """
+        self.start()
+        return self._taken()
+
+    def _taken(self) -> Iterator[Item]:
         while True:
             with self._changed:
                 while not (self._held or self._is_over or self._is_stopped):
                     self._changed.wait(LOOK_S)
                 if not self._held:
                     break
-                item, came_s = self._held.popleft()
+                item, came_s = self._pop()
                 self._changed.notify_all()
             if self._is_stopped and self._may_drop(item):
                 self.dropped += 1
@@ -129,18 +149,27 @@ class Arrivals(Generic[Item]):
                 self._is_over = True
                 self._changed.notify_all()
 
+    def _pop(self) -> tuple[Item, float]:
+        item, came_s = self._held.popleft()
+        self._weighs -= self._weight(item)
+        return item, came_s
+
     def _hold(self, item: Item, came_s: float) -> bool:
+        weight = self._weight(item)
         with self._changed:
             while self._held and not self._is_stopped:
-                may_drop = self._may_drop(self._held[0][0])
-                if len(self._held) < (self._most if may_drop else AHEAD):
-                    break
-                if may_drop:
-                    self._held.popleft()
+                oldest, since_s = self._held[0]
+                if not self._may_drop(oldest):
+                    if len(self._held) < AHEAD:
+                        break
+                    self._changed.wait(LOOK_S)
+                elif self._weighs + weight > self._most or came_s - since_s > self._held_s:
+                    self._pop()
                     self.dropped += 1
                 else:
-                    self._changed.wait(LOOK_S)
+                    break
             if not self._is_stopped:
                 self._held.append((item, came_s))
+                self._weighs += weight
                 self._changed.notify_all()
             return not self._is_stopped

@@ -20,10 +20,11 @@ from elusive.io._growing import GrowingFolder
 from elusive.io._piped_frames import Piped
 from elusive.io._standard_input import STANDARD_INPUT
 from elusive.io._streams import Stream, is_stream
-from elusive.io.arrivals import HELD, Arrivals
+from elusive.io.arrivals import Arrivals
 from elusive.io.frames import clean_frame
 
 CLOCKED = 5  # frames whose times tell how far apart frames are, where a stream has times
+HELD_S, HELD_BYTES = 10.0, 1 << 28  # frames that wait for the tracker, at most
 HOPELESS = 100  # frames that cannot be used, one after the other, before the first that can
 
 
@@ -35,10 +36,10 @@ class TimedFrame(NamedTuple):
 
 
 class LiveFrames:
-    """Frames as they come, in a bounded queue; iterated over once.
+    """Frames as they come, in a bounded queue; iterated over once, and read from when the first is asked for.
 
     Where more come than are taken, the oldest are dropped and counted: their time passes. Frames that wait where they
-    are, in a pipe or in a folder before this was opened, are all handed over. A frame that cannot be used is there
+    are, in a pipe or in a folder before this is read, are all handed over. A frame that cannot be used is there
     without pixels, and ``on_fault`` is told why.
     """
 
@@ -46,7 +47,8 @@ class LiveFrames:
         self,
         source: Piped | Stream | GrowingFolder,
         rate_hz: float | None = None,
-        most: int = HELD,
+        held_s: float = HELD_S,
+        held_bytes: int = HELD_BYTES,
         on_fault: Callable[[str], None] = lambda sentence: None,
     ) -> None:
         self.name = source.name
@@ -54,7 +56,14 @@ class LiveFrames:
         self.unusable = 0
         """Frames that could not be used."""
         self._source, self._rate_hz, self._on_fault = source, rate_hz, on_fault
-        self._coming = Arrivals(enumerate(source), most, lambda item: not item[1].waits, source.halt)
+        self._coming = Arrivals(
+            enumerate(source),
+            held_bytes,
+            lambda item: 0.0 if item[1].raw is None else item[1].raw.nbytes,
+            held_s,
+            lambda item: not item[1].waits,
+            source.halt,
+        )
         self._frames = iter(self._coming)
         self._ahead: list[tuple[tuple[int, ArrivedFrame], float]] = []
 
@@ -163,7 +172,8 @@ def open_live_frames(
     *,
     rate_hz: float | None = None,
     idle_s: float | None = None,
-    most: int = HELD,
+    held_s: float = HELD_S,
+    held_bytes: int = HELD_BYTES,
     on_fault: Callable[[str], None] = lambda sentence: None,
 ) -> LiveFrames:
     """Open a source of frames that are still to come.
@@ -178,8 +188,8 @@ def open_live_frames(
         Frames a second, where the source does not say or says wrong; frames are then counted.
     idle_s
         End after this time without a frame; None waits for ever. Not for standard input, whose writer ends it.
-    most
-        Frames held at most.
+    held_s, held_bytes
+        How long, and how many, frames wait for the tracker at most, before the oldest are dropped.
     on_fault
         Told why a frame cannot be used.
 
@@ -200,4 +210,4 @@ def open_live_frames(
         path = Path(text)
         pattern = path.name if glob.has_magic(path.name) and not path.exists() else None
         opened = GrowingFolder(path if pattern is None else path.parent, pattern, idle_s)
-    return LiveFrames(opened, rate_hz, most, on_fault)
+    return LiveFrames(opened, rate_hz, held_s, held_bytes, on_fault)

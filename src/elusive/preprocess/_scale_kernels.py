@@ -191,3 +191,46 @@ def along(image: Image, bound: float) -> tuple[Image, Image]:
             of_columns[i] += value
         of_rows[row] = total / np.float32(columns)
     return of_rows, of_columns / np.float32(rows)
+
+
+@njit(cache=True, nogil=True)
+def level_lines(response: Image, samples: int, mean_root: float, clip: float, alike: float, plain: float) -> Image:
+    """Take away what whole rows and columns add where that is ``plain`` times what chance gives.
+
+    ``clip`` deviations are what a pixel counts for, told from so many ``samples`` by their mean root; ``alike``
+    neighbours speak as one.
+    """
+    flat = response.ravel()
+    step, total, n = max(1, len(flat) // samples) | 1, 0.0, 0
+    for i in range(0, len(flat), step):
+        total += np.sqrt(abs(flat[i]))
+        n += 1
+    deviation = (total / n / mean_root) ** 2
+    of_rows, of_columns = along(response, clip * deviation)
+    levelled = response
+    for axis in range(2):
+        mean = of_rows if axis == 0 else of_columns
+        spread = np.median(np.abs(mean)) / 0.6745
+        chance = deviation * np.sqrt(alike / response.shape[1 - axis])
+        if spread > plain * chance:
+            offset = np.clip(mean, -4 * spread, 4 * spread) * np.float32(1 - (chance / spread) ** 2)
+            offset = offset.astype(np.float32)
+            levelled = levelled - (offset.reshape(-1, 1) if axis == 0 else offset.reshape(1, -1))
+    return levelled
+
+
+@njit(cache=True, nogil=True)
+def local_variance(image: Image, mean_root: float, share: float, least: float) -> Image:
+    """Variance about each block by the median of the mean roots round it, held above a share of its mean."""
+    roots = middle(block_roots(image))
+    variance, total = np.empty_like(roots), 0.0
+    for i in range(roots.shape[0]):
+        for j in range(roots.shape[1]):
+            square = (roots[i, j] / np.float32(mean_root)) ** 2
+            variance[i, j] = square * square
+            total += variance[i, j]
+    held = np.float32(max(share * total / variance.size, least))
+    for i in range(roots.shape[0]):
+        for j in range(roots.shape[1]):
+            variance[i, j] = max(variance[i, j], held)
+    return variance

@@ -22,9 +22,9 @@ from elusive.preprocess import _summit_kernels, peak_tails, scales
 from elusive.preprocess._scale_kernels import Image
 from elusive.preprocess.peak_maps import Found, Groups, PeakMaps, find, groups_of, in_space, in_time
 from elusive.preprocess.peak_tails import TailState
-from elusive.preprocess.repair import SUSPECT, Mask, fill_gaps, watch, without_stuck
+from elusive.preprocess.repair import NONE_WATCHED, SUSPECT, Mask, Watched, fill_gaps, watch, without_stuck
 from elusive.preprocess.scene import Past, Scene, follow
-from elusive.preprocess.stuck import StuckPixels, StuckState
+from elusive.preprocess.stuck import StuckPixels
 
 LEVELS = (0.001, 0.01, 0.1, 0.2, 0.3, 0.5, 0.7, 0.8, 0.9, 0.99, 0.999)  # of the whitened quantiles
 SAMPLES = 3000  # pixels from which quantiles are taken
@@ -65,7 +65,7 @@ class PeakState(NamedTuple):
     offset_px: Array
     step_px: Array
     usual: float  # correlation of a frame with its past
-    stuck: StuckState | None
+    stuck: Watched
     tails: TailState | None
     output: Peaks | None
 
@@ -79,7 +79,7 @@ class PeakFinder(Model):
 
     def init(self) -> PeakState:
         """Return the state before the first frame."""
-        return PeakState(0, (), (), None, np.zeros(2), np.zeros(2), 0.0, None, None, None)
+        return PeakState(0, (), (), None, np.zeros(2), np.zeros(2), 0.0, NONE_WATCHED, None, None)
 
     def step(self, state: PeakState, frame: Array) -> PeakState:
         """Return the state after one more frame.
@@ -101,8 +101,7 @@ class PeakFinder(Model):
             raise DataError(f"frame {state.frames_seen}: shape {frame.shape}, must be {state.shape} as before.")
         image, hidden = fill_gaps(np.ascontiguousarray(frame, dtype=np.float32), state.frames_seen)
         pedestal, quantum = _levels(image)
-        stuck = state.stuck or self.stuck.init(image.shape)
-        whole = without_stuck(image, self.stuck, stuck)
+        whole = without_stuck(image, self.stuck, state.stuck)
         maps = scales.responses(whole - np.float32(pedestal), scales.count_of(image.shape))
         floors = np.array([scales.noise_gain(k) for k in range(len(maps))]) * max(quantum / np.sqrt(12.0), 1e-6)
         groups = groups_of(tuple(values.shape for values in maps))
@@ -132,7 +131,7 @@ class PeakFinder(Model):
         step = np.zeros(2) if cut else offset - state.offset_px
         tails, peaks = self._rated(tails, [spatial, *found], image.shape)
         suspects = (spatial.table[8] == 0) & (spatial.table[2] > SUSPECT)
-        stuck = watch(image, self.stuck, stuck, spatial.table[:2, suspects], float(np.abs(step).max()))
+        stuck = watch(image, self.stuck, state.stuck, spatial.table[:2, suspects], float(np.abs(step).max()))
         output = Peaks(state.frames_seen, *peaks, offset, step, cut, noise, pedestal, quantiles)
         last = maps[scene.chosen()[1]]
         return PeakState(state.frames_seen + 1, image.shape, pasts, last, offset, step, usual, stuck, tails, output)
@@ -180,7 +179,9 @@ if hasattr(os, "register_at_fork"):
 def _found_in_space(scene: Scene, groups: Groups, hidden: list[Mask] | None) -> tuple[Found, float, Array]:
     """Return peaks against their surroundings, a pixel's noise, and whitened quantiles."""
     maps, noise = in_space(scene)
-    return _found(maps, groups, hidden), noise, np.quantile(_sample(maps.white[0]), LEVELS)
+    whitened = np.sort(_sample(maps.white[0]))
+    ranks = np.multiply(LEVELS, len(whitened) - 1)
+    return _found(maps, groups, hidden), noise, np.interp(ranks, np.arange(len(whitened)), whitened)
 
 
 def _found(maps: PeakMaps, groups: Groups, hidden: list[Mask] | None) -> Found:

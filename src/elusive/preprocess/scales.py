@@ -77,15 +77,8 @@ def level_lines(response: Image) -> Image:
     varies beyond, by the median over the rows so that an edge along some does not count, is the sensor's. What of it
     is noise stays (Wiener).
     """
-    roots = np.sqrt(np.abs(response.ravel()[:: max(1, response.size // SAMPLES) | 1]))
-    deviation = (float(roots.mean()) / MEAN_ROOT) ** 2
-    for axis, mean in enumerate(_scale_kernels.along(response, CLIP * deviation)):
-        spread = float(np.median(np.abs(mean)) / 0.6745)
-        chance = deviation * np.sqrt(ALIKE / response.shape[1 - axis])
-        if spread > PLAIN * chance:
-            offset = np.clip(mean, -4 * spread, 4 * spread) * np.float32(1 - (chance / spread) ** 2)
-            response = response - (offset[:, None] if axis == 0 else offset)
-    return response
+    levelled: Image = _scale_kernels.level_lines(response, SAMPLES, MEAN_ROOT, CLIP, ALIKE, PLAIN)
+    return levelled
 
 
 def local_variance(image: Image, least: float) -> Image:
@@ -93,7 +86,5 @@ def local_variance(image: Image, least: float) -> Image:
 
     The median of the blocks round each: where two textures meet, each side has its own.
     """
-    roots = _scale_kernels.middle(_scale_kernels.block_roots(image))
-    variance = (roots / np.float32(MEAN_ROOT)) ** 4
-    held: Image = np.maximum(variance, np.float32(max(LEAST_SHARE * float(variance.mean()), least)))
-    return held
+    variance: Image = _scale_kernels.local_variance(image, MEAN_ROOT, LEAST_SHARE, least)
+    return variance

@@ -55,10 +55,6 @@ class StuckPixels(Model):
         height = np.abs(residual)
         beside = ndimage.maximum_filter(height, footprint=NEIGHBOURS)
         spike = (height > self.spike * deviation) & (height > self.neighbour_ratio * beside)
-        return self.mark(state, spike, moved_px)
-
-    def mark(self, state: StuckState, spike: NDArray[np.bool_], moved_px: float) -> StuckState:
-        """Return the state after a frame in which these pixels were spikes."""
         travelled = state.travelled_px + min(moved_px, 1.0)
         gain = self.gain(travelled, moved_px)
         return StuckState(state.share + gain * (spike - state.share), travelled)

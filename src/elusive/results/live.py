@@ -107,6 +107,7 @@ def follow_live(
     """
     count, latencies, fault, gaps = 0, Latencies(), None, Gaps()
     into: Sink = log if sink is None else sink
+    names = log.columns.names[1:]
     while True:
         try:
             step = next(steps, None)
@@ -122,7 +123,7 @@ def follow_live(
         count += 1
         latency_s = time.monotonic() - coming.came_s
         latencies.add(latency_s)
-        tracks = [dict(zip(log.columns.names[1:], cells[1:], strict=True)) for cells in log.latest]
+        tracks = [dict(zip(names, cells[1:], strict=True)) for cells in log.latest]
         told = {"time_s": step.time_s, "unix_s": round(time.time() - latency_s, 6)}
         told |= {"latency_ms": round(1e3 * latency_s, 3), "dropped": coming.dropped, **extra(step)}
         gap_s = gaps.before(step.time_s)

@@ -26,7 +26,6 @@ SETTLING = 10  # frames that a track's evidence a frame is shared with beforehan
 COMPANION = 4.0  # scales within which what moves alike is a part of the same object, or its shadow
 ALIKE = (0.5, 0.3)  # velocities that differ by less than this [px / frame], and this share, are alike
 RIVALS = 12  # tracks that the strongest is compared with, at most
-UNBORN = Life()
 EXTRA = ("intensity", "snr_db", "moves", "shown")
 
 
@@ -110,11 +109,12 @@ class SceneTracker(PeakRecursion):
         others = np.concatenate([belief.ended, reached[targets.age >= OLD]])
         moves = self.null.moves(*reached.T, *others.T)
         existence = targets.existence
+        begins = (existence >= self.lifecycle.candidate_from).tolist()
         for k, (number, exists) in enumerate(zip(targets.number.tolist(), existence.tolist(), strict=True)):
-            before = belief.lives.get(number, UNBORN)
-            if before is UNBORN and exists < self.lifecycle.candidate_from:
-                continue  # as it was
-            life, numbered = self.lifecycle.step(before, exists, numbered)
+            before = belief.lives.get(number)
+            if before is None and not begins[k]:
+                continue
+            life, numbered = self.lifecycle.step(before or Life(), exists, numbered)
             lives[number] = life
             tracks.append((k, life))
         some = np.array([k for k, _ in tracks], np.int64)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -41,17 +42,18 @@ class Outcome(NamedTuple):
 
 
 class _Run:
-    """Takes steps in: tables as they come, what the report shows and what is checked at constant memory."""
+    """Takes steps in: tables as they come, what a report shows and what is checked at constant memory."""
 
-    def __init__(self, parameters: ImageTracking, log: ImageLog) -> None:
-        self.keeper, self.checks, self.count = FrameKeeper(), FrameChecks(parameters), 0
-        self._log = log
+    def __init__(self, parameters: ImageTracking, log: ImageLog, keeper: FrameKeeper | None = None) -> None:
+        self.checks, self.count = FrameChecks(parameters), 0
+        self._log, self._keeper = log, keeper
 
     def append(self, step: Step) -> None:
         """Take in a step; of a frame that is missing there is nothing to see."""
         self._log.append(step)
         if step.measurement is not None:
-            self.keeper.offer(self.count, step.measurement)
+            if self._keeper is not None:
+                self._keeper.offer(self.count, step.measurement)
             self.checks.take(step)
         self.count += 1
 
@@ -109,7 +111,8 @@ def track_recording(
         truth.check_frames(source.start, source.length, whole=source.whole)
     with atomic_folder(out) as folder:
         with ImageLog(bound, folder / "tracks.csv") as log:
-            run = _Run(bound, log)
+            keeper = FrameKeeper()
+            run = _Run(bound, log, keeper)
             for step in follow(source, bound):
                 run.append(step)
                 if on_frame is not None:
@@ -124,8 +127,8 @@ def track_recording(
         (folder / "config.yaml").write_text(config, encoding="utf-8")
         findings = run.checks.findings(log.whitened)
         tracked = tracked._replace(believed=not grave(findings))
-        write_png(folder / "report.png", tracked, run.keeper)
-        write_html(folder / "report.html", tracked, run.keeper, findings)
+        write_png(folder / "report.png", tracked, keeper)
+        write_html(folder / "report.html", tracked, keeper, findings)
         write_checks(folder, findings)
     return Outcome(log, tracked, scores, findings)
 
@@ -157,6 +160,9 @@ def track_live(
     _load_compiled(parameters)
     bound = parameters.bind(source.shape, source.interval_s)
     config = bound.to_yaml()
+    # what is loaded stays: looking through all of it for garbage, now and then, would hold up a frame by .1 s
+    gc.collect()
+    gc.freeze()
     with live_folder(out, config) as folder:
         with ImageLog(bound, folder / "tracks.csv") as log:
             run = _Run(bound, log)
