@@ -97,6 +97,10 @@ TWINS: dict[str, dict[str, str]] = {
         "predict": "filters/particle/test_prediction.py::predicted",
     },
     "filters.particle._step_kernels": {"step": "filters/particle/test_bernoulli.py::bernoulli_step"},
+    "preprocess._clutter_map_kernels": {
+        "count": "preprocess/test_clutter_map.py::twin.counted",
+        "judge": "preprocess/test_clutter_map.py::twin.judged",
+    },
     "preprocess._blob_kernels": {
         "average_linkage": "preprocess/test_blobs.py::reference.clusters",
         "centroid_offsets": "preprocess/test_blobs.py::reference.centroid",
@@ -145,6 +149,12 @@ TWINS: dict[str, dict[str, str]] = {
         "regions": "preprocess/test_windows.py::reference.chi_square",
         "row_spreads": "preprocess/test_windows.py::reference.deviation",
         "row_sums": "preprocess/test_windows.py::reference",
+    },
+    "sensors._radar_video_kernels": {
+        "gather": "sensors/test_radar_video.py::twin.gathered",
+        "look": "sensors/test_radar_video.py::twin.look",
+        "overlap": "sensors/test_radar_video.py::twin.overlapped",
+        "peaks": "sensors/test_radar_video.py::twin.peaks",
     },
     "sensors._additive_kernels": {
         "directions": "sensors/test_field.py::reference.log_ratio",

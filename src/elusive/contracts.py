@@ -114,6 +114,47 @@ class DetectionSensor(Protocol):
         """Draw ``n`` states of a new target for each of some detections; a velocity not measured has this spread."""
 
 
+class Looked(NamedTuple):
+    """Gaussian targets after a look at a map of evidence."""
+
+    mean: Array  # (T, 4) x, vx, y, vy
+    covariance: Array  # (T, 4, 4)
+    levels: Array  # (T, K) weights of their strengths
+    log_ratio: Array  # (T,) likelihood of the map with each there, against without
+    claimed: NDArray[np.float32]  # how far each cell is explained by them
+
+
+class Beginnings(NamedTuple):
+    """Cells of a map of evidence that may be of new targets."""
+
+    places: Array  # (m, 2)
+    covariances: Array  # (m, 2, 2)
+    time_s: Array  # (m,) when each was looked at
+    ratio: Array  # (m, K) likelihood ratio of a target of each strength
+    share: float  # of the view that one stands for
+    seen: float  # probability that a new target is among them
+
+
+@runtime_checkable
+class EvidenceSensor(Protocol):
+    """A sensor whose measurement is a map of evidence, none of it thresholded, each part of it at its own time."""
+
+    @property
+    def ratios(self) -> Array:
+        """Strengths of targets that are told apart, to the noise's, ``(K,)``."""
+
+    def arrival_s(self, places: Array, measurement: Any) -> Array:
+        """Time at which places ``(T, 2)`` are looked at, ``(T,)``."""
+
+    def look(
+        self, mean: Array, covariance: Array, levels: Array, existence: Array, measurement: Any, gate: float
+    ) -> Looked:
+        """Update targets, each expected at the time at which its place is looked at, by cells in its gate."""
+
+    def beginnings(self, measurement: Any, looked: Looked, least: float, most: int) -> Beginnings:
+        """Return cells of a least evidence that nobody claims, the strongest, as many as are wanted at most."""
+
+
 @runtime_checkable
 class Knowledge(Protocol):
     """What is known of where a target can be (a map, a lane, a floor plan, a field of view)."""

@@ -1,0 +1,183 @@
+"""A clutter map: how strong echoes of no target are, by range and sector and over time, learnt from the recording.
+
+Each cell's power is set against the mean level of its range and sector, and the ratio against its distribution there
+(the probability-integral transform; Fisher, 1932): the evidence, minus the logarithm of the share of clutter that
+exceeds it, is exponential of mean 1 in clutter of any law, quantised or saturated. The body of the distribution is
+counted; beyond the share at which few cells are left, which ships would spoil, it is a Weibull law through two
+quantiles (Conte, De Maio and Galdi, 2004), no lighter than exponential: K clutter's tail is of that kind (Ward, Tough
+and Watts, 2013, Sea clutter, chapter 5). What returns turn after turn is a fixed echo: it is set against its own mean
+level, and its fluctuation against that of all fixed echoes (Nitzberg, 1986, IEEE Trans. Aerosp. Electron. Syst. 22).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+from scipy.ndimage import uniform_filter1d
+
+from elusive.contracts import Array
+from elusive.model import Model, Positive, Probability
+
+LOW, WIDTH, BINS = -12.0, 0.1, 360  # logarithms of power, to the mean's, that are counted
+FAINTEST = 1e-12  # power below which nothing is told apart
+SMOOTHED = 9  # columns over which the mean level is averaged
+FALLS, RISES = 0.225, 0.075  # of a cell's quiet level, a turn: its lower quartile
+FIRST = 3  # turns whose least power is a cell's first quiet level
+FEW = 20.0  # cells beyond which the tail is not counted
+ALIKE = 0.4  # weight of other sectors' cells at a range
+HEAVIER = 0.87  # the exponent of K and of averaged clutter falls on beyond what is counted: this much of it is left
+REST = 1.5  # evidence over which the tail's exponent is read
+
+
+class ClutterState(NamedTuple):
+    """What is known of the clutter."""
+
+    turns: int
+    mean: Array  # (S, R) mean logarithm of power, of a sector at a range
+    counts: Array  # (S B + 1, BINS) of cells by block and level; the last are fixed echoes
+    quiet: NDArray[np.float32]  # (A, R) lower quartile of a cell's level
+    level: NDArray[np.float32]  # (A, R) its mean
+    fixed: NDArray[np.bool_]  # (A, R) whether it is a fixed echo
+
+
+class ClutterMap(Model):
+    """How clutter is learnt."""
+
+    sectors: int = Field(8, ge=1, le=64, description="Sectors of the clutter map")
+    bands: int = Field(8, ge=1, le=64, description="Bands of range of the clutter map")
+    memory_turns: Positive = Field(30.0, description="Turns over which clutter is taken to stay alike")
+    tail: Probability = Field(
+        0.002, description="Share of the clutter beyond which its law is extrapolated: more than ships are"
+    )
+    fixed_from: Positive = Field(
+        2.0, description="What is above this evidence in three of four turns is a fixed echo [nats]"
+    )
+
+    def learnt(
+        self, state: ClutterState | None, power: NDArray[np.float32], open_water: NDArray[np.bool_] | None = None
+    ) -> ClutterState:
+        """Return what is known after a turn's power ``(A, R)``; NaN: nothing received there.
+
+        ``open_water`` says where clutter is of the sea; None: anywhere that is no fixed echo.
+        """
+        from elusive.preprocess import _clutter_map_kernels as kernels
+
+        level = np.log(np.maximum(power, FAINTEST))
+        if state is None:
+            rows, columns = level.shape
+            nothing = np.zeros(level.shape, np.float32)
+            state = ClutterState(
+                0, np.zeros((self.sectors, columns)), np.zeros((self.sectors * self.bands + 1, BINS)),
+                nothing + np.float32(np.inf), nothing, np.zeros((rows, columns), np.bool_),
+            )  # fmt: skip
+        known = np.isfinite(level)
+        turns = state.turns + 1
+        pace = max(1 / turns, 1 / self.memory_turns)
+        sea = known & ~state.fixed
+        if open_water is not None:
+            sea &= open_water
+        mean = self._means(level, sea, state, pace)
+        own = np.where(known, state.level + np.float32(pace) * (level - state.level), state.level)
+        if turns <= FIRST:
+            quiet = np.fmin(state.quiet, level)
+        else:
+            step = np.where(level < state.quiet, np.float32(-FALLS), np.float32(RISES))
+            quiet = np.where(known, state.quiet + step, state.quiet)
+        state = state._replace(turns=turns, mean=mean, level=own, quiet=quiet)
+        counts = state.counts * (1 - 1 / self.memory_turns)
+        block = np.where(sea, self._blocks(state), np.int16(-1))
+        block[known & state.fixed] = len(counts) - 1
+        kernels.count(level, self._middle(state), block, LOW, WIDTH, counts)
+        state = state._replace(counts=counts)
+        if turns >= FIRST:
+            everywhere = state._replace(fixed=np.zeros_like(state.fixed))
+            rests = self._evidence(everywhere, np.where(np.isfinite(quiet), quiet, np.float32(-math.inf)))
+            state = state._replace(fixed=rests > self.fixed_from)
+        return state
+
+    def evidence(self, state: ClutterState, power: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return the evidence of each cell ``(A, R)``, exponential of mean 1 in clutter; NaN where nothing is known."""
+        return self._evidence(state, np.log(np.maximum(power, FAINTEST)))
+
+    def _evidence(self, state: ClutterState, level: NDArray[np.float32]) -> NDArray[np.float32]:
+        from elusive.preprocess import _clutter_map_kernels as kernels
+
+        block = self._blocks(state)
+        block[state.fixed] = len(state.counts) - 1
+        found = np.empty_like(level)
+        kernels.judge(level, self._middle(state), block, LOW, WIDTH, self.laws(state.counts), found)
+        return found
+
+    def laws(self, counts: Array) -> Array:
+        """Evidence at the lower edge of each bin, by block, ``(K, BINS)``: counted, and beyond the tail's share not."""
+        sea = counts[:-1].reshape(self.sectors, self.bands, BINS)
+        shared = (1 - ALIKE) * sea + ALIKE * sea.sum(axis=0)
+        above = np.cumsum(np.concatenate([shared.reshape(-1, BINS), counts[-1:]])[:, ::-1], axis=1)[:, ::-1]
+        edges = np.exp(LOW + WIDTH * np.arange(BINS))
+        table = np.zeros(counts.shape)
+        for found, beyond in zip(table, above, strict=True):
+            if beyond[0] < FEW:
+                continue
+            share = beyond / beyond[0]
+            last = int(np.searchsorted(-share, -max(self.tail, FEW / beyond[0]), side="right")) - 1
+            with np.errstate(divide="ignore"):
+                counted = -np.log(share)
+            first = int(np.searchsorted(counted, max(0.5 * counted[last], counted[last] - REST)))
+            first = max(min(first, last - 1), 0)
+            found[: last + 1] = counted[: last + 1]
+            if not counted[last] > counted[first] > 0:  # a law of one or two values: what is above has not been seen
+                found[last + 1 :] = counted[last] + np.log(edges[last + 1 :] / edges[last])
+                continue
+            power = math.log(counted[last] / counted[first]) / math.log(edges[last] / edges[first])
+            slope = (counted[last] - counted[first]) / (edges[last] - edges[first])
+            weibull = counted[last] * (edges[last + 1 :] / edges[last]) ** min(power, 1.0)
+            beyond_counted = weibull - counted[last] if power < 1 else slope * (edges[last + 1 :] - edges[last])
+            found[last + 1 :] = counted[last] + HEAVIER * beyond_counted
+        return table
+
+    def shape_of(self, counts: Array) -> Array:
+        """Exponent of each block's Weibull tail, of power, ``(K,)``: 1 of Rayleigh clutter, less of spiky; NaN: few."""
+        table = self.laws(counts)
+        found = np.full(len(table), np.nan)
+        high = math.log(1 / self.tail)
+        for k, law in enumerate(table):
+            if counts[k].sum() * self.tail < FEW:
+                continue
+            ends = np.interp([0.5 * high, high], law, LOW + WIDTH * np.arange(BINS))
+            if ends[1] > ends[0]:
+                found[k] = math.log(2) / (ends[1] - ends[0])
+        return found
+
+    def _means(self, level: NDArray[np.float32], sea: NDArray[np.bool_], state: ClutterState, pace: float) -> Array:
+        """Mean logarithm of power by sector and range, over the sea where there is any, over all else."""
+        mean = np.empty_like(state.mean)
+        for sector, rows in enumerate(np.array_split(np.arange(len(level)), self.sectors)):
+            values, here = level[rows], sea[rows]
+            if not here.any():
+                here = np.isfinite(values)
+            heard = here.sum(axis=0)
+            total = np.where(here, values, 0.0).sum(axis=0, dtype=np.float64)
+            weight = uniform_filter1d(heard.astype(np.float64), SMOOTHED, mode="nearest")
+            smooth = uniform_filter1d(total, SMOOTHED, mode="nearest") / np.maximum(weight, 1e-9)
+            before = state.mean[sector]
+            mean[sector] = np.where(weight > 1e-6, before + pace * (smooth - before), before)
+        return mean
+
+    def _middle(self, state: ClutterState) -> NDArray[np.float32]:
+        rows = np.concatenate(
+            [np.full(len(part), k) for k, part in enumerate(np.array_split(np.arange(len(state.fixed)), self.sectors))]
+        )
+        return np.where(state.fixed, state.level, state.mean.astype(np.float32)[rows])
+
+    def _blocks(self, state: ClutterState) -> NDArray[np.int16]:
+        rows, columns = state.fixed.shape
+        sector, band = np.empty(rows, np.int16), np.empty(columns, np.int16)
+        for k, part in enumerate(np.array_split(np.arange(rows), self.sectors)):
+            sector[part] = k
+        for k, part in enumerate(np.array_split(np.arange(columns), self.bands)):
+            band[part] = k
+        return np.asarray(sector[:, None] * np.int16(self.bands) + band)

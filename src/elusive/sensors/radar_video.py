@@ -1,0 +1,236 @@
+"""Radar video as a sensor: a polar map of evidence, each row of it at the time at which the beam passed.
+
+Spokes become cells of half a beam by half a pulse, overlapping by as much: a target's power is then in one cell, save
+for a decibel or two, and neighbours of a row or column further are independent (the matched filter to a rectangle;
+Richards (2014), Fundamentals of radar signal processing, section 4.2). What a cell says of a target is read from its
+evidence e, minus the logarithm of the probability that clutter as it is there exceeds it: e is exponential of mean 1
+in clutter, whatever its law, and taken as exponential of mean 1 + rho where a target is (in Rayleigh clutter that is
+Swerling 1 exactly; Lehmann, 1953, for the rest), so that the likelihood ratio is exp(e rho / (1 + rho)) / (1 + rho).
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from elusive.contracts import Array, Beginnings, Looked
+from elusive.errors import DataError
+from elusive.model import FROM_RECORDING, Model, Positive
+from elusive.sensors.spokes import Spokes
+
+TURN_RAD = 2 * math.pi
+MOST_PEAKS = 50_000
+MISSED = -3.0  # log ratio of a target that is nowhere in reach of a cell
+PART = 4  # of a beam and a pulse: deviation of a place in one
+LEAST_ROWS = 16
+AROUND = [(down, right) for down in (-1, 0, 1) for right in (-1, 0, 1)]
+
+
+class VideoTurn(NamedTuple):
+    """One turn of the antenna, gathered into cells."""
+
+    time_s: float  # when it ended
+    row_s: Array  # (A,) when the beam passed each row; NaN where it did not
+    power: NDArray[np.float32]  # (A, R) mean power of a cell's samples; NaN where no spoke was
+    place: tuple[float, float]  # of the radar, x and y [m]
+
+
+class EvidenceTurn(NamedTuple):
+    """One turn of the antenna: what each cell says against clutter."""
+
+    time_s: float
+    row_s: Array  # (A,)
+    evidence: NDArray[np.float32]  # (A, R) exponential of mean 1 in clutter; NaN where nothing is known
+    place: tuple[float, float]
+
+
+class RadarVideo(Model):
+    """A polar map: row i looks clockwise from north, column j at a range.
+
+    An :class:`~elusive.contracts.EvidenceSensor`.
+    """
+
+    beam_deg: Positive = Field(2.0, description="Width of the beam, between half powers, one way [deg]")
+    pulse_m: Positive | None = Field(
+        None, description="Resolution in range, half a pulse's length; by default two samples [m]"
+    )
+    start_m: float = Field(0.0, description="Range of the first sample [m]", json_schema_extra=FROM_RECORDING)
+    step_m: Positive = Field(1.0, description="Range from sample to sample [m]", json_schema_extra=FROM_RECORDING)
+    samples: int = Field(512, ge=4, description="Samples of a spoke", json_schema_extra=FROM_RECORDING)
+    levels_db: tuple[float, ...] = Field(
+        (3.0, 6.0, 9.0, 12.0, 15.0, 18.0, 22.0),
+        min_length=1,
+        description="Mean evidence of a target in its cell, to clutter's: strengths that are told apart [dB]",
+    )
+
+    @property
+    def grouped(self) -> int:
+        """Samples of a cell: half a pulse."""
+        pulse = self.pulse_m or 2 * self.step_m
+        return max(1, min(round(0.5 * pulse / self.step_m), self.samples // 4))
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of the map."""
+        return max(LEAST_ROWS, round(2 * 360 / self.beam_deg)), self.samples // self.grouped
+
+    @property
+    def cell_m(self) -> float:
+        """Range from column to column."""
+        return self.grouped * self.step_m
+
+    @property
+    def grid(self) -> tuple[float, float, float]:
+        """Range of the first column, from column to column, and azimuth of the first row."""
+        first = self.start_m + 0.5 * (self.grouped - 1) * self.step_m + 0.5 * self.cell_m
+        return first, self.cell_m, TURN_RAD / self.shape[0]
+
+    @property
+    def deviations(self) -> tuple[float, float]:
+        """Deviation of a target's range [m] and azimuth [rad] in its cell."""
+        return max(self.pulse_m or 0.0, 2 * self.cell_m) / PART, math.radians(self.beam_deg) / PART
+
+    @cached_property
+    def ratios(self) -> Array:
+        """Strengths ``rho`` of a target, ``(K,)``."""
+        return np.asarray(10.0 ** (np.array(self.levels_db) / 10))
+
+    @cached_property
+    def azimuth_rad(self) -> Array:
+        """Azimuth of each row, ``(A,)``."""
+        return self.grid[2] * (1.0 + np.arange(self.shape[0], dtype=np.float64))
+
+    @cached_property
+    def range_m(self) -> Array:
+        """Range of each column, ``(R,)``."""
+        return self.grid[0] + self.grid[1] * np.arange(self.shape[1], dtype=np.float64)
+
+    def places(self) -> Array:
+        """Middles of all cells, from the radar, ``(A, R, 2)`` [m]."""
+        way = np.stack([np.sin(self.azimuth_rad), np.cos(self.azimuth_rad)], axis=1)
+        return np.asarray(self.range_m[None, :, None] * way[:, None])
+
+    def arrival_s(self, places: Array, measurement: EvidenceTurn) -> Array:
+        """Time at which the beam passes places ``(T, 2)`` in a turn, ``(T,)``; the turn's where it did not."""
+        off = places - np.array(measurement.place)
+        rows = self.shape[0]
+        row = np.round((np.arctan2(off[:, 0], off[:, 1]) - self.grid[2]) / (TURN_RAD / rows)).astype(np.int64)
+        found = measurement.row_s[row % rows]
+        return np.where(np.isfinite(found), found, measurement.time_s)
+
+    def look(
+        self, mean: Array, covariance: Array, levels: Array, existence: Array, measurement: EvidenceTurn, gate: float
+    ) -> Looked:
+        """Update targets by a turn, the surest first: see :class:`~elusive.contracts.EvidenceSensor`."""
+        from elusive.sensors import _radar_video_kernels as kernels
+
+        mean, covariance, levels = mean.copy(), covariance.copy(), levels.copy()
+        claimed, log_ratio = np.zeros(self.shape, np.float32), np.zeros(len(mean))
+        order = np.argsort(-existence, kind="stable")
+        kernels.look(
+            mean, covariance, existence, levels, order, self._checked(measurement), (*self.grid, *measurement.place),
+            self.deviations, self.ratios, gate, MISSED, claimed, log_ratio,
+        )  # fmt: skip
+        return Looked(mean, covariance, levels, log_ratio, claimed)
+
+    def beginnings(self, measurement: EvidenceTurn, looked: Looked, least: float, most: int) -> Beginnings:
+        """Return the strongest cells that stand out of their neighbours and nobody claims: one target each, perhaps."""
+        from elusive.sensors import _radar_video_kernels as kernels
+
+        evidence = self._checked(measurement)
+        row, column = kernels.peaks(evidence, least, looked.claimed, MOST_PEAKS)
+        found = evidence[row, column].astype(np.float64)
+        order = np.argsort(-found, kind="stable")[:most]
+        least = float(found[order[-1]]) if len(found) > most else least
+        row, column, found = row[order], column[order], found[order]
+        ratio = self._around(evidence, row, column)
+        azimuth, distance = self.azimuth_rad[row], self.range_m[column]
+        out = np.stack([np.sin(azimuth), np.cos(azimuth)], axis=1)
+        along = np.stack([out[:, 1], -out[:, 0]], axis=1)
+        s_r, s_t = self.deviations
+        spread = s_r**2 * out[:, :, None] * out[:, None] + ((distance * s_t) ** 2)[:, None, None] * (
+            along[:, :, None] * along[:, None]
+        )
+        times = measurement.row_s[row]
+        return Beginnings(
+            places=np.asarray(measurement.place) + distance[:, None] * out,
+            covariances=spread,
+            time_s=np.where(np.isfinite(times), times, measurement.time_s),
+            ratio=ratio,
+            share=len(AROUND) / evidence.size,
+            seen=float(np.exp(-least / (1 + self.ratios)).mean()),
+        )
+
+    def _around(self, evidence: NDArray[np.float32], row: NDArray[np.int64], column: NDArray[np.int64]) -> Array:
+        """Likelihood ratio of a target of each strength in one of the nine cells round each peak, ``(m, K)``."""
+        rows, slope = len(evidence), self.ratios / (1 + self.ratios)
+        total = np.zeros((len(row), len(slope)))
+        for down, right in AROUND:
+            beside = evidence[(row + down) % rows, column + right].astype(np.float64)
+            total += np.where(
+                np.isnan(beside)[:, None], 1.0, np.exp(np.minimum(beside[:, None] * slope, 600.0)) / (1 + self.ratios)
+            )
+        return np.asarray(total / len(AROUND))
+
+    def _checked(self, measurement: EvidenceTurn) -> NDArray[np.float32]:
+        if measurement.evidence.shape != self.shape:
+            raise DataError(
+                f"turn at {measurement.time_s:g} s: has cells {measurement.evidence.shape}, the radar has {self.shape}."
+            )
+        return np.ascontiguousarray(measurement.evidence, dtype=np.float32)
+
+
+class TurnGatherer:
+    """Gathers spokes into turns of a radar, holding the cells of one turn alone.
+
+    Parameters
+    ----------
+    sensor
+        Whose cells.
+    """
+
+    def __init__(self, sensor: RadarVideo) -> None:
+        self.sensor = sensor
+        self._row = -1
+        self._clear()
+
+    def _clear(self) -> None:
+        rows, columns = self.sensor.shape
+        self._total = np.zeros((rows, columns), np.float32)
+        self._spokes, self._time = np.zeros(rows, np.int64), np.zeros(rows)
+
+    def add(self, spokes: Spokes, azimuth_rad: Array, place: tuple[float, float]) -> list[VideoTurn]:
+        """Take in spokes, whose azimuths are from north, and return the turns that ended with them."""
+        from elusive.sensors import _radar_video_kernels as kernels
+
+        rows = self.sensor.shape[0]
+        row = np.minimum((azimuth_rad % TURN_RAD * (rows / TURN_RAD)).astype(np.int64), rows - 1)
+        before = np.concatenate([[self._row if self._row >= 0 else row[0]], row[:-1]])
+        ends = np.flatnonzero(row < before - rows // 2).tolist()
+        found = []
+        for number, (start, stop) in enumerate(zip([0, *ends], [*ends, len(row)], strict=True)):
+            if number:
+                found.append(self._ended(place))
+            part = slice(start, stop)
+            kernels.gather(spokes.amplitude[part], row[part], self.sensor.grouped, self._total)
+            self._spokes += np.bincount(row[part], minlength=rows)
+            self._time += np.bincount(row[part], spokes.time_s[part], minlength=rows)
+        self._row = int(row[-1])
+        return found
+
+    def _ended(self, place: tuple[float, float]) -> VideoTurn:
+        from elusive.sensors import _radar_video_kernels as kernels
+
+        with np.errstate(invalid="ignore", divide="ignore"):
+            times = self._time / self._spokes
+        wide = 2 if self.sensor.shape[1] > 1 else 1
+        turn = VideoTurn(
+            float(np.nanmax(times)), times, kernels.overlap(self._total, self._spokes, 2, wide), place
+        )  # fmt: skip
+        self._clear()
+        return turn

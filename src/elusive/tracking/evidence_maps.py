@@ -1,0 +1,266 @@
+"""Several targets in maps of evidence, none of it thresholded: a multi-Bernoulli tracker with Gaussian beliefs.
+
+Each target has a probability of existence and a Gaussian. It is looked for in all cells in reach of where it is
+expected: its likelihood ratio is the mean of theirs over where it may be, its belief the mixture over them, made one
+Gaussian (probabilistic data association over cells; Musicki, Evans and Stankovic, 1994, IEEE Trans. Autom. Control 39,
+1237-1241). Targets that are there and were never seen are a Poisson number, of whom some begin at cells that stand out
+(Williams, 2015, IEEE Trans. Aerosp. Electron. Syst. 51, 1664-1687). How strong each is, is learnt as it goes.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, NamedTuple, Self
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+from pydantic import ConfigDict, Field, SerializeAsAny
+from scipy.spatial import cKDTree
+
+from elusive.contracts import VX, VY, Array, Beginnings, EvidenceSensor, X, Y, interval_since
+from elusive.filters.particle.parts import AnyKnowledge, Known, allowed_by
+from elusive.model import FROM_RECORDING, Model, NonNegative, Positive, or_own
+from elusive.tracking.lifecycle import Life, Lifecycle
+from elusive.tracking.track import Track
+
+PLACE, VELOCITY = [X, Y], [VX, VY]
+SUREST = 1 - 1e-9
+LEAST = 1e-9  # existence of what is followed
+TAKEN = 0.1  # existence from which a target is not given up for its odds having fallen
+
+
+class EvidenceTargets(NamedTuple):
+    """T targets."""
+
+    time_s: Array  # (T,) for which each belief holds
+    mean: Array  # (T, 4) x, vx, y, vy
+    covariance: Array  # (T, 4, 4)
+    existence: Array  # (T,)
+    first_odds: Array  # (T,) of existence when it began
+    levels: Array  # (T, K)
+    driest: Array  # (T,) least probability that what is known allowed it so far
+    origin: Array  # (T, 2) where it began
+    looks: NDArray[np.int64]  # (T,)
+    number: NDArray[np.int64]  # (T,) from 1, never used again
+
+    @classmethod
+    def none(cls, levels: int) -> Self:
+        """Return no targets."""
+        one, whole = np.zeros(0), np.zeros(0, np.int64)
+        return cls(
+            one, np.zeros((0, 4)), np.zeros((0, 4, 4)), one, one, np.zeros((0, levels)), one, np.zeros((0, 2)), whole,
+            whole,
+        )  # fmt: skip
+
+    def kept(self, which: NDArray[Any]) -> Self:
+        """Return some of them."""
+        chosen: dict[str, Any] = {name: values[which] for name, values in self._asdict().items()}
+        return self._replace(**chosen)
+
+    def joined(self, others: Self) -> Self:
+        """Return these and others."""
+        both: dict[str, Any] = {
+            name: np.concatenate(pair) for name, *pair in zip(self._fields, self, others, strict=True)
+        }
+        return self._replace(**both)
+
+    def moves(self) -> Array:
+        """Speed of each, in its deviations, ``(T,)``: chi-square of two degrees, its root."""
+        velocity = self.mean[:, VELOCITY]
+        inverse = np.linalg.inv(self.covariance[:, VELOCITY][:, :, VELOCITY])
+        return np.asarray(np.sqrt(np.maximum(np.einsum("ti,tij,tj->t", velocity, inverse, velocity), 0.0)))
+
+
+class EvidenceState(NamedTuple):
+    """Belief after a measurement."""
+
+    time_s: float
+    targets: EvidenceTargets
+    lives: dict[int, Life]  # by number, of those that are or were candidates
+    born: int
+    numbered: int
+    unseen: float  # expected number of targets that are there and were never seen
+    tracks: tuple[Track, ...]
+
+
+class EvidenceRules(Model):
+    """When a target appears, what it may do, and when it ends."""
+
+    births_per_h: Positive = Field(10.0, description="Mean number of new targets an hour, anywhere in view")
+    targets_first: Positive = Field(1.0, description="Mean number of targets in view before the first measurement")
+    speed_sd_mps: Positive = Field(8.0, description="Deviation of a new target's velocity, on each axis [m/s]")
+    fastest_mps: Positive = Field(35.0, description="No target is faster [m/s]")
+    q: NonNegative = Field(0.0025, description="Power of a target's white acceleration, q [m^2 / s^3]")
+    mean_life_s: Positive = Field(3600.0, description="Mean time that a target stays [s]")
+    least_evidence: Positive = Field(4.0, description="Evidence from which a cell may begin a target [nats]")
+    most_beginnings: int = Field(200, ge=1, description="Cells of a measurement that may begin a target, at most")
+    gate: Positive = Field(3.5, description="Farthest a cell may be from where its target is expected [deviations]")
+    forget_below: float = Field(
+        0.05, gt=0, lt=1, description="A beginning is given up once its odds fall below this share of its first"
+    )
+    rest_deviations: NonNegative = Field(
+        3.0, description="A speed of fewer deviations is no motion: what does not move is told, and not confirmed"
+    )
+    lifecycle: Lifecycle = Field(Lifecycle(), description="Levels of existence")
+
+
+class EvidenceTracker(EvidenceRules):
+    """Tracks any number of targets through maps of evidence."""
+
+    model_config = ConfigDict(arbitrary_types_allowed=True)
+
+    sensor: Annotated[SerializeAsAny[EvidenceSensor], or_own(EvidenceSensor)] = Field(description="What makes the maps")
+    knowledge: tuple[AnyKnowledge, ...] = Field(
+        (),
+        description="Where a target can be; what it says of a target's way counts once",
+        json_schema_extra=FROM_RECORDING,
+    )
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the state's components."""
+        return ("x", "vx", "y", "vy")
+
+    def init(self, rng: Generator, time_s: float = math.nan) -> EvidenceState:
+        """Return the belief before any measurement."""
+        return EvidenceState(
+            time_s, EvidenceTargets.none(len(self.sensor.ratios)), {}, 0, 0, self.targets_first, ()
+        )  # fmt: skip
+
+    def step(self, state: EvidenceState, time_s: float, measurement: Any | None, rng: Generator) -> EvidenceState:
+        """Return the belief at a time and with the measurement made by then; without one (``None``), the prediction.
+
+        Raises
+        ------
+        DataError
+            If time runs backwards.
+        """
+        interval_s = interval_since(state.time_s, time_s)
+        targets = state.targets
+        unseen = state.unseen * math.exp(-interval_s / self.mean_life_s) + self.births_per_h / 3600 * interval_s
+        if measurement is None:
+            targets = self._predicted(targets, np.full(len(targets.time_s), time_s))
+            return self._judged(state, time_s, targets, 0, unseen)
+        arrival = self.sensor.arrival_s(targets.mean[:, PLACE], measurement)
+        ahead = np.maximum(arrival - targets.time_s, 0.0)[:, None]
+        arrival = self.sensor.arrival_s(targets.mean[:, PLACE] + ahead * targets.mean[:, VELOCITY], measurement)
+        targets = self._predicted(targets, arrival)
+        looked = self.sensor.look(
+            targets.mean, targets.covariance, targets.levels, targets.existence, measurement, self.gate
+        )
+        odds = targets.existence / (1 - targets.existence) * np.exp(np.minimum(looked.log_ratio, 50.0))
+        targets = targets._replace(
+            mean=looked.mean, covariance=looked.covariance, levels=looked.levels, looks=targets.looks + 1,
+            existence=np.minimum(odds / (1 + odds), SUREST),
+        )  # fmt: skip
+        targets = self._kept(self._allowed(targets))
+        new = self.sensor.beginnings(measurement, looked, self.least_evidence, self.most_beginnings)
+        targets = targets.joined(self._begun(new, unseen, state.born))
+        return self._judged(state, time_s, targets, len(new.places), unseen * (1 - new.seen))
+
+    def _predicted(self, targets: EvidenceTargets, arrival_s: Array) -> EvidenceTargets:
+        """Carry targets on to times of their own; none goes back."""
+        passed = np.maximum(arrival_s - targets.time_s, 0.0)
+        mean, covariance = targets.mean.copy(), targets.covariance.copy()
+        mean[:, PLACE] += passed[:, None] * mean[:, VELOCITY]
+        carry = np.tile(np.eye(4), (len(passed), 1, 1))
+        carry[:, X, VX] = carry[:, Y, VY] = passed
+        covariance = carry @ covariance @ carry.transpose(0, 2, 1)
+        for place, speed in ((X, VX), (Y, VY)):
+            covariance[:, place, place] += self.q * passed**3 / 3
+            covariance[:, place, speed] += self.q * passed**2 / 2
+            covariance[:, speed, place] += self.q * passed**2 / 2
+            covariance[:, speed, speed] += self.q * passed
+        existence = targets.existence * np.exp(-passed / self.mean_life_s)
+        return targets._replace(
+            time_s=targets.time_s + passed, mean=mean, covariance=covariance, existence=existence
+        )  # fmt: skip
+
+    def _log_allowed(self, mean: Array) -> Array:
+        sorted_out = Known.of(self.knowledge, self.sensor)
+        members = sorted_out.maps + sorted_out.views
+        return allowed_by(members, mean) if members and len(mean) else np.zeros(len(mean))
+
+    def _allowed(self, targets: EvidenceTargets) -> EvidenceTargets:
+        """Weigh targets by what is known of where they have come to: of the least likely place that was, once."""
+        if not self.knowledge or not len(targets.mean):
+            return targets
+        driest = np.minimum(targets.driest, np.exp(self._log_allowed(targets.mean)))
+        odds = targets.existence / (1 - targets.existence) * driest / targets.driest
+        return targets._replace(driest=driest, existence=odds / (1 + odds))
+
+    def _kept(self, targets: EvidenceTargets) -> EvidenceTargets:
+        """Leave out what hardly exists, is too fast, or is a double of a surer one."""
+        odds = targets.existence / (1 - targets.existence)
+        kept = (targets.existence > LEAST) & (
+            (odds > self.forget_below * targets.first_odds) | (targets.existence > TAKEN)
+        )
+        kept &= np.hypot(targets.mean[:, VX], targets.mean[:, VY]) < self.fastest_mps
+        targets = targets.kept(kept)
+        return targets.kept(np.sort(self._without_doubles(targets)))
+
+    def _without_doubles(self, targets: EvidenceTargets) -> NDArray[np.int64]:
+        order = np.lexsort((targets.number, -targets.existence))
+        if len(order) < 2:
+            return order
+        width = np.sqrt(np.trace(targets.covariance[:, PLACE][:, :, PLACE], axis1=1, axis2=2) / 2)
+        pace = np.sqrt(np.trace(targets.covariance[:, VELOCITY][:, :, VELOCITY], axis1=1, axis2=2) / 2)
+        ranked = targets.mean[order][:, PLACE]
+        pairs = cKDTree(ranked).query_pairs(2 * float(np.quantile(width, 0.9)), output_type="ndarray")
+        first, second = order[pairs.min(axis=1)], order[pairs.max(axis=1)]
+        apart = np.hypot(*(targets.mean[first] - targets.mean[second])[:, PLACE].T)
+        faster = np.hypot(*(targets.mean[first] - targets.mean[second])[:, VELOCITY].T)
+        same = (apart < 2 * np.minimum(width[first], width[second])) & (
+            faster < 2 * np.maximum(np.minimum(pace[first], pace[second]), 0.5)
+        )
+        return np.setdiff1d(order, second[same])
+
+    def _begun(self, new: Beginnings, unseen: float, born: int) -> EvidenceTargets:
+        """Begin a target at each cell: those never seen, anywhere in view and of any strength alike, by its ratio."""
+        count = len(new.places)
+        mean, covariance = np.zeros((count, 4)), np.zeros((count, 4, 4))
+        mean[:, PLACE] = new.places
+        covariance[np.ix_(range(count), PLACE, PLACE)] = new.covariances
+        covariance[:, VX, VX] = covariance[:, VY, VY] = self.speed_sd_mps**2
+        allowed = np.exp(self._log_allowed(mean))
+        odds = unseen * new.share * new.ratio.mean(axis=1) * allowed
+        existence = np.minimum(odds / (1 + odds), SUREST)
+        weights = new.ratio / new.ratio.sum(axis=1, keepdims=True)
+        begun = EvidenceTargets(
+            new.time_s, mean, covariance, existence, odds, weights, allowed, new.places,
+            np.zeros(count, np.int64), born + 1 + np.arange(count),
+        )  # fmt: skip
+        return begun.kept(existence > LEAST)
+
+    def _judged(
+        self, state: EvidenceState, time_s: float, targets: EvidenceTargets, begun: int, unseen: float
+    ) -> EvidenceState:
+        """Let each target's life go on, and tell the tracks at the measurement's time."""
+        lives, numbered, found = dict[int, Life](), state.numbered, list[Track]()
+        ahead = self._predicted(targets, np.full(len(targets.time_s), time_s))
+        moves = targets.moves()
+        for k, number in enumerate(targets.number.tolist()):
+            existence = float(targets.existence[k])
+            life = state.lives.get(number, Life())
+            if life.track is None and existence < self.lifecycle.delete_below:
+                continue
+            life, numbered = self.lifecycle.step(
+                life, existence, numbered, believed=bool(moves[k] > self.rest_deviations)
+            )
+            lives[number] = life
+            if life.track is not None and life.status is not None:
+                extra = {"moves": float(moves[k]), "allowed": float(targets.driest[k])}
+                extra["level_db"] = 10 * math.log10(1 + float(targets.levels[k] @ self.sensor.ratios))
+                found.append(Track(life.track, life.status, existence, ahead.mean[k], ahead.covariance[k], extra=extra))
+        shown = {track.track for track in found}
+        for before in state.tracks:  # what is given up between two measurements is told once, too
+            if before.status != "deleted" and before.track not in shown:
+                found.append(before._replace(status="deleted", existence=0.0))
+        gone = {number for number, life in lives.items() if life.status == "deleted"}
+        if gone:
+            targets = targets.kept(~np.isin(targets.number, list(gone)))
+            lives = {number: life for number, life in lives.items() if number not in gone}
+        return EvidenceState(
+            time_s, targets, lives, state.born + begun, numbered, unseen, tuple(sorted(found, key=lambda t: t.track))
+        )

@@ -1,0 +1,128 @@
+"""A clutter map: kernels against twins; evidence that is exponential in any clutter, and what a fixed echo is."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from elusive.preprocess import _clutter_map_kernels as kernels
+from elusive.preprocess.clutter_map import BINS, LOW, WIDTH, ClutterMap
+from tests.reference import radar_video as twin
+
+MAP = ClutterMap(sectors=4, bands=4)
+SHAPE = (120, 160)
+
+
+def test_cells_are_counted_and_judged_as_by_the_twin():
+    rng = np.random.default_rng(1)
+    level = rng.normal(0, 3, (20, 30)).astype(np.float32)
+    level[3, 4] = np.nan
+    middle, block = rng.normal(0, 1, level.shape).astype(np.float32), rng.integers(-1, 3, level.shape).astype(np.int16)
+    counts = np.zeros((3, 60))
+    kernels.count(level, middle, block, -6.0, 0.25, counts)
+    assert np.abs(counts - twin.counted(level, middle, block, -6.0, 0.25, 0 * counts)).sum() <= 2  # at an edge
+    table, found = np.sort(rng.exponential(size=(3, 60)), axis=1), np.empty_like(level)
+    kernels.judge(level, middle, np.abs(block), -6.0, 0.25, table, found)
+    np.testing.assert_allclose(
+        found, twin.judged(level, middle, np.abs(block), -6.0, 0.25, table), rtol=1e-4, atol=1e-5
+    )
+
+
+def power_of(shape, rng, falls=3.0):
+    """K clutter, mean falling with range, four looks a cell; other strength and shape in one half."""
+    texture = rng.gamma(shape, 1 / shape, SHAPE)
+    power = texture * rng.gamma(4.0, 0.25, SHAPE) * (1 + np.arange(SHAPE[1]) / 40) ** -falls
+    power[: SHAPE[0] // 2] *= 20
+    return power.astype(np.float32)
+
+
+def learnt(draw, turns=30, clutter=MAP):
+    state = None
+    for _ in range(turns):
+        state = clutter.learnt(state, draw())
+    return state
+
+
+@pytest.mark.parametrize("shape", [0.5, 1.0, 5.0, 100.0])
+def test_evidence_is_exponential_whatever_the_clutter(shape):
+    rng = np.random.default_rng(2)
+    state = learnt(lambda: power_of(shape, rng))
+    fresh = np.array([MAP.evidence(state, power_of(shape, rng)) for _ in range(60)])
+    for level in (1.0, 2.5, 5.0):
+        seen, expected = (fresh > level).mean(), np.exp(-level)
+        cells = fresh.size * expected, 19 * fresh[0].size * expected  # that were seen, and that were learnt from
+        assert seen == pytest.approx(expected, rel=4 * np.sqrt(1 / cells[0] + 1 / cells[1])), level
+    # beyond what was counted: no more than twice what it says, and not far less
+    for level in (8.0, 10.0):
+        seen, expected = float((fresh > level).sum()), fresh.size * np.exp(-level)
+        assert seen < 1.6 * expected + 4 * np.sqrt(expected), level
+        assert seen > 0.25 * expected - 4 * np.sqrt(expected), level
+    assert state.fixed.mean() < 1e-3
+
+
+def test_quantised_and_saturated_amplitudes_are_taken_as_they_are():
+    rng = np.random.default_rng(3)
+
+    def draw():
+        return np.minimum(np.round(1.5 * np.sqrt(power_of(1.0, rng, falls=0.0))), 15).astype(np.float32) ** 2
+
+    state = learnt(draw)
+    fresh = np.array([MAP.evidence(state, draw()) for _ in range(40)])
+    for level in (2.0, 4.0, 6.0):  # of a few values the share above a level is no more than it says
+        assert (fresh > level).mean() < 1.15 * np.exp(-level)
+    for ratio in (1.0, 4.0):
+        assert np.exp(fresh.astype(float) * ratio / (1 + ratio)).mean() / (1 + ratio) < 1.1
+
+
+def test_a_ship_is_evidence_and_a_rock_is_not():
+    rng = np.random.default_rng(4)
+    rocks, reached = (np.arange(25, 55), 40 + rng.integers(80, size=30)), []
+    state = None
+    for number in range(40):
+        power = power_of(5.0, rng, falls=0.0)
+        power[rocks] *= 200 * rng.gamma(4, 0.25, 30)
+        power[70, 20 + 2 * number] *= 60
+        state = MAP.learnt(state, power)
+        evidence = MAP.evidence(state, power)
+        if number > 10:
+            reached.append([evidence[rocks].mean(), evidence[70, 20 + 2 * number]])
+    rock_s, ship_s = np.array(reached).T
+    assert state.fixed[rocks].all()
+    assert not state.fixed[70].any()
+    assert rock_s.mean() < 1.3
+    assert np.median(ship_s) > 6
+
+
+def test_what_was_not_received_says_nothing():
+    rng = np.random.default_rng(5)
+
+    def draw():
+        power = power_of(1.0, rng)
+        power[10:14] = np.nan
+        return power
+
+    state = learnt(draw, 6)
+    evidence = MAP.evidence(state, draw())
+    assert np.isnan(evidence[10:14]).all()
+    assert np.isfinite(np.delete(evidence, np.s_[10:14], axis=0)).all()
+
+
+def test_the_shape_tells_spiky_clutter():
+    rng = np.random.default_rng(6)
+    shapes = []
+    for shape in (0.5, 50.0):
+        state = learnt(lambda shape=shape: power_of(shape, rng))
+        shapes.append(np.nanmedian(MAP.shape_of(state.counts)))
+    assert shapes[0] < 0.9 < shapes[1]
+
+
+def test_the_law_is_that_of_the_counts():
+    counts = np.zeros((2, BINS))
+    rng = np.random.default_rng(7)
+    level = np.log(rng.exponential(size=200_000))
+    counts[0] = np.histogram(level, LOW + WIDTH * np.arange(BINS + 1))[0]
+    law = ClutterMap(sectors=1, bands=1).laws(counts)[0]
+    edges = np.exp(LOW + WIDTH * np.arange(BINS))
+    body = (edges > 0.1) & (edges < 5)
+    np.testing.assert_allclose(law[body], edges[body], rtol=0.03)
+    assert (np.diff(law) >= 0).all()

@@ -1,0 +1,95 @@
+"""Slow, obvious twins of the kernels of radar video and of the clutter map."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def gathered(amplitude, rows, samples, shape):
+    """Sum of the mean power of neighbouring samples, row by row."""
+    total = np.zeros(shape)
+    for spoke, row in zip(amplitude.astype(float), rows, strict=True):
+        total[row] += (spoke[: shape[1] * samples].reshape(shape[1], samples) ** 2).mean(axis=1)
+    return total
+
+
+def overlapped(total, spokes, tall, wide):
+    """Mean power of neighbouring cells round the turn."""
+    rows, columns = total.shape
+    found = np.empty(total.shape)
+    for i in range(rows):
+        for j in range(columns):
+            some = [((i + a) % rows, min(j + c, columns - 1)) for a in range(tall) for c in range(wide)]
+            missing = any(spokes[row] == 0 for row, _ in some)
+            found[i, j] = np.nan if missing else np.mean([total[row, column] / spokes[row] for row, column in some])
+    return found
+
+
+def peaks(evidence, least, claimed):
+    """Cells above their eight neighbours, round the turn and not at the ends of range."""
+    rows, columns = evidence.shape
+    found = []
+    for i in range(rows):
+        for j in range(1, columns - 1):
+            around = [evidence[(i + a) % rows, j + c] for a in (-1, 0, 1) for c in (-1, 0, 1) if (a, c) != (0, 0)]
+            if evidence[i, j] >= least and claimed[i, j] <= 0.5 and evidence[i, j] > max(around):
+                found.append((i, j))
+    return found
+
+
+def look(mean, covariance, weights, evidence, grid, sd, ratios, gate, claimed):
+    """One target's log ratio, belief and strengths after a look at all cells in its gate."""
+    start, step, first, east, north = grid
+    rows, columns = evidence.shape
+    off = mean[[0, 2]] - [east, north]
+    r = np.hypot(*off)
+    out = off / r
+    turned = np.array([out, [out[1], -out[0]]])  # outwards, clockwise
+    observed = np.zeros((2, 4))
+    observed[:, [0, 2]] = turned
+    innovation = observed @ covariance @ observed.T + np.diag([sd[0] ** 2, (r * sd[1]) ** 2])
+    inverse = np.linalg.inv(innovation)
+    pitch = 2 * np.pi / rows
+    at = (np.arctan2(off[0], off[1]) - first) / pitch
+    moves, shares, likely = [], [], []
+    whole = 0.0
+    for a in range(int(np.round(at)) - rows // 2 + 1, int(np.round(at)) + rows // 2):
+        for c in range(-columns, 2 * columns):
+            d = np.array([start + c * step - r, (a - at) * pitch * r])
+            squared = d @ inverse @ d
+            if squared > gate**2:
+                continue
+            weight = np.exp(-0.5 * squared)
+            whole += weight
+            e, q = (evidence[a % rows, c], claimed[a % rows, c]) if 0 <= c < columns else (np.nan, 0.0)
+            ratio = np.ones(len(ratios)) if np.isnan(e) else np.exp(e * ratios / (1 + ratios)) / (1 + ratios)
+            ratio = ratio / (q * np.maximum(ratio, 1) + 1 - q)
+            moves.append(d)
+            shares.append(weight * (weights @ ratio))
+            likely.append(weight * ratio)
+    moves, shares = np.array(moves), np.array(shares) / sum(shares)
+    gain = covariance @ observed.T @ inverse
+    middle = shares @ moves
+    spread = np.einsum("k,ki,kj->ij", shares, moves - middle, moves - middle)
+    after = weights * sum(likely) / (weights @ sum(likely))
+    covariance = covariance - gain @ innovation @ gain.T + gain @ spread @ gain.T
+    return np.log(weights @ sum(likely) / whole), mean + gain @ middle, covariance, after
+
+
+def counted(level, middle, block, low, width, counts):
+    """Histogram of levels by block."""
+    counts = counts.copy()
+    for place in np.ndindex(level.shape):
+        if block[place] >= 0 and not np.isnan(level[place]):
+            number = int(np.trunc((level[place] - middle[place] - low) / width))
+            counts[block[place], np.clip(number, 0, counts.shape[1] - 1)] += 1
+    return counts
+
+
+def judged(level, middle, block, low, width, table):
+    """Evidence by linear interpolation between the lower edges of bins."""
+    edges = low + width * np.arange(table.shape[1])
+    found = np.empty(level.shape)
+    for place in np.ndindex(level.shape):
+        found[place] = np.interp(level[place] - middle[place], edges, table[block[place]])
+    return found

@@ -1,0 +1,132 @@
+"""Radar video as a sensor: kernels against twins, spokes to turns, what a look at noise and at a ship says."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from elusive.contracts import EvidenceSensor
+from elusive.errors import DataError
+from elusive.sensors import _radar_video_kernels as kernels
+from elusive.sensors.radar_video import EvidenceTurn, RadarVideo, TurnGatherer
+from elusive.sensors.spokes import Spokes
+from tests.reference import radar_video as twin
+
+RADAR = RadarVideo(beam_deg=9.0, pulse_m=40.0, start_m=100.0, step_m=10.0, samples=128)
+
+
+def turn_of(evidence, time_s=2.0, place=(0.0, 0.0)):
+    rows = len(evidence)
+    return EvidenceTurn(time_s, time_s - 2.0 + 2.0 * np.arange(rows) / rows, evidence.astype(np.float32), place)
+
+
+def test_it_is_a_sensor_of_maps():
+    assert isinstance(RADAR, EvidenceSensor)
+
+
+@pytest.mark.parametrize("kind", [np.uint8, np.uint16, np.float32])
+def test_spokes_are_gathered_as_by_the_twin(kind):
+    rng = np.random.default_rng(1)
+    amplitude, rows = rng.integers(0, 200, (50, 13)).astype(kind), rng.integers(0, 8, 50)
+    total = np.zeros((8, 4), np.float32)
+    kernels.gather(amplitude, rows, 3, total)
+    np.testing.assert_allclose(total, twin.gathered(amplitude, rows, 3, total.shape), rtol=1e-5)
+    spokes = np.bincount(rows, minlength=8)
+    spokes[3] = 0
+    found = kernels.overlap(total, spokes, 2, 2)
+    np.testing.assert_allclose(found, twin.overlapped(total.astype(float), spokes, 2, 2), rtol=1e-5)
+
+
+def test_peaks_are_those_of_the_twin():
+    rng = np.random.default_rng(2)
+    evidence = rng.exponential(size=(20, 30)).astype(np.float32)
+    claimed = (rng.random(evidence.shape) < 0.2).astype(np.float32)
+    row, column = kernels.peaks(evidence, 1.0, claimed, 999)
+    assert list(zip(row.tolist(), column.tolist(), strict=True)) == twin.peaks(evidence, 1.0, claimed)
+
+
+def test_a_look_is_that_of_the_twin():
+    rng = np.random.default_rng(3)
+    evidence = rng.exponential(1.5, (40, 30))
+    evidence[7, 3:6] = np.nan
+    grid, sd, ratios = (105.0, 20.0, 0.08, 30.0, -20.0), (12.0, 0.04), np.array([1.0, 5.0, 30.0])
+    claimed = np.where(rng.random(evidence.shape) < 0.2, rng.random(evidence.shape), 0.0).astype(np.float32)
+    for azimuth in (0.01, 1.1, 3.1, 6.2):
+        mean = np.array([30 + 300 * np.sin(azimuth), 4.0, -20 + 300 * np.cos(azimuth), -3.0])
+        root = rng.normal(0, 1, (4, 4)) * [[20.0], [3.0], [20.0], [3.0]]
+        covariance, weights = root @ root.T + np.diag([50.0, 4.0, 50.0, 4.0]), np.array([0.5, 0.3, 0.2])
+        ratio, middle, spread, after = twin.look(mean, covariance, weights, evidence, grid, sd, ratios, 3.0, claimed)
+        means, covariances, levels, log_ratio = mean[None].copy(), covariance[None].copy(), weights[None].copy(), [0.0]
+        log_ratio = np.zeros(1)
+        kernels.look(
+            means, covariances, np.zeros(1), levels, np.zeros(1, np.int64), evidence.astype(np.float32), grid, sd,
+            ratios, 3.0, -3.0, claimed.copy(), log_ratio,
+        )  # fmt: skip
+        np.testing.assert_allclose(log_ratio[0], ratio, rtol=1e-4, atol=1e-5)
+        np.testing.assert_allclose(means[0], middle, rtol=1e-4, atol=1e-3)
+        np.testing.assert_allclose(covariances[0], spread, rtol=1e-3, atol=1e-2)
+        np.testing.assert_allclose(levels[0], 0.98 * after + 0.02 / 3, rtol=1e-4)
+
+
+def test_noise_alone_speaks_neither_for_nor_against_a_target():
+    """The mean likelihood ratio over noise is 1, whatever is expected."""
+    rng = np.random.default_rng(4)
+    n, trials = 40, 400
+    azimuth = np.linspace(0, 2 * np.pi, n, endpoint=False)
+    mean = np.zeros((n, 4))
+    mean[:, 0], mean[:, 2] = 700 * np.sin(azimuth), 700 * np.cos(azimuth)
+    covariance = np.tile(np.diag([900.0, 25.0, 900.0, 25.0]), (n, 1, 1))
+    weak = RADAR.replace(levels_db=(-3.0, 0.0))  # of stronger ones the ratio has no variance to be measured by
+    levels, found = np.full((n, 2), 0.5), []
+    for _ in range(trials):
+        evidence = rng.exponential(size=RADAR.shape)
+        found.append(np.exp(weak.look(mean, covariance, levels, np.full(n, 1e-6), turn_of(evidence), 3.5).log_ratio))
+    means = np.mean(found, axis=1)  # of a map's targets, which share cells
+    assert abs(means.mean() - 1) < 4 * means.std() / np.sqrt(trials)
+
+
+def test_turns_are_told_apart_and_a_point_is_where_it_is():
+    radar, spokes, period = RADAR, 360, 2.0
+    azimuth = 2 * np.pi * (np.arange(spokes) + 0.5) / spokes
+    towards, distance = np.radians(77.0), 640.0
+    off = (azimuth - towards + np.pi) % (2 * np.pi) - np.pi
+    beam = np.exp(-4 * np.log(2) * (off / np.radians(9.0)) ** 2)
+    pulse = np.exp(-0.5 * ((radar.start_m + 10.0 * np.arange(128) - distance) / 17.0) ** 2)
+    amplitude = (1 + 100 * beam[:, None] * pulse).astype(np.float32)
+    gatherer, turns = TurnGatherer(radar), []
+    for number in range(3):
+        for part in np.array_split(np.arange(spokes), 7):
+            times = period * (number + part / spokes)
+            nothing = np.full(len(part), np.nan)
+            read = Spokes(
+                times, azimuth[part], True, radar.start_m, 10.0, amplitude[part], 0, nothing, np.stack([nothing] * 2, 1)
+            )  # fmt: skip
+            turns += gatherer.add(read, azimuth[part], (5.0, 6.0))
+    assert len(turns) == 2
+    assert turns[0].place == (5.0, 6.0)
+    np.testing.assert_allclose(turns[1].row_s - turns[0].row_s, period)
+    assert turns[0].time_s < period <= turns[1].row_s[0] + 0.1
+    row, column = np.unravel_index(turns[0].power.argmax(), turns[0].power.shape)
+    s_r, s_t = radar.deviations
+    assert abs(radar.range_m[column] - distance) < 1.5 * s_r
+    assert abs(radar.azimuth_rad[row] - towards) < 1.5 * s_t
+
+
+def test_a_map_of_another_size_is_refused():
+    with pytest.raises(DataError, match="cells"):
+        RADAR.look(*(np.zeros(shape) for shape in ((0, 4), (0, 4, 4), (0, 7), 0)), turn_of(np.zeros((3, 4))), 3.0)
+
+
+def test_what_begins_is_where_the_peaks_are_with_the_ratio_of_their_neighbourhood():
+    evidence = np.full(RADAR.shape, 0.1)
+    evidence[5, 9], evidence[5, 10] = 12.0, 8.0
+    turn = turn_of(evidence, place=(50.0, 0.0))
+    none = RADAR.look(*(np.zeros(shape) for shape in ((0, 4), (0, 4, 4), (0, 7), 0)), turn, 3.0)
+    new = RADAR.beginnings(turn, none, 4.0, 100)
+    place = [50 + RADAR.range_m[9] * np.sin(RADAR.azimuth_rad[5]), RADAR.range_m[9] * np.cos(RADAR.azimuth_rad[5])]
+    np.testing.assert_allclose(new.places, [place])
+    np.testing.assert_allclose(new.time_s, [turn.row_s[5]])
+    rho = RADAR.ratios
+    cells = np.array([12.0, 8.0] + [0.1] * 7)[:, None]
+    np.testing.assert_allclose(new.ratio[0], (np.exp(cells * rho / (1 + rho)) / (1 + rho)).mean(axis=0), rtol=1e-5)
+    np.testing.assert_allclose(new.seen, np.exp(-4 / (1 + rho)).mean())

@@ -1,0 +1,136 @@
+"""Targets in maps of evidence: Bayes in a closed form, one that is found, none in noise, a chart that counts once."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from elusive.contracts import Beginnings, EvidenceSensor, Looked
+from elusive.errors import DataError
+from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
+from elusive.tracking.evidence_maps import EvidenceTracker
+
+RADAR = RadarVideo(beam_deg=6.0, pulse_m=50.0, start_m=100.0, step_m=25.0, samples=120)
+
+
+class Told:
+    """A user's own sensor: each look says as much, and begins one target in all."""
+
+    ratios = np.array([4.0])
+
+    def __init__(self, ratios):
+        self.said = ratios
+
+    def arrival_s(self, places, measurement):
+        return np.full(len(places), float(measurement))
+
+    def look(self, mean, covariance, levels, existence, measurement, gate):
+        said = np.full(len(mean), np.log(self.said[measurement]))
+        return Looked(mean, covariance, levels, said, np.zeros((1, 1), np.float32))
+
+    def beginnings(self, measurement, looked, least, most):
+        n = int(measurement == 0)
+        return Beginnings(
+            np.zeros((n, 2)), np.tile(np.eye(2), (n, 1, 1)), np.zeros(n), np.full((n, 1), 30.0), 0.01, 0.5
+        )
+
+
+class Shore:
+    """Half of what is asked for is water, at every place."""
+
+    def log_probability(self, states):
+        return np.full(len(states), np.log(0.5))
+
+
+def test_existence_is_bayes():
+    said = [1.0, 5.0, 0.3, 8.0]
+    assert isinstance(Told(said), EvidenceSensor)
+    tracker = EvidenceTracker(sensor=Told(said), mean_life_s=50.0, targets_first=2.0, q=0.0)
+    rng = np.random.default_rng(0)
+    state, odds = tracker.init(rng), 2.0 * 0.01 * 30.0
+    for number in range(4):
+        state = tracker.step(state, float(number), number, rng)
+        if number:
+            there = odds / (1 + odds) * np.exp(-1 / 50)
+            odds = there / (1 - there) * said[number]
+        np.testing.assert_allclose(state.targets.existence, [odds / (1 + odds)], rtol=1e-12)
+
+
+def test_what_a_chart_says_counts_once():
+    rng = np.random.default_rng(0)
+    found = []
+    for known in ((), (Shore(),)):
+        tracker = EvidenceTracker(sensor=Told([1.0] * 6), knowledge=known, mean_life_s=1e12)
+        state = tracker.init(rng)
+        for number in range(6):
+            state = tracker.step(state, float(number), number, rng)
+        found.append(state.targets.existence[0])
+    odds = [one / (1 - one) for one in found]
+    assert odds[1] / odds[0] == pytest.approx(0.5)
+
+
+def test_without_a_measurement_it_predicts_and_time_goes_forwards():
+    rng = np.random.default_rng(0)
+    tracker = EvidenceTracker(sensor=Told([1.0] * 3), speed_sd_mps=3.0, q=0.0)
+    state = tracker.step(tracker.init(rng), 0.0, 0, rng)
+    state = tracker.step(state, 10.0, None, rng)
+    np.testing.assert_allclose(state.targets.covariance[0, 0, 0], 1 + 900)
+    with pytest.raises(DataError, match="comes after"):
+        tracker.step(state, 5.0, None, rng)
+
+
+def sailed(ships, db, turns, seed, **rules):
+    """Tracks of each turn of maps in which ships shine through exponential noise."""
+    rng = np.random.default_rng(seed)
+    tracker = EvidenceTracker(sensor=RADAR, **rules)
+    state, period, seen = tracker.init(rng), 2.5, []
+    rows = RADAR.shape[0]
+    for number in range(turns):
+        row_s = period * (number + np.arange(rows) / rows)
+        evidence = rng.exponential(size=RADAR.shape)
+        for x, vx, y, vy in ships:
+            for _ in range(2):
+                row = int(np.round(np.arctan2(x, y) / (2 * np.pi / rows) - 1)) % rows
+                x, y = (x, y) if _ else (x + vx * row_s[row], y + vy * row_s[row])
+            column = int(np.round((np.hypot(x, y) - RADAR.range_m[0]) / RADAR.cell_m))
+            evidence[row, column] = rng.exponential(1 + 10 ** (db / 10))
+        time_s = period * (number + 1)
+        state = tracker.step(state, time_s, EvidenceTurn(time_s, row_s, evidence.astype(np.float32), (0.0, 0.0)), rng)
+        seen.append((time_s, state))
+    return seen
+
+
+def test_a_faint_ship_is_found_where_it_is():
+    ship = (-900.0, 9.0, 1500.0, -2.0)
+    for seed in range(3):
+        seen = sailed([ship], 9.0, 40, seed)
+        time_s, state = seen[-1]
+        sure = [track for track in state.tracks if track.status == "confirmed"]
+        assert len(sure) == 1, seed
+        truth = np.array([ship[0] + time_s * ship[1], ship[1], ship[2] + time_s * ship[3], ship[3]])
+        off = sure[0].mean - truth
+        assert off @ np.linalg.solve(sure[0].covariance, off) < 30, seed
+
+
+def test_noise_holds_no_ship():
+    for seed in range(3):
+        for _, state in sailed([], 0.0, 40, seed):
+            assert not [track for track in state.tracks if track.status == "confirmed"], seed
+
+
+def test_what_does_not_move_is_told_and_not_confirmed():
+    seen = sailed([(-900.0, 0.0, 1500.0, 0.0)], 20.0, 25, 1)
+    tracks = [track for track in seen[-1][1].tracks if track.status != "deleted"]
+    assert [track.status for track in tracks] == ["candidate"]
+    assert tracks[0].existence > 0.99
+    assert tracks[0].extra["moves"] < 3
+
+
+def test_a_track_that_ends_is_told_once():
+    rng = np.random.default_rng(0)
+    tracker = EvidenceTracker(sensor=Told([1.0, 1e4, 1e4, 1e-9, 1.0]))
+    state, told = tracker.init(rng), []
+    for number in range(5):
+        state = tracker.step(state, float(number), number, rng)
+        told.append([track.status for track in state.tracks])
+    assert told == [[], ["candidate"], ["candidate"], ["deleted"], []]
