@@ -1,78 +1,163 @@
-"""Lines of a table of radar plots: time, range, bearing and Doppler in the units that the header names."""
+"""Lines of a table of radar plots: where each lies, by range and bearing or as a place, and where the radar was."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Iterator
+import os
+from collections.abc import Callable, Generator, Iterator
 from contextlib import closing
+from dataclasses import dataclass
 from decimal import Decimal
-from itertools import groupby
+from itertools import chain, groupby
 from operator import itemgetter
-from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
 
 from elusive.errors import DataError
+from elusive.geometry.local_frame import LocalFrame
+from elusive.io._radar_columns import COLUMNS, DEGREES, NEEDED, RANGES_M, RadarColumns
 from elusive.io._table_lines import TableLine, table_lines
+from elusive.sensors.own_track import OwnTrack
 from elusive.sensors.radar_scans import TURN_RAD, RadarPlot, RadarScan, scan_of
 
-COLUMNS = ("time_s", "range_m", "bearing_deg", "doppler_mps")
-RANGES_M = {"range_m": 1, "range_km": 1000, "range_nmi": 1852}
-NEEDED = ("time_s|time", "|".join(RANGES_M), "bearing_deg")
 # A degree to more digits than a float has, so that bearings survive being written in degrees.
 DEGREE_RAD = Decimal("0.01745329251994329576923690768488612713442872")
+FURTHEST_M = 1e6  # of a plot's place
 
 
-def columns_left(path: Path) -> tuple[str, ...]:
-    """Return the columns that are not read, from the first line; of two that say the same the first is read."""
-    with closing(table_lines(path, NEEDED, None, "one plot a line")) as lines:
-        line = next(lines, None)
-    return () if line is None else tuple(name for name in line.cells if name not in _columns_of(line))
+class TableStart(NamedTuple):
+    """What a table's first lines say of it."""
+
+    columns: RadarColumns
+    left: tuple[str, ...]  # columns that are not read
+    fix: tuple[float, float] | None  # first longitude and latitude of the radar, where the table tells them
+    time_s: float
 
 
-def table_scans(path: Path) -> Iterator[RadarScan]:
-    """Gather equal times; a time without a plot is a scan without one."""
-    with closing(_rows(path)) as rows:
-        for time_s, group in groupby(rows, key=itemgetter(0)):
-            yield scan_of(time_s, (plot for _, plot in group if plot is not None))
+@dataclass(frozen=True)
+class PlotTable:
+    """A table of plots, its own ship's fixes handed to a track as its lines are read."""
 
+    path: str | os.PathLike[str]
+    frame: LocalFrame | None = None  # of places in degrees
+    own: OwnTrack | None = None  # takes the table's fixes, or is known beforehand
+    heading_at: Callable[[float], float] | None = None  # of a time in the table, where the table tells none [rad]
+    follow: bool = False
+    idle_s: float | None = None
 
-def table_plots(path: Path) -> Iterator[RadarPlot]:
-    """Yield the plots alone."""
-    with closing(_rows(path)) as rows:
-        yield from (plot for _, plot in rows if plot is not None)
+    def start(self) -> TableStart | None:
+        """Return what the first lines say of the table; None without a line."""
+        with closing(self._lines()) as lines:
+            line = next(lines, None)
+            if line is None:
+                return None
+            columns = RadarColumns.of(line)
+            left, own, fix = columns.left(list(line.cells)), columns.own, None
+            time_s = _time(line, columns)
+            if own is not None and own[0] in DEGREES:
+                told = next((one for one in chain([line], lines) if one.cells[own[0]]), None)
+                fix = None if told is None else _pair(told, own)
+        return TableStart(columns, left, fix, time_s)
 
+    def scans(self) -> Iterator[RadarScan]:
+        """Gather equal times; a time without a plot is a scan without one."""
+        with closing(self._rows()) as rows:
+            for time_s, group in groupby(rows, key=itemgetter(0)):
+                yield scan_of(time_s, [plot for _, plot in group if plot is not None])
 
-def _rows(path: Path) -> Generator[tuple[float, RadarPlot | None], None, None]:
-    """Yield each line's time and plot, None where the line says that there is none at that time."""
-    before, earlier, alone = -math.inf, "", False
-    with closing(table_lines(path, NEEDED, None, "one plot a line")) as lines:
-        for line in lines:
-            clock, *measured = _columns_of(line)
-            time_s = line.moment(clock) if clock == "time" else line.number(clock)
-            empty = not any(line.cells.get(name) for name in measured)
-            if time_s < before or (time_s == before and (empty or alone)):
-                fault = "must go forwards" if time_s < before else "without a plot stands alone"
+    def plots(self) -> Iterator[RadarPlot]:
+        """Yield the plots alone."""
+        with closing(self._rows()) as rows:
+            yield from (plot for _, plot in rows if plot is not None)
+
+    def _lines(self) -> Generator[TableLine, None, None]:
+        return table_lines(self.path, NEEDED, None, "one plot a line", follow=self.follow, idle_s=self.idle_s)
+
+    def _rows(self) -> Generator[tuple[float, RadarPlot | None], None, None]:
+        """Yield each line's time and plot, None where the line says that there is none at that time."""
+        before, earlier, alone, columns = -math.inf, "", False, None
+        with closing(self._lines()) as lines:
+            for line in lines:
+                columns = columns or RadarColumns.of(line)
+                clock, time_s = columns.clock, _time(line, columns)
+                empty = not any(line.cells.get(name) for name in (*columns.measured, COLUMNS[3]))
+                if time_s < before or (time_s == before and (empty or alone)):
+                    fault = "must go forwards" if time_s < before else "without a plot stands alone"
+                    raise DataError(
+                        f"{line.where}, column {clock}: {line.cells[clock]} comes after {earlier}; a time {fault}."
+                    )
+                before, earlier, alone = time_s, line.cells[clock], empty
+                if columns.own is not None and self.own is not None and line.cells[columns.own[0]]:
+                    self.own.add(time_s, *self._local(line, columns.own))
+                yield time_s, None if empty else self._plot(line, time_s, columns)
+
+    def _plot(self, line: TableLine, time_s: float, columns: RadarColumns) -> RadarPlot:
+        heading = self._heading(line, time_s, columns)
+        if self.own is not None:
+            self.own.heading_rad = heading
+        if columns.polar:
+            range_m, bearing_rad = _measured(line, columns, heading)
+        else:
+            x, y = self._local(line, columns.measured)
+            own = None if self.own is None else self.own.at(time_s)
+            if own is not None:
+                x, y = x - own.x_m, y - own.y_m
+            range_m, bearing_rad = math.hypot(x, y), math.atan2(x, y) % TURN_RAD
+            if range_m > FURTHEST_M:
                 raise DataError(
-                    f"{line.where}, column {clock}: {line.cells[clock]} comes after {earlier}; a time {fault}."
+                    f"{line.where}: lies {range_m / 1000:.0f} km from the radar; check the radar's place, and that "
+                    f"{' and '.join(columns.measured)} are the plot's."
                 )
-            before, earlier, alone = time_s, line.cells[clock], empty
-            yield time_s, None if empty else _plot(line, time_s, measured[0])
+            bearing_rad = bearing_rad if bearing_rad < TURN_RAD else 0.0
+        doppler = line.number("doppler_mps", absent=math.nan)
+        return RadarPlot(time_s, range_m, bearing_rad, doppler, 0.0 if math.isnan(heading) else heading)
+
+    def _heading(self, line: TableLine, time_s: float, columns: RadarColumns) -> float:
+        """Return the ship's heading [rad]; NaN where it is not told."""
+        if columns.heading is not None:
+            return math.radians(line.number(columns.heading, most=360, absent=math.nan))
+        return math.nan if self.heading_at is None else self.heading_at(time_s)
+
+    def _local(self, line: TableLine, names: tuple[str, str]) -> tuple[float, float]:
+        """Return a line's place in metres."""
+        if names[0] not in DEGREES:
+            return _pair(line, names)
+        assert self.frame is not None
+        x, y = self.frame.to_local(np.array(_pair(line, names)))[0].tolist()
+        return x, y
 
 
-def _columns_of(line: TableLine) -> tuple[str, ...]:
-    """Return the names of the columns that are read: time, range, bearing, Doppler."""
-    first = (next(name for name in names.split("|") if name in line.cells) for names in NEEDED)
-    return (*first, COLUMNS[3])
+def _time(line: TableLine, columns: RadarColumns) -> float:
+    return line.moment("time") if columns.clock == "time" else line.number(columns.clock)
 
 
-def _plot(line: TableLine, time_s: float, distance: str) -> RadarPlot:
-    """Return a line's plot; ``distance`` names the column of its range."""
-    range_m, degrees = RANGES_M[distance] * line.number(distance), line.number("bearing_deg")
+def _pair(line: TableLine, names: tuple[str, str]) -> tuple[float, float]:
+    degrees = names[0] in DEGREES
+    return line.number(names[0], most=360 if degrees else math.inf), line.number(
+        names[1], most=90 if degrees else math.inf
+    )
+
+
+def _measured(line: TableLine, columns: RadarColumns, heading_rad: float) -> tuple[float, float]:
+    """Return range and bearing from north."""
+    distance, angle = columns.measured
+    range_m, degrees, text = RANGES_M[distance] * line.number(distance), line.number(angle), line.cells[angle]
     if range_m < 0:
         raise DataError(f"{line.where}, column {distance}: {line.cells[distance]} is below 0; give the distance.")
-    text = line.cells["bearing_deg"]
-    if not 0 <= degrees <= 360:
-        raise DataError(f"{line.where}, column bearing_deg: {text} is not from 0 to 360 degrees clockwise from north.")
-    return RadarPlot(time_s, range_m, radians_of(text), line.number("doppler_mps", absent=math.nan))
+    relative = angle == "relative_bearing_deg"
+    if not (-180 if relative else 0) <= degrees <= 360:
+        whence = "the bow" if relative else "north"
+        raise DataError(f"{line.where}, column {angle}: {text} is not from 0 to 360 degrees clockwise from {whence}.")
+    if not relative:
+        return range_m, radians_of(text)
+    if math.isnan(heading_rad):
+        raise DataError(
+            f"{line.where}: its bearing is from the bow, and no heading is told at that time; give heading_deg, or a "
+            "log of the own ship with headings (HDT)."
+        )
+    bearing = (math.radians(degrees) + heading_rad) % TURN_RAD
+    return range_m, bearing if bearing < TURN_RAD else 0.0
 
 
 def radians_of(degrees: str) -> float:

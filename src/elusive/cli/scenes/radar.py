@@ -17,7 +17,8 @@ from elusive.options import accepts, nested
 from elusive.systems.radar.parameters import RecordedRadar
 from elusive.systems.radar.scene import RadarScene
 from elusive.systems.radar.scene_run import HEADER, track_radar_scene
-from elusive.systems.radar.simulate import MID_OCEAN_DEG, RadarSimulation, crossing_routes, simulate_radar
+from elusive.systems.radar.simulate import MID_OCEAN_DEG, RadarSimulation, simulate_radar
+from elusive.systems.radar.voyage import crossing_routes
 
 # of the simulated radar, what the tracker is told
 FEW = 0.1  # false alarms a scan
@@ -46,6 +47,9 @@ def simulate_command(
         list[Path] | None,
         typer.Option("--chart", help="Charts to compare the route with, one or several."),
     ] = None,
+    own_route: Annotated[
+        Path | None, typer.Option("--own-route", help="Waypoints of a ship that the radar stands on.")
+    ] = None,
     config: Config = None,
 ) -> None:
     """Sail ships along routes near a coast and write what a radar sees of them."""
@@ -55,14 +59,16 @@ def simulate_command(
     with bar("scans", None) as advance:
         simulated = simulate_radar(
             routes, parameters, out, radar_lon_deg=radar_lon, radar_lat_deg=radar_lat,
-            charts=chart or (), on_scan=advance,
+            charts=chart or (), own_route=None if own_route is None else read_route(own_route), on_scan=advance,
         )  # fmt: skip
     show(out.name, ("", ""), simulated.rows)
     console.print(f"Written to {out}: {', '.join(simulated.files)}")
     plots, truth = (shlex.quote(str(out / name)) for name in simulated.files[:2])
     used = " ".join(f"--chart {shlex.quote(str(path))}" for path in chart or ()) or "--knowledge none"
     seen = {name: getattr(parameters.radar, name) for name in TOLD}
-    if len(routes) > 1:  # a plot may be another ship's: none ever false would make it each track's own
+    if (
+        len(routes) > 1 or parameters.coast_echoes
+    ):  # a plot may be another ship's: none ever false would make it each track's own
         seen["false_alarms"] = max(seen["false_alarms"], FEW)
     seen = {name: value for name, value in seen.items() if value != RecordedRadar.model_fields[name].default}
     told = "".join(f" --{name.replace('_', '-')} {value:g}" for name, value in seen.items())

@@ -11,6 +11,8 @@ from elusive.charts import Water
 from elusive.checks import Finding, scale_of
 from elusive.contracts import VX, VY, Array, X, Y
 from elusive.filters.particle import _kernels
+from elusive.io import RadarSource
+from elusive.sensors.own_track import FASTEST_MPS
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import TURN_RAD, RadarScan
 from elusive.systems.radar.parameters import RadarSurvey
@@ -24,6 +26,9 @@ DRY, DRY_SHARE = 0.05, 0.3  # P(water) of what is on land, and the share of what
 HALF_TURN, WHOLE_TURN = 0.5 * TURN_RAD, 1.01 * TURN_RAD
 INNOVATIONS = 1.6  # of their scale: a particle filter's own
 INDEPENDENT = 0.5
+WHOLE_EARTH = math.hypot(180.0, 90.0)  # reach of degrees
+DEGREE_M = 111_000.0
+CREEPING_MPS, ASTRAY = 0.01, 0.5
 
 
 def findings_of(
@@ -31,7 +36,7 @@ def findings_of(
     sensor: RadarSensor,
     water: Water | None,
     innovations: Sequence[float],
-    ignored: Sequence[str] = (),
+    source: RadarSource | None = None,
 ) -> tuple[Finding, ...]:
     """Return what a recording says of what was told of it.
 
@@ -43,10 +48,14 @@ def findings_of(
         What it was tracked with; without a chart, None.
     innovations
         Of the plots of confirmed tracks, in deviations of what was expected.
-    ignored
-        Columns of the recording that are not read.
+    source
+        Of the recording, read to its end; None: nothing is known of it.
     """
-    found = [_ranges(seen), _bearings(seen), _columns(ignored)]
+    found = [_ranges(seen), _bearings(seen)]
+    if source is not None:
+        found += [_columns(source.ignored)]
+        found += [_degrees(seen)] if source.places else []
+        found += [_own_place(seen), _own_heading(source)] if source.moving else []
     if seen.errors is not None and found[0].holds and found[1].holds:
         told = (sensor.range_sd_m, 1.0, "range_sd_m", "m"), (sensor.bearing_sd_rad, 1000.0, "bearing_sd_mrad", "mrad")
         shown = seen.errors.range_sd_m, seen.errors.bearing_sd_rad
@@ -99,6 +108,41 @@ def _bearings(seen: RadarSurvey) -> Finding:
     )  # fmt: skip
 
 
+def _degrees(seen: RadarSurvey) -> Finding:
+    return Finding(
+        "radar.places", not (seen.plots >= FEW and seen.max_range_m < WHOLE_EARTH), WHOLE_EARTH, seen.max_range_m,
+        f"All {seen.plots} plots lie within {seen.max_range_m:.3g} m of the radar: x_m and y_m look like degrees.",
+        "Name the columns lon_deg, lat_deg.",
+    )  # fmt: skip
+
+
+def _own_place(seen: RadarSurvey) -> Finding:
+    """Judge whether the radar's way in metres is that of a ship in degrees."""
+    times, east, north = seen.way.T
+    passed = times[-1] - times[0]
+    speed_mps = np.hypot(np.diff(east), np.diff(north)).sum() / passed if passed > 0 else math.nan
+    degrees = bool((np.abs(east) <= 180).all() and (np.abs(north) <= 90).all())
+    would_mps = speed_mps * DEGREE_M
+    slow = degrees and len(times) > 2 and speed_mps < CREEPING_MPS and would_mps < 2 * FASTEST_MPS
+    return Finding(
+        "radar.own-place", not slow, CREEPING_MPS, speed_mps,
+        f"The radar's own way is {speed_mps * passed:.2g} m in {passed:.3g} s, and would be {would_mps:.2g} m/s if its "
+        "places were degrees: they look like longitude and latitude.",
+        "Name the columns own_lon_deg, own_lat_deg.",
+    )  # fmt: skip
+
+
+def _own_heading(source: RadarSource) -> Finding:
+    sailing, astray = source.headings["sailing"], source.headings["astray"]
+    share = astray / sailing if sailing else 0.0
+    return Finding(
+        "radar.own-heading", not (sailing >= FEW and share > ASTRAY), ASTRAY, share,
+        f"In {100 * share:.0f} % of {sailing} scans the radar's ship goes elsewhere than its bow points, by more than "
+        "45 degrees: its places or its headings are wrong.",
+        "Check that longitude and latitude are not exchanged, and that headings are degrees clockwise from true north.",
+    )  # fmt: skip
+
+
 def _columns(ignored: Sequence[str]) -> Finding:
     names = ", ".join(ignored)
     return Finding(
@@ -106,7 +150,8 @@ def _columns(ignored: Sequence[str]) -> Finding:
         f"The columns {names} are not read: what they say of the plots or of a radar that moves is not used."
         if ignored
         else "Every column is read.",
-        "Name what is to be read time_s, range_m, bearing_deg, doppler_mps; the radar stands at one place.",
+        "Name what is to be read time_s, range_m, bearing_deg, doppler_mps, and of a radar that moves own_lon_deg, "
+        "own_lat_deg, heading_deg.",
         grave=False,
     )  # fmt: skip
 

@@ -69,7 +69,7 @@ def fit_radar(
     name
         Of the recording, for a failure.
     known
-        ``(K, 2)`` places of fixed echoes from a chart, seen from the radar [m]; None: no bias is fitted.
+        ``(K, 2)`` places of fixed echoes from a chart [m]; None: no bias is fitted.
     water
         Where land is, whose echoes are no false alarms; None: anywhere at sea.
 
@@ -84,7 +84,7 @@ def fit_radar(
     range_sd, bearing_sd, share = seen.errors.range_sd_m, 1000 * seen.errors.bearing_sd_rad, seen.errors.share_sd
     errors = {"range_sd_m": float(f"{range_sd:.3g}"), "bearing_sd_mrad": float(f"{bearing_sd:.3g}")}
     parameters = RadarTracking(knowledge={"kind": "none"}, radar=errors)
-    hits, trials, false = _counted(scans, parameters, parameters.radar.bind(seen), water)
+    hits, trials, false = _counted(scans, parameters, parameters.radar.bind(seen), water, seen.way[:, 1:])
     detected = (hits + 1) / (trials + 2)
     beside = "plots of no track" + ("" if water is None else ", at sea")
     told = f"{seen.errors.targets:.0f} triples of plots of targets"
@@ -121,7 +121,7 @@ def charted(charts: Sequence[str | Path], frame: LocalFrame) -> tuple[Array, Wat
 
 
 def _counted(
-    scans: Iterable[RadarScan], parameters: RadarTracking, sensor: RadarSensor, water: Water | None
+    scans: Iterable[RadarScan], parameters: RadarTracking, sensor: RadarSensor, water: Water | None, way: Array
 ) -> tuple[int, int, float]:
     """Return detections and scans of confirmed tracks, and how many plots of no track a scan has, the view all sea."""
     hits, trials, false, count = 0, 0, 0, 0
@@ -134,15 +134,16 @@ def _counted(
         left = step.measurement.select_detections(np.delete(np.arange(step.measurement.detections), tracks))
         places = sensor.places(left)[0]
         false += left.detections if water is None else int((water.probability(places) >= HALF).sum())
-    sea = 1.0 if water is None else max(1 - land_share(sensor, water), LEAST_SEA)
+    sea = 1.0 if water is None else max(1 - land_share(sensor, water, way), LEAST_SEA)
     return hits, trials, false / (max(count, 1) * sea)
 
 
 def bias_of(scans: Iterable[RadarScan], known: Array, range_sd_m: float, bearing_sd_rad: float) -> Bias | None:
     """Return how far plots lie from known places, plots less places; None where too few places have plots."""
-    distance, bearing = np.hypot(*known.T), np.arctan2(known[:, 0], known[:, 1])
     rows = list[Array]()
     for scan in scans:
+        east, north = (known - np.array([scan.own.x_m, scan.own.y_m])).T
+        distance, bearing = np.hypot(east, north), np.arctan2(east, north)
         off_r = scan.range_m[:, None] - distance
         off_b = wrapped(scan.bearing_rad[:, None] - bearing, 2 * math.pi)
         plot, place = np.nonzero((np.abs(off_r) < SEARCH_M) & (np.abs(off_b) < SEARCH_RAD))

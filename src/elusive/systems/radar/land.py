@@ -21,6 +21,7 @@ NODES = np.array([-2.02018287, -0.95857246, 0.0, 0.95857246, 2.02018287]) * math
 SHARES = np.array([0.01995324, 0.39361932, 0.94530872, 0.39361932, 0.01995324]) / math.sqrt(math.pi)
 FIXED_SHARE = 0.5  # of what comes from land
 RANGES, BEARINGS = 60, 240  # places at which the view is asked for land
+STANDS = 20  # places of a radar that moves, about as many
 
 
 def water_at(water: Water, places: Array, errors: Array) -> Array:
@@ -31,14 +32,16 @@ def water_at(water: Water, places: Array, errors: Array) -> Array:
     return np.asarray(found @ np.outer(SHARES, SHARES).ravel())
 
 
-def land_share(sensor: RadarSensor, water: Water) -> float:
-    """Share of the view, uniform over range and bearing, that is land."""
+def land_share(sensor: RadarSensor, water: Water, way: Array | None = None) -> float:
+    """Share of the view, uniform over range and bearing, that is land; the mean over the radar's way ``(S, 2)`` [m]."""
     low, high, half = sensor.limits
     distance = low + (high - low) * (np.arange(RANGES) + 0.5) / RANGES
     bearing = sensor.middle_rad + half * (2 * (np.arange(BEARINGS) + 0.5) / BEARINGS - 1)
     far, angle = np.meshgrid(distance, bearing)
     places = np.column_stack([(far * np.sin(angle)).ravel(), (far * np.cos(angle)).ravel()])
-    return float(1 - water.probability(places + np.array([sensor.x_m, sensor.y_m])).mean())
+    where = np.zeros((1, 2)) if way is None else way[:: max(1, len(way) // STANDS)] + np.zeros((1, 2))
+    radar = where + np.array([sensor.x_m, sensor.y_m])
+    return float(np.mean([1 - water.probability(places + stand).mean() for stand in radar]))
 
 
 class LandEchoes:
@@ -52,12 +55,14 @@ class LandEchoes:
         Where land is.
     plots
         Mean number that a scan has of them.
+    way
+        Of the radar, places beside the sensor's own, ``(S, 2)`` [m]; None: it rests.
     """
 
-    def __init__(self, sensor: RadarSensor, water: Water, plots: float) -> None:
+    def __init__(self, sensor: RadarSensor, water: Water, plots: float, way: Array | None = None) -> None:
         self.sensor, self.water, self.plots = sensor, water, plots
         low, high, half = sensor.limits
-        area = max(land_share(sensor, water), 1 / (RANGES * BEARINGS)) * 2 * half * (high - low)
+        area = max(land_share(sensor, water, way), 1 / (RANGES * BEARINGS)) * 2 * half * (high - low)
         with np.errstate(divide="ignore"):
             self._log_rate = float(np.log(plots / area))  # of places all on land
 

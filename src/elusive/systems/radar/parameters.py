@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 
 from elusive.charts import Coast, ExactWater, FieldWater, GridWater, HardWater, NearestWater, Water, WaterModel
 from elusive.charts.charted_area import ChartedAreaParameters
-from elusive.contracts import Knowledge, Motion
+from elusive.contracts import Array, Knowledge, Motion
 from elusive.errors import ParameterError
 from elusive.filters.particle.coast_error import CoastError, with_coast
 from elusive.model import FROM_RECORDING, Model, NonNegative, Positive, Probability
@@ -71,20 +71,23 @@ class RadarSurvey(NamedTuple):
     radar_on_chart: bool
     bearings_deg: tuple[float, float] = (math.nan, math.nan)  # least and greatest
     errors: PlotErrors | None = None  # that the plots show; None: too few follow each other
+    way: Array = np.zeros((1, 3))  # (S, 3) times and places of the radar itself [s, m]; one row where it rests
 
     def land_plots(self, sensor: RadarSensor, water: Water | None) -> float:
         """Mean number of plots that a scan has of land, beside false alarms there; none where there are none ever."""
         if water is None or not self.scans or not sensor.false_alarms:
             return 0.0
-        return max(0.0, self.on_land / self.scans - sensor.false_alarms * land_share(sensor, water))
+        return max(0.0, self.on_land / self.scans - sensor.false_alarms * land_share(sensor, water, self.way[:, 1:]))
 
 
 def survey(scans: Iterable[RadarScan], water: Water | None = None) -> RadarSurvey:
-    """Look through the scans of a radar at the origin, and where its plots fall on a chart."""
+    """Look through a radar's scans, and where its plots fall on a chart."""
     count, plots, furthest, fastest, on_chart, on_land = 0, 0, 0.0, 0.0, 0, 0
-    triples, low, high = Triples(), math.inf, -math.inf
+    triples, low, high, way = Triples(), math.inf, -math.inf, list[tuple[float, float, float]]()
     for scan in scans:
         count, plots = count + 1, plots + scan.detections
+        if not way or way[-1][1:] != (scan.own.x_m, scan.own.y_m):
+            way.append((scan.time_s, scan.own.x_m, scan.own.y_m))
         triples.add(scan)
         low, high = float(scan.bearing_rad.min(initial=low)), float(scan.bearing_rad.max(initial=high))
         if water is not None:
@@ -95,9 +98,10 @@ def survey(scans: Iterable[RadarScan], water: Water | None = None) -> RadarSurve
         furthest = max(furthest, float(scan.range_m.max(initial=0.0)))
         doppler = scan.doppler_mps[np.isfinite(scan.doppler_mps)]
         fastest = max(fastest, float(np.abs(doppler).max(initial=0.0)))
-    itself = water is not None and bool(water.known(np.zeros((1, 2)))[0])
+    where = np.array(way).reshape(-1, 3) if way else np.zeros((1, 3))
+    itself = water is not None and bool(water.known(where[:, 1:]).any())
     bearings = math.degrees(low), math.degrees(high)
-    return RadarSurvey(count, plots, furthest, fastest, on_chart, on_land, itself, bearings, triples.fit())
+    return RadarSurvey(count, plots, furthest, fastest, on_chart, on_land, itself, bearings, triples.fit(), where)
 
 
 class RecordedRadar(RadarSensor):
@@ -167,8 +171,12 @@ class RadarTracking(Model):
                 raise ParameterError(f"{name}: has no meaning for {reason}; leave it out.")
         return self
 
-    def bind(self, sensor: RadarSensor, coast: Coast | None, land_plots: float = 0.0) -> DetectionTracker:
+    def bind(
+        self, sensor: RadarSensor, coast: Coast | None, land_plots: float = 0.0, way: Array | None = None
+    ) -> DetectionTracker:
         """Return the tracker for a radar and a coast, and for the mean number of plots that a scan has of land.
+
+        The radar's ``way``, places ``(S, 2)`` [m] beside the sensor's own, says how much land it has seen.
 
         Raises
         ------
@@ -185,7 +193,7 @@ class RadarTracking(Model):
                 )
             motion, *knowledge = with_coast(motion, self.knowledge, coast, self.coast)
             if land_plots:
-                backdrop = LandEchoes(sensor, self.knowledge.bind(coast), land_plots)
+                backdrop = LandEchoes(sensor, self.knowledge.bind(coast), land_plots, way)
         rules = {name: getattr(self.tracker, name) for name in DetectionRules.model_fields}
         return DetectionTracker(
             **rules, motion=motion, sensor=sensor, knowledge=tuple(knowledge), backdrop=backdrop,

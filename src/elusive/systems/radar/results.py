@@ -221,8 +221,9 @@ class RadarRun:
             lonlat=self._around.frame.to_lonlat,
             estimate="MAP" if self._parameters.estimate == "map" else "mean",
             scored=scores,
+            way=self._seen.way,
         )
-        found = findings_of(self._seen, self._sensor, self._around.water, self._innovations, source.ignored)
+        found = findings_of(self._seen, self._sensor, self._around.water, self._innovations, source)
         return RadarOutcome(self._log, self._charted(tracked), scores, found)
 
     def write(self, folder: Path, outcome: RadarOutcome, config: str) -> None:

@@ -19,7 +19,8 @@ from elusive.io.routes import Route
 from elusive.model import Model
 from elusive.sensors.radar import RadarSensor
 from elusive.systems.radar.parameters import NoMap, RadarTracking, RecordedRadar, UnderWay
-from elusive.systems.radar.simulate import MID_OCEAN_DEG, RadarSimulation, Voyage, voyage
+from elusive.systems.radar.simulate import MID_OCEAN_DEG, RadarSimulation
+from elusive.systems.radar.voyage import Voyage, voyage
 
 Method = Literal["none", "hard", "nearest", "grid", "exact", "field"]
 METHODS: tuple[Method, ...] = get_args(Method)

@@ -15,41 +15,35 @@ from pydantic import Field
 from elusive.charts import HardWater
 from elusive.charts.charted_area import ChartedAreaParameters, lay_charts, read_charts
 from elusive.contracts import Array, X, Y
-from elusive.errors import DataError
+from elusive.errors import ParameterError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io import RadarScan, write_radar_plots_csv
 from elusive.io.atomic import atomic_folder
 from elusive.io.routes import Route
 from elusive.io.truth import Truth, write_truth
-from elusive.model import Model, Positive
+from elusive.model import Positive
 from elusive.sensors.radar import RadarSensor
+from elusive.sensors.radar_scans import OwnShip
+from elusive.systems.radar.coast_echoes import draw_coast_echoes
+from elusive.systems.radar.voyage import Sailing, voyage
 
 FILES = ("plots.csv", "truth.csv", "config.yaml")
-CROSSING_M = (((-1000.0, 1500.0), (1000.0, 2500.0)), ((-1000.0, 2500.0), (1000.0, 1500.0)))  # two ships' ways
 MID_OCEAN_DEG = (-30.0, 45.0)
-MOST_SCANS = 1_000_000
-FURTHEST_M = 500_000.0  # of a waypoint from the radar: beyond it the frame is not flat
 
 
-class RadarSimulation(Model):
+class RadarSimulation(Sailing):
     """Parameters of `elusive simulate radar`."""
 
     main_options: ClassVar[tuple[str, ...]] = (
-        "speed_mps", "interval_s", "range_sd_m", "bearing_sd_mrad", "detection_probability", "false_alarms",
+        "speed_mps", "turn_radius_m", "interval_s", "coast_echoes", "range_sd_m", "bearing_sd_mrad",
+        "detection_probability", "false_alarms",
         "max_range_m", "seed",
     )  # fmt: skip
 
-    speed_mps: Positive = Field(7.0, description="Speed where a route has none [m/s]")
-    interval_s: Positive = Field(1.0, description="Time from scan to scan [s]")
     radar: RadarSensor = Field(RadarSensor(), description="The radar")
+    coast_echoes: int = Field(0, ge=0, description="Fixed echoes inland of the charted coast, in view")
+    echoes_inland_m: Positive = Field(60.0, description="Greatest distance of such an echo from the shore [m]")
     seed: int = Field(0, ge=0, description="Root of all random numbers")
-
-
-class Voyage(NamedTuple):
-    """Where ships are at each scan; NaN for a ship that has arrived."""
-
-    times_s: Array  # (T,)
-    states: Array  # (ships, T, 4) x, vx, y, vy [m, m/s]
 
 
 class RadarSimulated(NamedTuple):
@@ -67,11 +61,12 @@ def simulate_radar(
     radar_lon_deg: float,
     radar_lat_deg: float,
     charts: Sequence[str | Path] = (),
+    own_route: Route | None = None,
     on_scan: Callable[[int], None] | None = None,
 ) -> RadarSimulated:
     """Sail a ship along each route; write a radar's ``plots.csv``, ``truth.csv`` and ``config.yaml``.
 
-    Ships are numbered from 1. The legs are straight in the radar's frame, and sailed at constant speed.
+    Ships are numbered from 1. The legs are straight in the frame, and sailed at constant speed.
 
     Parameters
     ----------
@@ -82,10 +77,12 @@ def simulate_radar(
     out
         Folder for the files.
     radar_lon_deg, radar_lat_deg
-        The radar's place, WGS 84.
+        The origin of the frame, WGS 84: the radar's place, if it rests.
     charts
         S-57 base cells, GeoJSON or shapefiles, against which the routes are compared. They may cross charted land:
         charts are imprecise.
+    own_route
+        Of a ship that the radar stands on; it stays where it arrives. None: the radar rests.
     on_scan
         Called with the number of scans done.
 
@@ -93,18 +90,21 @@ def simulate_radar(
     ------
     DataError
         If a waypoint is further than 500 km from the radar, a voyage has no length or takes over a million scans, a
-        chart cannot be read, or a file cannot be written.
+        chart cannot be read or has no place for the echoes, or a file cannot be written.
     """
     frame = LocalFrame.at(radar_lon_deg, radar_lat_deg)
     times, ships = voyage(routes, frame, parameters)
-    sailed = ships[np.isfinite(ships[:, :, X])]
-    away = np.hypot(sailed[:, X], sailed[:, Y])
+    own = _own(own_route, frame, parameters, len(times))
+    there = np.isfinite(ships[:, :, X])
+    sailed, relative = ships[there], (ships - own)[there]
+    away = np.hypot(relative[:, X], relative[:, Y])
     rows = [
         ("Voyage", f"{times[-1]:.0f} s, {len(times)} scans" + (f", {len(ships)} ships" if len(ships) > 1 else "")),
         ("Distance from the radar", f"{away.min():.0f} to {away.max():.0f} m"),
     ]
     if charts:
         rows += _on_charts(sailed[:, [X, Y]], charts, frame)
+    echoes = _echoes(parameters, charts, frame)
     seen = 0
 
     def scans() -> Iterator[RadarScan]:
@@ -112,7 +112,9 @@ def simulate_radar(
         rng = np.random.default_rng(parameters.seed)
         for number, time_s in enumerate(times.tolist(), 1):
             states = ships[:, number - 1]
-            scan = parameters.radar.simulate(states[np.isfinite(states[:, X])], rng, time_s=time_s)
+            states = np.concatenate([states[np.isfinite(states[:, X])], echoes]) - own[number - 1]
+            scan = parameters.radar.simulate(states, rng, time_s=time_s)
+            scan = scan._replace(own=OwnShip(*own[number - 1].tolist()))
             seen += len(scan.range_m)
             if on_scan is not None:
                 on_scan(number)
@@ -121,56 +123,33 @@ def simulate_radar(
     paths = (np.insert(states[:, [X, Y]], 0, times, axis=1)[np.isfinite(states[:, X])] for states in ships)
     truth = Truth(tuple(str(ship + 1) for ship in range(len(ships))), tuple(paths))
     with atomic_folder(out) as folder:
-        write_radar_plots_csv(folder / FILES[0], scans())
+        write_radar_plots_csv(folder / FILES[0], scans(), moving=own_route is not None)
         write_truth(folder / FILES[1], truth, "m")
         (folder / FILES[2]).write_text(parameters.to_yaml(), encoding="utf-8")
-    if not parameters.radar.sees(*parameters.radar.measured(sailed)[:2]).all():
+    if not parameters.radar.sees(*parameters.radar.measured(relative)[:2]).all():
         rows.append(("In the radar's view", "not all the way"))
     return RadarSimulated([*rows, ("Plots", f"{seen}")], FILES)
 
 
-def crossing_routes(frame: LocalFrame) -> list[Route]:
-    """Return the ways of two ships that cross north of a radar."""
-    return [Route(frame.to_lonlat(np.array(way)), np.full(len(way), np.nan)) for way in CROSSING_M]
+def _own(route: Route | None, frame: LocalFrame, parameters: RadarSimulation, scans: int) -> Array:
+    """Return the radar's own states, ``(T, 4)``."""
+    own = np.zeros((scans, 4))
+    if route is not None:
+        sailed = voyage([route], frame, parameters).states[0][:scans]
+        own[:, [X, Y]] = sailed[-1, [X, Y]]
+        own[: len(sailed)] = sailed
+    return own
 
 
-def voyage(routes: Sequence[Route], frame: LocalFrame, parameters: RadarSimulation) -> Voyage:
-    """Return where the ships are at each scan, until the last of them arrives.
-
-    Raises
-    ------
-    DataError
-        As :func:`simulate_radar`.
-    """
-    tracks = [_sailed(route, frame, parameters) for route in routes]
-    states = np.full((len(tracks), max(map(len, tracks)), 4), np.nan)
-    for ship, track in enumerate(tracks):
-        states[ship, : len(track)] = track
-    return Voyage(parameters.interval_s * np.arange(states.shape[1], dtype=np.float64), states)
-
-
-def _sailed(route: Route, frame: LocalFrame, parameters: RadarSimulation) -> Array:
-    """States of a ship at the scans until it arrives, ``(T, 4)``."""
-    corners = frame.to_local(route.lonlat_deg)
-    furthest = float(np.hypot(*corners.T).max())
-    if not furthest <= FURTHEST_M:
-        raise DataError(
-            f"route: reaches {furthest / 1000:.0f} km from the radar, more than {FURTHEST_M / 1000:.0f} km; check both."
-        )
-    legs = np.diff(corners, axis=0)
-    lengths = np.hypot(*legs.T)
-    speeds = np.where(np.isnan(route.speed_mps), parameters.speed_mps, route.speed_mps)[:-1]
-    arrivals = np.concatenate([[0.0], np.cumsum(lengths / speeds)])
-    scans = arrivals[-1] / parameters.interval_s
-    if not scans >= 1:
-        raise DataError(f"route: is sailed in {arrivals[-1]:.3g} s, less than from scan to scan; give a longer one.")
-    if scans > MOST_SCANS:
-        raise DataError(f"route: takes {scans:.3g} scans, more than {MOST_SCANS}; give a greater speed or interval_s.")
-    times = parameters.interval_s * np.arange(int(scans + 1e-9) + 1, dtype=np.float64)
-    leg = np.minimum(np.searchsorted(arrivals, times, side="right") - 1, len(legs) - 1)
-    velocity = legs[leg] * (speeds / np.maximum(lengths, 1e-300))[leg, None]
-    places = corners[leg] + velocity * (times - arrivals[leg])[:, None]
-    return np.column_stack([places[:, 0], velocity[:, 0], places[:, 1], velocity[:, 1]])
+def _echoes(parameters: RadarSimulation, charts: Sequence[str | Path], frame: LocalFrame) -> Array:
+    """Return the states of the coast's echoes, ``(n, 4)``."""
+    n, reach_m = parameters.coast_echoes, parameters.radar.max_range_m
+    if not n:
+        return np.zeros((0, 4))
+    if not charts or reach_m is None:
+        raise ParameterError("coast_echoes: are of charted land in view; give --chart and --max-range-m.")
+    coast = lay_charts(read_charts(*charts), ChartedAreaParameters(), frame).coast
+    return draw_coast_echoes(coast, n, parameters.echoes_inland_m, reach_m, np.random.default_rng([parameters.seed, 1]))
 
 
 def _on_charts(places: Array, charts: Sequence[str | Path], frame: LocalFrame) -> list[tuple[str, str]]:

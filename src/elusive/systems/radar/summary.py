@@ -138,6 +138,7 @@ def run_facts(
             "Left out of the file",
             ", ".join(f"{n} {name}" for name, n in source.counts.items() if name != "reports" and n),
         ),
+        ("The radar's way", _way(seen) if source.moving else ""),
         ("Antenna", f"turns in {source.rotation_s:.3f} s, as times and bearings say" if source.estimated else ""),
         (
             "Radar",
@@ -159,6 +160,12 @@ def run_facts(
             rows.append(("The radar itself", "stands off the charts"))
         rows += [("Chart", f"{chart.name}: {remark}") for chart in charted.charts for remark in chart.remarks]
     return [(name, value) for name, value in rows if value]
+
+
+def _way(seen: RadarSurvey) -> str:
+    """Say how far the radar itself went."""
+    legs = np.hypot(*np.diff(seen.way[:, 1:], axis=0).T)
+    return f"{legs.sum():.0f} m, {seen.way[0, 0]:.0f} to {seen.way[-1, 0]:.0f} s"
 
 
 def _knowledge(parameters: RadarTracking) -> str:

@@ -6,7 +6,6 @@ algorithm 2, for a recording of one plot a scan.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import nullcontext
 from pathlib import Path
@@ -18,8 +17,7 @@ from elusive.charts.charted_area import ChartedArea, lay_charts, read_charts
 from elusive.errors import DataError, ParameterError
 from elusive.filters.particle.coast_error import learn_bias
 from elusive.geometry.local_frame import LocalFrame
-from elusive.io import RadarSource, atomic_folder, summarize_asterix
-from elusive.io.radar_plots import TABLES
+from elusive.io import RadarSource, atomic_folder
 from elusive.io.ship_truth import read_ship_truth
 from elusive.results import TrackLog
 from elusive.sensors.radar_scans import RadarScan
@@ -27,8 +25,6 @@ from elusive.systems.radar.parameters import NoMap, RadarTracking, survey
 from elusive.systems.radar.results import ADDED, RadarOutcome, RadarRun, Surroundings, ships_of, tracks_of
 from elusive.tracking.detections import DetectionTracker
 from elusive.tracking.track import Step
-
-UNIX_S = 1e8  # a time from here on counts from 1970, not from a midnight
 
 __all__ = ["RadarTracking", "track_radar", "track_radar_recording"]
 
@@ -78,8 +74,8 @@ def track_radar_recording(
     parameters: RadarTracking,
     out: Path | None,
     *,
-    radar_lon_deg: float,
-    radar_lat_deg: float,
+    radar_lon_deg: float | None = None,
+    radar_lat_deg: float | None = None,
     charts: Sequence[str | Path] = (),
     truth: str | Path | None = None,
     truth_mmsi: int | None = None,
@@ -100,7 +96,7 @@ def track_radar_recording(
     out
         Folder for the results; None writes nothing.
     radar_lon_deg, radar_lat_deg
-        The radar's place, WGS 84.
+        The origin of places, WGS 84: where the radar stands, if it rests. None: that of the source.
     charts
         S-57 base cells, GeoJSON or shapefiles; none with ``knowledge`` ``none`` only.
     truth
@@ -126,14 +122,15 @@ def track_radar_recording(
     if truth is None and (truth_mmsi is not None or cutoff_m is not None):
         name = "truth_mmsi" if truth_mmsi is not None else "cutoff_m"
         raise ParameterError(f"{name}: has no meaning without a truth; give --truth, or leave it out.")
-    frame = LocalFrame.at(radar_lon_deg, radar_lat_deg)
+    given = None if radar_lon_deg is None or radar_lat_deg is None else (radar_lon_deg, radar_lat_deg)
+    frame = frame_of(source, given)
     charted = lay_charts(read_charts(*charts), parameters.charted, frame) if charts else None
     outline = None if charted is None else HardWater().bind(charted.coast)
     seen = survey(_looked_through(source, on_scan), outline)
     if charted is not None and not seen.on_chart:
         raise DataError(
             f"{source.name}: none of its {seen.plots} plots falls on a chart, seen from a radar at longitude "
-            f"{radar_lon_deg:g}, latitude {radar_lat_deg:g}; "
+            f"{frame.lon_deg:g}, latitude {frame.lat_deg:g}; "
             + (
                 "exchange the two: then it lies on a chart."
                 if _exchanged(charted)
@@ -142,9 +139,10 @@ def track_radar_recording(
         )
     known = None
     if truth is not None:
-        known = read_ship_truth(truth, frame, midnight_unix_s=_midnight(source), mmsi=truth_mmsi)
+        known = read_ship_truth(truth, frame, midnight_unix_s=source.since_1970(), mmsi=truth_mmsi)
     sensor = parameters.radar.bind(seen)
-    tracker = parameters.bind(sensor, None if charted is None else charted.coast, seen.land_plots(sensor, outline))
+    land_plots = seen.land_plots(sensor, outline)
+    tracker = parameters.bind(sensor, None if charted is None else charted.coast, land_plots, seen.way[:, 1:])
     around = Surroundings(frame, charted, _water(parameters, tracker, charted))
     with nullcontext() if out is None else atomic_folder(out) as folder:
         table = None if folder is None else folder / "tracks.csv"
@@ -164,6 +162,26 @@ def track_radar_recording(
     return outcome
 
 
+def frame_of(source: RadarSource, place_deg: tuple[float, float] | None = None) -> LocalFrame:
+    """Return the frame of a recording: about a place, longitude and latitude, or about the source's own.
+
+    Raises
+    ------
+    ParameterError
+        If there is none, or two.
+    """
+    if place_deg is None:
+        place_deg = source.place_deg
+    elif source.place_deg not in (None, place_deg):
+        raise ParameterError(f"radar_lon_deg: {source.name} was opened with another place; leave the two out.")
+    if place_deg is None:
+        raise ParameterError(
+            f"{source.name}: does not say where the radar is; give --radar-lat-deg and --radar-lon-deg, or a log of "
+            "its ship."
+        )
+    return LocalFrame.at(*place_deg)
+
+
 def _exchanged(charted: ChartedArea) -> bool:
     """Whether the radar's place lies on a chart if longitude and latitude change places."""
     lon, lat = charted.frame.lat_deg, charted.frame.lon_deg
@@ -176,14 +194,6 @@ def _looked_through(scans: Iterable[RadarScan], on_scan: Callable[[int], None] |
         if on_scan is not None:
             on_scan(0)
         yield scan
-
-
-def _midnight(source: RadarSource) -> float:
-    """Return what a recording's times count from, seconds after 1970 began; NaN where it does not say."""
-    first = next(iter(source)).time_s
-    if first > UNIX_S:
-        return 0.0
-    return math.nan if Path(source.name).suffix.lower() in TABLES else summarize_asterix(source.name).midnight_unix_s
 
 
 def _water(parameters: RadarTracking, tracker: DetectionTracker, charted: ChartedArea | None) -> Water | None:

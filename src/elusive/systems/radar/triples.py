@@ -17,6 +17,7 @@ from scipy.spatial import cKDTree
 
 from elusive.contracts import Array
 from elusive.sensors.radar_scans import RadarScan
+from elusive.sensors.radar_view import RadarView
 
 FASTEST_MPS, ROOM_M = 25.0, 60.0  # of what is looked for, and beside it
 WIDEST_M, WIDEST_RAD = 120.0, 0.04  # of an error
@@ -40,21 +41,28 @@ class PlotErrors(NamedTuple):
     places: Array  # (n, 2) where targets pass by [m]
 
 
+class _Places(NamedTuple):
+    """Plots of a scan."""
+
+    places: Array  # (n, 2) [m]
+    times_s: Array  # (n,)
+    radar: Array  # (2,) [m]
+
+
 class Triples:
-    """Gathers second differences of plots, scan by scan; the radar stands at the origin."""
+    """Gathers second differences of plots, scan by scan."""
 
     def __init__(self) -> None:
-        self._before: list[tuple[Array, Array]] = []  # places and times of the latest scans
+        self._before: list[_Places] = []  # of the latest scans
         self._rows: list[Array] = []
         self._count = self._scans = 0
 
     def add(self, scan: RadarScan) -> None:
         """Take a scan in, of the order of time."""
-        places = scan.range_m[:, None] * np.column_stack([np.sin(scan.bearing_rad), np.cos(scan.bearing_rad)])
-        self._before.append((places, scan.times_s))
+        self._before.append(_Places(RadarView().places(scan)[0], scan.times_s, np.array([scan.own.x_m, scan.own.y_m])))
         self._scans += 1
         if len(self._before) == 3:
-            if self._count < MOST and all(len(times) for _, times in self._before):
+            if self._count < MOST and all(len(one.times_s) for one in self._before):
                 first, middle, last = self._before
                 rows = _differences(first, middle, last, self._scans)
                 self._rows.append(rows)
@@ -92,11 +100,9 @@ def _passing(scans: Array, places: Array, reach: Array) -> NDArray[np.bool_]:
     )
 
 
-def _differences(
-    first: tuple[Array, Array], middle: tuple[Array, Array], last: tuple[Array, Array], number: int
-) -> Array:
+def _differences(first: _Places, middle: _Places, last: _Places, number: int) -> Array:
     """Second differences along and across the line of sight, scan, range and place of the middle plots."""
-    places, times = middle
+    places, times, radar = middle
     interval = float(times.mean() - first[1].mean())
     if not interval > 0:
         return np.zeros((0, 6))
@@ -107,15 +113,16 @@ def _differences(
     i, a, before = i[before > 0], a[before > 0], before[before > 0]
     # where the third would be after the mean interval; its own time is counted below
     ahead = places[i] + (places[i] - first[0][a]) * (float(last[1].mean() - times.mean()) / before)[:, None]
-    reach = 2.5 * np.hypot(WIDEST_M, WIDEST_RAD * np.hypot(*places[i].T))
+    reach = 2.5 * np.hypot(WIDEST_M, WIDEST_RAD * np.hypot(*(places[i] - radar).T))
     then = cKDTree(last[0]).query_ball_point(ahead, reach) if len(i) else []
     pair = np.repeat(np.arange(len(i)), [len(found) for found in then])
     c = np.array([one for found in then for one in found], dtype=np.int64)
     i, a, before = i[pair], a[pair], before[pair]
     rho = (last[1][c] - times[i]) / before
     off = last[0][c] - places[i] - rho[:, None] * (places[i] - first[0][a])
-    distance = np.maximum(np.hypot(*places[i].T), 1e-9)
-    along = places[i] / distance[:, None]
+    sight = places[i] - radar
+    distance = np.maximum(np.hypot(*sight.T), 1e-9)
+    along = sight / distance[:, None]
     scale = np.sqrt(1 + (1 + rho) ** 2 + rho**2)
     dr = (off * along).sum(axis=1) / scale
     db = (off[:, 0] * along[:, 1] - off[:, 1] * along[:, 0]) / (scale * distance)

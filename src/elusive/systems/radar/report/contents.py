@@ -81,6 +81,7 @@ class RadarTracked(NamedTuple):
     lonlat: Callable[[Array], Array] | None = None  # (N, 2) [m] to longitude and latitude (N, 2) [deg]
     estimate: str = "mean"  # what the places are
     scored: Scored | None = None  # None without a truth
+    way: Array = np.zeros((1, 3))  # (S, 3) times and places of the radar itself [s, m]; one row where it rests
 
     @property
     def ships(self) -> Sequence[Array]:

@@ -74,8 +74,11 @@ def _draw_whole(axes: Axes, tracked: RadarTracked) -> AxesImage | None:
             colour = plots.track_colour(path.track)
             name: Any = {"textcoords": "offset points", "color": colour, "weight": "bold", "zorder": 8}
             axes.annotate(f"{path.track}", path.places[-1], (4, 3), **name)
-    if _within((0.0, 0.0), tracked.extent):
-        axes.plot(0.0, 0.0, "^", color=PARTICLE, markersize=7, zorder=8, label="radar")
+    _, *radar = tracked.way[-1].tolist()
+    if len(tracked.way) > 1:
+        axes.plot(*tracked.way[:, 1:].T, color=PARTICLE, linewidth=0.8, zorder=4)
+    if _within((radar[0], radar[1]), tracked.extent):
+        axes.plot(*radar, "^", color=PARTICLE, markersize=7, zorder=8, label="radar")
     return shading
 
 

@@ -67,7 +67,11 @@ def radar_layers(tracked: RadarTracked, times: np.ndarray) -> list[draw.Layer]:
     layers += _clouds(tracked)
     layers += [radar_track(one, tracked, times) for one in tracked.paths]
     layers.append(draw.points(seen, "--now", **now, show="now", marker="cross", size=6, width=2, name="plots of now"))
-    layers.append(draw.points([[0.0, 0.0]], "--now", marker="triangle", size=6, texts=["radar"]))
+    when, x, y = tracked.way.T
+    if len(when) > 1:
+        layers.append(draw.line(x, y, "--now", 1, times=draw.rounded(when, 4), head="triangle", name="radar"))
+    else:
+        layers.append(draw.points(tracked.way[:, 1:], "--now", marker="triangle", size=6, texts=["radar"]))
     return layers
 
 
