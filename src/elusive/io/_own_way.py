@@ -15,6 +15,7 @@ from elusive.geometry.local_frame import LocalFrame
 from elusive.io._radar_columns import DEGREES
 from elusive.io._radar_lines import PlotTable, TableStart
 from elusive.io.own_ship import OwnShipLog, read_own_ship
+from elusive.io.sources import Feed
 from elusive.sensors.own_track import OwnTrack
 from elusive.sensors.radar_scans import TURN_RAD, OwnShip, RadarScan
 
@@ -44,15 +45,13 @@ class OwnWay(NamedTuple):
             return self.log.track(self.frame, self.since_s)
         return OwnTrack(self.name) if self.moving else None
 
-    def table(
-        self, path: str | os.PathLike[str], track: OwnTrack | None, *, follow: bool = False, idle_s: float | None = None
-    ) -> PlotTable:
+    def table(self, path: str | os.PathLike[str], track: OwnTrack | None, feed: Feed | None = None) -> PlotTable:
         """Return a table that is read with this way."""
         heading = None
         if self.log is not None and len(self.log.heading_time_s):
             log = self.log
             heading = lambda time_s: log.heading_at(time_s + self.since_s)  # noqa: E731
-        return PlotTable(path, self.frame, track, heading, follow, idle_s)
+        return PlotTable(path, self.frame, track, heading, feed)
 
     def placed(self, scans: Iterable[RadarScan], track: OwnTrack | None, headings: Counter[str]) -> Iterator[RadarScan]:
         """Lay the way under scans; without a known velocity of the radar a range rate says nothing.

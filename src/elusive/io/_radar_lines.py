@@ -18,6 +18,7 @@ from elusive.errors import DataError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io._radar_columns import COLUMNS, DEGREES, NEEDED, RANGES_M, RadarColumns
 from elusive.io._table_lines import TableLine, table_lines
+from elusive.io.sources import Feed
 from elusive.sensors.own_track import OwnTrack
 from elusive.sensors.radar_scans import TURN_RAD, RadarPlot, RadarScan, scan_of
 
@@ -43,8 +44,7 @@ class PlotTable:
     frame: LocalFrame | None = None  # of places in degrees
     own: OwnTrack | None = None  # takes the table's fixes, or is known beforehand
     heading_at: Callable[[float], float] | None = None  # of a time in the table, where the table tells none [rad]
-    follow: bool = False
-    idle_s: float | None = None
+    feed: Feed | None = None  # live: how it is followed
 
     def start(self) -> TableStart | None:
         """Return what the first lines say of the table; None without a line."""
@@ -72,7 +72,7 @@ class PlotTable:
             yield from (plot for _, plot in rows if plot is not None)
 
     def _lines(self) -> Generator[TableLine, None, None]:
-        return table_lines(self.path, NEEDED, None, "one plot a line", follow=self.follow, idle_s=self.idle_s)
+        return table_lines(self.path, NEEDED, None, "one plot a line", self.feed)
 
     def _rows(self) -> Generator[tuple[float, RadarPlot | None], None, None]:
         """Yield each line's time and plot, None where the line says that there is none at that time."""
