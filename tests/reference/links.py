@@ -42,8 +42,8 @@ def bell(model, centres, places):
 
 
 def linear_log_ratio(model, weights, centres, places, change, others_mean, variance):
-    """Tempered log likelihood ratio of one more person at each place."""
+    """Log likelihood ratio of one more person at each place."""
     response = bell(model, centres, places) @ weights.T
     there = norm.logpdf(change, others_mean + response, np.sqrt(variance + (model.spread * response) ** 2))
     away = norm.logpdf(change, others_mean, np.sqrt(variance))
-    return model.temper * np.nansum(there - away, axis=1)
+    return np.nansum(there - away, axis=1)

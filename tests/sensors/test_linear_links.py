@@ -41,11 +41,31 @@ def test_the_ratio_is_that_of_the_densities(model):
     wanted = linear_log_ratio(model, weights, CENTRES, places, change, others.mean, variance)
     # the bell is cut at 3.5 deviations, where it is .002 of its height
     np.testing.assert_allclose(
-        sensor.log_ratio(sensor.expected(states), change, (others,)), wanted, rtol=0.01, atol=0.05 * model.temper * 20
+        sensor.log_ratio(sensor.expected(states), change, (others,)) / sensor.temper, wanted, rtol=0.01, atol=1.0
     )
     np.testing.assert_array_equal(
         sensor.log_likelihood(states, change), sensor.log_ratio(sensor.expected(states), change, ())
     )
+
+
+@pytest.mark.parametrize("model", [LinkRadiation(), LinkRadiation(noise_sd_db=0.3, voxel_sd_db=0.6, spread=0.0)])
+def test_links_that_share_voxels_noise_count_for_as_much_as_they_tell(model):
+    """Against the covariance of all links, at the voxels' centres."""
+    weights = weights_of(np.random.default_rng(5))
+    noise = model.noise_sd_db**2 * np.eye(15) + model.voxel_sd_db**2 * weights @ weights.T
+    told, truly = 0.0, 0.0
+    for place in CENTRES:
+        response = bell(model, CENTRES, place[None])[0]
+        covariance = noise + np.diag((model.spread * weights @ response) ** 2)
+        for axis, width in enumerate((model.width_x_m, model.width_y_m)):
+            slope = weights @ (response * (CENTRES - place)[:, axis] / width**2)
+            score = slope / np.diag(covariance)
+            told, truly = told + score @ slope, truly + score @ covariance @ score
+    temper = model.links(weights, BOUNDS, VOXEL).temper
+    assert temper == pytest.approx(told / truly, rel=0.01)
+    assert temper < 0.95
+    assert model.replace(voxel_sd_db=0.0).links(weights, BOUNDS, VOXEL).temper == pytest.approx(1.0)
+    assert model.replace(temper=0.3).links(weights, BOUNDS, VOXEL).temper == 0.3
 
 
 def test_the_effect_of_a_cloud_has_its_moments():

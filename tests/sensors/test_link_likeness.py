@@ -20,10 +20,10 @@ def learned(draw, frames=120):
 
 
 def test_independent_readings_are_not_alike():
-    """The expected design effect is one; the prior counts for 3 of 123 frames, the rest is Monte Carlo error."""
+    """The expected design effect is one; the prior counts for .2 of 120.2 frames, the rest is Monte Carlo error."""
     rng = np.random.default_rng(0)
     found = learned(lambda: rng.standard_t(DEGREES, (90, CHANNELS)))
-    assert found == pytest.approx(ALIKE * 3 / 123, abs=0.005)
+    assert found == pytest.approx(ALIKE * 0.2 / 120.2, abs=0.005)
 
 
 def test_a_scale_that_a_link_shares_is_seen_as_the_correlation_of_its_scores():
@@ -54,6 +54,6 @@ def test_less_is_made_of_a_frame_whose_readings_err_alike_and_of_frames_close_in
     apart, alike = Likeness(0.0, 1.0), Likeness(ALIKE, 1.0)
     assert sensor.tempered(rise, apart, 0.1).temper == 1.0
     assert sensor.tempered(rise, alike, 1e9).temper == pytest.approx(1 / 8)  # the readings of a link count for one
-    assert sensor.tempered(rise, alike, 0.5).temper == pytest.approx(1 / 16)
+    assert sensor.tempered(rise, alike, 1.0).temper == pytest.approx(1 / 16)
     assert sensor.bias_variance(apart) == 0.0
-    assert sensor.bias_variance(alike) == pytest.approx(0.45**2)
+    assert sensor.bias_variance(alike) == pytest.approx(0.2**2)

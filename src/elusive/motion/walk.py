@@ -50,7 +50,7 @@ class Walk(Model):
         description="Deviations of a new velocity on each axis, each as likely as the others [m/s]",
     )
     turn_rate_hz: float = Field(1.0, ge=1e-3, description="Turns to a new velocity; many: a random walk [1/s]")
-    straight_q: NonNegative = Field(0.01, description="Power of the white acceleration between turns [m^2 / s^3]")
+    straight_q: NonNegative = Field(0.2, description="Power of the white acceleration between turns [m^2 / s^3]")
     long_step_m: Positive = Field(1.0, description="Deviation of a long step, each axis [m]")
     long_rate_hz: Positive = Field(0.008, description="Long steps [1/s]")
 

@@ -20,6 +20,9 @@ from elusive.errors import DataError
 from elusive.model import Model, NonNegative, Positive
 from elusive.sensors.link_effects import Effect, total
 
+MOST_PLACES = 200  # at which what links tell of places is looked at
+DIFFERENCE_M = 0.05
+
 
 class LinkRadiation(Model):
     """What a person does to the voxels, and the noise of voxels and links."""
@@ -34,7 +37,12 @@ class LinkRadiation(Model):
     spread: NonNegative = Field(
         0.15, description="Deviation of a person's change of a link, as a share of it: bodies unlike the bell"
     )
-    temper: float = Field(0.1, gt=0, le=1, description="Exponent of the likelihood; 1: the model is exact")
+    temper: float | None = Field(
+        None,
+        gt=0,
+        le=1,
+        description="Exponent of the likelihood; none: one over the design effect of the noise that links share",
+    )
 
     def links(self, weights: Any, bounds: tuple[float, float, float, float], voxel_m: float) -> LinearLinks:
         """Set the model on a network's weights.
@@ -90,6 +98,7 @@ class LinearLinks:
         lists = by_voxel.indptr.astype(np.int32), by_voxel.indices.astype(np.int32), by_voxel.data
         self._tables = (bell, grid, *lists)
         self._variance = model.noise_sd_db**2 + model.voxel_sd_db**2 * np.asarray(by_voxel.power(2).sum(axis=1)).ravel()
+        self.temper = self._independent_share(bounds, voxel_m) if model.temper is None else float(model.temper)
 
     def expected(self, states: Array) -> Array:
         """Change of each link by a person at each state, ``(N, d) -> (N, L)`` [dB]."""
@@ -100,6 +109,27 @@ class LinearLinks:
         from elusive.sensors._linear_link_kernels import responses
 
         return responses(np.ascontiguousarray(places), len(self._variance), *self._tables)
+
+    def _independent_share(self, bounds: tuple[float, float, float, float], voxel_m: float) -> float:
+        """Return what links tell of places over what they would if they shared no voxel's noise.
+
+        The variance of the score of a place were the links independent, over what it is: one over the design effect
+        (Kish, 1965, Survey sampling, section 5.4), over places all over the voxels.
+        """
+        first, last, low, high = bounds
+        pitch_m = max(voxel_m, math.sqrt((last - first) * (high - low) / MOST_PLACES))
+        x, y = np.meshgrid(np.arange(first, last, pitch_m), np.arange(low, high, pitch_m))
+        places = np.column_stack([x.ravel(), y.ravel()]) + 0.5 * pitch_m
+        variance = self._variance + (self.model.spread * self.expected_at(places)) ** 2
+        apart, shared = 0.0, 0.0
+        for step_m in DIFFERENCE_M * np.eye(2):
+            slope = (self.expected_at(places + step_m) - self.expected_at(places - step_m)) / (2 * DIFFERENCE_M)
+            score = slope / variance
+            links = variance - self._variance + self.model.noise_sd_db**2
+            apart += float((slope * score).sum())
+            shared += float((score**2 * links).sum())
+            shared += self.model.voxel_sd_db**2 * float(np.square(self._weights.T @ score.T).sum())
+        return min(apart / shared, 1.0) if shared > 0 else 1.0
 
     def effect(self, expected: Array, weights: Array, existence: float) -> Effect:
         """Effect of a person that exists with a probability, at one of the weighted states."""
@@ -123,7 +153,7 @@ class LinearLinks:
             )
         mean, variance = total(others, self._variance)
         left, spread = change - mean, float(self.model.spread)
-        return lambda expected: self.model.temper * log_ratio(expected, left, variance, spread)
+        return lambda expected: self.temper * log_ratio(expected, left, variance, spread)
 
     def log_ratio(self, expected: Array, measurement: Array, others: Sequence[Effect]) -> Array:
         """Log likelihood of one more person at each state less that of the others alone, ``(N,)``, tempered."""

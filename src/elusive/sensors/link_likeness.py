@@ -17,7 +17,7 @@ from elusive.sensors.radio_network import Indices
 
 ALIKE = 0.25  # correlation within a link in a real basement: there its readings count for one
 GREATEST = 4.0
-PRIOR_FRAMES = 3.0  # that what is expected before any frame counts for
+PRIOR_FRAMES = 0.2  # that what is expected before any frame counts for
 MEMORY_FRAMES = 1000.0
 
 

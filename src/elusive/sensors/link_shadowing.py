@@ -51,9 +51,9 @@ class LinkShadowing(Model):
         le=1,
         description="Exponent of the likelihood; none: learned, one over the readings of a link where they err alike",
     )
-    alike_s: NonNegative = Field(0.5, description="Time for which readings that err alike go on doing so [s]")
+    alike_s: NonNegative = Field(1.0, description="Time for which readings that err alike go on doing so [s]")
     bias_m: NonNegative = Field(
-        0.45, description="Deviation on each axis by which a site bends places, where its readings err alike [m]"
+        0.2, description="Deviation on each axis by which a site bends places, where its readings err alike [m]"
     )
 
     def links(

@@ -16,7 +16,7 @@ from scipy.stats import chi2
 from elusive.io.link_logs import open_link_log
 from elusive.io.node_files import read_nodes
 from elusive.sensors.link_shadowing import LinkShadowing
-from elusive.sensors.radio_network import RssFrame, directed_links_of
+from elusive.sensors.radio_network import RssFrame, directed_links_of, radio_nodes
 from elusive.systems.links.by_links import LinksMethod
 from elusive.systems.links.fit import LinkFitting, fit_links
 from elusive.systems.links.track import ImageMethod, LinkTracking, track
@@ -49,9 +49,14 @@ def recorded():
     return nodes, log, np.column_stack([np.interp(times, known, axis, np.nan, np.nan) for axis in pivots.T])
 
 
-def followed(parameters, spoil=None, every=1):
-    """Track the log, its frames' levels changed by ``spoil(number, levels)``; after calibration only some of them."""
+def followed(parameters, spoil=None, every=1, without=()):
+    """Track the log without some nodes, levels changed by ``spoil(number, levels)``, in part of the frames."""
     nodes, log, truth = recorded()
+    if without:
+        left = [k for k in range(len(nodes.names)) if k not in without]
+        links = ~np.isin(directed_links_of(len(nodes.names)), without).any(axis=1)
+        nodes = radio_nodes(nodes.positions_m[left])
+        log = [RssFrame(frame.time_s, frame.rss_dbm[links]) for frame in log]
     kept = np.flatnonzero((np.arange(len(log)) < EMPTY) | (np.arange(len(log)) % every == 0))
     log, truth = [log[k] for k in kept], truth[kept]
     if spoil is not None:
@@ -82,6 +87,17 @@ def test_the_walker_is_followed_and_the_ellipses_hold(every):
     assert run.alone >= 0.95
     assert run.error_m <= 0.75
     assert 0.9 <= run.covered <= 0.97
+
+
+@pytest.mark.validate
+@pytest.mark.parametrize("without", [(6, 7), (2, 3), (0, 9), (5, 6, 9), (6, 7, 9), (2, 7, 8)])
+def test_ellipses_hold_in_networks_that_nothing_was_chosen_on(without):
+    """Ten nodes without two or three that were drawn; a network of fewer sees less well."""
+    run = followed(LinkTracking(calibration_frames=EMPTY), every=2, without=without)
+    assert run.early == 0
+    assert run.alone >= 0.95
+    assert run.error_m <= 1.0
+    assert 0.9 <= run.covered <= 0.99
 
 
 @pytest.mark.validate
