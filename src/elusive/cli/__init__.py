@@ -25,6 +25,8 @@ COMMANDS = {
     "demo": "elusive.cli.demo:demo_command",
     "track": "elusive.cli.track:app",
     "locate": "elusive.cli.locate:locate_command",
+    "serve": "elusive.cli.serve:serve_command",
+    "replay": "elusive.cli.replay:replay_command",
     "fit": "elusive.cli.fit:app",
     "chart": "elusive.cli.charts:chart_command",
     "simulate": "elusive.cli.simulate:app",

@@ -19,6 +19,7 @@ from elusive.cli.live import (
     YAxis,
     check_live,
     feed_of,
+    memory_of_run,
     run_live,
     send_recording,
     sinks_of,
@@ -134,7 +135,7 @@ def _live(
             heeded[:] = remarks
             told(live)
 
-        end, findings = follow_bearings(coming, source.sites, parameters, out, step)
+        end, findings = follow_bearings(coming, source.sites, parameters, out, step, memory_of_run())
         tell_findings(findings, strict=False)
         return end
 

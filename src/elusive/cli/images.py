@@ -11,7 +11,7 @@ from rich.markup import escape
 
 from elusive.checks import Finding
 from elusive.cli.fit import FittedOut, tell_fitted
-from elusive.cli.live import Follow, IdleS, To, check_live, run_live, send_recording, sinks_of
+from elusive.cli.live import Follow, IdleS, To, check_live, memory_of_run, run_live, send_recording, sinks_of
 from elusive.cli.terminal import (
     Config,
     OneBased,
@@ -115,7 +115,7 @@ def _live(
 
     def run(told: Callable[[LiveStep], None]) -> LiveEnd:
         nonlocal found
-        end, found = track_live(frames, parameters, out, told)
+        end, found = track_live(frames, parameters, out, told, memory_of_run())
         return end
 
     run_live(frames, run, out, LIVE_FILES, sinks=sinks)

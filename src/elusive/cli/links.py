@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -17,6 +18,7 @@ from elusive.cli.live import (
     YAxis,
     check_live,
     feed_of,
+    memory_of_run,
     run_live,
     send_recording,
     sinks_of,
@@ -44,7 +46,7 @@ from elusive.io.node_files import read_nodes
 from elusive.io.sinks import Sinks
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
-from elusive.results.live import LiveStep
+from elusive.results.live import LiveEnd, LiveStep
 from elusive.sensors.radio_network import RadioNodes, RssFrame
 from elusive.systems.links.fit import HEADER, LinkFitting, fit_link_log
 from elusive.systems.links.run import FILES, LIVE_FILES, follow_links, track_links_recording
@@ -195,6 +197,8 @@ def _live(coming: Arrivals[RssFrame], nodes: RadioNodes, parameters: LinkTrackin
 
     frames = parameters.calibration_frames
     console.print(f"Calibrating on the first {frames} frames, with nobody inside. Ctrl-C ends.", highlight=False)
-    run_live(
-        coming, lambda told: follow_links(coming, nodes, parameters, out, told), out, LIVE_FILES, remarks, sinks=sinks
-    )
+
+    def run(told: Callable[[LiveStep], None]) -> LiveEnd:
+        return follow_links(coming, nodes, parameters, out, told, memory_of_run())
+
+    run_live(coming, run, out, LIVE_FILES, remarks, sinks=sinks)

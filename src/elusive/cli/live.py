@@ -14,6 +14,7 @@ from typing import Annotated, Any
 import typer
 from rich.markup import escape
 
+from elusive.cli import serving
 from elusive.cli.terminal import console, interrupted
 from elusive.errors import ParameterError
 from elusive.geometry.local_frame import LocalFrame
@@ -23,6 +24,7 @@ from elusive.io.sinks.formats import json_line
 from elusive.io.sinks.seen import Watch
 from elusive.io.sources import Feed, is_address
 from elusive.results.live import LiveEnd, LiveStep
+from elusive.tracking.memory import Memory
 
 FAILED = 2
 NO_SINKS = Sinks((), Watch("m", None))
@@ -114,8 +116,15 @@ def feed_of(source: str, follow: bool, idle_s: float | None, hold_s: float | Non
     return Feed(idle_s, hold_s or 0.0, tell)
 
 
+def memory_of_run() -> Memory:
+    """Return what a tracker goes on from, where it is served and was before; else nothing."""
+    return Memory() if serving.now is None else serving.now.memory
+
+
 def tell(sentence: str) -> None:
     """Say something on the terminal that is to be heeded."""
+    if serving.now is not None:
+        serving.now.heed(sentence)
     console.print(f"[yellow]{escape(sentence)}[/]", highlight=False, soft_wrap=True)
 
 
@@ -177,12 +186,19 @@ def run_live(
     def told(live: LiveStep) -> None:
         for remark in remarks(live):
             tell(remark)
+        if serving.now is not None and not serving.now.is_new(live):
+            return
         if "gap_s" in live.record:
             tell(f"{live.record['time_s']:g} s: nothing came in the {live.record['gap_s']:g} s before.")
-        sinks.tell(live.record)
+        send = sinks.prepared(live.record)
+        if serving.now is not None:
+            serving.now.keep(live.record, sinks.state)
+        send()
         if not sinks.own_stdout and not _tell(live.record):
             coming.stop()
 
+    if serving.now is not None:
+        serving.now.begin(coming, sinks)
     previous = signal.signal(signal.SIGINT, interrupt)
     try:
         end = run(told)

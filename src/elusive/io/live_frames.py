@@ -82,6 +82,11 @@ class LiveFrames:
         """Files whose names come before one that had been read by then; they are left out."""
         return self._source.late if isinstance(self._source, GrowingFolder) else 0
 
+    @property
+    def starts_anew(self) -> bool:
+        """Whether its times begin again where it is opened again."""
+        return not isinstance(self._source, GrowingFolder)
+
     def stop(self) -> None:
         """End soon, as if the source had ended."""
         self._coming.stop()

@@ -65,6 +65,15 @@ class Mot:
     def __init__(self, half_px: float) -> None:
         self._half_px, self._frame = half_px, 0
 
+    @property
+    def state(self) -> int:
+        """Frames written."""
+        return self._frame
+
+    @state.setter
+    def state(self, known: int) -> None:
+        self._frame = known
+
     def __call__(self, told: Told) -> Iterator[bytes]:
         """Yield a step's lines."""
         self._frame += 1

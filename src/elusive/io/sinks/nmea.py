@@ -28,6 +28,15 @@ class Nmea:
         self._freed = list(range(NUMBERS))  # the longest unused first
         self._say, self._said = say, False
 
+    @property
+    def state(self) -> tuple[dict[int, int], list[int]]:
+        """Whose the numbers are, and which are free."""
+        return dict(self._numbers), list(self._freed)
+
+    @state.setter
+    def state(self, known: tuple[dict[int, int], list[int]]) -> None:
+        self._numbers, self._freed = dict(known[0]), list(known[1])
+
     def __call__(self, told: Told) -> Iterator[bytes]:
         """Yield the sentences of a step, a line each."""
         for seen in told.ended:

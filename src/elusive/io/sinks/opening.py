@@ -40,8 +40,8 @@ class Sink(Protocol):
         """Messages ``sent``, ``dropped``."""
         ...
 
-    def __call__(self, told: Told) -> None:
-        """Take a step."""
+    def prepared(self, told: Told) -> Callable[[], None]:
+        """Make ready what a step is to be told by; returns what sends it."""
         ...
 
     def close(self) -> None:
@@ -55,9 +55,14 @@ class _Written(NamedTuple):
     write: Write
     outlet: Outlet
 
-    def __call__(self, told: Told) -> None:
-        for message in self.write(told):
-            self.outlet.send(message)
+    def prepared(self, told: Told) -> Callable[[], None]:
+        messages = list(self.write(told))
+
+        def send() -> None:
+            for message in messages:
+                self.outlet.send(message)
+
+        return send
 
     def close(self) -> None:
         self.outlet.close()
@@ -66,26 +71,50 @@ class _Written(NamedTuple):
 class Sinks:
     """Several sinks; what one cannot take keeps no other waiting."""
 
-    def __init__(self, sinks: Sequence[Sink], watch: Watch, *, own_stdout: bool = False) -> None:
+    def __init__(self, sinks: Sequence[Any], watch: Watch, *, own_stdout: bool = False) -> None:
         self.each, self._watch = tuple(sinks), watch
         self.own_stdout = own_stdout
         """Whether one of them writes to standard output, in place of the usual lines."""
 
     def tell(self, record: Mapping[str, Any]) -> None:
         """Tell a step's record."""
-        if self.each:
-            told = self._watch.take(record)
-            for sink in self.each:
-                sink(told)
+        self.prepared(record)()
+
+    def prepared(self, record: Mapping[str, Any]) -> Callable[[], None]:
+        """Take a step's record in, and return what tells it: a checkpoint between the two knows what will be told."""
+        told = self._watch.take(record)
+        ready = [sink.prepared(told) for sink in self.each]
+
+        def send() -> None:
+            for each in ready:
+                each()
+
+        return send
+
+    @property
+    def state(self) -> Any:
+        """What a restart needs to tell the same tracks by the same numbers and ages."""
+        return self._watch.state, [sink.write.state if _keeps(sink) else None for sink in self.each]
+
+    def resume(self, state: Any) -> None:
+        """Go on from an earlier run's state; sinks that were added since begin anew."""
+        self._watch.state, written = state
+        for sink, known in zip(self.each, written, strict=False):
+            if _keeps(sink) and known is not None:
+                sink.write.state = known
 
     def close(self) -> None:
         """Tell that the tracks have ended, and end."""
         if self.each:
             told = self._watch.end()
             for sink in self.each:
-                sink(told)
+                sink.prepared(told)()
             for sink in self.each:
                 sink.close()
+
+
+def _keeps(sink: Any) -> bool:
+    return hasattr(getattr(sink, "write", None), "state")
 
 
 def open_sinks(

@@ -51,8 +51,11 @@ class Presence:
         self._client.connect_async(address.host, address.port)
         self._client.loop_start()
 
-    def __call__(self, told: Told) -> None:
-        """Publish a step."""
+    def prepared(self, told: Told) -> Callable[[], None]:
+        """Return what publishes a step."""
+        return lambda: self._tell(told)
+
+    def _tell(self, told: Told) -> None:
         present = [seen for seen in told.seen if seen.status == "confirmed"]
         for seen in told.ended:
             self._publish(f"track/{seen.track}", json_line({"track": seen.track, "present": False}))

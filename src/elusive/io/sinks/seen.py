@@ -73,6 +73,15 @@ class Watch:
         self._latest: dict[int, Seen] = {}
         self._unix_s = math.nan
 
+    @property
+    def state(self) -> tuple[dict[int, float], dict[int, Seen], float]:
+        """What is known of the tracks."""
+        return dict(self._first_s), dict(self._latest), self._unix_s
+
+    @state.setter
+    def state(self, known: tuple[dict[int, float], dict[int, Seen], float]) -> None:
+        self._first_s, self._latest, self._unix_s = dict(known[0]), dict(known[1]), known[2]
+
     def take(self, record: Mapping[str, Any]) -> Told:
         """Take in a step's record."""
         time_s = float(record["time_s"])

@@ -30,6 +30,7 @@ from elusive.systems.bearings.several import crowding_of, decided, fitted
 from elusive.systems.bearings.several_checks import several_findings
 from elusive.systems.bearings.several_results import names_of, several_outcome
 from elusive.systems.bearings.track import together, track, track_labelled
+from elusive.tracking.memory import Memory
 from elusive.tracking.track import Step
 
 LIVE_FILES = ("tracks.csv", "checks.json", "config.yaml")
@@ -123,6 +124,7 @@ def follow_bearings(
     parameters: BearingTracking,
     out: Path,
     on_step: Callable[[LiveStep, tuple[str, ...]], None],
+    memory: Memory | None = None,
 ) -> tuple[LiveEnd, tuple[Finding, ...]]:
     """Track emitters while their bearings come: a time's rows stand in the file before the next is taken.
 
@@ -141,6 +143,8 @@ def follow_bearings(
         Folder for LIVE_FILES.
     on_step
         Called after each time, with what is to be heeded from then on.
+    memory
+        Where the tracker keeps its state.
 
     Returns
     -------
@@ -157,14 +161,15 @@ def follow_bearings(
     """
     parameters.check(live=True)
     with warnings_heard() as said:
-        heard = iter(coming)
+        memory = memory or Memory()
+        heard = memory.new(coming)
         earliest = next(heard, None)
         if earliest is None:
             raise DataError("no bearing came.")
-        parameters, why = decided(parameters, [earliest])
-        steps = track(chain([earliest], heard), parameters, sites, live=True)
+        parameters, why = decided(parameters, [memory.first])
+        steps = track(chain([earliest], heard), parameters, sites, live=True, memory=memory)
         first = next(steps)
-        remarks = [f"Emitters: {why}.", *parameters.remarks(elevations=have_elevations([earliest]))]
+        remarks = [f"Emitters: {why}.", *parameters.remarks(elevations=have_elevations([memory.first]))]
         alone = not isinstance(parameters.emitters, SeveralEmitters)
         latest, named = deque[Step](maxlen=LATEST), set[str]()
         due, steps_done = FIRST_CHECKED, 0

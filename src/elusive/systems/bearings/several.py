@@ -18,6 +18,7 @@ from elusive.systems.bearings.choices import AsHeard, OneEmitter, SeveralEmitter
 from elusive.systems.bearings.heard import angles_of
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.tracking.detections import DetectionTracker
+from elusive.tracking.memory import Memory
 from elusive.tracking.track import Step
 
 NEAR = 4.0  # deviations by which bearings of one emitter hardly differ
@@ -148,8 +149,12 @@ def fitted(parameters: BearingTracking, sites: SensorSites, heard: Sequence[Plac
     )
 
 
-def track_several(measurements: Iterable[PlaceSet], parameters: BearingTracking, sites: SensorSites) -> Iterator[Step]:
+def track_several(
+    measurements: Iterable[PlaceSet], parameters: BearingTracking, sites: SensorSites, memory: Memory | None = None
+) -> Iterator[Step]:
     """Yield a step for each time; its state is a :class:`~elusive.tracking.detections.DetectionState`.
+
+    It is kept in ``memory``, and gone on from.
 
     Raises
     ------
@@ -159,8 +164,9 @@ def track_several(measurements: Iterable[PlaceSet], parameters: BearingTracking,
         If a measurement cannot be used.
     """
     assert isinstance(parameters.emitters, SeveralEmitters)
+    memory = memory or Memory()
     rng, tracker = np.random.default_rng(parameters.emitters.seed), tracker_of(parameters, sites)
-    state = tracker.init(rng)
+    state, rng = memory.held or (tracker.init(rng), rng)
     for measurement in measurements:
         if isinstance(measurement, BearingSet) and measurement.places_m is not None:
             raise ParameterError(
@@ -173,4 +179,5 @@ def track_several(measurements: Iterable[PlaceSet], parameters: BearingTracking,
                 "--emitters one."
             )
         state = tracker.step(state, measurement.time_s, measurement, rng)
+        memory.keep(measurement.time_s, state, rng)
         yield Step(measurement.time_s, measurement, state, state.tracks)

@@ -21,6 +21,7 @@ from elusive.systems.bearings.choices import WHOLE, Estimator, IgnoreElevations,
 from elusive.systems.bearings.heard import angles_of, have_elevations
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.several import decided, fitted, track_several
+from elusive.tracking.memory import Memory
 from elusive.tracking.track import Status, Step, Track
 
 FLAT_NAMES = ("x", "vx", "y", "vy")
@@ -46,7 +47,12 @@ class Emitter(NamedTuple):
 
 
 def track(
-    measurements: Iterable[PlaceSet], parameters: BearingTracking, sites: SensorSites, *, live: bool = False
+    measurements: Iterable[PlaceSet],
+    parameters: BearingTracking,
+    sites: SensorSites,
+    *,
+    live: bool = False,
+    memory: Memory | None = None,
 ) -> Iterator[Step]:
     """Yield a step for each time; its state is an :class:`Emitter`, of several emitters their tracker's.
 
@@ -64,6 +70,8 @@ def track(
         Where the sensors stand.
     live
         Whether a step is to be yielded before the next measurement is taken.
+    memory
+        Where a filter keeps its state, and goes on from.
 
     Raises
     ------
@@ -73,16 +81,18 @@ def track(
         If a measurement cannot be used.
     """
     parameters.check(live=live)
-    coming = iter(measurements)
+    memory = memory or Memory()
+    coming = memory.new(measurements)
     known = list(islice(coming, 1) if live else coming)
     if not known:
         raise DataError("bearings: there is none; a track needs at least one.")
-    parameters = decided(parameters, known)[0]
+    decisive = [memory.first] if live else known
+    parameters = decided(parameters, decisive)[0]
     if isinstance(parameters.emitters, SeveralEmitters):
         parameters = parameters if live else fitted(parameters, sites, known)
-        yield from track_several(chain(known, coming), parameters, sites)
+        yield from track_several(chain(known, coming), parameters, sites, memory)
         return
-    estimator: Any = parameters.bind(sites, type(known[0]), elevations=have_elevations(known))
+    estimator: Any = parameters.bind(sites, type(known[0]), elevations=have_elevations(decisive))
     at_once = isinstance(estimator, FixedLagSmoother | FactorGraphFilter) and not live
     if at_once or parameters.filter.kind in WHOLE:
         yield from _of_whole(estimator, known)
@@ -90,9 +100,10 @@ def track(
     if parameters.filter.kind in RECOVERING and recovers(estimator):
         estimator = RecoveringFilter(estimator)
     names, rng = getattr(estimator, "state_names", FLAT_NAMES), np.random.default_rng(0)  # nothing is drawn
-    state = estimator.init(rng)
+    (state,) = memory.held or (estimator.init(rng),)
     for measurement in chain(known, coming):
         state = estimator.step(state, measurement.time_s, measurement, rng)
+        memory.keep(measurement.time_s, state)
         yield _emitter(names, state).step(measurement)
 
 

@@ -24,6 +24,7 @@ from elusive.systems.images.report import NEAR_PX, FrameKeeper, Tracked, write_h
 from elusive.systems.images.results import ImageLog, tracked_of
 from elusive.systems.images.track import track_images
 from elusive.tracking import Step
+from elusive.tracking.memory import Memory
 
 LIVE_FILES = ("tracks.csv", "result.nc", "checks.json", "config.yaml")
 FILES = ("tracks.csv", "tracks_mot.csv", "result.nc", "report.html", "report.png", "checks.json", "config.yaml")
@@ -62,12 +63,15 @@ class _Run:
         self._log.flush()
 
 
-def follow(source: FrameSource | LiveFrames, parameters: ImageTracking) -> Iterator[Step]:
-    """Track through a source's frames at their times."""
+def follow(source: FrameSource | LiveFrames, parameters: ImageTracking, memory: Memory | None = None) -> Iterator[Step]:
+    """Track through a source's frames at their times; live perhaps from where a run had come to."""
     bound = parameters.bind(source.shape, source.interval_s)
     if isinstance(source, LiveFrames):
-        frames, times = tee(source)
-        yield from track_images((frame.pixels for frame in frames), bound, (frame.time_s for frame in times))
+        memory = memory or Memory()
+        shift_s = memory.time_s + memory.elapsed_s if memory.held is not None and source.starts_anew else 0.0
+        frames, times = tee(memory.new(frame._replace(time_s=frame.time_s + shift_s) for frame in source))
+        memory.first = 0  # no frame is kept
+        yield from track_images((frame.pixels for frame in frames), bound, (frame.time_s for frame in times), memory)
     else:
         yield from track_images(source, bound, source.times_s())
 
@@ -134,7 +138,11 @@ def track_recording(
 
 
 def track_live(
-    source: LiveFrames, parameters: ImageTracking, out: Path, on_step: Callable[[LiveStep], None]
+    source: LiveFrames,
+    parameters: ImageTracking,
+    out: Path,
+    on_step: Callable[[LiveStep], None],
+    memory: Memory | None = None,
 ) -> tuple[LiveEnd, tuple[Finding, ...]]:
     """Track through frames as they come, until the source ends, fails, or is stopped; at constant memory.
 
@@ -151,6 +159,8 @@ def track_live(
         Folder for LIVE_FILES.
     on_step
         Called after each frame.
+    memory
+        Where the tracker keeps its state.
 
     Raises
     ------
@@ -166,7 +176,7 @@ def track_live(
     with live_folder(out, config) as folder:
         with ImageLog(bound, folder / "tracks.csv") as log:
             run = _Run(bound, log)
-            end = follow_live(follow(source, bound), source, log, on_step, sink=run, extra=log.frame_values)
+            end = follow_live(follow(source, bound, memory), source, log, on_step, sink=run, extra=log.frame_values)
         write_result(folder / "result.nc", log, title=source.name, config=config)
         findings = run.checks.findings(log.whitened)
         write_checks(folder, findings)

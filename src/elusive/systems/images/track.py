@@ -20,6 +20,7 @@ from elusive.systems.images.peaks import PeakImages
 from elusive.systems.images.recurrent import RecurrentImages, SeveralState
 from elusive.systems.images.several import SeveralImages
 from elusive.tracking import Life, Lifecycle, Step, Track
+from elusive.tracking.memory import Memory
 
 __all__ = ["ImageTracking", "track_images"]
 
@@ -28,7 +29,10 @@ UNKNOWN = np.full((4, 4), np.nan)
 
 
 def track_images(
-    frames: Iterable[Array | None], parameters: ImageTracking, times_s: Iterable[float] | None = None
+    frames: Iterable[Array | None],
+    parameters: ImageTracking,
+    times_s: Iterable[float] | None = None,
+    memory: Memory | None = None,
 ) -> Iterator[Step]:
     """Track one target, or several, through frames, lazily; a live stream and a file are the same.
 
@@ -40,6 +44,8 @@ def track_images(
         What to do, with a sensor of the frames' size (see :meth:`ImageTracking.bind`).
     times_s
         Of the frames; by default as far apart as the parameters say.
+    memory
+        Where the state is kept, and gone on from.
 
     Yields
     ------
@@ -53,19 +59,22 @@ def track_images(
         If a frame has another size than the sensor, or time runs backwards.
     """
     times = (number * parameters.interval_s for number in count()) if times_s is None else times_s
-    rng = np.random.default_rng(parameters.seed)
+    memory = memory or Memory()
     recursion = parameters.recursion
-    state: Any = None
-    laid_out = _layout(parameters)
+    fresh = (None, np.random.default_rng(parameters.seed), _One(parameters.lifecycle))
+    state, rng, one = memory.held or fresh
+    laid_out = _layout(parameters, one)
     for frame, time_s in timed(frames, times):
         if state is None:
             # what is known before any frame holds an interval before the first: a target may appear in that
             state = recursion.init(rng, time_s - parameters.interval_s)
         state = recursion.step(state, time_s, None if frame is None else parameters.levelled(frame), rng)
-        yield Step(time_s, frame, state, laid_out(state))
+        tracks = laid_out(state)
+        memory.keep(time_s, state, rng, one)
+        yield Step(time_s, frame, state, tracks)
 
 
-def _layout(parameters: ImageTracking) -> Callable[[Any], tuple[Track, ...]]:
+def _layout(parameters: ImageTracking, one: _One) -> Callable[[Any], tuple[Track, ...]]:
     """How the tracks of a state are laid out."""
     if isinstance(parameters.filter, RecurrentImages):
         return lambda state: _accumulated(state, parameters.interval_s)
@@ -74,7 +83,6 @@ def _layout(parameters: ImageTracking) -> Callable[[Any], tuple[Track, ...]]:
         return lambda state: tuple(sorted(state.tracks, key=_oldest_first))
     if isinstance(parameters.filter, SeveralImages):
         return lambda state: tuple(sorted((_seen(track, sensor) for track in state.tracks), key=_oldest_first))
-    one = _One(parameters.lifecycle)
     return lambda state: tuple(_seen(track, sensor) for track in one.tracks(state))
 
 

@@ -17,6 +17,7 @@ from elusive.systems.links.fit import fitted_at_the_start
 from elusive.systems.links.report import write_links_html, write_links_png
 from elusive.systems.links.results import EVENT_COLUMNS, LinkOutcome, LinkRun
 from elusive.systems.links.track import LinkTracking, track
+from elusive.tracking.memory import Memory
 from elusive.tracking.track import Step
 
 LIVE_FILES = ("tracks.csv", "events.csv", "config.yaml")
@@ -85,6 +86,7 @@ def follow_links(
     parameters: LinkTracking,
     out: Path,
     on_step: Callable[[LiveStep], None],
+    memory: Memory | None = None,
 ) -> LiveEnd:
     """Track people while a log is being written: a frame's rows stand in the files before the next is taken.
 
@@ -100,6 +102,8 @@ def follow_links(
         Folder for LIVE_FILES.
     on_step
         Called after each frame.
+    memory
+        Where the tracker keeps its state.
 
     Raises
     ------
@@ -110,7 +114,7 @@ def follow_links(
         live_folder(out, parameters.to_yaml(), LIVE_FILES[:2]) as folder,
         LinkRun("live", nodes, parameters, folder=folder) as run,
     ):
-        return follow_live(track(coming, nodes, parameters), coming, run.log, on_step, sink=run, extra=_events)
+        return follow_live(track(coming, nodes, parameters, memory), coming, run.log, on_step, sink=run, extra=_events)
 
 
 def _events(step: Step) -> dict[str, object]:

@@ -24,6 +24,7 @@ from elusive.systems.links.by_image import ImageMethod, ImageState
 from elusive.systems.links.by_links import LinksMethod, LinksState
 from elusive.systems.links.checks import refuse_impossible
 from elusive.systems.links.decisions import DecisionMethod
+from elusive.tracking.memory import Memory
 from elusive.tracking.people import TrackEvent
 from elusive.tracking.track import Step
 
@@ -101,7 +102,9 @@ class LinkTracking(Model):
         return [("Network", f"{len(nodes.names)} nodes, {links} links"), ("Method", self.method.described)]
 
 
-def track(frames: Iterable[RssFrame], nodes: RadioNodes, parameters: LinkTracking) -> Iterator[Step]:
+def track(
+    frames: Iterable[RssFrame], nodes: RadioNodes, parameters: LinkTracking, memory: Memory | None = None
+) -> Iterator[Step]:
     """Track people through a radio network's frames, lazily.
 
     The steps of the calibration's frames come together, once a further frame has been seen.
@@ -114,6 +117,8 @@ def track(frames: Iterable[RssFrame], nodes: RadioNodes, parameters: LinkTrackin
         The network.
     parameters
         What to do.
+    memory
+        Where the state is kept, and gone on from.
 
     Yields
     ------
@@ -125,7 +130,11 @@ def track(frames: Iterable[RssFrame], nodes: RadioNodes, parameters: LinkTrackin
     DataError
         If a frame cannot be used, or the calibration takes all frames.
     """
-    stream = iter(frames)
+    memory = memory or Memory()
+    stream = memory.new(frames)
+    if memory.held is not None:
+        yield from _followed(stream, nodes, parameters, memory)
+        return
     empty = list(islice(stream, parameters.calibration_frames))
     changing = parameters.method.measured(parameters.change)
     rss = calibrated = changing.init(parameters.calibrate.over(empty))
@@ -143,9 +152,24 @@ def track(frames: Iterable[RssFrame], nodes: RadioNodes, parameters: LinkTrackin
     stages: Any = parameters.method.bind(nodes, parameters.area_of(nodes), rss.calibration)
     people = stages.init(np.array(changes), rng)
     before = [Step(frame.time_s, frame, RoomState(rss, people, True), ()) for frame in empty]
-    for frame in chain([first], stream):
-        rss = changing.step(rss, frame, empty=people.nobody)
-        people = stages.step(people, frame.time_s, stages.seen(rss), rng)
+    memory.held = rss.calibration, rss, people, rng
+    memory.first = 0  # no frame is kept
+    for step in _followed(chain([first], stream), nodes, parameters, memory, stages):
         yield from before  # what cannot be used is refused before anything is given out
         before = []
+        yield step
+
+
+def _followed(
+    frames: Iterable[RssFrame], nodes: RadioNodes, parameters: LinkTracking, memory: Memory, stages: Any = None
+) -> Iterator[Step]:
+    """Track through the frames after the calibration, from what is remembered."""
+    calibration, rss, people, rng = memory.held
+    changing = parameters.method.measured(parameters.change)
+    if stages is None:
+        stages = parameters.method.bind(nodes, parameters.area_of(nodes), calibration)
+    for frame in frames:
+        rss = changing.step(rss, frame, empty=people.nobody)
+        people = stages.step(people, frame.time_s, stages.seen(rss), rng)
+        memory.keep(frame.time_s, calibration, rss, people, rng)
         yield Step(frame.time_s, frame, RoomState(rss, people, False), stages.shown(people))

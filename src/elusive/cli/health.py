@@ -1,0 +1,100 @@
+"""The health page of `elusive serve`: on loopback, for who has the token."""
+
+from __future__ import annotations
+
+import hmac
+import html
+import json
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import Any
+from urllib.parse import parse_qs, urlsplit
+
+from elusive.errors import DataError
+
+PAGE = """<!doctype html><meta charset="utf-8"><meta http-equiv="refresh" content="2"><title>{title}</title>
+<style>body{{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem}}
+td{{padding:.2rem 1rem .2rem 0;vertical-align:top}}</style><h1>{title}</h1><table>{rows}</table>"""
+
+
+@contextmanager
+def health_page(host: str, port: int, token: str, health: Callable[[], Mapping[str, Any]]) -> Iterator[int]:
+    """Serve ``/`` and ``/health.json`` while the block runs; gives the port.
+
+    Parameters
+    ----------
+    host, port
+        Where to listen; port 0: any that is free.
+    token
+        Asked for as ``?token=`` or in ``Authorization: Bearer``; without it nothing is said but 401.
+    health
+        What to show.
+
+    Raises
+    ------
+    DataError
+        If the port is taken.
+    """
+
+    class Page(BaseHTTPRequestHandler):
+        timeout = 10.0
+
+        def do_GET(self) -> None:
+            """Answer."""
+            parts = urlsplit(self.path)
+            given = self.headers.get("Authorization", "").removeprefix("Bearer ")
+            given = given or parse_qs(parts.query).get("token", [""])[0]
+            if not hmac.compare_digest(given.encode(), token.encode()):
+                self._answer(401, "text/plain", b"the token is missing or wrong\n")
+            elif parts.path == "/health.json":
+                self._answer(200, "application/json", json.dumps(health()).encode())
+            elif parts.path == "/":
+                self._answer(200, "text/html; charset=utf-8", _page(health()).encode())
+            else:
+                self._answer(404, "text/plain", b"there are / and /health.json\n")
+
+        def _answer(self, code: int, kind: str, octets: bytes) -> None:
+            self.send_response(code)
+            for name, value in (
+                ("Content-Type", kind),
+                ("Content-Length", str(len(octets))),
+                ("Cache-Control", "no-store"),
+                ("Referrer-Policy", "no-referrer"),
+                ("Content-Security-Policy", "default-src 'none'; style-src 'unsafe-inline'"),
+            ):
+                self.send_header(name, value)
+            self.end_headers()
+            self.wfile.write(octets)
+
+        def log_message(self, *_: Any) -> None:
+            """Say nothing: a request's line holds the token."""
+
+    try:
+        server = ThreadingHTTPServer((host, port), Page)
+    except OSError as error:
+        raise DataError(
+            f"health: port {port} of {host} cannot be had ({error.strerror or error}); name another."
+        ) from None
+    server.daemon_threads = True
+    thread = threading.Thread(target=server.serve_forever, name="health", daemon=True)
+    thread.start()
+    try:
+        yield server.server_address[1]
+    finally:
+        server.shutdown()
+        server.server_close()
+
+
+def _page(health: Mapping[str, Any]) -> str:
+    rows = []
+    for name, value in health.items():
+        if name == "findings":
+            text = "<br>".join(html.escape(found["said"]) for found in reversed(value)) or "none"
+        elif isinstance(value, Mapping):
+            text = "<br>".join(html.escape(f"{key}: {part}") for key, part in value.items()) or "none"
+        else:
+            text = html.escape(str(value))
+        rows.append(f"<tr><td>{html.escape(name.replace('_', ' '))}<td>{text}")
+    return PAGE.format(title=html.escape(str(health.get("title", "elusive"))), rows="".join(rows))

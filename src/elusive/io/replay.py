@@ -1,0 +1,166 @@
+"""Plays a recording over the network at the pace of its own times: captures packet by packet, tables line by line."""
+
+from __future__ import annotations
+
+import json
+import math
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from elusive.errors import DataError
+from elusive.io.pcap import is_capture, udp_payloads
+from elusive.io.sinks.outlet import UdpOutlet
+from elusive.io.sources import tcp
+from elusive.io.sources.address import Address, address_of
+from elusive.io.sources.feed import Feed
+from elusive.io.sources.lines import lines_of
+from elusive.io.sources.mqtt import client_for
+
+LONGEST_WAIT_S = 0.1  # between two looks at whether it is stopped
+KNOWN = {"udp": ("interface", "broadcast"), "tcp": ("listen",), "mqtt": (), "mqtts": ()}
+TIMES = ("time_s",)
+
+
+class Sent(NamedTuple):
+    """What was played."""
+
+    messages: int
+    lost: int
+    seconds: float  # that it took
+
+
+def replay(
+    source: Path, to: str, speed: float, say: Callable[[str], None], stopped: threading.Event | None = None
+) -> Sent:
+    """Play a recording.
+
+    Parameters
+    ----------
+    source
+        Capture (pcap, pcapng), of which the UDP payloads are sent; or a table with a column ``time_s``. Lines go as
+        they are over TCP, under their header; over UDP and MQTT as JSON objects, which say themselves what they are.
+    to
+        ``udp://host:port``, ``tcp://host:port`` (``?listen=1``: to who connects), ``mqtt://host/topic``.
+    speed
+        How much faster than it was recorded.
+    say
+        Told when what is sent to goes.
+    stopped
+        Ends it.
+
+    Raises
+    ------
+    DataError
+        If the recording has no times, or the address has no meaning.
+    """
+    if not 0 < speed < math.inf:
+        raise DataError(f"speed={speed:g}: must be positive; 1 is the pace of the recording.")
+    address, stopped = address_of(to, KNOWN), stopped or threading.Event()
+    captured = _is_capture(source)
+    if captured and address.scheme != "udp":
+        raise DataError(f"{source}: is a capture of UDP; play it to udp://host:port.")
+    messages = _packets(source) if captured else _lines(source, header=address.scheme == "tcp")
+    send, close, lost = _opened(address, say, stopped)
+    started_s, first_s, count = time.monotonic(), math.nan, 0
+    try:
+        for time_s, octets in messages:
+            first_s = time_s if math.isnan(first_s) else first_s
+            due_s = started_s + max(0.0, time_s - first_s) / speed
+            while (left_s := due_s - time.monotonic()) > 0 and not stopped.is_set():
+                stopped.wait(min(left_s, LONGEST_WAIT_S))
+            if stopped.is_set():
+                break
+            send(octets)
+            count += 1
+    finally:
+        close()
+    return Sent(count, lost(), time.monotonic() - started_s)
+
+
+def _is_capture(source: Path) -> bool:
+    try:
+        with source.open("rb") as file:
+            return is_capture(file.read(4))
+    except OSError as error:
+        raise DataError(f"{source}: cannot be read ({error.strerror}); check the path.") from None
+
+
+def _packets(source: Path) -> Iterator[tuple[float, bytes]]:
+    with source.open("rb") as file:
+        for unix_s, payload in udp_payloads(file):
+            if math.isfinite(unix_s):
+                yield unix_s, payload
+
+
+def _lines(source: Path, *, header: bool) -> Iterator[tuple[float, bytes]]:
+    names: list[str] = []
+    latest_s = math.nan
+    for number, text in lines_of(str(source)):
+        if text.startswith("#"):
+            continue
+        mark = next((mark for mark in ";\t" if mark in text), ",")
+        cells = [cell.strip() for cell in text.split(mark)]
+        if not names:
+            if not set(TIMES) & set(cells):
+                raise DataError(f"{source}, line {number}: names no column time_s; nothing says when a line is due.")
+            names = cells
+            head = text
+            continue
+        try:
+            time_s = float(dict(zip(names, cells, strict=True))["time_s"])
+        except ValueError:
+            raise DataError(f"{source}, line {number}: does not fit its header; repair it.") from None
+        if header:
+            if math.isnan(latest_s):
+                yield time_s, head.encode() + b"\n"
+            yield time_s, text.encode() + b"\n"
+        else:
+            record = {name: _value(cell) for name, cell in zip(names, cells, strict=True)}
+            yield time_s, json.dumps(record).encode() + b"\n"
+        latest_s = time_s
+
+
+def _value(cell: str) -> float | str | None:
+    try:
+        value = float(cell)
+    except ValueError:
+        return cell or None
+    if not math.isfinite(value) or (repr(value) != cell and f"{value:g}" != cell):
+        return cell  # a name, or more digits than a float has
+    return value
+
+
+def _opened(
+    address: Address, say: Callable[[str], None], stopped: threading.Event
+) -> tuple[Callable[[bytes], None], Callable[[], None], Callable[[], int]]:
+    if address.scheme == "udp":
+        outlet = UdpOutlet(address, say)
+        return outlet.send, outlet.close, lambda: outlet.counts["dropped"]
+    if address.scheme == "tcp":
+        feed = Feed()
+        feed.halted = stopped
+        try:
+            connection = tcp.connected(address, feed)
+        except OSError as error:
+            raise DataError(f"{address.text}: cannot be reached ({error.strerror or error}).") from None
+        return connection.sendall, connection.close, lambda: 0
+    if not address.path:
+        raise DataError(f"{address.text}: names no topic; write mqtt://{address.host}/site/links.")
+    client = client_for(address)
+    try:
+        client.connect(address.host, address.port)
+    except OSError as error:
+        raise DataError(f"{address.text}: cannot be reached ({error.strerror or error}).") from None
+    client.loop_start()
+
+    def publish(octets: bytes) -> None:
+        client.publish(address.path, octets, qos=1).wait_for_publish(LONGEST_WAIT_S * 100)
+
+    def close() -> None:
+        client.disconnect()
+        client.loop_stop()
+
+    return publish, close, lambda: 0

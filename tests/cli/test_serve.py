@@ -1,0 +1,199 @@
+"""`elusive serve`: killed again and again, it goes on with its tracks; its health page is for who has the token."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+import urllib.error
+import urllib.request
+from contextlib import suppress
+
+import numpy as np
+import pytest
+import yaml
+
+from elusive.cli import main
+from tests.processes import HUNG_S, wait_until
+
+SENSORS = {"west": (-400.0, 0.0), "south": (0.0, -400.0), "east": (420.0, 60.0)}
+EVERY_S = 0.05
+
+
+def heard(k):
+    """Lines of two emitters that circle far apart, at the time of the k-th."""
+    lines = []
+    rng = np.random.default_rng(k)
+    for phase, (cx, cy) in ((0.0, (-150.0, 200.0)), (2.0, (200.0, 250.0))):
+        x, y = cx + 30 * np.cos(phase + k / 400), cy + 30 * np.sin(phase + k / 400)
+        for name, (sx, sy) in SENSORS.items():
+            azimuth = np.degrees(np.arctan2(x - sx, y - sy)) + rng.normal(0, 0.2)
+            lines.append(f"{EVERY_S * k:.2f},{name},{azimuth:.3f}\n")
+    return "".join(lines).encode()
+
+
+class Emitters(threading.Thread):
+    """Serves what is heard as time passes, whether anybody listens or not."""
+
+    def __init__(self):
+        super().__init__(daemon=True)
+        self.server = socket.create_server(("127.0.0.1", 0))
+        self.server.setblocking(False)
+        self.port, self.over = self.server.getsockname()[1], threading.Event()
+
+    def run(self):
+        listeners, k = [], 0
+        while not self.over.wait(EVERY_S):
+            with suppress(BlockingIOError):
+                listener = self.server.accept()[0]
+                listener.setblocking(True)
+                listener.sendall(b"time_s,sensor,azimuth_deg\n")
+                listeners.append(listener)
+            for listener in listeners:
+                with suppress(OSError):
+                    listener.sendall(heard(k))
+            k += 1
+        for each in (*listeners, self.server):
+            each.close()
+
+
+@pytest.fixture
+def emitters():
+    thread = Emitters()
+    thread.start()
+    yield thread
+    thread.over.set()
+    thread.join()
+
+
+def configured(folder, port, **more):
+    sensors = folder / "sensors.csv"
+    sensors.write_text("sensor,x_m,y_m\n" + "".join(f"{name},{x},{y}\n" for name, (x, y) in SENSORS.items()))
+    config = {
+        "system": "bearings",
+        "source": f"tcp://127.0.0.1:{port}",
+        "options": {"sensors": str(sensors)},
+        "parameters": {"sigma_deg": 0.2, "emitters": {"kind": "several"}},
+        "to": [f"ndjson:{folder / 'told.ndjson'}"],
+        "out": str(folder / "out"),
+        **more,
+    }
+    path = folder / "site.yaml"
+    path.write_text(yaml.safe_dump(config))
+    return path
+
+
+def lines_of(path):
+    if not path.exists():
+        return []
+    return [json.loads(line) for line in path.read_text().splitlines() if line.endswith("}")]
+
+
+def started(config):
+    words = [sys.executable, "-c", "from elusive.cli import entry; entry()", "serve", str(config)]
+    return subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+
+
+def settled(told, since):
+    """Whether two are followed for a while since a time."""
+    new = [line for line in told if line["time_s"] > since]
+    return len(new) > 15 and sum(t["status"] == "confirmed" for t in new[-1]["tracks"]) == 2
+
+
+def killed(tmp_path, emitters, times):
+    """Start and kill; return what was told."""
+    config, told, numbers = configured(tmp_path, emitters.port), tmp_path / "told.ndjson", []
+    for kill in range(times + 1):
+        since = max((line["time_s"] for line in lines_of(told)), default=-1.0)
+        process = started(config)
+        try:
+            wait_until(lambda since=since: settled(lines_of(told), since), process)
+            numbers.append({t["track"] for t in lines_of(told)[-1]["tracks"] if t["status"] == "confirmed"})
+            if kill == times:
+                check_health(tmp_path / "out", lines_of(told)[-1]["time_s"])
+        finally:
+            process.send_signal(signal.SIGKILL)
+            process.communicate()
+    check_told(lines_of(told), numbers, times)
+
+
+def check_told(lines, numbers, times):
+    times_s = [line["time_s"] for line in lines]
+    assert times_s == sorted(set(times_s))  # nothing twice
+    assert all(found == numbers[0] for found in numbers), numbers  # the same two
+    resumed = [k for k, line in enumerate(lines) if line.get("resumed")]
+    assert len(resumed) == times
+    for k in resumed:
+        # the last line before the kill may not be out
+        assert lines[k]["gap_s"] == pytest.approx(times_s[k] - times_s[k - 1], abs=2.01 * EVERY_S)
+        ages = {t["track"]: t["age_s"] for t in lines[k - 1]["tracks"] if t["track"] in numbers[0]}
+        later = {t["track"]: t["age_s"] for t in lines[k]["tracks"]}
+        for number, age_s in ages.items():
+            assert later[number] == pytest.approx(age_s + times_s[k] - times_s[k - 1])
+
+
+def check_health(out, latest_s):
+    where, token = (out / "health.url").read_text().strip(), (out / "token").read_text()
+    assert (out / "token").stat().st_mode & 0o077 == 0
+    for given in ("", "?token=wrong"):
+        with pytest.raises(urllib.error.HTTPError, match="401") as refused:
+            urllib.request.urlopen(f"{where}health.json{given}", timeout=HUNG_S)
+        refused.value.close()
+    request = urllib.request.Request(f"{where}health.json", headers={"Authorization": f"Bearer {token}"})
+    with urllib.request.urlopen(request, timeout=HUNG_S) as answer:
+        health = json.load(answer)
+    assert health["steps"] > 15
+    assert health["tracks"] == 2
+    assert health["dropped"] == 0
+    assert health["memory_mb"] > 10
+    assert {"first", "median", "p95"} <= health["latency_ms"].keys()
+    with urllib.request.urlopen(f"{where}?token={token}", timeout=HUNG_S) as answer:
+        page = answer.read().decode()
+    assert "latency ms" in page
+    assert token not in page
+    assert latest_s > 0
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no kill -9")
+def test_killed_it_goes_on_with_the_numbers_of_its_tracks(tmp_path, emitters):
+    killed(tmp_path, emitters, 2)
+
+
+@pytest.mark.validate
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no kill -9")
+def test_killed_twenty_times_it_goes_on_with_the_numbers_of_its_tracks(tmp_path, emitters):
+    began_s = time.monotonic()
+    killed(tmp_path, emitters, 20)
+    print(f"20 kills in {time.monotonic() - began_s:.0f} s")
+
+
+@pytest.mark.parametrize(
+    ("more", "sentence"),
+    [
+        ({"system": "sonar"}, "system: is 'sonar'; it must be one of links"),
+        ({"sinks": ["ndjson:x"]}, "there is no such field"),
+        ({"health": {"token": "short"}}, "Health.token: String should have at least 16"),
+    ],
+)
+def test_a_configuration_without_meaning_is_refused(tmp_path, capsys, more, sentence):
+    with pytest.raises(SystemExit) as ended:
+        main(["serve", str(configured(tmp_path, 1, **more))])
+    assert ended.value.code == 2
+    assert sentence in " ".join(capsys.readouterr().err.split())
+
+
+@pytest.mark.skipif(os.name == "nt", reason="others' rights are of POSIX")
+def test_a_checkpoint_that_others_may_have_written_is_not_read(tmp_path, capsys):
+    state = tmp_path / "out" / "checkpoint" / "state.bin"
+    state.parent.mkdir(parents=True)
+    state.write_bytes(b"?")
+    for mode, sentence in ((0o666, "may be written by others"), (0o600, "is no checkpoint of this version")):
+        state.chmod(mode)
+        with pytest.raises(SystemExit):
+            main(["serve", str(configured(tmp_path, 1))])
+        assert sentence in " ".join(capsys.readouterr().err.split())

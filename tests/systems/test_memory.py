@@ -1,0 +1,79 @@
+"""A tracker that goes on from what was kept goes on as if it had never stopped."""
+
+from __future__ import annotations
+
+import pickle
+from itertools import islice
+
+import numpy as np
+import pytest
+
+from elusive.io.bearings import open_bearings, read_sensors
+from elusive.io.link_logs import open_link_log
+from elusive.io.node_files import read_nodes
+from elusive.systems.bearings.parameters import BearingTracking
+from elusive.systems.bearings.track import track as track_bearings
+from elusive.systems.images.parameters import ImageTracking
+from elusive.systems.images.track import track_images
+from elusive.systems.links.track import LinkTracking
+from elusive.systems.links.track import track as track_links
+from elusive.tracking.memory import Memory
+from tests.bearing_flight import write_flight
+from tests.walked_room import EMPTY, write_room
+
+
+def shown(steps):
+    return [(step.time_s, [(t.track, t.status, t.existence, t.mean.tolist()) for t in step.tracks]) for step in steps]
+
+
+def check(run, measurements, cut):
+    """Run through; and run up to ``cut``, keep, restore what was pickled, and go on with all that comes again."""
+    whole = shown(run(measurements, Memory()))
+    memory = Memory()
+    begun = shown(islice(run(measurements, memory), cut))
+    memory.held = pickle.loads(pickle.dumps(memory.held))
+    on = Memory(memory.held, memory.first, memory.time_s)
+    rest = shown(run(measurements, on))
+    assert any(tracks for _, tracks in rest)
+    np.testing.assert_equal([*begun, *rest], whole)
+    assert on.passed == cut
+
+
+@pytest.mark.parametrize("method", ["links", "image"])
+def test_people_in_a_room_are_gone_on_with(tmp_path, method):
+    room = write_room(tmp_path)
+    nodes = read_nodes(room / "nodes.csv")
+    parameters = LinkTracking(calibration_frames=EMPTY, method={"kind": method})
+    log = list(open_link_log(room / "log.csv", nodes))
+    check(lambda frames, memory: track_links(frames, nodes, parameters, memory), log, EMPTY + 12)
+
+
+@pytest.mark.parametrize("given", [{"filter": {"kind": "iekf"}}, {"filter": {"kind": "fixed-lag"}}, {}])
+def test_emitters_are_gone_on_with(tmp_path, given):
+    flight = write_flight(tmp_path)
+    sites = read_sensors(flight / "sensors.csv")
+    one = {"kind": "one"} if given else {"kind": "several"}
+    parameters = BearingTracking(sigma_deg=0.5, emitters=one, **given)
+    heard = list(open_bearings(flight / "bearings.csv", sites))
+    check(lambda sets, memory: track_bearings(sets, parameters, sites, live=True, memory=memory), heard, 20)
+
+
+class Frame:
+    def __init__(self, time_s, pixels):
+        self.time_s, self.pixels = time_s, pixels
+
+
+@pytest.mark.parametrize("kind", ["peaks", "single", "recurrent"])
+def test_targets_in_frames_are_gone_on_with(kind):
+    rng = np.random.default_rng(1)
+    frames = rng.normal(0, 1, (24, 64, 80))
+    for k, frame in enumerate(frames):
+        frame[15:17, 5 + k : 7 + k] += 6.0
+    parameters = ImageTracking(filter={"kind": kind}).bind((64, 80), 1.0)
+
+    def run(sequence, memory):
+        fresh = list(memory.new(sequence))
+        memory.first = 0
+        yield from track_images((f.pixels for f in fresh), parameters, (f.time_s for f in fresh), memory)
+
+    check(run, [Frame(float(k), frame) for k, frame in enumerate(frames)], 14)
