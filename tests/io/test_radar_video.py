@@ -18,6 +18,7 @@ from elusive.io.ais import read_ais
 from elusive.io.asterix_video import send_asterix_video, write_asterix_video
 from elusive.io.nmea import checksum
 from elusive.io.radar_video import open_radar_video
+from elusive.io.radar_video_arrays import write_radar_video_arrays
 from elusive.io.radar_video_facts import describe_radar_video
 from elusive.io.sources import Feed
 from elusive.sensors.spokes import Spokes, check_spokes, join_spokes
@@ -135,6 +136,31 @@ def test_the_wind_farm_lies_south_of_the_halo() -> None:
     lon, lat = whole.lonlat_deg[0]
     expected = math.degrees(math.atan2((5.27 - lon) * math.cos(math.radians(lat)), 53.0 - lat)) % 360
     assert math.degrees(np.angle(resultant)) % 360 == pytest.approx(expected, abs=4)
+
+
+def test_ships_are_where_ais_says_and_nowhere_else() -> None:
+    path = recorded() / "navico_halo.pcap"
+    whole = join_spokes(list(open_radar_video(path)))
+    lon, lat = whole.lonlat_deg[0]
+    places = {
+        ship.mmsi: ((ship.lon_deg - lon) * 111_320 * math.cos(math.radians(lat)), (ship.lat_deg - lat) * 111_132)
+        for ship in read_ais(path)
+    }
+    east, north = np.array(list(places.values())).T
+    range_m, bearing = np.hypot(east, north), np.arctan2(east, north)
+    in_range = range_m < 25_000
+
+    def seen(turned_rad: float) -> float:
+        """Return the share of ships that have an echo within 1.5 degrees and 150 m, all bearings turned."""
+        found = []
+        for far_m, bearing_rad in zip(range_m[in_range], bearing[in_range] + turned_rad, strict=True):
+            off = np.abs(np.angle(np.exp(1j * (whole.azimuth_rad - bearing_rad))))
+            near = np.abs(whole.range_m - far_m) < 150
+            found.append(whole.amplitude[off < math.radians(1.5)][:, near].max() > 3)
+        return float(np.mean(found))
+
+    assert seen(0.0) > 0.75
+    assert max(seen(math.radians(turned)) for turned in range(45, 316, 45)) < 0.45
 
 
 # ---------------------------------------------------------------------------------------------------------- packets
@@ -276,10 +302,10 @@ def whole_files(folder: Path) -> list[bytes]:
     for bits, name, compress in ((8, "raw", True), (4, "raw", False), (16, "a.pcap", True), (1, "raw", False)):
         write_asterix_video(folder / name, [video(bits, 40, 50)], compress=compress)
         files.append((folder / name).read_bytes())
-    spokes = video(8, 40, 50)
-    arrays = {"amplitude": spokes.amplitude, "time_s": spokes.time_s, "range_m": spokes.range_m}
-    np.savez(folder / "a.npz", azimuth_deg=np.arange(40.0), **arrays)
-    return [*files, (folder / "a.npz").read_bytes()]
+    for name in ("a.npz", "a.nc"):
+        write_radar_video_arrays(folder / name, [video(8, 40, 50)])
+        files.append((folder / name).read_bytes())
+    return files
 
 
 def spoil(octets: bytes, rng: np.random.Generator) -> bytes:

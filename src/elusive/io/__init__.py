@@ -1,11 +1,15 @@
-"""Readers of recordings and of truth: images, signals, radar plots; files that appear whole or not at all."""
+"""Readers of recordings and of truth: images, signals, radar plots and video; files that appear whole or not at all."""
 
 from elusive.io._asterix_items import TargetReport
 from elusive.io.ais import AisPosition, read_ais
 from elusive.io.asterix import AsterixSummary, asterix_plots, read_asterix, summarize_asterix
+from elusive.io.asterix_video import send_asterix_video, write_asterix_video
 from elusive.io.atomic import atomic_folder, atomic_path, existing_folder
 from elusive.io.frames import FrameSource, open_frames
 from elusive.io.radar_plots import RadarSource, open_radar_plots, write_radar_plots_csv
+from elusive.io.radar_video import RadarVideoSource, open_radar_video
+from elusive.io.radar_video_arrays import write_radar_video_arrays
+from elusive.io.radar_video_facts import RadarVideoFacts, describe_radar_video
 from elusive.io.signals import SignalFrame, SignalSource, open_signal
 from elusive.io.truth import Truth, read_truth, write_truth
 from elusive.sensors.radar_scans import RadarPlot, RadarScan, scans_by_rotation
@@ -17,6 +21,8 @@ __all__ = [
     "RadarPlot",
     "RadarScan",
     "RadarSource",
+    "RadarVideoFacts",
+    "RadarVideoSource",
     "SignalFrame",
     "SignalSource",
     "TargetReport",
@@ -24,15 +30,20 @@ __all__ = [
     "asterix_plots",
     "atomic_folder",
     "atomic_path",
+    "describe_radar_video",
     "existing_folder",
     "open_frames",
     "open_radar_plots",
+    "open_radar_video",
     "open_signal",
     "read_ais",
     "read_asterix",
     "read_truth",
     "scans_by_rotation",
+    "send_asterix_video",
     "summarize_asterix",
+    "write_asterix_video",
     "write_radar_plots_csv",
+    "write_radar_video_arrays",
     "write_truth",
 ]

@@ -62,12 +62,12 @@ def spokes_of_arrays(path: Path, rotation_s: float | None) -> Iterator[Spokes]:
             with decoding(f"{path}, spoke {at}", "write it again."):
                 raw = arrays.amplitude(at, min(at + TOGETHER, spokes))
             part = slice(at, at + TOGETHER)
-            amplitude, bits = _unsigned(raw, arrays.small.get("bits"), f"{path}, spoke {at}")
+            amplitude, bits = _unsigned(raw, int(_one(arrays.small, "bits", 0, path)), f"{path}, spoke {at}")
             yield check_spokes(
                 Spokes(
                     time_s=columns["time_s"][part],
                     azimuth_rad=np.radians(columns["azimuth_deg"][part] % 360.0) % (2 * math.pi),
-                    from_north=bool(arrays.small.get("from_north", True)),
+                    from_north=bool(_one(arrays.small, "from_north", True, path)),
                     start_m=start_m,
                     step_m=step_m,
                     amplitude=amplitude,
@@ -126,7 +126,14 @@ def _scale(small: dict[str, NDArray[Any]], samples: int, path: Path) -> tuple[fl
         return float(ranges[0]), float(steps.mean())
     if "step_m" not in small:
         raise DataError(f"{path}: tells no ranges; {NEEDED}.")
-    return float(small.get("start_m", np.float64(0.0))), float(small["step_m"])
+    return _one(small, "start_m", 0.0, path), _one(small, "step_m", 0.0, path)
+
+
+def _one(small: dict[str, NDArray[Any]], name: str, absent: float, path: Path) -> float:
+    values = np.asarray(small.get(name, absent)).ravel()
+    if len(values) != 1 or not np.isfinite(values[0]):
+        raise DataError(f"{path}: {name} has {len(values)} values or is not finite; give one number.")
+    return float(values[0])
 
 
 def _columns(
@@ -148,7 +155,7 @@ def _columns(
     return columns
 
 
-def _unsigned(raw: NDArray[Any], bits: Any, where: str) -> tuple[NDArray[Any], int]:
+def _unsigned(raw: NDArray[Any], bits: int, where: str) -> tuple[NDArray[Any], int]:
     """Return amplitudes as spokes have them, and their bits; of complex samples, how large they are."""
     if raw.dtype.kind in "fc":
         return np.ascontiguousarray(np.abs(raw) if raw.dtype.kind == "c" else raw, np.float32), 0
@@ -157,4 +164,4 @@ def _unsigned(raw: NDArray[Any], bits: Any, where: str) -> tuple[NDArray[Any], i
     kind = UNSIGNED[raw.dtype.itemsize]
     if raw.dtype.kind == "i" and raw.size and (raw.min() < 0 or int(raw.max()) >> 8 * np.dtype(kind).itemsize):
         raise DataError(f"{where}: amplitude is from {raw.min()} to {raw.max()}; give magnitudes from 0 on.")
-    return np.ascontiguousarray(raw, kind), int(bits) if bits is not None else 8 * np.dtype(kind).itemsize
+    return np.ascontiguousarray(raw, kind), bits or 8 * np.dtype(kind).itemsize

@@ -50,7 +50,7 @@ class SpokeClock:
         self._follow(swept, stamp_s)
         self._azimuth_rad = last
         back = (last - azimuth_rad) % TURN_RAD
-        if math.isnan(self._slope) or (back > swept).any():  # it does not turn, or not clockwise
+        if swept == 0 or math.isnan(self._slope) or (back > swept).any():  # it does not turn, or not clockwise
             return before_s + (self._end_s - before_s) * np.arange(1, len(azimuth_rad) + 1) / len(azimuth_rad)
         # what a stamp corrects is spread over the spokes, but for a time in which none came
         spread = (self._end_s - before_s) / swept

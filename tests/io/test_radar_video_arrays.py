@@ -1,0 +1,108 @@
+"""Radar video as arrays: what is written reads back, and what research sets hold is taken as it is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+
+from elusive.errors import DataError
+from elusive.io.radar_video import open_radar_video
+from elusive.io.radar_video_arrays import write_radar_video_arrays
+from elusive.io.radar_video_facts import describe_radar_video
+from elusive.sensors.spokes import Spokes, check_spokes, join_spokes
+from tests.io.test_asterix_video import DTYPES, NOON, video
+
+
+def read(path: Path, **options: float) -> Spokes:
+    return join_spokes([check_spokes(part) for part in open_radar_video(path, **options)])
+
+
+@pytest.mark.parametrize("name", ["video.npz", "video.nc"])
+@pytest.mark.parametrize("bits", [*DTYPES, 0])
+def test_what_is_written_reads_back(tmp_path: Path, name: str, bits: int) -> None:
+    written = video(bits or 8)
+    if not bits:
+        written = written._replace(amplitude=(written.amplitude * np.pi).astype(np.float32), bits=0, from_north=False)
+    parts = [written.select_spokes(slice(0, 130)), written.select_spokes(slice(130, 300))]
+    assert write_radar_video_arrays(tmp_path / name, parts) == 300
+    found = read(tmp_path / name)
+    np.testing.assert_array_equal(found.amplitude, written.amplitude)
+    assert found.amplitude.dtype == written.amplitude.dtype
+    assert (found.bits, found.from_north) == (written.bits, written.from_north)
+    np.testing.assert_array_equal(found.time_s, written.time_s)
+    for name in ("azimuth_rad", "heading_rad", "lonlat_deg", "range_m"):
+        np.testing.assert_allclose(getattr(found, name), getattr(written, name), atol=1e-9)
+
+
+def test_another_reader_reads_the_netcdf(tmp_path: Path) -> None:
+    written = video(8)
+    write_radar_video_arrays(tmp_path / "video.nc", [written])
+    with xarray.open_dataset(tmp_path / "video.nc", engine="h5netcdf") as dataset:
+        np.testing.assert_array_equal(dataset["amplitude"], written.amplitude)
+        assert dataset["amplitude"].dims == ("spoke", "sample")
+        assert dataset["azimuth_deg"].attrs["units"] == "degree"
+
+
+def test_a_staring_radar_has_one_azimuth_and_complex_samples(tmp_path: Path) -> None:
+    """As the IPIX radar's sets: in-phase and quadrature of fourteen ranges at 1 kHz."""
+    rng = np.random.default_rng(0)
+    samples = rng.standard_normal((2000, 14)) + 1j * rng.standard_normal((2000, 14))
+    arrays = {"time_s": np.arange(2000) / 1000, "range_m": 2574 + 15.0 * np.arange(14), "azimuth_deg": 128.0}
+    np.savez(tmp_path / "ipix.npz", amplitude=samples, **arrays)
+    found = read(tmp_path / "ipix.npz")
+    np.testing.assert_allclose(found.amplitude, np.abs(samples), rtol=1e-6)
+    assert (found.bits, found.start_m, found.step_m) == (0, 2574, 15)
+    np.testing.assert_allclose(found.azimuth_rad, np.radians(128))
+    facts = describe_radar_video(tmp_path / "ipix.npz")
+    assert facts.turns == 0
+    assert facts.sentence == "Arrays: 2.0 s, range 2784 m, 14 samples of real numbers, heading unknown."
+
+
+def test_the_period_stands_for_times(tmp_path: Path) -> None:
+    arrays = {"amplitude": np.ones((720, 4), np.int16), "step_m": 3.0, "start_m": 1.5}
+    np.savez(tmp_path / "turns.npz", azimuth_deg=np.arange(720) % 360.0, **arrays)
+    found = read(tmp_path / "turns.npz", rotation_s=3.6)
+    np.testing.assert_allclose(found.time_s, np.arange(720) / 100)
+    assert (found.bits, found.amplitude.dtype) == (16, np.uint16)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"amplitude": None}, "give amplitude"),
+        ({"amplitude": np.ones(5)}, "give amplitude"),
+        ({"amplitude": np.asfortranarray(np.ones((5, 4)))}, "stored by columns"),
+        ({"amplitude": -np.ones((5, 4), np.int32)}, "from -1 to -1; give magnitudes"),
+        ({"amplitude": np.full((5, 4), np.nan)}, "not finite"),
+        ({"amplitude": np.full((5, 4), "a")}, "whole or real"),
+        ({"range_m": None}, "tells no ranges"),
+        ({"range_m": np.array([0.0, 1, 2, 9])}, "evenly spaced"),
+        ({"azimuth_deg": None}, "no azimuth_deg"),
+        ({"azimuth_deg": np.arange(4.0)}, "4 values for 5 spokes"),
+        ({"time_s": None}, "no time_s"),
+        ({"time_s": np.arange(5.0)[::-1]}, "backwards"),
+        ({"bits": 2}, "more than 2 bits"),
+    ],
+)
+def test_arrays_that_do_not_fit_are_refused(tmp_path: Path, change: dict[str, object], said: str) -> None:
+    arrays = {"amplitude": np.full((5, 4), 7, np.uint8), "range_m": np.arange(4.0), "time_s": np.arange(5.0)}
+    kept = {
+        key: value for key, value in ({"azimuth_deg": np.arange(5.0)} | arrays | change).items() if value is not None
+    }
+    np.savez(tmp_path / "a.npz", **kept)
+    with pytest.raises(DataError, match=said):
+        list(open_radar_video(tmp_path / "a.npz"))
+
+
+def test_scales_that_differ_are_not_written_together(tmp_path: Path) -> None:
+    for name in ("a.npz", "a.nc"):
+        with pytest.raises(DataError, match="differ"):
+            write_radar_video_arrays(
+                tmp_path / name, [video(8), video(8, step_m=5.0)._replace(time_s=NOON + np.arange(300.0))]
+            )
+        with pytest.raises(DataError, match="no spokes"):
+            write_radar_video_arrays(tmp_path / name, [])
+        assert not (tmp_path / name).exists()
