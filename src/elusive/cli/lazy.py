@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import gc
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -13,19 +13,23 @@ from typing import Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
+Wrap = Callable[[str, Callable[..., None]], Callable[..., None]]
 
-def lazy(places: Mapping[str, str]) -> type[TyperGroup]:
+
+def lazy(places: Mapping[str, str], wrap: Wrap = lambda place, command: command) -> type[TyperGroup]:
     """Return the class of a group whose commands are at these places.
 
     Parameters
     ----------
     places
         A command's name, and where it is: ``package.module:name`` of a function or of a `typer.Typer`.
+    wrap
+        What is made of a function, given where it is.
     """
 
     class LazyGroup(TyperGroup):
         def __init__(self, **given: Any) -> None:
-            super().__init__(**{**given, "commands": _Commands(places)})
+            super().__init__(**{**given, "commands": _Commands(places, wrap)})
 
         def format_help(self, *given: Any) -> None:
             """List the commands by what their sources say of them: none is loaded for it."""
@@ -60,14 +64,18 @@ def _summary(place: str) -> str:
 class _Commands(dict[str, Any]):
     """Commands by name; in place of one that nobody has asked for, where it is."""
 
+    def __init__(self, places: Mapping[str, str], wrap: Wrap) -> None:
+        super().__init__(places)
+        self._wrap = wrap
+
     def get(self, name: str, default: Any = None) -> Any:
         found = super().get(name, default)
         if isinstance(found, str):
-            found = self[name] = _loaded(name, found)
+            found = self[name] = _loaded(name, found, self._wrap)
         return found
 
 
-def _loaded(name: str, place: str) -> Any:
+def _loaded(name: str, place: str, wrap: Wrap) -> Any:
     module, _, attribute = place.partition(":")
     gc.disable()  # what is imported stays: looking through it again and again takes a tenth of a short command's time
     try:
@@ -79,7 +87,7 @@ def _loaded(name: str, place: str) -> Any:
         command: Any = typer.main.get_group(found)
     else:
         alone = typer.Typer(add_completion=False)
-        alone.command(name)(found)
+        alone.command(name)(wrap(place, found))
         command = typer.main.get_command(alone)
     command.name = name
     return command

@@ -5,10 +5,11 @@ from __future__ import annotations
 import typer
 
 from elusive.cli.lazy import lazy
+from elusive.cli.many import of_many
 from elusive.systems.registry import SYSTEMS
 
 app = typer.Typer(
-    cls=lazy({system.noun: f"elusive.cli.{system.name}:track_{system.name}_command" for system in SYSTEMS}),
+    cls=lazy({system.noun: f"elusive.cli.{system.name}:track_{system.name}_command" for system in SYSTEMS}, of_many),
     no_args_is_help=True,
 )
 

@@ -1,0 +1,129 @@
+"""Many recordings: the same files from one process, from two, from a cluster, and after a kill."""
+
+from __future__ import annotations
+
+import csv
+import os
+import shutil
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from elusive.cli import main
+from tests.bearing_flight import write_flight
+from tests.processes import wait_until
+
+
+@pytest.fixture(scope="module")
+def flights(tmp_path_factory):
+    return recorded(tmp_path_factory.mktemp("flights"), 2)
+
+
+def recorded(folder, count):
+    """Flights that differ in their noise, one spoilt; and their sensors."""
+    (folder / "heard").mkdir()
+    for seed in range(count):
+        flight = write_flight(folder / "one", seed=seed)
+        shutil.copy(flight / "bearings.csv", folder / "heard" / f"flight{seed}.csv")
+    shutil.copy(folder / "one" / "sensors.csv", folder / "sensors.csv")
+    (folder / "heard" / f"flight{count}.csv").write_text("time_s,sensor,azimuth_deg\n0,nobody,1\n")
+    return folder
+
+
+def words(flights, out, *more):
+    pattern = str(flights / "heard" / "*.csv")
+    return ["track", "bearings", pattern, "--sensors", str(flights / "sensors.csv"), "--sigma-deg", "0.5",
+            "--out", str(out), *more]  # fmt: skip
+
+
+def track(*arguments):
+    with pytest.raises(SystemExit) as ended:
+        main(words(*arguments))
+    return ended.value.code or 0
+
+
+def files(folder):
+    return {str(path.relative_to(folder)): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
+
+
+@pytest.fixture(scope="module")
+def alone(flights, tmp_path_factory):
+    out = tmp_path_factory.mktemp("many") / "alone"
+    assert track(flights, out, "--workers", "1") == 2  # one is spoilt
+    return out
+
+
+def test_the_table_has_a_line_for_each(flights, alone):
+    rows = list(csv.DictReader((alone / "summary.csv").read_text().splitlines()))
+    assert [row["folder"] for row in rows] == [*(f"flight{k}" for k in range(2)), ""]
+    assert [row["outcome"] for row in rows] == ["tracked"] * 2 + ["refused"]
+    assert {row["tracks"] for row in rows[:2]} == {"1"}
+    assert "there is no sensor 'nobody'" in rows[2]["sentence"]
+    single = alone.parent / "single"
+    with pytest.raises(SystemExit):
+        main(["track", "bearings", str(flights / "heard" / "flight1.csv"), *words(flights, single)[3:]])
+    assert files(single) == files(alone / "flight1")
+
+
+def test_two_processes_write_the_same_bytes(flights, alone, tmp_path):
+    assert track(flights, tmp_path / "out", "--workers", "2") == 2
+    assert files(tmp_path / "out") == files(alone)
+
+
+def test_a_cluster_writes_the_same_bytes(flights, alone, tmp_path):
+    distributed = pytest.importorskip("distributed", reason="needs elusive[cluster]")
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=False, dashboard_address=None, host="127.0.0.1", protocol="tcp"
+    ) as cluster:
+        assert track(flights, tmp_path / "out", "--scheduler", cluster.scheduler_address) == 2
+    assert files(tmp_path / "out") == files(alone)
+
+
+def killed(flights, out, workers, after):
+    """Kill a run once so many are done."""
+    arguments = words(flights, out, "--workers", str(workers))
+    code = f"from elusive.cli import main; main({arguments!r})"
+    process = subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE, text=True)
+    try:
+        wait_until(lambda: len(list(out.glob("flight*"))) >= after, process)
+    finally:
+        process.send_signal(signal.SIGKILL)
+        process.communicate()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no kill -9")
+def test_killed_and_resumed_it_writes_the_same_bytes(flights, alone, tmp_path, capsys):
+    out = tmp_path / "out"
+    killed(flights, out, 1, 1)
+    assert not (out / "summary.csv").exists()
+    assert track(flights, out, "--workers", "1") == 2
+    assert "of 3 are there already" in capsys.readouterr().err
+    assert files(out) == files(alone)
+
+
+@pytest.mark.validate
+def test_twenty_recordings_are_equal_from_everywhere(tmp_path):
+    flights = recorded(tmp_path, 20)
+    assert track(flights, tmp_path / "one_by_one", "--workers", "1") == 2
+    killed(flights, tmp_path / "two", 2, 7)
+    assert track(flights, tmp_path / "two", "--workers", "2") == 2
+    assert files(tmp_path / "two") == files(tmp_path / "one_by_one")
+    test_a_cluster_writes_the_same_bytes(flights, tmp_path / "one_by_one", tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("more", "sentence"),
+    [
+        (("--workers", "1", "--follow"), "--follow: is of one recording"),
+        (("--workers", "1", "--to", "ndjson:x"), "--to: is of one recording"),
+        (("--workers", "2", "--scheduler", "tcp://127.0.0.1:1"), "give one of them"),
+        (("--workers", "1", "--q", "3"), "holds results of other settings"),
+    ],
+)
+def test_what_has_no_meaning_is_said(flights, alone, capsys, more, sentence):
+    before = files(alone)
+    assert track(flights, alone, *more) == 2
+    assert sentence in " ".join(capsys.readouterr().err.split())
+    assert files(alone) == before
