@@ -112,6 +112,8 @@ class Coast:
                 sigmas.append(chart.sigma_m)
                 continue
             cover = shapely.difference(_united(chart.coverage, f"chart {number}, coverage"), taken, grid_size=SNAP_M)
+            parts = shapely.get_parts(cover)  # lines and points may be left where two borders meet
+            cover = shapely.multipolygons(parts[shapely.get_type_id(parts) == shapely.GeometryType.POLYGON])
             if cover.is_empty:
                 continue
             lands.append(shapely.intersection(land, cover, grid_size=SNAP_M))

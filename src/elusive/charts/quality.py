@@ -6,6 +6,8 @@ error, phi_k(s_k). IHO S-57 edition 3.1, appendix A: CATZOC and QUAPOS.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -23,6 +25,9 @@ if TYPE_CHECKING:
 GRADES = {1: "A1", 2: "A2", 3: "B", 4: "C", 5: "D", UNASSESSED: "U"}  # CATZOC
 LOW_ACCURACY = (2, 3, 4, 5, 6, 7, 8, 9)  # QUAPOS: unsurveyed to estimated, what S-52 draws as of low accuracy
 SPACING_M = 200.0  # between the places on the coast by which the plane is split
+FALL_M = 100.0  # over which a deviation falls off by a factor of e, from a less certain area into a more certain one
+GRADE, NEAR = 1.2, 0.08  # ratio of deviations within a graded area, and of areas that are not told apart
+CORNERS = 4  # segments of a quarter of a circle
 
 
 class Imprecision(Model):
@@ -106,7 +111,39 @@ def quality_areas(chart: Chart, frame: LocalFrame, imprecision: Imprecision) -> 
         left = shapely.difference(left, area)
         areas.append(QualityArea(float(value), area))
     areas.append(QualityArea(float(values[-1]), left))
-    return [part for part in areas if not part.area.is_empty]
+    return graded([part for part in areas if not part.area.is_empty])
+
+
+def graded(areas: Sequence[QualityArea]) -> list[QualityArea]:
+    """Let the deviation fall off from a less certain area into a more certain one, instead of by a step.
+
+    It is the least function that is nowhere below the areas' own and whose logarithm changes by one over
+    ``FALL_M``: land of the less certain area is as uncertain on both sides of the border. It is cut into areas, the
+    smallest deviation first, within which it differs by a factor of ``GRADE`` at most.
+    """
+    import shapely
+
+    own = np.array([area.sigma_m for area in areas])
+    spread = math.log(own.max() / own.min())
+    if not spread > 0:
+        return list(areas)
+    even = own.min() * np.exp(spread * np.linspace(0.0, 1.0, math.ceil(spread / math.log(GRADE)) + 1))
+    kept = np.concatenate([own, (own * math.sqrt(GRADE))[own < own.max()]])  # an area's own deviation holds alone
+    apart = (np.abs(np.log(even[:, None] / kept)) > NEAR).all(axis=1)
+    levels = np.unique(np.concatenate([kept, even[apart]]))
+    found, above, whole = list[QualityArea](), shapely.Polygon(), shapely.union_all([area.area for area in areas])
+    for number in range(len(levels) - 1, -1, -1):
+        low, high = levels[number], levels[min(number + 1, len(levels) - 1)]
+        reach = [
+            shapely.buffer(area.area, FALL_M * math.log(area.sigma_m / low), quad_segs=CORNERS)
+            for area in areas
+            if area.sigma_m >= low
+        ]
+        here = shapely.intersection(shapely.union_all(reach), whole)
+        value = low if low in own else math.sqrt(low * high)
+        found.append(QualityArea(float(value), shapely.difference(here, above)))
+        above = here
+    return [part for part in reversed(found) if not part.area.is_empty]
 
 
 def coast_sigma(chart: Chart, frame: LocalFrame, imprecision: Imprecision) -> tuple[Geometries, Array]:

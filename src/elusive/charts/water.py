@@ -99,8 +99,14 @@ class Water(abc.ABC):
     def locate(self, x: Array, y: Array) -> NDArray[np.int8]:
         """Return the number of the area of each position [m] as :meth:`area` does, without a look at the input."""
         area = np.full(len(x), len(self._areas) if self.coast.everywhere else -1, np.int8)
-        for number, index in reversed(list(enumerate(self._areas))):
-            area[inside(index, cells_at(index, x, y), x, y)] = number
+        left = np.arange(len(x))  # areas do not overlap: what is in one need not be looked for in others
+        for number, index in enumerate(self._areas):
+            here = inside(index, cells_at(index, x, y), x, y)
+            if here.any():
+                area[left[here]] = number
+                left, x, y = left[~here], x[~here], y[~here]
+                if not len(left):
+                    break
         return area
 
     @abc.abstractmethod
