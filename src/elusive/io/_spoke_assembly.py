@@ -60,6 +60,7 @@ class Assembly:
         self._clock, self._order = SpokeClock(), _Order()
         self._untimed: list[tuple[SpokeParts, float]] = []
         self._group: list[_Timed] = []
+        self._together = 0  # spokes of the group
         self._held: deque[list[_Timed]] = deque()
         self._stamp_s = self._azimuth_rad = self._first_s = math.nan
         self._width: tuple[tuple[Any, ...], int] = ((), 0)
@@ -143,19 +144,17 @@ class Assembly:
         return stamp_s
 
     def _put(self, part: SpokeParts, time_s: Array, stamp_s: float) -> None:
-        if self._group and (_scale(part) != _scale(self._group[0].part) or self._together() >= TOGETHER):
+        if self._group and _scale(part) != _scale(self._group[0].part):
             self._close()
         self._group.append(_Timed(part, time_s, time_s + (part.came_s - stamp_s)))
-        if self._together() >= TOGETHER:
+        self._together += len(time_s)
+        if self._together >= TOGETHER:
             self._close()
-
-    def _together(self) -> int:
-        return sum(len(timed.time_s) for timed in self._group)
 
     def _close(self) -> None:
         if self._group:
             self._held.append(self._group)
-            self._group = []
+            self._group, self._together = [], 0
 
     def _ready(self, now_s: float) -> Iterator[Spokes]:
         """Yield the spokes whose heading and position are known, or are not to be waited for any longer."""
@@ -202,8 +201,13 @@ class Assembly:
         width = max(part.amplitude.shape[1] for part in parts)
         width = max(width, self._width[1]) if self._width[0] == scale else width
         self._width = scale, width
-        wide = [np.pad(p.amplitude, ((0, 0), (0, width - p.amplitude.shape[1]))) for p in parts]
-        return np.concatenate(wide)
+        wide = np.zeros((sum(len(part.amplitude) for part in parts), width), parts[0].amplitude.dtype)
+        at = 0
+        for part in parts:
+            rows, columns = part.amplitude.shape
+            wide[at : at + rows, :columns] = part.amplitude
+            at += rows
+        return wide
 
 
 def _scale(part: SpokeParts) -> tuple[Any, ...]:

@@ -49,6 +49,8 @@ class SpokeClock:
         swept = (last - self._azimuth_rad) % TURN_RAD
         self._follow(swept, stamp_s)
         self._azimuth_rad = last
+        if len(azimuth_rad) == 1:
+            return np.array([self._end_s])
         back = (last - azimuth_rad) % TURN_RAD
         if swept == 0 or math.isnan(self._slope) or (back > swept).any():  # it does not turn, or not clockwise
             return before_s + (self._end_s - before_s) * np.arange(1, len(azimuth_rad) + 1) / len(azimuth_rad)

@@ -10,6 +10,7 @@ import ipaddress
 import math
 import struct
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import BinaryIO
 
 from elusive.io._internet import UDP, Frame, datagrams
@@ -142,7 +143,7 @@ def captured_udp(unix_s: float, payload: bytes, source: tuple[str, int], group: 
     source, group
         IPv4 address and port.
     """
-    host, to = (ipaddress.IPv4Address(address).packed for address, _ in (source, group))
+    host, to = (_packed(address) for address, _ in (source, group))
     size = 8 + len(payload)
     udp = struct.pack(">HHHH", source[1], group[1], size, 0) + payload
     head = struct.pack(">BBHHHBBH", 0x45, 0, 20 + size, 0, 0x4000, 1, 17, 0) + host + to
@@ -153,3 +154,8 @@ def captured_udp(unix_s: float, payload: bytes, source: tuple[str, int], group: 
     frame = ethernet + head + udp
     seconds, nanoseconds = divmod(max(round(unix_s * 1e9), 0), 10**9)
     return struct.pack("<IIII", seconds & 0xFFFFFFFF, nanoseconds, len(frame), len(frame)) + frame
+
+
+@lru_cache(maxsize=64)
+def _packed(address: str) -> bytes:
+    return ipaddress.IPv4Address(address).packed
