@@ -20,6 +20,7 @@ from elusive.io.nmea import checksum
 from elusive.io.radar_video import open_radar_video
 from elusive.io.radar_video_arrays import write_radar_video_arrays
 from elusive.io.radar_video_facts import describe_radar_video
+from elusive.io.replay import replay
 from elusive.io.sources import Feed
 from elusive.sensors.spokes import Spokes, check_spokes, join_spokes
 from tests.brokers import free_port
@@ -375,6 +376,38 @@ def test_what_is_sent_over_a_network_is_read_as_it_comes(host: str) -> None:
     found = join_spokes(parts)
     assert len(found.amplitude) >= 256
     agree(found, written.select_spokes(slice(0, len(found.amplitude))))
+
+
+@pytest.mark.parametrize("kind", ["capture", "video.npz"])
+def test_a_recording_is_replayed_with_its_heading(tmp_path: Path, kind: str) -> None:
+    """A capture's own packets and sentences, also those of TCP; arrays as category 240."""
+    frames = [(NOON + 0.0, ethernet(tcp(sentence("HEHDT,183.8,T"), 0)))]
+    for k in range(96):
+        frames += [(NOON + 0.04 * k, ethernet(part)) for part in udp(navico(SPOKES * k), 6678, k)]
+    path = saved(tmp_path / "capture", gzip.compress(timed(frames)))
+    if kind == "video.npz":
+        path = tmp_path / kind
+        write_radar_video_arrays(path, open_radar_video(tmp_path / "capture"))
+    port, stopped = free_port(), threading.Event()
+    address, feed, parts = f"udp://127.0.0.1:{port}", Feed(idle_s=HUNG_S), list[Spokes]()
+
+    def play() -> None:
+        while not stopped.is_set():
+            replay(path, address, 20.0, lambda said: None, stopped)
+
+    player = threading.Thread(target=play)
+    player.start()
+    try:
+        for part in open_radar_video(address, feed=feed):
+            parts.append(part)
+            if sum(len(part.time_s) for part in parts if part.from_north) >= 640:
+                feed.halt()
+    finally:
+        stopped.set()
+        player.join()
+    known = [part for part in parts if part.from_north]
+    assert np.degrees(known[-1].heading_rad) == pytest.approx(183.8, abs=0.01)
+    assert known[-1].amplitude.shape[1] == 1024
 
 
 def test_a_recording_is_sent_at_its_own_pace() -> None:

@@ -13,7 +13,9 @@ from elusive.io.replay import replay
 
 
 def replay_command(
-    source: Annotated[Path, typer.Argument(help="Capture (pcap, pcapng) of UDP, or a table with a column time_s.")],
+    source: Annotated[
+        Path, typer.Argument(help="Capture (pcap, pcapng), radar video, or a table with a column time_s.")
+    ],
     to: Annotated[
         str,
         typer.Option("--to", help="udp://HOST:PORT; of a table also tcp://HOST:PORT?listen=1, mqtt://HOST/TOPIC."),

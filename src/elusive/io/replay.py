@@ -1,4 +1,4 @@
-"""Plays a recording over the network at the pace of its own times: captures packet by packet, tables line by line."""
+"""Plays a recording over the network at the pace of its own times: packets of captures, lines of tables, video."""
 
 from __future__ import annotations
 
@@ -7,11 +7,19 @@ import math
 import threading
 import time
 from collections.abc import Callable, Iterator
+from itertools import takewhile
 from pathlib import Path
 from typing import NamedTuple
 
 from elusive.errors import DataError
-from elusive.io.pcap import is_capture, udp_payloads
+from elusive.io._asterix_video import CATEGORY
+from elusive.io._internet import UDP, datagrams
+from elusive.io._opened import opened
+from elusive.io._sentences import Sentences
+from elusive.io._spoke_arrays import is_arrays
+from elusive.io.asterix_video import send_asterix_video
+from elusive.io.pcap import frames_of, is_capture
+from elusive.io.radar_video import open_radar_video
 from elusive.io.sinks.outlet import UdpOutlet
 from elusive.io.sources import tcp
 from elusive.io.sources.address import Address, address_of
@@ -40,8 +48,10 @@ def replay(
     Parameters
     ----------
     source
-        Capture (pcap, pcapng), of which the UDP payloads are sent; or a table with a column ``time_s``. Lines go as
-        they are over TCP, under their header; over UDP and MQTT as JSON objects, which say themselves what they are.
+        Capture (pcap, pcapng, either in gzip), of which the UDP payloads are sent, and the NMEA sentences of its TCP
+        streams; radar video in blocks of ASTERIX or in arrays, sent as category 240; or a table with a column
+        ``time_s``. Lines go as they are over TCP, under their header; over UDP and MQTT as JSON objects, which say
+        themselves what they are.
     to
         ``udp://host:port``, ``tcp://host:port`` (``?listen=1``: to who connects), ``mqtt://host/topic``.
     speed
@@ -59,9 +69,16 @@ def replay(
     if not 0 < speed < math.inf:
         raise DataError(f"speed={speed:g}: must be positive; 1 is the pace of the recording.")
     address, stopped = address_of(to, KNOWN), stopped or threading.Event()
-    captured = _is_capture(source)
-    if captured and address.scheme != "udp":
-        raise DataError(f"{source}: is a capture of UDP; play it to udp://host:port.")
+    head = _head(source)
+    captured, video = is_capture(head[:4]), is_arrays(head) or head.startswith(bytes([CATEGORY]))
+    if (captured or video) and address.scheme != "udp":
+        raise DataError(
+            f"{source}: is {'a capture of UDP' if captured else 'radar video'}; play it to udp://host:port."
+        )
+    if video:
+        spokes = takewhile(lambda part: not stopped.is_set(), open_radar_video(source))
+        started_s = time.monotonic()
+        return Sent(send_asterix_video(to, spokes, speed=speed, wait=stopped.wait), 0, time.monotonic() - started_s)
     messages = _packets(source) if captured else _lines(source, header=address.scheme == "tcp")
     send, close, lost = _opened(address, say, stopped)
     started_s, first_s, count = time.monotonic(), math.nan, 0
@@ -80,19 +97,24 @@ def replay(
     return Sent(count, lost(), time.monotonic() - started_s)
 
 
-def _is_capture(source: Path) -> bool:
+def _head(source: Path) -> bytes:
     try:
-        with source.open("rb") as file:
-            return is_capture(file.read(4))
+        with opened(source) as file:
+            return file.peek(16)[:16]
     except OSError as error:
         raise DataError(f"{source}: cannot be read ({error.strerror}); check the path.") from None
 
 
 def _packets(source: Path) -> Iterator[tuple[float, bytes]]:
-    with source.open("rb") as file:
-        for unix_s, payload in udp_payloads(file):
-            if math.isfinite(unix_s):
-                yield unix_s, payload
+    sentences = Sentences()
+    with opened(source) as file:
+        for datagram in datagrams(frames_of(file)):
+            if not math.isfinite(datagram.unix_s):
+                continue
+            if datagram.protocol == UDP:
+                yield datagram.unix_s, datagram.payload
+            elif found := sentences.read(datagram):
+                yield datagram.unix_s, "".join(f"{sentence}\r\n" for sentence in found).encode("ascii")
 
 
 def _lines(source: Path, *, header: bool) -> Iterator[tuple[float, bytes]]:
