@@ -90,7 +90,7 @@ def test_another_reader_reads_what_is_written(tmp_path: Path, bits: int, compres
     written = video(bits)
     write_asterix_video(tmp_path / "raw", [written], radar=(7, 42), compress=compress)
     blocks = list(pycatzao.decode_file(tmp_path / "raw"))
-    assert [block["summary"] for block in blocks if block["type"] == 1] == ["elusive", "elusive"]
+    assert [block["summary"] for block in blocks if block["type"] == 1] == ["elusive azimuth=north"] * 2
     spokes = [block for block in blocks if block["type"] == 2]
     assert {(block["sac"], block["sic"]) for block in spokes} == {(7, 42)}
     assert [block["idx"] for block in spokes] == list(range(300))
@@ -149,6 +149,21 @@ def test_azimuths_from_the_bow_take_the_heading_of_the_capture(tmp_path: Path) -
     agree(read(tmp_path / "raw"), written)
 
 
+def test_a_ships_radar_that_counts_from_the_bow_can_be_told_so(tmp_path: Path) -> None:
+    written = video(8)
+    write_asterix_video(tmp_path / "own.pcap", [written])
+    octets = (tmp_path / "own.pcap").read_bytes().replace(b"azimuth=north", b"azimuth north")
+    (tmp_path / "other.pcap").write_bytes(octets)  # as if another program had written it
+    source = open_radar_video(tmp_path / "other.pcap")
+    agree(join_spokes(list(source)), written)
+    assert "if they count from the bow" in source.remarks()[0]
+    source = open_radar_video(tmp_path / "other.pcap", from_bow=True)
+    found = join_spokes(list(source))
+    off = np.angle(np.exp(1j * (found.azimuth_rad - written.azimuth_rad - written.heading_rad)))
+    assert np.degrees(np.abs(off)).max() < 0.02
+    assert source.remarks() == []
+
+
 def test_long_cells_are_in_nanoseconds(tmp_path: Path) -> None:
     written = video(8, step_m=900.0, start=0)
     write_asterix_video(tmp_path / "raw", [written])
@@ -184,6 +199,13 @@ def test_a_radar_is_chosen_and_what_is_lost_is_said(tmp_path: Path) -> None:
         "50 spokes of radar 3/4 were left out: another radar; choose it with radar='3/4'.",
     ]
     agree(read(tmp_path / "both", radar="3/4"), other)
+
+
+def test_blocks_of_other_categories_are_passed_over(tmp_path: Path) -> None:
+    written = video(8, 40)
+    write_asterix_video(tmp_path / "raw", [written])
+    (tmp_path / "mixed").write_bytes(b"\x22\x00\x05\x00\x00" * 3 + (tmp_path / "raw").read_bytes())
+    agree(read(tmp_path / "mixed"), written)
 
 
 def test_spokes_without_a_time_need_the_period(tmp_path: Path) -> None:

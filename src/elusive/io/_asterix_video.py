@@ -46,13 +46,25 @@ class _Radial(NamedTuple):
 
 
 class VideoMessages:
-    """Reads the messages of one source, one packet after the other."""
+    """Reads the messages of one source, one packet after the other.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    from_bow
+        Whether azimuths count from the bow.
+    """
+
+    def __init__(self, from_bow: bool = False) -> None:
         self._number: dict[str, int] = {}  # of each radar's latest message
         self._open: dict[str, _Radial] = {}  # a radial of which more may come
         self._bits: dict[str, int] = {}  # as told by a summary
-        self._from_bow: set[str] = set()
+        self._from_bow = from_bow
+        self._told: dict[str, str] = {}  # what azimuths count from, as a summary says it
+
+    @property
+    def told_azimuths(self) -> bool:
+        """Whether anybody said what azimuths count from."""
+        return self._from_bow or bool(self._told)
 
     def read(self, packet: bytes, came_s: float, counts: Counter[str]) -> Iterator[SpokeParts]:
         """Yield the spokes that a packet ends.
@@ -110,8 +122,8 @@ class VideoMessages:
         for name, value in TOLD.findall(text):
             if name == "bits" and value.isdecimal() and 1 <= int(value) <= 32:
                 self._bits[radar] = int(value)
-            elif (name, value) == ("azimuth", "bow"):
-                self._from_bow.add(radar)
+            elif name == "azimuth":
+                self._told[radar] = value
 
     def _closed(self, radar: str) -> SpokeParts:
         radial = self._open.pop(radar)
@@ -120,7 +132,7 @@ class VideoMessages:
         bits = self._bits.get(radar, radial.bits)
         if bits > radial.bits or int(radial.cells.max()) >> bits:
             bits = radial.bits
-        from_bow, cells = radar in self._from_bow, radial.cells[None]
+        from_bow, cells = self._from_bow or self._told.get(radar) == "bow", radial.cells[None]
         return SpokeParts(radar, azimuth_rad, from_bow, start_m, step_m, cells, bits, None, radial.came_s, radial.day_s)
 
 

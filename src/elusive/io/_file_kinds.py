@@ -4,6 +4,7 @@ from __future__ import annotations
 
 RADAR = "`elusive track radar`"
 IMAGES = "`elusive track images`"
+CATEGORIES = (1, 2, 8, 10, 19, 20, 21, 23, 34, 48, 62, 63, 65, 240, 247)
 KINDS = (
     (b"\x89PNG", f"a PNG image (for {IMAGES})"),
     (b"\xff\xd8\xff", f"a JPEG image (for {IMAGES})"),
@@ -33,9 +34,12 @@ def kind_of(head: bytes) -> str:
         return f"a camera's MP4 video (for {IMAGES})"
     if head[:4] == b"RIFF":
         return "a sound or a camera's video (RIFF)"
-    if head[0] in (1, 2, 34, 48, 62) and len(head) >= 3 and int.from_bytes(head[1:3]) > 3:
-        held = "plots" if head[0] in (1, 48) else "tracks" if head[0] == 62 else "a radar's reports"
-        return f"ASTERIX of category {head[0]:03}, which holds {held} (for {RADAR})"
     if all(octet in b"\t\r\n" or 32 <= octet < 127 for octet in head):
         return f"text (plots in a table are for {RADAR})"
     return "of no kind that is known here"
+
+
+def is_asterix(head: bytes) -> bool:
+    """Whether a file may begin with a data block of ASTERIX, of whichever category."""
+    text = all(octet in b"\t\r\n" or 32 <= octet < 127 for octet in head)
+    return len(head) >= 3 and head[0] in CATEGORIES and int.from_bytes(head[1:3]) > 3 and not text

@@ -51,12 +51,20 @@ class Assembly:
         The one to read where a source holds several; else the first that comes.
     rotation_s
         Period of the antenna, for spokes of which nothing tells a time.
+    from_bow
+        Whether azimuths of category 240 count from the bow, and not from north as the standard has it.
     """
 
-    def __init__(self, counts: Counter[str], radar: str | None = None, rotation_s: float | None = None) -> None:
+    def __init__(
+        self,
+        counts: Counter[str],
+        radar: str | None = None,
+        rotation_s: float | None = None,
+        from_bow: bool = False,
+    ) -> None:
         self.radar, self.own, self.ahead_s = radar, OwnShip(), math.nan
         self._counts, self._rotation_s = counts, rotation_s
-        self._sentences, self._messages, self._navico = Sentences(), VideoMessages(), NavicoPackets()
+        self._sentences, self._messages, self._navico = Sentences(), VideoMessages(from_bow), NavicoPackets()
         self._clock, self._order = SpokeClock(), _Order()
         self._untimed: list[tuple[SpokeParts, float]] = []
         self._group: list[_Timed] = []
@@ -64,6 +72,11 @@ class Assembly:
         self._held: deque[list[_Timed]] = deque()
         self._stamp_s = self._azimuth_rad = self._first_s = math.nan
         self._width: tuple[tuple[Any, ...], int] = ((), 0)
+
+    @property
+    def from_north_unasked(self) -> bool:
+        """Whether azimuths were taken to count from north, and a heading was told that they could count from."""
+        return bool(self._counts[ASTERIX] and self.own.headings) and not self._messages.told_azimuths
 
     @property
     def lowest_first(self) -> bool:

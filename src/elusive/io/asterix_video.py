@@ -175,7 +175,11 @@ def _checked(part: Spokes, name: str) -> tuple[int, int]:
 
 def _summary(part: Spokes, code: int, radar: tuple[int, int]) -> bytes:
     """Return a message that says what the standard has no place for, in words of this project's own."""
-    told = ["elusive"] + [f"bits={part.bits}"] * (BITS[code] != part.bits) + ["azimuth=bow"] * (not part.from_north)
+    told = (
+        ["elusive"]
+        + [f"bits={part.bits}"] * (BITS[code] != part.bits)
+        + [f"azimuth={'north' if part.from_north else 'bow'}"]
+    )
     text = " ".join(told).encode("ascii")
     return _block(bytes([0b1101_0000, *radar, SUMMARY, len(text)]) + text)
 

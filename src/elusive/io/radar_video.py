@@ -15,8 +15,7 @@ from typing import cast
 
 from elusive.errors import DataError
 from elusive.io._asterix_blocks import raw_blocks
-from elusive.io._asterix_video import CATEGORY
-from elusive.io._file_kinds import kind_of
+from elusive.io._file_kinds import is_asterix, kind_of
 from elusive.io._internet import Datagram, datagrams
 from elusive.io._opened import is_cut_short, opened
 from elusive.io._spoke_arrays import is_arrays, spokes_of_arrays
@@ -74,6 +73,8 @@ REMARKS = {
     "cut short": "The file ends early; what stands before was read.",
     "older radar": "{n} spokes of a Navico BR24 or 3G were left out: how far they reach is not known here.",
     "lowest octet first": "Amplitudes were read with their lowest octet first, against the standard: else they jump.",
+    "from north": "Azimuths were taken to count from north, as category 240 has it; a heading is told too: if they "
+    "count from the bow, say so (from_bow).",
 }
 
 
@@ -82,6 +83,7 @@ def open_radar_video(
     *,
     radar: str | None = None,
     rotation_s: float | None = None,
+    from_bow: bool = False,
     feed: Feed | None = None,
 ) -> RadarVideoSource:
     """Open a radar's video without reading it.
@@ -99,6 +101,8 @@ def open_radar_video(
         the first that comes is read and the others are counted.
     rotation_s
         Period of the antenna, for spokes that have no time.
+    from_bow
+        Whether azimuths of category 240 count from the bow; the heading is then added, where it is known.
     feed
         How a live source is followed.
 
@@ -114,15 +118,15 @@ def open_radar_video(
         If there is no such file, or it is known to hold something else; the sentence says what, and what to do.
     """
     name = str(source)
+
+    def assembly(counts: Counter[str]) -> Assembly:
+        return Assembly(counts, radar, rotation_s, from_bow)
+
     if is_address(name):
         addresses, follow = name.split(","), Feed() if feed is None else feed
-        return RadarVideoSource(
-            name, lambda counts: _spokes(_listened(addresses, follow), Assembly(counts, radar, rotation_s), name)
-        )
+        return RadarVideoSource(name, lambda counts: _spokes(_listened(addresses, follow), assembly(counts), name))
     if name == STANDARD_INPUT:
-        return RadarVideoSource(
-            "standard input", lambda counts: _of_file(_standard_input, Assembly(counts, radar, rotation_s), counts)
-        )
+        return RadarVideoSource("standard input", lambda counts: _of_file(_standard_input, assembly(counts), counts))
     path = Path(source)
     if not path.is_file():
         raise DataError(f"{source}: {'is a folder' if path.is_dir() else 'there is no such file'}; check the path.")
@@ -130,11 +134,9 @@ def open_radar_video(
         head = file.peek(16)[:16]
     if is_arrays(head):
         return RadarVideoSource(name, lambda counts: spokes_of_arrays(path, rotation_s))
-    if not is_capture(head[:4]) and head[:1] != bytes([CATEGORY]):
+    if not is_capture(head[:4]) and not is_asterix(head):
         raise DataError(f"{source}: is {kind_of(head)} and no radar video; {NO_VIDEO}.")
-    return RadarVideoSource(
-        name, lambda counts: _of_file(lambda: opened(path), Assembly(counts, radar, rotation_s), counts, name)
-    )
+    return RadarVideoSource(name, lambda counts: _of_file(lambda: opened(path), assembly(counts), counts, name))
 
 
 def _of_file(
@@ -146,6 +148,7 @@ def _of_file(
         yield from _spokes(datagrams(frames_of(file), counts) if is_network else blocks, assembly, name)
         counts["cut short"] += is_cut_short(file)
         counts["lowest octet first"] += assembly.lowest_first
+        counts["from north"] += assembly.from_north_unasked
 
 
 def _spokes(found: Iterator[Datagram], assembly: Assembly, name: str) -> Iterator[Spokes]:
