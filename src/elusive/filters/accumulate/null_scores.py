@@ -18,6 +18,7 @@ from elusive.filters.accumulate.recurrent import RecurrentFilter
 SIDE = 4 * math.isqrt(BLOCK_CELLS)  # of the area simulated for a larger image [samples]
 MOST_CELLS = 2**19  # simulated where whole frames must be
 MEMORIES = 2  # of 1 / (1 - alpha) frames, after which an average is settled
+AGAIN = 4  # maps more, over another of them, of what is settled: high scores last for one or two frames
 
 
 class EvidenceSource(Protocol):
@@ -83,6 +84,7 @@ def simulate_null(
     area, runs = _layout(shape, maxima, recurrent.border == getattr(statistic, "border", None) == "circular")
     settled = math.ceil(MEMORIES / (1 - recurrent.smoothing) - 1e-9)
     ages = _ages(settled if frames is None else min(frames, settled))
+    pause = math.ceil(settled / MEMORIES / AGAIN)
     found: dict[int, list[Array]] = {age: [] for age in ages}
     moments = []
     for _ in range(runs):
@@ -93,6 +95,11 @@ def simulate_null(
             if age in found:
                 moments.append(((evidence**2).mean(), (evidence**3).mean()))
                 found[age].append(block_maxima(state.score)[0])
+        for more in range(AGAIN * pause if ages[-1] == settled else 0):
+            evidence = statistic.evidence(background_deviation * rng.standard_normal(area))
+            state = recurrent.step(state, float(settled + more + 1), evidence, rng)
+            if more % pause == pause - 1:
+                found[settled].append(block_maxima(state.score)[0])
     second, third = np.mean(moments, axis=0)
     blocks = block_maxima(np.zeros(area))[1] * math.prod(shape) / math.prod(area)
     skewnesses = [_averaged(recurrent.smoothing, age) * third / second**1.5 for age in ages]
@@ -163,8 +170,11 @@ def _averaged(smoothing: float, age: int) -> float:
 
 
 def _smoothed(log_ages: Array, scales: Array) -> Array:
-    """Lay a line through the scales, which hardly depend on age, but for the first, where evidence is least normal."""
+    """Lay a line through the scales, which hardly depend on age.
+
+    But for the first, where evidence is least normal, and the last, which is known best.
+    """
     if len(scales) < 5:
         return scales
     line = np.polyval(np.polyfit(log_ages[1:], scales[1:], 1), log_ages)
-    return np.concatenate([scales[:1], line[1:]])
+    return np.concatenate([scales[:1], line[1:-1], scales[-1:]])

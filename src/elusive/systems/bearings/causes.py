@@ -13,6 +13,7 @@ from elusive.errors import ElusiveError
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearings import wrapped
 from elusive.systems.bearings.choices import Cruise, Estimation, Interacting, OneEmitter, SeveralEmitters
+from elusive.systems.bearings.faults import fault_of
 from elusive.systems.bearings.leftovers import Scale, leftovers, scale_of
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.several import track_several
@@ -83,6 +84,9 @@ def cause_of(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSi
                     f"they fit, to {other.half:.2g} times, if the azimuths are read {convention.name}",
                     convention.remedy,
                 )
+        fault = fault_of(steps, parameters, sites)
+        if fault is not None and fault.fits:
+            return Cause(f"they fit if {fault.what}", fault.remedy)
         likeliest = _likeliest(heard, parameters, sites)
         near = likeliest is not None and likeliest < ALONE * parameters.sigma_deg
         if not near and several_explain(heard, parameters, sites):

@@ -12,6 +12,7 @@ from elusive.contracts import Array, X, Y
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.systems.bearings.causes import cause_of
 from elusive.systems.bearings.choices import FLAT, BatchMap, Estimation, GraphFilter
+from elusive.systems.bearings.faults import fault_finding, fault_of
 from elusive.systems.bearings.heard import sensors_of
 from elusive.systems.bearings.leftovers import FAR, FEW, Scale, leftovers, scale_of
 from elusive.systems.bearings.parameters import BearingTracking
@@ -132,6 +133,7 @@ def _residuals(
             "elusive fit bearings finds both as far as the bearings tell them.",
         )
     )  # fmt: skip
+    found.append(fault_finding(fault_of(steps, parameters, sites), said))
     return found
 
 
