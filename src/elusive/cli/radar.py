@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -9,13 +10,31 @@ import typer
 from rich.markup import escape
 
 from elusive.cli.fit import FittedOut, tell_fitted
+from elusive.cli.live import (
+    Follow,
+    HoldS,
+    IdleS,
+    To,
+    check_live,
+    feed_of,
+    run_live,
+    send_recording,
+    sinks_of,
+)
 from elusive.cli.terminal import Config, Out, Strict, bar, console, show, show_run, tell_findings, tell_written
 from elusive.errors import ParameterError
-from elusive.io import RadarSource, open_radar_plots
+from elusive.geometry.local_frame import LocalFrame
+from elusive.io import RadarScan, RadarSource, open_radar_plots
+from elusive.io.arrivals import Arrivals, fed
+from elusive.io.radar_plots import follow_radar_plots
+from elusive.io.sinks import Sinks
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
+from elusive.results.live import LiveEnd, LiveStep
 from elusive.systems.radar.fit import charted, fit_radar
-from elusive.systems.radar.track import RadarTracking, frame_of, track_radar_recording
+from elusive.systems.radar.live import LIVE_FILES, follow_radar
+from elusive.systems.radar.setting import frame_of
+from elusive.systems.radar.track import RadarTracking, track_radar_recording
 
 Latitude = Annotated[
     float | None,
@@ -40,7 +59,7 @@ RadarCode = Annotated[
 @accepts(RadarTracking)
 def track_radar_command(
     plots: Annotated[
-        Path,
+        str,
         typer.Argument(
             help="Plots: .csv of time_s (or ISO time), range_m (or _km, _nmi), bearing_deg, perhaps doppler_mps and "
             "own_lon_deg, own_lat_deg of the radar; or ASTERIX CAT048, raw or pcap."
@@ -70,11 +89,29 @@ def track_radar_command(
     truth_mmsi: Annotated[int | None, typer.Option("--truth-mmsi", help="The only ship to read of an AIS log.")] = None,
     rotation_s: Rotation = None,
     radar_code: RadarCode = None,
+    follow: Follow = False,
+    to: To = None,
+    idle_s: IdleS = None,
+    hold_s: HoldS = None,
     strict: Strict = False,
 ) -> None:
     """Track ships through a radar's plots, with charts that may be wrong by some metres."""
     parameters = RadarTracking(**nested(RadarTracking, given, read_yaml(config) if config else {}))
-    source = _opened(plots, rotation_s, radar_code, radar_lat, radar_lon, own_ship)
+    feed = feed_of(plots, follow, idle_s, hold_s)
+    check_live(feed is not None, idle_s, truth, strict=strict)
+    if feed is not None:
+        place = _place(radar_lat, radar_lon)
+        if place is None or own_ship is not None or radar_code is not None:
+            raise ParameterError(
+                "follow: a live table needs --radar-lat-deg and --radar-lon-deg, the origin of places, and takes the "
+                "radar's own way from its columns: neither --own-ship nor --radar-code."
+            )
+        sinks = sinks_of(to, "radar", "m", place if to else None)
+        scans = follow_radar_plots(plots, feed, rotation_s=rotation_s, place_deg=place)
+        _live(fed(scans, feed), parameters, out, LocalFrame.at(*place), chart or (), sinks)
+        return
+    source = _opened(Path(plots), rotation_s, radar_code, radar_lat, radar_lon, own_ship)
+    sinks = sinks_of(to, "radar", "m", source.place_deg if to else None)
     with bar("scans", None) as advance:
         outcome = track_radar_recording(
             source, parameters, out, charts=chart or (), truth=truth, truth_mmsi=truth_mmsi, cutoff_m=truth_cutoff,
@@ -87,6 +124,7 @@ def track_radar_command(
     show_run(tracked.title, tracked.rows, outcome.findings)
     files = ("tracks.csv", "tracks.geojson", "result.nc", "report.html", "report.png", "checks.json", "config.yaml")
     tell_written(out, files, outcome.scored)
+    send_recording(sinks, out / "tracks.csv")
     tell_findings(outcome.findings, strict=strict)
 
 
@@ -115,8 +153,27 @@ def _opened(
     own_ship: Path | None,
 ) -> RadarSource:  # fmt: skip
     """Open the plots about the radar's place, if that is given."""
+    place = _place(lat_deg, lon_deg)
+    return open_radar_plots(plots, rotation_s=rotation_s, radar=radar, place_deg=place, own_ship=own_ship)
+
+
+def _place(lat_deg: float | None, lon_deg: float | None) -> tuple[float, float] | None:
+    """Return longitude and latitude, if they are given."""
     if (lat_deg is None) != (lon_deg is None):
         lacking = "--radar-lat-deg" if lat_deg is None else "--radar-lon-deg"
         raise ParameterError(f"{lacking}: is not given, and the other is; give both, or neither.")
-    place = None if lat_deg is None or lon_deg is None else (lon_deg, lat_deg)
-    return open_radar_plots(plots, rotation_s=rotation_s, radar=radar, place_deg=place, own_ship=own_ship)
+    return None if lat_deg is None or lon_deg is None else (lon_deg, lat_deg)
+
+
+def _live(
+    coming: Arrivals[RadarScan], parameters: RadarTracking, out: Path, frame: LocalFrame, charts: Sequence[Path],
+    sinks: Sinks,
+) -> None:  # fmt: skip
+    """Track ships as their plots come."""
+
+    def run(told: Callable[[LiveStep], None]) -> LiveEnd:
+        end, findings = follow_radar(coming, parameters, out, frame, told, charts=charts)
+        tell_findings(findings, strict=False)
+        return end
+
+    run_live(coming, run, out, LIVE_FILES, sinks=sinks)

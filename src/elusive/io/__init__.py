@@ -6,10 +6,11 @@ from elusive.io.asterix import AsterixSummary, asterix_plots, read_asterix, summ
 from elusive.io.asterix_video import send_asterix_video, write_asterix_video
 from elusive.io.atomic import atomic_folder, atomic_path, existing_folder
 from elusive.io.frames import FrameSource, open_frames
-from elusive.io.radar_plots import RadarSource, open_radar_plots, write_radar_plots_csv
+from elusive.io.radar_plots import RadarSource, open_radar_plots
 from elusive.io.radar_video import RadarVideoSource, open_radar_video
 from elusive.io.radar_video_arrays import write_radar_video_arrays
 from elusive.io.radar_video_facts import RadarVideoFacts, describe_radar_video
+from elusive.io.radar_writing import write_radar_plots_csv
 from elusive.io.signals import SignalFrame, SignalSource, open_signal
 from elusive.io.truth import Truth, read_truth, write_truth
 from elusive.sensors.radar_scans import RadarPlot, RadarScan, scans_by_rotation

@@ -29,7 +29,7 @@ class OwnWay(NamedTuple):
     name: str
     place_deg: tuple[float, float] | None  # origin of the frame; None: not told
     moving: bool
-    to_north: bool  # bearings are from true north at the radar, which is not the frame's
+    polar: bool  # plots are told by range and bearing
     log: OwnShipLog | None
     since_s: float  # what the recording's times count from, after 1970 began
 
@@ -42,7 +42,9 @@ class OwnWay(NamedTuple):
         """Return the way, to be filled as a table is read where that tells it; None: the radar rests."""
         if self.log is not None:
             assert self.frame is not None
-            return self.log.track(self.frame, self.since_s)
+            track = self.log.track(self.frame, self.since_s)
+            track.to_true_north = self.polar
+            return track
         return OwnTrack(self.name) if self.moving else None
 
     def table(self, path: str | os.PathLike[str], track: OwnTrack | None, feed: Feed | None = None) -> PlotTable:
@@ -60,17 +62,17 @@ class OwnWay(NamedTuple):
         """
         for scan in scans:
             own = None if track is None else track.at(scan.time_s)
-            if own is None:
+            if own is None or track is None:
                 yield scan
                 continue
             if math.isnan(own.vx_mps):
                 scan = scan._replace(doppler_mps=np.full_like(scan.doppler_mps, math.nan))
                 own = OwnShip(own.x_m, 0.0, own.y_m, 0.0)
-            astray = math.atan2(own.vx_mps, own.vy_mps) - (math.nan if track is None else track.heading_rad)
+            astray = math.atan2(own.vx_mps, own.vy_mps) - track.heading_rad
             if math.hypot(own.vx_mps, own.vy_mps) > SAILING_MPS and not math.isnan(astray):
                 headings["sailing"] += 1
                 headings["astray"] += math.cos(astray) < ALONG
-            if self.to_north and self.frame is not None:
+            if track.to_true_north and self.frame is not None:
                 turned = (scan.bearing_rad + north_at(self.frame, own.x_m, own.y_m)) % TURN_RAD
                 scan = scan._replace(bearing_rad=np.where(turned < TURN_RAD, turned, 0.0))
             yield scan._replace(own=own)
@@ -109,8 +111,7 @@ def own_way(
         origin = place_deg or (None if start is None else start.fix)
         if origin is None and columns is not None and {columns.measured[0], *(columns.own or ())} & set(DEGREES):
             raise DataError(f"{name}: tells places in degrees, and not where the radar is; give its place (place_deg).")
-        degrees = columns is not None and columns.own is not None and columns.own[0] in DEGREES
-        return OwnWay(name, origin, told, degrees and columns is not None and columns.polar, None, math.nan)
+        return OwnWay(name, origin, told, columns is None or columns.polar, None, math.nan)
     if told:
         raise DataError(f"{name}: tells in its own columns where the radar was; leave own_ship out, or those columns.")
     since_s = since_1970()

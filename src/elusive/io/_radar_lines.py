@@ -18,7 +18,8 @@ from elusive.errors import DataError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io._radar_columns import COLUMNS, DEGREES, NEEDED, RANGES_M, RadarColumns
 from elusive.io._table_lines import TableLine, table_lines
-from elusive.io.sources import Feed
+from elusive.io.sources import Feed, in_order
+from elusive.io.sources.lines import STRICT
 from elusive.sensors.own_track import OwnTrack
 from elusive.sensors.radar_scans import TURN_RAD, RadarPlot, RadarScan, scan_of
 
@@ -76,23 +77,17 @@ class PlotTable:
 
     def _rows(self) -> Generator[tuple[float, RadarPlot | None], None, None]:
         """Yield each line's time and plot, None where the line says that there is none at that time."""
-        before, earlier, alone, columns = -math.inf, "", False, None
         with closing(self._lines()) as lines:
-            for line in lines:
-                columns = columns or RadarColumns.of(line)
-                clock, time_s = columns.clock, _time(line, columns)
-                empty = not any(line.cells.get(name) for name in (*columns.measured, COLUMNS[3]))
-                if time_s < before or (time_s == before and (empty or alone)):
-                    fault = "must go forwards" if time_s < before else "without a plot stands alone"
-                    raise DataError(
-                        f"{line.where}, column {clock}: {line.cells[clock]} comes after {earlier}; a time {fault}."
-                    )
-                before, earlier, alone = time_s, line.cells[clock], empty
-                if columns.own is not None and self.own is not None and line.cells[columns.own[0]]:
-                    self.own.add(time_s, *self._local(line, columns.own))
-                yield time_s, None if empty else self._plot(line, time_s, columns)
+            rows = (self.feed or STRICT).each(lines, _Reading(self, ordered=self.feed is None))
+            yield from rows if self.feed is None else in_order(rows, itemgetter(0), repr, self.feed)
 
-    def _plot(self, line: TableLine, time_s: float, columns: RadarColumns) -> RadarPlot:
+    def plot_of(self, line: TableLine, time_s: float, columns: RadarColumns, *, empty: bool) -> RadarPlot | None:
+        """Return a line's plot, its radar's place taken in."""
+        if columns.own is not None and self.own is not None and line.cells[columns.own[0]]:
+            self.own.add(time_s, *self._local(line, columns.own))
+            self.own.to_true_north = columns.polar and columns.own[0] in DEGREES
+        if empty:
+            return None
         heading = self._heading(line, time_s, columns)
         if self.own is not None:
             self.own.heading_rad = heading
@@ -123,9 +118,36 @@ class PlotTable:
         """Return a line's place in metres."""
         if names[0] not in DEGREES:
             return _pair(line, names)
-        assert self.frame is not None
+        if self.frame is None:
+            raise DataError(
+                f"{line.where}: tells places in degrees, and not where the radar is; give its place (--radar-lat-deg, "
+                "--radar-lon-deg)."
+            )
         x, y = self.frame.to_local(np.array(_pair(line, names)))[0].tolist()
         return x, y
+
+
+class _Reading:
+    """Reads lines into times and plots."""
+
+    def __init__(self, table: PlotTable, *, ordered: bool) -> None:
+        self._table, self._ordered = table, ordered
+        self._columns: RadarColumns | None = None
+        self._before, self._earlier, self._alone = -math.inf, "", False
+
+    def __call__(self, line: TableLine) -> tuple[float, RadarPlot | None]:
+        """Return a line's time and plot, None where it says that there is none."""
+        columns = self._columns = self._columns or RadarColumns.of(line)
+        clock, time_s = columns.clock, _time(line, columns)
+        empty = not any(line.cells.get(name) for name in (*columns.measured, COLUMNS[3]))
+        before = self._before
+        if self._ordered and (time_s < before or (time_s == before and (empty or self._alone))):
+            fault = "must go forwards" if time_s < before else "without a plot stands alone"
+            raise DataError(
+                f"{line.where}, column {clock}: {line.cells[clock]} comes after {self._earlier}; a time {fault}."
+            )
+        self._before, self._earlier, self._alone = time_s, line.cells[clock], empty
+        return time_s, self._table.plot_of(line, time_s, columns, empty=empty)
 
 
 def _time(line: TableLine, columns: RadarColumns) -> float:

@@ -2,30 +2,27 @@
 
 from __future__ import annotations
 
-import csv
 import math
 import os
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from decimal import Context, Decimal
 from itertools import islice
 from pathlib import Path
 
-import numpy as np
-
 from elusive.errors import DataError
-from elusive.io._own_way import own_way
-from elusive.io._radar_columns import COLUMNS, OWN
-from elusive.io._radar_lines import DEGREE_RAD, PlotTable, radians_of
+from elusive.geometry.local_frame import LocalFrame
+from elusive.io._own_way import OwnWay, own_way
+from elusive.io._radar_columns import COLUMNS
+from elusive.io._radar_lines import PlotTable
 from elusive.io.asterix import asterix_plots, summarize_asterix
-from elusive.io.atomic import atomic_path
-from elusive.io.csv_files import number_text
+from elusive.io.sources import Feed
 from elusive.sensors.own_track import OwnTrack
 from elusive.sensors.radar_rotation import MOST, rotation_of
-from elusive.sensors.radar_scans import TURN_RAD, RadarPlot, RadarScan, scans_by_rotation
+from elusive.sensors.radar_scans import RadarPlot, RadarScan, scans_by_rotation
 
 TABLES = (".csv", ".tsv", ".txt")
+LIVE_JUDGED = 30  # plots by which times are judged live
 UNIX_S = 1e8  # a time from here on counts from 1970, not from a midnight
 
 
@@ -171,63 +168,42 @@ def _first(plots: Iterator[RadarPlot]) -> list[RadarPlot]:
     return found
 
 
-def write_radar_plots_csv(path: str | os.PathLike[str], scans: Iterable[RadarScan], *, moving: bool = False) -> None:
-    """Write scans as CSV, whole or not at all; :func:`open_radar_plots` reads back the same numbers.
+def follow_radar_plots(
+    source: str,
+    feed: Feed,
+    *,
+    rotation_s: float | None = None,
+    place_deg: tuple[float, float] | None = None,
+) -> Iterator[RadarScan]:
+    """Yield the scans of a table as it is written: each once a later plot has come.
 
     Parameters
     ----------
-    path
-        File to write.
-    scans
-        In the order of time, taken one by one. Each plot is written with its own time.
-    moving
-        Whether the radar's own places are written, at each plot's time.
+    source
+        Where its lines come from, see :func:`~elusive.io.sources.lines_of`; the columns as :func:`open_radar_plots`
+        takes them.
+    feed
+        How it is followed; late, repeated and spoilt lines are left out and counted.
+    rotation_s, place_deg
+        As :func:`open_radar_plots` takes them; neither is estimated.
 
     Raises
     ------
     DataError
-        If a scan contradicts itself or comes before another, or the file cannot be written.
+        If plots have times of their own and no period is given, or no place where it is needed.
     """
-    before = -math.inf
-    with atomic_path(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow([*COLUMNS, *OWN[0]] if moving else COLUMNS)
-        for number, scan in enumerate(scans, 1):
-            fault, times_s = _fault_of(scan, before), scan.times_s if len(scan.times_s) else [scan.time_s]
-            if fault:
-                raise DataError(f"{path}: scan {number} {fault}.")
-            before = float(times_s[-1])
-            if not len(scan.times_s):
-                writer.writerow([number_text(scan.time_s), "", "", "", *_own(scan, scan.time_s, moving)])
-            for time_s, range_m, bearing_rad, doppler_mps in zip(*scan.plots, strict=True):
-                numbers = number_text(time_s), number_text(range_m), _degrees_text(bearing_rad)
-                writer.writerow([*numbers, number_text(doppler_mps), *_own(scan, time_s, moving)])
+    frame, track = None if place_deg is None else LocalFrame.at(*place_deg), OwnTrack(source)
+    table = PlotTable(source, frame, track, None, feed)
+    scans = _equal_times(table, source) if rotation_s is None else scans_by_rotation(table.plots(), rotation_s, source)
+    yield from OwnWay(source, place_deg, True, True, None, math.nan).placed(scans, track, Counter())
 
 
-def _own(scan: RadarScan, time_s: float, moving: bool) -> list[str]:
-    """Write where the radar is at a time of its scan."""
-    x, vx, y, vy = scan.own
-    later = time_s - scan.time_s
-    return [number_text(x + later * vx), number_text(y + later * vy)] if moving else []
-
-
-def _fault_of(scan: RadarScan, before: float) -> str | None:
-    times_s, range_m, bearing_rad, doppler_mps = (np.asarray(part) for part in scan.plots)
-    if not times_s.shape == range_m.shape == bearing_rad.shape == doppler_mps.shape == (times_s.size,):
-        return "has arrays of different lengths; give each plot a time, a range, a bearing and a Doppler or NaN"
-    every = times_s if times_s.size else np.array([scan.time_s])
-    if not np.isfinite(every).all() or every[0] <= before or (np.diff(every) < 0).any():
-        return f"has the time {every[0]:g} after {before:g}; times must be finite and go forwards"
-    if not (np.isfinite(range_m) & (range_m >= 0)).all():
-        return "has a range below 0 or not finite"
-    if not ((bearing_rad >= 0) & (bearing_rad < TURN_RAD)).all():
-        return "has a bearing outside 0 to 2 pi; give it in radians clockwise from north"
-    return "has an infinite Doppler; leave unknown ones NaN" if np.isinf(doppler_mps).any() else None
-
-
-def _degrees_text(angle_rad: float) -> str:
-    """Write an angle in degrees, in the fewest digits that read back exactly."""
-    degrees = Decimal(float(angle_rad)) / DEGREE_RAD
-    # 15 digits are as many as survive in a float, 19 part any two floats that are neighbours
-    texts = (f"{Context(prec=digits).plus(degrees).normalize():f}" for digits in range(15, 21))
-    return next(text for text in texts if radians_of(text) == float(angle_rad))
+def _equal_times(table: PlotTable, name: str) -> Iterator[RadarScan]:
+    """Gather plots of equal times, once the first of them do not say that each has its own."""
+    first = list[RadarPlot]()
+    for scan in table.scans():
+        if len(first) < LIVE_JUDGED:
+            first += [RadarPlot(*map(float, plot)) for plot in zip(*scan.plots, strict=True)]
+            if len(first) >= LIVE_JUDGED and rotation_of(first).needed:
+                raise DataError(f"{name}: plots have each their own time; give --rotation-s, the antenna's period.")
+        yield scan

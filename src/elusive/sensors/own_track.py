@@ -31,6 +31,7 @@ class OwnTrack:
         self._places: list[tuple[float, float]] = []
         self._said_s = -math.inf  # time of the latest fix, repeated or not
         self.heading_rad = math.nan  # of the bow, as told last
+        self.to_true_north = False  # whether bearings are from north at the radar, which is not the frame's
 
     def add(self, time_s: float, x_m: float, y_m: float) -> None:
         """Take in a fix.

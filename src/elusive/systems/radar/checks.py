@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -35,7 +35,7 @@ def findings_of(
     seen: RadarSurvey,
     sensor: RadarSensor,
     water: Water | None,
-    innovations: Sequence[float],
+    innovations: Iterable[float],
     source: RadarSource | None = None,
 ) -> tuple[Finding, ...]:
     """Return what a recording says of what was told of it.
@@ -62,7 +62,7 @@ def findings_of(
         names = "range", "bearing"
         found += [_error(seen, name, *one, sd) for name, one, sd in zip(names, told, shown, strict=True)]
         found += [] if water is None else [_on_land(seen, water)]
-    scale = scale_of(np.array(innovations), 2, tolerance=INNOVATIONS, independent=INDEPENDENT)
+    scale = scale_of(np.array(list(innovations)), 2, tolerance=INNOVATIONS, independent=INDEPENDENT)
     worst = scale.worst
     found.append(
         worst.finding(

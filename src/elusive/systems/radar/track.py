@@ -12,17 +12,15 @@ from pathlib import Path
 
 import numpy as np
 
-from elusive.charts import HardWater, Water, WaterModel
-from elusive.charts.charted_area import ChartedArea, lay_charts, read_charts
 from elusive.errors import DataError, ParameterError
 from elusive.filters.particle.coast_error import learn_bias
-from elusive.geometry.local_frame import LocalFrame
 from elusive.io import RadarSource, atomic_folder
 from elusive.io.ship_truth import read_ship_truth
 from elusive.results import TrackLog
 from elusive.sensors.radar_scans import RadarScan
-from elusive.systems.radar.parameters import NoMap, RadarTracking, survey
+from elusive.systems.radar.parameters import RadarTracking, survey
 from elusive.systems.radar.results import ADDED, RadarOutcome, RadarRun, Surroundings, ships_of, tracks_of
+from elusive.systems.radar.setting import bind_all, charts_in, check_place, frame_of
 from elusive.tracking.detections import DetectionTracker
 from elusive.tracking.track import Step
 
@@ -115,35 +113,18 @@ def track_radar_recording(
     ParameterError
         If a chart is to be used and none is given, or a ship of the truth is chosen and there is none.
     """
-    if not charts and not isinstance(parameters.knowledge, NoMap):
-        raise ParameterError(
-            f"knowledge: is {parameters.knowledge.kind!r}, and no chart is given; give --chart, or --knowledge none."
-        )
     if truth is None and (truth_mmsi is not None or cutoff_m is not None):
         name = "truth_mmsi" if truth_mmsi is not None else "cutoff_m"
         raise ParameterError(f"{name}: has no meaning without a truth; give --truth, or leave it out.")
     given = None if radar_lon_deg is None or radar_lat_deg is None else (radar_lon_deg, radar_lat_deg)
     frame = frame_of(source, given)
-    charted = lay_charts(read_charts(*charts), parameters.charted, frame) if charts else None
-    outline = None if charted is None else HardWater().bind(charted.coast)
+    around, outline = charts_in(parameters, charts, frame)
     seen = survey(_looked_through(source, on_scan), outline)
-    if charted is not None and not seen.on_chart:
-        raise DataError(
-            f"{source.name}: none of its {seen.plots} plots falls on a chart, seen from a radar at longitude "
-            f"{frame.lon_deg:g}, latitude {frame.lat_deg:g}; "
-            + (
-                "exchange the two: then it lies on a chart."
-                if _exchanged(charted)
-                else "check its place and the charts."
-            )
-        )
+    check_place(source.name, seen, around)
     known = None
     if truth is not None:
         known = read_ship_truth(truth, frame, midnight_unix_s=source.since_1970(), mmsi=truth_mmsi)
-    sensor = parameters.radar.bind(seen)
-    land_plots = seen.land_plots(sensor, outline)
-    tracker = parameters.bind(sensor, None if charted is None else charted.coast, land_plots, seen.way[:, 1:])
-    around = Surroundings(frame, charted, _water(parameters, tracker, charted))
+    sensor, tracker, around = bind_all(parameters, seen, around, outline)
     with nullcontext() if out is None else atomic_folder(out) as folder:
         table = None if folder is None else folder / "tracks.csv"
         with TrackLog(tracker.state_names, "m", ADDED, path=table) as log:
@@ -162,43 +143,9 @@ def track_radar_recording(
     return outcome
 
 
-def frame_of(source: RadarSource, place_deg: tuple[float, float] | None = None) -> LocalFrame:
-    """Return the frame of a recording: about a place, longitude and latitude, or about the source's own.
-
-    Raises
-    ------
-    ParameterError
-        If there is none, or two.
-    """
-    if place_deg is None:
-        place_deg = source.place_deg
-    elif source.place_deg not in (None, place_deg):
-        raise ParameterError(f"radar_lon_deg: {source.name} was opened with another place; leave the two out.")
-    if place_deg is None:
-        raise ParameterError(
-            f"{source.name}: does not say where the radar is; give --radar-lat-deg and --radar-lon-deg, or a log of "
-            "its ship."
-        )
-    return LocalFrame.at(*place_deg)
-
-
-def _exchanged(charted: ChartedArea) -> bool:
-    """Whether the radar's place lies on a chart if longitude and latitude change places."""
-    lon, lat = charted.frame.lat_deg, charted.frame.lon_deg
-    return any(w <= lon <= e and s <= lat <= n for w, s, e, n in (chart.extent_deg for chart in charted.charts))
-
-
 def _looked_through(scans: Iterable[RadarScan], on_scan: Callable[[int], None] | None) -> Iterator[RadarScan]:
     """Yield scans that are only looked through: none is done yet, but a caller may want to stop."""
     for scan in scans:
         if on_scan is not None:
             on_scan(0)
         yield scan
-
-
-def _water(parameters: RadarTracking, tracker: DetectionTracker, charted: ChartedArea | None) -> Water | None:
-    """Return P(water) whatever the coast's error; None without a map."""
-    if charted is None or not isinstance(parameters.knowledge, WaterModel):
-        return None
-    known = (member for member in tracker.knowledge if isinstance(member, Water))
-    return next(known, None) or parameters.knowledge.bind(charted.coast)

@@ -1,0 +1,99 @@
+"""A radar's plots as they come, tracked live: each scan's rows stand in the file before the next is taken."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from itertools import chain, islice
+from pathlib import Path
+
+from elusive.checks import Finding, write_checks
+from elusive.errors import DataError, ParameterError
+from elusive.geometry.local_frame import LocalFrame
+from elusive.io.arrivals import Coming
+from elusive.results import TrackLog
+from elusive.results.live import LiveEnd, LiveStep, follow_live, live_folder
+from elusive.sensors.radar_scans import RadarScan
+from elusive.systems.radar.checks import findings_of, innovation
+from elusive.systems.radar.parameters import RadarTracking, survey
+from elusive.systems.radar.results import ADDED
+from elusive.systems.radar.setting import bind_all, charts_in, check_place
+from elusive.systems.radar.track import track_radar
+from elusive.tracking.track import Step
+
+LOOK = 10  # scans by which the land in view is judged, where there is a chart
+DOPPLER_MPS = 40.0  # of ships, where none is given
+LATEST = 2000  # innovations by which a run is checked
+LIVE_FILES = ("tracks.csv", "checks.json", "config.yaml")
+
+
+def follow_radar(
+    coming: Coming[RadarScan],
+    parameters: RadarTracking,
+    out: Path,
+    frame: LocalFrame,
+    on_step: Callable[[LiveStep], None],
+    *,
+    charts: Sequence[str | Path] = (),
+) -> tuple[LiveEnd, tuple[Finding, ...]]:
+    """Track ships while their plots come: a scan's rows stand in the file before the next is taken.
+
+    A scan is complete when a later plot comes. With a chart the first ten scans are waited for, by which the land in
+    view is judged.
+
+    Parameters
+    ----------
+    coming
+        :class:`~elusive.io.arrivals.Arrivals` of :func:`~elusive.io.radar_plots.follow_radar_plots`.
+    parameters
+        What to do; the greatest range must be given.
+    out
+        Folder for LIVE_FILES.
+    frame
+        Its origin is that of places.
+    on_step
+        Called after each scan.
+    charts
+        As :func:`~elusive.systems.radar.track.track_radar_recording` takes them.
+
+    Returns
+    -------
+    tuple
+        How it ended, and what was checked, of the latest innovations.
+
+    Raises
+    ------
+    ParameterError
+        If no greatest range is given, or a chart is to be used and there is none.
+    DataError
+        If a chart or the first scans cannot be used, or the folder holds an earlier run's tracks.
+    """
+    if parameters.radar.max_range_m is None:
+        raise ParameterError("max_range_m: a live run cannot look at all plots first; give --max-range-m.")
+    around, outline = charts_in(parameters, charts, frame)
+    heard = iter(coming)
+    first = list(islice(heard, LOOK if charts else 1))
+    if not first:
+        raise DataError("no scan came.")
+    seen = survey(first, outline)
+    check_place("live", seen, around)
+    sensor, tracker, around = bind_all(
+        parameters, seen._replace(max_doppler_mps=max(DOPPLER_MPS, seen.max_doppler_mps)), around, outline
+    )
+    innovations = deque[float](maxlen=LATEST)
+
+    def steps() -> Iterator[Step]:
+        for step in track_radar(chain(first, heard), tracker, parameters, around):
+            beliefs = {target.life.track: target for target in step.state.targets}
+            sure = (beliefs[track.track] for track in step.tracks if track.status == "confirmed")
+            innovations.extend(innovation(target, step.measurement, sensor) for target in sure)
+            yield step
+
+    with (
+        live_folder(out, parameters.to_yaml()) as folder,
+        TrackLog(tracker.state_names, "m", ADDED, path=folder / "tracks.csv") as log,
+    ):
+        end = follow_live(steps(), coming, log, on_step)
+    findings = findings_of(seen, sensor, around.water, innovations)
+    write_checks(out, findings)
+    return end, findings

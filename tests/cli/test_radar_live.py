@@ -1,0 +1,72 @@
+"""`elusive track radar --follow`: the same tracks as of the whole recording, a line a scan; what lacks is refused."""
+
+from __future__ import annotations
+
+import io
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.cli.test_radar import Run, elusive_in
+from tests.cli.test_radar_moving import columns_deg, columns_m, turning
+
+__all__ = ["elusive_in"]
+PLACE = ["--radar-lat-deg", "53.9", "--radar-lon-deg", "10.2"]
+LIMITS = ["--max-range-m", "5000", "--max-doppler-mps", "60", "--bearing-sd-mrad", "3", "--particles", "300"]
+TRACK = ["track", "radar", "plots.csv", "--knowledge", "none", *PLACE, *LIMITS]
+LIVE = ["--follow", "--idle-s", "0.3"]
+
+
+def tracks(folder: Path, name: str) -> list[str]:
+    return (folder / name / "tracks.csv").read_text().splitlines()
+
+
+@pytest.mark.parametrize(("write", "more"), [(columns_deg, []), (turning, ["--rotation-s", "2.5"])])
+def test_live_tracks_are_those_of_the_recording(
+    elusive_in: Run, tmp_path: Path, capfd: pytest.CaptureFixture[str], write, more: list[str]
+) -> None:  # fmt: skip
+    write(tmp_path)
+    code, said = elusive_in(*TRACK, *more, *LIVE, "--to", "ndjson:told", "--out", "live")
+    assert code == 0, said
+    code, again = elusive_in(*TRACK, *more, "--out", "whole")
+    assert code == 0, again
+    assert tracks(tmp_path, "live") == tracks(tmp_path, "whole")
+    records = [json.loads(line) for line in (tmp_path / "told").read_text().splitlines()]
+    steps = [record for record in records if "latency_ms" in record and "time_s" in record]
+    assert len(steps) >= 72
+    assert f"{len(steps)} tracked" in said
+    assert (tmp_path / "live/checks.json").is_file()
+
+
+def test_plots_may_come_on_standard_input(elusive_in: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    columns_m(tmp_path)
+    octets = (tmp_path / "plots.csv").read_bytes()
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(octets + b"nonsense\n")))
+    code, said = elusive_in("track", "radar", "-", *TRACK[3:], "--follow", "--out", "live")
+    assert code == 0, said
+    assert len(tracks(tmp_path, "live")) > 100
+    assert "1 spoilt" in said
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ([*TRACK[:5], *PLACE], "--max-range-m"),
+        ([*TRACK[:5], *LIMITS], "a live table needs --radar-lat-deg"),
+        ([*TRACK, "--truth", "truth.csv"], "--truth: has no meaning with --follow"),
+    ],
+)
+def test_what_a_live_run_lacks_is_said(elusive_in: Run, tmp_path: Path, arguments: list[str], told: str) -> None:
+    columns_m(tmp_path)
+    code, said = elusive_in(*arguments, *LIVE, "--out", "live")
+    assert code == 2, said
+    assert told in said
+
+
+def test_plots_with_times_of_their_own_need_the_antennas_period(elusive_in: Run, tmp_path: Path) -> None:
+    turning(tmp_path)
+    code, said = elusive_in(*TRACK, *LIVE, "--out", "live")
+    assert code == 2, said
+    assert "give --rotation-s" in said
