@@ -359,7 +359,8 @@ def test_what_is_sent_over_a_network_is_read_as_it_comes(host: str) -> None:
     port, written = free_port(), video(8, 300, 50)
     address = f"udp://{host}:{port}" + "?interface=127.0.0.1" * host.startswith("239")
     feed = Feed(idle_s=HUNG_S)
-    source = open_radar_video(address, radar="0/2", feed=feed)
+    addresses = f"{address},udp://127.0.0.1:{free_port()}"  # of a radar and, silent here, of instruments
+    source = open_radar_video(addresses, radar="0/2", feed=feed)
 
     def send() -> None:
         while not source.counts["spokes of radar 0/1"] and not feed.over:  # until the other side listens

@@ -30,6 +30,7 @@ SIZES = (2, 1, 4, None, 12, 12, 2, 5, None, None, None, 3)
 REPEATED = {3: 1, 8: 4, 9: 64, 10: 256}
 SOURCE, TYPE, NUMBER, TEXT, NANO, FEMTO, CODING, COUNTS, LOW, MEDIUM, HIGH, DAY = range(12)
 FARTHEST_M = 5e6
+MAX_OPEN = 16  # radials of which more may come
 TOLD = re.compile(r"\b(bits|azimuth)=(\w+)")
 
 
@@ -114,6 +115,8 @@ class VideoMessages:
             elif before is not None:
                 yield self._closed(radar)
             self._open[radar] = radial
+            if len(self._open) > MAX_OPEN:
+                yield self._closed(next(iter(self._open)))
         else:
             raise MalformedError
 

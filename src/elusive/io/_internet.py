@@ -54,6 +54,7 @@ class _Parts:
 
     def __init__(self) -> None:
         self.parts: dict[int, bytes] = {}
+        self.held = 0  # octets
         self.size: int | None = None
 
     def whole(self, packet: _Packet) -> bytes | None:
@@ -72,8 +73,9 @@ class _Parts:
             if self.size not in (None, end):
                 raise ValueError
             self.size = end
+        self.held += 0 if packet.offset in self.parts else len(packet.payload)
         self.parts[packet.offset] = packet.payload
-        if self.size is None or sum(map(len, self.parts.values())) < self.size:
+        if self.size is None or self.held < self.size:
             return None
         at = 0
         for offset in sorted(self.parts):
