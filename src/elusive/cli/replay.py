@@ -20,7 +20,7 @@ def replay_command(
         str,
         typer.Option("--to", help="udp://HOST:PORT; of a table also tcp://HOST:PORT?listen=1, mqtt://HOST/TOPIC."),
     ],
-    speed: Annotated[float, typer.Option("--speed", help="How much faster than it was recorded.")] = 1.0,
+    speed: Annotated[float, typer.Option("--speed", help="How many times faster than it was recorded.")] = 1.0,
 ) -> None:
     """Play a recording over the network, to try what is to follow it live."""
     sent = replay(source, to, speed, tell, interrupted)
