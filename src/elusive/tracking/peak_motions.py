@@ -11,9 +11,9 @@ from pydantic import Field
 from elusive.contracts import Array
 from elusive.model import Model, NonNegative, Positive, Probability
 
-# a point at rest is seen where it is, sways, or hops now and then between the parts of what it is a part of:
-# jitter and hop, in the units of the model's; the next two are its jitter alone
-RESTING = ((0.0, 0.0), (0.5, 0.0), (1.5, 0.0), (0.0, 2.0), (0.7, 4.0))
+# a point at rest is seen where it is, wanders about it, sways, or hops now and then between the parts of what it is a
+# part of: jitter, hop and walk, in the units of the model's
+RESTING = ((0.0, 0.0, 1.0), (0.0, 0.0, 6.0), (0.5, 0.0, 1.0), (1.5, 0.0, 1.0), (0.0, 2.0, 1.0), (0.7, 4.0, 1.0))
 
 
 class PeakMotions(Model):
@@ -36,7 +36,9 @@ class PeakMotions(Model):
     @cached_property
     def table(self) -> Array:
         """Jitter, walk, acceleration, starting speed, unevenness, hop of each motion, ``(M, 6)``."""
-        still = [(self.sway * jitter, self.walk, 0.0, 0.0, 0.0, self.sway * hop) for jitter, hop in RESTING]
+        still = [
+            (self.sway * jitter, self.walk * wander, 0.0, 0.0, 0.0, self.sway * hop) for jitter, hop, wander in RESTING
+        ]
         moving = [
             (0.0, 0.0, self.steady_q, self.steady_speed, 0.0, 0.0),
             (0.0, 0.0, self.agile_q, self.agile_speed, self.uneven, 0.0),

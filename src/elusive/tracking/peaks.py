@@ -24,6 +24,7 @@ REMEMBERED = 4000  # tracks that have ended and are part of the null distributio
 OLD = 5  # frames from which a track is part of it
 SETTLING = 10  # frames that a track's evidence a frame is shared with beforehand
 COMPANION = 4.0  # scales within which what moves alike is a part of the same object, or its shadow
+FAINT, TRAIL_PX = 0.6, 6.0  # what is fainter by this share is a companion so much farther off: it rings, or trails
 ALIKE = (0.5, 0.3)  # velocities that differ by less than this [px / frame], and this share, are alike
 RIVALS = 12  # tracks that the strongest is compared with, at most
 EXTRA = ("intensity", "snr_db", "moves", "shown")
@@ -156,7 +157,7 @@ class SceneTracker(PeakRecursion):
     def _alone(self, targets: PeakTargets, confirmed: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Say which track, if any, is by far the strongest."""
         alone = np.zeros(len(confirmed), np.bool_)
-        old = np.flatnonzero(confirmed & (targets.age >= OLD))
+        old = np.flatnonzero(confirmed & (targets.age >= SETTLING))
         if not len(old):
             return alone
         first, *others = old[np.argsort(-targets.strength[old])][: RIVALS + 1]
@@ -171,15 +172,14 @@ class SceneTracker(PeakRecursion):
 
 
 def _leave_companions(targets: PeakTargets, shown: NDArray[np.bool_]) -> None:
-    """Show only the surest of what moves together: parts of an object, and their dark or bright shadows."""
-    place, velocity = targets.mean_place, targets.mean_velocity
-    companions = np.zeros(len(shown), np.bool_)
-    for k in np.flatnonzero(shown)[np.argsort(-targets.evidence[shown], kind="stable")].tolist():
-        if companions[k]:
+    """Show only the strongest of what moves together: parts of an object, what rings beside it, what trails it."""
+    place, velocity, strength = targets.mean_place, targets.mean_velocity, targets.strength
+    for k in np.flatnonzero(shown)[np.argsort(-strength[shown], kind="stable")].tolist():
+        if not shown[k]:
             continue
         near = COMPANION * np.maximum(targets.scale, targets.scale[k])
+        near += np.where(strength < FAINT * strength[k], TRAIL_PX, 0.0)
         alike = ALIKE[0] + ALIKE[1] * math.hypot(*velocity[k])
         beside = (np.hypot(*(place - place[k]).T) < near) & (np.hypot(*(velocity - velocity[k]).T) < alike)
         beside[k] = False
-        companions |= beside & ~(shown & (targets.evidence > targets.evidence[k]))
-    shown &= ~companions
+        shown &= ~beside
