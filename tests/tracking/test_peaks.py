@@ -188,12 +188,80 @@ def test_a_target_that_has_gone_far_by_hops_is_not_at_rest() -> None:
         origin=np.zeros((2, 2)),
         evidence=500 * one,
         resting=np.full((2, rests), 500.0),
+        farthest=np.hypot(*place.T),
     )
     stayed, went = targets.moving(leash)
     assert stayed == pytest.approx(0.0)
     kept = 500 - 100 / (2 * leash**2)  # 10 px from where it began
-    assert went == pytest.approx(500 - max(np.log(np.mean(np.exp(kept - kept.max()))) + kept.max(), 0))
+    free = 500 - max(np.log(np.mean(np.exp(kept - kept.max()))) + kept.max(), 0)
+    assert went == pytest.approx(min(free, 100 / (2 * leash.min() ** 2)))
     assert went > 1
+
+
+def test_what_never_went_far_does_not_move_however_it_sways() -> None:
+    leash, kinds, rests = MOTIONS.leash, len(MOTIONS.table), len(MOTIONS.leash)
+    targets = PeakTargets.none(kinds, rests)._replace(
+        place=np.zeros((1, kinds, 2)),
+        origin=np.zeros((1, 2)),
+        evidence=np.array([500.0]),
+        resting=np.zeros((1, rests)),
+        farthest=np.array([1.5]),
+    )
+    assert targets.moving(leash)[0] <= 1.5**2 / 2
+
+
+def shown_of(beliefs: list[PeakBelief]) -> list[set[int]]:
+    return [{track.track for track in belief.tracks if track.extra["shown"]} for belief in beliefs]
+
+
+def followed(rng: np.random.Generator, scene: Any, rests: np.ndarray, frames: int = 60) -> list[PeakBelief]:
+    """Follow what ``scene`` gives of a frame, places and strengths, among what rests and noise, camera at rest."""
+    tracker = SceneTracker()
+    belief, beliefs, still = tracker.begin(), [], np.zeros(2)
+    for k in range(frames):
+        places, strength = scene(k)
+        noise = rng.uniform((0, 0), SHAPE[::-1], (60, 2))
+        there = np.concatenate([np.concatenate([rests, places]) + rng.normal(0, 0.2, (len(rests) + len(places), 2)), noise])
+        strengths = np.concatenate([rng.normal(7, 0.4, len(rests)), strength, 2 + rng.exponential(0.6, 60)])
+        belief = tracker.follow(belief, float(k), peaks_of(k, there, strengths, still, still), SHAPE, 1.0)
+        beliefs.append(belief)
+    return beliefs
+
+
+def test_a_target_that_jumps_keeps_its_number_and_is_shown_again_at_once() -> None:
+    rng = np.random.default_rng(7)
+
+    def scene(k: int) -> tuple[np.ndarray, np.ndarray]:
+        jump = (-9.0, 8.0) if k >= 40 else (0.0, 0.0)
+        return np.array([[20.0 + k + jump[0], 60.0 - 0.4 * k + jump[1]]]), np.array([12.0])
+
+    shown = shown_of(followed(rng, scene, resting(rng)))
+    assert len(shown[39]) == 1
+    assert shown[46] == shown[59] == shown[39]
+
+
+def test_what_rings_beside_a_target_is_not_shown() -> None:
+    rng = np.random.default_rng(8)
+
+    def scene(k: int) -> tuple[np.ndarray, np.ndarray]:
+        place = np.array([20.0 + k, 60.0 - 0.4 * k])
+        return np.stack([place, place + (6.0, 3.0)]), np.array([15.0, 6.0])
+
+    beliefs = followed(rng, scene, resting(rng))
+    assert len(shown_of(beliefs)[-1]) == 1
+    assert all(len(shown) <= 1 for shown in shown_of(beliefs))
+
+
+def test_a_layer_of_clouds_is_not_shown_and_a_target_before_it_is() -> None:
+    rng = np.random.default_rng(9)
+    clouds = rng.uniform((10, 10), (110, 110), (12, 2))
+
+    def scene(k: int) -> tuple[np.ndarray, np.ndarray]:
+        return np.concatenate([clouds + (0.7 * k, 0.1 * k), [[140.0 - k, 60.0]]]), np.append(rng.normal(5, 0.3, 12), 8.0)
+
+    last = followed(rng, scene, resting(rng))[-1]
+    (track,) = (track for track in last.tracks if track.extra["shown"])
+    assert track.mean[1] == pytest.approx(-1.0, abs=0.3)
 
 
 def test_one_target_alone_is_shown_and_its_existence_told() -> None:

@@ -132,7 +132,8 @@ class PeakRecursion(Model):
             evidence=targets.evidence + np.log(np.einsum("nm,nm->n", targets.weight, likelihood)),
             resting=targets.resting + np.log(likelihood[:, motions.rests]),
         )
-        return updated, unclaimed
+        away = np.hypot(*(updated.mean_place - targets.origin).T)
+        return updated._replace(farthest=np.maximum(targets.farthest, away)), unclaimed
 
     def newborn(self, peaks: Peaks, clutter: Clutter, unclaimed: Array, born: int) -> PeakTargets:
         """Begin targets at the rarest peaks that none claims, numbered from the next."""
@@ -162,6 +163,7 @@ class PeakRecursion(Model):
             resting=np.zeros((count, int(self.motions.rests.sum()))),
             shown=np.zeros(count, np.bool_),
             origin=clutter.places[chosen],
+            farthest=zero,
         )
 
     def kept(self, targets: PeakTargets, offset_px: Array, shape: tuple[int, int]) -> NDArray[np.bool_]:

@@ -29,6 +29,7 @@ class PeakTargets(NamedTuple):
     resting: Array  # (n, R) the same, had it always been at rest in one way
     shown: NDArray[np.bool_]  # (n,)
     origin: Array  # (n, 2) its first place
+    farthest: Array  # (n,) from there so far [px]
 
     @classmethod
     def none(cls, motions: int, resting: int) -> Self:
@@ -37,7 +38,7 @@ class PeakTargets(NamedTuple):
         return cls(
             whole, whole, np.zeros((0, motions, 2)), np.zeros((0, motions, 2)), np.zeros((0, motions, 3)),
             np.zeros((0, motions)), one, one, one, one, one, flag, one, np.zeros((0, resting)), flag,
-            np.zeros((0, 2)),
+            np.zeros((0, 2)), one,
         )  # fmt: skip
 
     @property
@@ -60,13 +61,14 @@ class PeakTargets(NamedTuple):
     def moving(self, leash: Array) -> Array:
         """Log evidence that each moves against all ways of resting, or against clutter alone, ``(n,)``.
 
-        What rests hops and sways about where it began: ``leash`` ``(R,)`` is the deviation of that [px].
+        What rests hops and sways about where it began: ``leash`` ``(R,)`` is the deviation of that [px]. What has never
+        been farther from there than the tightest leash lets it is no more likely to move, in whatever manner it sways.
         """
         away = self.place[:, : len(leash)] - self.origin[:, None]
         resting = self.resting - np.einsum("nra,nra->nr", away, away) * (0.5 / leash**2)
         top = resting.max(axis=1, initial=0.0)
         still = top + np.log(np.exp(resting - top[:, None]).mean(axis=1))
-        found: Array = self.evidence - np.maximum(still, 0.0)
+        found: Array = np.minimum(self.evidence - np.maximum(still, 0.0), 0.5 * (self.farthest / leash.min()) ** 2)
         return found
 
     def kept(self, which: NDArray[np.bool_]) -> Self:

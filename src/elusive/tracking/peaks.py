@@ -14,6 +14,7 @@ from elusive.contracts import Array, interval_since
 from elusive.model import Positive, Probability
 from elusive.preprocess.peaks import Peaks
 from elusive.tracking.lifecycle import Life, Lifecycle
+from elusive.tracking.peak_jumps import rejoined
 from elusive.tracking.peak_null import EmpiricalNull
 from elusive.tracking.peak_persistence import Persistence, Reliability
 from elusive.tracking.peak_recursion import PeakRecursion
@@ -26,6 +27,10 @@ SETTLING = 10  # frames that a track's evidence a frame is shared with beforehan
 COMPANION = 4.0  # scales within which what moves alike is a part of the same object, or its shadow
 FAINT, TRAIL_PX = 0.6, 6.0  # what is fainter by this share is a companion so much farther off: it rings, or trails
 ALIKE = (0.5, 0.3)  # velocities that differ by less than this [px / frame], and this share, are alike
+LAYER, LAYER_STRENGTH = 3, 0.5  # others, as strong by this share, that make a layer
+LAYER_PX, LAYER_SPEED = 5.0, 0.2  # way that they have gone, and frames' [px]: what is slower may go alike by chance
+LAYER_ALIKE = (0.05, 0.2)  # velocities that differ by less than this [px / frame], and this share, are of a layer
+UNSEEN = 0.05  # share of its existence in which it is visible, below which a track is not shown: three frames missed
 RIVALS = 12  # tracks that the strongest is compared with, at most
 EXTRA = ("intensity", "snr_db", "moves", "shown")
 
@@ -93,7 +98,7 @@ class SceneTracker(PeakRecursion):
         clutter = self.clutter(peaks, shape)
         targets, unclaimed = self.updated(targets, peaks, clutter)
         newborn = self.newborn(peaks, clutter, unclaimed, belief.born)
-        targets = targets.joined(newborn)
+        targets = rejoined(targets.joined(newborn), self.level_spread)
         kept = self.kept(targets, peaks.offset_px, shape)
         over = ~kept & (targets.age >= OLD)
         ended = np.concatenate([belief.ended, self._reached(targets)[over]])[-REMEMBERED:]
@@ -126,7 +131,9 @@ class SceneTracker(PeakRecursion):
         confirmed = np.zeros(len(existence), np.bool_)
         confirmed[[k for k, life in tracks if life.status == "confirmed"]] = True
         enough = moves > np.where(targets.shown, self.show_until, self.show_from)
-        shown = confirmed & (enough | self._alone(targets, confirmed))
+        seen = targets.visible > UNSEEN * existence
+        shown = confirmed & seen & (enough | self._alone(targets, confirmed))
+        _leave_layers(targets, shown, confirmed & (targets.farthest > LAYER_PX))
         _leave_companions(targets, shown)
         mean, covariance = targets.moments()
         mean[:, 0::2] += peaks.offset_px
@@ -169,6 +176,19 @@ class SceneTracker(PeakRecursion):
                 return alone
         alone[first] = True
         return alone
+
+
+def _leave_layers(targets: PeakTargets, shown: NDArray[np.bool_], moving: NDArray[np.bool_]) -> None:
+    """Show nothing of what moves as several others do that are as strong: a layer of clouds, a second scene."""
+    velocity, strength = targets.mean_velocity, targets.strength
+    for k in np.flatnonzero(shown).tolist():
+        speed = math.hypot(*velocity[k])
+        alike = LAYER_ALIKE[0] + LAYER_ALIKE[1] * speed if speed > LAYER_SPEED else 0.0
+        others = moving & (np.hypot(*(velocity - velocity[k]).T) < alike) & (strength > LAYER_STRENGTH * strength[k])
+        others[k] = False
+        others &= np.hypot(*(targets.mean_place - targets.mean_place[k]).T) > COMPANION * targets.scale[k] + TRAIL_PX
+        if others.sum() >= LAYER:
+            shown[k] = False
 
 
 def _leave_companions(targets: PeakTargets, shown: NDArray[np.bool_]) -> None:

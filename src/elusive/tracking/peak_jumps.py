@@ -1,0 +1,47 @@
+"""Targets that are found again elsewhere: where frames were dropped, or a target was hidden for long.
+
+What was shown and is no longer seen goes on as what has just begun beside it, if that alone is like it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from elusive.contracts import Array
+from elusive.tracking.peak_targets import PeakTargets
+
+FRESH = 10  # frames up to which a target has just begun
+SURE = 0.9  # existence from which it counts
+REACH_PX = 16.0  # how far a target may have jumped, and a third as far again for each frame's way it has
+ALIKE = 0.6  # share of a strength that another has at least, and its inverse at most
+
+
+def rejoined(targets: PeakTargets, level_spread: float) -> PeakTargets:
+    """Return the targets, those that had been shown and were lost joined to what began where they went."""
+    lost = np.flatnonzero(targets.shown & (targets.visible < 0.5 * targets.existence))
+    fresh = np.flatnonzero((targets.age <= FRESH) & (targets.existence > SURE) & ~targets.shown)
+    if not len(lost) or not len(fresh):
+        return targets
+    place, speed = targets.mean_place, np.hypot(*targets.mean_velocity.T)
+    kept = np.ones(len(targets.number), np.bool_)
+    values: dict[str, Array] = {
+        name: getattr(targets, name).copy()
+        for name in ("number", "age", "evidence", "resting", "shown", "origin", "farthest")
+    }
+    for old in lost[np.argsort(-targets.evidence[lost], kind="stable")]:
+        near = np.hypot(*(place[fresh] - place[old]).T) < REACH_PX + 3 * speed[old]
+        ratio = targets.strength[fresh] / targets.strength[old]
+        like = near & (targets.bright[fresh] == targets.bright[old]) & (ratio > ALIKE) & (ratio < 1 / ALIKE)
+        like &= np.abs(targets.level[fresh] - targets.level[old]) < 2 * level_spread
+        if like.sum() != 1:
+            continue
+        new = int(fresh[like][0])
+        kept[old] = False
+        fresh = fresh[fresh != new]
+        for name in ("number", "shown", "origin"):
+            values[name][new] = values[name][old]
+        for name in ("age", "evidence", "resting"):
+            values[name][new] += values[name][old]
+        away = float(np.hypot(*(place[new] - targets.origin[old])))
+        values["farthest"][new] = max(float(targets.farthest[old]), away)
+    return targets._replace(**values).kept(kept)
