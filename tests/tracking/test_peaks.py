@@ -221,7 +221,9 @@ def followed(rng: np.random.Generator, scene: Any, rests: np.ndarray, frames: in
     for k in range(frames):
         places, strength = scene(k)
         noise = rng.uniform((0, 0), SHAPE[::-1], (60, 2))
-        there = np.concatenate([np.concatenate([rests, places]) + rng.normal(0, 0.2, (len(rests) + len(places), 2)), noise])
+        there = np.concatenate(
+            [np.concatenate([rests, places]) + rng.normal(0, 0.2, (len(rests) + len(places), 2)), noise]
+        )
         strengths = np.concatenate([rng.normal(7, 0.4, len(rests)), strength, 2 + rng.exponential(0.6, 60)])
         belief = tracker.follow(belief, float(k), peaks_of(k, there, strengths, still, still), SHAPE, 1.0)
         beliefs.append(belief)
@@ -245,7 +247,7 @@ def test_what_rings_beside_a_target_is_not_shown() -> None:
 
     def scene(k: int) -> tuple[np.ndarray, np.ndarray]:
         place = np.array([20.0 + k, 60.0 - 0.4 * k])
-        return np.stack([place, place + (6.0, 3.0)]), np.array([15.0, 6.0])
+        return np.stack([place, place + np.array([6.0, 3.0])]), np.array([15.0, 6.0])
 
     beliefs = followed(rng, scene, resting(rng))
     assert len(shown_of(beliefs)[-1]) == 1
@@ -257,7 +259,9 @@ def test_a_layer_of_clouds_is_not_shown_and_a_target_before_it_is() -> None:
     clouds = rng.uniform((10, 10), (110, 110), (12, 2))
 
     def scene(k: int) -> tuple[np.ndarray, np.ndarray]:
-        return np.concatenate([clouds + (0.7 * k, 0.1 * k), [[140.0 - k, 60.0]]]), np.append(rng.normal(5, 0.3, 12), 8.0)
+        return np.concatenate([clouds + k * np.array([0.7, 0.1]), [[140.0 - k, 60.0]]]), np.append(
+            rng.normal(5, 0.3, 12), 8.0
+        )
 
     last = followed(rng, scene, resting(rng))[-1]
     (track,) = (track for track in last.tracks if track.extra["shown"])

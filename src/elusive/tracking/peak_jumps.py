@@ -5,9 +5,10 @@ What was shown and is no longer seen goes on as what has just begun beside it, i
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from elusive.contracts import Array
 from elusive.tracking.peak_targets import PeakTargets
 
 FRESH = 10  # frames up to which a target has just begun
@@ -24,7 +25,7 @@ def rejoined(targets: PeakTargets, level_spread: float) -> PeakTargets:
         return targets
     place, speed = targets.mean_place, np.hypot(*targets.mean_velocity.T)
     kept = np.ones(len(targets.number), np.bool_)
-    values: dict[str, Array] = {
+    values: dict[str, Any] = {
         name: getattr(targets, name).copy()
         for name in ("number", "age", "evidence", "resting", "shown", "origin", "farthest")
     }

@@ -35,10 +35,7 @@ def without(name: str) -> infrared.Score:
 
 
 @pytest.mark.parametrize("name", EVERY)
-def test_the_target_is_followed(name, request):
-    if name == "easy4":
-        reason = "existence above .5 in .88 of the frames: its recording's tracks come again in .4 of the cases"
-        request.applymarker(pytest.mark.xfail(reason=reason, strict=True))
+def test_the_target_is_followed(name):
     found = score(name)
     assert found.followed >= 0.9
     assert found.followed >= found.brightest - 0.03
