@@ -131,6 +131,31 @@ def test_noise_over_all_bits_is_read_as_the_standard_says(tmp_path: Path) -> Non
     agree(read(tmp_path / "raw"), written)
 
 
+def test_one_octet_of_several_is_taken_as_the_standard_says(tmp_path: Path) -> None:
+    small = video(8)
+    for factor in (1, 256):
+        written = small._replace(amplitude=small.amplitude.astype(np.uint16) * factor, bits=16)
+        write_asterix_video(tmp_path / "raw", [written])
+        agree(read(tmp_path / "raw"), written)
+
+
+def test_a_clock_that_differs_from_the_captures_is_said(tmp_path: Path) -> None:
+    written = video(8)
+    write_asterix_video(tmp_path / "video.pcap", [written])
+    octets = bytearray((tmp_path / "video.pcap").read_bytes())
+    at = 24
+    while at < len(octets):  # each packet is captured a minute later
+        octets[at : at + 4] = (int.from_bytes(octets[at : at + 4], "little") + 60).to_bytes(4, "little")
+        at += 16 + int.from_bytes(octets[at + 8 : at + 12], "little")
+    (tmp_path / "video.pcap").write_bytes(octets)
+    source = open_radar_video(tmp_path / "video.pcap")
+    found = join_spokes(list(source))
+    assert np.abs(found.time_s - written.time_s).max() < 1 / 128
+    assert np.isfinite(found.heading_rad).all()
+    (remark,) = source.remarks()
+    assert remark.startswith("The radar's clock is 60.0 s behind that of the capture")
+
+
 def test_a_spoke_too_long_for_a_message_goes_in_several(tmp_path: Path) -> None:
     written = video(32, 40, 40_000, step_m=1.0)
     for name in ("raw", "video.pcap"):

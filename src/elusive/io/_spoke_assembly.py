@@ -15,6 +15,7 @@ from elusive.contracts import Array
 from elusive.io._asterix_video import CATEGORY, VideoMessages
 from elusive.io._internet import Datagram
 from elusive.io._navico import NavicoPackets, is_navico
+from elusive.io._octet_order import OctetOrder
 from elusive.io._own_ship import OwnShip
 from elusive.io._sentences import Sentences
 from elusive.io._spoke_clock import TURN_RAD, SpokeClock
@@ -26,8 +27,7 @@ TOGETHER = 32  # spokes that are handed over at once
 HOLD_S = 1.0  # for which spokes wait, so that heading and position are known before and after them
 MAX_HELD = 4096  # parts that wait
 DAY_S = 86_400.0
-SWAPPED = 1.2  # how much rougher amplitudes are in the wrong order of their octets
-JUDGED = 256  # amplitudes from which on that says something
+AHEAD_S = 2.0  # by which two clocks may differ without a remark
 
 
 class UntimedError(Exception):
@@ -65,13 +65,23 @@ class Assembly:
         self.radar, self.own, self.ahead_s = radar, OwnShip(), math.nan
         self._counts, self._rotation_s = counts, rotation_s
         self._sentences, self._messages, self._navico = Sentences(), VideoMessages(from_bow), NavicoPackets()
-        self._clock, self._order = SpokeClock(), _Order()
+        self._clock, self._order = SpokeClock(), OctetOrder()
         self._untimed: list[tuple[SpokeParts, float]] = []
         self._group: list[_Timed] = []
         self._together = 0  # spokes of the group
         self._held: deque[list[_Timed]] = deque()
         self._stamp_s = self._azimuth_rad = self._first_s = math.nan
         self._width: tuple[tuple[Any, ...], int] = ((), 0)
+
+    def remarks(self) -> list[str]:
+        """Return what is to be said of the radar's clock."""
+        if not abs(self.ahead_s) > AHEAD_S:
+            return []
+        way = "ahead of" if self.ahead_s > 0 else "behind"
+        return [
+            f"The radar's clock is {abs(self.ahead_s):.1f} s {way} that of the capture: times of spokes are the "
+            "radar's, and those of AIS are the capture's."
+        ]
 
     @property
     def from_north_unasked(self) -> bool:
@@ -184,7 +194,9 @@ class Assembly:
 
     def _spokes(self, group: list[_Timed]) -> Iterator[Spokes]:
         first = group[0].part
-        amplitude = self._order.settled(self._amplitude([timed.part for timed in group]), first)
+        amplitude = self._amplitude([timed.part for timed in group])
+        if first.heading_rad is None:
+            amplitude = self._order.settled(amplitude)
         azimuth_rad = np.concatenate([timed.part.azimuth_rad for timed in group])
         came_s = np.concatenate([timed.came_s for timed in group])
         heading_rad = self.own.heading_rad(came_s)
@@ -225,25 +237,3 @@ class Assembly:
 
 def _scale(part: SpokeParts) -> tuple[Any, ...]:
     return part.from_bow, part.start_m, part.step_m, part.bits, part.amplitude.dtype
-
-
-class _Order:
-    """Which octet of an amplitude comes first: the standard says the highest, and some encoders write the lowest.
-
-    Neighbouring samples are alike, so the wrong order is the rougher one.
-    """
-
-    def __init__(self) -> None:
-        self.lowest_first = False
-        self._rough, self._judged = np.zeros(2), 0
-
-    def settled(self, amplitude: NDArray[Any], part: SpokeParts) -> NDArray[Any]:
-        """Return amplitudes of several octets in the order that all of them so far speak for."""
-        if amplitude.dtype.itemsize == 1 or part.heading_rad is not None:
-            return amplitude
-        swapped = amplitude.byteswap()
-        pair = (np.abs(np.diff(way.astype(np.float64), axis=1)).sum() for way in (amplitude, swapped))
-        self._rough += np.fromiter(pair, np.float64)
-        self._judged += int(np.count_nonzero(amplitude))
-        self.lowest_first = self._judged >= JUDGED and bool(self._rough[0] > SWAPPED * self._rough[1])
-        return swapped if self.lowest_first else amplitude

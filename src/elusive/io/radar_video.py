@@ -36,9 +36,10 @@ class RadarVideoSource:
     """A radar's spokes, some at a time; a file's are read afresh at each iteration and never held whole in memory."""
 
     name: str
-    _read: Callable[[Counter[str]], Iterator[Spokes]] = field(repr=False)
+    _read: Callable[[Counter[str], list[str]], Iterator[Spokes]] = field(repr=False)
     counts: Counter[str] = field(default_factory=Counter)
     """What the latest iteration met, so far: ``spokes``, ``lost``, ``malformed``, ``incomplete`` packets, ..."""
+    _said: list[str] = field(default_factory=list, repr=False)
 
     def __iter__(self) -> Iterator[Spokes]:
         """Yield the spokes in the order of time.
@@ -49,8 +50,9 @@ class RadarVideoSource:
             If the source cannot be read or holds no radar video; the sentence says what it holds.
         """
         self.counts.clear()
+        self._said.clear()
         some = False
-        for spokes in self._read(self.counts):
+        for spokes in self._read(self.counts, self._said):
             some = True
             yield spokes
         if not some:
@@ -58,7 +60,8 @@ class RadarVideoSource:
 
     def remarks(self) -> list[str]:
         """Return what is to be said of the latest iteration: sentences on what was lost, damaged or left out."""
-        return [said.format(n=self.counts[key]) for key, said in REMARKS.items() if self.counts[key]] + [
+        met = [said.format(n=self.counts[key]) for key, said in REMARKS.items() if self.counts[key]] + self._said
+        return met + [
             f"{count} {key} were left out: another radar; choose it with radar={key.rpartition(' ')[2]!r}."
             for key, count in self.counts.items()
             if key.startswith("spokes of radar ")
@@ -124,23 +127,33 @@ def open_radar_video(
 
     if is_address(name):
         addresses, follow = name.split(","), Feed() if feed is None else feed
-        return RadarVideoSource(name, lambda counts: _spokes(_listened(addresses, follow), assembly(counts), name))
+        return RadarVideoSource(
+            name, lambda counts, said: _spokes(_listened(addresses, follow), assembly(counts), name)
+        )
     if name == STANDARD_INPUT:
-        return RadarVideoSource("standard input", lambda counts: _of_file(_standard_input, assembly(counts), counts))
+        return RadarVideoSource(
+            "standard input", lambda counts, said: _of_file(_standard_input, assembly(counts), counts, said)
+        )
     path = Path(source)
     if not path.is_file():
         raise DataError(f"{source}: {'is a folder' if path.is_dir() else 'there is no such file'}; check the path.")
     with _reading(name), opened(path) as file:
         head = file.peek(16)[:16]
     if is_arrays(head):
-        return RadarVideoSource(name, lambda counts: spokes_of_arrays(path, rotation_s))
+        return RadarVideoSource(name, lambda counts, said: spokes_of_arrays(path, rotation_s))
     if not is_capture(head[:4]) and not is_asterix(head):
         raise DataError(f"{source}: is {kind_of(head)} and no radar video; {NO_VIDEO}.")
-    return RadarVideoSource(name, lambda counts: _of_file(lambda: opened(path), assembly(counts), counts, name))
+    return RadarVideoSource(
+        name, lambda counts, said: _of_file(lambda: opened(path), assembly(counts), counts, said, name)
+    )
 
 
 def _of_file(
-    opening: Callable[[], io.BufferedReader], assembly: Assembly, counts: Counter[str], name: str = "standard input"
+    opening: Callable[[], io.BufferedReader],
+    assembly: Assembly,
+    counts: Counter[str],
+    said: list[str],
+    name: str = "standard input",
 ) -> Iterator[Spokes]:
     with _reading(name), opening() as file:
         is_network = is_capture(file.peek(4)[:4])
@@ -149,6 +162,7 @@ def _of_file(
         counts["cut short"] += is_cut_short(file)
         counts["lowest octet first"] += assembly.lowest_first
         counts["from north"] += assembly.from_north_unasked
+        said += assembly.remarks()
 
 
 def _spokes(found: Iterator[Datagram], assembly: Assembly, name: str) -> Iterator[Spokes]:
