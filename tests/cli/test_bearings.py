@@ -7,6 +7,7 @@ import json
 import re
 import signal
 import sys
+from datetime import UTC, datetime, timedelta
 
 import numpy as np
 import pytest
@@ -413,6 +414,21 @@ def test_arrivals_are_tracked_and_located_from_a_table(flight, tmp_path, capsys)
     assert np.hypot(found["x_m"] - states[0, 0], found["y_m"] - states[0, 2]) < 0.2
 
 
+def test_times_may_be_dates(flight, tmp_path, capsys):
+    header, *rows = (flight / "bearings.csv").read_text().splitlines()
+    begun = datetime(2026, 5, 1, 12, tzinfo=UTC)
+    dated = [((begun + timedelta(seconds=float(t))).isoformat(), rest) for t, rest in (r.split(",", 1) for r in rows)]
+    lines = [header.replace("time_s", "time"), *(",".join(cells) for cells in dated)]
+    (tmp_path / "dated.csv").write_text("\n".join(lines) + "\n")
+    code, said = run(capsys, tmp_path / "dated.csv", *usual(flight)[1:], "--out", tmp_path / "out")
+    assert code == 0, said
+    code, said = run(capsys, *usual(flight), "--out", tmp_path / "plain")
+    assert code == 0, said
+    found, plain = (read_tracks_csv(tmp_path / of / "tracks.csv").rows for of in ("out", "plain"))
+    np.testing.assert_allclose(found["time_s"] - begun.timestamp(), plain["time_s"], atol=1e-5)
+    np.testing.assert_allclose(found["position"], plain["position"], atol=1e-3)
+
+
 @pytest.mark.parametrize("geographic", [False, True])
 def test_a_sensor_that_moves_tells_its_places_in_its_lines(tmp_path, capsys, geographic):
     """One receiver that turns: the emitter is at its distance, in its ellipse, and not on the receiver."""
@@ -430,6 +446,11 @@ def test_a_sensor_that_moves_tells_its_places_in_its_lines(tmp_path, capsys, geo
     log = read_tracks_csv(out / "tracks.csv")
     off = log.rows["position"][:, :2] - (truth - places[0, :2] * geographic)
     assert np.median(np.hypot(*off.T)) < 0.35 * 6000
+    assert (out / "tracks.geojson").is_file() == geographic
+    if geographic:
+        drawn = json.loads((out / "tracks.geojson").read_text())["features"][0]["geometry"]["coordinates"]
+        origin = LocalFrame.at(*corners[0])
+        np.testing.assert_allclose(origin.to_local(np.array(drawn)), log.rows["position"][:, :2], atol=1.0)
     assert np.median(np.hypot(*(log.rows["position"][:, :2] - places[:, :2]).T)) > 3000
     code, said = run(capsys, file, "--sigma-deg", "0.5", "--filter", "iekf", "--out", tmp_path / "live")
     assert code == 0, said

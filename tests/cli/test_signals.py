@@ -137,6 +137,14 @@ def test_a_disturbed_signal_is_tracked_all_the_same(elusive_in: Run, tmp_path: P
     assert np.abs((off + 150) % 300 - 150).max() <= 5
 
 
+def test_calibration_is_of_real_samples(elusive_in: Run, tmp_path: Path) -> None:
+    np.save(tmp_path / "signal.npy", disturbed("complex"))
+    code, said = elusive_in("track", "signal", "signal.npy", "--out", "out", "--calibration-frames", 10, *QUICK)
+    assert code == 2
+    assert "these are complex (I and Q)" in said
+    assert not (tmp_path / "out").exists()
+
+
 def test_an_object_is_found_in_frames_that_overlap(elusive_in: Run, tmp_path: Path) -> None:
     rng = np.random.default_rng(3)
     recording, hop = rng.standard_normal(150 * 60 + 300), 150

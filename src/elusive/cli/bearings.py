@@ -37,7 +37,7 @@ from elusive.sensors.bearing_table import PlaceSet
 from elusive.systems.bearings.parameters import BearingTracking, usual_filter
 from elusive.systems.bearings.run import LIVE_FILES, follow_bearings, track_bearings_recording
 
-HEARD = "time_s, sensor, azimuth_deg (from north); elevation_deg, emitter, arrival_s, x_m, y_m perhaps."
+HEARD = "time_s (or ISO time), sensor, azimuth_deg (from north); elevation_deg, emitter, arrival_s, x_m, y_m perhaps."
 
 SENSORS = (
     "Where sensors stand: .csv of sensor, x_m, y_m, perhaps z_m, or lon_deg, lat_deg; not if the bearings tell it."
@@ -86,9 +86,9 @@ def track_bearings_command(
         tell(remark)
     console.print(escape(outcome.verdict), highlight=False)
     show_run(outcome.tracked.title, outcome.table, outcome.findings)
-    tell_written(
-        out, ("report.html", "report.png", "tracks.csv", "result.nc", "checks.json", "config.yaml"), outcome.scored
-    )
+    geographic = () if source.sites.frame is None else ("tracks.geojson",)
+    files = ("report.html", "report.png", "tracks.csv", *geographic, "result.nc", "checks.json", "config.yaml")
+    tell_written(out, files, outcome.scored)
     send_recording(sinks, out / "tracks.csv")
     tell_findings(outcome.findings, strict=strict)
 

@@ -25,7 +25,7 @@ from elusive.sensors.bearing_table import PlaceSet
 from elusive.sensors.hybrid import HybridSet
 
 AZIMUTH, ELEVATION, ARRIVAL = "azimuth_deg", "elevation_deg", "arrival_s"
-NEEDED = ("time_s", "sensor", f"{AZIMUTH}|{ARRIVAL}")
+NEEDED = ("time_s|time", "sensor", f"{AZIMUTH}|{ARRIVAL}")
 LABEL = "emitter"
 PLACES, GEOGRAPHIC = ("x_m", "y_m"), ("lon_deg", "lat_deg")  # of sensors that move, in the bearings' own lines
 BEARING_A_LINE = "one bearing a line"
@@ -125,10 +125,11 @@ class _Reading:
         place = self._placed.of(line)
         if place is not None and arrivals:
             raise DataError(f"{line.where}: times of arrival are of sensors that stand; leave the places out.")
-        time_s = line.number("time_s")
+        clock = "time" if "time" in line.cells else "time_s"
+        time_s = line.moment(clock) if clock == "time" else line.number(clock)
         if self._ordered and time_s < self._before:
             raise DataError(
-                f"{line.where}, column time_s: {time_s:g} comes after {self._before:g}; sort the lines by time."
+                f"{line.where}, column {clock}: {time_s:.10g} comes after {self._before:.10g}; sort the lines by time."
             )
         self._before = time_s
         if line.cells["sensor"] not in self._index:
@@ -156,8 +157,9 @@ def open_bearings(
     ----------
     path
         CSV, its first line ``time_s,sensor,azimuth_deg`` and, where measured, ``elevation_deg``; a bearing a line.
-        Times do not go back; ``sensor`` is a name of the table of sensors; the azimuth is clockwise from north (-360
-        to 360), the elevation above the horizon (-90 to 90, or empty). ``arrival_s`` beside or in place of
+        In place of ``time_s`` a column ``time`` may have date and time as ISO 8601 writes them, which become seconds
+        since 1970. Times do not go back; ``sensor`` is a name of the table of sensors; the azimuth is clockwise from
+        north (-360 to 360), the elevation above the horizon (-90 to 90, or empty). ``arrival_s`` beside or in place of
         ``azimuth_deg`` is when a signal came in: since its emission or, where that is not known, since any instant
         that is common to the sensors at that time. ``emitter``, where there is that column, names whose a line is.
         ``x_m``, ``y_m`` and perhaps ``z_m``, or ``lon_deg`` and ``lat_deg``, say where a line's sensor was

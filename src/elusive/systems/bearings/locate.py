@@ -95,7 +95,8 @@ def locate_recording(
     confidence
         Probability of the ellipse.
     origin_deg
-        Longitude and latitude of the sensors' (0, 0); the GeoJSON is then geographic.
+        Longitude and latitude of the sensors' (0, 0); the GeoJSON is then geographic, as it is where the sensors have
+        longitudes and latitudes.
 
     Raises
     ------
@@ -109,7 +110,7 @@ def locate_recording(
     greatest = float(np.rad2deg(np.abs(azimuth)).max(initial=0.0))
     if len(azimuth) >= RADIANS_AFTER and greatest <= 2 * math.pi and not said:
         said.append(radians_suspected(source.name, f"{len(azimuth)} azimuths", greatest))
-    frame = None if origin_deg is None else LocalFrame.at(*origin_deg)
+    frame = sites.frame if origin_deg is None else LocalFrame.at(*origin_deg)
     if isinstance(heard[0], BearingSet):
         fix = parameters.locate(azimuth, starts_of(heard, sites))
     else:

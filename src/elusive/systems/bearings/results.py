@@ -11,8 +11,9 @@ import numpy as np
 
 from elusive.checks import Finding, grave, write_checks
 from elusive.contracts import Array
+from elusive.geometry.local_frame import LocalFrame
 from elusive.io.truth import Truth
-from elusive.results import Scored, TrackLog, scored, write_result, write_tracks_csv
+from elusive.results import Scored, TrackLog, scored, write_geojson, write_result, write_tracks_csv
 from elusive.sensors.bearing_sets import SensorSites
 from elusive.systems.bearings.checks import track_findings
 from elusive.systems.bearings.heard import bearings_of, moving, sensors_of, starts_of
@@ -113,9 +114,11 @@ def cutoff_of(sites: SensorSites) -> float:
     return CUTOFF * float(np.linalg.norm(apart, axis=2).max(initial=0.0)) or CUTOFF_M
 
 
-def write_outcome(folder: Path, outcome: BearingOutcome[Any], config: str) -> None:
-    """Write everything into a folder."""
+def write_outcome(folder: Path, outcome: BearingOutcome[Any], config: str, frame: LocalFrame | None) -> None:
+    """Write everything into a folder; ``tracks.geojson`` where the metres have a frame."""
     tracked = outcome.tracked
+    if frame is not None:
+        write_geojson(folder / "tracks.geojson", outcome.log, frame.to_lonlat)
     write_checks(folder, outcome.findings)
     write_tracks_csv(folder / "tracks.csv", outcome.log)
     (folder / "config.yaml").write_text(config, encoding="utf-8")

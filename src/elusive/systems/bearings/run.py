@@ -114,7 +114,7 @@ def track_bearings_recording(
             steps = list(track(heard, parameters, sites))
             outcome = outcome_of(source.name, steps, sites, parameters, why, remarks, truth, cutoff_m)
         if folder is not None:
-            write_outcome(folder, outcome, parameters.to_yaml())
+            write_outcome(folder, outcome, parameters.to_yaml(), sites.frame)
     return outcome
 
 

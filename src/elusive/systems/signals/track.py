@@ -92,6 +92,11 @@ def track_signal(
     noise = parameters.whitened
     quiet = [frame for frame, _ in calibration if missing_samples(frame).mean() == 0]
     if calibration:
+        if any(np.iscomplexobj(one) for one in quiet):
+            raise DataError(
+                "calibration_frames: is of real samples, and these are complex (I and Q); leave it out, and the noise "
+                "is learnt from the frames as they come, or give their magnitude."
+            )
         noise = noise.calibrated(quiet)
         for one, time_s in calibration:
             _, taken = noise.step(one, rng)
