@@ -21,6 +21,7 @@ from rich.markup import escape
 from elusive.errors import ParameterError
 from elusive.model import FROM_RECORDING, Model, models_in
 
+PROGRESS = "ELUSIVE_PROGRESS"  # set where a program runs a command: it is told how far that is, a line each time
 MAIN = "Parameters that matter first (all parameters are keys of --config, too)"
 
 
@@ -135,7 +136,10 @@ def _flag(option: Option) -> str:
 
 
 def accepts(model: type[Model]) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Decorate a command so that it takes the model's options, handed to its parameter ``given`` as a mapping."""
+    """Decorate a command so that it takes the model's options, handed to its parameter ``given`` as a mapping.
+
+    The model stands as its attribute ``parameters``.
+    """
     options = options_of(model)
 
     def decorate(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -158,6 +162,7 @@ def accepts(model: type[Model]) -> Callable[[Callable[..., Any]], Callable[..., 
             return command(**arguments, given=given)
 
         wrapped.__name__, wrapped.__doc__ = command.__name__, command.__doc__
+        wrapped.parameters = model  # type: ignore[attr-defined]
         parameters = [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in own] + extra
         wrapped.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
         wrapped.__annotations__ = {p.name: p.annotation for p in parameters}

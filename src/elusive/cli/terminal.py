@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -16,6 +18,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from elusive.errors import ParameterError
+from elusive.options import PROGRESS
 
 if TYPE_CHECKING:
     from elusive.campaign import Progress as CampaignProgress
@@ -64,6 +67,8 @@ def bar(what: str, total: int | None) -> Iterator[Callable[[int], None]]:
         def advance(done: int) -> None:
             heed_interrupt()
             progress.update(task, completed=done)
+            if PROGRESS in os.environ:
+                print(f"{PROGRESS} {done} {total or 0} {what}", file=sys.stderr, flush=True)
 
         yield advance
 

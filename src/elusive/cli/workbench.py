@@ -23,9 +23,14 @@ def workbench_command(
 ) -> None:
     """Draw scenes, place sensors, tune, watch and measure, in a browser."""
     try:
+        from elusive.workbench.asking import Recording
         from elusive.workbench.server import serve
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] != "nicegui":
             raise
         raise DataError("workbench: needs NiceGUI; install it: pip install 'elusive[workbench]'.") from None
-    serve(folder, [system.page for system in SYSTEMS], host=host, port=port, show=browser)
+    recordings = [
+        Recording(system.noun, system.recording, f"elusive.cli.{system.name}:track_{system.name}_command")
+        for system in SYSTEMS
+    ]
+    serve(folder, [system.page for system in SYSTEMS], recordings, host=host, port=port, show=browser)

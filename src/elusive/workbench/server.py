@@ -10,15 +10,18 @@ from importlib.resources import files
 from pathlib import Path
 
 from nicegui import app, ui
-from starlette.responses import Response
+from starlette.responses import FileResponse, Response
 
 from elusive.errors import ParameterError
 from elusive.io.atomic import existing_folder
 from elusive.report.page import SCRIPTS
+from elusive.workbench.asking import Recording
 from elusive.workbench.blocks import HELD
 from elusive.workbench.files import UPLOAD_MOST_BYTES
 from elusive.workbench.guard import LOOPBACK, Guard
 from elusive.workbench.jobs import POOL
+from elusive.workbench.kept_runs import FOLDER, served_file
+from elusive.workbench.own_page import PATH, TITLE, own_page
 from elusive.workbench.settings import SETTINGS
 from elusive.workbench.shell import Page, pages
 from elusive.workbench.start import start_page
@@ -30,7 +33,13 @@ RECONNECT_S = 60.0  # that a page outlives its connection
 
 
 def serve(
-    folder: Path, page_modules: Sequence[str], *, host: str = "127.0.0.1", port: int = 8765, show: bool = True
+    folder: Path,
+    page_modules: Sequence[str],
+    recordings: Sequence[Recording],
+    *,
+    host: str = "127.0.0.1",
+    port: int = 8765,
+    show: bool = True,
 ) -> None:
     """Serve until interrupted.
 
@@ -40,6 +49,8 @@ def serve(
         The one folder that pages read from and write to; made if need be.
     page_modules
         Modules of the systems' pages, each with a ``PAGE``, in the order of the cards.
+    recordings
+        Kinds of recording and the commands that track them.
     host
         Address to listen at. Other than this machine's own, a token is asked for; it is printed.
     port
@@ -57,6 +68,7 @@ def serve(
     if not 1 <= port <= 65535:
         raise ParameterError(f"--port: must be from 1 to 65535 (got {port}).")
     SETTINGS.folder, SETTINGS.pages = existing_folder(folder).resolve(), tuple(page_modules)
+    SETTINGS.recordings = tuple(recordings)
     token = None if host in LOOPBACK else secrets.token_urlsafe(24)
     sys.setswitchinterval(SWITCH_S)
     _build()
@@ -80,7 +92,9 @@ def _build() -> None:
     scripts = "".join(f'<script src="/drawing/{name}.js"></script>' for name in SCRIPTS)
     ui.add_head_html(styles + scripts, shared=True)
     app.add_api_route("/blocks/{name}", _block, methods=["GET"], include_in_schema=False)
+    app.add_api_route(f"/{FOLDER}/{{run}}/{{name}}", _kept, methods=["GET"], include_in_schema=False)
     ui.page("/")(start_page)
+    ui.page(PATH, title=f"{TITLE} | elusive workbench", response_timeout=30.0)(own_page)
     for page in pages():
         _add(page)
 
@@ -96,3 +110,8 @@ def _block(name: str) -> Response:
     if held is None:
         return Response("These frames are no longer held.", 404)
     return Response(held[0], media_type=held[1], headers={"Cache-Control": "private, max-age=3600"})
+
+
+def _kept(run: str, name: str) -> Response:
+    path = served_file(SETTINGS.folder, run, name)
+    return Response("There is no such file of a run.", 404) if path is None else FileResponse(path)

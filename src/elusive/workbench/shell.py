@@ -11,6 +11,8 @@ from nicegui import ui
 
 from elusive.workbench.settings import SETTINGS
 
+OWN = ("/own", "Your recording")  # path and title of the page on which any recording is tracked
+
 
 class Page(NamedTuple):
     """One system: what its card says, and what opens it."""
@@ -36,7 +38,7 @@ def head(here: str) -> None:
     )  # fmt: skip
     dark = ui.dark_mode(None)
     with ui.element("header").classes("ew-head w-full px-4 py-2"), ui.row().classes("items-center gap-5 w-full"):
-        for path, title in (("/", "elusive workbench"), *((page.path, page.title) for page in pages())):
+        for path, title in (("/", "elusive workbench"), OWN, *((page.path, page.title) for page in pages())):
             link = ui.link(title, path)
             if path == here:
                 link.classes("ew-here").props('aria-current="page"')

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from nicegui import ui
 
-from elusive.workbench.shell import head, main, pages
+from elusive.workbench.shell import OWN, head, main, pages
 
 LEAD = (
     "Draw a scene, place sensors, tune, watch and measure. Each card opens one system; its example runs at once, and "
@@ -16,6 +16,14 @@ def start_page() -> None:
     """Build the page."""
     head("/")
     with main("What shall be tracked?", LEAD), ui.element("div").classes("ew-cards"):
+        with ui.element("article").classes("ew-card"):
+            ui.html(f"<h2>{OWN[1]}</h2>", sanitize=False)
+            ui.html(
+                "<p>Frames, a radio network's log, a signal, a radar's plots, bearings: choose the files, press Run, "
+                "and see the report. Runs are kept and compared.</p>", sanitize=False,
+            ).classes("ew-grow")  # fmt: skip
+            with ui.element("div").classes("ew-row"):
+                ui.button("Open a recording", on_click=lambda: ui.navigate.to(OWN[0])).props("unelevated no-caps")
         for page in pages():
             with ui.element("article").classes("ew-card"):
                 ui.html(f"<h2>{page.title}</h2>", sanitize=False)

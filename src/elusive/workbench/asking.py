@@ -1,0 +1,122 @@
+"""What a command asks of a person: its files, its own options, its parameters; read off the command itself."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Mapping
+from importlib import import_module
+from pathlib import Path
+from types import NoneType
+from typing import Any, Literal, NamedTuple, get_args, get_origin
+
+from elusive.model import Model
+from elusive.options import options_of
+from elusive.workbench.files import PLAIN
+from elusive.workbench.forms import FieldPath
+
+# the page's own, and what has no meaning for what is recorded
+LEFT_OUT = ("out", "config", "follow", "idle_s", "strict", "to", "given")
+
+
+class Asked(NamedTuple):
+    """One thing that a command asks for."""
+
+    name: str
+    flag: str  # "" : the recording itself
+    label: str
+    help: str
+    is_file: bool
+    switch: bool
+    needed: bool
+    count: int  # of its values; 0: any number
+
+
+class Asking(NamedTuple):
+    """A command of `elusive track`, as a page asks for what it needs."""
+
+    noun: str
+    asked: tuple[Asked, ...]  # files first, what is needed before what is not
+    parameters: type[Model]
+
+    @property
+    def main(self) -> list[FieldPath]:
+        """Fields of the parameters that matter first."""
+        by_name = {option.name: option.path for option in options_of(self.parameters)}
+        return [by_name[name] for name in self.parameters.main_options if name in by_name]
+
+    def words(self, values: Mapping[str, str | bool]) -> list[str]:
+        """Return the command's words for what was given, by name; what is empty is left out."""
+        words = ["track", self.noun]
+        for one in self.asked:
+            value = values.get(one.name, "")
+            if isinstance(value, bool):
+                words += [one.flag] if value else []
+                continue
+            parts = listed(value) if one.count != 1 else [value.strip()] if value.strip() else []
+            if not one.flag:
+                words += parts
+            elif one.count == 0:
+                words += [word for part in parts for word in (one.flag, part)]
+            elif parts:
+                words += [one.flag, *parts]
+        return words
+
+
+def listed(text: str) -> list[str]:
+    """Cut what was typed at commas."""
+    return [part.strip() for part in text.split(",") if part.strip()]
+
+
+class Recording(NamedTuple):
+    """A kind of recording and the command that tracks it."""
+
+    noun: str  # of the command: ``elusive track <noun>``
+    name: str  # what its users have
+    place: str  # ``package.module:name`` of the command's function
+
+
+def asking(recording: Recording) -> Asking:
+    """Read off a command what it asks for."""
+    module, _, name = recording.place.partition(":")
+    command = getattr(import_module(module), name)
+    asked = []
+    for parameter in inspect.signature(command, eval_str=True).parameters.values():
+        told = parameter.annotation.__metadata__[0]
+        if parameter.name not in LEFT_OUT and told.rich_help_panel is None:
+            asked.append(_asked(parameter, told))
+    asked.sort(key=lambda one: (not one.is_file, not one.needed, bool(one.flag)))
+    return Asking(recording.noun, tuple(asked), command.parameters)
+
+
+def _asked(parameter: inspect.Parameter, told: Any) -> Asked:
+    plain = parameter.annotation.__origin__
+    plain = next((part for part in get_args(plain) if part is not NoneType), plain) if _optional(plain) else plain
+    argument = type(told).__name__ == "ArgumentInfo"
+    several = get_origin(plain) is list
+    count = 0 if several else len(get_args(plain)) if get_origin(plain) is tuple else 1
+    inner = get_args(plain)[0] if several else plain
+    flag = told.default if isinstance(told.default, str) and told.default.startswith("--") else ""
+    flag = "" if argument else flag or "--" + parameter.name.replace("_", "-")
+    words = flag.lstrip("-").replace("-", " ") or parameter.name
+    return Asked(
+        parameter.name, flag, words[:1].upper() + words[1:], told.help or "", argument or inner is Path,
+        plain is bool, parameter.default is inspect.Parameter.empty, count,
+    )  # fmt: skip
+
+
+def _optional(annotation: Any) -> bool:
+    return get_origin(annotation) is not Literal and NoneType in get_args(annotation)
+
+
+def refused(asked: Asking, values: Mapping[str, str | bool], folder: Path) -> str:
+    """Say what is missing, or which file is none of the folder's; an empty sentence if all is there."""
+    for one in asked.asked:
+        value = values.get(one.name, "")
+        if one.needed and not value:
+            return f"{one.label}: is needed; {'choose a file' if one.is_file else 'type it'}."
+        for name in listed(str(value)) if one.is_file else ():
+            if not PLAIN.fullmatch(name) or not (folder / name).resolve().is_relative_to(folder.resolve()):
+                return f"{name!r:.60}: is no plain name of a file in the workbench's folder; send it, or put it there."
+            if not (folder / name).exists():
+                return f"{name}: is not in the workbench's folder; send it, or put it there."
+    return ""

@@ -1,0 +1,234 @@
+"""Runs of a person's own recordings, kept in the workbench's folder: made by the commands, found after a restart."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shlex
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import yaml
+
+from elusive.errors import DataError
+from elusive.model import Model, read_yaml
+from elusive.options import PROGRESS
+from elusive.workbench.asking import Asking
+from elusive.workbench.jobs import CancelledError, Job
+
+FOLDER, NOTE, REPORT, CHECKS = "runs", "run.json", "report.html", "checks.json"
+NAME = re.compile(r"\d{3}-[A-Za-z0-9._-]{1,60}")
+POLL_S, PATIENCE_S = 0.1, 5.0  # between looks at a command; how long it may take to heed being called off
+TOLD_LAST = 20  # lines of a refused command that are shown
+
+
+class Kept(NamedTuple):
+    """One run that is kept."""
+
+    name: str
+    noun: str  # of the command
+    given: Mapping[str, str | bool]  # files and options, by name
+    settings: Mapping[str, Any]  # parameters that are not the usual ones, nested
+    said: str  # what the command printed
+    findings: Sequence[Mapping[str, Any]]  # what does not hold
+    folder: Path
+
+    @property
+    def files(self) -> list[str]:
+        """What can be taken home."""
+        return sorted(one.name for one in self.folder.iterdir() if one.is_file() and one.name != NOTE)
+
+
+def differences(model: Model) -> dict[str, Any]:
+    """Return what of a model's values are not the usual ones, nested; the kinds they belong to among them."""
+    return _differing(model.model_dump(mode="json"), type(model)().model_dump(mode="json"))
+
+
+def _differing(here: Mapping[str, Any], usual: Mapping[str, Any]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    other_kind = here.get("kind") != usual.get("kind")
+    for name, value in here.items():
+        there = usual.get(name)
+        if isinstance(value, dict) and isinstance(there, dict) and not other_kind:
+            if inner := _differing(value, there):
+                found[name] = inner
+        elif value != there:
+            found[name] = value
+    return {"kind": here["kind"], **found} if found and "kind" in here else found
+
+
+def flat(tree: Mapping[str, Any], before: str = "") -> dict[str, str]:
+    """Return a nested mapping's leaves by their keys with dots."""
+    leaves: dict[str, str] = {}
+    for name, value in tree.items():
+        inner = flat(value, f"{before}{name}.") if isinstance(value, Mapping) else {f"{before}{name}": f"{value}"}
+        leaves.update(inner)
+    return leaves
+
+
+def shown_command(asking: Asking, given: Mapping[str, str | bool], configured: bool) -> str:
+    """Return the command that does the same without a browser, in the workbench's folder."""
+    more = ["--config", "config.yaml"] if configured else []
+    return shlex.join(["elusive", *asking.words(given), *more, "--out", "result"])
+
+
+def track(folder: Path, asking: Asking, given: Mapping[str, str | bool], model: Model, job: Job) -> Kept:
+    """Run a command on a recording in the folder and keep what it writes.
+
+    It is a process of its own: a page goes on answering, and it ends as soon as it is called off.
+
+    Raises
+    ------
+    DataError
+        If the command refuses; the sentence is its own.
+    CancelledError
+        If it was called off.
+    """
+    runs = folder / FOLDER
+    runs.mkdir(exist_ok=True)
+    settings = differences(model)
+    with tempfile.TemporaryDirectory(prefix=".", dir=runs) as hidden:
+        made = Path(hidden) / "made"
+        words = [*asking.words(given), "--out", str(made)]
+        if settings:
+            config = Path(hidden) / "config.yaml"
+            config.write_text(yaml.safe_dump(settings, sort_keys=False), encoding="utf-8")
+            words += ["--config", str(config)]
+        said = _done(words, folder, job).replace(str(made), "result")
+        (made / NOTE).write_text(
+            json.dumps({"noun": asking.noun, "given": dict(given), "settings": settings, "said": said}),
+            encoding="utf-8",
+        )
+        target = runs / _next_name(runs, given[asking.asked[0].name])
+        os.rename(made, target)
+    return read(target)
+
+
+def _done(words: Sequence[str], folder: Path, job: Job) -> str:
+    """Run a command to its end; return what it printed."""
+    plain = {**os.environ, PROGRESS: "1", "COLUMNS": "100", "NO_COLOR": "1", "PYTHONUNBUFFERED": "1"}
+    process = subprocess.Popen(
+        [sys.executable, "-m", "elusive", *words], cwd=folder, env=plain, text=True, stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+    )  # fmt: skip
+    told: list[str] = []
+    printed: list[str] = []
+
+    def listen() -> None:
+        assert process.stderr is not None
+        for line in process.stderr:
+            if line.startswith(PROGRESS):
+                _, done, total, *_ = line.split()
+                job.done, job.total = int(done), int(total) or None
+            else:
+                told.append(line.rstrip())
+
+    def gather() -> None:
+        assert process.stdout is not None
+        printed.append(process.stdout.read())
+
+    listeners = [threading.Thread(target=one, daemon=True) for one in (listen, gather)]
+    for one in listeners:
+        one.start()
+    try:
+        while process.poll() is None:
+            job.advance(job.done)
+            threading.Event().wait(POLL_S)
+    except CancelledError:
+        _end(process)
+        raise
+    finally:
+        for one in listeners:
+            one.join()
+    if process.returncode != 0:
+        sentence = " ".join(line.strip(" │╭╮╰╯─") for line in told[-TOLD_LAST:]).strip()
+        raise DataError(sentence.removeprefix("Error:").strip() or f"It ended with {process.returncode}.")
+    return "".join(printed)
+
+
+def _end(process: subprocess.Popen[str]) -> None:
+    process.send_signal(signal.SIGINT)
+    try:
+        process.wait(PATIENCE_S)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+
+
+def _next_name(runs: Path, recording: str | bool) -> str:
+    taken = [int(one.name[:3]) for one in runs.iterdir() if NAME.fullmatch(one.name)]
+    plain = re.sub(r"[^A-Za-z0-9._-]", "_", str(recording))[:60]
+    return f"{max(taken, default=0) + 1:03d}-{plain}"
+
+
+def read(folder: Path) -> Kept:
+    """Read a run that is kept.
+
+    Raises
+    ------
+    DataError
+        If the folder is none of a run.
+    """
+    try:
+        note = json.loads((folder / NOTE).read_text(encoding="utf-8"))
+        checked = json.loads((folder / CHECKS).read_text(encoding="utf-8")) if (folder / CHECKS).exists() else []
+        broken = [one for one in checked if not one["holds"]]
+        return Kept(folder.name, note["noun"], note["given"], note["settings"], note["said"], broken, folder)
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        raise DataError(f"{folder.name}: is no run that a workbench kept; delete it, or choose another.") from None
+
+
+def kept_runs(folder: Path) -> list[Kept]:
+    """List the runs in a workbench's folder, the newest first; what is no run is left out."""
+    runs = folder / FOLDER
+    found = []
+    for one in sorted(runs.iterdir(), reverse=True) if runs.is_dir() else ():
+        if NAME.fullmatch(one.name):
+            try:
+                found.append(read(one))
+            except DataError:
+                continue
+    return found
+
+
+def forget(run: Kept) -> None:
+    """Delete a run."""
+    shutil.rmtree(run.folder)
+
+
+def served_file(folder: Path, run: str, name: str) -> Path | None:
+    """Return a file of a run; None if there is none of that name."""
+    path = folder / FOLDER / run / name
+    plain = NAME.fullmatch(run) and "/" not in name and not name.startswith(".") and name != NOTE
+    return path if plain and path.is_file() and not path.is_symlink() else None
+
+
+def settings_of(folder: Path, parameters: type[Model]) -> Model:
+    """Return the parameters of a folder of results, by its config.yaml.
+
+    Raises
+    ------
+    DataError, ParameterError
+        If it holds none, or of another system.
+    """
+    path = folder / "config.yaml"
+    if not path.is_file():
+        raise DataError(f"{folder.name}: holds no config.yaml; choose a folder that `elusive track` wrote.")
+    return parameters(**read_yaml(path))
+
+
+def each_setting(runs: Sequence[Kept]) -> Iterator[tuple[str, list[str]]]:
+    """Yield what differs between runs: its key, and what stands in each."""
+    given = [flat(run.settings) | {key: str(value) for key, value in run.given.items() if value} for run in runs]
+    for key in dict.fromkeys(key for one in given for key in one):
+        values = [one.get(key, "as usual") for one in given]
+        if len(set(values)) > 1:
+            yield key, values

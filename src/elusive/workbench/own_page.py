@@ -1,0 +1,310 @@
+"""A person's own recording, of any kind: opened, tracked by the command itself, seen in its report, kept, compared."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from nicegui import ui
+
+from elusive.errors import DataError
+from elusive.model import Model
+from elusive.workbench.asking import Asked, Asking, asking, listed, refused
+from elusive.workbench.exports import table_html
+from elusive.workbench.files import PLAIN, UPLOAD_MOST_BYTES
+from elusive.workbench.jobs import Job, away
+from elusive.workbench.kept_runs import (
+    FOLDER,
+    REPORT,
+    Kept,
+    each_setting,
+    flat,
+    forget,
+    kept_runs,
+    settings_of,
+    shown_command,
+    track,
+)
+from elusive.workbench.parts import Form, are_right, errors_shown, refuse
+from elusive.workbench.run_bar import RunBar
+from elusive.workbench.session import state_of
+from elusive.workbench.settings import SETTINGS
+from elusive.workbench.shell import OWN, head, main, window
+
+PATH, TITLE = OWN
+LEAD = (
+    "Say what you have, choose its files, press Run: it is tracked as the command line does it, and what came of it is "
+    "kept in the workbench's folder, with its report, until you delete it."
+)
+COMPARED_MOST = 6
+
+
+@cache
+def _asking(noun: str) -> Asking:
+    return asking(next(one for one in SETTINGS.recordings if one.noun == noun))
+
+
+class OwnState:
+    """What one tab holds: the kind of recording, what was given of each kind, the run that is seen."""
+
+    def __init__(self) -> None:
+        self.noun = ""
+        self.given: dict[str, dict[str, str | bool]] = {}
+        self.models: dict[str, Model] = {}
+        self.seen: Kept | None = None
+        self.job: Job | None = None
+
+    def choose(self, noun: str) -> None:
+        """Take another kind of recording."""
+        self.noun = noun
+        self.given.setdefault(noun, {})
+        self.models.setdefault(noun, _asking(noun).parameters())
+
+    def again(self, run: Kept) -> None:
+        """Take a run's files and settings, and see it."""
+        self.choose(run.noun)
+        self.given[run.noun] = dict(run.given)
+        self.models[run.noun] = settings_of(run.folder, _asking(run.noun).parameters)
+        self.seen = run
+
+
+class _Page:
+    def __init__(self, state: OwnState) -> None:
+        self._state = state
+        self._forms: list[Form] = []
+        self._marked: set[str] = set()
+        with window() as (side, stage):
+            with side:
+                kinds = {one.noun: one.name[:1].upper() + one.name[1:] for one in SETTINGS.recordings}
+                ui.select(kinds, value=state.noun or None, label="What do you have?", on_change=self._chosen).props(
+                    'dense outlined data-field="kind"'
+                ).classes("w-full")
+                self._bar = RunBar(state, self._run)
+                self._inputs = ui.column().classes("w-full gap-2 ew-wide")
+            with stage:
+                self._result = ui.column().classes("w-full gap-3")
+        with ui.element("section").classes("ew-box w-full"):
+            self._runs = ui.column().classes("w-full gap-2")
+        ui.timer(0.2, self._watch)
+        self._build()
+        self._show()
+
+    def _chosen(self, event: Any) -> None:
+        if event.value != self._state.noun:
+            self._state.choose(event.value)
+            self._build()
+
+    def _build(self) -> None:
+        self._inputs.clear()
+        self._forms = []
+        if not self._state.noun:
+            return
+        state, asked = self._state, _asking(self._state.noun)
+        needed = [one for one in asked.asked if one.needed or one.is_file]
+        with self._inputs:
+            for one in needed:
+                self._ask(one)
+            self._upload()
+            rest = [one for one in asked.asked if one not in needed]
+            with ui.expansion("How it is read").props("dense").classes("w-full"):
+                for one in rest:
+                    self._ask(one)
+            model = state.models[state.noun]
+            self._forms = [Form(model, asked.main, self._take, grouped=False)]
+            with ui.expansion("Everything else that can be set").props("dense").classes("w-full"):
+                self._forms.append(Form(model, ((),), self._take, without=asked.main))
+            ui.button("The usual settings", on_click=self._reset).props("flat no-caps dense")
+
+    def _ask(self, one: Asked) -> None:
+        state = self._state
+        given, value = state.given[state.noun], state.given[state.noun].get(one.name, "")
+        made: Any
+        if one.switch:
+            made = ui.switch(
+                one.label, value=bool(value), on_change=lambda event: given.update({one.name: event.value})
+            )
+        elif one.is_file:
+            names = _names()
+            chosen = [name for name in listed(str(value)) if name in names]
+            several = one.count != 1
+
+            def take(event: Any) -> None:
+                parts = event.value if isinstance(event.value, list) else [event.value] if event.value else []
+                given[one.name] = ", ".join(parts)
+
+            made = ui.select(
+                names, value=chosen if several else (chosen[0] if chosen else None), label=one.label, on_change=take,
+                multiple=several, clearable=not one.needed, with_input=True,
+            ).props("dense outlined options-dense").classes("w-full")  # fmt: skip
+        else:
+            made = ui.input(one.label, value=str(value), on_change=lambda event: given.update({one.name: event.value}))
+            made.props("dense outlined").classes("w-full")
+        made.props["data-field"] = one.name
+        with made:
+            ui.tooltip(one.help.replace("\\[", "[")).props("delay=600 max-width=320px")
+
+    def _upload(self) -> None:
+        async def sent(event: Any) -> None:
+            event.sender.reset()
+            data = await event.file.read()
+            name = Path(event.file.name.replace("\\", "/")).name
+            with errors_shown():
+                if not PLAIN.fullmatch(name):
+                    raise DataError(f"{name!r:.60}: is no plain file name; use letters, digits, '.', '-' and '_'.")
+                if (SETTINGS.folder / name).exists():
+                    raise DataError(f"{name}: is in the workbench's folder already; rename yours, or choose that one.")
+                await away(lambda: (SETTINGS.folder / name).write_bytes(data))
+                self._build()
+                ui.notify(f"{name} is in the workbench's folder now; choose it above.")
+
+        ui.upload(
+            label="Send files from this computer to the workbench's folder", auto_upload=True, multiple=True,
+            on_upload=sent, max_file_size=UPLOAD_MOST_BYTES,
+            on_rejected=lambda: refuse(f"A file is refused: {UPLOAD_MOST_BYTES >> 20} MiB at most; copy it yourself."),
+        ).props("flat bordered").classes("w-full")  # fmt: skip
+
+    def _take(self, model: Model) -> Model:
+        self._state.models[self._state.noun] = model
+        for form in self._forms:
+            form.model = model
+        return model
+
+    def _reset(self) -> None:
+        self._state.models[self._state.noun] = _asking(self._state.noun).parameters()
+        self._build()
+
+    async def _run(self) -> None:
+        state = self._state
+        if not state.noun:
+            refuse("What do you have? Choose the kind of recording first.")
+            return
+        asked, given, model = _asking(state.noun), dict(state.given[state.noun]), state.models[state.noun]
+        if (sentence := refused(asked, given, SETTINGS.folder)) != "":
+            refuse(sentence)
+            return
+        if not are_right(self._forms):
+            return
+        found = await self._bar.run(Job(), lambda: lambda job: track(SETTINGS.folder, asked, given, model, job))
+        if found is not None:
+            state.seen = found
+        self._show()
+
+    def _watch(self) -> None:
+        job = self._state.job
+        if job is not None:
+            of = f" of {job.total}" if job.total else ""
+            words = f"{job.done}{of} done" if job.done else "reading ..."
+            self._bar.tell(words, job.done / job.total if job.total else 0.0)
+
+    def _show(self) -> None:
+        run = self._state.seen
+        self._result.clear()
+        with self._result:
+            if run is None:
+                ui.label("Nothing is tracked yet: choose a recording and press Run, or open a run below.").classes(
+                    "ew-note"
+                )
+            else:
+                self._show_run(run)
+        self._list()
+
+    def _show_run(self, run: Kept) -> None:
+        address = f"/{FOLDER}/{run.name}"
+        ui.label(run.name).classes("ew-section")
+        changed = ", ".join(f"{key} {value}" for key, value in flat(run.settings).items())
+        ui.label(f"Settings: {changed or 'the usual ones'}").classes("ew-note")
+        if REPORT in run.files:
+            # a report is a file like others: what it asks of the workbench is refused
+            ui.html(
+                f'<iframe class="ew-report" src="{address}/{REPORT}" title="Report of {run.name}" '
+                'sandbox="allow-scripts allow-downloads"></iframe>', sanitize=False,
+            ).classes("w-full")  # fmt: skip
+        with ui.element("div").classes("ew-row"):
+            for name in run.files:
+                ui.button(name, on_click=lambda name=name: ui.download(f"{address}/{name}", name)).props(
+                    "outline no-caps dense"
+                )
+        with ui.element("p").classes("ew-note"):
+            ui.label("The same without a browser, in the workbench's folder:")
+            command = shown_command(_asking(run.noun), run.given, bool(run.settings))
+            ui.label(command).classes("ew-code")
+
+    def _list(self) -> None:
+        runs = kept_runs(SETTINGS.folder)
+        chosen: dict[str, bool] = {}
+        self._runs.clear()
+        with self._runs:
+            ui.label("Runs that are kept").classes("ew-section")
+            if not runs:
+                ui.label("None yet.").classes("ew-note")
+                return
+            compared = ui.element("div").classes("ew-scroll")
+
+            def compare() -> None:
+                compared.clear()
+                some = [run for run in runs if chosen.get(run.name)][:COMPARED_MOST]
+                if len(some) > 1:
+                    with compared:
+                        ui.html(compared_html(some), sanitize=False)
+
+            for run in runs:
+                with ui.element("div").classes("ew-row").props(f'data-run="{run.name}"'):
+                    ui.checkbox(
+                        on_change=lambda event, name=run.name: (chosen.update({name: event.value}), compare())
+                    ).props(f'dense aria-label="Compare {run.name}"')
+                    ui.label(run.name)
+                    ui.label(_told(run)).classes("ew-note ew-grow")
+                    ui.button("Open", on_click=lambda run=run: self._open(run)).props(
+                        f'flat no-caps dense aria-label="Open {run.name}"'
+                    )
+                    ui.button("Delete", on_click=lambda run=run: self._forget(run)).props(
+                        f'flat no-caps dense aria-label="Delete {run.name}"'
+                    )
+
+    def _open(self, run: Kept) -> None:
+        with errors_shown():
+            self._state.again(run)
+            self._build()
+            self._show()
+
+    def _forget(self, run: Kept) -> None:
+        forget(run)
+        if self._state.seen == run:
+            self._state.seen = None
+        self._show()
+
+
+def _told(run: Kept) -> str:
+    changed = ", ".join(f"{key} {value}" for key, value in flat(run.settings).items()) or "usual settings"
+    doubts = f"; to be doubted: {', '.join(one['name'] for one in run.findings)}" if run.findings else ""
+    return f"{run.noun}; {changed}{doubts}"
+
+
+def compared_html(runs: list[Kept]) -> str:
+    """Write a table of runs: what was set otherwise, and what they came to, a column each."""
+    rows = [(key, *values) for key, values in each_setting(runs)]
+    said = [dict(_rows(run.said)) for run in runs]
+    names = dict.fromkeys(name for one in said for name in one)
+    rows += [(name, *(one.get(name, "") for one in said)) for name in names]
+    rows.append(("To be doubted", *(", ".join(one["name"] for one in run.findings) or "nothing" for run in runs)))
+    return table_html(["", *(run.name for run in runs)], rows)
+
+
+def _rows(said: str) -> list[tuple[str, str]]:
+    """Return names and values of the table of a run, as the command printed it."""
+    lines = [line.split("│") for line in said.splitlines()]
+    return [(cells[1].strip(), cells[2].strip()) for cells in lines if len(cells) == 4 and cells[1].strip()]
+
+
+def _names() -> list[str]:
+    """Return what stands in the workbench's folder and can be a recording or a part of one."""
+    return sorted(one.name for one in SETTINGS.folder.iterdir() if PLAIN.fullmatch(one.name) and one.name != FOLDER)
+
+
+async def own_page() -> None:
+    """Build the page."""
+    head(PATH)
+    state = await state_of("own", OwnState)
+    with main(TITLE, LEAD):
+        _Page(state)
