@@ -12,19 +12,20 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import yaml
 
-from elusive.errors import DataError
+from elusive.errors import DataError, ElusiveError
 from elusive.model import Model, read_yaml
 from elusive.options import PROGRESS
 from elusive.workbench.asking import Asking
+from elusive.workbench.files import PLAIN
 from elusive.workbench.jobs import CancelledError, Job
 
-FOLDER, NOTE, REPORT, CHECKS = "runs", "run.json", "report.html", "checks.json"
+FOLDER, NOTE, REPORT, CHECKS, CONFIG = "runs", "run.json", "report.html", "checks.json", "config.yaml"
 NAME = re.compile(r"\d{3}-[A-Za-z0-9._-]{1,60}")
 POLL_S, PATIENCE_S = 0.1, 5.0  # between looks at a command; how long it may take to heed being called off
 TOLD_LAST = 20  # lines of a refused command that are shown
@@ -74,9 +75,9 @@ def flat(tree: Mapping[str, Any], before: str = "") -> dict[str, str]:
     return leaves
 
 
-def shown_command(asking: Asking, given: Mapping[str, str | bool], configured: bool) -> str:
-    """Return the command that does the same without a browser, in the workbench's folder."""
-    more = ["--config", "config.yaml"] if configured else []
+def shown_command(asking: Asking, given: Mapping[str, str | bool], config: str) -> str:
+    """Return the command that does the same without a browser, in the workbench's folder; with a file of settings."""
+    more = ["--config", config] if config else []
     return shlex.join(["elusive", *asking.words(given), *more, "--out", "result"])
 
 
@@ -99,7 +100,7 @@ def track(folder: Path, asking: Asking, given: Mapping[str, str | bool], model: 
         made = Path(hidden) / "made"
         words = [*asking.words(given), "--out", str(made)]
         if settings:
-            config = Path(hidden) / "config.yaml"
+            config = Path(hidden) / CONFIG
             config.write_text(yaml.safe_dump(settings, sort_keys=False), encoding="utf-8")
             words += ["--config", str(config)]
         said = _done(words, folder, job).replace(str(made), "result")
@@ -138,16 +139,17 @@ def _done(words: Sequence[str], folder: Path, job: Job) -> str:
     listeners = [threading.Thread(target=one, daemon=True) for one in (listen, gather)]
     for one in listeners:
         one.start()
-    try:
-        while process.poll() is None:
-            job.advance(job.done)
-            threading.Event().wait(POLL_S)
-    except CancelledError:
-        _end(process)
-        raise
-    finally:
-        for one in listeners:
-            one.join()
+    with process:
+        try:
+            while process.poll() is None:
+                job.advance(job.done)
+                threading.Event().wait(POLL_S)
+        except CancelledError:
+            _end(process)
+            raise
+        finally:
+            for one in listeners:
+                one.join()
     if process.returncode != 0:
         sentence = " ".join(line.strip(" │╭╮╰╯─") for line in told[-TOLD_LAST:]).strip()
         raise DataError(sentence.removeprefix("Error:").strip() or f"It ended with {process.returncode}.")
@@ -170,7 +172,7 @@ def _next_name(runs: Path, recording: str | bool) -> str:
 
 
 def read(folder: Path) -> Kept:
-    """Read a run that is kept.
+    """Read a run that is kept here.
 
     Raises
     ------
@@ -179,11 +181,30 @@ def read(folder: Path) -> Kept:
     """
     try:
         note = json.loads((folder / NOTE).read_text(encoding="utf-8"))
-        checked = json.loads((folder / CHECKS).read_text(encoding="utf-8")) if (folder / CHECKS).exists() else []
-        broken = [one for one in checked if not one["holds"]]
-        return Kept(folder.name, note["noun"], note["given"], note["settings"], note["said"], broken, folder)
+        return Kept(folder.name, note["noun"], note["given"], note["settings"], note["said"], _broken(folder), folder)
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         raise DataError(f"{folder.name}: is no run that a workbench kept; delete it, or choose another.") from None
+
+
+def _broken(folder: Path) -> list[Mapping[str, Any]]:
+    path = folder / CHECKS
+    checked = json.loads(path.read_text(encoding="utf-8")) if path.exists() else []
+    return [one for one in checked if not one["holds"]]
+
+
+def results(folder: Path, askings: Iterable[Asking]) -> list[Kept]:
+    """List what commands wrote into a workbench's folder, each of the system that knows its settings."""
+    found = []
+    for one in sorted(folder.iterdir()):
+        if PLAIN.fullmatch(one.name) and not one.is_symlink() and (one / CONFIG).is_file() and (one / REPORT).is_file():
+            for asking in askings:
+                try:
+                    settings = differences(settings_of(one, asking.parameters))
+                    found.append(Kept(one.name, asking.noun, {}, settings, "", _broken(one), one))
+                    break
+                except (ElusiveError, ValueError, KeyError, TypeError):
+                    continue
+    return found
 
 
 def kept_runs(folder: Path) -> list[Kept]:
@@ -206,9 +227,10 @@ def forget(run: Kept) -> None:
 
 def served_file(folder: Path, run: str, name: str) -> Path | None:
     """Return a file of a run; None if there is none of that name."""
-    path = folder / FOLDER / run / name
-    plain = NAME.fullmatch(run) and "/" not in name and not name.startswith(".") and name != NOTE
-    return path if plain and path.is_file() and not path.is_symlink() else None
+    home = folder / FOLDER / run if NAME.fullmatch(run) and (folder / FOLDER / run).is_dir() else folder / run
+    plain = all(PLAIN.fullmatch(part) for part in (run, name)) and name != NOTE and (home / CONFIG).is_file()
+    path = home / name
+    return path if plain and path.is_file() and path.resolve().is_relative_to(folder.resolve()) else None
 
 
 def settings_of(folder: Path, parameters: type[Model]) -> Model:
@@ -219,9 +241,9 @@ def settings_of(folder: Path, parameters: type[Model]) -> Model:
     DataError, ParameterError
         If it holds none, or of another system.
     """
-    path = folder / "config.yaml"
+    path = folder / CONFIG
     if not path.is_file():
-        raise DataError(f"{folder.name}: holds no config.yaml; choose a folder that `elusive track` wrote.")
+        raise DataError(f"{folder.name}: holds no {CONFIG}; choose a folder that `elusive track` wrote.")
     return parameters(**read_yaml(path))
 
 

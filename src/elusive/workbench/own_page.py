@@ -15,6 +15,7 @@ from elusive.workbench.exports import table_html
 from elusive.workbench.files import PLAIN, UPLOAD_MOST_BYTES
 from elusive.workbench.jobs import Job, away
 from elusive.workbench.kept_runs import (
+    CONFIG,
     FOLDER,
     REPORT,
     Kept,
@@ -22,6 +23,7 @@ from elusive.workbench.kept_runs import (
     flat,
     forget,
     kept_runs,
+    results,
     settings_of,
     shown_command,
     track,
@@ -64,7 +66,7 @@ class OwnState:
     def again(self, run: Kept) -> None:
         """Take a run's files and settings, and see it."""
         self.choose(run.noun)
-        self.given[run.noun] = dict(run.given)
+        self.given[run.noun] = dict(run.given) or self.given[run.noun]
         self.models[run.noun] = settings_of(run.folder, _asking(run.noun).parameters)
         self.seen = run
 
@@ -225,13 +227,16 @@ class _Page:
                 ui.button(name, on_click=lambda name=name: ui.download(f"{address}/{name}", name)).props(
                     "outline no-caps dense"
                 )
+        if not run.given:
+            return
         with ui.element("p").classes("ew-note"):
             ui.label("The same without a browser, in the workbench's folder:")
-            command = shown_command(_asking(run.noun), run.given, bool(run.settings))
-            ui.label(command).classes("ew-code")
+            config = f"{run.folder.relative_to(SETTINGS.folder)}/{CONFIG}" if run.settings else ""
+            ui.label(shown_command(_asking(run.noun), run.given, config)).classes("ew-code")
 
     def _list(self) -> None:
-        runs = kept_runs(SETTINGS.folder)
+        made = kept_runs(SETTINGS.folder)
+        runs = [*made, *results(SETTINGS.folder, (_asking(one.noun) for one in SETTINGS.recordings))]
         chosen: dict[str, bool] = {}
         self._runs.clear()
         with self._runs:
@@ -258,15 +263,26 @@ class _Page:
                     ui.button("Open", on_click=lambda run=run: self._open(run)).props(
                         f'flat no-caps dense aria-label="Open {run.name}"'
                     )
-                    ui.button("Delete", on_click=lambda run=run: self._forget(run)).props(
-                        f'flat no-caps dense aria-label="Delete {run.name}"'
-                    )
+                    if run in made:
+                        self._deleting(run)
 
     def _open(self, run: Kept) -> None:
         with errors_shown():
             self._state.again(run)
             self._build()
             self._show()
+
+    def _deleting(self, run: Kept) -> None:
+        """Build what deletes a run at its second press."""
+
+        def ask() -> None:
+            first.visible, second.visible = False, True
+
+        first = ui.button("Delete", on_click=ask).props(f'flat no-caps dense aria-label="Delete {run.name}"')
+        second = ui.button("Delete for good", on_click=lambda: self._forget(run)).props(
+            "unelevated no-caps dense color=negative"
+        )
+        second.visible = False
 
     def _forget(self, run: Kept) -> None:
         forget(run)
@@ -282,7 +298,7 @@ def _told(run: Kept) -> str:
 
 
 def compared_html(runs: list[Kept]) -> str:
-    """Write a table of runs: what was set otherwise, and what they came to, a column each."""
+    """Return a table of runs: what was set otherwise, and what they came to, a column each."""
     rows = [(key, *values) for key, values in each_setting(runs)]
     said = [dict(_rows(run.said)) for run in runs]
     names = dict.fromkeys(name for one in said for name in one)

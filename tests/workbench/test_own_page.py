@@ -1,0 +1,159 @@
+"""The page on which any recording is tracked, as a person would use it; and what is read off the commands for it."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from elusive.cli import main
+from elusive.systems.bearings.parameters import BearingTracking
+from elusive.systems.registry import SYSTEMS
+from elusive.workbench.asking import Asking, Recording, asking, refused
+from elusive.workbench.jobs import CancelledError, Job
+from elusive.workbench.kept_runs import differences, kept_runs, read, results, served_file, track
+from tests.workbench.conftest import Served
+from tests.workbench.test_links_page import OpenTab, button, download, field, told
+
+
+def main_quietly(*words: object) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main([str(word) for word in words])
+    assert ended.value.code in (0, None)
+
+
+def of(noun: str) -> Asking:
+    system = next(one for one in SYSTEMS if one.noun == noun)
+    return asking(Recording(noun, system.recording, f"elusive.cli.{system.name}:track_{system.name}_command"))
+
+
+@pytest.fixture(scope="module")
+def heard(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Ten seconds of bearings of one emitter, in a folder of their own."""
+    folder = tmp_path_factory.mktemp("heard")
+    main_quietly("simulate", "bearings", "--interval-s", 2, "--out", folder)
+    (folder / "config.yaml").unlink()
+    return folder
+
+
+@pytest.mark.parametrize("noun", [system.noun for system in SYSTEMS])
+def test_every_command_says_what_it_asks_for(noun: str) -> None:
+    asked = of(noun).asked
+    assert not asked[0].flag  # the recording itself
+    assert asked[0].is_file
+    assert asked[0].needed
+    assert {"out", "config", "strict"}.isdisjoint(one.name for one in asked)
+    assert all(one.help for one in asked)
+    assert 3 <= len(of(noun).main) <= 10
+
+
+def test_a_command_is_worded_as_one_types_it() -> None:
+    given = {
+        "plots": "plots.csv",
+        "chart": "a.000, b.000",
+        "radar_lat": "59.6",
+        "radar_lon": "-151.4",
+        "radar_code": "1, 2",
+    }
+    words = of("radar").words(given)
+    assert words == [
+        "track", "radar", "plots.csv", "--chart", "a.000", "--chart", "b.000", "--radar-lat-deg", "59.6",
+        "--radar-lon-deg", "-151.4", "--radar-code", "1", "2",
+    ]  # fmt: skip
+    assert of("images").words({"source": "frames", "truth_one_based": True})[-1] == "--truth-one-based"
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ({}, "Bearings: is needed; choose a file."),
+        ({"bearings": "none.csv"}, "none.csv: is not in the workbench's folder; send it, or put it there."),
+        ({"bearings": "../b.csv"}, "'../b.csv': is no plain name of a file in the workbench's folder"),
+        ({"bearings": "/etc/passwd"}, "'/etc/passwd': is no plain name"),
+        ({"bearings": "--out"}, "'--out': is no plain name"),
+        ({"bearings": "out.csv"}, "'out.csv': is no plain name of a file in the workbench's folder"),
+    ],
+)
+def test_a_file_from_elsewhere_is_refused(tmp_path: Path, given: dict[str, str], sentence: str) -> None:
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    (tmp_path / "b.csv").write_text("")
+    (folder / "out.csv").symlink_to(tmp_path / "b.csv")
+    assert refused(of("bearings"), given, folder).startswith(sentence)
+
+
+def test_settings_are_kept_where_they_are_not_the_usual_ones() -> None:
+    assert differences(BearingTracking()) == {}
+    other = BearingTracking(sigma_deg=2.0)
+    found = differences(other)
+    assert found
+    assert BearingTracking(**found) == other
+
+
+def test_a_run_is_that_of_the_command_and_one_called_off_leaves_nothing(heard: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "folder"
+    shutil.copytree(heard, folder)
+    given = {"bearings": "bearings.csv", "sensors": "sensors.csv"}
+    off = Job()
+    off.cancel()
+    with pytest.raises(CancelledError):
+        track(folder, of("bearings"), given, BearingTracking(), off)
+    assert list((folder / "runs").iterdir()) == []
+    run = track(folder, of("bearings"), given, BearingTracking(sigma_deg=2.0), Job())
+    main_quietly("track", "bearings", folder / "bearings.csv", "--sensors", folder / "sensors.csv", "--sigma-deg", 2,
+                 "--out", folder / "made")  # fmt: skip
+    assert (run.folder / "tracks.csv").read_bytes() == (folder / "made" / "tracks.csv").read_bytes()
+    assert kept_runs(folder) == [read(run.folder)]
+    (made,) = results(folder, map(of, ("images", "bearings")))
+    assert (made.name, made.noun) == ("made", "bearings")
+    assert served_file(folder, run.name, "report.html") == run.folder / "report.html"
+    assert served_file(folder, "made", "report.html") == folder / "made" / "report.html"
+    for stranger in ((run.name, "run.json"), ("..", "b.csv"), (run.name, "../../bearings.csv"), (".", "bearings.csv")):
+        assert served_file(folder, *stranger) is None
+
+
+def test_a_recording_is_refused_then_tracked_kept_compared_and_deleted(
+    served: Served, open_tab: OpenTab, heard: Path, tmp_path: Path
+) -> None:
+    for one in heard.iterdir():
+        shutil.copy(one, served.folder / one.name)
+    (served.folder / "empty.csv").write_text("time_s,sensor\n")
+    page = open_tab().page
+    page.goto(served.address)
+    button(page, "Open a recording").click()
+    button(page, "Run").click()
+    told(page, "What do you have? Choose the kind of recording first.")
+
+    def choose(key: str, name: str) -> None:
+        page.locator(f'[data-field="{key}"]').first.click()
+        page.get_by_role("option", name=name, exact=True).click()
+
+    choose("kind", "Bearings from a few places")
+    button(page, "Run").click()
+    told(page, "Bearings: is needed; choose a file.")
+    choose("bearings", "empty.csv")
+    choose("sensors", "sensors.csv")
+    button(page, "Run").click()
+    told(page, "empty.csv, line 1: the columns are")
+    choose("bearings", "bearings.csv")
+    button(page, "Run").click()
+    first = page.frame_locator('iframe[title="Report of 001-bearings.csv"]')
+    first.get_by_text("bearings.residuals").wait_for()
+    field(page, "sigma_deg").fill("2")
+    button(page, "Run").click()
+    second = page.frame_locator('iframe[title="Report of 002-bearings.csv"]')
+    second.locator(".drawing[data-ready=yes]").wait_for()
+    assert second.get_by_text("bearings.residuals").count() == 0
+    told(page, "Settings: sigma_deg 2.0")
+    tracks = download(page, "tracks.csv", tmp_path).read_text()
+    assert tracks == (served.folder / "runs" / "002-bearings.csv" / "tracks.csv").read_text()
+    page.reload()
+    for name in ("001-bearings.csv", "002-bearings.csv"):
+        page.get_by_role("checkbox", name=f"Compare {name}").click()
+    row = page.locator(".ew-table tr", has=page.get_by_role("rowheader", name="sigma_deg"))
+    assert row.locator("td").all_inner_texts() == ["2.0", "as usual"]
+    button(page, "Delete 001-bearings.csv").click()
+    button(page, "Delete for good").locator("visible=true").click()
+    page.locator('[data-run="001-bearings.csv"]').wait_for(state="detached")
+    assert [one.name for one in kept_runs(served.folder)] == ["002-bearings.csv"]
