@@ -220,8 +220,8 @@ def test_a_radar_is_chosen_and_what_is_lost_is_said(tmp_path: Path) -> None:
     source = open_radar_video(tmp_path / "both")
     assert len(join_spokes(list(source)).amplitude) == 37
     assert source.remarks() == [
-        "3 spokes are missing by their numbers.",
-        "50 spokes of radar 3/4 were left out: another radar; choose it with radar='3/4'.",
+        "Spokes missing by their numbers: 3.",
+        "Spokes of another radar, 3/4, left out: 50; choose it with radar.",
     ]
     agree(read(tmp_path / "both", radar="3/4"), other)
 

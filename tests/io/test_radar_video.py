@@ -250,8 +250,8 @@ def test_what_is_lost_and_damaged_is_said(tmp_path: Path) -> None:
     )
     assert len(join_spokes(list(source)).amplitude) == 8 * SPOKES
     assert source.remarks() == [
-        "64 spokes are missing by their numbers.",
-        "1 packets came in part only and were left out.",
+        "Spokes missing by their numbers: 64.",
+        "Packets that came in part only, left out: 1.",
     ]
 
 

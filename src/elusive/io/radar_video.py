@@ -62,19 +62,19 @@ class RadarVideoSource:
         """Return what is to be said of the latest iteration: sentences on what was lost, damaged or left out."""
         met = [said.format(n=self.counts[key]) for key, said in REMARKS.items() if self.counts[key]] + self._said
         return met + [
-            f"{count} {key} were left out: another radar; choose it with radar={key.rpartition(' ')[2]!r}."
+            f"Spokes of another radar, {key.rpartition(' ')[2]}, left out: {count}; choose it with radar."
             for key, count in self.counts.items()
             if key.startswith("spokes of radar ")
         ]
 
 
 REMARKS = {
-    "lost": "{n} spokes are missing by their numbers.",
-    "malformed": "{n} messages could not be read and were left out.",
-    "damaged": "{n} spokes were damaged and were left out.",
-    "incomplete": "{n} packets came in part only and were left out.",
+    "lost": "Spokes missing by their numbers: {n}.",
+    "malformed": "Messages that could not be read, left out: {n}.",
+    "damaged": "Damaged spokes, left out: {n}.",
+    "incomplete": "Packets that came in part only, left out: {n}.",
     "cut short": "The file ends early; what stands before was read.",
-    "older radar": "{n} spokes of a Navico BR24 or 3G were left out: how far they reach is not known here.",
+    "older radar": "Spokes of a Navico BR24 or 3G, left out because how far they reach is not known here: {n}.",
     "lowest octet first": "Amplitudes were read with their lowest octet first, against the standard: else they jump.",
     "from north": "Azimuths were taken to count from north, as category 240 has it; a heading is told too: if they "
     "count from the bow, say so (from_bow).",
