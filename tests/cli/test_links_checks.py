@@ -129,6 +129,26 @@ def test_levels_that_are_positive_are_refused(network, tmp_path, capsys):
     assert "louder than radios can be" in said
 
 
+@pytest.mark.parametrize("door", [False, True])
+def test_a_door_that_opens_in_an_empty_room_is_named_and_its_ghost_goes(network, tmp_path, capsys, door):
+    """Two minutes of nobody; after 50 s four links of ten read otherwise, by 4 dB in deviation."""
+    rng = np.random.default_rng(4)
+
+    def nobody(lines):
+        level = np.array([line.split(",")[1:] for line in lines[1 : EMPTY + 1]], dtype=float).mean(axis=0)
+        links = np.repeat(rng.random(len(level) // 4) < 0.4, 4)
+        step = door * np.where(links, rng.normal(0, 4, len(level)), 0.0)
+        seen = (np.round(level + step * (k >= 100) + rng.normal(0, 0.4, len(level))) for k in range(240))
+        return [lines[0], *(",".join([str(0.5 * k), *map(str, row)]) for k, row in enumerate(seen))]
+
+    log = changed(network, tmp_path, nobody)
+    quick = "--fit-frames", 0
+    code, names, said = told(capsys, log, network / "nodes.csv", tmp_path / "out", *quick, empty=EMPTY)
+    assert (code, "links.room" in names) == ((3, True) if door else (0, False)), said
+    rows = (tmp_path / "out" / "tracks.csv").read_text().splitlines()[1:]
+    assert not [row for row in rows if float(row.split(",")[0]) > 90 and "confirmed" in row]
+
+
 def test_a_room_with_somebody_is_right(network, tmp_path, capsys):
     code, names, said = told(capsys, network / "log.csv", network / "nodes.csv", tmp_path / "out", empty=EMPTY)
     assert (code, names) == (0, set()), said

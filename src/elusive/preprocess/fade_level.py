@@ -18,6 +18,7 @@ from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.model import Model, Positive
 from elusive.preprocess.link_calibration import Calibrate, Calibration, fade_level
+from elusive.preprocess.link_settled import Flags, Settled
 from elusive.sensors.radio_network import Indices, RssFrame, undirected_of
 
 __all__ = ["Calibrate", "Calibration", "RssChange", "RssState", "fade_level"]
@@ -32,6 +33,8 @@ class RssState(NamedTuple):
     calibration: Calibration
     recent_dbm: Array  # (n, D, C) levels of the latest frames, for the variance
     rise_db: Array  # (D, C) of each reading of the latest frame above the calibration, NaN where missing
+    settled: Settled
+    settled_share: float = 0.0  # of the readings, that had settled off the empty room's levels
 
 
 class RssChange(Model):
@@ -66,9 +69,10 @@ class RssChange(Model):
             raise DataError(f"calibration: has shape {calibration.mean_dbm.shape}; give (directed links, channels).")
         links = len(_undirected(len(calibration.mean_dbm))) // 2
         shape = calibration.mean_dbm.shape
-        return RssState(np.full(links, np.nan), calibration, np.empty((0, *shape)), np.full(shape, np.nan))
+        unread = np.full(links, np.nan), calibration, np.empty((0, *shape)), np.full(shape, np.nan)
+        return RssState(*unread, Settled.none(calibration))
 
-    def step(self, state: RssState, frame: RssFrame, *, empty: bool = False) -> RssState:
+    def step(self, state: RssState, frame: RssFrame, *, empty: bool = False, away: Flags | None = None) -> RssState:
         """Return the state after one more frame; its ``change`` is what an image is made of.
 
         Parameters
@@ -79,6 +83,9 @@ class RssChange(Model):
             Levels, NaN where missing. Links and nodes may fall silent and come back.
         empty
             Whether it is known that nobody is inside: then the calibration follows faster.
+        away
+            ``(D,)`` directed links that run by nobody who is known of: where many have settled at other levels, the
+            calibration takes them; none: it does not.
 
         Raises
         ------
@@ -98,7 +105,11 @@ class RssChange(Model):
         else:
             values = np.abs(rise) if self.measure == "change" else -rise
         change = self._averaged(values, state.calibration.mean_dbm)
-        return RssState(change, self._recalibrated(state.calibration, level, frame.time_s, empty), recent, rise)
+        settled, share = state.settled.after(rise, frame.time_s - state.calibration.time_s), 0.0
+        calibration = self._recalibrated(state.calibration, level, frame.time_s, empty)
+        if away is not None:
+            settled, calibration, share = settled.moved(calibration, away)
+        return RssState(change, calibration, recent, rise, settled, share)
 
     def _averaged(self, values: Array, mean_dbm: Array) -> Array:
         """Average of each undirected link over channels and directions, eq. 3.8; NaN where there is nothing."""

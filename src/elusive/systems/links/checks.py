@@ -16,6 +16,7 @@ from elusive.checks import Fact, Finding
 from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.preprocess.link_calibration import Calibration
+from elusive.preprocess.link_settled import ANOTHER_ROOM
 from elusive.sensors.radio_network import RadioNodes, links_of, undirected_of
 from elusive.systems.links.by_links import LinksState
 from elusive.tracking.track import Step
@@ -45,12 +46,16 @@ class LinkFacts:
         self._confirmed = 0
         self._misfit = math.nan
         self._step_db = math.nan
+        self._settled, self._settled_s = 0.0, math.nan
 
     def add(self, step: Step) -> None:
         """Take in a step."""
         if self._calibration is None:
             self._calibration = step.state.rss.calibration
             self._step_db = _least_step(step.measurement.rss_dbm)
+        if step.state.rss.settled_share > self._settled:
+            self._settled = step.state.rss.settled_share
+            self._settled_s = step.time_s
         people = step.state.people
         if isinstance(people, LinksState) and people.learns:
             sure = any(track.status == "confirmed" for track in step.tracks)
@@ -62,7 +67,7 @@ class LinkFacts:
         if self._calibration is None:
             return ()
         mean = self._calibration.mean_dbm
-        found = [self._rounding(), self._model()]
+        found = [self._rounding(), self._room(), self._model()]
         misread = _reciprocity(self._nodes, mean)
         return (*found, misread, *([] if not misread.holds else _distances(self._nodes, mean)))
 
@@ -72,6 +77,15 @@ class LinkFacts:
             f"Readings come in steps of {self._step_db:.3g} dB: most of what a person changes is lost in rounding.",
             "Export levels in steps of 1 dB or finer, in dB.",
             grave=False,
+        )
+
+    def _room(self) -> Finding:
+        return Fact(0.0, self._settled, not self._settled > ANOTHER_ROOM, math.nan).finding(
+            "links.room",
+            f"At {self._settled_s:g} s {self._settled:.0%} of the readings keep quietly to another level than in the "
+            "empty room, as when a door was opened, furniture moved or radios drift. The levels were taken for those "
+            "of the empty room from then on; tracks of the time before may be nobody's.",
+            "Calibrate again on the room as it is then, or track each part of the log with its own.",
         )
 
     def _model(self) -> Finding:

@@ -13,11 +13,13 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 import numpy as np
 from pydantic import Field
 
+from elusive.contracts import X, Y
 from elusive.errors import DataError
 from elusive.geometry.areas import Area
 from elusive.model import FROM_RECORDING, Model, NonNegative
 from elusive.preprocess.fade_level import RssChange, RssState
 from elusive.preprocess.link_calibration import Calibrate
+from elusive.preprocess.link_settled import away_from
 from elusive.preprocess.voxels import VoxelGrid
 from elusive.sensors.radio_network import RadioNodes, RssFrame
 from elusive.systems.links.by_image import ImageMethod, ImageState
@@ -169,7 +171,9 @@ def _followed(
     if stages is None:
         stages = parameters.method.bind(nodes, parameters.area_of(nodes), calibration)
     for frame in frames:
-        rss = changing.step(rss, frame, empty=people.nobody)
+        places = [track.mean[[X, Y]] for track in people.tracks if track.status == "confirmed"]
+        away = away_from(nodes, np.array(places).reshape(-1, 2))
+        rss = changing.step(rss, frame, empty=people.nobody, away=away)
         people = stages.step(people, frame.time_s, stages.seen(rss), rng)
         memory.keep(frame.time_s, calibration, rss, people, rng)
         yield Step(frame.time_s, frame, RoomState(rss, people, False), stages.shown(people))
