@@ -30,9 +30,9 @@ def of(noun: str) -> Asking:
 
 @pytest.fixture(scope="module")
 def heard(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Ten seconds of bearings of one emitter, in a folder of their own."""
+    """Bearings of one emitter, in a folder of their own."""
     folder = tmp_path_factory.mktemp("heard")
-    main_quietly("simulate", "bearings", "--interval-s", 2, "--out", folder)
+    main_quietly("simulate", "bearings", "--out", folder)
     (folder / "config.yaml").unlink()
     return folder
 
@@ -139,7 +139,7 @@ def test_a_recording_is_refused_then_tracked_kept_compared_and_deleted(
     choose("bearings", "bearings.csv")
     button(page, "Run").click()
     first = page.frame_locator('iframe[title="Report of 001-bearings.csv"]')
-    first.get_by_text("bearings.residuals").wait_for()
+    first.get_by_text("bearings.residuals", exact=True).wait_for()
     field(page, "sigma_deg").fill("2")
     button(page, "Run").click()
     second = page.frame_locator('iframe[title="Report of 002-bearings.csv"]')
