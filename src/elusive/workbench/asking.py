@@ -28,7 +28,7 @@ class Asked(NamedTuple):
     is_file: bool
     switch: bool
     needed: bool
-    count: int  # of its values; 0: any number
+    values: int  # how many; 0: any number
 
 
 class Asking(NamedTuple):
@@ -52,10 +52,10 @@ class Asking(NamedTuple):
             if isinstance(value, bool):
                 words += [one.flag] if value else []
                 continue
-            parts = listed(value) if one.count != 1 else [value.strip()] if value.strip() else []
+            parts = listed(value) if one.values != 1 else [value.strip()] if value.strip() else []
             if not one.flag:
                 words += parts
-            elif one.count == 0:
+            elif one.values == 0:
                 words += [word for part in parts for word in (one.flag, part)]
             elif parts:
                 words += [one.flag, *parts]
@@ -93,14 +93,14 @@ def _asked(parameter: inspect.Parameter, told: Any) -> Asked:
     plain = next((part for part in get_args(plain) if part is not NoneType), plain) if _optional(plain) else plain
     argument = type(told).__name__ == "ArgumentInfo"
     several = get_origin(plain) is list
-    count = 0 if several else len(get_args(plain)) if get_origin(plain) is tuple else 1
+    values = 0 if several else len(get_args(plain)) if get_origin(plain) is tuple else 1
     inner = get_args(plain)[0] if several else plain
     flag = told.default if isinstance(told.default, str) and told.default.startswith("--") else ""
     flag = "" if argument else flag or "--" + parameter.name.replace("_", "-")
     words = flag.lstrip("-").replace("-", " ") or parameter.name
     return Asked(
         parameter.name, flag, words[:1].upper() + words[1:], told.help or "", argument or inner is Path,
-        plain is bool, parameter.default is inspect.Parameter.empty, count,
+        plain is bool, parameter.default is inspect.Parameter.empty, values,
     )  # fmt: skip
 
 

@@ -75,7 +75,6 @@ class _Page:
     def __init__(self, state: OwnState) -> None:
         self._state = state
         self._forms: list[Form] = []
-        self._marked: set[str] = set()
         with window() as (side, stage):
             with side:
                 kinds = {one.noun: one.name[:1].upper() + one.name[1:] for one in SETTINGS.recordings}
@@ -129,7 +128,7 @@ class _Page:
         elif one.is_file:
             names = _names()
             chosen = [name for name in listed(str(value)) if name in names]
-            several = one.count != 1
+            several = one.values != 1
 
             def take(event: Any) -> None:
                 parts = event.value if isinstance(event.value, list) else [event.value] if event.value else []
@@ -246,7 +245,8 @@ class _Page:
                 return
             compared = ui.element("div").classes("ew-scroll")
 
-            def compare() -> None:
+            def compare(name: str, taken: bool) -> None:
+                chosen[name] = taken
                 compared.clear()
                 some = [run for run in runs if chosen.get(run.name)][:COMPARED_MOST]
                 if len(some) > 1:
@@ -255,9 +255,9 @@ class _Page:
 
             for run in runs:
                 with ui.element("div").classes("ew-row").props(f'data-run="{run.name}"'):
-                    ui.checkbox(
-                        on_change=lambda event, name=run.name: (chosen.update({name: event.value}), compare())
-                    ).props(f'dense aria-label="Compare {run.name}"')
+                    ui.checkbox(on_change=lambda event, name=run.name: compare(name, event.value)).props(
+                        f'dense aria-label="Compare {run.name}"'
+                    )
                     ui.label(run.name)
                     ui.label(_told(run)).classes("ew-note ew-grow")
                     ui.button("Open", on_click=lambda run=run: self._open(run)).props(
