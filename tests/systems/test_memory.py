@@ -8,15 +8,21 @@ from itertools import islice
 import numpy as np
 import pytest
 
+from elusive.geometry.local_frame import LocalFrame
 from elusive.io.bearings import open_bearings, read_sensors
 from elusive.io.link_logs import open_link_log
 from elusive.io.node_files import read_nodes
+from elusive.sensors.radar_scans import RadarPlot, scan_of
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.track import track as track_bearings
 from elusive.systems.images.parameters import ImageTracking
 from elusive.systems.images.track import track_images
 from elusive.systems.links.track import LinkTracking
 from elusive.systems.links.track import track as track_links
+from elusive.systems.radar.parameters import RadarTracking, survey
+from elusive.systems.radar.results import Surroundings
+from elusive.systems.radar.setting import bind_all
+from elusive.systems.radar.track import track_radar
 from elusive.tracking.memory import Memory
 from tests.bearing_flight import write_flight
 from tests.walked_room import EMPTY, write_room
@@ -56,6 +62,20 @@ def test_emitters_are_gone_on_with(tmp_path, given):
     parameters = BearingTracking(sigma_deg=0.5, emitters=one, **given)
     heard = list(open_bearings(flight / "bearings.csv", sites))
     check(lambda sets, memory: track_bearings(sets, parameters, sites, live=True, memory=memory), heard, 20)
+
+
+def test_ships_are_gone_on_with():
+    rng = np.random.default_rng(2)
+    parameters = RadarTracking(knowledge={"kind": "none"}, radar={"max_range_m": 8000.0})
+
+    def scan(k):
+        plots = [RadarPlot(2.5 * k, float(np.hypot(x, y)), float(np.arctan2(x, y) % (2 * np.pi)), np.nan)
+                 for x, y in ([900 + 12.0 * k, 2400.0], *rng.uniform(1000, 5000, (3, 2)))]  # fmt: skip
+        return scan_of(2.5 * k, plots)
+
+    scans = [scan(k) for k in range(30)]
+    _, tracker, around = bind_all(parameters, survey(scans, None), Surroundings(LocalFrame.at(5.0, 53.0)), None)
+    check(lambda them, memory: track_radar(memory.new(them), tracker, parameters, around, memory), scans, 18)
 
 
 class Frame:

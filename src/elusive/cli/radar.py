@@ -17,6 +17,7 @@ from elusive.cli.live import (
     To,
     check_live,
     feed_of,
+    memory_of_run,
     run_live,
     send_recording,
     sinks_of,
@@ -172,7 +173,7 @@ def _live(
     """Track ships as their plots come."""
 
     def run(told: Callable[[LiveStep], None]) -> LiveEnd:
-        end, findings = follow_radar(coming, parameters, out, frame, told, charts=charts)
+        end, findings = follow_radar(coming, parameters, out, frame, told, charts=charts, memory=memory_of_run())
         tell_findings(findings, strict=False)
         return end
 

@@ -83,8 +83,8 @@ class Checkpoint:
         now_s = time.monotonic()
         if memory.held is not None and (tracks != self._tracks or now_s >= self._due_s):
             saved = Saved(self._digest, time.time(), memory.time_s, memory.first, memory.held, told)
-            octets = pickle.dumps(tuple(saved), protocol=pickle.HIGHEST_PROTOCOL)
             try:
+                octets = pickle.dumps(tuple(saved), protocol=pickle.HIGHEST_PROTOCOL)
                 temporary = self._folder / f".{STATE}"
                 with os.fdopen(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, OWN), "wb") as file:
                     file.write(octets)
@@ -93,6 +93,8 @@ class Checkpoint:
                 raise DataError(
                     f"{self._folder}: the checkpoint cannot be written ({error.strerror or error}); check space."
                 ) from None
+            except (pickle.PicklingError, AttributeError, TypeError) as error:
+                raise DataError(f"{self._folder}: this tracker's state cannot be kept ({error}).") from None
             self._tracks, self._due_s = tracks, now_s + EVERY_S
         os.pwrite(self._mark, TIME.pack(record["time_s"]), 0)
 

@@ -19,6 +19,7 @@ from elusive.systems.radar.parameters import RadarTracking, survey
 from elusive.systems.radar.results import ADDED
 from elusive.systems.radar.setting import bind_all, charts_in, check_place
 from elusive.systems.radar.track import track_radar
+from elusive.tracking.memory import Memory
 from elusive.tracking.track import Step
 
 LOOK = 10  # scans by which the land in view is judged, where there is a chart
@@ -35,6 +36,7 @@ def follow_radar(
     on_step: Callable[[LiveStep], None],
     *,
     charts: Sequence[str | Path] = (),
+    memory: Memory | None = None,
 ) -> tuple[LiveEnd, tuple[Finding, ...]]:
     """Track ships while their plots come: a scan's rows stand in the file before the next is taken.
 
@@ -55,6 +57,8 @@ def follow_radar(
         Called after each scan.
     charts
         As :func:`~elusive.systems.radar.track.track_radar_recording` takes them.
+    memory
+        Where the tracker keeps its state.
 
     Returns
     -------
@@ -71,11 +75,12 @@ def follow_radar(
     if parameters.radar.max_range_m is None:
         raise ParameterError("max_range_m: a live run cannot look at all plots first; give --max-range-m.")
     around, outline = charts_in(parameters, charts, frame)
-    heard = iter(coming)
-    first = list(islice(heard, LOOK if charts else 1))
-    if not first:
+    memory = memory or Memory()
+    heard, begins = memory.new(coming), memory.held is None
+    first = list(islice(heard, LOOK if charts else 1)) if begins else []
+    if begins and not first:
         raise DataError("no scan came.")
-    seen = survey(first, outline)
+    memory.first = seen = survey(first, outline) if begins else memory.first
     check_place("live", seen, around)
     sensor, tracker, around = bind_all(
         parameters, seen._replace(max_doppler_mps=max(DOPPLER_MPS, seen.max_doppler_mps)), around, outline
@@ -83,7 +88,7 @@ def follow_radar(
     innovations = deque[float](maxlen=LATEST)
 
     def steps() -> Iterator[Step]:
-        for step in track_radar(chain(first, heard), tracker, parameters, around):
+        for step in track_radar(chain(first, heard), tracker, parameters, around, memory):
             beliefs = {target.life.track: target for target in step.state.targets}
             sure = (beliefs[track.track] for track in step.tracks if track.status == "confirmed")
             innovations.extend(innovation(target, step.measurement, sensor) for target in sure)

@@ -22,6 +22,7 @@ from elusive.systems.radar.parameters import RadarTracking, survey
 from elusive.systems.radar.results import ADDED, RadarOutcome, RadarRun, Surroundings, ships_of, tracks_of
 from elusive.systems.radar.setting import bind_all, charts_in, check_place, frame_of
 from elusive.tracking.detections import DetectionTracker
+from elusive.tracking.memory import Memory
 from elusive.tracking.track import Step
 
 __all__ = ["RadarTracking", "track_radar", "track_radar_recording"]
@@ -32,6 +33,7 @@ def track_radar(
     tracker: DetectionTracker,
     parameters: RadarTracking,
     around: Surroundings | None = None,
+    memory: Memory | None = None,
 ) -> Iterator[Step]:
     """Track ships through a radar's scans, lazily; a live stream and a file are the same.
 
@@ -45,6 +47,8 @@ def track_radar(
         Of the run.
     around
         What a track's longitude, latitude and water are known from.
+    memory
+        Where the state is kept, and gone on from.
 
     Yields
     ------
@@ -56,15 +60,19 @@ def track_radar(
     DataError
         If a scan cannot be used.
     """
+    memory = memory or Memory()
     rng = np.random.default_rng(parameters.seed)
     mode_rng = np.random.default_rng([parameters.seed, 1])  # estimates do not change what is tracked
-    state = tracker.init(rng)
+    state, rng, mode_rng = memory.held or (tracker.init(rng), rng, mode_rng)
     for scan in scans:
         before, state = state, tracker.step(state, scan.time_s, scan, rng)
         ships = ships_of(before, state)
-        yield Step(scan.time_s, scan, state, tracks_of(tracker, scan, ships, around, parameters.estimate, mode_rng))
+        tracks = tracks_of(tracker, scan, ships, around, parameters.estimate, mode_rng)
+        step = Step(scan.time_s, scan, state, tracks)
         moved = [(old, now) for old, now, _ in ships if old is not None and now.life.status == "confirmed"]
         state = state._replace(knowledge=learn_bias(state.knowledge, moved, parameters.coast))
+        memory.keep(scan.time_s, state, rng, mode_rng)
+        yield step
 
 
 def track_radar_recording(
