@@ -245,14 +245,18 @@ def free_port():
 def served(ffmpeg):
     """A lossless stream of MOVIE on loopback, at 25 frames a second."""
     address = f"tcp://127.0.0.1:{free_port()}"
-    process = subprocess.Popen(
+    process = serving(ffmpeg, address)
+    yield address, process
+    process.kill()
+    process.communicate()
+
+
+def serving(ffmpeg, address):
+    return subprocess.Popen(
         [ffmpeg, "-v", "error", "-f", "rawvideo", "-pix_fmt", "gray", "-s", f"{COLUMNS}x{ROWS}", "-r", "25", "-i", "-",
          "-c:v", "ffv1", "-f", "matroska", f"{address}?listen=1"],
         stdin=subprocess.PIPE,
     )  # fmt: skip
-    yield address, process
-    process.kill()
-    process.communicate()
 
 
 def connected(address, **given):
@@ -278,9 +282,34 @@ def test_a_network_stream_is_read_with_its_own_times(served):
     process.stdin = None
     frames = connected(address)
     assert frames.interval_s == pytest.approx(1 / 25)
-    came = list(frames)
+    came = list(islice(frames, len(MOVIE)))
+    frames.stop()
     np.testing.assert_array_equal([frame.pixels for frame in came], MOVIE)
     np.testing.assert_allclose([frame.time_s for frame in came], np.arange(12) / 25, atol=1e-3)
+
+
+def test_a_stream_that_goes_is_read_again_and_its_clock_goes_on(ffmpeg):
+    address, said, came = f"tcp://127.0.0.1:{free_port()}", [], []
+    frames = None
+    for _ in range(2):
+        process = serving(ffmpeg, address)
+        process.stdin.write(MOVIE.tobytes())
+        process.stdin.close()
+        process.stdin = None
+        if frames is None:
+            frames = connected(address, on_fault=said.append)
+            taken = iter(frames)
+        came += islice(taken, len(MOVIE))
+        process.communicate()
+    frames.stop()
+    np.testing.assert_array_equal([frame.pixels for frame in came], [*MOVIE, *MOVIE])
+    times_s = np.array([frame.time_s for frame in came])
+    steps_s = np.diff(times_s)
+    np.testing.assert_allclose(np.delete(steps_s, 11), 1 / 25, atol=1e-3)
+    assert steps_s[11] > 0.2  # it was away
+    assert frames.counts["reconnected"] == 1
+    assert "has ended. It is tried again until it is back" in said[0]
+    assert "is back after" in said[1]
 
 
 def test_a_stream_that_falls_silent_ends_after_a_while_and_a_stopped_one_at_once(served):

@@ -19,7 +19,8 @@ from elusive.io._arrived import ArrivedFrame
 from elusive.io._growing import GrowingFolder
 from elusive.io._piped_frames import Piped
 from elusive.io._standard_input import STANDARD_INPUT
-from elusive.io._streams import Stream, is_stream
+from elusive.io._streams import is_stream
+from elusive.io._streams_again import StreamAgain
 from elusive.io.arrivals import Arrivals
 from elusive.io.frames import clean_frame
 
@@ -45,7 +46,7 @@ class LiveFrames:
 
     def __init__(
         self,
-        source: Piped | Stream | GrowingFolder,
+        source: Piped | StreamAgain | GrowingFolder,
         rate_hz: float | None = None,
         held_s: float = HELD_S,
         held_bytes: int = HELD_BYTES,
@@ -75,7 +76,8 @@ class LiveFrames:
     @property
     def counts(self) -> dict[str, int]:
         """What the source met."""
-        return {"late": self.late, "unusable": self.unusable}
+        again = self._source.reconnected if isinstance(self._source, StreamAgain) else 0
+        return {"late": self.late, "unusable": self.unusable, "reconnected": again}
 
     @property
     def late(self) -> int:
@@ -196,7 +198,7 @@ def open_live_frames(
     held_s, held_bytes
         How long, and how many, frames wait for the tracker at most, before the oldest are dropped.
     on_fault
-        Told why a frame cannot be used.
+        Told why a frame cannot be used, and when a stream goes and is back.
 
     Raises
     ------
@@ -206,11 +208,11 @@ def open_live_frames(
     text = os.fspath(source)
     if rate_hz is not None and not 0 < rate_hz < math.inf:
         raise DataError(f"rate_hz={rate_hz}: must be a positive number of frames a second.")
-    opened: Piped | Stream | GrowingFolder
+    opened: Piped | StreamAgain | GrowingFolder
     if text == STANDARD_INPUT:
         opened = Piped()
     elif is_stream(text):
-        opened = Stream(text, idle_s)
+        opened = StreamAgain(text, idle_s, on_fault)
     else:
         path = Path(text)
         pattern = path.name if glob.has_magic(path.name) and not path.exists() else None
