@@ -43,6 +43,8 @@ class Chart:
         Polygons of land, solid structures among them.
     islets
         Points and lines of land, too small for the chart to draw as areas.
+    marks
+        Points that stand out of the water or on land, and do not float: beacons, landmarks, rocks.
     coverage
         Polygons within which the chart says anything.
     coast
@@ -69,6 +71,7 @@ class Chart:
     counts: Mapping[str, int] = field(default_factory=dict)
     quapos_counts: Mapping[int, int] = field(default_factory=dict)
     islets: Geometries = field(default_factory=NOTHING.copy)
+    marks: Geometries = field(default_factory=NOTHING.copy)
     edges: Geometries = field(default_factory=NOTHING.copy)
     edge_quality: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     depths: Geometries = field(default_factory=NOTHING.copy)

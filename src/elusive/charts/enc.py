@@ -26,11 +26,13 @@ from elusive.errors import DataError
 from elusive.geometry.local_frame import Geometries, missing_extra
 
 OPTIONS = "RETURN_PRIMITIVES=ON,RETURN_LINKAGES=ON,LNAM_REFS=ON,UPDATES=APPLY"
+MARKS = ("LNDMRK", "BCNCAR", "BCNISD", "BCNLAT", "BCNSAW", "BCNSPP", "OFSPLF", "PILPNT", "MORFAC")  # that stand
 LAYERS = ("LNDARE", "COALNE", "DEPARE", "DRGARE", "UNSARE", "SLCONS", "M_QUAL", "M_COVR")
 EDGE, COVERED, WGS84 = 130, 1, 2  # RCNM of an edge; CATCOV: coverage available; HDAT
 LINE, VERTICES = 2, 9  # type of a line in WKB; where its vertices begin
 LIMIT = 3  # USAG of an edge: the area goes on beyond the chart
 NOT_SOLID = (3, 4, 5, 7)  # WATLEV of what ships may stand above: always or at times under water, awash, floating
+OUT_OF_WATER = (1, 2, 4, 5)  # WATLEV: partly, always dry, covers and uncovers, awash
 
 _lock = threading.Lock()  # the reader's options belong to the whole process
 
@@ -81,6 +83,7 @@ def read_cell(path: str | Path) -> Chart:
         head = read("DSID").attributes
         layers = {name: read(name) for name in LAYERS}
         nodes, edges = read("ConnectedNode"), read("Edge")
+        marks = [*(read(name) for name in MARKS), _above_water(read("UWTROC"))]
     _check_head(path, head, last)
     land, covered = layers["LNDARE"], layers["M_COVR"]
     coverage = valid_polygons(covered.shapes[covered.number("CATCOV", COVERED) == COVERED], f"{path}, M_COVR")
@@ -112,6 +115,7 @@ def read_cell(path: str | Path) -> Chart:
         counts=counts | {"Edge": len(edges.shapes)},
         quapos_counts=Counter(edges.number("QUAPOS", 0).astype(int).tolist()),
         islets=land.of_type("Point", "MultiPoint", *LINES),
+        marks=as_geometries(point for layer in marks for point in layer.of_type("Point")),
         edges=coast_edges,
         edge_quality=edge_quality,
         depths=depths,
@@ -226,6 +230,11 @@ def _coast(layers: Mapping[str, Layer], nodes: Layer, edges: Layer) -> tuple[Geo
                 lines.append(shapely.LineString(line))
                 of_line.append(quality[number])
     return as_geometries(lines), np.array(of_line, dtype=np.int64)
+
+
+def _above_water(rocks: Layer) -> Layer:
+    """Return the rocks that are out of the water at times."""
+    return Layer(rocks.shapes[np.isin(rocks.number("WATLEV"), OUT_OF_WATER)], {})
 
 
 def _date(text: Sequence[str] | None) -> date | None:

@@ -137,7 +137,7 @@ def fit_radar_command(
     out: FittedOut = None,
     chart: Annotated[
         list[Path] | None,
-        typer.Option("--chart", help="Charts whose rocks and islets, drawn as points, echo: for biases."),
+        typer.Option("--chart", help="Charts whose islets, rocks, beacons, landmarks (points) echo: for biases."),
     ] = None,
     rotation_s: Rotation = None,
     radar_code: RadarCode = None,

@@ -5,13 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from elusive.charts.charted_area import read_charts
 from elusive.checks import broken
 from elusive.errors import DataError
+from elusive.geometry.local_frame import LocalFrame
 from elusive.io import open_radar_plots, write_radar_plots_csv
 from elusive.sensors.radar import RadarSensor
-from elusive.systems.radar.fit import bias_of, fit_radar
+from elusive.systems.radar.fit import bias_of, charted, fit_radar
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.track import track_radar_recording
+from tests.charts.scenes import cell_path
 
 
 def seen_by(sensor, rng, *, ships=5, scans=240, interval_s=2.5):
@@ -97,3 +100,30 @@ def findings(seed, tmp_path):
 @pytest.mark.parametrize("seed", [pytest.param(k, marks=pytest.mark.validate if k > 2 else ()) for k in range(20)])
 def test_a_right_recording_has_no_finding(seed, tmp_path):
     assert findings(seed, tmp_path) == ()
+
+
+@pytest.mark.validate
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_biased_radar_is_fitted_by_the_marks_of_a_real_chart(seed):
+    """Beacons, landmarks and rocks of a cell, each charted 10 m off on an axis, and three ships."""
+    frame = LocalFrame.about(read_charts(cell_path("US5AK5SI")))
+    known, water = charted([cell_path("US5AK5SI")], frame)
+    rng = np.random.default_rng(seed)
+    there = known + rng.normal(0, 10, known.shape)
+    fixed = np.column_stack([there[:, 0], 0 * there[:, 0], there[:, 1], 0 * there[:, 0]])
+    far = 1.1 * float(np.hypot(*there.T).max())
+    sensor = RadarSensor(
+        bearing_sd_mrad=3.0, detection_probability=0.9, false_alarms=3.0, max_range_m=far, doppler_probability=0.0
+    )
+    scans = []
+    for time_s in 2.5 * np.arange(60):
+        ways = ((-3000, 6, 1000, 2), (2000, -5, -2000, 1), (500, 0, 4000, -4))
+        ships = np.array([[x + time_s * vx, vx, y + time_s * vy, vy] for x, vx, y, vy in ways], dtype=float)
+        looked = sensor.simulate(np.concatenate([ships, fixed]), rng, float(time_s))
+        off = looked._replace(range_m=looked.range_m + 25.0, bearing_rad=(looked.bearing_rad + 0.008) % (2 * np.pi))
+        scans.append(off)
+    found = {value.what: value for value in fit_radar(scans, "plots", known, water).values}
+    assert float(found["deviation of a range [m]"].value) == pytest.approx(10.0, rel=0.25)
+    assert float(found["deviation of a bearing [mrad]"].value) == pytest.approx(3.0, rel=0.25)
+    for name, truth in (("bias of ranges [m]", 25.0), ("bias of bearings [mrad]", 8.0)):
+        assert abs(float(found[name].value) - truth) < 3 * found[name].deviation

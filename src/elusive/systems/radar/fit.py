@@ -16,6 +16,7 @@ import numpy as np
 import yaml
 
 from elusive.charts import HardWater, Water
+from elusive.charts.chart import as_geometries
 from elusive.charts.charted_area import lay_charts, read_charts
 from elusive.checks.fitted import Fitted
 from elusive.contracts import Array
@@ -110,14 +111,15 @@ def fit_radar(
 
 
 def charted(charts: Sequence[str | Path], frame: LocalFrame) -> tuple[Array, Water]:
-    """Places of what charts draw as points of land, seen from the frame's origin, ``(K, 2)`` [m]; where water is."""
+    """Places of what charts draw as points that stand out of the water, ``(K, 2)`` [m]; and where water is."""
     import shapely
 
     places, laid = [np.zeros((0, 2))], lay_charts(read_charts(*charts), None, frame)
     for chart in laid.charts:
-        points = [shape for shape in frame.project(chart.islets) if shape.geom_type == "Point"]
-        places.append(shapely.get_coordinates(points) if points else places[0])
-    return np.concatenate(places), HardWater().bind(laid.coast)
+        standing = [shape for shape in chart.islets if shape.geom_type == "Point"]
+        points = frame.project(as_geometries([*standing, *chart.marks]))
+        places.append(shapely.get_coordinates(points))
+    return np.unique(np.concatenate(places), axis=0), HardWater().bind(laid.coast)
 
 
 def _counted(

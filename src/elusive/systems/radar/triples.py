@@ -26,6 +26,7 @@ WINDOW = 6.0  # deviations in which the mixture is fitted
 ROUNDS = 60
 OVERLAP = 3.0  # triples that share a plot
 FEW = 25  # triples of targets, from which errors are known
+ENOUGH = 100  # triples of targets whose middle plot is in no other triple, from which they alone are taken
 SURE = 0.8  # probability from which a triple is a target's
 AT_A_PLACE, LATER = 4.0, 20  # deviations within which plots are at one place, scans after which a target has left it
 MOST_PLACES = 4000  # that are looked at for that
@@ -72,22 +73,30 @@ class Triples:
     def fit(self) -> PlotErrors | None:
         """Return the errors; None where too few plots follow each other as a target's do."""
         rows = np.concatenate(self._rows) if self._rows else np.zeros((0, 6))
-        if len(rows) < FEW:
-            return None
-        limits, sd = np.array([WIDEST_M, WIDEST_RAD]), np.array([WIDEST_M, WIDEST_RAD]) / 4
-        for _ in range(4):  # the window closes in on what is found
-            inside = (np.abs(rows[:, :2]) < limits).all(axis=1)
-            member, sd = _mixture(rows[inside, :2], limits, np.minimum(sd, limits / 2))
-            limits = np.minimum(WINDOW * sd, [WIDEST_M, WIDEST_RAD])
-        inside_rows, total = rows[inside], float(member.sum())
-        if total < FEW:
-            return None
-        sure = inside_rows[member > SURE]
-        sure = sure[:: max(1, len(sure) // MOST_PLACES)]
-        moving = _passing(sure[:, 2], sure[:, 4:], AT_A_PLACE * np.hypot(sd[0], sd[1] * sure[:, 3]))
-        range_sd_m, bearing_sd_rad = sd.tolist()
-        share_sd = math.sqrt(OVERLAP / (2 * total))
-        return PlotErrors(range_sd_m, bearing_sd_rad, total, share_sd, sure[moving, 4:])
+        _, which, candidates = np.unique(rows[:, [2, 4, 5]], axis=0, return_inverse=True, return_counts=True)
+        # echoes close to each other make triples of several, which no uniform density describes
+        alone = _fitted(rows[candidates[which.ravel()] == 1]) if len(rows) else None
+        return alone if alone is not None and alone.targets >= ENOUGH else _fitted(rows)
+
+
+def _fitted(rows: Array) -> PlotErrors | None:
+    """Fit the mixture to triples, ``(n, 6)``; None where too few are of targets."""
+    if len(rows) < FEW:
+        return None
+    limits, sd = np.array([WIDEST_M, WIDEST_RAD]), np.array([WIDEST_M, WIDEST_RAD]) / 4
+    for _ in range(4):  # the window closes in on what is found
+        inside = (np.abs(rows[:, :2]) < limits).all(axis=1)
+        member, sd = _mixture(rows[inside, :2], limits, np.minimum(sd, limits / 2))
+        limits = np.minimum(WINDOW * sd, [WIDEST_M, WIDEST_RAD])
+    inside_rows, total = rows[inside], float(member.sum())
+    if total < FEW:
+        return None
+    sure = inside_rows[member > SURE]
+    sure = sure[:: max(1, len(sure) // MOST_PLACES)]
+    moving = _passing(sure[:, 2], sure[:, 4:], AT_A_PLACE * np.hypot(sd[0], sd[1] * sure[:, 3]))
+    range_sd_m, bearing_sd_rad = sd.tolist()
+    share_sd = math.sqrt(OVERLAP / (2 * total))
+    return PlotErrors(range_sd_m, bearing_sd_rad, total, share_sd, sure[moving, 4:])
 
 
 def _passing(scans: Array, places: Array, reach: Array) -> NDArray[np.bool_]:
