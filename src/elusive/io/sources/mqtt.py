@@ -8,9 +8,10 @@ from typing import Any
 
 from elusive.errors import DataError
 from elusive.io.sources.address import Address
-from elusive.io.sources.feed import LONGEST_S, LOOK_S, Feed
+from elusive.io.sources.feed import LOOK_S, Feed
 
 OPTIONS = ("columns",)
+LONGEST_WAIT_S = 5  # between two tries to reach a broker
 HELD = 10_000  # messages that wait at most
 LONGEST = 1 << 20  # octets of a message
 
@@ -33,7 +34,7 @@ def client_for(address: Address) -> Any:
         client.username_pw_set(address.user, address.password)
     if address.scheme == "mqtts":
         client.tls_set()
-    client.reconnect_delay_set(1, round(LONGEST_S))
+    client.reconnect_delay_set(1, LONGEST_WAIT_S)
     return client
 
 
