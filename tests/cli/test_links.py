@@ -39,6 +39,34 @@ def usual(network, *more):
     return (network / "log.csv", "--nodes", network / "nodes.csv", "--calibration-frames", EMPTY, *more)
 
 
+def test_an_empty_room_recorded_at_another_time_calibrates(network, tmp_path, capsys):
+    """The log cut in two, the first part's clock three hours off: the same tracks."""
+
+    def later(line):
+        time_s, _, rest = line.partition(",")
+        return f"{float(time_s) + 10_800},{rest}"
+
+    header, *lines = (network / "log.csv").read_text().splitlines()
+    room, walk = tmp_path / "room.csv", tmp_path / "walk.csv"
+    room.write_text("\n".join([header, *map(later, lines[:EMPTY])]) + "\n")
+    walk.write_text("\n".join([header, *lines[EMPTY:]]) + "\n")
+    code, said = run(capsys, *usual(network, "--fit-frames", 0, "--out", tmp_path / "one"))
+    assert code == 0, said
+    asked = walk, "--nodes", network / "nodes.csv", "--fit-frames", 0, "--out"
+    code, said = run(capsys, *asked, tmp_path / "two", "--empty", room)
+    assert code == 0, said
+    one, two = ((tmp_path / out / "tracks.csv").read_text() for out in ("one", "two"))
+    assert one.count("confirmed") > 10
+    assert one == two
+    room.write_text("\n".join([header, lines[0]]) + "\n")
+    code, said = run(capsys, *asked, tmp_path / "three", "--empty", room)
+    assert code == 2
+    assert "record at least two of the empty room" in said
+    code, said = run(capsys, *asked, tmp_path / "three", "--empty", room, "--follow")
+    assert code == 2
+    assert "--empty: calibrates a recorded log" in said
+
+
 @pytest.mark.parametrize("method", ["links", "image"])
 def test_somebody_crosses_the_room(network, tmp_path, capsys, method):
     out = tmp_path / "out"

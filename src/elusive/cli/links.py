@@ -75,6 +75,11 @@ Missing = Annotated[
     float, typer.Option("--missing-above-dbm", help="A reading above this means that nothing was heard [dBm].")
 ]
 
+Empty = Annotated[
+    str | None,
+    typer.Option("--empty", help="Recording of the empty room, in the log's form: calibrates instead of first frames."),
+]
+
 
 @accepts(LinkTracking)
 def track_links_command(
@@ -95,6 +100,7 @@ def track_links_command(
     layout: Layout = None,
     period_s: Period = None,
     missing_above_dbm: Missing = MISSING_ABOVE_DBM,
+    empty: Empty = None,
     follow: Follow = False,
     to: To = None,
     origin: Origin = None,
@@ -118,6 +124,12 @@ def track_links_command(
         feed=feed,
         missing_above_dbm=missing_above_dbm,
     )
+    if empty is not None:
+        if feed is not None:
+            raise ParameterError("--empty: calibrates a recorded log; begin a live one with the room empty.")
+        room = open_link_log(empty, network, layout=layout, period_s=period_s, missing_above_dbm=missing_above_dbm)
+        source, frames = source.after(room)
+        parameters = parameters.replace(calibration_frames=frames)
     if feed is not None:
         _live(fed(source, feed), network, parameters, out, sinks)
         return
@@ -159,6 +171,7 @@ def fit_links_command(
     layout: Layout = None,
     period_s: Period = None,
     missing_above_dbm: Missing = MISSING_ABOVE_DBM,
+    empty: Empty = None,
 ) -> None:
     """Fit how people change the links to a log that one person walks through; then: track links --config."""
     fitting = LinkFitting(**nested(LinkFitting, given, read_yaml(config) if config else {}))
@@ -168,6 +181,10 @@ def fit_links_command(
     tracking = _within(tracking, area, area_file)
     network = read_nodes(nodes)
     source = open_link_log(log, network, layout=layout, period_s=period_s, missing_above_dbm=missing_above_dbm)
+    if empty is not None:
+        room = open_link_log(empty, network, layout=layout, period_s=period_s, missing_above_dbm=missing_above_dbm)
+        source, frames = source.after(room)
+        tracking = tracking.replace(calibration_frames=frames)
     with bar("iterations", fitting.iterations) as advance:
         fitted = fit_link_log(source, network, tracking, fitting, out, on_iteration=advance)
     for remark in fitted.remarks:

@@ -37,6 +37,34 @@ class LinkLog:
 
     again: bool = True  # whether it can be read more than once
 
+    def after(self, empty: LinkLog) -> tuple[LinkLog, int]:
+        """Return this log behind the recording of an empty room, and how many frames that has.
+
+        The recording's times are moved so that it ends an interval of its own before this log begins.
+
+        Raises
+        ------
+        DataError
+            If the recording cannot be read, has fewer than two frames, or other channels.
+        """
+        if empty.channels != self.channels or not empty.again:
+            known = ", ".join(self.channels)
+            raise DataError(f"{empty.name}: has other channels than the log's {known}, or is no file; record it alike.")
+        before = list(empty)
+        if len(before) < 2:
+            raise DataError(f"{empty.name}: has {len(before)} frames; record at least two of the empty room.")
+        times_s = np.array([frame.time_s for frame in before])
+
+        def rows() -> Iterator[Row]:
+            own = self._read()
+            for first in own:
+                moved_s = first[1] - np.median(np.diff(times_s)) - times_s[-1] + times_s
+                yield from ((empty.name, moved_s[k], frame.rss_dbm.copy()) for k, frame in enumerate(before))
+                yield first
+                yield from own
+
+        return LinkLog(self.name, self.channels, rows, self._missing_above_dbm, self.again), len(before)
+
     def __iter__(self) -> Iterator[RssFrame]:
         """Yield the frames.
 
