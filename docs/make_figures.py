@@ -10,7 +10,7 @@ from concurrent.futures import Executor
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from figures import believe_images, choose, several
+from figures import believe_bearings, believe_images, believe_signals, choose, several
 from PIL import Image
 
 from elusive.campaign import make_executor
@@ -65,6 +65,8 @@ def main() -> None:
         shutil.copy(Path(scratch) / "demo" / "report.png", STATIC / "demo.png")
         kept = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(scratch)
         believe_images.main(STATIC / "believe-images.png")
+        believe_bearings.main(STATIC / "believe-bearings.png")
+        believe_signals.main(STATIC / "believe-signals.png")
         choose.main(STATIC / "choose.png")
         several.main(STATIC / "several-targets.png")
         noise_objects(kept / "mazurek2013", executor)

@@ -190,10 +190,27 @@ class RecoveringFilter:
         return _Belief(belief.mean, P)
 
     def _settled(self, belief: _Belief, time_s: float, measurement: BearingSet) -> Hypothesis:
-        """Update a vague belief by a damped descent that trusts the bearings."""
-        stretch = self._trusting.stretch([(time_s, measurement)])
-        found = stretch.settle(belief.mean[None], belief.covariance[None], anchored(*belief), DESCENT, TOLERANCE)
-        return Hypothesis(ExtendedState(time_s, found.path[-1], marginals(found.L, found.Y)[-1], 0.0, None), True)
+        """Update a vague belief by damped descents from where all bearings cross, and all but one sensor's.
+
+        Each end has the probability of its surroundings (Laplace): on a sensor any bearing fits, but hardly anywhere.
+        """
+        vague = belief.mean[None], belief.covariance[None]
+        anchor, whole = anchored(*belief), self.filter.stretch([(time_s, measurement)])
+        sensors = np.unique(measurement.sensor).tolist()
+        means, spreads, logs = list[Array](), list[Array](), list[float]()
+        for left_out in (None, *(sensors if len(sensors) > 2 else ())):
+            part = self._trusting.stretch([(time_s, _without(measurement, left_out))])
+            start = part.settle(*vague, anchor, DESCENT, TOLERANCE)
+            end = whole.settle(start.path, vague[1], anchor, DESCENT, TOLERANCE)
+            means.append(end.path[-1])
+            spreads.append(marginals(end.L, end.Y)[-1])
+            logs.append(-float(end.cost) - float(np.log(np.diag(end.L[-1])).sum()))
+        weights = np.exp(np.array(logs) - max(logs))
+        weights /= weights.sum()
+        mean = weights @ np.array(means)
+        off = np.array(means) - mean
+        P = np.einsum("m,mij->ij", weights, np.array(spreads)) + np.einsum("m,mi,mj->ij", weights, off, off)
+        return Hypothesis(ExtendedState(time_s, mean, P, 0.0, None), True)
 
     def _own(self, state: ExtendedState | FixedLagState) -> ExtendedState | FixedLagState:
         """Return a belief as the filter's own."""
@@ -222,3 +239,11 @@ class RecoveringFilter:
 
 def _started(state: ExtendedState | FixedLagState) -> bool:
     return state.started if isinstance(state, FixedLagState) else state.pending is None
+
+
+def _without(measurement: BearingSet, sensor: int | None) -> BearingSet:
+    """Return bearings without those of a sensor."""
+    kept = np.flatnonzero(measurement.sensor != (-1 if sensor is None else sensor))
+    places = None if measurement.places_m is None else measurement.places_m[kept]
+    angles = measurement.azimuth_rad[kept], measurement.elevation_rad[kept]
+    return BearingSet(measurement.time_s, measurement.sensor[kept], *angles, places)
