@@ -58,13 +58,17 @@ def target_free(
     """Each frame's patch about its label as it is without the target; None where the label is NaN.
 
     It is the median of the nearest frames, earlier or later, laid over this one, in which the target is at least
-    ``clear_px`` away, lifted to agree with this frame in the median over the three pixels round the patch.
+    ``clear_px`` away, lifted to agree with this frame in the median over the three pixels round the patch. Where the
+    target stands so long that there is no such frame, it is what lies beside it in this frame, the side whose own
+    surroundings agree best with those of the patch.
     """
     frames = sequence.frames
     registration = Registration()
     steps = [registration.offset(a, b) for a, b in pairwise(frames)]
     offsets = np.vstack([np.zeros(2), np.cumsum(steps, axis=0)])
     scene = labels - offsets
+    ring = np.ones((2 * (HALF + 3) + 1,) * 2, dtype=bool)
+    ring[3:-3, 3:-3] = False
     patches: list[np.ndarray | None] = []
     for k, frame in enumerate(frames):
         if np.isnan(labels[k]).any():
@@ -83,12 +87,23 @@ def target_free(
                 views.append(view)
             if len(views) == neighbours:
                 break
-        patch = np.median(views, axis=0)
-        ring = np.ones(patch.shape, dtype=bool)
-        ring[3:-3, 3:-3] = False
+        patch = np.median(views, axis=0) if views else _beside(frame, int(row), int(column), reach, ring)
         patch += np.median((frame[row - reach : row + reach + 1, column - reach : column + reach + 1] - patch)[ring])
         patches.append(patch[3:-3, 3:-3])
     return patches
+
+
+def _beside(frame: np.ndarray, row: int, column: int, reach: int, ring: np.ndarray) -> np.ndarray:
+    """What lies about 12 px beside a place in the same frame, with the surroundings most like the place's own."""
+    own = frame[row - reach : row + reach + 1, column - reach : column + reach + 1]
+    found: list[tuple[float, np.ndarray]] = []
+    for turn in np.arange(16) * np.pi / 8:
+        y, x = row + round(12 * np.sin(turn)), column + round(12 * np.cos(turn))
+        if not (reach <= y < len(frame) - reach and reach <= x < frame.shape[1] - reach):
+            continue
+        there = frame[y - reach : y + reach + 1, x - reach : x + reach + 1].astype(float)
+        found.append((float(np.std((there - own)[ring])), there))
+    return min(found, key=lambda one: one[0])[1]
 
 
 def scale(

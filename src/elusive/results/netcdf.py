@@ -97,7 +97,10 @@ def _described(columns: Columns) -> Iterator[tuple[str, tuple[str, ...], Any, di
     yield "time", ("obs",), np.float64, {"units": "s", "long_name": "time of the row", "axis": "T"}
     status = {"flag_values": np.arange(len(STATUSES), dtype=np.int8), "flag_meanings": " ".join(STATUSES)}
     yield "status", ("obs",), np.int8, {"long_name": "status of the track", **status}
-    yield "existence", ("obs",), np.float64, {"units": "1", "long_name": "posterior probability that the target exists"}
+    # what is told of recordings, which have a column `moves`, is learnt from what became of their tracks
+    learnt = "how often tracks of this recording that were believed as much were there again"
+    exists = learnt if "moves" in columns.added else "posterior probability that the target exists"
+    yield "existence", ("obs",), np.float64, {"units": "1", "long_name": exists}
     at = {"coordinates": "time"}
     for axis in columns.axes:
         yield axis, ("obs",), np.float64, {"units": place, "long_name": f"{axis} in {u}", **at}
