@@ -32,6 +32,7 @@ from elusive.systems.links.recording import simulate_links
 from elusive.systems.links.simulate import LinkSimulation
 from elusive.systems.links.walks import Walks
 from elusive.systems.registry import SYSTEMS
+from elusive.systems.video.simulate import VideoSimulation, simulate_video
 from tests.bearing_flight import write_flight
 from tests.experiments.field_scene import write_scene
 
@@ -110,6 +111,10 @@ def test_command_runs(
     if " davies2024 " in line:
         for number in (1, 2):
             write_scene(tmp_path / "superposed", number)
+    if "sea/" in line or "video.npz" in line:
+        radar = {"spokes": 128, "samples": 64, "step_m": 20.0, "pulse_m": 40.0, "beam_deg": 10.0}
+        simulate_video(VideoSimulation(turns=8, ships=1, coast_north_m=1000, radar=radar), tmp_path / "sea")
+        shutil.copy(tmp_path / "sea" / "video.npz", tmp_path)
     if "made/" in line:
         simulate_images(ImageSimulation(rows=48, columns=48, frames=8, appears=1, leaves=6), tmp_path / "made")
     if "bearings.csv" in line or "arrivals.csv" in line:

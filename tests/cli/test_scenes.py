@@ -56,6 +56,10 @@ SIMULATED: dict[str, tuple[tuple[object, ...], int, str, tuple[str, ...]]] = {
     ),
     "radar": (("--interval-s", 3), 2, "plots.csv", ("--particles", "300")),
     "bearings": ((), 1, "bearings.csv", ()),
+    "video": (
+        ("--turns", 26, "--ships", 2, "--snr-db", 18, 22, "--spokes", 256, "--samples", 128, "--pulse-m", 50,
+         "--step-m", 25, "--beam-deg", 6, "--start-m", 200), 2, "video.npz", (),
+    ),
 }  # fmt: skip
 UNITS: dict[str, Any] = {"images": "px", "signal": "samples"}
 

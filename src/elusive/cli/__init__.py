@@ -24,6 +24,7 @@ CHARTS = (".000", ".geojson", ".json", ".shp")
 COMMANDS = {
     "demo": "elusive.cli.demo:demo_command",
     "track": "elusive.cli.track:app",
+    "plots": "elusive.cli.video:plots_command",
     "locate": "elusive.cli.locate:locate_command",
     "serve": "elusive.cli.serve:serve_command",
     "replay": "elusive.cli.replay:replay_command",

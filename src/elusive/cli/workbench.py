@@ -33,4 +33,5 @@ def workbench_command(
         Recording(system.noun, system.recording, f"elusive.cli.{system.name}:track_{system.name}_command")
         for system in SYSTEMS
     ]
-    serve(folder, [system.page for system in SYSTEMS], recordings, host=host, port=port, show=browser)
+    pages = [system.page for system in SYSTEMS if system.page is not None]
+    serve(folder, pages, recordings, host=host, port=port, show=browser)

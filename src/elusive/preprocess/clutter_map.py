@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
-from scipy.ndimage import uniform_filter1d
+from scipy.ndimage import maximum_filter, uniform_filter1d
 
 from elusive.contracts import Array
 from elusive.model import Model, Positive, Probability
@@ -96,7 +96,8 @@ class ClutterMap(Model):
         if turns >= FIRST:
             everywhere = state._replace(fixed=np.zeros_like(state.fixed))
             rests = self._evidence(everywhere, np.where(np.isfinite(quiet), quiet, np.float32(-math.inf)))
-            state = state._replace(fixed=rests > self.fixed_from)
+            # beside what is fixed its edge comes and goes
+            state = state._replace(fixed=maximum_filter(rests > self.fixed_from, 3, mode=("wrap", "nearest")))
         return state
 
     def evidence(self, state: ClutterState, power: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -26,8 +26,9 @@ from elusive.sensors.spokes import Spokes
 TURN_RAD = 2 * math.pi
 MOST_PEAKS = 50_000
 MISSED = -3.0  # log ratio of a target that is nowhere in reach of a cell
-PART = 4  # of a beam and a pulse: deviation of a place in one
+PART = 5  # of a beam and a pulse: deviation of a place in one
 LEAST_ROWS = 16
+LEAST_POWER = 0.1  # of quantised samples: what is below a step is not told apart
 AROUND = [(down, right) for down in (-1, 0, 1) for right in (-1, 0, 1)]
 
 
@@ -197,6 +198,7 @@ class TurnGatherer:
     def __init__(self, sensor: RadarVideo) -> None:
         self.sensor = sensor
         self._row = -1
+        self._least = 0.0
         self._clear()
 
     def _clear(self) -> None:
@@ -217,6 +219,7 @@ class TurnGatherer:
             if number:
                 found.append(self._ended(place))
             part = slice(start, stop)
+            self._least = LEAST_POWER if spokes.bits else 0.0
             kernels.gather(spokes.amplitude[part], row[part], self.sensor.grouped, self._total)
             self._spokes += np.bincount(row[part], minlength=rows)
             self._time += np.bincount(row[part], spokes.time_s[part], minlength=rows)
@@ -228,9 +231,7 @@ class TurnGatherer:
 
         with np.errstate(invalid="ignore", divide="ignore"):
             times = self._time / self._spokes
-        wide = 2 if self.sensor.shape[1] > 1 else 1
-        turn = VideoTurn(
-            float(np.nanmax(times)), times, kernels.overlap(self._total, self._spokes, 2, wide), place
-        )  # fmt: skip
+        power = kernels.overlap(self._total, self._spokes, 2, 2)
+        turn = VideoTurn(float(np.nanmax(times)), times, np.maximum(power, np.float32(self._least)), place)
         self._clear()
         return turn

@@ -1,4 +1,4 @@
-"""The five systems, registered once: commands, pages of the workbench and the docs' table are made from this list."""
+"""The systems, registered once: commands, pages of the workbench and the docs' table are made from this list."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class System(NamedTuple):
     recording: str  # what its users have
     targets: str  # what is found in that
     command: str  # the shortest that does it
-    page: str  # module of its page in the workbench, which holds a PAGE
+    page: str | None  # module of its page in the workbench, which holds a PAGE; None: it has none
     fits: bool = False  # to a recording without labels: ``elusive fit <noun>``
 
 
@@ -57,6 +57,14 @@ SYSTEMS = (
         "elusive track radar plots.csv --chart coast.geojson --radar-lat-deg -0.03 --radar-lon-deg 0.004 --out result",
         "elusive.systems.radar.page",
         fits=True,
+    ),
+    System(
+        "video",
+        "video",
+        "radar video, before any threshold",
+        "ships too faint for plots",
+        "elusive track video video.npz --out result",
+        None,
     ),
     System(
         "bearings",

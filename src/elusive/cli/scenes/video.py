@@ -1,0 +1,44 @@
+"""`elusive simulate video`, and a scene of ships in sea clutter."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+from typing import Any
+
+from rich.markup import escape
+
+from elusive.cli.terminal import Config, Out, bar, console, show, show_run
+from elusive.model import read_yaml
+from elusive.options import accepts, nested
+from elusive.systems.video.parameters import RecordedVideo
+from elusive.systems.video.scene import VideoScene, track_video_scene
+from elusive.systems.video.simulate import VideoSimulation, simulate_video
+
+
+@accepts(VideoSimulation)
+def simulate_command(out: Out, given: dict[str, Any], config: Config = None) -> None:
+    """Write what a radar receives of ships, sea clutter, a coast and rocks, before any threshold."""
+    parameters = VideoSimulation(**nested(VideoSimulation, given, read_yaml(config) if config else {}))
+    with bar("turns", parameters.turns) as advance:
+        made = simulate_video(parameters, out, advance)
+    show(out.name, ("", ""), made.rows)
+    console.print(f"Written to {out}: {', '.join(made.files)}")
+    told = f" --pulse-m {parameters.radar.pulse_m:g}"
+    if parameters.radar.beam_deg != RecordedVideo.model_fields["beam_deg"].default:
+        told += f" --beam-deg {parameters.radar.beam_deg:g}"
+    if made.chart is not None:
+        told += f" --chart {shlex.quote(str(out / made.chart))} --coast-sigma-m {max(parameters.coast_error_m, 1):g}"
+    truth = f" --truth {shlex.quote(str(out / 'truth.csv'))}" if parameters.ships else ""
+    command = f"elusive track video {shlex.quote(str(out / made.video))}{told}{truth}"
+    console.print(f"To track: {escape(command)} --out tracks", highlight=False, soft_wrap=True)
+
+
+def run_scene(scene: Path, given: dict[str, Any], out: Path) -> None:
+    """Run a scene and say what came of it."""
+    parameters = VideoScene(**given)
+    with bar("turns", None) as advance:
+        outcome = track_video_scene(parameters, out, advance)
+    console.print(escape(outcome.tracked.verdict), highlight=False)
+    show_run(scene.name, outcome.tracked.rows, outcome.findings)
+    console.print(f"Written to {out}: the video, truth.csv, config.yaml, and tracks/", soft_wrap=True)

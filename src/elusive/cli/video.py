@@ -1,0 +1,118 @@
+"""`elusive track video` and `elusive plots`: ships in radar video, before any threshold or by way of plots."""
+
+from __future__ import annotations
+
+import math
+import shlex
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.markup import escape
+
+from elusive.cli.terminal import Config, Out, Strict, bar, console, show, show_run, tell_findings, tell_written
+from elusive.io.radar_video import open_radar_video
+from elusive.model import read_yaml
+from elusive.options import accepts, nested
+from elusive.systems.video.parameters import PlotFinding, VideoTracking
+from elusive.systems.video.plots import write_video_plots
+from elusive.systems.video.report import HEADER
+from elusive.systems.video.track import track_video_recording
+
+Video = Annotated[
+    str,
+    typer.Argument(
+        help="Radar video: ASTERIX category 240 (raw or pcap), a capture of a Navico 4G or HALO, or arrays (.npz, "
+        "netCDF)."
+    ),
+]
+Charts = Annotated[
+    list[Path] | None,
+    typer.Option("--chart", help="S-57 base cells (.000), GeoJSON or shapefiles of land, one or several."),
+]
+Latitude = Annotated[
+    float | None,
+    typer.Option("--radar-lat-deg", help="Latitude of the radar, WGS 84; \\[default: the recording's]."),
+]
+Longitude = Annotated[
+    float | None,
+    typer.Option("--radar-lon-deg", help="Longitude of the radar, WGS 84; \\[default: the recording's]."),
+]
+Which = Annotated[str | None, typer.Option("--radar", help="Which radar, where the source holds several.")]
+Rotation = Annotated[float | None, typer.Option("--rotation-s", help="Period of the antenna, of spokes without times.")]
+
+
+@accepts(VideoTracking)
+def track_video_command(
+    video: Video,
+    out: Out,
+    given: dict[str, Any],
+    chart: Charts = None,
+    radar_lat: Latitude = None,
+    radar_lon: Longitude = None,
+    which: Which = None,
+    rotation_s: Rotation = None,
+    config: Config = None,
+    truth: Annotated[
+        Path | None,
+        typer.Option(
+            "--truth",
+            help="Where ships truly are: .csv of time_s, track, x_m, y_m or lon_deg, lat_deg; AIS log. Scores.",
+        ),
+    ] = None,
+    truth_cutoff: Annotated[
+        float | None,
+        typer.Option("--truth-cutoff-m", help="Scores: further off is missed; c of GOSPA; by default 100."),
+    ] = None,
+    strict: Strict = False,
+) -> None:
+    """Track ships in radar video, before any threshold, with charts that may be wrong by some metres."""
+    parameters = VideoTracking(**nested(VideoTracking, given, read_yaml(config) if config else {}))
+    source = open_radar_video(video, radar=which, rotation_s=rotation_s)
+    with bar("turns", None) as advance:
+        outcome = track_video_recording(
+            source, parameters, out, radar_lon_deg=radar_lon, radar_lat_deg=radar_lat, charts=chart or (), truth=truth,
+            cutoff_m=truth_cutoff, on_turn=advance,
+        )  # fmt: skip
+    tracked = outcome.tracked
+    console.print(escape(tracked.verdict), highlight=False)
+    if tracked.paths:
+        show("Tracks", [name.partition(" [")[0] for name in HEADER], tracked.lines)
+    show_run(tracked.title, tracked.rows, outcome.findings)
+    files = ["tracks.csv", "resting.csv", "result.nc", "report.html", "report.png", "checks.json", "config.yaml"]
+    tell_written(out, files[:1] + ["tracks.geojson"] * (tracked.lonlat is not None) + files[1:], outcome.scored)
+    tell_findings(outcome.findings, strict=strict)
+
+
+@accepts(PlotFinding)
+def plots_command(
+    video: Video,
+    out: Annotated[Path, typer.Option("--out", help="File to write: .csv, which elusive track radar reads.")],
+    given: dict[str, Any],
+    chart: Charts = None,
+    radar_lat: Latitude = None,
+    radar_lon: Longitude = None,
+    which: Which = None,
+    rotation_s: Rotation = None,
+    config: Config = None,
+) -> None:
+    """Find plots in radar video: a threshold on its clutter map, land left out."""
+    parameters = PlotFinding(**nested(PlotFinding, given, read_yaml(config) if config else {}))
+    source = open_radar_video(video, radar=which, rotation_s=rotation_s)
+    with bar("turns", None) as advance:
+        found = write_video_plots(
+            source, parameters, out, radar_lon_deg=radar_lon, radar_lat_deg=radar_lat, charts=chart or (),
+            on_turn=advance,
+        )  # fmt: skip
+    mean = found.plots / max(found.turns, 1)
+    console.print(f"Written to {out}: {found.plots} plots of {found.turns} turns, {mean:.1f} a turn.", highlight=False)
+    lon, lat = found.lonlat_deg or (math.nan, math.nan)
+    place = "--radar-lat-deg LAT --radar-lon-deg LON" if math.isnan(lon) else (
+        f"--radar-lat-deg {lat:.6g} --radar-lon-deg {lon:.6g}"
+    )  # fmt: skip
+    charts = " ".join(f"--chart {shlex.quote(str(path))}" for path in chart or ()) or "--knowledge none"
+    command = (
+        f"elusive track radar {shlex.quote(str(out))} {place} {charts} --false-alarms {parameters.false_alarms:g} "
+        f"--range-sd-m {found.deviations[0]:.3g} --bearing-sd-mrad {1000 * found.deviations[1]:.3g}"
+    )
+    console.print(f"To track: {escape(command)} --out tracks", highlight=False, soft_wrap=True)

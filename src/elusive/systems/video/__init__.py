@@ -1,0 +1,1 @@
+"""Radar video, before any threshold, under a chart: tracks of ships."""

@@ -1,0 +1,117 @@
+"""Whether radar video looks as it was told: its north, its place on the chart, its clutter, its turns."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elusive.checks import Finding
+from elusive.contracts import Array
+from elusive.sensors.radar_video import RadarVideo
+
+FEW_TURNS = 10
+WIDE_DEG, PART = 1.0, 0.3  # of a bias of north that matters: in degrees, and in beams
+LIKE = 0.3  # correlation of what is fixed with charted land from which they are the same coast
+FIXES_M = 10.0  # of a position that jitters
+SPIKY = 2.0  # share of the clutter beyond what its law lets expect, to that
+CROWDED = 0.1  # share of the cells that are fixed
+
+
+class Registration(NamedTuple):
+    """How the radar lies to the chart."""
+
+    azimuth_deg: float  # to be added to azimuths
+    likeness: float  # correlation there
+
+
+def register(level: Array, land: Array) -> Registration:
+    """Turn what is fixed until it lies on charted land best, ``(A, R)`` each, by rows; a parabola between them."""
+    a, b = level - level.mean(), land - land.mean()
+    size = math.sqrt(float((a**2).sum() * (b**2).sum()))
+    if not size > 0:
+        return Registration(math.nan, 0.0)
+    spectrum = np.fft.rfft(b, axis=0) * np.conj(np.fft.rfft(a, axis=0))
+    likeness = np.fft.irfft(spectrum, n=len(a), axis=0).sum(axis=1) / size
+    best = int(likeness.argmax())
+    before, here, after = likeness[best - 1], likeness[best], likeness[(best + 1) % len(likeness)]
+    bend = before - 2 * here + after
+    part = 0.5 * (before - after) / bend if bend < 0 else 0.0
+    rows = (best + part + len(a) / 2) % len(a) - len(a) / 2
+    return Registration(float(rows * 360 / len(a)), float(here))
+
+
+def findings_of(
+    counts: Counter[str], registration: Registration | None, held: list[float], moved_m: float, sensor: RadarVideo,
+    fixed: NDArray[np.bool_],
+) -> tuple[Finding, ...]:  # fmt: skip
+    """Return what a recording says of what was told of it."""
+    spokes = max(counts["spokes"], 1)
+    still_m = max(sensor.cell_m, FIXES_M)
+    found = [_turns(counts["turns"]), _north(counts["no heading"] / spokes), _scale(counts["other scale"] / spokes)]
+    found.append(_clutter(held))
+    found.append(
+        Finding(
+            "video.moving-radar", not (moved_m > still_m and fixed.any()), still_m, moved_m,
+            f"The radar moved by {moved_m:.0f} m: what is fixed moves through its cells and is told from ships less "
+            "well.", "Give --chart, so that land is known; look at slow tracks with care.", grave=False,
+        )
+    )  # fmt: skip
+    if registration is None:
+        share = float(fixed.mean())
+        found.append(
+            Finding(
+                "video.crowded", share < CROWDED, CROWDED, share,
+                f"{100 * share:.0f} % of the cells return turn after turn: land, or a harbour. Ships that pass there "
+                "are told from it by their motion alone.",
+                "Give --chart, so that land is known.", grave=False,
+            )
+        )  # fmt: skip
+    if registration is not None and registration.likeness > LIKE:
+        off = registration.azimuth_deg
+        found.append(
+            Finding(
+                "video.azimuth", abs(off) < max(WIDE_DEG, PART * sensor.beam_deg), 0.0, off,
+                f"What is fixed lies on charted land best if azimuths are turned by {off:.1f} degrees: north is not "
+                "where the recording says, and ships near the coast are taken for land.",
+                f"Give --azimuth-bias-deg {off:.1f}, added to what was given.",
+            )
+        )  # fmt: skip
+    return tuple(found)
+
+
+def _turns(turns: int) -> Finding:
+    return Finding(
+        "video.turns", turns >= FEW_TURNS, FEW_TURNS, turns,
+        f"The recording has {turns} turns: too few to tell a faint ship from clutter, or what is fixed from a ship.",
+        "Record longer.", grave=False,
+    )  # fmt: skip
+
+
+def _north(share: float) -> Finding:
+    return Finding(
+        "video.heading", share < 0.01, 0.0, share,
+        f"{100 * share:.0f} % of the spokes count from the bow and have no heading: they are taken to look north where "
+        "the bow looks.", "Record the heading (NMEA HDG, HDT) beside, or give --azimuth-bias-deg.",
+    )  # fmt: skip
+
+
+def _scale(share: float) -> Finding:
+    return Finding(
+        "video.scale", share == 0, 0.0, share,
+        f"{100 * share:.0f} % of the spokes have another range scale than the first and were left out.",
+        "Record one range scale at a time.", grave=share > 0.5,
+    )  # fmt: skip
+
+
+def _clutter(held: list[float]) -> Finding:
+    known = [one for one in held if math.isfinite(one)]
+    seen = float(np.median(known)) if known else math.nan
+    return Finding(
+        "video.clutter", not (len(known) >= FEW_TURNS and seen > SPIKY), 1.0, seen,
+        f"New turns hold {seen:.1f} times as much strong clutter as what was learnt before lets expect: existence is "
+        "told too high.", "Give a shorter --memory-turns, more --sectors or --bands.",
+    )  # fmt: skip

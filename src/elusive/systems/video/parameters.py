@@ -1,0 +1,90 @@
+"""Parameters of tracking ships in radar video, filled from the recording where they are not given."""
+
+from __future__ import annotations
+
+import math
+from typing import ClassVar
+
+from pydantic import Field
+
+from elusive.charts import Coast, FieldWater, Water
+from elusive.charts.charted_area import ChartedAreaParameters
+from elusive.model import FROM_RECORDING, Model, Positive
+from elusive.preprocess.clutter_map import ClutterMap
+from elusive.sensors.radar_video import RadarVideo
+from elusive.sensors.spokes import Spokes
+from elusive.tracking.evidence_maps import EvidenceRules, EvidenceTracker
+from elusive.tracking.lifecycle import Lifecycle
+
+MOST_BYTES = 2e9  # of cells and what is learnt of them
+
+
+class RecordedVideo(RadarVideo):
+    """The radar of a recording; its ranges are those of the spokes."""
+
+    samples: int = Field(0, ge=0, description="Samples of a spoke", json_schema_extra=FROM_RECORDING)
+
+    def bind(self, spokes: Spokes) -> RadarVideo:
+        """Return the sensor for the range scale of some spokes."""
+        return RadarVideo(
+            beam_deg=self.beam_deg, pulse_m=self.pulse_m, levels_db=self.levels_db, start_m=spokes.start_m,
+            step_m=spokes.step_m, samples=spokes.amplitude.shape[1],
+        )  # fmt: skip
+
+
+class VideoTracking(Model):
+    """Parameters of `elusive track video`."""
+
+    main_options: ClassVar[tuple[str, ...]] = (
+        "beam_deg", "pulse_m", "azimuth_bias_deg", "coast_sigma_m", "births_per_h", "rest_deviations", "seed",
+    )  # fmt: skip
+
+    radar: RecordedVideo = Field(RecordedVideo(), description="The radar")
+    azimuth_bias_deg: float = Field(
+        0.0, ge=-180, le=180, description="What is added to every azimuth: of a head that is not mounted straight [deg]"
+    )
+    clutter: ClutterMap = Field(ClutterMap(), description="How clutter is learnt")
+    learning_turns: int = Field(
+        6, ge=1, le=50, description="Turns that clutter is learnt from before the first is tracked in"
+    )
+    water: FieldWater = Field(FieldWater(), description="How the chart is used, where one is given")
+    charted: ChartedAreaParameters = Field(ChartedAreaParameters(), description="What the charts are taken to say")
+    tracker: EvidenceRules = Field(
+        EvidenceRules(lifecycle=Lifecycle(confirm_from=0.95, candidate_from=0.5, delete_below=0.1, delete_frames=3)),
+        description="When a track begins and ends",
+    )
+    seed: int = Field(0, ge=0, description="Root of all random numbers")
+
+    def bind(self, sensor: RadarVideo, coast: Coast | None) -> tuple[EvidenceTracker, Water | None]:
+        """Return the tracker for a radar and a coast, and P(water)."""
+        water = None if coast is None else self.water.bind(coast)
+        rules = {name: getattr(self.tracker, name) for name in EvidenceRules.model_fields}
+        return EvidenceTracker(**rules, sensor=sensor, knowledge=() if water is None else (water,)), water
+
+
+class PlotFinding(Model):
+    """Parameters of `elusive plots`."""
+
+    main_options: ClassVar[tuple[str, ...]] = ("false_alarms", "beam_deg", "pulse_m", "azimuth_bias_deg", "least_water")
+
+    radar: RecordedVideo = Field(RecordedVideo(), description="The radar")
+    azimuth_bias_deg: float = Field(
+        0.0, ge=-180, le=180, description="What is added to every azimuth: of a head that is not mounted straight [deg]"
+    )
+    clutter: ClutterMap = Field(ClutterMap(), description="How clutter is learnt")
+    learning_turns: int = Field(6, ge=1, le=50, description="Turns that clutter is learnt from before the first")
+    water: FieldWater = Field(FieldWater(), description="How the chart is used, where one is given")
+    charted: ChartedAreaParameters = Field(ChartedAreaParameters(), description="What the charts are taken to say")
+    false_alarms: Positive = Field(5.0, description="Mean number of false alarms a turn: sets the threshold")
+    least_water: float = Field(0.5, ge=0, le=1, description="P(water) below which a plot is taken to be of land")
+
+    def threshold(self, sensor: RadarVideo) -> float:
+        """Evidence that clutter exceeds in as many cells a turn; cells overlap, so that a quarter are independent."""
+        rows, columns = sensor.shape
+        return math.log(rows * columns / 4 / self.false_alarms)
+
+
+def bytes_held(sensor: RadarVideo, learning_turns: int) -> float:
+    """Memory that a run takes for cells: of a turn, of what is learnt, and of turns that wait [bytes]."""
+    rows, columns = sensor.shape
+    return float(rows * columns * (4 * learning_turns + 40))

@@ -1,0 +1,256 @@
+"""What tracking radar video came to: tracks, what lies still, findings, and what a report shows."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from elusive.charts import Water
+from elusive.charts.charted_area import ChartedArea
+from elusive.checks import Finding
+from elusive.checks.files import write_checks
+from elusive.contracts import Array
+from elusive.io.csv_files import write_csv
+from elusive.io.radar_video import RadarVideoSource
+from elusive.io.truth import Truth
+from elusive.results import Scored, TrackLog, scored, write_geojson, write_result
+from elusive.results.table import STATUSES
+from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
+from elusive.systems.video.checks import Registration, findings_of, register
+from elusive.systems.video.parameters import VideoTracking
+from elusive.systems.video.report import Shown, VideoPath, VideoTracked, write_video_html, write_video_png
+from elusive.systems.video.turns import VideoStart
+from elusive.tracking.track import Step
+
+ADDED = ("moves", "allowed", "level_db", "lon_deg", "lat_deg")
+CUTOFF_M = 100.0
+CONFIRMED = STATUSES.index("confirmed")
+WET = 0.9  # P(water) from which something that lies still is no land
+STANDS_OUT_DB = 6.0  # of what lies still, over the clutter
+SHOWN = 60  # turns that a report plays
+SIDE, ROWS, COLUMNS = 240, 180, 200  # of its pictures
+STEPS_DB = 6  # shades of a decibel
+
+
+class Resting(NamedTuple):
+    """Something that returns turn after turn and is not charted land: a ship at rest, a rock, a pile."""
+
+    place: tuple[float, float]  # x, y [m]
+    range_m: float
+    bearing_deg: float
+    length_m: float  # of its cells, across range or along it
+    level_db: float  # over the clutter
+
+
+class VideoOutcome(NamedTuple):
+    """What a run came to."""
+
+    log: TrackLog
+    tracked: VideoTracked
+    resting: tuple[Resting, ...]
+    scored: Scored | None
+    findings: tuple[Finding, ...]
+
+
+class VideoRun:
+    """Takes the steps of a recording and writes what they came to.
+
+    Parameters
+    ----------
+    parameters, start, charted, water, log
+        Of the run.
+    """
+
+    def __init__(
+        self, parameters: VideoTracking, start: VideoStart, charted: ChartedArea | None, water: Water | None,
+        log: TrackLog,
+    ) -> None:  # fmt: skip
+        self._parameters, self._start, self._charted, self._water, self._log = parameters, start, charted, water, log
+        self._held: list[float] = []
+        self._places: list[tuple[float, float]] = []
+        self._kept: list[tuple[float, NDArray[np.uint8], NDArray[np.uint8]]] = []
+        self._stride = 1
+        self._steps = 0
+        self._last: Step | None = None
+        self._raster = _Raster(start.sensor)
+
+    def append(self, step: Step) -> None:
+        """Take in a turn's result."""
+        self._log.append(step)
+        turn: EvidenceTurn = step.measurement
+        self._held.append(step.state.heard.held)
+        self._places.append(turn.place)
+        if self._steps % self._stride == 0:
+            self._kept.append((step.time_s, *self._raster.pictures(step.state.heard.power)))
+            if len(self._kept) > 2 * SHOWN:  # each second turn from now on
+                self._kept, self._stride = self._kept[::2], 2 * self._stride
+        self._steps += 1
+        self._last = step
+
+    def outcome(
+        self, source: RadarVideoSource, counts: Counter[str], truth: Truth | None, cutoff_m: float | None,
+        water_at: Callable[[tuple[float, float]], Array] | None,
+    ) -> VideoOutcome:  # fmt: skip
+        """Return the tracks, what lies still, what was checked, and what the report shows.
+
+        Raises
+        ------
+        DataError
+            If the truth is of other times.
+        """
+        assert self._last is not None
+        turn: EvidenceTurn = self._last.measurement
+        clutter, sensor = self._last.state.heard.clutter, self._start.sensor
+        allowed = None if water_at is None else water_at(turn.place)
+        resting = resting_of(sensor, clutter.fixed, clutter.level - _spread(clutter.mean, sensor), allowed, turn.place)
+        registration: Registration | None = None
+        if allowed is not None and clutter.fixed.any():
+            registration = register(clutter.fixed.astype(np.float64), 1 - allowed)
+        moved = float(np.ptp(np.array(self._places), axis=0).max())
+        findings = findings_of(counts, registration, self._held, moved, sensor, clutter.fixed)
+        times = self._log.times_s
+        scores = None
+        if truth is not None:
+            places = truth.aligned(times)[..., :2]
+            off = places - np.array(self._places)[:, None]
+            far = np.hypot(off[..., 0], off[..., 1]) > sensor.range_m[-1]
+            scores = scored(self._log, np.where(far[..., None], np.nan, places), cutoff_m or CUTOFF_M)
+        paths = [
+            VideoPath(
+                number, np.asarray(rows["time_s"]), rows["position"], rows["velocity"],
+                np.sqrt(np.diagonal(rows["covariance"], axis1=1, axis2=2))[:, :2], rows["covariance"][:, 0, 1],
+                rows["status"] == CONFIRMED, rows["existence"],
+                np.asarray(rows["added"][:, self._log.columns.added.index("level_db")]),
+            )
+            for number, rows in self._log.by_track()
+            if (rows["status"] == CONFIRMED).any()
+        ]  # fmt: skip
+        land: Sequence[Array] = ()
+        if self._charted is not None:
+            outline = self._charted.coast.land
+            land = [outline.vertices[a:b] for a, b in zip(outline.starts[:-1], outline.starts[1:], strict=True)]
+        shapes = self._parameters.clutter.shape_of(clutter.counts)
+        shapes = shapes[np.isfinite(shapes)]
+        tail = (
+            f"power's exponent {np.median(shapes):.2f}; 1 is Rayleigh clutter, less is spiky"
+            if len(shapes)
+            else "too few cells"
+        )
+        rows = [
+            ("Turns", f"{self._steps}, of {self._turn_s():.2f} s"),
+            ("Cells of a turn", f"{sensor.shape[0]} x {sensor.shape[1]}, of {sensor.cell_m:.3g} m"),
+            ("Clutter's tail", tail),
+            ("Fixed echoes", f"{100 * clutter.fixed.mean():.1f} % of the cells; {len(resting)} that are no land"),
+            *([] if registration is None else [("Azimuths to the chart", f"{registration.azimuth_deg:+.1f} degrees")]),
+            *([(remark, "") for remark in source.remarks()]),
+            *([] if scores is None else scores.lines()),
+        ]
+        reach = float(sensor.range_m[-1])
+        kept = self._kept
+        tracked = VideoTracked(
+            Path(source.name).name or source.name, _verdict(paths, len(resting)), times, paths, land, truth, rows,
+            Shown(
+                np.array([one[0] for one in kept]), np.array([one[1] for one in kept]),
+                np.array([one[2] for one in kept]), reach, turn.place,
+            ),
+            [one.place for one in resting], None if self._start.frame is None else self._start.frame.to_lonlat, scores,
+        )  # fmt: skip
+        return VideoOutcome(self._log, tracked, resting, scores, findings)
+
+    def write(self, folder: Path, outcome: VideoOutcome, config: str) -> None:
+        """Write everything into a folder but the table, which the log writes."""
+        if self._start.frame is not None:
+            write_geojson(folder / "tracks.geojson", self._log, self._start.frame.to_lonlat)
+        write_csv(
+            folder / "resting.csv", ("x_m", "y_m", "range_m", "bearing_deg", "length_m", "level_db"),
+            [[*one.place, *one[1:]] for one in outcome.resting],
+        )  # fmt: skip
+        write_result(folder / "result.nc", self._log, title=outcome.tracked.title, config=config)
+        if outcome.scored is not None:
+            outcome.scored.write(folder)
+        (folder / "config.yaml").write_text(config, encoding="utf-8")
+        write_video_png(folder / "report.png", outcome.tracked)
+        write_video_html(folder / "report.html", outcome.tracked, outcome.findings)
+        write_checks(folder, outcome.findings)
+
+    def _turn_s(self) -> float:
+        times = self._log.times_s
+        return float(np.median(np.diff(times))) if len(times) > 1 else math.nan
+
+
+class _Raster:
+    """Pictures of a turn: a plan, north up, and range over azimuth."""
+
+    def __init__(self, sensor: RadarVideo) -> None:
+        rows, columns = sensor.shape
+        edge = float(sensor.range_m[-1])
+        middle = (np.arange(SIDE) + 0.5) * 2 * edge / SIDE - edge
+        x, y = np.meshgrid(middle, middle)
+        row = np.round((np.arctan2(x, y) - sensor.grid[2]) / sensor.grid[2]).astype(np.int64) % rows
+        column = np.round((np.hypot(x, y) - sensor.grid[0]) / sensor.grid[1]).astype(np.int64)
+        self._seen = (column >= 0) & (column < columns)
+        self._row, self._column = row, np.clip(column, 0, columns - 1)
+        self._tall, self._wide = -(-rows // ROWS), -(-columns // COLUMNS)
+        self._size = min(max(1, 2 * columns // SIDE) // 2 * 2 + 1, 9)
+        self._low = math.nan
+
+    def pictures(self, power: NDArray[np.float32]) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+        """Return both, of decibels over the median of the first turn."""
+        level = 10 * np.log10(np.maximum(np.nan_to_num(power), 1e-12))
+        if math.isnan(self._low):
+            self._low = float(np.median(level))
+        found = np.clip((level - self._low) * STEPS_DB, 0, 255).astype(np.uint8)
+        rows, columns = found.shape
+        strong = ndimage.maximum_filter(found, (1, self._size), mode="nearest")
+        plan = np.where(self._seen, strong[self._row, self._column], 0).astype(np.uint8)
+        padded = np.zeros((-(-rows // self._tall) * self._tall, -(-columns // self._wide) * self._wide), np.uint8)
+        padded[:rows, :columns] = found
+        scan = padded.reshape(-1, self._tall, padded.shape[1] // self._wide, self._wide).max(axis=(1, 3))
+        return plan, np.ascontiguousarray(scan)
+
+
+def resting_of(
+    sensor: RadarVideo, fixed: NDArray[np.bool_], level: Array, water: Array | None, place: tuple[float, float]
+) -> tuple[Resting, ...]:
+    """Return what is fixed and no charted land, its neighbouring cells one; the strongest first."""
+    wet = fixed if water is None else fixed & (water >= WET)
+    labels, count = ndimage.label(wet, np.ones((3, 3)))
+    for above, below in zip(labels[-1], labels[0], strict=True):  # round the turn
+        if above and below and above != below:
+            labels[labels == below] = above
+    found = []
+    for number in np.unique(labels[labels > 0]) if count else ():
+        rows, columns = np.nonzero(labels == number)
+        weight = np.exp(level[rows, columns] - level[rows, columns].max())
+        distance, azimuth = sensor.range_m[columns], sensor.azimuth_rad[rows]
+        x = float(weight @ (distance * np.sin(azimuth)) / weight.sum())
+        y = float(weight @ (distance * np.cos(azimuth)) / weight.sum())
+        across = len(np.unique(rows)) * sensor.grid[2] * math.hypot(x, y)
+        length = max(across, len(np.unique(columns)) * sensor.cell_m)
+        top = 10 / math.log(10) * float(level[rows, columns].max())
+        if top < STANDS_OUT_DB:
+            continue
+        bearing = math.degrees(math.atan2(x, y)) % 360
+        found.append(Resting((x + place[0], y + place[1]), math.hypot(x, y), bearing, length, top))
+    return tuple(sorted(found, key=lambda one: -one.level_db))
+
+
+def _spread(mean: Array, sensor: RadarVideo) -> Array:
+    """Give every row its sector's mean level."""
+    rows = np.array_split(np.arange(sensor.shape[0]), len(mean))
+    return np.concatenate([np.tile(one, (len(part), 1)) for one, part in zip(mean, rows, strict=True)])
+
+
+def _verdict(paths: Sequence[VideoPath], resting: int) -> str:
+    still = f" {resting} echoes that do not move are no charted land: see resting.csv." if resting else ""
+    if not paths:
+        return f"No ship under way was found.{still}"
+    ships = "One ship" if len(paths) == 1 else f"{len(paths)} ships"
+    return f"{ships} under way {'was' if len(paths) == 1 else 'were'} found.{still}"

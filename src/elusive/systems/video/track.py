@@ -1,0 +1,185 @@
+"""From radar video, before any threshold, to tracks of ships, with charts that are known to be imprecise."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import nullcontext
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elusive.charts import HardWater, Water
+from elusive.charts.charted_area import ChartedArea, lay_charts, read_charts
+from elusive.contracts import Array, X, Y
+from elusive.errors import DataError
+from elusive.geometry.local_frame import LocalFrame
+from elusive.io.atomic import atomic_folder
+from elusive.io.radar_video import RadarVideoSource
+from elusive.io.ship_truth import read_ship_truth
+from elusive.results import TrackLog
+from elusive.systems.video.parameters import VideoTracking
+from elusive.systems.video.results import ADDED, VideoOutcome, VideoRun
+from elusive.systems.video.turns import Heard, VideoStart, heard, start_of, turns_of, water_map
+from elusive.tracking.evidence_maps import EvidenceState, EvidenceTracker
+from elusive.tracking.track import Step
+
+WET = 0.5  # P(water) from which a cell's clutter is the sea's
+UNIX_S = 1e8  # a time from here on counts from 1970
+
+
+class VideoState(NamedTuple):
+    """Belief after a turn, and what it came from."""
+
+    belief: EvidenceState
+    heard: Heard
+
+
+def track_video(
+    turns: Iterable[Heard],
+    tracker: EvidenceTracker,
+    seed: int = 0,
+    frame: LocalFrame | None = None,
+) -> Iterator[Step]:
+    """Track ships through turns of evidence, lazily; a live stream and a file are the same.
+
+    Parameters
+    ----------
+    turns
+        From :func:`elusive.systems.video.turns.heard`.
+    tracker
+        What follows them: :meth:`VideoTracking.bind`.
+    seed
+        Root of all random numbers.
+    frame
+        What a track's longitude and latitude are known from.
+
+    Yields
+    ------
+    Step
+        After each turn; its measurement is the turn's evidence, its state a :class:`VideoState`.
+    """
+    rng = np.random.default_rng(seed)
+    belief = tracker.init(rng)
+    for one in turns:
+        belief = tracker.step(belief, one.turn.time_s, one.turn, rng)
+        tracks = belief.tracks
+        if frame is not None and tracks:
+            lonlat = frame.to_lonlat(np.array([track.mean[[X, Y]] for track in tracks])).tolist()
+            tracks = tuple(
+                track._replace(extra={**track.extra, "lon_deg": lon, "lat_deg": lat})
+                for track, (lon, lat) in zip(tracks, lonlat, strict=True)
+            )
+        yield Step(one.turn.time_s, one.turn, VideoState(belief, one), tracks)
+
+
+class Laid(NamedTuple):
+    """What a chart says of a recording's cells."""
+
+    charted: ChartedArea | None
+    water: Water | None
+    map_at: Callable[[tuple[float, float]], Array] | None  # P(water) of every cell
+    open_water: Callable[[tuple[float, float]], NDArray[np.bool_]] | None
+
+
+def lay(
+    start: VideoStart, charts: Sequence[str | Path], parameters: VideoTracking
+) -> tuple[EvidenceTracker, Laid]:  # fmt: skip
+    """Lay charts under a radar, and return the tracker.
+
+    Raises
+    ------
+    DataError
+        If a chart cannot be read, the radar's place is not known, or nothing that it sees is charted.
+    """
+    if not charts:
+        return parameters.bind(start.sensor, None)[0], Laid(None, None, None, None)
+    if start.frame is None:
+        raise DataError(
+            "chart: the recording does not say where the radar is; give --radar-lat-deg and --radar-lon-deg."
+        )
+    charted = lay_charts(read_charts(*charts), parameters.charted, start.frame)
+    known = HardWater().bind(charted.coast).known(start.sensor.places().reshape(-1, 2))
+    if not known.any():
+        raise DataError(
+            f"chart: nothing within {start.sensor.range_m[-1]:.0f} m of longitude {start.frame.lon_deg:g}, latitude "
+            f"{start.frame.lat_deg:g} is charted; check the radar's place and the charts."
+        )
+    tracker, water = parameters.bind(start.sensor, charted.coast)
+    assert water is not None
+    map_at = water_map(start.sensor, water.probability)
+    return tracker, Laid(charted, water, map_at, lambda place: map_at(place) >= WET)
+
+
+def track_video_recording(
+    source: RadarVideoSource,
+    parameters: VideoTracking,
+    out: Path | None,
+    *,
+    radar_lon_deg: float | None = None,
+    radar_lat_deg: float | None = None,
+    charts: Sequence[str | Path] = (),
+    truth: str | Path | None = None,
+    cutoff_m: float | None = None,
+    on_turn: Callable[[int], None] | None = None,
+) -> VideoOutcome:
+    """Track ships through a recording and write ``tracks.csv``, ``resting.csv``, ``result.nc`` and a report.
+
+    ``tracks.geojson`` (where the radar's place is known), ``report.html``, ``report.png``, ``checks.json`` and
+    ``config.yaml``, which repeats the run, stand beside them. Nothing is left in ``out`` if the recording cannot be
+    used. A file's spokes stream: what is held is a turn's cells, and those of the turns that clutter is learnt from.
+
+    Parameters
+    ----------
+    source
+        From :func:`elusive.io.radar_video.open_radar_video`.
+    parameters
+        What to do.
+    out
+        Folder for the results; None writes nothing.
+    radar_lon_deg, radar_lat_deg
+        The radar's place, WGS 84; None: that of the recording, which may move.
+    charts
+        S-57 base cells, GeoJSON or shapefiles.
+    truth
+        Where ships truly were, see :func:`~elusive.io.ship_truth.read_ship_truth`; scores only.
+    cutoff_m
+        Distance up to which a track can stand for a ship, and c of GOSPA; None: 100 m.
+    on_turn
+        Called with the number of turns done.
+
+    Raises
+    ------
+    DataError
+        If the recording, a chart or the truth cannot be used.
+    ParameterError
+        If the parameters do not fit the recording.
+    """
+    start = start_of(source, parameters, radar_lon_deg, radar_lat_deg)
+    tracker, laid = lay(start, charts, parameters)
+    counts: Counter[str] = Counter()
+    moves = radar_lon_deg is None
+    turns = turns_of(source, start, parameters.azimuth_bias_deg, counts, moves=moves)
+    steps = track_video(
+        heard(turns, parameters.clutter, parameters.learning_turns, laid.open_water, on_turn), tracker,
+        parameters.seed, start.frame,
+    )  # fmt: skip
+    with nullcontext() if out is None else atomic_folder(out) as folder:
+        added = ADDED if start.frame is not None else ADDED[:-2]
+        with TrackLog(
+            tracker.state_names, "m", added=added, path=None if folder is None else folder / "tracks.csv"
+        ) as log:
+            run = VideoRun(parameters, start, laid.charted, laid.water, log)
+            for step in steps:
+                run.append(step)
+            known = None
+            if truth is not None:
+                frame = start.frame or LocalFrame.at(0.0, 0.0)
+                epoch = 0.0 if float(log.times_s[0]) > UNIX_S else float("nan")
+                known = read_ship_truth(truth, frame, midnight_unix_s=epoch)
+            outcome = run.outcome(source, counts, known, cutoff_m, laid.map_at)
+        if folder is not None:
+            run.write(folder, outcome, parameters.to_yaml())
+    return outcome

@@ -1,0 +1,159 @@
+"""From spokes to turns of a map: azimuths from north, the radar's place, one range scale; and what clutter says."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elusive.contracts import Array
+from elusive.errors import DataError, ParameterError
+from elusive.geometry.local_frame import LocalFrame
+from elusive.preprocess.clutter_map import ClutterMap, ClutterState
+from elusive.sensors.radar_video import EvidenceTurn, RadarVideo, TurnGatherer, VideoTurn
+from elusive.sensors.spokes import Spokes
+from elusive.systems.video.parameters import MOST_BYTES, PlotFinding, VideoTracking, bytes_held
+
+BEYOND = 5.0  # evidence at which the clutter's law is tried
+
+
+class VideoStart(NamedTuple):
+    """What the first spokes of a recording say."""
+
+    sensor: RadarVideo
+    frame: LocalFrame | None  # about the radar's first place; None where that is not known
+
+
+class Heard(NamedTuple):
+    """A turn, and what it says."""
+
+    turn: EvidenceTurn
+    power: NDArray[np.float32]  # (A, R)
+    clutter: ClutterState  # as it is known by then
+    held: float  # share of clutter beyond an evidence of 5 before it was learnt, to the one expected; NaN: not known
+
+
+def start_of(
+    spokes: Iterable[Spokes], parameters: VideoTracking | PlotFinding, lon_deg: float | None, lat_deg: float | None
+) -> VideoStart:
+    """Look at the first spokes.
+
+    Raises
+    ------
+    DataError
+        If there are none.
+    ParameterError
+        If one of longitude and latitude is given alone, or a turn of these spokes takes more memory than there is.
+    """
+    if (lon_deg is None) != (lat_deg is None):
+        raise ParameterError("radar_lon_deg, radar_lat_deg: one was given without the other; give both or none.")
+    first = next(iter(spokes))
+    sensor = parameters.radar.bind(first)
+    needed = bytes_held(sensor, parameters.learning_turns)
+    if needed > MOST_BYTES:
+        raise ParameterError(
+            f"beam_deg, pulse_m: a turn of {sensor.shape[0]} x {sensor.shape[1]} cells takes {needed / 1e9:.1f} GB; "
+            "give the radar's own beam and pulse, or fewer --learning-turns."
+        )
+    if lon_deg is not None and lat_deg is not None:
+        return VideoStart(sensor, LocalFrame.at(lon_deg, lat_deg))
+    known = first.lonlat_deg[np.isfinite(first.lonlat_deg).all(axis=1)]
+    return VideoStart(sensor, LocalFrame.at(*known[0].tolist()) if len(known) else None)
+
+
+def turns_of(
+    spokes: Iterable[Spokes], start: VideoStart, bias_deg: float, counts: Counter[str], *, moves: bool = True
+) -> Iterator[VideoTurn]:
+    """Yield the turns of spokes; those of another range scale are left out, and counted.
+
+    ``moves`` says whether the radar's place is that of the spokes; else it stands at the frame's origin.
+    """
+    sensor, gatherer, place = start.sensor, TurnGatherer(start.sensor), (0.0, 0.0)
+    for part in spokes:
+        counts["spokes"] += len(part.time_s)
+        if (part.start_m, part.step_m, part.amplitude.shape[1]) != (sensor.start_m, sensor.step_m, sensor.samples):
+            counts["other scale"] += len(part.time_s)
+            continue
+        azimuth = part.azimuth_rad + math.radians(bias_deg)
+        if not part.from_north:
+            known = np.isfinite(part.heading_rad)
+            counts["no heading"] += int((~known).sum())
+            azimuth = azimuth + np.where(known, part.heading_rad, 0.0)
+        seen = part.lonlat_deg[np.isfinite(part.lonlat_deg).all(axis=1)]
+        if moves and start.frame is not None and len(seen):
+            x, y = start.frame.to_local(seen[-1:])[0].tolist()
+            place = float(x), float(y)
+        for turn in gatherer.add(part, azimuth, place):
+            counts["turns"] += 1
+            yield turn
+
+
+def heard(
+    turns: Iterable[VideoTurn],
+    clutter: ClutterMap,
+    learning_turns: int,
+    open_water: Callable[[tuple[float, float]], NDArray[np.bool_]] | None,
+    on_turn: Callable[[int], None] | None = None,
+) -> Iterator[Heard]:
+    """Yield each turn with what it says; the first wait until clutter has been learnt from them.
+
+    Raises
+    ------
+    DataError
+        If there is no whole turn.
+    """
+    state: ClutterState | None = None
+    waiting: list[VideoTurn] = []
+    done = 0
+    for turn in turns:
+        sea = None if open_water is None else open_water(turn.place)
+        held = math.nan
+        if state is not None and state.turns >= learning_turns:
+            held = _held(clutter.evidence(state, turn.power), state, sea)
+        state = clutter.learnt(state, turn.power, sea)
+        waiting.append(turn)
+        if state.turns < learning_turns:
+            continue
+        for one in waiting:
+            yield _judged(clutter, state, one, held)
+            done += 1
+            if on_turn is not None:
+                on_turn(done)
+        waiting = []
+    if state is None:
+        raise DataError("radar video: holds no whole turn of the antenna; give a longer recording.")
+    for one in waiting:
+        yield _judged(clutter, state, one, math.nan)
+
+
+def _judged(clutter: ClutterMap, state: ClutterState, turn: VideoTurn, held: float) -> Heard:
+    evidence = EvidenceTurn(turn.time_s, turn.row_s, clutter.evidence(state, turn.power), turn.place)
+    return Heard(evidence, turn.power, state, held)
+
+
+def _held(evidence: NDArray[np.float32], state: ClutterState, sea: NDArray[np.bool_] | None) -> float:
+    """Share of clutter beyond an evidence of 5, to the one expected."""
+    some = np.isfinite(evidence) & ~state.fixed
+    if sea is not None:
+        some &= sea
+    return float((evidence[some] > BEYOND).mean() / math.exp(-BEYOND)) if some.any() else math.nan
+
+
+def water_map(
+    sensor: RadarVideo, probability: Callable[[Array], Array]
+) -> Callable[[tuple[float, float]], Array]:  # fmt: skip
+    """Return P(water) of every cell for a place of the radar, ``(A, R)``, kept while it stays within half a cell."""
+    offsets = sensor.places()
+    latest: list[tuple[tuple[float, float], Array]] = []
+
+    def at(place: tuple[float, float]) -> Array:
+        if not latest or math.hypot(place[0] - latest[0][0][0], place[1] - latest[0][0][1]) > 0.5 * sensor.cell_m:
+            found = probability((offsets + np.array(place)).reshape(-1, 2)).reshape(offsets.shape[:2])
+            latest[:] = [(place, found)]
+        return latest[0][1]
+
+    return at

@@ -1,0 +1,151 @@
+"""Radar video to tracks: simulated, tracked under the chart, by plots too; what is wrong is a sentence or a finding."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from elusive.errors import DataError, ParameterError
+from elusive.io import open_radar_plots
+from elusive.io.radar_video import open_radar_video
+from elusive.sensors.radar_video import RadarVideo
+from elusive.systems.video.checks import findings_of, register
+from elusive.systems.video.parameters import PlotFinding, VideoTracking
+from elusive.systems.video.plots import write_video_plots
+from elusive.systems.video.scene import VideoScene
+from elusive.systems.video.sea import Sea, SeaState, Still, VideoRadar, cell_places
+from elusive.systems.video.simulate import RADAR_DEG, VideoSimulation, simulate_video
+from elusive.systems.video.track import track_video_recording
+from elusive.systems.video.turns import start_of
+
+SMALL = {"spokes": 256, "samples": 160, "step_m": 20.0, "pulse_m": 40.0, "beam_deg": 6.0, "start_m": 200.0}
+SIMULATION = VideoSimulation(
+    turns=30, ships=2, snr_db=(14, 18), speed_mps=(8, 14), coast_north_m=1500, coast_rough_m=100, coast_error_m=10,
+    rocks=5, radar=SMALL, seed=4,
+)  # fmt: skip
+TOLD = VideoTracking(radar={"beam_deg": 6.0, "pulse_m": 40.0}, charted={"imprecision": {"coast_sigma_m": 10.0}})
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("video") / "made"
+    simulate_video(SIMULATION, folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def tracked(made):
+    out = made.parent / "tracks"
+    source = open_radar_video(made / "video.npz")
+    outcome = track_video_recording(
+        source, TOLD, out, charts=[made / "coast.geojson"], truth=made / "truth.csv", cutoff_m=200.0
+    )
+    return out, outcome
+
+
+def test_ships_are_found_and_nothing_else(tracked):
+    out, outcome = tracked
+    assert outcome.scored.confirmed.strays == 0
+    assert outcome.scored.confirmed.found > 0.7
+    assert len(outcome.tracked.paths) == 2
+    assert not [one.name for one in outcome.findings if not one.holds and one.grave]
+    names = {path.name for path in out.iterdir()}
+    assert {"tracks.csv", "tracks.geojson", "resting.csv", "result.nc", "report.html", "report.png"} <= names
+    with (out / "resting.csv").open() as file:
+        rocks = list(csv.DictReader(file))
+    assert len(rocks) >= 5
+
+
+def test_land_is_where_the_chart_says(tracked):
+    _, outcome = tracked
+    azimuth = next(one for one in outcome.findings if one.name == "video.azimuth")
+    assert azimuth.holds
+    assert abs(azimuth.seen) < 1.5
+
+
+def test_a_wrong_north_is_told(made):
+    source = open_radar_video(made / "video.npz")
+    outcome = track_video_recording(
+        source, TOLD.replace(azimuth_bias_deg=9.0), None, charts=[made / "coast.geojson"]
+    )  # fmt: skip
+    azimuth = next(one for one in outcome.findings if one.name == "video.azimuth")
+    assert not azimuth.holds
+    assert azimuth.seen == pytest.approx(-9.0, abs=1.5)
+
+
+def test_plots_are_read_by_the_tracker_of_plots(made):
+    path = made.parent / "plots.csv"
+    parameters = PlotFinding(radar=TOLD.radar, charted=TOLD.charted, false_alarms=3.0)
+    found = write_video_plots(open_radar_video(made / "video.npz"), parameters, path, charts=[made / "coast.geojson"])
+    scans = list(open_radar_plots(path))
+    assert sum(scan.detections for scan in scans) == found.plots
+    assert len(scans) in (found.turns, found.turns + 1)
+    assert found.plots / found.turns < 15
+    assert found.lonlat_deg == pytest.approx(RADAR_DEG)
+
+
+def test_category_240_gives_the_same_turns(tmp_path, made):
+    simulate_video(
+        SIMULATION.replace(turns=3, write="asterix", radar={**SMALL, "bits": 8, "gain": 3.0}), tmp_path / "b"
+    )
+    source = open_radar_video(tmp_path / "b" / "video.pcap")
+    first = next(iter(source))
+    assert first.from_north
+    assert (first.start_m, first.step_m, first.bits) == (pytest.approx(200.0), pytest.approx(20.0), 8)
+
+
+def test_the_seas_mean_power_and_a_ships_are_as_told():
+    radar, state = VideoRadar(**SMALL), SeaState(shape=2.0, clutter_db=10.0, falls=0.0, swerling=0)
+    sea = Sea(radar, state, Still(np.zeros(cell_places(radar).shape[:2])))
+    rng = np.random.default_rng(1)
+    power = np.mean([sea.turn(0.0, np.zeros((0, 4)), np.zeros(0), rng).amplitude ** 2 for _ in range(40)], axis=0)
+    assert power.mean() == pytest.approx(11.0, rel=0.03)
+    ship = np.array([[1500.0, 0.0, 0.0, 0.0]])
+    with_ship = np.mean([sea.turn(0.0, ship, np.array([20.0]), rng).amplitude ** 2 for _ in range(40)], axis=0)
+    row, column = np.unravel_index(with_ship.argmax(), power.shape)
+    assert row == pytest.approx(64, abs=1)
+    assert column == pytest.approx(65, abs=1)
+    assert with_ship[row, column] == pytest.approx(11 * 101, rel=0.1)
+
+
+def test_what_is_turned_is_turned_back():
+    rng = np.random.default_rng(2)
+    land = np.cumsum(rng.standard_normal((120, 40)), axis=0) > 3
+    found = register(np.roll(land, 7, axis=0).astype(float), land.astype(float))
+    assert found.azimuth_deg == pytest.approx(-21.0, abs=0.5)
+    assert found.likeness > 0.9
+
+
+def test_findings_say_what_does_not_hold():
+    counts = Counter({"spokes": 100, "turns": 3, "no heading": 50, "other scale": 60})
+    found = findings_of(counts, None, [5.0] * 12, 500.0, RadarVideo(), np.ones((4, 4), bool))
+    broken = {one.name for one in found if not one.holds}
+    assert broken == {
+        "video.turns", "video.heading", "video.scale", "video.clutter", "video.moving-radar", "video.crowded",
+    }  # fmt: skip
+
+
+def test_what_cannot_be_done_is_a_sentence(made, tmp_path):
+    source = open_radar_video(made / "video.npz")
+    with pytest.raises(ParameterError, match="radar_lon_deg"):
+        start_of(source, TOLD, 3.0, None)
+    with pytest.raises(ParameterError, match="GB"):
+        start_of(source, VideoTracking(radar={"beam_deg": 0.0001}), None, None)
+    with pytest.raises(DataError, match="charted"):
+        track_video_recording(
+            source, TOLD, None, radar_lon_deg=10.0, radar_lat_deg=0.0, charts=[made / "coast.geojson"]
+        )
+    with pytest.raises(DataError, match="GB"):
+        simulate_video(SIMULATION.replace(turns=100_000), tmp_path / "none")
+    assert not (tmp_path / "none").exists()
+
+
+def test_a_scene_tells_the_tracker_of_its_radar():
+    told = VideoScene(simulation=SIMULATION).told()
+    assert told.radar.beam_deg == 6.0
+    assert told.charted.imprecision.coast_sigma_m == 10.0
+    assert json.dumps(VideoScene(simulation=SIMULATION).model_dump(mode="json"))
