@@ -33,6 +33,7 @@ ADDED = ("moves", "allowed", "level_db", "lon_deg", "lat_deg")
 CUTOFF_M = 100.0
 CONFIRMED = STATUSES.index("confirmed")
 WET = 0.9  # P(water) from which something that lies still is no land
+LONGEST_M = 400.0  # of what lies still and is not land, beside the beam
 STANDS_OUT_DB = 6.0  # of what lies still, over the clutter
 SHOWN = 60  # turns that a report plays
 SIDE, ROWS, COLUMNS = 240, 180, 200  # of its pictures
@@ -235,7 +236,7 @@ def resting_of(
         across = len(np.unique(rows)) * sensor.grid[2] * math.hypot(x, y)
         length = max(across, len(np.unique(columns)) * sensor.cell_m)
         top = 10 / math.log(10) * float(level[rows, columns].max())
-        if top < STANDS_OUT_DB:
+        if top < STANDS_OUT_DB or length > LONGEST_M + 3 * sensor.grid[2] * math.hypot(x, y):
             continue
         bearing = math.degrees(math.atan2(x, y)) % 360
         found.append(Resting((x + place[0], y + place[1]), math.hypot(x, y), bearing, length, top))
