@@ -27,6 +27,7 @@ from elusive.errors import ParameterError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io import RadarScan, RadarSource, open_radar_plots
 from elusive.io.arrivals import Arrivals, fed
+from elusive.io.asterix_live import is_asterix
 from elusive.io.radar_plots import follow_radar_plots
 from elusive.io.sinks import Sinks
 from elusive.model import read_yaml
@@ -102,13 +103,13 @@ def track_radar_command(
     check_live(feed is not None, idle_s, truth, strict=strict)
     if feed is not None:
         place = _place(radar_lat, radar_lon)
-        if place is None or own_ship is not None or radar_code is not None:
+        if place is None or own_ship is not None or (radar_code is not None and not is_asterix(plots)):
             raise ParameterError(
                 "follow: a live table needs --radar-lat-deg and --radar-lon-deg, the origin of places, and takes the "
                 "radar's own way from its columns: neither --own-ship nor --radar-code."
             )
         sinks = sinks_of(to, "radar", "m", place if to else None)
-        scans = follow_radar_plots(plots, feed, rotation_s=rotation_s, place_deg=place)
+        scans = follow_radar_plots(plots, feed, rotation_s=rotation_s, place_deg=place, radar=radar_code)
         _live(fed(scans, feed), parameters, out, LocalFrame.at(*place), chart or (), sinks)
         return
     source = _opened(Path(plots), rotation_s, radar_code, radar_lat, radar_lon, own_ship)

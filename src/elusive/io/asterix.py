@@ -117,7 +117,7 @@ def asterix_plots(
     for report in _once(file, counts):
         if report.radar != chosen:
             continue
-        fault = _fault_of(report)
+        fault = fault_of(report)
         if fault:
             counts[fault] += 1
             continue
@@ -154,7 +154,7 @@ def _chosen(path: Path, radar: tuple[int, int] | None) -> tuple[int, int] | None
     return next(iter(radars)) if radar is None else radar
 
 
-def _fault_of(report: TargetReport) -> str | None:
+def fault_of(report: TargetReport) -> str | None:
     """Say why a report is no plot, or None."""
     if report.kind == 0:
         return "no detection"
@@ -185,7 +185,7 @@ def _records(path: Path, counts: Counter[str]) -> Iterator[tuple[float, bytes, T
             payloads = udp_payloads(file) if is_capture(file.peek(4)[:4]) else raw_blocks(file, counts)
             for unix_s, payload in payloads:
                 for block in blocks_of(payload, CATEGORY, counts):
-                    yield from ((unix_s, octets, report) for octets, report in _reports(block, counts))
+                    yield from ((unix_s, octets, report) for octets, report in reports_of(block, counts))
     except OSError as error:
         raise DataError(f"{path}: cannot be read ({error.strerror}); check the path.") from None
     if counts["reports"] == before:
@@ -196,7 +196,8 @@ def _records(path: Path, counts: Counter[str]) -> Iterator[tuple[float, bytes, T
         )
 
 
-def _reports(block: bytes, counts: Counter[str]) -> Iterator[tuple[bytes, TargetReport]]:
+def reports_of(block: bytes, counts: Counter[str]) -> Iterator[tuple[bytes, TargetReport]]:
+    """Yield each record of a block, its octets and what they say, up to one that is malformed."""
     at = 0
     while at < len(block):
         try:

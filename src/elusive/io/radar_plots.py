@@ -16,6 +16,7 @@ from elusive.io._own_way import OwnWay, own_way
 from elusive.io._radar_columns import COLUMNS
 from elusive.io._radar_lines import PlotTable
 from elusive.io.asterix import asterix_plots, summarize_asterix
+from elusive.io.asterix_live import is_asterix, live_asterix_plots
 from elusive.io.sources import Feed
 from elusive.sensors.own_track import OwnTrack
 from elusive.sensors.radar_rotation import MOST, rotation_of
@@ -174,6 +175,7 @@ def follow_radar_plots(
     *,
     rotation_s: float | None = None,
     place_deg: tuple[float, float] | None = None,
+    radar: tuple[int, int] | None = None,
 ) -> Iterator[RadarScan]:
     """Yield the scans of a table as it is written: each once a later plot has come.
 
@@ -181,11 +183,11 @@ def follow_radar_plots(
     ----------
     source
         Where its lines come from, see :func:`~elusive.io.sources.lines_of`; the columns as :func:`open_radar_plots`
-        takes them.
+        takes them. Or ``asterix+udp://host:port``.
     feed
         How it is followed; late, repeated and spoilt lines are left out and counted.
-    rotation_s, place_deg
-        As :func:`open_radar_plots` takes them; neither is estimated.
+    rotation_s, place_deg, radar
+        As :func:`open_radar_plots` takes them; none is estimated. Without ``radar`` it is the one that reports first.
 
     Raises
     ------
@@ -193,6 +195,12 @@ def follow_radar_plots(
         If plots have times of their own and no period is given, or no place where it is needed.
     """
     frame, track = None if place_deg is None else LocalFrame.at(*place_deg), OwnTrack(source)
+    if is_asterix(source):
+        if rotation_s is None:
+            raise DataError(f"{source}: reports have each their own time; give --rotation-s, the antenna's period.")
+        turns = scans_by_rotation(live_asterix_plots(source, feed, radar), rotation_s, source)
+        yield from OwnWay(source, place_deg, True, True, None, math.nan).placed(turns, track, Counter())
+        return
     table = PlotTable(source, frame, track, None, feed)
     scans = _equal_times(table, source) if rotation_s is None else scans_by_rotation(table.plots(), rotation_s, source)
     yield from OwnWay(source, place_deg, True, True, None, math.nan).placed(scans, track, Counter())

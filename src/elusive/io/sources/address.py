@@ -10,7 +10,7 @@ from urllib.parse import parse_qsl, unquote, urlsplit
 
 from elusive.errors import DataError
 
-SOURCES = ("udp", "tcp", "mqtt", "mqtts")
+SOURCES = ("udp", "tcp", "mqtt", "mqtts", "asterix+udp")
 PORTS = {"mqtt": 1883, "mqtts": 8883}
 LOOPBACK = "127.0.0.1"
 
