@@ -60,7 +60,8 @@ def findings_of(
         told = (sensor.range_sd_m, 1.0, "range_sd_m", "m"), (sensor.bearing_sd_rad, 1000.0, "bearing_sd_mrad", "mrad")
         shown = seen.errors.range_sd_m, seen.errors.bearing_sd_rad
         names = "range", "bearing"
-        found += [_error(seen, name, *one, sd) for name, one, sd in zip(names, told, shown, strict=True)]
+        if not seen.errors.crowded:
+            found += [_error(seen, name, *one, sd) for name, one, sd in zip(names, told, shown, strict=True)]
         found += [] if water is None else [_on_land(seen, water)]
     scale = scale_of(np.array(list(innovations)), 2, tolerance=INNOVATIONS, independent=INDEPENDENT)
     worst = scale.worst

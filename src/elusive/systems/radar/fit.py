@@ -89,6 +89,7 @@ def fit_radar(
     detected = (hits + 1) / (trials + 2)
     beside = "plots of no track" + ("" if water is None else ", at sea")
     told = f"{seen.errors.targets:.0f} triples of plots of targets"
+    told += "; too large: echoes lie too close to each other" if seen.errors.crowded else ""
     values = [
         Fitted("--range-sd-m", "deviation of a range [m]", f"{range_sd:.3g}", share * range_sd, told),
         Fitted("--bearing-sd-mrad", "deviation of a bearing [mrad]", f"{bearing_sd:.3g}", share * bearing_sd, told),

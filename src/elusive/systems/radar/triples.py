@@ -28,6 +28,7 @@ OVERLAP = 3.0  # triples that share a plot
 FEW = 25  # triples of targets, from which errors are known
 ENOUGH = 100  # triples of targets whose middle plot is in no other triple, from which they alone are taken
 SURE = 0.8  # probability from which a triple is a target's
+CROWDED = 3.0  # triples of a middle plot, on the mean
 AT_A_PLACE, LATER = 4.0, 20  # deviations within which plots are at one place, scans after which a target has left it
 MOST_PLACES = 4000  # that are looked at for that
 
@@ -40,6 +41,7 @@ class PlotErrors(NamedTuple):
     targets: float  # triples of targets
     share_sd: float  # standard error of the deviations, relative
     places: Array  # (n, 2) where targets pass by [m]
+    crowded: bool = False  # echoes lie so close to each other that the deviations come out too large
 
 
 class _Places(NamedTuple):
@@ -76,7 +78,10 @@ class Triples:
         _, which, candidates = np.unique(rows[:, [2, 4, 5]], axis=0, return_inverse=True, return_counts=True)
         # echoes close to each other make triples of several, which no uniform density describes
         alone = _fitted(rows[candidates[which.ravel()] == 1]) if len(rows) else None
-        return alone if alone is not None and alone.targets >= ENOUGH else _fitted(rows)
+        if alone is not None and alone.targets >= ENOUGH:
+            return alone
+        every = _fitted(rows)
+        return None if every is None else every._replace(crowded=len(rows) > CROWDED * len(candidates))
 
 
 def _fitted(rows: Array) -> PlotErrors | None:
