@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shutil
+
 import numpy as np
 import pytest
 import shapely
@@ -150,3 +152,13 @@ def test_what_cannot_be_laid_together_is_refused(tmp_path):
         ChartedAreaParameters(draught_m=-1)
     with pytest.raises(DataError, match="from their middle"):
         lay_charts([drawn("a", [], SEA), drawn("b", [], shapely.box(1.1e6, 0, 1.2e6, 1000))])
+
+
+def test_a_folder_is_its_cells(tmp_path):
+    root = tmp_path / "ENC_ROOT"
+    shutil.copytree(cell_path("US5AK5SI").parent, root / "US5AK5SI")
+    (chart,) = read_charts(root)
+    assert chart.name == "US5AK5SI"
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(DataError, match="holds no S-57 base cell"):
+        read_charts(tmp_path / "empty")

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 UNSTATED_SCALE = 250_000  # of a coast without a scale: about GSHHG's source
 CIRCLE = 4  # segments of a quarter circle round a point of land
+MOST_CELLS = 40  # of a folder
 
 
 class ChartedAreaParameters(Model):
@@ -61,6 +62,8 @@ class ChartedArea(NamedTuple):
 def read_charts(*paths: str | Path) -> tuple[Chart, ...]:
     """Read charts of any kind, S-57 cells, GeoJSON or shapefiles; finest first, those without a scale last.
 
+    Of a folder, such as an ENC_ROOT, all cells in it and below are read.
+
     Raises
     ------
     DataError
@@ -69,11 +72,23 @@ def read_charts(*paths: str | Path) -> tuple[Chart, ...]:
     if not paths:
         raise DataError("charts: none was given; give at least one.")
     charts: dict[Path, Chart] = {}
-    for path in map(Path, paths):
+    for path in (one for path in paths for one in _files(Path(path))):
         if path.resolve() in charts:
             raise DataError(f"{path}: is given twice; give it once.")
         charts[path.resolve()] = read_outline(path) if path.suffix.lower() in SUFFIXES else read_cell(path)
     return tuple(sorted(charts.values(), key=lambda chart: chart.scale or np.inf))
+
+
+def _files(path: Path) -> list[Path]:
+    """Return a file, or the base cells of a folder."""
+    if not path.is_dir():
+        return [path]
+    cells = sorted(path.rglob("*.000"))
+    if not cells:
+        raise DataError(f"{path}: holds no S-57 base cell (.000); give a folder that does, or charts.")
+    if len(cells) > MOST_CELLS:
+        raise DataError(f"{path}: holds {len(cells)} cells, more than {MOST_CELLS}; give those round the radar.")
+    return cells
 
 
 def lay_charts(

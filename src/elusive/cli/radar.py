@@ -74,7 +74,9 @@ def track_radar_command(
     own_ship: OwnShipFile = None,
     chart: Annotated[
         list[Path] | None,
-        typer.Option("--chart", help="S-57 base cells (.000), GeoJSON or shapefiles of land, one or several."),
+        typer.Option(
+            "--chart", help="S-57 base cells (.000) or a folder of them, GeoJSON or shapefiles of land, one or several."
+        ),
     ] = None,
     config: Config = None,
     truth: Annotated[
