@@ -72,7 +72,7 @@ def read_charts(*paths: str | Path) -> tuple[Chart, ...]:
     if not paths:
         raise DataError("charts: none was given; give at least one.")
     charts: dict[Path, Chart] = {}
-    for path in (one for path in paths for one in _files(Path(path))):
+    for path in (file for given in paths for file in _files(Path(given))):
         if path.resolve() in charts:
             raise DataError(f"{path}: is given twice; give it once.")
         charts[path.resolve()] = read_outline(path) if path.suffix.lower() in SUFFIXES else read_cell(path)
