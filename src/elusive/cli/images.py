@@ -82,6 +82,10 @@ def track_images_command(
     """Track targets too faint to threshold through a sequence of frames, recorded or as they come."""
     parameters = ImageTracking(**nested(ImageTracking, given, read_yaml(config) if config else {}))
     follow = follow or is_live(source)
+    if not follow and any(name.startswith("mot:") for name in to or ()):
+        raise ParameterError(
+            "--to mot: is for frames as they come; tracks_mot.csv of a recording stands in its folder."
+        )
     sinks = sinks_of(to, "images", "px")
     check_live(follow, idle_s, truth)
     if follow:

@@ -9,6 +9,7 @@ import typer
 from rich.markup import escape
 
 from elusive.cli.fit import FittedOut, tell_fitted
+from elusive.cli.live import To, send_recording, sinks_of
 from elusive.cli.terminal import (
     Config,
     OneBased,
@@ -64,10 +65,12 @@ def track_signals_command(
     channel: Channel = None,
     start: Start = 0,
     stop: Stop = None,
+    to: To = None,
     strict: Strict = False,
 ) -> None:
     """Track objects that differ from a signal's noise only in their statistics."""
     parameters = SignalTracking(**nested(SignalTracking, given, read_yaml(config) if config else {}))
+    sinks = sinks_of(to, "signals", "samples")
     known = known_truth(truth, "samples", one_based=truth_one_based, cutoff=truth_cutoff)
     frames = open_signal(
         recording, frame_samples=frame_samples, hop_samples=hop_samples, channel=channel, start=start, stop=stop,
@@ -83,6 +86,7 @@ def track_signals_command(
         show("Tracks", [name.partition(" [")[0] for name in tracked.header], tracked.tracks)
     show_run(tracked.title, tracked.rows, outcome.findings)
     tell_written(out, FILES, outcome.scored)
+    send_recording(sinks, out / "tracks.csv")
     tell_findings(outcome.findings, strict=strict)
 
 
