@@ -84,7 +84,7 @@ def track_images_command(
     follow = follow or is_live(source)
     if not follow and any(name.startswith("mot:") for name in to or ()):
         raise ParameterError(
-            "--to mot: is for frames as they come; tracks_mot.csv of a recording stands in its folder."
+            "--to mot: is of frames as they come; a recording has tracks_mot.csv in its folder."
         )
     sinks = sinks_of(to, "images", "px")
     check_live(follow, idle_s, truth)
