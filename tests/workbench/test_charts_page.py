@@ -12,7 +12,7 @@ from elusive.charts.charted_area import read_charts
 from elusive.cli import main
 from elusive.errors import DataError, ParameterError
 from elusive.io import Truth
-from elusive.systems.radar.page.maps import chart_shapes, raster_of, water_raster, whole_chart
+from elusive.systems.radar.page.maps import ashore_m, chart_shapes, raster_of, water_raster, whole_chart
 from elusive.systems.radar.page.panels import watch_spec
 from elusive.systems.radar.page.state import ChartsState, example, opened
 from elusive.systems.radar.report import RadarPath, RadarTracked
@@ -68,7 +68,7 @@ def test_a_chart_that_is_sent_a_route_that_is_drawn_and_a_run_called_off(served:
     told(page, "is no plain file name")
     sigma = field(page, "tracking.charted.imprecision.coast_sigma_m").first
     sigma.fill("-1")
-    told(page, "Imprecision.coast_sigma_m: must be greater than 0")
+    told(page, "Must be greater than 0")
     sigma.fill("8")
     told(page, "8 m on")
     page.locator("input[type=file]").set_input_files(
@@ -144,6 +144,16 @@ def test_a_route_and_the_radar_are_placed_by_keys_alone(served: Served, open_tab
             (name, k) => document.querySelector(`input[data-field="${name}"]`).value !== before[k])""",
         arg=before,
     )
+
+
+def test_a_route_over_land_is_told() -> None:
+    state = ChartsState()
+    state.open(EXAMPLE_NAME, example(), RadarScene.example())
+    assert max(ashore_m(state)) < 60  # the ready one cuts a corner, of a chart that is off by as much
+    x0, x1, y0, y1 = state.chart_extent
+    across = np.round(state.frame.to_lonlat(np.array([[x0, y0], [x1, y1]])), 7)
+    state.take(state.scene.replace(routes_deg=(tuple(map(tuple, across.tolist())),)))
+    assert 0.1 * np.hypot(x1 - x0, y1 - y0) < ashore_m(state)[0] < np.hypot(x1 - x0, y1 - y0)
 
 
 def test_what_cannot_be_sailed_is_refused() -> None:

@@ -78,14 +78,14 @@ def test_another_kind_brings_its_own_fields() -> None:
 @pytest.mark.parametrize(
     ("key", "text", "sentence"),
     [
-        ("simulation.walks.users", "0", "Walks.users: must be greater than or equal to 1 (got '0')."),
-        ("simulation.walks.users", "many", "Walks.users: must be a valid integer"),
-        ("simulation.radiation.width_x_m", "", "Radiation.width_x_m: must be a valid number"),
-        ("simulation.walks.latest_entrance", "900", "Walks.latest_entrance: step 900 is after the last"),
+        ("simulation.walks.users", "0", "Must be greater than or equal to 1 (got '0')."),
+        ("simulation.walks.users", "many", "Must be a valid integer"),
+        ("simulation.radiation.width_x_m", "", "Must be a valid number"),
+        ("simulation.walks.latest_entrance", "900", "Step 900 is after the last"),
         (
             "tracking.method.tracker.life.confirm_window",
             "2",
-            "Lifecycle: confirm_window: must be at least confirm_frames",
+            "Must be at least confirm_frames",
         ),
     ],
 )

@@ -110,7 +110,7 @@ def test_another_snr_is_compared_a_wrong_value_marked_a_run_called_off(served: S
     page = tab.page
     page.goto(f"{served.address}/images")
     field(page, "leaves").fill("44")
-    told(page, "ImageScene.leaves: must be from the first frame with the target, 5, to the last of all, 29 (got 44).")
+    told(page, "must be from the first frame with the target, 5, to the last of all, 29 (got 44).")
     button(page, "Run").click()
     told(page, "Correct the marked fields first.")
     field(page, "frames").fill("1800")

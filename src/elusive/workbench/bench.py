@@ -7,15 +7,18 @@ from __future__ import annotations
 
 import html
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 from nicegui import ui
 
 from elusive.report import drawing as draw
-from elusive.workbench.parts import Drawing, Form, are_right
+from elusive.report.findings import findings_html
+from elusive.workbench.exports import give_made
+from elusive.workbench.parts import Changed, Drawing, Form, are_right
 from elusive.workbench.run_bar import RunBar
-from elusive.workbench.runs import BenchState, LiveJob, Run, beside, table
+from elusive.workbench.runs import BenchState, File, LiveJob, Run, beside, table
 from elusive.workbench.shell import window
 
 
@@ -59,9 +62,10 @@ class Bench:
         """Run what is set; False if it was refused or called off."""
         if self._state.job is not None or not are_right(self._forms()):
             return False
+        settings = self._state.settings
         found = await self._bar.run(LiveJob(), self._prepare)
         if found is not None:
-            self._state.run = found
+            self._state.run, self._state.ran = found, settings
         self._show()
         return found is not None
 
@@ -104,13 +108,13 @@ class Bench:
             if state.run is None:
                 ui.label("Nothing has run yet: press Run.").classes("ew-note")
                 return
+            Changed(lambda: state.ran, lambda: state.settings)
             Drawing(beside(state.run, state.kept))
             self._scores(state.run, state.kept)
+            ui.html(findings_html(state.run.findings), sanitize=False)
             with ui.element("div").classes("ew-row"):
                 for file in state.run.files:
-                    ui.button(file.label, on_click=lambda file=file: ui.download.content(file.data, file.name)).props(
-                        "outline no-caps"
-                    )
+                    ui.button(file.label, on_click=partial(_give, file)).props("outline no-caps")
             with ui.element("p").classes("ew-note"):
                 ui.label("The same without a browser:")
                 ui.html(f"<code>{html.escape(state.run.again)}</code>", sanitize=False)
@@ -133,3 +137,10 @@ class Bench:
     def _forget(self) -> None:
         self._state.kept = None
         self._show()
+
+
+async def _give(file: File) -> None:
+    if isinstance(file.data, bytes):
+        ui.download.content(file.data, file.name)
+    else:
+        await give_made(file.data, file.name)

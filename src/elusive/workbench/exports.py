@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Callable, Sequence
+from functools import partial
 from html import escape
+from pathlib import Path
 from typing import NamedTuple
 
 from nicegui import ui
@@ -18,6 +21,7 @@ class Export(NamedTuple):
     name: str
     tracks: Callable[[], str | bytes]  # CSV
     settings: Callable[[], str]  # YAML
+    report: Callable[[Path], None] | None = None  # writes HTML
 
 
 def export_buttons(archive_name: str, archive: Callable[[], bytes], each: Sequence[Export], again: str) -> None:
@@ -38,8 +42,25 @@ def export_buttons(archive_name: str, archive: Callable[[], bytes], each: Sequen
                 f"{one.name}: settings as YAML",
                 on_click=lambda one=one: ui.download.content(one.settings(), f"config-{one.name}.yaml"),
             ).props("flat no-caps")
+            if one.report is not None:
+                give = partial(give_made, partial(written, one.report), f"report-{one.name}.html")
+                ui.button(f"{one.name}: report (HTML)", on_click=give).props("flat no-caps")
     if again:
         ui.label(f"Run it again without a browser, from the ZIP: {again}").classes("ew-note")
+
+
+async def give_made(make: Callable[[], bytes], name: str) -> None:
+    """Download what is made now, off the event loop."""
+    with errors_shown():
+        ui.download.content(await away(make), name)
+
+
+def written(write: Callable[[Path], None], name: str = "report.html") -> bytes:
+    """Return what is written to a path of that name."""
+    with tempfile.TemporaryDirectory(prefix="elusive-") as folder:
+        path = Path(folder) / name
+        write(path)
+        return path.read_bytes()
 
 
 def table_html(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

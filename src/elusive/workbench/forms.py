@@ -27,6 +27,9 @@ UNITS = {
 }  # fmt: skip
 SUFFIX = re.compile(rf"_({'|'.join(UNITS)})$")
 WORDS = {"sd": "deviation", "snr": "SNR", "q": "process noise q", "db": "dB"}
+CHANGES_SAID = 4
+OF_FIELD = re.compile(r"^\w+(?:\.|: )\w+(?:\.\d+)*: ")
+OWNED = re.compile(r"\b[A-Z]\w+(?:\.|: )([a-z]\w*): ")  # a field, with the class that declares it
 BOUNDS = (("ge", "from {}"), ("gt", "above {}"), ("le", "to {}"), ("lt", "below {}"))
 
 
@@ -98,6 +101,22 @@ def laid_over(model: Model, typed: Mapping[FieldPath, str | bool]) -> Model:
     return type(model)(**tree)
 
 
+def changed_since(before: Model, now: Model) -> str:
+    """Say what is set otherwise than it was, field by field: ``Alpha 0.9 -> 0.75``; nothing where all is alike."""
+    if before == now:
+        return ""
+    if type(before) is not type(now):
+        return "where it comes from"
+    was, fields = ({one.path: one for one in _walk(model, (), "")} for model in (before, now))
+    said = []
+    for path, one in fields.items():
+        if path in was and text_of(before, path) != text_of(now, path):
+            values = " -> ".join(str(text_of(model, path)) or "the usual" for model in (before, now))
+            said.append(f"{one.label} {values} {one.unit}".rstrip())
+    more = f", and {len(said) - CHANGES_SAID} more" if len(said) > CHANGES_SAID else ""
+    return ", ".join(said[:CHANGES_SAID]) + more or "what is drawn or placed"
+
+
 def faults(error: ParameterError, shown: Sequence[Control]) -> tuple[dict[FieldPath, str], str]:
     """Lead each sentence of a refusal back to its control; return also what is about none of them."""
     text = str(error)
@@ -107,9 +126,22 @@ def faults(error: ParameterError, shown: Sequence[Control]) -> tuple[dict[FieldP
             starts.setdefault(found.start(), []).append(one)
     cuts = sorted(starts)
     marked = {
-        one.path: text[start:stop].strip() for start, stop in pairwise([*cuts, len(text)]) for one in starts[start]
+        one.path: _said_at_field(text[start:stop].strip())
+        for start, stop in pairwise([*cuts, len(text)])
+        for one in starts[start]
     }
-    return marked, (text[: cuts[0]].strip() if cuts else text)
+    return marked, in_plain_words(text[: cuts[0]].strip() if cuts else text)
+
+
+def in_plain_words(sentence: str) -> str:
+    """Name fields as their controls do: of ``Walks.latest_entrance: step 74 ...``, ``Latest entrance: step 74 ...``."""
+    return OWNED.sub(lambda found: f"{_label(SUFFIX.sub('', found[1]))}: ", sentence)
+
+
+def _said_at_field(sentence: str) -> str:
+    """Leave out whose field a sentence is about, which stands beside it."""
+    words = OF_FIELD.sub("", sentence)
+    return words[:1].upper() + words[1:]
 
 
 def _walk(model: Model, path: FieldPath, group: str) -> Iterator[Control]:

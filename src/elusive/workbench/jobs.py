@@ -9,7 +9,8 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
 Done = TypeVar("Done")
-WORKERS = 2
+WORKERS = 4
+PATIENCE_S = 1.0  # with which work that was called off is waited for; what it comes to then is nobody's
 POOL = ThreadPoolExecutor(WORKERS, thread_name_prefix="elusive-work")
 
 
@@ -38,10 +39,27 @@ class Job:
             raise CancelledError
 
     def cancel(self) -> None:
-        """Call it off at its next step."""
+        """Call it off: the work ends at its next step, and is not waited for until then."""
         self._off.set()
 
+    @property
+    def is_off(self) -> bool:
+        """Whether it was called off."""
+        return self._off.is_set()
 
-async def away(work: Callable[[], Done]) -> Done:
-    """Do work in a thread and wait for it without holding up the page."""
-    return await asyncio.get_running_loop().run_in_executor(POOL, work)
+
+async def away(work: Callable[[], Done], job: Job | None = None) -> Done:
+    """Do work in a thread and wait for it without holding up the page.
+
+    Raises
+    ------
+    CancelledError
+        If ``job`` was called off, though the work may not have noticed.
+    """
+    done = asyncio.get_running_loop().run_in_executor(POOL, work)
+    while job is not None and not done.done():
+        await asyncio.wait([done], timeout=PATIENCE_S)
+        if job.is_off and not done.done():
+            done.add_done_callback(lambda late: late.exception())
+            raise CancelledError
+    return await done

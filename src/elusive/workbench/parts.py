@@ -12,7 +12,16 @@ from elusive.errors import ElusiveError, ParameterError
 from elusive.model import Model
 from elusive.report import drawing as draw
 from elusive.workbench.blocks import told_of
-from elusive.workbench.forms import Control, FieldPath, controls, faults, laid_over, text_of
+from elusive.workbench.forms import (
+    Control,
+    FieldPath,
+    changed_since,
+    controls,
+    faults,
+    in_plain_words,
+    laid_over,
+    text_of,
+)
 
 
 class Drawing(ui.element, component="drawing.js"):
@@ -153,6 +162,39 @@ class Form:
         self._general.text, self._general.visible = general, bool(general)
 
 
+class Changed:
+    """What is set otherwise than when the run that is shown was made, and the way back; hidden while nothing is.
+
+    Parameters
+    ----------
+    run
+        The settings of the run that is shown; None where there is none.
+    now
+        Those that stand.
+    back
+        Takes the run's settings again, where the page can.
+    """
+
+    def __init__(
+        self, run: Callable[[], Model | None], now: Callable[[], Model], back: Callable[[], Any] | None = None
+    ) -> None:
+        self._run, self._now = run, now
+        with ui.element("div").classes("ew-row ew-changed").props('role="status"') as self._row:
+            self._words = ui.label()
+            if back is not None:
+                ui.button("Back to this run's settings", on_click=back).props("flat no-caps dense")
+        self._row.visible = False
+        ui.timer(0.3, self.show)
+
+    def show(self) -> None:
+        """Say it as it stands."""
+        run = self._run()
+        changes = "" if run is None else changed_since(run, self._now())
+        words = changes and f"Changed since this run: {changes}."
+        if self._words.text != words:
+            self._words.text, self._row.visible = words, bool(words)
+
+
 def are_right(forms: Sequence[Form]) -> bool:
     """Tell whether nothing is marked in any of the forms; say so if something is."""
     right = all(form.is_right for form in forms)
@@ -172,4 +214,6 @@ def errors_shown() -> Iterator[None]:
 
 def refuse(sentence: str) -> None:
     """Show what is wrong until it is read."""
-    ui.notify(sentence, type="negative", position="top", timeout=10_000, close_button="Close", multi_line=True)
+    ui.notify(
+        in_plain_words(sentence), type="negative", position="top", timeout=10_000, close_button="Close", multi_line=True
+    )

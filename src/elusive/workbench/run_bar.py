@@ -49,7 +49,7 @@ class RunBar:
         try:
             with errors_shown():
                 work = prepare()
-                found = await away(lambda: work(job))
+                found = await away(lambda: work(job), job)
         except CancelledError:
             words = "Cancelled."
         finally:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Generic, NamedTuple, TypeVar
 
+from elusive.checks import Finding
 from elusive.model import Model
 from elusive.report.drawing import Drawing, Layer
 from elusive.workbench.exports import table_html
@@ -18,7 +19,7 @@ class File(NamedTuple):
 
     label: str
     name: str
-    data: bytes
+    data: bytes | Callable[[], bytes]  # or what makes it
 
 
 class Run(NamedTuple):
@@ -30,6 +31,7 @@ class Run(NamedTuple):
     rows: Sequence[tuple[str, str]]
     files: Sequence[File]
     again: str  # the command that repeats it
+    findings: Sequence[Finding] = ()
 
 
 class LiveJob(Job):
@@ -53,6 +55,12 @@ class BenchState(Generic[Scene]):
         self.run: Run | None = None
         self.kept: Run | None = None
         self.job: LiveJob | None = None
+        self.ran: Model | None = None  # settings that the run is of
+
+    @property
+    def settings(self) -> Model:
+        """What the next run is of."""
+        return self.scene
 
 
 def beside(run: Run, kept: Run | None) -> Drawing:

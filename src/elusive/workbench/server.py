@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import secrets
+import socket
 import sys
 from collections.abc import Sequence
 from functools import partial
@@ -12,7 +13,7 @@ from pathlib import Path
 from nicegui import app, ui
 from starlette.responses import FileResponse, Response
 
-from elusive.errors import ParameterError
+from elusive.errors import DataError, ParameterError
 from elusive.io.atomic import existing_folder
 from elusive.report.page import SCRIPTS
 from elusive.workbench.asking import Recording
@@ -22,6 +23,7 @@ from elusive.workbench.guard import LOOPBACK, Guard
 from elusive.workbench.jobs import POOL
 from elusive.workbench.kept_runs import FOLDER, served_file
 from elusive.workbench.own_page import PATH, TITLE, own_page
+from elusive.workbench.session import is_asked_anew
 from elusive.workbench.settings import SETTINGS
 from elusive.workbench.shell import Page, pages
 from elusive.workbench.start import start_page
@@ -63,10 +65,11 @@ def serve(
     ParameterError
         If the port is none.
     DataError
-        If the folder cannot be made.
+        If the folder cannot be made, or the port is taken.
     """
     if not 1 <= port <= 65535:
         raise ParameterError(f"--port: must be from 1 to 65535 (got {port}).")
+    _check_free(host, port)
     SETTINGS.folder, SETTINGS.pages = existing_folder(folder).resolve(), tuple(page_modules)
     SETTINGS.recordings = tuple(recordings)
     token = None if host in LOOPBACK else secrets.token_urlsafe(24)
@@ -83,6 +86,16 @@ def serve(
         host=host, port=port, title="elusive workbench", show="/" if show and token is None else False, reload=False,
         reconnect_timeout=RECONNECT_S, show_welcome_message=False, uvicorn_logging_level="warning",
     )  # fmt: skip
+
+
+def _check_free(host: str, port: int) -> None:
+    try:
+        with socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET):
+            pass
+    except OSError as error:
+        raise DataError(
+            f"--port {port}: cannot be listened at on {host} ({error.strerror}); end what uses it, or give another."
+        ) from None
 
 
 def _build() -> None:
@@ -102,7 +115,7 @@ def _build() -> None:
 def _add(page: Page) -> None:
     @ui.page(page.path, title=f"{page.title} | elusive workbench", response_timeout=30.0)
     async def build(example: str = "") -> None:
-        await page.build(example == "1")
+        await page.build(await is_asked_anew(page.path, example))
 
 
 def _block(name: str) -> Response:

@@ -13,6 +13,17 @@ TABS_MOST = 24
 _STATES: OrderedDict[tuple[str, str], Any] = OrderedDict()
 
 
+async def is_asked_anew(name: str, token: str) -> bool:
+    """Tell whether a page's example is asked for, and was not by the same token: a reload does not run it again."""
+    if not token:
+        return False
+    await ui.context.client.connected()
+    ran = app.storage.tab.setdefault("examples", {})
+    is_new = ran.get(name) != token
+    ran[name] = token
+    return bool(is_new)
+
+
 async def state_of(name: str, make: Callable[[], State]) -> State:
     """Return this tab's state of a page, made on its first visit; the longest unused is dropped when there are many."""
     await ui.context.client.connected()

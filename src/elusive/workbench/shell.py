@@ -12,6 +12,8 @@ from nicegui import ui
 from elusive.workbench.settings import SETTINGS
 
 OWN = ("/own", "Your recording")  # path and title of the page on which any recording is tracked
+DARK = {"auto": None, "light": False, "dark": True}
+COOKIE = "elusive_colours"  # found on the next page
 
 
 class Page(NamedTuple):
@@ -36,16 +38,23 @@ def head(here: str) -> None:
         primary="#1d5fd1", positive="#0f766e", negative="#b42318", warning="#9a4a07", dark="#161d29",
         dark_page="#0d131c",
     )  # fmt: skip
-    dark = ui.dark_mode(None)
+    request = ui.context.client.request
+    chosen = "auto" if request is None else request.cookies.get(COOKIE, "auto")
+    dark = ui.dark_mode(DARK.get(chosen))
     with ui.element("header").classes("ew-head w-full px-4 py-2"), ui.row().classes("items-center gap-5 w-full"):
         for path, title in (("/", "elusive workbench"), OWN, *((page.path, page.title) for page in pages())):
             link = ui.link(title, path)
             if path == here:
                 link.classes("ew-here").props('aria-current="page"')
         ui.space()
+
+        def choose(event: Any) -> None:
+            dark.set_value(DARK[event.value])
+            ui.run_javascript(f"document.cookie = '{COOKIE}={event.value}; path=/; SameSite=Strict; max-age=31536000'")
+
         ui.select(
-            {"auto": "as the system", "light": "light", "dark": "dark"}, value="auto", label="Colours",
-            on_change=lambda event: dark.set_value({"auto": None, "light": False, "dark": True}[event.value]),
+            {"auto": "as the system", "light": "light", "dark": "dark"},
+            value=chosen if chosen in DARK else "auto", label="Colours", on_change=choose,
         ).props("dense outlined options-dense").classes("w-40")  # fmt: skip
 
 

@@ -12,7 +12,7 @@ from elusive.model import Model
 from elusive.report.drawing import Drawing as Drawn
 from elusive.workbench.forms import FieldPath
 from elusive.workbench.jobs import Job, away
-from elusive.workbench.parts import Drawing, Form, are_right, errors_shown
+from elusive.workbench.parts import Changed, Drawing, Form, are_right, errors_shown
 from elusive.workbench.run_bar import RunBar
 from elusive.workbench.shell import window
 
@@ -29,19 +29,18 @@ class TrackedState(Generic[Scene, Run]):
         self.drawn: Drawn | None = None  # of the run
         self.job: Job | None = None
         self.step: str | None = None
-        self.changes = 0  # by which a run no longer follows from the scene
+        self.ran: Scene | None = None  # the scene that the run is of
+        self.openings = 0  # of what a run can no longer be of
 
     def take(self, scene: Scene) -> Scene:
-        """Take a changed scene; return it as it is kept."""
-        if scene != self.scene:
-            self.forget_run()
+        """Take a changed scene; return it as it is kept. The run stays, with the scene that it is of."""
         self.scene = scene
         return scene
 
     def forget_run(self) -> None:
-        """Drop the run, and that of work under way."""
-        self.changes += 1
-        self.run = self.drawn = None
+        """Drop the run, and that of work under way: what it is of is gone."""
+        self.openings += 1
+        self.run = self.drawn = self.ran = None
 
 
 class Ways(NamedTuple):
@@ -63,8 +62,8 @@ class Ways(NamedTuple):
 
 
 async def run(state: TrackedState[Any, Any], ways: Ways, bar: RunBar | None = None) -> bool:
-    """Track a tab's scene; False if it was refused, called off, or the scene changed meanwhile."""
-    changes, done = state.changes, None
+    """Track a tab's scene; False if it was refused, called off, or what it is of is gone meanwhile."""
+    openings, scene, done = state.openings, state.scene, None
 
     def prepare() -> Callable[[Job], tuple[Any, Drawn]]:
         if not ways.chosen(state.scene):
@@ -84,10 +83,9 @@ async def run(state: TrackedState[Any, Any], ways: Ways, bar: RunBar | None = No
             done = await away(lambda: work(Job()))
     else:
         done = await bar.run(Job(), prepare)
-    if done is None or state.changes != changes:
+    if done is None or state.openings != openings:
         return False
-    state.forget_run()
-    state.run, state.drawn = done
+    (state.run, state.drawn), state.ran = done, scene
     return True
 
 
@@ -115,6 +113,7 @@ class TrackWindow:
                         on_change=lambda event, name=name: self._choose(name, event.value),
                     ).props(f'dense data-way="{name}"')  # fmt: skip
                 self._bar = RunBar(state, self._start)
+                changed(state, self._show)
             with stage, ui.element("div").classes("ew-wide w-full"):
                 self._form = Form(state.scene, ways.main, self._take)
                 with ui.expansion("Everything else that can be set").props("dense").classes("w-full"):
@@ -126,6 +125,10 @@ class TrackWindow:
         kept: Model = self._state.take(scene)
         self._form.model = self._more.model = kept
         return kept
+
+    def _show(self) -> None:
+        self._form.show(self._state.scene)
+        self._more.show(self._state.scene)
 
     def _choose(self, name: str, chosen: bool) -> None:
         ways, scene = self._ways, self._state.scene
@@ -156,4 +159,16 @@ def watch_window(state: TrackedState[Any, Any]) -> None:
         if state.drawn is None:
             ui.label("Nothing is tracked yet: press Run under Track.").classes("ew-note")
         else:
+            changed(state)
             Drawing(state.drawn)
+
+
+def changed(state: TrackedState[Any, Any], then: Callable[[], Any] = lambda: None) -> None:
+    """Say what is set otherwise than in the run; the way back, and what is done ``then``."""
+
+    def back() -> None:
+        if state.ran is not None:
+            state.take(state.ran)
+            then()
+
+    Changed(lambda: state.ran, lambda: state.scene, back)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import secrets
+
 from nicegui import ui
 
 from elusive.workbench.shell import OWN, head, main, pages
@@ -31,7 +33,8 @@ def start_page() -> None:
                 ui.html(f"<p><b>Example:</b> {page.example}</p>", sanitize=False).classes("ew-grow")
                 with ui.element("div").classes("ew-row"):
                     ui.button(
-                        "Run the example", on_click=lambda path=page.path: ui.navigate.to(f"{path}?example=1")
+                        "Run the example",
+                        on_click=lambda path=page.path: ui.navigate.to(f"{path}?example={secrets.token_hex(4)}"),
                     ).props(f'unelevated no-caps aria-label="Run the example: {page.title}"')
                     ui.button("Open", on_click=lambda path=page.path: ui.navigate.to(path)).props(
                         f'flat no-caps aria-label="Open {page.title}"'

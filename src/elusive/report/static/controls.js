@@ -19,9 +19,10 @@ elusive.controls = function (figure) {
     const whole =
       spec.unit === "s" ? spec.times[spec.times.length - 1] - spec.times[0] : spec.times.length / elusive.FRAMES;
     const usual = [1, 2, 5, 10, 20, 50, 100, 1000].find((one) => whole / one <= 40) || 1000;
+    const named = (one) => (spec.unit === "s" ? `${one} ×` : `${one * elusive.FRAMES} frames/s`);
     for (const one of [0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 1000, 0])
       figure.speed.append(
-        make("option", { value: one, ...(one === usual ? { selected: "" } : {}) }, one ? `${one} ×` : "every refresh"),
+        make("option", { value: one, ...(one === usual ? { selected: "" } : {}) }, one ? named(one) : "every refresh"),
       );
     const line = make("span", { class: "timeline" }, figure.slider);
     if (figure.log) line.append(figure.log.marks());

@@ -7,6 +7,7 @@ from elusive.systems.bearings.page.place import PlaceWindow
 from elusive.systems.bearings.page.state import BearingsState
 from elusive.systems.bearings.page.still import StillWindow
 from elusive.systems.bearings.page.track import WAYS
+from elusive.systems.bearings.scene import BearingScene
 from elusive.workbench.session import state_of
 from elusive.workbench.shell import Page, Steps, head, main, waiting
 from elusive.workbench.side_by_side import TrackWindow, run, watch_window
@@ -24,7 +25,8 @@ async def build(example: bool) -> None:
     head("/bearings")
     state = await state_of("bearings", BearingsState)
     with main(TITLE, LEAD):
-        if example and state.run is None:
+        if example:
+            state.scene = BearingScene()
             with waiting("Hearing and tracking the ready path ..."):
                 await run(state, WAYS)
         steps = Steps(

@@ -12,10 +12,12 @@ from elusive.report import drawing as draw
 from elusive.report.plots import SERIES
 from elusive.systems.bearings.page.state import BearingsState
 from elusive.systems.bearings.page.track import archive
+from elusive.systems.bearings.report.page import write_bearings_html
 from elusive.systems.bearings.results import nees
 from elusive.systems.bearings.scene import Flown
 from elusive.workbench.exports import Export, export_buttons, table_html
 from elusive.workbench.parts import Drawing
+from elusive.workbench.side_by_side import changed
 
 COMMAND = "elusive scene scene.yaml --out results"
 WANTED_NEES = 2.0  # of two coordinates whose deviations are right
@@ -27,6 +29,7 @@ def measure_window(state: BearingsState) -> None:
         if state.run is None:
             ui.label("Nothing is tracked yet: press Run under Track.").classes("ew-note")
             return
+        changed(state)
         _tables(state.run)
         _charts(state.run)
         _exports(state.run)
@@ -74,7 +77,12 @@ def _charts(flown: Flown) -> None:
 
 def _exports(flown: Flown) -> None:
     each = [
-        Export(used.name, used.outcome.log.csv_text, used.parameters.to_yaml)
+        Export(
+            used.name,
+            used.outcome.log.csv_text,
+            used.parameters.to_yaml,
+            partial(write_bearings_html, tracked=used.outcome.tracked, findings=used.outcome.findings),
+        )
         for used in flown.each
         if used.outcome is not None
     ]

@@ -7,7 +7,7 @@ from elusive.workbench.side_by_side import TrackedState
 
 
 class BearingsState(TrackedState[BearingScene, Flown]):
-    """Changes of the scene throw away what no longer follows from it."""
+    """A change of the scene throws away where a still emitter was found; a run stays, with its scene."""
 
     def __init__(self) -> None:
         super().__init__(BearingScene())
@@ -24,8 +24,6 @@ class BearingsState(TrackedState[BearingScene, Flown]):
         if before.tracking.sigma_deg == was != sigma:
             scene = scene.replace(tracking=scene.tracking.replace(sigma_deg=sigma))
         self.scene = scene
-        if scene.replace(still=before.still) != before:
-            self.forget_run()
         if scene != before:
             self.found = None
         return scene

@@ -8,6 +8,7 @@ from __future__ import annotations
 from elusive.systems.images.page.inputs import ImageInputs
 from elusive.systems.images.page.run import work_of
 from elusive.systems.images.page.state import ImagesState
+from elusive.systems.images.scene import ImageScene
 from elusive.workbench.bench import Bench
 from elusive.workbench.session import state_of
 from elusive.workbench.shell import Page, head, main
@@ -25,8 +26,10 @@ async def build(example: bool) -> None:
     head("/images")
     state = await state_of("images", ImagesState)
     with main(TITLE, LEAD):
+        if example:
+            state.scene, state.records = ImageScene().settled, False
         bench = Bench(state, lambda: ImageInputs(state).forms, lambda: work_of(state), ("Is it there?", "probability"))
-    if example and state.run is None:
+    if example:
         weak = state.scene
         state.scene = weak.replace(snr_db=BESIDE_DB).settled
         brighter = await bench.run()

@@ -95,6 +95,8 @@ class ImageInputs:
         if state.recorded is not None:
             count, rows, columns = state.recorded.frames.shape
             ui.label(f"{state.name}: {count} frames of {columns} x {rows} pixels").props('role="status"')
+            for remark in state.recorded.remarks:
+                ui.label(remark).classes("ew-fault").props('role="alert"')
         with ui.expansion("Where it truly was").props("dense").classes("w-full"):
             opener("truth", TRUTHS, read_places, self._told_truth)
         if state.truth is not None:

@@ -4,19 +4,23 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Callable
+from functools import partial
 
+from elusive.checks import grave
 from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.io import FrameSource, Truth
 from elusive.results import scored
+from elusive.systems.images.checks import FrameChecks
 from elusive.systems.images.page.panels import Belief, belief_of, dots_each, images_page, stride_of
 from elusive.systems.images.page.state import ImagesState
-from elusive.systems.images.report import NEAR_PX
+from elusive.systems.images.report import NEAR_PX, FrameKeeper, write_html
 from elusive.systems.images.results import ImageLog, tracked_of
 from elusive.systems.images.run import follow
 from elusive.systems.images.scene import NAME, ImageScene, held_frames
 from elusive.systems.images.simulate import draw_images
 from elusive.systems.images.track import ImageTracking
+from elusive.workbench.exports import written
 from elusive.workbench.runs import File, LiveJob, Run
 
 ERROR = "Error there"
@@ -82,8 +86,11 @@ def watched(
     job.total, most = len(frames), dots_each(len(frames))
     stride, _ = stride_of(frames)
     beliefs: list[Belief] = []
-    log = ImageLog(tracking.bind(source.shape))
+    bound = tracking.bind(source.shape)
+    log, keeper, checks = ImageLog(bound), FrameKeeper(), FrameChecks(bound)
     for step in follow(source, tracking):
+        keeper.offer(len(beliefs), step.measurement)
+        checks.take(step)
         beliefs.append(belief_of(step.state, most) if len(beliefs) % stride == 0 else Belief())
         log.append(step)
         job.tell(getattr(step.state, log.measure))
@@ -91,5 +98,13 @@ def watched(
     tracked = tracked_of(title, log, source.shape, timed=source.timed, truth=known, scores=scores)
     said = dict(tracked.rows)
     headline = (ERROR, said[ERROR]) if ERROR in said else ("Confirmed tracks", said["Confirmed tracks"])
-    files = [yaml, File("Tracks as CSV", "tracks.csv", log.csv_text().encode())]
-    return Run(title, headline, images_page(frames, beliefs, tracked), tracked.rows, files, again)
+    findings = checks.findings(log.whitened)
+    report = partial(
+        write_html, tracked=tracked._replace(believed=not grave(findings)), frames=keeper, findings=findings
+    )
+    files = [
+        yaml,
+        File("Tracks as CSV", "tracks.csv", log.csv_text().encode()),
+        File("Report (HTML)", "report.html", partial(written, report)),
+    ]
+    return Run(title, headline, images_page(frames, beliefs, tracked), tracked.rows, files, again, findings)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from elusive.io import Truth
+from elusive.model import Model
 from elusive.systems.images.page.recording import Recorded
 from elusive.systems.images.scene import ImageScene
 from elusive.systems.images.track import ImageTracking
@@ -20,3 +21,8 @@ class ImagesState(BenchState[ImageScene]):
         self.name = ""
         self.truth: Truth | None = None
         self.truth_name = ""
+
+    @property
+    def settings(self) -> Model:
+        """What the next run is of."""
+        return self.tracking if self.records else self.scene

@@ -14,7 +14,7 @@ from elusive.systems.links.page.state import LinksState
 from elusive.systems.links.presets import first_simulation
 from elusive.systems.links.scene import run_scene
 from elusive.workbench.jobs import Job
-from elusive.workbench.parts import Drawing, errors_shown
+from elusive.workbench.parts import Changed, Drawing, errors_shown
 from elusive.workbench.session import state_of
 from elusive.workbench.shell import Page, Steps, head, main, waiting
 
@@ -39,7 +39,8 @@ async def build(example: bool) -> None:
     head("/links")
     state = await state_of("links", LinksState)
     with main(TITLE, LEAD):
-        if example and state.run is None:
+        if example:
+            state.begin_example()
             with waiting("Drawing and tracking the first simulation ..."), errors_shown():
                 await apply(state, Job())
             if state.tracking_spec is not None:
@@ -64,6 +65,7 @@ def _tracking_window(state: LinksState) -> None:
         if state.tracking_spec is None:
             ui.label("Nothing is tracked yet: press Apply under Algorithm.").classes("ew-note")
         else:
+            Changed(lambda: state.run_scene, lambda: state.scene, lambda: state.take(state.run_scene or state.scene))
             Drawing(state.tracking_spec)
 
 

@@ -16,7 +16,7 @@ from elusive.systems.links.page.state import LinksState
 from elusive.systems.links.presets import presets
 from elusive.systems.links.scene import LinkScene, Radiated, SceneRun, radiate, run_log, run_scene
 from elusive.workbench.jobs import CancelledError, Job, away
-from elusive.workbench.parts import Form, are_right
+from elusive.workbench.parts import Changed, Form, are_right
 from elusive.workbench.run_bar import RunBar
 from elusive.workbench.shell import window
 
@@ -41,7 +41,7 @@ WORDS = {"appeared": "CANDIDATE", "confirmed": "CONFIRMED", "left": "DELETED, ha
 
 
 async def apply(state: LinksState, job: Job) -> bool:
-    """Run a tab's scene, or its log, from its paths on; False if it was called off or the scene changed meanwhile."""
+    """Run a tab's scene, or its log, from its paths on; False if it was called off."""
     scene, truth, radiated, log = state.scene, state.truth, state.radiated, state.log
 
     def work() -> tuple[Radiated | None, SceneRun, dict[str, Any] | None, dict[str, Any]]:
@@ -53,13 +53,11 @@ async def apply(state: LinksState, job: Job) -> bool:
         return field, run, radiation_spec(scene, field), tracking_spec(run)
 
     try:
-        field, run, seen, tracked = await away(work)
+        field, run, seen, tracked = await away(work, job)
     except CancelledError:
         return False
-    if state.scene != scene or state.log is not log:
-        return False
-    state.run, state.tracking_spec = run, tracked
-    if field is not None:
+    state.run, state.run_log, state.tracking_spec = run, log, tracked
+    if field is not None and state.scene == scene:
         state.radiated, state.truth, state.radiation_spec = field, field.truth, seen
     return True
 
@@ -86,6 +84,7 @@ class AlgorithmWindow:
                 )
                 self._preset.props("dense outlined").classes("w-full")
                 self._bar = RunBar(state, self._run, "Apply")
+                Changed(lambda: state.run_scene, lambda: state.scene, self._back)
                 ui.label("Event log").classes("ew-section")
                 self._log = ui.label().classes("ew-log").props('tabindex=0 aria-label="Event log"')
             with stage, ui.element("div").classes("ew-wide w-full"):
@@ -126,6 +125,12 @@ class AlgorithmWindow:
         self._show()
         return kept
 
+    def _back(self) -> None:
+        run = self._state.run
+        if run is not None:
+            self._state.take(run.scene)
+            self._build()
+
     async def _run(self) -> None:
         state = self._state
         if not are_right((self._form, self._more)):
@@ -133,7 +138,10 @@ class AlgorithmWindow:
         state.job = job = Job()
         self._show()
         try:
-            state.message = "Tracked." if await apply(state, job) else "Cancelled."
+            done = await apply(state, job)
+            state.message = "Tracked." if done else "Cancelled."
+            if done and not self._fields.is_deleted:
+                self._go_on()
         except ElusiveError as error:
             state.message = str(error)
         finally:

@@ -90,6 +90,7 @@ class PathsWindow:
         with ui.element("div").classes("ew-row"):
             ui.button("Create paths", on_click=self._create).props("unelevated no-caps")
             ui.button("New paths", on_click=self._renew).props("outline no-caps").tooltip("With the next seed")
+            self._undo = ui.button("Undo", on_click=self._take_back).props("outline no-caps")
         ui.label("By hand").classes("ew-section")
         self._start = Form(Start(), ((),), lambda model: None, grouped=False)
         ui.button("Clear all paths", on_click=self._clear).props("flat no-caps dense")
@@ -109,6 +110,10 @@ class PathsWindow:
     def _refresh(self) -> None:
         for form in (self._form, self._more, self._seed):
             form.model = self._state.scene
+        x0, x1, y0, y1 = self._state.scene.area.bounds_m
+        limits = AreaLimits(x0=x0, x1=x1, y0=y0, y1=y1)
+        if limits != self._limits.model:
+            self._limits.show(limits)
         self._show()
 
     async def _create(self) -> None:
@@ -121,6 +126,12 @@ class PathsWindow:
     async def _renew(self) -> None:
         self._seed.show(self._state.simulate(seed=self._state.scene.simulation.seed + 1))
         await self._create()
+
+    def _take_back(self) -> None:
+        if self._state.undo():
+            for form in (self._form, self._more, self._seed):
+                form.show(self._state.scene)
+            self._refresh()
 
     def _clear(self) -> None:
         self._state.simulate(paths=())
@@ -148,6 +159,7 @@ class PathsWindow:
     def _show(self) -> None:
         truth, area = self._state.truth, self._state.scene.area
         self._floor.show(path_floor(self._state, self._mode))
+        self._undo.set_enabled(bool(self._state.before))
         shape = "rectangle" if len(area.corners_m) == 4 else f"area of {len(area.corners_m)} corners"
         if truth is None:
             self._told.text = f"No paths yet in the {shape}."

@@ -5,7 +5,7 @@ Mendieta (2017), section 5.7.
 
 from __future__ import annotations
 
-import tempfile
+import shlex
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -17,16 +17,17 @@ from elusive.contracts import Array, X, Y
 from elusive.errors import DataError
 from elusive.model import read_yaml
 from elusive.report import drawing as draw
+from elusive.report.findings import findings_html
 from elusive.report.plots import SERIES
 from elusive.systems.links.by_image import ImageState
+from elusive.systems.links.page.sensors import nodes_csv
 from elusive.systems.links.page.state import LinksState
-from elusive.systems.links.report import write_links_png
+from elusive.systems.links.report import write_links_html, write_links_png
 from elusive.systems.links.results import CUTOFF_M
 from elusive.systems.links.scene import LinkScene, SceneRun
-from elusive.workbench.exports import table_html
+from elusive.workbench.exports import give_made, table_html, written
 from elusive.workbench.files import UPLOAD_MOST_BYTES, read_upload
-from elusive.workbench.jobs import away
-from elusive.workbench.parts import Drawing, errors_shown, refuse
+from elusive.workbench.parts import Changed, Drawing, errors_shown, refuse
 
 SCENES = (".yaml", ".yml")
 BIN_M = 0.1  # of the histograms
@@ -45,21 +46,35 @@ class PerformanceWindow:
         state = self._state
         self._box.clear()
         with self._box, ui.column().classes("w-full gap-3"):
+            back = partial(self._take, state.run_scene or state.scene)
+            Changed(lambda: state.run_scene, lambda: state.scene, back)
             if state.run is None:
                 ui.label("Nothing is tracked yet: press Apply under Algorithm.").classes("ew-note")
             elif state.run.outcome.scored is None:
                 ui.label("The truth of this recording is not known: there is nothing to score by.").classes("ew-note")
             else:
                 self._scores(state.run, state.kept)
+            if state.run is not None:
+                ui.html(findings_html(state.run.outcome.findings), sanitize=False)
             with ui.element("div").classes("ew-row"):
                 if state.run is not None:
                     self._exports(state.run)
-                ui.button("Scene as YAML", on_click=self._scene).props("outline no-caps")
+                if state.run_log is None:
+                    ui.button("Scene as YAML", on_click=self._scene).props("outline no-caps")
+                else:
+                    nodes = nodes_csv(state.listed())
+                    ui.button("Sensors as CSV", on_click=partial(ui.download.content, nodes, "sensors.csv")).props(
+                        "outline no-caps"
+                    )
                 ui.upload(
                     label="Open a scene (YAML)", auto_upload=True, on_upload=self._sent, max_files=1,
                     max_file_size=UPLOAD_MOST_BYTES, on_rejected=lambda: refuse("The file is refused: send one .yaml."),
                 ).props('accept=".yaml,.yml" flat bordered')  # fmt: skip
-            ui.label("Run the scene again without a browser: elusive scene scene.yaml --out results").classes("ew-note")
+            again = "elusive scene scene.yaml --out results"
+            if state.run_log is not None:
+                name = shlex.quote(state.run_log.name)
+                again = f"elusive track links {name} --nodes sensors.csv --config track_links.yaml --out results"
+            ui.label(f"Run it again without a browser: {again}").classes("ew-note")
 
     def _scores(self, run: SceneRun, kept: SceneRun | None) -> None:
         both = (("This run", run), ("Kept run", kept))
@@ -97,20 +112,20 @@ class PerformanceWindow:
         }
         for label, (text, name) in texts.items():
             ui.button(label, on_click=partial(ui.download.content, text, name)).props("outline no-caps")
+        report = partial(write_links_html, tracked=run.outcome.tracked, findings=run.outcome.findings)
+        give = partial(give_made, partial(written, report), "report.html")
+        ui.button("Report (HTML)", on_click=give).props("outline no-caps")
         if run.outcome.scored:
-            ui.button("Figure as PNG", on_click=lambda: self._figure(run)).props("outline no-caps")
-
-    async def _figure(self, run: SceneRun) -> None:
-        def drawn() -> bytes:
-            with tempfile.TemporaryDirectory(prefix="elusive-") as folder:
-                path = Path(folder) / "report.png"
-                write_links_png(path, run.outcome.tracked)
-                return path.read_bytes()
-
-        ui.download.content(await away(drawn), "report.png")
+            drawn = partial(write_links_png, tracked=run.outcome.tracked)
+            figure = partial(give_made, partial(written, drawn, "report.png"), "report.png")
+            ui.button("Figure as PNG", on_click=figure).props("outline no-caps")
 
     def _scene(self) -> None:
-        ui.download.content(self._state.scene.to_yaml(), "scene.yaml")
+        """Give the scene of the run that is shown."""
+        ui.download.content((self._state.run_scene or self._state.scene).to_yaml(), "scene.yaml")
+
+    def _take(self, scene: LinkScene) -> None:
+        self._state.take(scene)
 
     async def _sent(self, event: Any) -> None:
         data = await event.file.read()

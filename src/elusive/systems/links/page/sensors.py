@@ -176,6 +176,15 @@ class SensorsWindow:
         self._heat.text = "Hide coverage" if state.shows_coverage else "Show coverage"
         links = len(nodes) * (len(nodes) - 1) // 2
         words = f"{len(nodes)} sensors, {links} links"
+        x0, x1, y0, y1 = state.scene.area.bounds_m
+        reach = max(x1 - x0, y1 - y0)
+        far = [
+            one.name
+            for one in nodes
+            if not (x0 - reach <= one.x_m <= x1 + reach and y0 - reach <= one.y_m <= y1 + reach)
+        ]
+        if far:
+            words += f"; far from the area of {x1 - x0:g} by {y1 - y0:g} m: {', '.join(far[:5])}; is that in metres?"
         coverage = None
         if state.shows_coverage:
             scene = state.scene

@@ -7,11 +7,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from elusive.contracts import Array
+from elusive.errors import DataError
 from elusive.geometry.areas import Area
 from elusive.geometry.places import NamedPlace
 from elusive.io.link_logs import open_link_log
 from elusive.io.truth import Truth
-from elusive.sensors.radio_network import RssFrame
+from elusive.sensors.radio_network import RssFrame, directed_links_of
 from elusive.systems.links.networks import PlacedNodes
 from elusive.systems.links.presets import first_simulation
 from elusive.systems.links.scene import LinkScene, Radiated, SceneRun
@@ -20,6 +21,8 @@ from elusive.workbench.files import read_upload
 from elusive.workbench.jobs import Job
 
 LOGS = (".csv", ".txt")
+UNDONE = 50  # changes, at most
+LEAST_HEARD = 0.75  # share of the sensors that a log of them has links of
 
 
 class Recorded(NamedTuple):
@@ -38,17 +41,27 @@ class Recorded(NamedTuple):
             If it is no log of the scene's nodes.
         """
         nodes = scene.simulation.network.bind(scene.area)
-        return read_upload(self.name, self.data, LOGS, lambda path: list(open_link_log(path, nodes)))
+        frames = read_upload(self.name, self.data, LOGS, lambda path: list(open_link_log(path, nodes)))
+        links = directed_links_of(len(nodes.names))
+        seen = np.any([np.isfinite(frame.rss_dbm).any(axis=1) for frame in frames], axis=0)
+        heard = len(np.unique(links[seen]))
+        if heard < len(nodes.names) * LEAST_HEARD:
+            raise DataError(
+                f"{self.name}: holds links of {heard} of the {len(nodes.names)} sensors; open the log's own sensors "
+                "under Sensors first."
+            )
+        return frames
 
 
 class LinksState:
-    """Changes of the scene throw away what no longer follows from it."""
+    """A change of the scene throws away paths and radiation that no longer follow from it; a run stays."""
 
     def __init__(self) -> None:
         self.scene = first_simulation()
         self.truth: Array | None = None  # (T, users, 2) [m]
         self.radiated: Radiated | None = None
-        self.run: SceneRun | None = None
+        self.run: SceneRun | None = None  # with the scene that it is of
+        self.run_log: Recorded | None = None  # that it is of, in place of a simulation
         self.kept: SceneRun | None = None  # to compare with
         self.radiation_spec: dict[str, Any] | None = None
         self.tracking_spec: dict[str, Any] | None = None
@@ -57,6 +70,7 @@ class LinksState:
         self.message = ""  # what the latest run came to
         self.step: str | None = None
         self.selected: set[str] = set()  # names of nodes
+        self.before: list[tuple[LinkScene, Array | None]] = []  # scenes and paths, that can be had back
         self.shows_ellipses = False
         self.shows_coverage = False
 
@@ -64,18 +78,37 @@ class LinksState:
         """Take a changed scene; return it as it is kept."""
         scene = scene.bound
         before, self.scene = self.scene, scene
+        if scene != before:
+            self.before = [*self.before, (before, self.truth)][-UNDONE:]
         if _paths_of(scene) != _paths_of(before):
             self.truth = None
         if self.truth is None or _radiation_of(scene) != _radiation_of(before):
             self._forget_radiation()
-        if scene != before:
-            self._forget_run()
         return scene
+
+    def undo(self) -> bool:
+        """Take the scene and the paths before the latest change; False where there was none."""
+        if not self.before:
+            return False
+        *rest, (scene, truth) = self.before
+        self.take(scene)
+        self.truth, self.before = truth, rest
+        return True
 
     def record(self, log: Recorded | None) -> None:
         """Take a log in place of paths and radiation, or go back to them."""
         self.log = log
-        self._forget_run()
+
+    def begin_example(self) -> None:
+        """Set the first simulation; a run that was there is kept beside the next."""
+        fresh = LinksState()
+        fresh.kept = self.run or self.kept
+        self.__dict__.update(fresh.__dict__)
+
+    @property
+    def run_scene(self) -> LinkScene | None:
+        """The scene of the run."""
+        return None if self.run is None else self.run.scene
 
     def listed(self) -> tuple[NamedPlace, ...]:
         """Return the nodes one by one, whether placed by hand or by rule."""
@@ -104,10 +137,6 @@ class LinksState:
     def _forget_radiation(self) -> None:
         self.radiated = None
         self.radiation_spec = None
-
-    def _forget_run(self) -> None:
-        self.run, self.message = None, ""
-        self.tracking_spec = None
 
 
 def _one_by_one(truth: Array) -> tuple[DrawnPath, ...]:

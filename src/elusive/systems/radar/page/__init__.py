@@ -28,9 +28,9 @@ async def build(ready: bool) -> None:
     with main(TITLE, LEAD):
         words = "Sailing and tracking the ready route ..." if ready else "Drawing the coast ..."
         with waiting(words):
-            if state.chart is None:
+            if state.chart is None or ready:
                 state.open(EXAMPLE_NAME, await away(example), RadarScene.example())
-            if ready and state.run is None:
+            if ready:
                 await run(state, WAYS)
         steps = Steps(
             state,

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 from functools import partial
+from pathlib import Path
 
 from nicegui import ui
 
 from elusive.report.drawing import drawing
 from elusive.systems.radar.page.panels import errors_chart
 from elusive.systems.radar.page.state import ChartsState
+from elusive.systems.radar.report import write_radar_html
 from elusive.systems.radar.scene_run import HEADER, Used, archive
 from elusive.workbench.exports import Export, export_buttons, table_html
 from elusive.workbench.parts import Drawing
+from elusive.workbench.side_by_side import changed
 
 
 def compare_window(state: ChartsState) -> None:
@@ -23,6 +26,7 @@ def compare_window(state: ChartsState) -> None:
             ui.label("Nothing is tracked yet: press Run under Track.").classes("ew-note")
             return
         shown = [one for one in sailed.each if one.outcome is not None]
+        changed(state)
         with ui.element("div").classes("ew-row"):
             for one in shown:
                 with ui.column().classes("gap-0 pr-8"):
@@ -64,7 +68,9 @@ def _exports(state: ChartsState, shown: list[Used]) -> None:
     assert state.chart is not None
     assert state.run is not None
     scene, chart = state.run.scene, state.chart.file
-    each = [Export(one.name, partial(tracks_csv, one), one.parameters.to_yaml) for one in shown]
+    each = [
+        Export(one.name, partial(tracks_csv, one), one.parameters.to_yaml, partial(write_report, one)) for one in shown
+    ]
     again = command(state, shown[0].name) if shown else ""
     export_buttons("charts.zip", lambda: archive(scene, chart), each, again)
 
@@ -78,6 +84,12 @@ def command(state: ChartsState, method: str) -> str:
         f"elusive track radar plots.csv --radar-lat-deg {radar.lat_deg!r} --radar-lon-deg {radar.lon_deg!r} --chart "
         f"'{state.chart.file.name}' --truth truth.csv --config config-{method}.yaml --out results"
     )
+
+
+def write_report(one: Used, path: Path) -> None:
+    """Write the report that the command writes."""
+    assert one.outcome is not None
+    write_radar_html(path, one.outcome.tracked, one.outcome.findings)
 
 
 def tracks_csv(one: Used) -> bytes:

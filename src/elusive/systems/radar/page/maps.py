@@ -72,6 +72,17 @@ def _rings(shape: Any, window: Any, finest: float, **style: Any) -> list[draw.La
     return [draw.area([ring.coords for ring in of_part], **style) for of_part in rings]
 
 
+def ashore_m(state: ChartsState) -> list[float]:
+    """Return how much of each route lies on charted land [m]."""
+    import shapely
+
+    assert state.chart is not None
+    taken = state.scene.tracking.charted
+    land = shapely.union_all([part for chart in state.chart.charts for part in barred(chart, state.frame, taken)])
+    lines = [shapely.linestrings(state.frame.to_local(np.array(route))) for route in state.scene.routes_deg]
+    return [float(shapely.length(shapely.intersection(line, land))) for line in lines]
+
+
 def raster_of(water: Water, extent: Extent, side: int = RASTER_SIDE) -> tuple[Array, int, int]:
     """Return P(water) over a rectangle, row 0 in the south, ``(rows, columns)``, NaN where nothing is known."""
     x0, x1, y0, y1 = extent

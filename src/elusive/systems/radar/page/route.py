@@ -10,7 +10,7 @@ from nicegui import ui
 from elusive.geometry.local_frame import LocalFrame
 from elusive.geometry.places import along_path
 from elusive.systems.radar.page.chart import EMPTY
-from elusive.systems.radar.page.maps import about_route, chart_floor
+from elusive.systems.radar.page.maps import about_route, ashore_m, chart_floor
 from elusive.systems.radar.page.state import ChartsState, Extent
 from elusive.systems.radar.scene import RadarScene
 from elusive.systems.radar.scene_run import record
@@ -144,8 +144,10 @@ class RouteWindow:
         whole = self._whole
         self._floor.show(await away(lambda: chart_floor(state, whole, mode, way=True)))
         self._how.text = HOW[self._mode]  # once the map does it
-        routes = (f"A route of {len(route)} waypoints, {_length(route)}." for route in state.scene.routes_deg)
-        self._told.text = " ".join(routes) or "No route yet."
+        routes = [f"A route of {len(route)} waypoints, {_length(route)}" for route in state.scene.routes_deg]
+        ashore = await away(lambda: ashore_m(state))
+        notes = (f", {part:.0f} m of it on charted land." if part >= 1 else "." for part in ashore)
+        self._told.text = " ".join(map("".join, zip(routes, notes, strict=False))) or "No route yet."
         self._box.clear()
         if state.recorded is not None:
             with self._box:

@@ -50,7 +50,7 @@ def example() -> OpenedChart:
 
 
 class ChartsState(TrackedState[RadarScene, Sailed]):
-    """Changes of the scene throw away what no longer follows from it."""
+    """Changes of the scene throw away plots that no longer follow from it; a run stays, with its scene."""
 
     def __init__(self) -> None:
         super().__init__(RadarScene.example())

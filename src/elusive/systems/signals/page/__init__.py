@@ -8,6 +8,7 @@ from __future__ import annotations
 from elusive.systems.signals.page.inputs import SignalInputs
 from elusive.systems.signals.page.run import work_of
 from elusive.systems.signals.page.state import SignalsState
+from elusive.systems.signals.scene import SignalScene
 from elusive.workbench.bench import Bench
 from elusive.workbench.session import state_of
 from elusive.workbench.shell import Page, head, main
@@ -24,10 +25,13 @@ async def build(example: bool) -> None:
     head("/signals")
     state = await state_of("signals", SignalsState)
     with main(TITLE, LEAD):
+        if example:
+            state.kept = state.run or state.kept
+            state.scene, state.records = SignalScene().settled, False
         bench = Bench(
             state, lambda: SignalInputs(state).forms, lambda: work_of(state), ("Highest score", "deviations of noise")
         )
-    if example and state.run is None:
+    if example:
         await bench.run()
 
 

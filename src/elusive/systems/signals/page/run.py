@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Callable
+from functools import partial
 
 from elusive.errors import DataError
 from elusive.io import SignalSource, Truth
+from elusive.systems.signals.checks import findings_of
+from elusive.systems.signals.facts import SignalFacts
 from elusive.systems.signals.page.panels import Maps
 from elusive.systems.signals.page.state import SignalsState
 from elusive.systems.signals.parameters import SignalTracking
-from elusive.systems.signals.report import SignalTracked
+from elusive.systems.signals.report import SignalTracked, write_signal_html
 from elusive.systems.signals.results import SignalLog, tracked_of
 from elusive.systems.signals.run import bound_to, follow
 from elusive.systems.signals.scene import NAME, SignalScene, draw_signal, held_signal
+from elusive.workbench.exports import written
 from elusive.workbench.runs import File, LiveJob, Run
 
 ERROR = "Error there"
@@ -67,18 +71,25 @@ def watched(
     """
     bound = bound_to(source, tracking)
     job.total = source.length
-    log, maps = SignalLog(source, bound), Maps()
+    log, maps, facts = SignalLog(source, bound), Maps(), SignalFacts()
     for step in follow(source, bound):
         log.take(step)
+        facts.add(step.state)
         maps.offer(step.state)
         job.tell(float(log.steps["highest"][-1]))
     tracked, _ = tracked_of(log, truth)
     said = [("In words", tracked.verdict), *tracked.rows, *_tracks(tracked)]
     found = dict(tracked.rows)
     headline = (ERROR, found[ERROR]) if ERROR in found else ("Tracks", str(len(tracked.paths)))
-    files = [yaml, File("Tracks as CSV", "tracks.csv", log.csv_text().encode())]
+    findings = findings_of(bound, facts)
+    report = partial(write_signal_html, tracked=tracked, signal=log.signal, score=log.score, findings=findings)
+    files = [
+        yaml,
+        File("Tracks as CSV", "tracks.csv", log.csv_text().encode()),
+        File("Report (HTML)", "report.html", partial(written, report)),
+    ]
     drawn = maps.drawing(tracked, log.period, tracking.object_size)
-    return Run(title, headline, drawn, said, files, again)
+    return Run(title, headline, drawn, said, files, again, findings)
 
 
 def _tracks(tracked: SignalTracked) -> list[tuple[str, str]]:

@@ -48,3 +48,8 @@ class SignalsState(BenchState[SignalScene]):
         self.name = ""
         self.truth: Truth | None = None
         self.truth_name = ""
+
+    @property
+    def settings(self) -> Model:
+        """What the next run is of."""
+        return self.tracking if self.records else self.scene

@@ -1,0 +1,144 @@
+"""What a page keeps: a run with its settings, colours, what was drawn; and what it says before anything runs."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from elusive.errors import DataError
+from elusive.systems.images.page.recording import read_frames
+from elusive.systems.links.page.state import LinksState, Recorded
+from elusive.systems.links.presets import first_simulation
+from elusive.workbench.forms import changed_since, in_plain_words
+from elusive.workbench.jobs import CancelledError, Job, away
+from elusive.workbench.server import serve
+from tests.processes import HUNG_S
+from tests.workbench.conftest import Served
+from tests.workbench.test_links_page import READY, OpenTab, at, button, field, step, told
+
+LOG = b"time_s," + b",".join(f"{a}-{b}-0".encode() for a in range(12) for b in range(12) if a != b)
+
+
+def test_a_run_stays_with_its_settings_and_the_page_says_what_was_changed(served: Served, open_tab: OpenTab) -> None:
+    page = open_tab().page
+    page.goto(f"{served.address}/links")
+    field(page, "simulation.walks.users").fill("1")
+    field(page, "simulation.walks.total_positions").fill("90")
+    button(page, "Create paths").click()
+    told(page, "1 people, 90 steps")
+    step(page, "4 Algorithm")
+    button(page, "Apply").click()
+    page.locator(READY).wait_for()  # it goes on to what was tracked
+    assert page.locator('[role=tabpanel][aria-label="5 Tracking"]').is_visible()
+    step(page, "4 Algorithm")
+    field(page, "tracking.method.threshold.alpha").fill("0.75")
+    told(page, "Changed since this run: Alpha 0.9 -> 0.75.")
+    step(page, "5 Tracking")
+    page.locator(READY).wait_for()
+    told(page, "Changed since this run: Alpha 0.9 -> 0.75.")
+    button(page, "Back to this run's settings").click()
+    page.get_by_text("Changed since this run").wait_for(state="hidden")
+
+    # the example of the start page runs though there is a run, which is kept beside it; a reload runs nothing
+    page.get_by_label("Colours").click()
+    page.get_by_role("option", name="dark").click()
+    page.locator("body.body--dark").wait_for()
+    page.get_by_role("link", name="elusive workbench").click()
+    page.get_by_role("button", name="Run the example: People in a radio network").click()
+    page.locator(READY).wait_for()
+    page.locator("body.body--dark").wait_for()  # colours go from page to page
+    assert page.locator("input[type=range]").get_attribute("max") == "149"
+    step(page, "6 Performance")
+    page.locator("[data-mota='Kept run']").wait_for()
+    step(page, "4 Algorithm")
+    field(page, "tracking.method.threshold.alpha").fill("0.6")
+    told(page, "Changed since this run: Alpha 0.9 -> 0.6.")
+    page.reload()
+    told(page, "Changed since this run: Alpha 0.9 -> 0.6.")
+
+
+def test_paths_are_had_back_and_sensors_far_away_are_told(served: Served, open_tab: OpenTab) -> None:
+    page = open_tab().page
+    page.goto(f"{served.address}/links")
+    button(page, "Create paths").click()
+    told(page, "3 people")
+    button(page, "Draw an area").click()
+    told(page, "Click each corner")
+    for place in ((-8, -8), (8, -8), (8, 8)):
+        page.mouse.click(*at(page, *place))
+    page.mouse.dblclick(*at(page, -8, 8))
+    told(page, "No paths yet")
+    page.wait_for_function("Math.abs(Number(document.querySelector('input[data-field=x0]').value) + 8) < 0.5")
+    button(page, "Undo").click()
+    told(page, "3 people")
+    assert field(page, "x0").input_value() == "-12"
+    step(page, "3 Sensors")
+    field(page, "x_m").fill("99")
+    field(page, "name").fill("99")
+    button(page, "Add sensor").click()
+    told(page, "far from the area of 24 by 24 m: 99; is that in metres?")
+
+
+def test_changes_are_said_by_their_labels() -> None:
+    scene = first_simulation()
+    other = scene.replace(simulation=scene.simulation.replace(seed=5))
+    assert changed_since(scene, scene) == ""
+    assert changed_since(scene, other) == f"Seed {scene.simulation.seed} -> 5"
+    assert changed_since(scene, scene.simulation) == "where it comes from"
+
+
+def test_fields_are_named_by_their_labels() -> None:
+    said = in_plain_words("Walks.latest_entrance: step 74 is after the last, 29; give an earlier one.")
+    assert said == "Latest entrance: step 74 is after the last, 29; give an earlier one."
+    assert in_plain_words("log.csv, line 2: has 3 cells.") == "log.csv, line 2: has 3 cells."
+
+
+def test_a_log_of_other_sensors_is_refused_before_it_runs() -> None:
+    state = LinksState()
+    log = Recorded("twelve.csv", LOG + b"\n" + b",".join([b"0"] + [b"-60"] * 132) + b"\n")
+    with pytest.raises(DataError, match=r"^twelve\.csv: holds links of 12 of the 41 sensors; open the log's own"):
+        log.frames(state.scene)
+
+
+def test_an_array_with_time_last_is_told_when_it_is_opened(tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+    steady = 100 + 20 * rng.normal(size=(64, 64, 1)) + rng.normal(size=(64, 64, 40))
+    np.save(tmp_path / "frames.npy", steady)
+    (remark,) = read_frames(tmp_path / "frames.npy").remarks
+    assert "40 columns" in remark
+    assert "another order of axes" in remark
+    np.save(tmp_path / "frames.npy", np.moveaxis(steady, -1, 0))
+    assert read_frames(tmp_path / "frames.npy").remarks == ()
+
+
+def test_work_that_does_not_notice_is_not_waited_for_once_it_is_called_off() -> None:
+    job, free = Job(), threading.Event()
+
+    async def called_off() -> float:
+        asyncio.get_running_loop().call_later(0.05, job.cancel)
+        began = time.monotonic()
+        with pytest.raises(CancelledError):
+            await away(lambda: free.wait(HUNG_S), job)
+        return time.monotonic() - began
+
+    found: list[float] = []
+    thread = threading.Thread(target=lambda: found.append(asyncio.run(called_off())))  # browsers' tests have a loop
+    thread.start()
+    thread.join()
+    free.set()
+    assert found[0] < HUNG_S / 2
+
+
+def test_a_port_that_is_taken_is_said(tmp_path: Path) -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        with pytest.raises(DataError, match=rf"^--port {port}: cannot be listened at on 127\.0\.0\.1"):
+            serve(tmp_path, (), port=port)
