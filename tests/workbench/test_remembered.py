@@ -141,4 +141,4 @@ def test_a_port_that_is_taken_is_said(tmp_path: Path) -> None:
         taken.listen()
         port = taken.getsockname()[1]
         with pytest.raises(DataError, match=rf"^--port {port}: cannot be listened at on 127\.0\.0\.1"):
-            serve(tmp_path, (), port=port)
+            serve(tmp_path, (), (), port=port)
