@@ -29,7 +29,6 @@ class OwnTrack:
         self._name = name
         self._times: list[float] = []
         self._places: list[tuple[float, float]] = []
-        self._said_s = -math.inf  # time of the latest fix, repeated or not
         self.heading_rad = math.nan  # of the bow, as told last
         self.to_true_north = False  # whether bearings are from north at the radar, which is not the frame's
 
@@ -44,8 +43,7 @@ class OwnTrack:
         if self._times:
             gap_s, (x, y) = time_s - self._times[-1], self._places[-1]
             away = math.hypot(x_m - x, y_m - y)
-            if gap_s < 0 or (away == 0 and time_s - self._said_s < REPEATED_S and len(self._times) > 1):
-                self._said_s = max(self._said_s, time_s)
+            if gap_s < 0 or (away == 0 and gap_s < REPEATED_S and len(self._times) > 1):
                 return
             if away > FASTEST_MPS * gap_s + ROOM_M:
                 raise DataError(
@@ -57,7 +55,6 @@ class OwnTrack:
                 return
         self._times.append(time_s)
         self._places.append((x_m, y_m))
-        self._said_s = time_s
 
     @property
     def moves(self) -> bool:
