@@ -83,9 +83,7 @@ def track_images_command(
     parameters = ImageTracking(**nested(ImageTracking, given, read_yaml(config) if config else {}))
     follow = follow or is_live(source)
     if not follow and any(name.startswith("mot:") for name in to or ()):
-        raise ParameterError(
-            "--to mot: is of frames as they come; a recording has tracks_mot.csv in its folder."
-        )
+        raise ParameterError("--to mot: is of frames as they come; a recording has tracks_mot.csv in its folder.")
     sinks = sinks_of(to, "images", "px")
     check_live(follow, idle_s, truth)
     if follow:

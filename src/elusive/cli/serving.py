@@ -10,6 +10,7 @@ from typing import Any
 
 import psutil
 
+from elusive.errors import DataError
 from elusive.io.arrivals import Coming
 from elusive.io.sinks import Sinks
 from elusive.results.checkpoint import Checkpoint
@@ -76,7 +77,15 @@ class Served:
         return True
 
     def keep(self, record: Mapping[str, Any], told: Any) -> None:
-        """Keep a step before it is told."""
+        """Keep a step before it is told.
+
+        Raises
+        ------
+        DataError
+            If the command keeps no state: after a restart its numbers would be those of others.
+        """
+        if self.memory.held is None:
+            raise DataError(f"{self.title}: this command keeps no state yet, and cannot be served; take --follow.")
         self._checkpoint.keep(self.memory, record, told)
 
     def health(self) -> dict[str, Any]:
