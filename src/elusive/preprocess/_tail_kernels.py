@@ -74,10 +74,10 @@ def rate(
     least: float,
     unit: float,
     log_rate: Array,
-) -> tuple[Array, Array, Array, Index, Index]:
-    """Strength and log density of each peak, its mean excess, and its row and bin in the histogram."""
+) -> tuple[Array, Array, Index, Index]:
+    """Strength of each peak, its mean excess, and its row and bin in the histogram."""
     n = len(heights)
-    strength, log_density, middle = np.empty(n), np.empty(n), np.empty(n)
+    strength, middle = np.empty(n), np.empty(n)
     row, column = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
     per_edge = np.log(edges[1] / edges[0])
     base = 0.5 * least * least - np.log(least)
@@ -100,9 +100,9 @@ def rate(
             place = plot[i] + min(at - i, 1.0) * (plot[i + 1] - plot[i])
         place = max(place, 1.0)
         left = np.log(place) - 0.5 * place * place + base
-        log_density[k] = 0.5 * (log_local[p, kind[k]] + log_local[p, tile[k]]) + left
-        strength[k] = invert(log_rate[scale[k]] - log_density[k])
-    return strength, log_density, middle, row, column
+        log_density = 0.5 * (log_local[p, kind[k]] + log_local[p, tile[k]]) + left
+        strength[k] = invert(log_rate[scale[k]] - log_density)
+    return strength, middle, row, column
 
 
 @njit(cache=True, nogil=True)

@@ -44,13 +44,6 @@ class TailState(NamedTuple):
     histogram: Array  # (pools, bins) of their excess in units of their group's
 
 
-class Rarity(NamedTuple):
-    """How rare each of m peaks is."""
-
-    strength: Array  # (m,) of a peak as rare in white Gaussian noise [deviations]
-    log_density: Array  # (m,) log of how many are as strong [1 / px^2], of its scale, map and polarity
-
-
 def begin(log_rate: Array, scale: Index, pools: int) -> TailState:
     """Return the state before the first frame."""
     nothing = np.zeros((pools, len(scale)))
@@ -59,8 +52,8 @@ def begin(log_rate: Array, scale: Index, pools: int) -> TailState:
     )
 
 
-def rate(state: TailState, area_px: Array, pool: Index, groups: Index, white: Array) -> tuple[TailState, Rarity]:
-    """Count a frame's peaks, and say how rare each of them is.
+def rate(state: TailState, area_px: Array, pool: Index, groups: Index, white: Array) -> tuple[TailState, Array]:
+    """Count a frame's peaks, and say how rare each is: the strength of one as rare in white Gaussian noise, ``(m,)``.
 
     Parameters
     ----------
@@ -89,7 +82,7 @@ def rate(state: TailState, area_px: Array, pool: Index, groups: Index, white: Ar
         pool,
         groups[0],
         groups[1],
-        *rated[2:],
+        *rated[1:],
         LEAST,
         CLIP,
         SPARED,
@@ -99,15 +92,15 @@ def rate(state: TailState, area_px: Array, pool: Index, groups: Index, white: Ar
     )
     if fresh:
         rated = _rated(counted, pool, groups, white)
-    return counted, Rarity(*rated[:2])
+    return counted, rated[0]
 
 
-def _rated(state: TailState, pool: Index, groups: Index, white: Array) -> tuple[Array, Array, Array, Index, Index]:
-    """Rate peaks by what is known: strength, log density, mean excess, and row and bin of the histogram."""
+def _rated(state: TailState, pool: Index, groups: Index, white: Array) -> tuple[Array, Array, Index, Index]:
+    """Rate peaks by what is known: strength, mean excess, and row and bin of the histogram."""
     log_middle, log_local = _expected(state)
     spared = max(SPARED * state.frames, PRIOR)
     places = _tail_kernels.quantile_plots(state.histogram, EDGES, LEAST, spared, PRIOR, POWER)
-    rated: tuple[Array, Array, Array, Index, Index] = _tail_kernels.rate(
+    rated: tuple[Array, Array, Index, Index] = _tail_kernels.rate(
         white,
         pool,
         groups[0],

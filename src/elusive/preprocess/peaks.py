@@ -28,6 +28,7 @@ from elusive.preprocess.stuck import StuckPixels
 
 LEVELS = (0.001, 0.01, 0.1, 0.2, 0.3, 0.5, 0.7, 0.8, 0.9, 0.99, 0.999)  # of the whitened quantiles
 SAMPLES = 3000  # pixels from which quantiles are taken
+LEAST_SIDE = 32  # pixels
 REACH = 1.5  # scales within which a weaker peak is the same
 
 
@@ -45,8 +46,6 @@ class Peaks(NamedTuple):
     bright: NDArray[np.bool_]  # (m,) brighter than what is about it, else darker
     temporal: NDArray[np.bool_]  # (m,) found against earlier frames, else against its surroundings
     contrast: Array  # (m,) height over surroundings (temporal: earlier frames), to a third [grey levels], dark below 0
-    log_density: Array  # (m,) log of how many noise peaks a px^2 are as strong hereabouts, of its polarity [1 / px^2]
-    spread_px: Array  # (m,) deviation of the place, each axis, by noise [px]
     offset_px: Array  # (2,) x, y: where the scene of the first frame (since the last cut) is now
     step_px: Array  # (2,) x, y: offset less the last frame's; zero at a cut
     cut: bool  # nothing of the last frame was found again: scene, offsets and past begin anew (also the first frame)
@@ -95,8 +94,10 @@ class PeakFinder(Model):
             If the frame is too small, its shape changed, or nothing in it is finite.
         """
         frame = np.asarray(frame)
-        if frame.ndim != 2 or min(frame.shape) < 32:
-            raise DataError(f"frame {state.frames_seen}: shape {frame.shape}, must be (rows, columns) of 32 or more.")
+        if frame.ndim != 2 or min(frame.shape) < LEAST_SIDE:
+            raise DataError(
+                f"frame {state.frames_seen}: shape {frame.shape}, must be (rows, columns) of {LEAST_SIDE} or more."
+            )
         if state.shape and frame.shape != state.shape:
             raise DataError(f"frame {state.frames_seen}: shape {frame.shape}, must be {state.shape} as before.")
         image, hidden = fill_gaps(np.ascontiguousarray(frame, dtype=np.float32), state.frames_seen)
@@ -138,7 +139,7 @@ class PeakFinder(Model):
 
     def _rated(
         self, tails: TailState, found: list[Found], shape: tuple[int, ...]
-    ) -> tuple[TailState, tuple[Array, Array, Array, Mask, Mask, Array, Array, Array]]:
+    ) -> tuple[TailState, tuple[Array, Array, Array, Mask, Mask, Array]]:
         """Rate the peaks of all maps, and give them the strongest first, each place once."""
         table = np.concatenate([one.table for one in found], axis=1)
         temporal = np.repeat(np.arange(len(found)), [one.table.shape[1] for one in found])
@@ -146,22 +147,18 @@ class PeakFinder(Model):
         groups, level = table[6:8].astype(np.int64), table[8]
         nowhere = np.zeros(len(tails.scale))
         area_px = np.stack([found[k // 2].area_px if k < 2 * len(found) else nowhere for k in range(4)])
-        tails, rarity = peak_tails.rate(tails, area_px, 2 * temporal + (sign < 0), groups, height)
-        order = np.argsort(-rarity.strength)
+        tails, strength = peak_tails.rate(tails, area_px, 2 * temporal + (sign < 0), groups, height)
+        order = np.argsort(-strength)
         reach = REACH * 2.0 ** level[order] + 0.5
         apart = _summit_kernels.apart(x[order], y[order], sign[order], reach, shape[1], shape[0], self.most)
         order = order[apart]
-        # a peak of any scale and map, as rare as this
-        alike = np.log(0.5 * len(found) * len(tails.log_rate))
         return tails, (
             table[:2].T[order],
-            rarity.strength[order],
+            strength[order],
             scale[order],
             sign[order] > 0,
             temporal[order] > 0,
             contrast[order],
-            rarity.log_density[order] + alike,
-            scale[order] * np.sqrt((1.2 / height[order]) ** 2 + 0.1**2),
         )
 
 

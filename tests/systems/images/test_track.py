@@ -12,6 +12,7 @@ import xarray as xr
 import yaml
 from numpy.typing import NDArray
 
+from elusive.cli import main
 from elusive.contracts import VX, VY, X, Y
 from elusive.errors import DataError
 from elusive.filters import BernoulliFilter, MeasurementBirth
@@ -189,6 +190,21 @@ def test_it_is_lazy() -> None:
 def test_a_frame_of_another_size_is_refused() -> None:
     with pytest.raises(DataError, match=r"\(20, 24\).*\(24, 20\)|\(24, 20\).*\(20, 24\)"):
         list(track_images(frames_of([NOWHERE], (20, 24)), tracking((24, 20))))
+
+
+@pytest.mark.parametrize("shape", [(20, 20), (20, 200), (400, 31)], ids=str)
+def test_frames_too_small_for_peaks_name_the_filters_that_take_them(
+    shape: tuple[int, int], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    np.save(tmp_path / "frames.npy", np.random.default_rng(1).normal(100, 3, (8, *shape)))
+    with pytest.raises(SystemExit, match="2"):
+        main(["track", "images", str(tmp_path / "frames.npy"), "--out", str(tmp_path / "out")])
+    said = " ".join(capsys.readouterr().err.split())
+    assert f"{shape[1]} x {shape[0]} pixels" in said
+    assert all(option in said for option in ("--filter single", "--filter several", "--noise-sigma"))
+    white = {"kind": "white", "noise_sigma": 3.0}
+    for filter in ({"kind": "single", "sensor": white}, {"kind": "several", "sensor": white}):
+        assert ImageTracking(filter=filter).bind(shape).sensor.rows == shape[0]
 
 
 def test_the_sensor_takes_its_size_from_the_recording() -> None:

@@ -14,6 +14,7 @@ from elusive.filters.frame_units import rescaled
 from elusive.filters.particle.recorded import RecordedFilter, RecordedFrames
 from elusive.model import FROM_RECORDING, Model, Positive, over_default
 from elusive.motion import ConstantVelocity, WithIntensity
+from elusive.preprocess.peaks import LEAST_SIDE
 from elusive.sensors import ClutterSensor, ImageSensor
 from elusive.systems.images.peaks import PeakFrames, PeakImages
 from elusive.systems.images.recurrent import RecurrentImages, SeveralTargets
@@ -119,7 +120,7 @@ class ImageTracking(RecordedFrames):
         Raises
         ------
         DataError
-            If the frames have too few pixels to learn the noise from.
+            If the frames have too few pixels to learn the noise from, or too few a side for their peaks to be found.
         ParameterError
             If filter ``several`` is to take frames as recorded.
         """
@@ -132,7 +133,14 @@ class ImageTracking(RecordedFrames):
         if self.recorded and shape[0] * shape[1] < LEAST_PIXELS:
             raise DataError(
                 f"frames of {shape[1]} x {shape[0]} pixels are too few to learn the noise from; give its deviation "
-                "(--noise-sigma), and the frames are taken as they are, with white noise about zero."
+                "(--noise-sigma, with --filter single or --filter several), and the frames are taken as they are, with "
+                "white noise about zero."
+            )
+        if isinstance(self.filter, PeakImages) and min(shape) < LEAST_SIDE:
+            raise DataError(
+                f"frames of {shape[1]} x {shape[0]} pixels are too narrow to find what stands out of them, which takes "
+                f"{LEAST_SIDE} a side; choose --filter single, of one target, or --filter several with the noise's "
+                "deviation (--noise-sigma)."
             )
         sensor = self.sensor
         if isinstance(self.filter, PeakImages) or not isinstance(sensor, ImageSensor | ClutterSensor):
