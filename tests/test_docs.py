@@ -91,7 +91,7 @@ def test_command_runs(
     folder.mkdir()
     rng = np.random.default_rng(1)
     scene = ndimage.gaussian_filter(rng.normal(0, 200, (64, 80)), 4)
-    for number in range(20):
+    for number in range(8):
         frame = np.clip(100 + scene + rng.normal(0, 3, scene.shape), 0, 255).astype(np.uint8)
         Image.fromarray(frame).save(folder / f"frame{number}.png")
     np.save(tmp_path / "signal.npy", rng.standard_normal((40, 300)))
