@@ -423,5 +423,5 @@ def test_a_recording_is_sent_at_its_own_pace() -> None:
 
 
 def test_a_network_that_says_nothing_ends_when_it_is_idle() -> None:
-    with pytest.raises(DataError, match="holds no radar video"):
+    with pytest.raises(DataError, match="nothing came"):
         list(open_radar_video(f"udp://127.0.0.1:{free_port()},udp://127.0.0.1:{free_port()}", feed=Feed(idle_s=0.2)))

@@ -65,8 +65,10 @@ def sinks_of(
     unit: str,
     origin: tuple[float, float] | None = None,
     y_axis_deg: float | None = None,
+    *,
+    located: bool = False,
 ) -> Sinks:
-    """Open the sinks that were asked for.
+    """Open the sinks that were asked for; ``located``: the tracks say longitude and latitude themselves.
 
     Raises
     ------
@@ -82,7 +84,7 @@ def sinks_of(
         if not to:
             raise ParameterError("--origin: has no meaning without --to; leave it out.")
         ground = Ground(LocalFrame.at(*origin), math.radians(y_axis_deg or 0.0))
-    return open_sinks(to or (), system=system, unit=unit, ground=ground, say=tell)
+    return open_sinks(to or (), system=system, unit=unit, ground=ground, say=tell, located=located)
 
 
 def send_recording(sinks: Sinks, tracks: Path) -> None:

@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import math
 import shlex
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from rich.markup import escape
 
+from elusive.cli.live import Follow, IdleS, To, check_live, feed_of, run_live, send_recording, sinks_of, tell
 from elusive.cli.terminal import Config, Out, Strict, bar, console, show, show_run, tell_findings, tell_written
+from elusive.io.arrivals import fed
 from elusive.io.radar_video import open_radar_video
+from elusive.io.sinks.opening import is_geographic
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
+from elusive.results.live import LiveEnd, LiveStep
+from elusive.systems.video.live import LIVE_FILES, follow_video
 from elusive.systems.video.parameters import PlotFinding, VideoTracking
 from elusive.systems.video.plots import write_video_plots
 from elusive.systems.video.report import HEADER
@@ -25,6 +31,16 @@ Video = Annotated[
         help="Radar video: ASTERIX category 240 (raw or pcap), a capture of a Navico 4G or HALO, or arrays (.npz, "
         "netCDF)."
     ),
+]
+LiveVideo = Annotated[
+    str,
+    typer.Argument(
+        help="Radar video: ASTERIX category 240 (raw or pcap), a capture of a Navico 4G or HALO, or arrays (.npz, "
+        "netCDF); live: udp://HOST:PORT of its packets, with a comma and that of NMEA sentences after it, or -."
+    ),
+]
+FromBow = Annotated[
+    bool, typer.Option("--from-bow", help="Azimuths of category 240 count from the bow: the heading is added.")
 ]
 Charts = Annotated[
     list[Path] | None,
@@ -44,7 +60,7 @@ Rotation = Annotated[float | None, typer.Option("--rotation-s", help="Period of 
 
 @accepts(VideoTracking)
 def track_video_command(
-    video: Video,
+    video: LiveVideo,
     out: Out,
     given: dict[str, Any],
     chart: Charts = None,
@@ -52,6 +68,7 @@ def track_video_command(
     radar_lon: Longitude = None,
     which: Which = None,
     rotation_s: Rotation = None,
+    from_bow: FromBow = False,
     config: Config = None,
     truth: Annotated[
         Path | None,
@@ -64,16 +81,37 @@ def track_video_command(
         float | None,
         typer.Option("--truth-cutoff-m", help="Scores: further off is missed; c of GOSPA; by default 100."),
     ] = None,
+    follow: Follow = False,
+    to: To = None,
+    idle_s: IdleS = None,
     strict: Strict = False,
 ) -> None:
     """Track ships in radar video, before any threshold, with charts that may be wrong by some metres."""
     parameters = VideoTracking(**nested(VideoTracking, given, read_yaml(config) if config else {}))
-    source = open_radar_video(video, radar=which, rotation_s=rotation_s)
+    feed = feed_of(video, follow, idle_s)
+    check_live(feed is not None, idle_s, truth, strict=strict)
+    source = open_radar_video(video, radar=which, rotation_s=rotation_s, from_bow=from_bow, feed=feed)
+    sinks = sinks_of(to, "video", "m", located=True)
+    geographic = next((f"--to {name}" for name in to or () if is_geographic(name)), "")
+    setting: dict[str, Any] = {
+        "radar_lon_deg": radar_lon, "radar_lat_deg": radar_lat, "charts": chart or (), "needs_place": geographic,
+    }  # fmt: skip
+    if feed is not None:
+        coming = fed(source, feed)
+
+        def run(told: Callable[[LiveStep], None]) -> LiveEnd:
+            end, findings = follow_video(coming, parameters, out, told, **setting)
+            for remark in source.remarks():
+                tell(remark)
+            tell_findings(findings, strict=False)
+            return end
+
+        run_live(coming, run, out, LIVE_FILES, sinks=sinks)
+        return
     with bar("turns", None) as advance:
         outcome = track_video_recording(
-            source, parameters, out, radar_lon_deg=radar_lon, radar_lat_deg=radar_lat, charts=chart or (), truth=truth,
-            cutoff_m=truth_cutoff, on_turn=advance,
-        )  # fmt: skip
+            source, parameters, out, truth=truth, cutoff_m=truth_cutoff, on_turn=advance, **setting
+        )
     tracked = outcome.tracked
     console.print(escape(tracked.verdict), highlight=False)
     if tracked.paths:
@@ -81,6 +119,7 @@ def track_video_command(
     show_run(tracked.title, tracked.rows, outcome.findings)
     files = ["tracks.csv", "resting.csv", "result.nc", "report.html", "report.png", "checks.json", "config.yaml"]
     tell_written(out, files[:1] + ["tracks.geojson"] * (tracked.lonlat is not None) + files[1:], outcome.scored)
+    send_recording(sinks, out / "tracks.csv")
     tell_findings(outcome.findings, strict=strict)
 
 
@@ -94,11 +133,12 @@ def plots_command(
     radar_lon: Longitude = None,
     which: Which = None,
     rotation_s: Rotation = None,
+    from_bow: FromBow = False,
     config: Config = None,
 ) -> None:
     """Find plots in radar video: a threshold on its clutter map, land left out."""
     parameters = PlotFinding(**nested(PlotFinding, given, read_yaml(config) if config else {}))
-    source = open_radar_video(video, radar=which, rotation_s=rotation_s)
+    source = open_radar_video(video, radar=which, rotation_s=rotation_s, from_bow=from_bow)
     with bar("turns", None) as advance:
         found = write_video_plots(
             source, parameters, out, radar_lon_deg=radar_lon, radar_lat_deg=radar_lat, charts=chart or (),

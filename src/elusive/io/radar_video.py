@@ -55,6 +55,8 @@ class RadarVideoSource:
         for spokes in self._read(self.counts, self._said):
             some = True
             yield spokes
+        if not some and is_address(self.name) and not self.counts:
+            raise DataError(f"{self.name}: nothing came; check that the radar sends there, and the address.")
         if not some:
             raise DataError(f"{self.name}: holds no radar video{_instead(self.counts)}; {NO_VIDEO}.")
 

@@ -118,8 +118,9 @@ def _keeps(sink: Any) -> bool:
 
 
 def open_sinks(
-    names: Sequence[str], *, system: str, unit: str, ground: Ground | None, say: Callable[[str], None]
-) -> Sinks:
+    names: Sequence[str], *, system: str, unit: str, ground: Ground | None, say: Callable[[str], None],
+    located: bool = False,
+) -> Sinks:  # fmt: skip
     """Open sinks.
 
     Parameters
@@ -133,6 +134,8 @@ def open_sinks(
         Where the tracks' metres lie; needed by formats with longitude and latitude.
     say
         Told what becomes of a sink.
+    located
+        Whether the tracks themselves say longitude and latitude, with y to north: no ground is needed then.
 
     Raises
     ------
@@ -141,7 +144,7 @@ def open_sinks(
     """
     opened: list[Sink] = []
     try:
-        opened.extend(_open(name, system, unit, ground, say) for name in names)
+        opened.extend(_open(name, system, unit, located or ground is not None, say) for name in names)
     except DataError:
         for sink in opened:
             sink.close()
@@ -150,7 +153,12 @@ def open_sinks(
     return Sinks(opened, Watch(unit, ground), own_stdout=own)
 
 
-def _open(name: str, system: str, unit: str, ground: Ground | None, say: Callable[[str], None]) -> Sink:
+def is_geographic(name: str) -> bool:
+    """Whether a sink's format has longitude and latitude."""
+    return name.partition(":")[0].lower().partition("+")[0] in GEOGRAPHIC
+
+
+def _open(name: str, system: str, unit: str, placed: bool, say: Callable[[str], None]) -> Sink:
     scheme = name.partition(":")[0].lower()
     if scheme in ("mqtt", "mqtts"):
         return Presence(address_of(name, {scheme: ("discovery",)}), unit, say)
@@ -159,7 +167,7 @@ def _open(name: str, system: str, unit: str, ground: Ground | None, say: Callabl
         raise DataError(f"--to {name}: is no sink; {LIKE}.")
     if form in GEOGRAPHIC and unit != "m":
         raise DataError(f"--to {name}: needs places on the ground, and these tracks are in {unit}; take ndjson.")
-    if form in GEOGRAPHIC and ground is None:
+    if is_geographic(name) and not placed:
         raise DataError(f"--to {name}: needs to know where the site is; give --origin LON LAT, in degrees.")
     if form == "mot" and unit != "px":
         raise DataError(f"--to {name}: MOTChallenge needs pixels, and these tracks are in {unit}; take ndjson.")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
+from collections import Counter, deque
 from typing import NamedTuple
 
 import numpy as np
@@ -12,8 +12,10 @@ from numpy.typing import NDArray
 from elusive.checks import Finding
 from elusive.contracts import Array
 from elusive.sensors.radar_video import RadarVideo
+from elusive.systems.video.turns import Heard
 
 FEW_TURNS = 10
+LATEST = 2000  # turns by whose clutter a run is checked
 WIDE_DEG, PART = 1.0, 0.3  # of a bias of north that matters: in degrees, and in beams
 LIKE = 0.3  # correlation of what is fixed with charted land from which they are the same coast
 FIXES_M = 10.0  # of a position that jitters
@@ -42,6 +44,33 @@ def register(level: Array, land: Array) -> Registration:
     part = 0.5 * (before - after) / bend if bend < 0 else 0.0
     rows = (best + part + len(a) / 2) % len(a) - len(a) / 2
     return Registration(float(rows * 360 / len(a)), float(here))
+
+
+class Judged:
+    """Gathers, turn by turn, what a run is checked by; of the clutter, the latest turns."""
+
+    def __init__(self) -> None:
+        self._held = deque[float](maxlen=LATEST)
+        self._least, self._most = np.full(2, math.inf), np.full(2, -math.inf)
+        self._last: Heard | None = None
+
+    def add(self, heard: Heard) -> None:
+        """Take in a turn."""
+        place = np.array(heard.turn.place)
+        self._least, self._most = np.minimum(self._least, place), np.maximum(self._most, place)
+        self._held.append(heard.held)
+        self._last = heard
+
+    def findings(
+        self, counts: Counter[str], sensor: RadarVideo, water: Array | None
+    ) -> tuple[Registration | None, tuple[Finding, ...]]:
+        """Return how the radar lies to the chart, whose P(water) in the cells is ``water``, and what was checked."""
+        assert self._last is not None
+        fixed, registration = self._last.clutter.fixed, None
+        if water is not None and fixed.any():
+            registration = register(fixed.astype(np.float64), 1 - water)
+        moved = float((self._most - self._least).max())
+        return registration, findings_of(counts, registration, list(self._held), moved, sensor, fixed)
 
 
 def findings_of(

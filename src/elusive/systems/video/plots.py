@@ -17,7 +17,6 @@ from scipy import ndimage
 
 from elusive.charts.charted_area import lay_charts, read_charts
 from elusive.contracts import Array
-from elusive.errors import DataError
 from elusive.io.atomic import atomic_path
 from elusive.io.csv_files import write_csv
 from elusive.io.radar_video import RadarVideoSource
@@ -93,12 +92,10 @@ def write_video_plots(
     ParameterError
         If the parameters do not fit the recording.
     """
-    start = start_of(source, parameters, radar_lon_deg, radar_lat_deg)
+    start = start_of(source, parameters, radar_lon_deg, radar_lat_deg, "chart" if charts else "")
     sensor, threshold = start.sensor, parameters.threshold(start.sensor)
     map_at = None
-    if charts:
-        if start.frame is None:
-            raise DataError("chart: the recording does not say where the radar is; give its longitude and latitude.")
+    if charts and start.frame is not None:
         coast = lay_charts(read_charts(*charts), parameters.charted, start.frame).coast
         map_at = water_map(sensor, parameters.water.bind(coast).probability)
     counts: Counter[str] = Counter()

@@ -17,37 +17,24 @@ from elusive.charts.charted_area import ChartedArea
 from elusive.checks import Finding
 from elusive.checks.files import write_checks
 from elusive.contracts import Array
-from elusive.io.csv_files import write_csv
 from elusive.io.radar_video import RadarVideoSource
 from elusive.io.truth import Truth
 from elusive.results import Scored, TrackLog, scored, write_geojson, write_result
 from elusive.results.table import STATUSES
 from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
-from elusive.systems.video.checks import Registration, findings_of, register
+from elusive.systems.video.checks import Judged
 from elusive.systems.video.parameters import VideoTracking
 from elusive.systems.video.report import Shown, VideoPath, VideoTracked, write_video_html, write_video_png
+from elusive.systems.video.resting import Resting, resting_of, write_resting
 from elusive.systems.video.turns import VideoStart
 from elusive.tracking.track import Step
 
 ADDED = ("moves", "allowed", "level_db", "lon_deg", "lat_deg")
 CUTOFF_M = 100.0
 CONFIRMED = STATUSES.index("confirmed")
-WET = 0.9  # P(water) from which something that lies still is no land
-LONGEST_M = 400.0  # of what lies still and is not land, beside the beam
-STANDS_OUT_DB = 6.0  # of what lies still, over the clutter
 SHOWN = 60  # turns that a report plays
 SIDE, ROWS, COLUMNS = 240, 180, 200  # of its pictures
 STEPS_DB = 6  # shades of a decibel
-
-
-class Resting(NamedTuple):
-    """Something that returns turn after turn and is not charted land: a ship at rest, a rock, a pile."""
-
-    place: tuple[float, float]  # x, y [m]
-    range_m: float
-    bearing_deg: float
-    length_m: float  # of its cells, across range or along it
-    level_db: float  # over the clutter
 
 
 class VideoOutcome(NamedTuple):
@@ -74,7 +61,7 @@ class VideoRun:
         log: TrackLog,
     ) -> None:  # fmt: skip
         self._parameters, self._start, self._charted, self._water, self._log = parameters, start, charted, water, log
-        self._held: list[float] = []
+        self._judged = Judged()
         self._places: list[tuple[float, float]] = []
         self._kept: list[tuple[float, NDArray[np.uint8], NDArray[np.uint8]]] = []
         self._stride = 1
@@ -86,7 +73,7 @@ class VideoRun:
         """Take in a turn's result."""
         self._log.append(step)
         turn: EvidenceTurn = step.measurement
-        self._held.append(step.state.heard.held)
+        self._judged.add(step.state.heard)
         self._places.append(turn.place)
         if self._steps % self._stride == 0:
             self._kept.append((step.time_s, *self._raster.pictures(step.state.heard.power)))
@@ -110,12 +97,8 @@ class VideoRun:
         turn: EvidenceTurn = self._last.measurement
         clutter, sensor = self._last.state.heard.clutter, self._start.sensor
         allowed = None if water_at is None else water_at(turn.place)
-        resting = resting_of(sensor, clutter.fixed, clutter.level - _spread(clutter.mean, sensor), allowed, turn.place)
-        registration: Registration | None = None
-        if allowed is not None and clutter.fixed.any():
-            registration = register(clutter.fixed.astype(np.float64), 1 - allowed)
-        moved = float(np.ptp(np.array(self._places), axis=0).max())
-        findings = findings_of(counts, registration, self._held, moved, sensor, clutter.fixed)
+        resting = resting_of(sensor, clutter, allowed, turn.place)
+        registration, findings = self._judged.findings(counts, sensor, allowed)
         times = self._log.times_s
         scores = None
         if truth is not None:
@@ -169,10 +152,7 @@ class VideoRun:
         """Write everything into a folder but the table, which the log writes."""
         if self._start.frame is not None:
             write_geojson(folder / "tracks.geojson", self._log, self._start.frame.to_lonlat)
-        write_csv(
-            folder / "resting.csv", ("x_m", "y_m", "range_m", "bearing_deg", "length_m", "level_db"),
-            [[*one.place, *one[1:]] for one in outcome.resting],
-        )  # fmt: skip
+        write_resting(folder / "resting.csv", outcome.resting)
         write_result(folder / "result.nc", self._log, title=outcome.tracked.title, config=config)
         if outcome.scored is not None:
             outcome.scored.write(folder)
@@ -215,38 +195,6 @@ class _Raster:
         padded[:rows, :columns] = found
         scan = padded.reshape(-1, self._tall, padded.shape[1] // self._wide, self._wide).max(axis=(1, 3))
         return plan, np.ascontiguousarray(scan)
-
-
-def resting_of(
-    sensor: RadarVideo, fixed: NDArray[np.bool_], level: Array, water: Array | None, place: tuple[float, float]
-) -> tuple[Resting, ...]:
-    """Return what is fixed and no charted land, its neighbouring cells one; the strongest first."""
-    wet = fixed if water is None else fixed & (water >= WET)
-    labels, count = ndimage.label(wet, np.ones((3, 3)))
-    for above, below in zip(labels[-1], labels[0], strict=True):  # round the turn
-        if above and below and above != below:
-            labels[labels == below] = above
-    found = []
-    for number in np.unique(labels[labels > 0]) if count else ():
-        rows, columns = np.nonzero(labels == number)
-        weight = np.exp(level[rows, columns] - level[rows, columns].max())
-        distance, azimuth = sensor.range_m[columns], sensor.azimuth_rad[rows]
-        x = float(weight @ (distance * np.sin(azimuth)) / weight.sum())
-        y = float(weight @ (distance * np.cos(azimuth)) / weight.sum())
-        across = len(np.unique(rows)) * sensor.grid[2] * math.hypot(x, y)
-        length = max(across, len(np.unique(columns)) * sensor.cell_m)
-        top = 10 / math.log(10) * float(level[rows, columns].max())
-        if top < STANDS_OUT_DB or length > LONGEST_M + 3 * sensor.grid[2] * math.hypot(x, y):
-            continue
-        bearing = math.degrees(math.atan2(x, y)) % 360
-        found.append(Resting((x + place[0], y + place[1]), math.hypot(x, y), bearing, length, top))
-    return tuple(sorted(found, key=lambda one: -one.level_db))
-
-
-def _spread(mean: Array, sensor: RadarVideo) -> Array:
-    """Give every row its sector's mean level."""
-    rows = np.array_split(np.arange(sensor.shape[0]), len(mean))
-    return np.concatenate([np.tile(one, (len(part), 1)) for one, part in zip(mean, rows, strict=True)])
 
 
 def _verdict(paths: Sequence[VideoPath], resting: int) -> str:

@@ -15,7 +15,7 @@ from pydantic import Field
 from scipy.ndimage import gaussian_filter
 
 from elusive.contracts import Array
-from elusive.errors import DataError
+from elusive.errors import DataError, ParameterError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io.asterix_video import write_asterix_video
 from elusive.io.atomic import atomic_folder
@@ -166,11 +166,15 @@ def simulate_video(
 
     Raises
     ------
+    ParameterError
+        If category 240 is asked for of samples that are not quantised.
     DataError
         If the video takes more than 4 GB, ships find no way, or a file cannot be written.
     """
     radar = parameters.radar
     size = parameters.turns * radar.spokes * radar.samples * (1 if radar.bits else 4)
+    if parameters.write == "asterix" and not radar.bits:
+        raise ParameterError("write: category 240 holds whole numbers; give --bits 8.")
     if size > MOST_BYTES:
         raise DataError(f"turns: the video takes {size / 1e9:.1f} GB; give fewer --turns, --spokes or --samples.")
     rng = np.random.default_rng(parameters.seed)

@@ -87,19 +87,16 @@ class Laid(NamedTuple):
 def lay(
     start: VideoStart, charts: Sequence[str | Path], parameters: VideoTracking
 ) -> tuple[EvidenceTracker, Laid]:  # fmt: skip
-    """Lay charts under a radar, and return the tracker.
+    """Lay charts under a radar, whose place is known then, and return the tracker.
 
     Raises
     ------
     DataError
-        If a chart cannot be read, the radar's place is not known, or nothing that it sees is charted.
+        If a chart cannot be read, or nothing that the radar sees is charted.
     """
     if not charts:
         return parameters.bind(start.sensor, None)[0], Laid(None, None, None, None)
-    if start.frame is None:
-        raise DataError(
-            "chart: the recording does not say where the radar is; give --radar-lat-deg and --radar-lon-deg."
-        )
+    assert start.frame is not None
     charted = lay_charts(read_charts(*charts), parameters.charted, start.frame)
     known = HardWater().bind(charted.coast).known(start.sensor.places().reshape(-1, 2))
     if not known.any():
@@ -123,6 +120,7 @@ def track_video_recording(
     charts: Sequence[str | Path] = (),
     truth: str | Path | None = None,
     cutoff_m: float | None = None,
+    needs_place: str = "",
     on_turn: Callable[[int], None] | None = None,
 ) -> VideoOutcome:
     """Track ships through a recording and write ``tracks.csv``, ``resting.csv``, ``result.nc`` and a report.
@@ -147,6 +145,8 @@ def track_video_recording(
         Where ships truly were, see :func:`~elusive.io.ship_truth.read_ship_truth`; scores only.
     cutoff_m
         Distance up to which a track can stand for a ship, and c of GOSPA; None: 100 m.
+    needs_place
+        What else needs to know where the radar is, if anything, for the sentence that it does not.
     on_turn
         Called with the number of turns done.
 
@@ -157,7 +157,7 @@ def track_video_recording(
     ParameterError
         If the parameters do not fit the recording.
     """
-    start = start_of(source, parameters, radar_lon_deg, radar_lat_deg)
+    start = start_of(source, parameters, radar_lon_deg, radar_lat_deg, needs_place or ("chart" if charts else ""))
     tracker, laid = lay(start, charts, parameters)
     counts: Counter[str] = Counter()
     moves = radar_lon_deg is None

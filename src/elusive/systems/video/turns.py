@@ -38,20 +38,23 @@ class Heard(NamedTuple):
 
 
 def start_of(
-    spokes: Iterable[Spokes], parameters: VideoTracking | PlotFinding, lon_deg: float | None, lat_deg: float | None
-) -> VideoStart:
-    """Look at the first spokes.
+    spokes: Iterable[Spokes], parameters: VideoTracking | PlotFinding, lon_deg: float | None, lat_deg: float | None,
+    needs_place: str = "",
+) -> VideoStart:  # fmt: skip
+    """Look at the first spokes; ``needs_place`` is what is asked for that needs to know where the radar is.
 
     Raises
     ------
     DataError
-        If there are none.
+        If there are none, or they do not say where the radar is, and that is needed.
     ParameterError
         If one of longitude and latitude is given alone, or a turn of these spokes takes more memory than there is.
     """
     if (lon_deg is None) != (lat_deg is None):
         raise ParameterError("radar_lon_deg, radar_lat_deg: one was given without the other; give both or none.")
-    first = next(iter(spokes))
+    first = next(iter(spokes), None)
+    if first is None:
+        raise DataError("radar video: no spoke came.")
     sensor = parameters.radar.bind(first)
     needed = bytes_held(sensor, parameters.learning_turns)
     if needed > MOST_BYTES:
@@ -62,6 +65,10 @@ def start_of(
     if lon_deg is not None and lat_deg is not None:
         return VideoStart(sensor, LocalFrame.at(lon_deg, lat_deg))
     known = first.lonlat_deg[np.isfinite(first.lonlat_deg).all(axis=1)]
+    if needs_place and not len(known):
+        raise DataError(
+            f"{needs_place}: the recording does not say where the radar is; give --radar-lat-deg and --radar-lon-deg."
+        )
     return VideoStart(sensor, LocalFrame.at(*known[0].tolist()) if len(known) else None)
 
 
