@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 import shutil
+import threading
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from elusive.cli import main
+from elusive.errors import DataError
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.registry import SYSTEMS
 from elusive.workbench.asking import Asking, Recording, asking, refused
 from elusive.workbench.jobs import CancelledError, Job
-from elusive.workbench.kept_runs import differences, kept_runs, read, results, served_file, track
+from elusive.workbench.kept_runs import differences, forget, kept_runs, read, results, served_file, track
+from elusive.workbench.own_page import OwnState
 from tests.workbench.conftest import Served
 from tests.workbench.test_links_page import OpenTab, button, download, field, told
 
@@ -94,23 +101,89 @@ def test_settings_are_kept_where_they_are_not_the_usual_ones() -> None:
 def test_a_run_is_that_of_the_command_and_one_called_off_leaves_nothing(heard: Path, tmp_path: Path) -> None:
     folder = tmp_path / "folder"
     shutil.copytree(heard, folder)
-    given = {"bearings": "bearings.csv", "sensors": "sensors.csv"}
-    off = Job()
-    off.cancel()
+    (folder / "bearings.csv").rename(folder / "my bearings.csv")
+    given = {"bearings": "my bearings.csv", "sensors": "sensors.csv"}
+    (folder / "my frames").mkdir()
+    rng = np.random.default_rng(1)
+    for number in range(200):
+        frame = Image.fromarray(rng.integers(90, 110, (48, 48)).astype(np.uint8))
+        frame.save(folder / "my frames" / f"{number:03d}.png")
+    off = Midway()
     with pytest.raises(CancelledError):
-        track(folder, of("bearings"), given, BearingTracking(), off)
+        track(folder, of("images"), {"source": "my frames"}, of("images").parameters(), off)
+    assert 0 < off.done < 200
     assert list((folder / "runs").iterdir()) == []
     run = track(folder, of("bearings"), given, BearingTracking(sigma_deg=2.0), Job())
-    main_quietly("track", "bearings", folder / "bearings.csv", "--sensors", folder / "sensors.csv", "--sigma-deg", 2,
+    main_quietly("track", "bearings", folder / "my bearings.csv", "--sensors", folder / "sensors.csv", "--sigma-deg", 2,
                  "--out", folder / "made")  # fmt: skip
+    assert run.name == "001-my_bearings.csv"
     assert (run.folder / "tracks.csv").read_bytes() == (folder / "made" / "tracks.csv").read_bytes()
     assert kept_runs(folder) == [read(run.folder)]
-    (made,) = results(folder, map(of, ("images", "bearings")))
-    assert (made.name, made.noun) == ("made", "bearings")
+    shutil.copytree(folder / "made", folder / "made again")
+    made = results(folder, [of("images"), of("bearings")])
+    assert [(one.name, one.noun) for one in made] == [("made", "bearings"), ("made again", "bearings")]
     assert served_file(folder, run.name, "report.html") == run.folder / "report.html"
     assert served_file(folder, "made", "report.html") == folder / "made" / "report.html"
     for stranger in ((run.name, "run.json"), ("..", "b.csv"), (run.name, "../../bearings.csv"), (".", "bearings.csv")):
         assert served_file(folder, *stranger) is None
+
+
+class Midway(Job):
+    """Is called off as soon as something is done."""
+
+    def advance(self, done: int) -> None:
+        super().advance(done)
+        if done:
+            self.cancel()
+
+
+def test_runs_that_end_at_once_have_numbers_of_their_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    together = threading.Barrier(8)
+
+    def done(words: Sequence[str], folder: Path, job: Job) -> str:
+        Path(words[words.index("--out") + 1]).mkdir()
+        together.wait()
+        return ""
+
+    def one(_: int) -> str:
+        return track(tmp_path, of("bearings"), {"bearings": "b.csv"}, BearingTracking(), Job()).name
+
+    monkeypatch.setattr("elusive.workbench.kept_runs._done", done)
+    (tmp_path / "runs" / "998-b.csv").mkdir(parents=True)
+    with ThreadPoolExecutor(8) as pool:
+        names = sorted(pool.map(one, range(8)))
+    assert sorted(names) == sorted(f"{number}-b.csv" for number in range(999, 1007))
+    assert [run.name for run in kept_runs(tmp_path)] == [f"{number}-b.csv" for number in range(1006, 998, -1)]
+
+
+@pytest.mark.parametrize(
+    ("note", "checks"),
+    [
+        ('{"noun": "bearings", "given"', "[]"),
+        ("[]", "[]"),
+        ('{"noun": "bearings", "given": {}, "settings": [1], "said": ""}', "[]"),
+        ('{"noun": "bearings", "given": {"bearings": 5}, "settings": {}, "said": ""}', "[]"),
+        ('{"noun": "bearings", "given": {}, "settings": {}, "said": ""}', '[{"holds": false}]'),
+        ('{"noun": "bearings", "given": {}, "settings": {}, "said": ""}', '["x"]'),
+        ('{"noun": "bearings", "given": {}, "settings": {}, "said": ""}', "\xff"),
+    ],
+)
+def test_what_is_no_run_any_more_is_left_out(tmp_path: Path, note: str, checks: str) -> None:
+    for name, text in (
+        ("001-a.csv", '{"noun": "sonar", "given": {}, "settings": {}, "said": ""}'),
+        ("002-b.csv", note),
+    ):
+        (tmp_path / "runs" / name).mkdir(parents=True)
+        (tmp_path / "runs" / name / "run.json").write_text(text)
+    (tmp_path / "runs" / "002-b.csv" / "checks.json").write_bytes(checks.encode("latin-1"))
+    (run,) = kept_runs(tmp_path)
+    state = OwnState()
+    with pytest.raises(DataError, match="^'sonar': is no kind of recording that is tracked here"):
+        state.again(run)  # of a system that is gone
+    assert (state.noun, state.seen) == ("", None)
+    forget(run)
+    forget(run)  # in another tab
+    assert kept_runs(tmp_path) == []
 
 
 def test_a_recording_is_refused_then_tracked_kept_compared_and_deleted(
@@ -142,6 +215,8 @@ def test_a_recording_is_refused_then_tracked_kept_compared_and_deleted(
     first.get_by_text("bearings.residuals", exact=True).wait_for()
     field(page, "sigma_deg").fill("2")
     button(page, "Run").click()
+    page.locator("button:enabled", has_text="Cancel").wait_for()
+    page.reload()  # the work goes on, and is seen when it is done
     second = page.frame_locator('iframe[title="Report of 002-bearings.csv"]')
     second.locator(".drawing[data-ready=yes]").wait_for()
     assert second.get_by_text("bearings.residuals").count() == 0
@@ -153,7 +228,13 @@ def test_a_recording_is_refused_then_tracked_kept_compared_and_deleted(
         page.get_by_role("checkbox", name=f"Compare {name}").click()
     row = page.locator(".ew-table tr", has=page.get_by_role("rowheader", name="sigma_deg"))
     assert row.locator("td").all_inner_texts() == ["2.0", "as usual"]
-    button(page, "Delete 001-bearings.csv").click()
-    button(page, "Delete for good").locator("visible=true").click()
-    page.locator('[data-run="001-bearings.csv"]').wait_for(state="detached")
+    other = open_tab(width=800, scheme="dark").page
+    other.goto(f"{served.address}/own")
+    button(other, "Delete 001-bearings.csv").click()
+    button(other, "Delete for good").locator("visible=true").click()
+    other.locator('[data-run="001-bearings.csv"]').wait_for(state="detached")
+    assert other.evaluate("document.documentElement.scrollWidth") <= 800
+    button(page, "Open 001-bearings.csv").click()
+    told(page, "001-bearings.csv: holds no config.yaml")
+    told(page, "Settings: sigma_deg 2.0")
     assert [one.name for one in kept_runs(served.folder)] == ["002-bearings.csv"]

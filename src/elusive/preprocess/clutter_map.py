@@ -49,7 +49,7 @@ class ClutterMap(Model):
 
     sectors: int = Field(8, ge=1, le=64, description="Sectors of the clutter map")
     bands: int = Field(8, ge=1, le=64, description="Bands of range of the clutter map")
-    memory_turns: Positive = Field(30.0, description="Turns over which clutter is taken to stay alike")
+    memory_turns: Positive = Field(30.0, description="How long clutter is taken to stay alike [turns]")
     tail: Probability = Field(
         0.002, description="Share of the clutter beyond which its law is extrapolated: more than ships are"
     )

@@ -100,7 +100,7 @@ class EvidenceRules(Model):
         0.05, gt=0, lt=1, description="A beginning is given up once its odds fall below this share of its first"
     )
     rest_deviations: NonNegative = Field(
-        3.0, description="A speed of fewer deviations is no motion: what does not move is told, and not confirmed"
+        3.0, description="A speed under this multiple of its deviation is none: what lies still is told, not confirmed"
     )
     lifecycle: Lifecycle = Field(Lifecycle(), description="Levels of existence")
 

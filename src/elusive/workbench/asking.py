@@ -11,7 +11,7 @@ from typing import Any, Literal, NamedTuple, get_args, get_origin
 
 from elusive.model import Model
 from elusive.options import options_of
-from elusive.workbench.files import PLAIN
+from elusive.workbench.files import PLAIN, stranger
 from elusive.workbench.forms import FieldPath
 
 # the page's own, and what has no meaning for what is recorded
@@ -119,4 +119,6 @@ def refused(asked: Asking, values: Mapping[str, str | bool], folder: Path) -> st
                 return f"{name!r:.60}: is no plain name of a file in the workbench's folder; send it, or put it there."
             if not (folder / name).exists():
                 return f"{name}: is not in the workbench's folder; send it, or put it there."
+            if outer := stranger(folder, folder / name):
+                return f"{name}: {outer} leads out of the workbench's folder; put a copy there."
     return ""

@@ -74,3 +74,10 @@ def read_upload(name: str, data: bytes, kinds: Sequence[str], read: Callable[[Pa
             return read(path)
         except ElusiveError as error:
             raise DataError(str(error).replace(str(path), shown)) from None
+
+
+def stranger(folder: Path, path: Path) -> str:
+    """Return the name of what in a folder leads out of the one folder a page may use; empty if nothing does."""
+    home = folder.resolve()
+    inner = path.iterdir() if path.is_dir() else ()
+    return next((one.name for one in inner if not one.resolve().is_relative_to(home)), "")

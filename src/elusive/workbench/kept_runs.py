@@ -12,11 +12,12 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import yaml
+from pydantic import BaseModel
 
 from elusive.errors import DataError, ElusiveError
 from elusive.model import Model, read_yaml
@@ -26,9 +27,19 @@ from elusive.workbench.files import PLAIN
 from elusive.workbench.jobs import CancelledError, Job
 
 FOLDER, NOTE, REPORT, CHECKS, CONFIG = "runs", "run.json", "report.html", "checks.json", "config.yaml"
-NAME = re.compile(r"\d{3}-[A-Za-z0-9._-]{1,60}")
+NAME = re.compile(r"(\d{3,})-[A-Za-z0-9._-]{1,60}")
+NAMING = threading.Lock()  # runs of several tabs may end at once
 POLL_S, PATIENCE_S = 0.1, 5.0  # between looks at a command; how long it may take to heed being called off
 TOLD_LAST = 20  # lines of a refused command that are shown
+
+
+class Note(BaseModel):
+    """What is kept beside what a command wrote."""
+
+    noun: str
+    given: dict[str, str | bool]
+    settings: dict[str, Any]
+    said: str
 
 
 class Kept(NamedTuple):
@@ -39,7 +50,7 @@ class Kept(NamedTuple):
     given: Mapping[str, str | bool]  # files and options, by name
     settings: Mapping[str, Any]  # parameters that are not the usual ones, nested
     said: str  # what the command printed
-    findings: Sequence[Mapping[str, Any]]  # what does not hold
+    doubted: Sequence[str]  # names of the findings
     folder: Path
 
     @property
@@ -104,12 +115,11 @@ def track(folder: Path, asking: Asking, given: Mapping[str, str | bool], model: 
             config.write_text(yaml.safe_dump(settings, sort_keys=False), encoding="utf-8")
             words += ["--config", str(config)]
         said = _done(words, folder, job).replace(str(made), "result")
-        (made / NOTE).write_text(
-            json.dumps({"noun": asking.noun, "given": dict(given), "settings": settings, "said": said}),
-            encoding="utf-8",
-        )
-        target = runs / _next_name(runs, given[asking.asked[0].name])
-        os.rename(made, target)
+        note = Note(noun=asking.noun, given=dict(given), settings=settings, said=said)
+        (made / NOTE).write_text(note.model_dump_json(), encoding="utf-8")
+        with NAMING:
+            target = runs / _next_name(runs, given[asking.asked[0].name])
+            os.rename(made, target)
     return read(target)
 
 
@@ -166,9 +176,14 @@ def _end(process: subprocess.Popen[str]) -> None:
 
 
 def _next_name(runs: Path, recording: str | bool) -> str:
-    taken = [int(one.name[:3]) for one in runs.iterdir() if NAME.fullmatch(one.name)]
+    taken = [_number(one) for one in runs.iterdir()]
     plain = re.sub(r"[^A-Za-z0-9._-]", "_", str(recording))[:60]
     return f"{max(taken, default=0) + 1:03d}-{plain}"
+
+
+def _number(run: Path) -> int:
+    named = NAME.fullmatch(run.name)
+    return int(named[1]) if named else 0
 
 
 def read(folder: Path) -> Kept:
@@ -180,19 +195,19 @@ def read(folder: Path) -> Kept:
         If the folder is none of a run.
     """
     try:
-        note = json.loads((folder / NOTE).read_text(encoding="utf-8"))
-        return Kept(folder.name, note["noun"], note["given"], note["settings"], note["said"], _broken(folder), folder)
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        note = Note.model_validate_json((folder / NOTE).read_text(encoding="utf-8"))
+        return Kept(folder.name, note.noun, note.given, note.settings, note.said, _doubted(folder), folder)
+    except (OSError, ValueError, KeyError, TypeError):
         raise DataError(f"{folder.name}: is no run that a workbench kept; delete it, or choose another.") from None
 
 
-def _broken(folder: Path) -> list[Mapping[str, Any]]:
+def _doubted(folder: Path) -> list[str]:
     path = folder / CHECKS
     checked = json.loads(path.read_text(encoding="utf-8")) if path.exists() else []
-    return [one for one in checked if not one["holds"]]
+    return [str(one["name"]) for one in checked if not one["holds"]]
 
 
-def results(folder: Path, askings: Iterable[Asking]) -> list[Kept]:
+def results(folder: Path, askings: Sequence[Asking]) -> list[Kept]:
     """List what commands wrote into a workbench's folder, each of the system that knows its settings."""
     found = []
     for one in sorted(folder.iterdir()):
@@ -200,7 +215,7 @@ def results(folder: Path, askings: Iterable[Asking]) -> list[Kept]:
             for asking in askings:
                 try:
                     settings = differences(settings_of(one, asking.parameters))
-                    found.append(Kept(one.name, asking.noun, {}, settings, "", _broken(one), one))
+                    found.append(Kept(one.name, asking.noun, {}, settings, "", _doubted(one), one))
                     break
                 except (ElusiveError, ValueError, KeyError, TypeError):
                     continue
@@ -211,8 +226,8 @@ def kept_runs(folder: Path) -> list[Kept]:
     """List the runs in a workbench's folder, the newest first; what is no run is left out."""
     runs = folder / FOLDER
     found = []
-    for one in sorted(runs.iterdir(), reverse=True) if runs.is_dir() else ():
-        if NAME.fullmatch(one.name):
+    for one in sorted(runs.iterdir(), key=_number, reverse=True) if runs.is_dir() else ():
+        if _number(one):
             try:
                 found.append(read(one))
             except DataError:
@@ -221,8 +236,19 @@ def kept_runs(folder: Path) -> list[Kept]:
 
 
 def forget(run: Kept) -> None:
-    """Delete a run."""
-    shutil.rmtree(run.folder)
+    """Delete a run, unless another tab did.
+
+    Raises
+    ------
+    DataError
+        If its files cannot be deleted.
+    """
+    try:
+        shutil.rmtree(run.folder)
+    except FileNotFoundError:
+        pass
+    except OSError as error:
+        raise DataError(f"{run.name}: cannot be deleted ({error.strerror}); delete its folder yourself.") from None
 
 
 def served_file(folder: Path, run: str, name: str) -> Path | None:

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 from nicegui import ui
 
 from elusive.errors import DataError, ElusiveError
-from elusive.workbench.files import UPLOAD_MOST_BYTES, inside, read_upload
+from elusive.workbench.files import UPLOAD_MOST_BYTES, inside, read_upload, stranger
 from elusive.workbench.jobs import away
 from elusive.workbench.parts import errors_shown, refuse
 from elusive.workbench.settings import SETTINGS
@@ -75,10 +75,8 @@ def read_named(
     path = inside(folder, name, (*kinds, "") if folders else kinds)
     if not path.exists():
         raise DataError(f"{name}: is not in the workbench's folder; put it there, or send it.")
-    if path.is_dir():
-        strangers = [one.name for one in path.iterdir() if not one.resolve().is_relative_to(folder.resolve())]
-        if strangers:
-            raise DataError(f"{name}: {strangers[0]} leads out of the workbench's folder; put a copy there.")
+    if outer := stranger(folder, path):
+        raise DataError(f"{name}: {outer} leads out of the workbench's folder; put a copy there.")
     try:
         return read(path)
     except ElusiveError as error:

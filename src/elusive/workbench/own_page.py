@@ -44,7 +44,10 @@ COMPARED_MOST = 6
 
 @cache
 def _asking(noun: str) -> Asking:
-    return asking(next(one for one in SETTINGS.recordings if one.noun == noun))
+    for one in SETTINGS.recordings:
+        if one.noun == noun:
+            return asking(one)
+    raise DataError(f"{noun!r:.40}: is no kind of recording that is tracked here; its files stay in the folder.")
 
 
 class OwnState:
@@ -65,9 +68,10 @@ class OwnState:
 
     def again(self, run: Kept) -> None:
         """Take a run's files and settings, and see it."""
+        settings = settings_of(run.folder, _asking(run.noun).parameters)
         self.choose(run.noun)
         self.given[run.noun] = dict(run.given) or self.given[run.noun]
-        self.models[run.noun] = settings_of(run.folder, _asking(run.noun).parameters)
+        self.models[run.noun] = settings
         self.seen = run
 
 
@@ -75,6 +79,7 @@ class _Page:
     def __init__(self, state: OwnState) -> None:
         self._state = state
         self._forms: list[Form] = []
+        self._busy = state.job is not None
         with window() as (side, stage):
             with side:
                 kinds = {one.noun: one.name[:1].upper() + one.name[1:] for one in SETTINGS.recordings}
@@ -189,6 +194,7 @@ class _Page:
         found = await self._bar.run(Job(), lambda: lambda job: track(SETTINGS.folder, asked, given, model, job))
         if found is not None:
             state.seen = found
+        self._busy = False
         self._show()
 
     def _watch(self) -> None:
@@ -197,9 +203,16 @@ class _Page:
             of = f" of {job.total}" if job.total else ""
             words = f"{job.done}{of} done" if job.done else "reading ..."
             self._bar.tell(words, job.done / job.total if job.total else 0.0)
+        elif self._busy:  # started before this page was loaded anew
+            self._bar.tell("")
+            self._bar.show()
+            self._show()
+        self._busy = job is not None
 
     def _show(self) -> None:
         run = self._state.seen
+        if run is not None and not run.folder.is_dir():  # deleted elsewhere
+            run = self._state.seen = None
         self._result.clear()
         with self._result:
             if run is None:
@@ -235,7 +248,7 @@ class _Page:
 
     def _list(self) -> None:
         made = kept_runs(SETTINGS.folder)
-        runs = [*made, *results(SETTINGS.folder, (_asking(one.noun) for one in SETTINGS.recordings))]
+        runs = [*made, *results(SETTINGS.folder, [_asking(one.noun) for one in SETTINGS.recordings])]
         chosen: dict[str, bool] = {}
         self._runs.clear()
         with self._runs:
@@ -285,15 +298,14 @@ class _Page:
         second.visible = False
 
     def _forget(self, run: Kept) -> None:
-        forget(run)
-        if self._state.seen == run:
-            self._state.seen = None
+        with errors_shown():
+            forget(run)
         self._show()
 
 
 def _told(run: Kept) -> str:
     changed = ", ".join(f"{key} {value}" for key, value in flat(run.settings).items()) or "usual settings"
-    doubts = f"; to be doubted: {', '.join(one['name'] for one in run.findings)}" if run.findings else ""
+    doubts = f"; to be doubted: {', '.join(run.doubted)}" if run.doubted else ""
     return f"{run.noun}; {changed}{doubts}"
 
 
@@ -303,7 +315,7 @@ def compared_html(runs: list[Kept]) -> str:
     said = [dict(_rows(run.said)) for run in runs]
     names = dict.fromkeys(name for one in said for name in one)
     rows += [(name, *(one.get(name, "") for one in said)) for name in names]
-    rows.append(("To be doubted", *(", ".join(one["name"] for one in run.findings) or "nothing" for run in runs)))
+    rows.append(("To be doubted", *(", ".join(run.doubted) or "nothing" for run in runs)))
     return table_html(["", *(run.name for run in runs)], rows)
 
 

@@ -38,14 +38,14 @@ class VideoRadar(Model):
     pulse_m: Positive = Field(25.0, description="Resolution in range, half a pulse's length [m]")
     rotation_s: Positive = Field(2.5, description="Time of a turn [s]")
     bits: Literal[0, 4, 8] = Field(0, description="Bits of a sample; 0: not quantised")
-    gain: Positive = Field(1.0, description="Steps of a quantised sample to the noise's root mean square")
+    gain: Positive = Field(1.0, description="Root mean square of the noise [steps of a quantised sample]")
 
 
 class SeaState(Model):
     """What the sea returns."""
 
     law: Literal["k", "weibull"] = Field("k", description="Distribution of its amplitude")
-    shape: Positive = Field(5.0, description="Shape: nu of K, c of Weibull clutter; the lower the spikier")
+    shape: Positive = Field(5.0, description="Shape: nu of K clutter, exponent c of Weibull; the lower the spikier")
     clutter_db: float = Field(10.0, ge=-60, le=60, description="Sea clutter to noise, at 1 km [dB]")
     falls: NonNegative = Field(3.0, description="Sea clutter falls with this power of the range")
     swerling: Literal[0, 1, 3] = Field(1, description="How ships fluctuate from turn to turn")
