@@ -178,7 +178,7 @@ def test_what_is_no_run_any_more_is_left_out(tmp_path: Path, note: str, checks: 
     (tmp_path / "runs" / "002-b.csv" / "checks.json").write_bytes(checks.encode("latin-1"))
     (run,) = kept_runs(tmp_path)
     state = OwnState()
-    with pytest.raises(DataError, match="^'sonar': is no kind of recording that is tracked here"):
+    with pytest.raises(DataError, match=r"^'sonar': is no kind of recording that is tracked here"):
         state.again(run)  # of a system that is gone
     assert (state.noun, state.seen) == ("", None)
     forget(run)
