@@ -67,11 +67,6 @@ def test_the_table_has_a_line_for_each(flights, alone):
     assert files(single) == files(alone / "flight1")
 
 
-def test_two_processes_write_the_same_bytes(flights, alone, tmp_path):
-    assert track(flights, tmp_path / "out", "--workers", "2") == 2
-    assert files(tmp_path / "out") == files(alone)
-
-
 def test_a_cluster_writes_the_same_bytes(flights, alone, tmp_path):
     distributed = pytest.importorskip("distributed", reason="needs elusive[cluster]")
     with distributed.LocalCluster(
@@ -94,11 +89,11 @@ def killed(flights, out, workers, after):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no kill -9")
-def test_killed_and_resumed_it_writes_the_same_bytes(flights, alone, tmp_path, capsys):
+def test_killed_and_resumed_by_two_processes_it_writes_the_same_bytes(flights, alone, tmp_path, capsys):
     out = tmp_path / "out"
     killed(flights, out, 1, 1)
     assert not (out / "summary.csv").exists()
-    assert track(flights, out, "--workers", "1") == 2
+    assert track(flights, out, "--workers", "2") == 2
     assert "of 3 are there already" in capsys.readouterr().err
     assert files(out) == files(alone)
 

@@ -12,13 +12,14 @@ import threading
 import time
 import urllib.error
 import urllib.request
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 
 import numpy as np
 import pytest
 import yaml
 
 from elusive.cli import main
+from elusive.cli.health import MOST, health_page
 from tests.processes import HUNG_S, wait_until
 
 SENSORS = {"west": (-400.0, 0.0), "south": (0.0, -400.0), "east": (420.0, 60.0)}
@@ -157,6 +158,22 @@ def check_health(out, latest_s):
     assert "latency ms" in page
     assert token not in page
     assert latest_s > 0
+
+
+def test_the_health_page_answers_a_few_at_a_time_and_goes_on():
+    with health_page("127.0.0.1", 0, "0123456789abcdef", lambda: {"title": "x"}) as port, ExitStack() as open_ones:
+        idle = [open_ones.enter_context(socket.create_connection(("127.0.0.1", port))) for _ in range(MOST + 4)]
+        for each in idle[MOST:]:
+            each.settimeout(HUNG_S)
+            assert each.recv(1) == b""  # hung up on
+        open_ones.close()
+        where = f"http://127.0.0.1:{port}/health.json?token=0123456789abcdef"
+        until, said = time.monotonic() + HUNG_S, None
+        while said is None:
+            assert time.monotonic() < until
+            with suppress(OSError), urllib.request.urlopen(where, timeout=HUNG_S) as answer:
+                said = json.load(answer)
+        assert said == {"title": "x"}
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no kill -9")

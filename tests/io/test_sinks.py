@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import errno
 import json
 import math
 import os
 import socket
+import struct
+import sys
 import threading
 import time
 from collections import Counter
@@ -18,8 +21,9 @@ import pytest
 
 from elusive.errors import DataError
 from elusive.geometry.local_frame import LocalFrame
-from elusive.io.sinks import Ground, open_sinks
-from elusive.io.sinks.outlet import HELD, file_outlet
+from elusive.io.sinks import Ground, open_sinks, presence
+from elusive.io.sinks.outlet import HELD, file_outlet, tcp_outlet
+from elusive.io.sources import address_of
 from tests.brokers import broker, free_port
 from tests.processes import HUNG_S
 
@@ -189,6 +193,95 @@ def test_mqtt_tells_home_automation_who_is_there_and_that_nobody_is_any_more():
     assert ("home/hall/track/7", "") in came  # the topic is cleared
 
 
+class Broker:
+    """Keeps what is published before it says so; may fall silent, as one whose machine has lost its network."""
+
+    def __init__(self):
+        self.came, self.silent = [], threading.Event()
+        self.start(0)
+
+    def start(self, port):
+        self.server, self.connection = socket.create_server(("127.0.0.1", port)), None
+        self.port = self.server.getsockname()[1]
+        threading.Thread(target=self.serve, args=(self.server,), daemon=True).start()
+
+    def kill(self):
+        for each in filter(None, (self.server, self.connection)):
+            with contextlib.suppress(OSError):
+                each.shutdown(socket.SHUT_RDWR)
+            each.close()
+
+    def serve(self, server):
+        with contextlib.suppress(OSError):
+            self.connection = server.accept()[0]
+            with self.connection.makefile("rb") as file:
+                while head := file.read(1):
+                    size = shift = 0
+                    while (octet := file.read(1)[0]) & 128:
+                        size, shift = size | (octet & 127) << shift, shift + 7
+                    body = file.read(size | octet << shift)
+                    if not self.silent.is_set():
+                        self.answer(head[0] >> 4, body)
+
+    def answer(self, kind, body):
+        if kind == 1:
+            self.connection.sendall(b"\x20\x02\x00\x00")
+        elif kind == 3:
+            topic, rest = body[2 : 2 + body[1]].decode(), body[2 + body[1] :]
+            self.came.append((topic.removeprefix("hall/"), rest[2:].decode()))
+            self.connection.sendall(b"\x40\x02" + rest[:2])
+
+    def topic(self, name):
+        return [text for topic, text in self.came if topic == name]
+
+
+@pytest.fixture
+def keeping():
+    pytest.importorskip("paho.mqtt.client", reason="needs elusive[live]")
+    one = Broker()
+    yield one
+    one.kill()
+
+
+def test_a_broker_that_falls_silent_and_dies_gets_every_step_once_it_is_back(keeping):
+    sinks = opened(f"mqtt://127.0.0.1:{keeping.port}/hall")
+    waiting(lambda: keeping.topic("status"))
+    counts = sinks.each[0].counts
+    for k in range(300):
+        if k == 100:
+            waiting(lambda: counts["sent"] >= counts["published"])
+            keeping.silent.set()  # the loss is not noticed yet
+        if k == 130:
+            keeping.kill()
+        sinks.tell(record(k, [track(1, k, 0)]))
+    keeping.silent.clear()
+    keeping.start(keeping.port)
+    waiting(lambda: len(keeping.topic("tracks")) >= 300)
+    assert [json.loads(text)["unix_s"] - UNIX_S for text in keeping.topic("tracks")] == list(range(300))
+    assert keeping.topic("presence")[-1] == "ON"  # told again: a new broker knows nothing
+    assert len(keeping.topic("presence")) == 2
+    sinks.close()
+    assert keeping.topic("status")[-1] == "offline"
+
+
+def test_what_stands_at_a_broker_is_mended_where_too_much_waited(keeping, monkeypatch):
+    monkeypatch.setattr(presence, "HELD", 12)
+    keeping.silent.set()
+    sinks = opened(f"mqtt://127.0.0.1:{keeping.port}/hall")
+    for step in (record(0, [track(1, 0, 0)]), *(record(k, [track(1, k, 0)]) for k in range(1, 20)), record(20, [])):
+        sinks.tell(step)
+    waiting(lambda: keeping.connection)
+    keeping.kill()
+    keeping.silent.clear()
+    keeping.start(keeping.port)
+    waiting(lambda: sinks.each[0].counts["sent"] >= 12)
+    assert keeping.topic("track/1")[-1]  # that it has ended was lost
+    sinks.tell(record(21, []))
+    waiting(lambda: keeping.topic("track/1")[-1] == "")
+    sinks.close()
+    assert (keeping.topic("count")[-1], keeping.topic("presence")[-1]) == ("0", "OFF")
+
+
 def test_mot_lines_are_those_of_the_format(tmp_path):
     path = tmp_path / "mot.txt"
     steps = [record(k, [track(3, 9.0 + k, 4.0, u="px")]) for k in range(3)]
@@ -234,6 +327,38 @@ def test_a_listener_that_is_gone_for_a_while_gets_what_was_held():
     assert lines == list(range(50))
     assert "is tried again" in said[0]
     assert any("is back after" in sentence for sentence in said)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems do not tell what has been received")
+def test_what_the_other_machine_has_not_received_is_sent_again():
+    port, size, said = free_port(), 1000, []
+    with socket.create_server(("127.0.0.1", port)) as server:
+        outlet = tcp_outlet(address_of(f"ndjson+tcp://127.0.0.1:{port}", {"ndjson+tcp": ()}), said.append)
+        first = server.accept()[0]
+        for k in range(HELD // 2):
+            outlet.send(b"%0*d\n" % (size - 1, k))
+        had = -1
+        while had != (had := _waits(first)) or not outlet.counts["sent"]:  # until its machine takes no more
+            time.sleep(0.3)
+        first.close()
+    assert outlet.counts["sent"] * size > had  # more was handed over than received
+    with socket.create_server(("127.0.0.1", port)) as server:
+        second = server.accept()[0]
+        with closing(second), second.makefile("r") as file:
+            numbers = [int(next(file))]
+            numbers.extend(int(next(file)) for _ in range(HELD // 2 - 1 - numbers[0]))
+        outlet.close()
+    assert numbers == list(range(numbers[0], HELD // 2))
+    assert numbers[0] * size <= had
+    assert said
+
+
+def _waits(connection):
+    """Octets that a machine has received and nobody has read."""
+    import fcntl
+    import termios
+
+    return struct.unpack("i", fcntl.ioctl(connection, termios.FIONREAD, bytes(4)))[0]
 
 
 def test_a_full_disk_is_waited_for_and_no_line_is_cut(tmp_path, monkeypatch):

@@ -79,6 +79,13 @@ def test_who_connects_is_listened_to_and_a_line_without_end_is_left_out():
     assert feed.counts["spoilt"] == 1
 
 
+def test_a_file_that_grows_by_a_line_without_end_is_read_on_from_the_next(tmp_path):
+    path, feed = tmp_path / "log.csv", Feed(idle_s=0.2)
+    path.write_bytes(b"time_s,x\n1,2\n" + b"9" * (3 << 20) + b"\n3,4\n")
+    assert [text for _, text in lines_of(str(path), feed)] == ["time_s,x", "1,2", "3,4"]
+    assert feed.counts["spoilt"] == 1
+
+
 @pytest.mark.parametrize(("host", "option"), [("127.0.0.1", ""), ("239.192.7.8", "?interface=127.0.0.1")])
 def test_packets_come_whole_and_in_order(host, option):
     port, feed = free_port(socket.SOCK_DGRAM), Feed()

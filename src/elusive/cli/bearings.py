@@ -76,7 +76,7 @@ def track_bearings_command(
     check_live(feed is not None, idle_s, truth, strict=strict)
     known = known_truth(truth, "m", cutoff=truth_cutoff)
     source = open_bearings(bearings, None if sensors is None else read_sensors(sensors), feed=feed)
-    sinks = sinks_of(to, "bearings", "m", origin, y_axis_deg)
+    sinks = sinks_of(to, "bearings", "m", origin, y_axis_deg, live=feed is not None)
     if feed is not None:
         _live(source, fed(source, feed), parameters, out, sinks)
         return
@@ -89,7 +89,7 @@ def track_bearings_command(
     geographic = () if source.sites.frame is None else ("tracks.geojson",)
     files = ("report.html", "report.png", "tracks.csv", *geographic, "result.nc", "checks.json", "config.yaml")
     tell_written(out, files, outcome.scored)
-    send_recording(sinks, out / "tracks.csv")
+    send_recording(sinks, out)
     tell_findings(outcome.findings, strict=strict)
 
 

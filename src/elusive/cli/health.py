@@ -14,9 +14,37 @@ from urllib.parse import parse_qs, urlsplit
 
 from elusive.errors import DataError
 
+MOST = 16  # connections at a time
 PAGE = """<!doctype html><meta charset="utf-8"><meta http-equiv="refresh" content="2"><title>{title}</title>
 <style>body{{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem}}
 td{{padding:.2rem 1rem .2rem 0;vertical-align:top}}</style><h1>{title}</h1><table>{rows}</table>"""
+
+
+class Bounded(ThreadingHTTPServer):
+    """Answers so many at once; whoever comes then is hung up on."""
+
+    daemon_threads, request_queue_size = True, MOST
+
+    def __init__(self, *given: Any) -> None:
+        self._free = threading.BoundedSemaphore(MOST)
+        super().__init__(*given)
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        """Answer, where one is free."""
+        if self._free.acquire(blocking=False):
+            super().process_request(request, client_address)
+        else:
+            self.shutdown_request(request)
+
+    def process_request_thread(self, request: Any, client_address: Any) -> None:
+        """Answer, and be free again."""
+        try:
+            super().process_request_thread(request, client_address)
+        finally:
+            self._free.release()
+
+    def handle_error(self, *_: Any) -> None:
+        """Say nothing: who asks has gone."""
 
 
 @contextmanager
@@ -72,12 +100,11 @@ def health_page(host: str, port: int, token: str, health: Callable[[], Mapping[s
             """Say nothing: a request's line holds the token."""
 
     try:
-        server = ThreadingHTTPServer((host, port), Page)
+        server = Bounded((host, port), Page)
     except OSError as error:
         raise DataError(
             f"health: port {port} of {host} cannot be had ({error.strerror or error}); name another."
         ) from None
-    server.daemon_threads = True
     thread = threading.Thread(target=server.serve_forever, name="health", daemon=True)
     thread.start()
     try:

@@ -82,9 +82,7 @@ def track_images_command(
     """Track targets too faint to threshold through a sequence of frames, recorded or as they come."""
     parameters = ImageTracking(**nested(ImageTracking, given, read_yaml(config) if config else {}))
     follow = follow or is_live(source)
-    if not follow and any(name.startswith("mot:") for name in to or ()):
-        raise ParameterError("--to mot: is of frames as they come; a recording has tracks_mot.csv in its folder.")
-    sinks = sinks_of(to, "images", "px")
+    sinks = sinks_of(to, "images", "px", live=follow)
     check_live(follow, idle_s, truth)
     if follow:
         if times is not None or start or stop is not None:
@@ -98,7 +96,7 @@ def track_images_command(
         outcome = track_recording(frames, parameters, out, truth=known, cutoff_px=truth_cutoff, on_frame=advance)
     show_run(outcome.tracked.title, outcome.tracked.rows, outcome.findings)
     tell_written(out, FILES, outcome.scored)
-    send_recording(sinks, out / "tracks.csv")
+    send_recording(sinks, out)
     tell_findings(outcome.findings, strict=strict)
 
 

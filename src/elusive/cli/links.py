@@ -115,7 +115,7 @@ def track_links_command(
     feed = feed_of(log, follow, idle_s, hold_s)
     check_live(feed is not None, idle_s, truth, strict=strict)
     network = read_nodes(nodes)
-    sinks = sinks_of(to, "links", "m", origin, y_axis_deg)
+    sinks = sinks_of(to, "links", "m", origin, y_axis_deg, live=feed is not None)
     source = open_link_log(
         log,
         network,
@@ -146,7 +146,7 @@ def track_links_command(
         show("Tracks", tracked.header, tracked.tracks)
     show_run(tracked.title, tracked.rows, outcome.findings)
     tell_written(out, FILES, outcome.scored)
-    send_recording(sinks, out / "tracks.csv")
+    send_recording(sinks, out)
     tell_findings(outcome.findings, strict=strict)
 
 

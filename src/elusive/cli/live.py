@@ -11,6 +11,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Annotated, Any
 
+import numpy as np
 import typer
 from rich.markup import escape
 
@@ -27,6 +28,7 @@ from elusive.results.live import LiveEnd, LiveStep
 from elusive.tracking.memory import Memory
 
 FAILED = 2
+OF_NOW = ("nmea", "cot", "mqtt", "mqtts", "mot")  # sinks that a recording is not sent to
 NO_SINKS = Sinks((), Watch("m", None))
 Follow = Annotated[
     bool, typer.Option("--follow", help="Track live: a line of JSON to standard output as each measurement comes.")
@@ -47,7 +49,8 @@ To = Annotated[
     typer.Option(
         "--to",
         help="Where tracks go too, several times: ndjson:FILE, geojson:FILE, nmea+udp://HOST:PORT, "
-        "cot+udp://HOST:PORT, cot+tcp://HOST:PORT, mqtt://HOST/SITE, mot:FILE; - is standard output.",
+        "cot+udp://HOST:PORT, cot+tcp://HOST:PORT, mqtt://HOST/SITE, mot:FILE; - is standard output. "
+        "A recording goes to ndjson and geojson only, every step at once when it has been tracked.",
     ),
 ]
 Origin = Annotated[
@@ -66,14 +69,17 @@ def sinks_of(
     origin: tuple[float, float] | None = None,
     y_axis_deg: float | None = None,
     *,
+    live: bool,
     located: bool = False,
 ) -> Sinks:
     """Open the sinks that were asked for; ``located``: the tracks say longitude and latitude themselves.
 
+    Those that show what is there now are refused for a recording.
+
     Raises
     ------
     ParameterError
-        If a place is given that nothing needs.
+        If a place is given that nothing needs, or a sink is of what is live.
     DataError
         If a sink has no meaning, or does not fit the tracks.
     """
@@ -84,22 +90,34 @@ def sinks_of(
         if not to:
             raise ParameterError("--origin: has no meaning without --to; leave it out.")
         ground = Ground(LocalFrame.at(*origin), math.radians(y_axis_deg or 0.0))
+    for name in () if live else to or ():
+        form = name.partition(":")[0].partition("+")[0].lower()
+        if form in OF_NOW and (form != "mot" or unit == "px"):  # else it means nothing, as is said below
+            instead = "tracks_mot.csv has it" if form == "mot" else "play it with elusive replay, and take --follow"
+            raise ParameterError(
+                f"--to {name}: shows what is there now, which a recording does not tell; {instead}, or take ndjson."
+            )
     return open_sinks(to or (), system=system, unit=unit, ground=ground, say=tell, located=located)
 
 
-def send_recording(sinks: Sinks, tracks: Path) -> None:
-    """Send the tracks of a recording that has been tracked, step by step."""
-    from elusive.results.log import read_tracks_csv  # loads what live runs do not need here
-
+def send_recording(sinks: Sinks, folder: Path) -> None:
+    """Send a recording's steps, those without a track too, from the folder of its results."""
     if not sinks.each:
         return
-    log = read_tracks_csv(tracks)
+    import h5netcdf  # type: ignore[import-untyped]
+
+    from elusive.results.log import read_tracks_csv  # loads what live runs do not need here
+
+    log = read_tracks_csv(folder / "tracks.csv")
+    with h5netcdf.File(folder / "result.nc", "r") as file:  # the table lacks the steps without a track
+        times_s = np.unique(file["step_time"][:])
     rows = log.rows
-    for number in range(len(log.steps)):
-        of_step = rows[rows["step"] == number]
-        cells = [dict(zip(log.columns.names[1:], row[1:], strict=True)) for row in log.columns.cells(of_step)]
-        time_s = float(log.steps["time_s"][number])
-        sinks.tell({"time_s": time_s, "unix_s": time_s, "tracks": cells})
+    ends = np.searchsorted(rows["time_s"], times_s, side="right").tolist()
+    for time_s, start, end in zip(times_s.tolist(), [0, *ends], ends, strict=False):
+        cells = log.columns.cells(rows[start:end])
+        sinks.tell(
+            {"time_s": time_s, "tracks": [dict(zip(log.columns.names[1:], row[1:], strict=True)) for row in cells]}
+        )
     sinks.close()
 
 

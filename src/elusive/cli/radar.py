@@ -110,12 +110,12 @@ def track_radar_command(
                 "follow: a live table needs --radar-lat-deg and --radar-lon-deg, the origin of places, and takes the "
                 "radar's own way from its columns: neither --own-ship nor --radar-code."
             )
-        sinks = sinks_of(to, "radar", "m", place if to else None)
+        sinks = sinks_of(to, "radar", "m", place if to else None, live=True)
         scans = follow_radar_plots(plots, feed, rotation_s=rotation_s, place_deg=place, radar=radar_code)
         _live(fed(scans, feed), parameters, out, LocalFrame.at(*place), chart or (), sinks)
         return
     source = _opened(Path(plots), rotation_s, radar_code, radar_lat, radar_lon, own_ship)
-    sinks = sinks_of(to, "radar", "m", source.place_deg if to else None)
+    sinks = sinks_of(to, "radar", "m", source.place_deg if to else None, live=False)
     with bar("scans", None) as advance:
         outcome = track_radar_recording(
             source, parameters, out, charts=chart or (), truth=truth, truth_mmsi=truth_mmsi, cutoff_m=truth_cutoff,
@@ -128,7 +128,7 @@ def track_radar_command(
     show_run(tracked.title, tracked.rows, outcome.findings)
     files = ("tracks.csv", "tracks.geojson", "result.nc", "report.html", "report.png", "checks.json", "config.yaml")
     tell_written(out, files, outcome.scored)
-    send_recording(sinks, out / "tracks.csv")
+    send_recording(sinks, out)
     tell_findings(outcome.findings, strict=strict)
 
 

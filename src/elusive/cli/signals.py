@@ -70,7 +70,7 @@ def track_signals_command(
 ) -> None:
     """Track objects that differ from a signal's noise only in their statistics."""
     parameters = SignalTracking(**nested(SignalTracking, given, read_yaml(config) if config else {}))
-    sinks = sinks_of(to, "signals", "samples")
+    sinks = sinks_of(to, "signals", "samples", live=False)
     known = known_truth(truth, "samples", one_based=truth_one_based, cutoff=truth_cutoff)
     frames = open_signal(
         recording, frame_samples=frame_samples, hop_samples=hop_samples, channel=channel, start=start, stop=stop,
@@ -86,7 +86,7 @@ def track_signals_command(
         show("Tracks", [name.partition(" [")[0] for name in tracked.header], tracked.tracks)
     show_run(tracked.title, tracked.rows, outcome.findings)
     tell_written(out, FILES, outcome.scored)
-    send_recording(sinks, out / "tracks.csv")
+    send_recording(sinks, out)
     tell_findings(outcome.findings, strict=strict)
 
 

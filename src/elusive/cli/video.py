@@ -91,7 +91,7 @@ def track_video_command(
     feed = feed_of(video, follow, idle_s)
     check_live(feed is not None, idle_s, truth, strict=strict)
     source = open_radar_video(video, radar=which, rotation_s=rotation_s, from_bow=from_bow, feed=feed)
-    sinks = sinks_of(to, "video", "m", located=True)
+    sinks = sinks_of(to, "video", "m", live=feed is not None, located=True)
     geographic = next((f"--to {name}" for name in to or () if is_geographic(name)), "")
     setting: dict[str, Any] = {
         "radar_lon_deg": radar_lon, "radar_lat_deg": radar_lat, "charts": chart or (), "needs_place": geographic,
@@ -119,7 +119,7 @@ def track_video_command(
     show_run(tracked.title, tracked.rows, outcome.findings)
     files = ["tracks.csv", "resting.csv", "result.nc", "report.html", "report.png", "checks.json", "config.yaml"]
     tell_written(out, files[:1] + ["tracks.geojson"] * (tracked.lonlat is not None) + files[1:], outcome.scored)
-    send_recording(sinks, out / "tracks.csv")
+    send_recording(sinks, out)
     tell_findings(outcome.findings, strict=strict)
 
 

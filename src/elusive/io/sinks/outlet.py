@@ -5,6 +5,8 @@ from __future__ import annotations
 import contextlib
 import os
 import socket
+import struct
+import sys
 import threading
 import time
 from collections import Counter, deque
@@ -167,19 +169,51 @@ def file_outlet(path: str, say: Callable[[str], None]) -> HeldOutlet:
 
 
 def tcp_outlet(address: Address, say: Callable[[str], None]) -> HeldOutlet:
-    """Send over TCP to who listens there."""
+    """Send over TCP to who listens there; what the other machine has not received when it breaks is sent again."""
+    sent: deque[tuple[int, bytes]] = deque()  # the connection's octets up to a message's end, and the message
 
     def opened() -> tuple[Callable[[bytes], None], Callable[[], None]]:
         connection = socket.create_connection((address.host, address.port), CONNECT_S)
+        again, total = [message for _, message in sent], 0
+        sent.clear()
 
         def send(message: bytes) -> None:
+            while again:
+                one(again[0])
+                del again[0]
+            one(message)
+
+        def one(message: bytes) -> None:
+            nonlocal total
             if _hung_up(connection):
                 raise ConnectionResetError("hung up")
             connection.sendall(message)
+            total += len(message)
+            sent.append((total, message))
+            received = total - _unreceived(connection)
+            while sent and sent[0][0] <= received:
+                sent.popleft()
 
-        return send, connection.close
+        def close() -> None:
+            received = total - _unreceived(connection)
+            left = [message for end, message in sent if end > received]
+            sent.clear()
+            sent.extend((0, message) for message in (*left, *again))
+            connection.close()
+
+        return send, close
 
     return HeldOutlet(address.text, opened, say)
+
+
+def _unreceived(connection: socket.socket) -> int:
+    """Return how many octets the other machine has not said to have received; 0 where the system does not tell."""
+    if sys.platform != "linux":
+        return 0
+    import fcntl
+    import termios
+
+    return int(struct.unpack("i", fcntl.ioctl(connection, termios.TIOCOUTQ, bytes(4)))[0])
 
 
 def _hung_up(connection: socket.socket) -> bool:

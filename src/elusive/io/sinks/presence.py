@@ -17,6 +17,7 @@ from elusive.io.sources.address import Address
 from elusive.io.sources.mqtt import client_for
 
 DISCOVERY = "homeassistant"
+QUEUE_FULL = 15  # of paho-mqtt
 
 
 class Presence:
@@ -46,6 +47,7 @@ class Presence:
         self._client.on_connect, self._client.on_disconnect = self._joined, self._gone
         self._client.on_publish = self._published
         self._latest: int | None = None
+        self._owed: dict[str, str] = {}  # retained topics that another value stands under, by what they should say
         self._discovery = address.options.get("discovery", DISCOVERY)
         self._closed = False
         self._client.connect_async(address.host, address.port)
@@ -56,6 +58,8 @@ class Presence:
         return lambda: self._tell(told)
 
     def _tell(self, told: Told) -> None:
+        for topic, payload in list(self._owed.items()):
+            self._publish(topic, payload, retain=True)
         present = [seen for seen in told.seen if seen.status == "confirmed"]
         for seen in told.ended:
             self._publish(f"track/{seen.track}", json_line({"track": seen.track, "present": False}))
@@ -64,8 +68,7 @@ class Presence:
             self._publish(f"track/{seen.track}", json_line(self._where(seen)), retain=True)
         if self._latest != len(present):
             self._latest = len(present)
-            self._publish("count", str(len(present)), retain=True)
-            self._publish("presence", "ON" if present else "OFF", retain=True)
+            self._publish_count(self._latest)
         whole = {"unix_s": told.unix_s, "count": len(present), "tracks": [self._where(seen) for seen in present]}
         self._publish("tracks", json_line(whole), retain=True)
 
@@ -90,11 +93,20 @@ class Presence:
             told |= {"longitude": round(seen.lon_deg, 7), "latitude": round(seen.lat_deg, 7)}
         return told
 
+    def _publish_count(self, present: int) -> None:
+        self._publish("count", str(present), retain=True)
+        self._publish("presence", "ON" if present else "OFF", retain=True)
+
     def _publish(self, topic: str, payload: str, *, retain: bool | None = None) -> None:
         keep = payload == "" if retain is None else retain  # an empty message that is retained clears a topic
         code = self._client.publish(f"{self._prefix}/{topic}", payload, qos=1, retain=keep).rc
         self.counts["published"] += 1
-        self.counts["dropped"] += code == 15  # its queue is full
+        lost = code == QUEUE_FULL
+        self.counts["dropped"] += lost
+        if keep and lost:
+            self._owed[topic] = payload
+        elif keep:
+            self._owed.pop(topic, None)
 
     def _published(self, *_: Any) -> None:
         self.counts["sent"] += 1
@@ -107,6 +119,8 @@ class Presence:
             self._say(f"{self.name}: is back; what waited is sent now.")
         self.counts["joined"] += 1
         self._publish("status", "online", retain=True)
+        if self._latest is not None:  # a broker that was started anew may have forgotten
+            self._publish_count(self._latest)
         for kind, config in self._entities():
             topic = f"{self._discovery}/{kind}/{config['unique_id']}/config"
             if self._discovery:

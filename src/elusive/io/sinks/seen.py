@@ -59,7 +59,7 @@ class Told(NamedTuple):
     """A step as sinks take it."""
 
     record: Mapping[str, Any]  # as it stands in a line of JSON
-    unix_s: float
+    unix_s: float  # NaN of a recording that does not tell
     seen: tuple[Seen, ...]  # those that go on
     ended: tuple[Seen, ...]  # where they were seen last
 
@@ -85,7 +85,7 @@ class Watch:
     def take(self, record: Mapping[str, Any]) -> Told:
         """Take in a step's record."""
         time_s = float(record["time_s"])
-        self._unix_s = time_s if time_s > SINCE_1970_S else float(record["unix_s"])
+        self._unix_s = time_s if time_s > SINCE_1970_S else _number(record, "unix_s")
         shown = (track for track in record["tracks"] if track.get("shown", 1) != 0)  # of images: what does not rest
         now = {int(track["track"]): self._seen(track, time_s) for track in shown}
         here = {number: seen for number, seen in now.items() if seen.status != "deleted"}

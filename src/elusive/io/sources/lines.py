@@ -16,6 +16,7 @@ from elusive.io.sources import mqtt, packets, tcp
 from elusive.io.sources.address import Address, address_of, is_address
 from elusive.io.sources.feed import Feed
 
+LONGEST_RECORDED = 1 << 26  # octets of a line where nothing is live
 POLL_S = 0.05  # how often a growing file is looked at
 STRICT = Feed(lenient=False)  # of what is recorded: a fault ends it
 KNOWN = {"tcp": tcp.OPTIONS, "udp": packets.OPTIONS["udp"], "mqtt": mqtt.OPTIONS, "mqtts": mqtt.OPTIONS}
@@ -84,11 +85,22 @@ def _whole_lines(opened: Callable[[], BinaryIO], name: str, feed: Feed | None) -
 
 def _to_the_end(file: BinaryIO, name: str, feed: Feed | None) -> Generator[bytes, None, bool]:
     """Yield the lines of an open file; returns whether another has taken its place."""
-    begun = b""
+    begun, passing = b"", False
     if feed is not None:
         feed.stir()
     while True:
-        octets = file.readline()
+        longest = LONGEST_RECORDED if feed is None else tcp.LONGEST
+        octets = file.readline(longest)
+        if len(begun) + len(octets) >= longest:
+            sentence = f"{name}: a line is longer than {longest} octets."
+            if feed is None:
+                raise DataError(f"{sentence} Measurements are shorter: check that it is the right file.")
+            if not passing:
+                feed.spoilt(sentence)
+            begun, passing = b"", True
+        if passing and octets:
+            passing = not octets.endswith(b"\n")
+            continue
         if feed is not None and not octets.endswith(b"\n"):
             # the end of the file, perhaps in the middle of a line that is being written
             begun += octets
