@@ -264,6 +264,17 @@ def test_a_broker_that_falls_silent_and_dies_gets_every_step_once_it_is_back(kee
     assert keeping.topic("status")[-1] == "offline"
 
 
+def test_a_broker_that_was_never_there_is_said():
+    pytest.importorskip("paho.mqtt.client", reason="needs elusive[live]")
+    said = []
+    sinks = opened(f"mqtt://127.0.0.1:{free_port()}/hall", said=said)
+    sinks.tell(STEPS[0])
+    waiting(lambda: said)
+    sinks.close()
+    assert "no broker answers there" in said[0]
+    assert "messages could not be sent any more" in said[1]
+
+
 def test_what_stands_at_a_broker_is_mended_where_too_much_waited(keeping, monkeypatch):
     monkeypatch.setattr(presence, "HELD", 12)
     keeping.silent.set()

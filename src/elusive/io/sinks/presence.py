@@ -45,7 +45,8 @@ class Presence:
         self._client.max_queued_messages_set(HELD)
         self._client.will_set(f"{self._prefix}/status", "offline", qos=1, retain=True)
         self._client.on_connect, self._client.on_disconnect = self._joined, self._gone
-        self._client.on_publish = self._published
+        self._client.on_publish, self._client.on_connect_fail = self._published, self._never
+        self._failed = False
         self._latest: int | None = None
         self._owed: dict[str, str] = {}  # retained topics that another value stands under, by what they should say
         self._discovery = address.options.get("discovery", DISCOVERY)
@@ -79,6 +80,9 @@ class Presence:
         until_s = time.monotonic() + CLOSING_S
         while self.counts["sent"] < self.counts["published"] - self.counts["dropped"] and time.monotonic() < until_s:
             time.sleep(0.02)
+        left = self.counts["published"] - self.counts["dropped"] - self.counts["sent"]
+        if left > 0:
+            self._say(f"{self.name}: {left} messages could not be sent any more.")
         self._client.disconnect()
         self._client.loop_stop()
 
@@ -126,6 +130,11 @@ class Presence:
             if self._discovery:
                 self._client.publish(topic, json.dumps(config), qos=1, retain=True)
                 self.counts["published"] += 1
+
+    def _never(self, *_: Any) -> None:
+        if not (self._failed or self.counts["joined"] or self._closed):
+            self._say(f"{self.name}: no broker answers there; it is tried again, and what happens meanwhile is held.")
+        self._failed = True
 
     def _gone(self, *_: Any) -> None:
         if not self._closed:
