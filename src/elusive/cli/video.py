@@ -110,7 +110,7 @@ def track_video_command(
         return
     with bar("turns", None) as advance:
         outcome = track_video_recording(
-            source, parameters, out, truth=truth, cutoff_m=truth_cutoff, on_turn=advance, **setting
+            source, parameters, out, truth=truth, cutoff_m=truth_cutoff, on_start=_say, on_turn=advance, **setting
         )
     tracked = outcome.tracked
     console.print(escape(tracked.verdict), highlight=False)
@@ -142,7 +142,7 @@ def plots_command(
     with bar("turns", None) as advance:
         found = write_video_plots(
             source, parameters, out, radar_lon_deg=radar_lon, radar_lat_deg=radar_lat, charts=chart or (),
-            on_turn=advance,
+            on_start=_say, on_turn=advance,
         )  # fmt: skip
     mean = found.plots / max(found.turns, 1)
     console.print(f"Written to {out}: {found.plots} plots of {found.turns} turns, {mean:.1f} a turn.", highlight=False)
@@ -156,3 +156,7 @@ def plots_command(
         f"--range-sd-m {found.deviations[0]:.3g} --bearing-sd-mrad {1000 * found.deviations[1]:.3g}"
     )
     console.print(f"To track: {escape(command)} --out tracks", highlight=False, soft_wrap=True)
+
+
+def _say(sentence: str) -> None:
+    console.print(sentence, highlight=False, soft_wrap=True)

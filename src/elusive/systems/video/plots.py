@@ -79,9 +79,12 @@ def write_video_plots(
     radar_lon_deg: float | None = None,
     radar_lat_deg: float | None = None,
     charts: Sequence[str | Path] = (),
+    on_start: Callable[[str], None] = lambda sentence: None,
     on_turn: Callable[[int], None] | None = None,
 ) -> VideoPlots:
     """Write the plots of a recording as CSV, which :func:`~elusive.io.open_radar_plots` reads.
+
+    ``on_start`` is told the memory that is needed, before it is taken.
 
     ``snr_db`` is ten times the logarithm of the evidence: in Rayleigh clutter, of power to the clutter's mean.
 
@@ -93,6 +96,7 @@ def write_video_plots(
         If the parameters do not fit the recording.
     """
     start = start_of(source, parameters, radar_lon_deg, radar_lat_deg, "chart" if charts else "")
+    on_start(start.sentence)
     sensor, threshold = start.sensor, parameters.threshold(start.sensor)
     map_at = None
     if charts and start.frame is not None:

@@ -99,7 +99,7 @@ def video_drawing(tracked: VideoTracked) -> draw.Drawing:
     layers = [
         plan,
         draw.area(tracked.land, colour="--shore", name="charted shore") if tracked.land else None,
-        draw.points(np.array(tracked.resting).reshape(-1, 2), "--plot", marker="square", size=6, name="lies still"),
+        draw.points(np.array(tracked.resting).reshape(-1, 2), "--plot", marker="ring", size=8, name="at rest"),
         *(
             draw.line(x, y, "--truth", 2, times=draw.rounded(time, 4), head="diamond", width=4, alpha=0.5, name="truth")
             for time, x, y in (ship.T[:3] for ship in (() if tracked.truth is None else tracked.truth.paths))
@@ -127,9 +127,9 @@ def video_drawing(tracked: VideoTracked) -> draw.Drawing:
     panels = [
         draw.plane("Where? The plan (PPI)", extent, layers, axes=axes, span=8, rows=2, **degrees),
         draw.graph(
-            "Range and azimuth (B-scan)", (0, shown.reach_m, 0, 360), [scan, *marks], "range [m]", "azimuth [°]", span=4
+            "B-scan", (0, shown.reach_m, 0, 360), [scan, *marks], "range [m]", "azimuth [°]", span=4,
         ),
-        draw.chart("Is it there? Existence of each track", tracked.times_s, existence, reach=(0.0, 1.02)),
+        draw.chart("Is it there? Existence of each track", tracked.times_s, existence, reach=(0.0, 1.02), span=4),
         None if tracked.scored is None else gospa_chart(*tracked.scored.series),
     ]  # fmt: skip
     events = sorted((float(one.times_s[np.argmax(one.confirmed)]), "is confirmed", one.track) for one in tracked.paths)

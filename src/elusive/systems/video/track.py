@@ -121,6 +121,7 @@ def track_video_recording(
     truth: str | Path | None = None,
     cutoff_m: float | None = None,
     needs_place: str = "",
+    on_start: Callable[[str], None] = lambda sentence: None,
     on_turn: Callable[[int], None] | None = None,
 ) -> VideoOutcome:
     """Track ships through a recording and write ``tracks.csv``, ``resting.csv``, ``result.nc`` and a report.
@@ -147,6 +148,8 @@ def track_video_recording(
         Distance up to which a track can stand for a ship, and c of GOSPA; None: 100 m.
     needs_place
         What else needs to know where the radar is, if anything, for the sentence that it does not.
+    on_start
+        Called with a sentence on the memory that is needed, before it is taken.
     on_turn
         Called with the number of turns done.
 
@@ -158,6 +161,7 @@ def track_video_recording(
         If the parameters do not fit the recording.
     """
     start = start_of(source, parameters, radar_lon_deg, radar_lat_deg, needs_place or ("chart" if charts else ""))
+    on_start(start.sentence)
     tracker, laid = lay(start, charts, parameters)
     counts: Counter[str] = Counter()
     moves = radar_lon_deg is None

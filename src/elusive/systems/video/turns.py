@@ -26,6 +26,13 @@ class VideoStart(NamedTuple):
 
     sensor: RadarVideo
     frame: LocalFrame | None  # about the radar's first place; None where that is not known
+    held_bytes: float  # what cells take, of turns and of what is learnt
+
+    @property
+    def sentence(self) -> str:
+        """What is taken, before it is."""
+        rows, columns = self.sensor.shape
+        return f"A turn is {rows} x {columns} cells; they take {self.held_bytes / 1e6:.3g} MB, however long it lasts."
 
 
 class Heard(NamedTuple):
@@ -63,13 +70,13 @@ def start_of(
             "give the radar's own beam and pulse, or fewer --learning-turns."
         )
     if lon_deg is not None and lat_deg is not None:
-        return VideoStart(sensor, LocalFrame.at(lon_deg, lat_deg))
+        return VideoStart(sensor, LocalFrame.at(lon_deg, lat_deg), needed)
     known = first.lonlat_deg[np.isfinite(first.lonlat_deg).all(axis=1)]
     if needs_place and not len(known):
         raise DataError(
             f"{needs_place}: the recording does not say where the radar is; give --radar-lat-deg and --radar-lon-deg."
         )
-    return VideoStart(sensor, LocalFrame.at(*known[0].tolist()) if len(known) else None)
+    return VideoStart(sensor, LocalFrame.at(*known[0].tolist()) if len(known) else None, needed)
 
 
 def turns_of(
