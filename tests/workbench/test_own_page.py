@@ -7,6 +7,7 @@ import threading
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -128,6 +129,14 @@ def test_a_run_is_that_of_the_command_and_one_called_off_leaves_nothing(heard: P
         assert served_file(folder, *stranger) is None
 
 
+def colours(closing: Any) -> list[str]:
+    """Of the words that close what is told, and of what they stand on."""
+    found: list[str] = closing.evaluate(
+        "(one) => [getComputedStyle(one).color, getComputedStyle(one.closest('.q-notification')).backgroundColor]"
+    )
+    return found
+
+
 class Midway(Job):
     """Is called off as soon as something is done."""
 
@@ -197,6 +206,7 @@ def test_a_recording_is_refused_then_tracked_kept_compared_and_deleted(
     button(page, "Open a recording").click()
     button(page, "Run").click()
     told(page, "What do you have? Choose the kind of recording first.")
+    assert colours(button(page, "Close")) == ["rgb(255, 255, 255)", "rgb(180, 35, 24)"]
 
     def choose(key: str, name: str) -> None:
         page.locator(f'[data-field="{key}"]').first.click()

@@ -7,6 +7,7 @@ import socket
 import threading
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,12 +21,29 @@ from elusive.workbench.jobs import CancelledError, Job, away
 from elusive.workbench.server import serve
 from tests.processes import HUNG_S
 from tests.workbench.conftest import Served
-from tests.workbench.test_links_page import READY, OpenTab, at, button, field, step, told
+from tests.workbench.test_links_page import READY, SHOWN, OpenTab, at, button, download, field, step, told
 
 LOG = b"time_s," + b",".join(f"{a}-{b}-0".encode() for a in range(12) for b in range(12) if a != b)
 
 
-def test_a_run_stays_with_its_settings_and_the_page_says_what_was_changed(served: Served, open_tab: OpenTab) -> None:
+# first time, seconds passed in one second at speed 1, seconds between two times, the speed's name, room beside -200
+SECOND_PLAYED = """({made}) => {
+  const {times} = made.spec, {view, canvas} = made.panels[0], pen = canvas.getContext("2d");
+  pen.font = "11px system-ui, sans-serif";
+  made.speed.value = 1;
+  made.show(0);
+  made.play(true);
+  made.tick(1000);
+  made.tick(2000);
+  made.play(false);
+  const room = view.left - 21 - pen.measureText("-200").width;
+  return [times[0], times[made.index] - times[0], times[1] - times[0], made.speed.selectedOptions[0].text, room];
+}"""
+
+
+def test_a_run_stays_with_its_settings_and_the_page_says_what_was_changed(
+    served: Served, open_tab: OpenTab, tmp_path: Path
+) -> None:
     page = open_tab().page
     page.goto(f"{served.address}/links")
     field(page, "simulation.walks.users").fill("1")
@@ -33,8 +51,19 @@ def test_a_run_stays_with_its_settings_and_the_page_says_what_was_changed(served
     button(page, "Create paths").click()
     told(page, "1 people, 90 steps")
     step(page, "4 Algorithm")
+    held: list[Any] = []
+    page.route("**/blocks/*", lambda route: held.append(route))  # no builtin is taken
     button(page, "Apply").click()
+    told(page, "The frames are coming ...")  # and no panel is black until then
+    for route in held:
+        route.continue_()
+    page.unroute("**/blocks/*")
     page.locator(READY).wait_for()  # it goes on to what was tracked
+    first, passed, gap, words, room = page.locator(SHOWN).evaluate(SECOND_PLAYED)
+    assert first > 0  # the clock goes on after calibration
+    assert passed == pytest.approx(1.0, abs=gap)
+    assert words == "1 ×"
+    assert room > 0
     assert page.locator('[role=tabpanel][aria-label="5 Tracking"]').is_visible()
     step(page, "4 Algorithm")
     field(page, "tracking.method.threshold.alpha").fill("0.75")
@@ -56,6 +85,7 @@ def test_a_run_stays_with_its_settings_and_the_page_says_what_was_changed(served
     assert page.locator("input[type=range]").get_attribute("max") == "149"
     step(page, "6 Performance")
     page.locator("[data-mota='Kept run']").wait_for()
+    assert download(page, "Tracks as CSV", tmp_path).read_text().startswith("time_s,track,")
     step(page, "4 Algorithm")
     field(page, "tracking.method.threshold.alpha").fill("0.6")
     told(page, "Changed since this run: Alpha 0.9 -> 0.6.")

@@ -21,6 +21,7 @@ export default {
   methods: {
     async show() {
       const asked = this.spec;
+      if (!this.made) this.$el.textContent = "The frames are coming ...";
       try {
         const spec = asked.url ? await (await fetched(asked.url)).json() : JSON.parse(JSON.stringify(asked));
         const bytes = async ({ url }) => new Uint8Array(await (await fetched(url)).arrayBuffer());

@@ -42,6 +42,6 @@ async def build(example: bool) -> None:
 PAGE = Page(
     "/images", TITLE,
     "Targets too faint to threshold that appear, move and disappear: frames, particles, existence of each, error.",
-    "30 frames of 20 x 20 with a target of 6.7 dB in frames 6 to 24 of Amrouche et al. (2018), beside one of 10 dB.",
+    "30 frames of 20 x 20, a target of 6.7 dB in frames 5 to 23 (from 0) of Amrouche et al. (2018), and one of 10 dB.",
     build,
 )  # fmt: skip
