@@ -243,6 +243,9 @@ def test_a_recording_is_refused_then_tracked_kept_compared_and_deleted(
     button(other, "Delete 001-bearings.csv").click()
     button(other, "Delete for good").locator("visible=true").click()
     other.locator('[data-run="001-bearings.csv"]').wait_for(state="detached")
+    button(other, "Open 002-bearings.csv").click()
+    other.get_by_text("Bearings from a few places").wait_for()
+    other.frame_locator("iframe").locator(".drawing[data-ready=yes]").wait_for()
     assert other.evaluate("document.documentElement.scrollWidth") <= 800
     button(page, "Open 001-bearings.csv").click()
     told(page, "001-bearings.csv: holds no config.yaml")

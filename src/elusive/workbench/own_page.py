@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -10,24 +9,11 @@ from nicegui import ui
 
 from elusive.errors import DataError
 from elusive.model import Model
-from elusive.workbench.asking import Asked, Asking, asking, listed, refused
-from elusive.workbench.exports import table_html
+from elusive.workbench.asking import Asked, listed, refused
 from elusive.workbench.files import PLAIN, UPLOAD_MOST_BYTES
 from elusive.workbench.jobs import Job, away
-from elusive.workbench.kept_runs import (
-    CONFIG,
-    FOLDER,
-    REPORT,
-    Kept,
-    each_setting,
-    flat,
-    forget,
-    kept_runs,
-    results,
-    settings_of,
-    shown_command,
-    track,
-)
+from elusive.workbench.kept_runs import FOLDER, Kept, settings_of, track
+from elusive.workbench.own_runs import RunList, asking_of, show_run
 from elusive.workbench.parts import Form, are_right, errors_shown, refuse
 from elusive.workbench.run_bar import RunBar
 from elusive.workbench.session import state_of
@@ -39,15 +25,6 @@ LEAD = (
     "Say what you have, choose its files, press Run: it is tracked as the command line does it, and what came of it is "
     "kept in the workbench's folder, with its report, until you delete it."
 )
-COMPARED_MOST = 6
-
-
-@cache
-def _asking(noun: str) -> Asking:
-    for one in SETTINGS.recordings:
-        if one.noun == noun:
-            return asking(one)
-    raise DataError(f"{noun!r:.40}: is no kind of recording that is tracked here; its files stay in the folder.")
 
 
 class OwnState:
@@ -64,11 +41,11 @@ class OwnState:
         """Take another kind of recording."""
         self.noun = noun
         self.given.setdefault(noun, {})
-        self.models.setdefault(noun, _asking(noun).parameters())
+        self.models.setdefault(noun, asking_of(noun).parameters())
 
     def again(self, run: Kept) -> None:
         """Take a run's files and settings, and see it."""
-        settings = settings_of(run.folder, _asking(run.noun).parameters)
+        settings = settings_of(run.folder, asking_of(run.noun).parameters)
         self.choose(run.noun)
         self.given[run.noun] = dict(run.given) or self.given[run.noun]
         self.models[run.noun] = settings
@@ -83,15 +60,17 @@ class _Page:
         with window() as (side, stage):
             with side:
                 kinds = {one.noun: one.name[:1].upper() + one.name[1:] for one in SETTINGS.recordings}
-                ui.select(kinds, value=state.noun or None, label="What do you have?", on_change=self._chosen).props(
-                    'dense outlined data-field="kind"'
-                ).classes("w-full")
+                self._kind = (
+                    ui.select(kinds, value=state.noun or None, label="What do you have?", on_change=self._chosen)
+                    .props('dense outlined data-field="kind"')
+                    .classes("w-full")
+                )
                 self._bar = RunBar(state, self._run)
                 self._inputs = ui.column().classes("w-full gap-2 ew-wide")
             with stage:
                 self._result = ui.column().classes("w-full gap-3")
         with ui.element("section").classes("ew-box w-full"):
-            self._runs = ui.column().classes("w-full gap-2")
+            self._runs = RunList(self._open, self._show)
         ui.timer(0.2, self._watch)
         self._build()
         self._show()
@@ -106,7 +85,7 @@ class _Page:
         self._forms = []
         if not self._state.noun:
             return
-        state, asked = self._state, _asking(self._state.noun)
+        state, asked = self._state, asking_of(self._state.noun)
         needed = [one for one in asked.asked if one.needed or one.is_file]
         with self._inputs:
             for one in needed:
@@ -177,7 +156,7 @@ class _Page:
         return model
 
     def _reset(self) -> None:
-        self._state.models[self._state.noun] = _asking(self._state.noun).parameters()
+        self._state.models[self._state.noun] = asking_of(self._state.noun).parameters()
         self._build()
 
     async def _run(self) -> None:
@@ -185,7 +164,7 @@ class _Page:
         if not state.noun:
             refuse("What do you have? Choose the kind of recording first.")
             return
-        asked, given, model = _asking(state.noun), dict(state.given[state.noun]), state.models[state.noun]
+        asked, given, model = asking_of(state.noun), dict(state.given[state.noun]), state.models[state.noun]
         if (sentence := refused(asked, given, SETTINGS.folder)) != "":
             refuse(sentence)
             return
@@ -220,109 +199,15 @@ class _Page:
                     "ew-note"
                 )
             else:
-                self._show_run(run)
-        self._list()
-
-    def _show_run(self, run: Kept) -> None:
-        address = f"/{FOLDER}/{run.name}"
-        ui.label(run.name).classes("ew-section")
-        changed = ", ".join(f"{key} {value}" for key, value in flat(run.settings).items())
-        ui.label(f"Settings: {changed or 'the usual ones'}").classes("ew-note")
-        if REPORT in run.files:
-            # a report is a file like others: what it asks of the workbench is refused
-            ui.html(
-                f'<iframe class="ew-report" src="{address}/{REPORT}" title="Report of {run.name}" '
-                'sandbox="allow-scripts allow-downloads"></iframe>', sanitize=False,
-            ).classes("w-full")  # fmt: skip
-        with ui.element("div").classes("ew-row"):
-            for name in run.files:
-                ui.button(name, on_click=lambda name=name: ui.download(f"{address}/{name}", name)).props(
-                    "outline no-caps dense"
-                )
-        if not run.given:
-            return
-        with ui.element("p").classes("ew-note"):
-            ui.label("The same without a browser, in the workbench's folder:")
-            config = f"{run.folder.relative_to(SETTINGS.folder)}/{CONFIG}" if run.settings else ""
-            ui.label(shown_command(_asking(run.noun), run.given, config)).classes("ew-code")
-
-    def _list(self) -> None:
-        made = kept_runs(SETTINGS.folder)
-        runs = [*made, *results(SETTINGS.folder, [_asking(one.noun) for one in SETTINGS.recordings])]
-        chosen: dict[str, bool] = {}
-        self._runs.clear()
-        with self._runs:
-            ui.label("Runs that are kept").classes("ew-section")
-            if not runs:
-                ui.label("None yet.").classes("ew-note")
-                return
-            compared = ui.element("div").classes("ew-scroll")
-
-            def compare(name: str, taken: bool) -> None:
-                chosen[name] = taken
-                compared.clear()
-                some = [run for run in runs if chosen.get(run.name)][:COMPARED_MOST]
-                if len(some) > 1:
-                    with compared:
-                        ui.html(compared_html(some), sanitize=False)
-
-            for run in runs:
-                with ui.element("div").classes("ew-row").props(f'data-run="{run.name}"'):
-                    ui.checkbox(on_change=lambda event, name=run.name: compare(name, event.value)).props(
-                        f'dense aria-label="Compare {run.name}"'
-                    )
-                    ui.label(run.name)
-                    ui.label(_told(run)).classes("ew-note ew-grow")
-                    ui.button("Open", on_click=lambda run=run: self._open(run)).props(
-                        f'flat no-caps dense aria-label="Open {run.name}"'
-                    )
-                    if run in made:
-                        self._deleting(run)
+                show_run(run)
+        self._runs.show()
 
     def _open(self, run: Kept) -> None:
         with errors_shown():
             self._state.again(run)
+            self._kind.value = run.noun
             self._build()
             self._show()
-
-    def _deleting(self, run: Kept) -> None:
-        """Build what deletes a run at its second press."""
-
-        def ask() -> None:
-            first.visible, second.visible = False, True
-
-        first = ui.button("Delete", on_click=ask).props(f'flat no-caps dense aria-label="Delete {run.name}"')
-        second = ui.button("Delete for good", on_click=lambda: self._forget(run)).props(
-            "unelevated no-caps dense color=negative"
-        )
-        second.visible = False
-
-    def _forget(self, run: Kept) -> None:
-        with errors_shown():
-            forget(run)
-        self._show()
-
-
-def _told(run: Kept) -> str:
-    changed = ", ".join(f"{key} {value}" for key, value in flat(run.settings).items()) or "usual settings"
-    doubts = f"; to be doubted: {', '.join(run.doubted)}" if run.doubted else ""
-    return f"{run.noun}; {changed}{doubts}"
-
-
-def compared_html(runs: list[Kept]) -> str:
-    """Return a table of runs: what was set otherwise, and what they came to, a column each."""
-    rows = [(key, *values) for key, values in each_setting(runs)]
-    said = [dict(_rows(run.said)) for run in runs]
-    names = dict.fromkeys(name for one in said for name in one)
-    rows += [(name, *(one.get(name, "") for one in said)) for name in names]
-    rows.append(("To be doubted", *(", ".join(run.doubted) or "nothing" for run in runs)))
-    return table_html(["", *(run.name for run in runs)], rows)
-
-
-def _rows(said: str) -> list[tuple[str, str]]:
-    """Return names and values of the table of a run, as the command printed it."""
-    lines = [line.split("│") for line in said.splitlines()]
-    return [(cells[1].strip(), cells[2].strip()) for cells in lines if len(cells) == 4 and cells[1].strip()]
 
 
 def _names() -> list[str]:

@@ -21,8 +21,8 @@ def start_page() -> None:
         with ui.element("article").classes("ew-card"):
             ui.html(f"<h2>{OWN[1]}</h2>", sanitize=False)
             ui.html(
-                "<p>Frames, a radio network's log, a signal, a radar's plots, bearings: choose the files, press Run, "
-                "and see the report. Runs are kept and compared.</p>", sanitize=False,
+                "<p>Frames, a radio network's log, a signal, a radar's plots or video, bearings: choose the files, "
+                "press Run, and see the report. Runs are kept and compared.</p>", sanitize=False,
             ).classes("ew-grow")  # fmt: skip
             with ui.element("div").classes("ew-row"):
                 ui.button("Open a recording", on_click=lambda: ui.navigate.to(OWN[0])).props("unelevated no-caps")

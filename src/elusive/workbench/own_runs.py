@@ -1,0 +1,157 @@
+"""Runs that the workbench keeps, as a page shows them: one with its report and files, all in a list, some compared."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+
+from nicegui import ui
+
+from elusive.errors import DataError
+from elusive.workbench.asking import Asking, asking
+from elusive.workbench.exports import table_html
+from elusive.workbench.kept_runs import (
+    CONFIG,
+    FOLDER,
+    REPORT,
+    Kept,
+    each_setting,
+    flat,
+    forget,
+    kept_runs,
+    results,
+    shown_command,
+)
+from elusive.workbench.parts import errors_shown
+from elusive.workbench.settings import SETTINGS
+
+COMPARED_MOST = 6
+
+
+@cache
+def asking_of(noun: str) -> Asking:
+    """Return what the command of a kind of recording asks for.
+
+    Raises
+    ------
+    DataError
+        If there is none of that kind.
+    """
+    for one in SETTINGS.recordings:
+        if one.noun == noun:
+            return asking(one)
+    raise DataError(f"{noun!r:.40}: is no kind of recording that is tracked here; its files stay in the folder.")
+
+
+def show_run(run: Kept) -> None:
+    """Build what came of a run: its settings, report, files, and the command that repeats it."""
+    address = f"/{FOLDER}/{run.name}"
+    ui.label(run.name).classes("ew-section")
+    changed = ", ".join(f"{key} {value}" for key, value in flat(run.settings).items())
+    ui.label(f"Settings: {changed or 'the usual ones'}").classes("ew-note")
+    if REPORT in run.files:
+        # a report is a file like others: what it asks of the workbench is refused
+        ui.html(
+            f'<iframe class="ew-report" src="{address}/{REPORT}" title="Report of {run.name}" '
+            'sandbox="allow-scripts allow-downloads"></iframe>', sanitize=False,
+        ).classes("w-full")  # fmt: skip
+    with ui.element("div").classes("ew-row"):
+        for name in run.files:
+            ui.button(name, on_click=lambda name=name: ui.download(f"{address}/{name}", name)).props(
+                "outline no-caps dense"
+            )
+    if not run.given:
+        return
+    with ui.element("p").classes("ew-note"):
+        ui.label("The same without a browser, in the workbench's folder:")
+        config = f"{run.folder.relative_to(SETTINGS.folder)}/{CONFIG}" if run.settings else ""
+        ui.label(shown_command(asking_of(run.noun), run.given, config)).classes("ew-code")
+
+
+class RunList:
+    """The list of all runs.
+
+    Parameters
+    ----------
+    open_run
+        Opens one.
+    deleted
+        Done after one is deleted.
+    """
+
+    def __init__(self, open_run: Callable[[Kept], None], deleted: Callable[[], None]) -> None:
+        self._open, self._deleted = open_run, deleted
+        self._box = ui.column().classes("w-full gap-2")
+
+    def show(self) -> None:
+        """Build it anew from what stands in the folder."""
+        made = kept_runs(SETTINGS.folder)
+        runs = [*made, *results(SETTINGS.folder, [asking_of(one.noun) for one in SETTINGS.recordings])]
+        chosen: dict[str, bool] = {}
+        self._box.clear()
+        with self._box:
+            ui.label("Runs that are kept").classes("ew-section")
+            if not runs:
+                ui.label("None yet.").classes("ew-note")
+                return
+            compared = ui.element("div").classes("ew-scroll")
+
+            def compare(name: str, taken: bool) -> None:
+                chosen[name] = taken
+                compared.clear()
+                some = [run for run in runs if chosen.get(run.name)][:COMPARED_MOST]
+                if len(some) > 1:
+                    with compared:
+                        ui.html(compared_html(some), sanitize=False)
+
+            for run in runs:
+                with ui.element("div").classes("ew-row").props(f'data-run="{run.name}"'):
+                    ui.checkbox(on_change=lambda event, name=run.name: compare(name, event.value)).props(
+                        f'dense aria-label="Compare {run.name}"'
+                    )
+                    ui.label(run.name)
+                    ui.label(_told(run)).classes("ew-note ew-grow")
+                    ui.button("Open", on_click=lambda run=run: self._open(run)).props(
+                        f'flat no-caps dense aria-label="Open {run.name}"'
+                    )
+                    if run in made:
+                        self._deleting(run)
+
+    def _deleting(self, run: Kept) -> None:
+        """Build what deletes a run at its second press."""
+
+        def ask() -> None:
+            first.visible, second.visible = False, True
+
+        first = ui.button("Delete", on_click=ask).props(f'flat no-caps dense aria-label="Delete {run.name}"')
+        second = ui.button("Delete for good", on_click=lambda: self._forget(run)).props(
+            "unelevated no-caps dense color=negative"
+        )
+        second.visible = False
+
+    def _forget(self, run: Kept) -> None:
+        with errors_shown():
+            forget(run)
+        self._deleted()
+
+
+def _told(run: Kept) -> str:
+    changed = ", ".join(f"{key} {value}" for key, value in flat(run.settings).items()) or "usual settings"
+    doubts = f"; to be doubted: {', '.join(run.doubted)}" if run.doubted else ""
+    return f"{run.noun}; {changed}{doubts}"
+
+
+def compared_html(runs: list[Kept]) -> str:
+    """Return a table of runs: what was set otherwise, and what they came to, a column each."""
+    rows = [(key, *values) for key, values in each_setting(runs)]
+    said = [dict(_rows(run.said)) for run in runs]
+    names = dict.fromkeys(name for one in said for name in one)
+    rows += [(name, *(one.get(name, "") for one in said)) for name in names]
+    rows.append(("To be doubted", *(", ".join(run.doubted) or "nothing" for run in runs)))
+    return table_html(["", *(run.name for run in runs)], rows)
+
+
+def _rows(said: str) -> list[tuple[str, str]]:
+    """Return names and values of the table of a run, as the command printed it."""
+    lines = [line.split("│") for line in said.splitlines()]
+    return [(cells[1].strip(), cells[2].strip()) for cells in lines if len(cells) == 4 and cells[1].strip()]
