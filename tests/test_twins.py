@@ -38,6 +38,8 @@ TWINS: dict[str, dict[str, str]] = {
     },
     "filters.gaussian._batch_kernels": {"tracked": "filters/gaussian/test_track_batch.py::alone"},
     "filters.gaussian._bearing_kernels": {
+        "bearing_rows": "filters/gaussian/test_map_smoother.py::twin.residuals",
+        "curvature": "filters/gaussian/test_extended_kalman.py::twin.filtered",
         "loss_of": "filters/gaussian/test_map_smoother.py::twin.residuals",
         "move": "filters/gaussian/test_map_smoother.py::twin.moved",
     },

@@ -106,7 +106,7 @@ def peaks_of(number: int, places: np.ndarray, strength: np.ndarray, offset: np.n
     m = len(order)
     flag, one = np.ones(m, np.bool_), np.ones(m)
     return Peaks(
-        number, places[order], strength[order], one, flag, ~flag, strength[order], -5 * one, 0.2 * one, offset, step,
+        number, places[order], strength[order], one, flag, ~flag, strength[order], offset, step,
         number == 0, 1.0, 0.0, np.zeros(11),
     )  # fmt: skip
 

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import csv
-import functools
 import glob
 import hashlib
-import inspect
 import io
 import json
 import os
 import shutil
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from importlib import import_module
 from itertools import islice
@@ -23,7 +21,7 @@ from typing import Any, NamedTuple
 import typer
 from rich.markup import escape
 
-from elusive.cli.terminal import Scheduler, Workers, console, heed_interrupt
+from elusive.cli.terminal import console, heed_interrupt
 from elusive.errors import DataError, ElusiveError, ParameterError
 from elusive.io._order import natural_key
 from elusive.io.atomic import atomic_path, existing_folder
@@ -42,35 +40,6 @@ class Recording(NamedTuple):
 
     path: str
     name: str  # of its folder
-
-
-def of_many(place: str, command: Callable[..., None]) -> Callable[..., None]:
-    """Give a command of `elusive track` the options that make it one of many recordings.
-
-    Parameters
-    ----------
-    place
-        Where the command is, ``package.module:name``.
-    command
-        It; its first parameter is the recording, ``out`` its folder.
-    """
-    signature = inspect.signature(command, eval_str=True)
-    options = [
-        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=kind)
-        for name, kind in (("workers", Workers), ("scheduler", Scheduler))
-    ]
-
-    @functools.wraps(command)
-    def one_or_many(*, workers: int | None = None, scheduler: str | None = None, **given: Any) -> None:
-        if workers is None and scheduler is None:
-            command(**given)
-        else:
-            track_many(place, next(iter(signature.parameters)), given, workers, scheduler)
-
-    keywords = [each.replace(kind=inspect.Parameter.KEYWORD_ONLY) for each in signature.parameters.values()]
-    one_or_many.__signature__ = signature.replace(parameters=[*keywords, *options])  # type: ignore[attr-defined]
-    one_or_many.__annotations__ = {each.name: each.annotation for each in [*keywords, *options]}
-    return one_or_many
 
 
 def track_many(place: str, source: str, given: Mapping[str, Any], workers: int | None, scheduler: str | None) -> None:
