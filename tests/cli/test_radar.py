@@ -271,7 +271,7 @@ CELL = ["--chart", "AA5TEST.000"]
         (chart("", "plots.csv"), [], "plots.csv: is empty"),
         (chart("time,range\n1,2\n", "plots.csv"), [], "name them time_s,range_m,bearing_deg"),
         (nothing, ["--knowledge", "hard", "--tolerance", "0.01"], "--tolerance: has no meaning for knowledge 'hard'"),
-        (nothing, ["--truth-mmsi", "4"], "truth_mmsi: has no meaning without a truth"),
+        (nothing, ["--truth-mmsi", "4"], "--truth-mmsi: has no meaning without --truth"),
         (
             nothing,
             ["--coast-error", "fresh", "--coast-correlation-m", "9"],

@@ -7,6 +7,7 @@ import json
 import numpy as np
 import pytest
 
+from elusive.cli import main
 from elusive.cli.live import send_recording, sinks_of
 from elusive.errors import ParameterError
 from elusive.results import TrackLog, write_result, write_tracks_csv
@@ -45,3 +46,21 @@ def test_each_step_of_a_recording_is_sent_and_no_clock_is_made_up(tmp_path, epoc
 def test_a_recording_does_not_go_to_who_shows_what_is_there_now(name, instead):
     with pytest.raises(ParameterError, match=instead):
         sinks_of([name], "images", "px", live=False)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "images frames --follow --truth-cutoff-px 3",
+        "links log.csv --nodes nodes.csv --follow --truth-cutoff-m 3",
+        "bearings bearings.csv --follow --truth-cutoff-m 3",
+        "radar plots.csv --follow --truth-cutoff-m 3",
+        "radar plots.csv --follow --truth-mmsi 123456789",
+        "video video.npz --truth-cutoff-m 3",
+    ],
+)
+def test_what_is_for_scores_alone_is_refused_without_a_truth(words, tmp_path, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["track", *words.split(), "--out", str(tmp_path / "out")])
+    assert ended.value.code == 2
+    assert ": has no meaning without --truth; give that, or leave it out." in " ".join(capsys.readouterr().err.split())

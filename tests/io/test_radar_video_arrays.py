@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray
 
-from elusive.errors import DataError
+from elusive.errors import DataError, ParameterError
 from elusive.io.radar_video import open_radar_video
 from elusive.io.radar_video_arrays import write_radar_video_arrays
 from elusive.io.radar_video_facts import describe_radar_video
@@ -35,6 +35,13 @@ def test_what_is_written_reads_back(tmp_path: Path, name: str, bits: int) -> Non
     np.testing.assert_array_equal(found.time_s, written.time_s)
     for name in ("azimuth_rad", "heading_rad", "lonlat_deg", "range_m"):
         np.testing.assert_allclose(getattr(found, name), getattr(written, name), atol=1e-9)
+
+
+@pytest.mark.parametrize("option", ["radar", "from_bow"])
+def test_what_arrays_say_themselves_is_not_taken_from_elsewhere(tmp_path: Path, option: str) -> None:
+    write_radar_video_arrays(tmp_path / "video.npz", [video(8)])
+    with pytest.raises(ParameterError, match=f"^{option}: has no meaning for arrays, which say it themselves"):
+        open_radar_video(tmp_path / "video.npz", **{option: "0/1"})
 
 
 def test_another_reader_reads_the_netcdf(tmp_path: Path) -> None:

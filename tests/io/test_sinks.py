@@ -97,7 +97,7 @@ def test_lines_of_json_and_geojson_carry_all_and_tell_who_has_ended(tmp_path):
 
 
 def test_nmea_is_read_back_by_another_reader(ear):
-    pynmea2 = pytest.importorskip("pynmea2", reason="needs elusive[live]")
+    pynmea2 = pytest.importorskip("pynmea2", reason="needs elusive[test]")
     told(opened(f"nmea+udp://127.0.0.1:{ear.getsockname()[1]}"))
     sentences = [octets.decode("ascii") for octets in heard(ear, 6)]
     assert max(map(len, sentences)) <= 82

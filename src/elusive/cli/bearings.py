@@ -25,7 +25,18 @@ from elusive.cli.live import (
     sinks_of,
     tell,
 )
-from elusive.cli.terminal import Config, Out, Strict, bar, console, known_truth, show_run, tell_findings, tell_written
+from elusive.cli.terminal import (
+    Config,
+    Out,
+    Strict,
+    bar,
+    check_scores,
+    console,
+    known_truth,
+    show_run,
+    tell_findings,
+    tell_written,
+)
 from elusive.errors import ParameterError
 from elusive.io.arrivals import Arrivals, fed
 from elusive.io.bearings import BearingSource, open_bearings, read_sensors
@@ -74,6 +85,7 @@ def track_bearings_command(
     feed = feed_of(bearings, follow, idle_s, hold_s)
     parameters = _tracking(given, read_yaml(config) if config else {}, live=feed is not None)
     check_live(feed is not None, idle_s, truth, strict=strict)
+    check_scores(truth, truth_cutoff=truth_cutoff)
     known = known_truth(truth, "m", cutoff=truth_cutoff)
     source = open_bearings(bearings, None if sensors is None else read_sensors(sensors), feed=feed)
     sinks = sinks_of(to, "bearings", "m", origin, y_axis_deg, live=feed is not None)

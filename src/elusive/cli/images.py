@@ -18,6 +18,7 @@ from elusive.cli.terminal import (
     Out,
     Strict,
     bar,
+    check_scores,
     console,
     known_truth,
     show_run,
@@ -84,6 +85,7 @@ def track_images_command(
     follow = follow or is_live(source)
     sinks = sinks_of(to, "images", "px", live=follow)
     check_live(follow, idle_s, truth)
+    check_scores(truth, truth_one_based=truth_one_based, truth_cutoff=truth_cutoff)
     if follow:
         if times is not None or start or stop is not None:
             name = "--times" if times is not None else "--start" if start else "--stop"

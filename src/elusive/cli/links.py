@@ -29,6 +29,7 @@ from elusive.cli.terminal import (
     Out,
     Strict,
     bar,
+    check_scores,
     console,
     known_truth,
     show,
@@ -114,6 +115,7 @@ def track_links_command(
     parameters = _within(parameters, area, area_file)
     feed = feed_of(log, follow, idle_s, hold_s)
     check_live(feed is not None, idle_s, truth, strict=strict)
+    check_scores(truth, truth_cutoff=truth_cutoff)
     network = read_nodes(nodes)
     sinks = sinks_of(to, "links", "m", origin, y_axis_deg, live=feed is not None)
     source = open_link_log(

@@ -22,7 +22,18 @@ from elusive.cli.live import (
     send_recording,
     sinks_of,
 )
-from elusive.cli.terminal import Config, Out, Strict, bar, console, show, show_run, tell_findings, tell_written
+from elusive.cli.terminal import (
+    Config,
+    Out,
+    Strict,
+    bar,
+    check_scores,
+    console,
+    show,
+    show_run,
+    tell_findings,
+    tell_written,
+)
 from elusive.errors import ParameterError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io import RadarScan, RadarSource, open_radar_plots
@@ -103,6 +114,7 @@ def track_radar_command(
     parameters = RadarTracking(**nested(RadarTracking, given, read_yaml(config) if config else {}))
     feed = feed_of(plots, follow, idle_s, hold_s)
     check_live(feed is not None, idle_s, truth, strict=strict)
+    check_scores(truth, truth_cutoff=truth_cutoff, truth_mmsi=truth_mmsi)
     if feed is not None:
         place = _place(radar_lat, radar_lon)
         if place is None or own_ship is not None or (radar_code is not None and not is_asterix(plots)):

@@ -97,12 +97,22 @@ def known_truth(path: Path | None, unit: Unit, *, one_based: bool = False, cutof
     """Read where targets truly are, if that is told; what has a meaning for scores alone is refused without."""
     from elusive.io.truth import read_truth
 
-    if path is None:
-        for name, given in (("--truth-one-based", one_based), ("--truth-cutoff", cutoff is not None)):
-            if given:
-                raise ParameterError(f"{name}: has no meaning without --truth; give that, or leave it out.")
-        return None
-    return read_truth(path, unit, one_based=one_based)
+    check_scores(path, truth_one_based=one_based, truth_cutoff=cutoff)
+    return None if path is None else read_truth(path, unit, one_based=one_based)
+
+
+def check_scores(truth: Path | None, **given: object) -> None:
+    """Refuse options, by their names, that have a meaning for scores alone where no truth is told.
+
+    Raises
+    ------
+    ParameterError
+        If one is given.
+    """
+    for name, value in given.items():
+        if truth is None and value is not None and value is not False:
+            flag = name.replace("_", "-")
+            raise ParameterError(f"--{flag}: has no meaning without --truth; give that, or leave it out.")
 
 
 def tell_written(out: Path, files: Sequence[str], scored: object) -> None:

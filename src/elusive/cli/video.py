@@ -12,7 +12,18 @@ import typer
 from rich.markup import escape
 
 from elusive.cli.live import Follow, IdleS, To, check_live, feed_of, run_live, send_recording, sinks_of, tell
-from elusive.cli.terminal import Config, Out, Strict, bar, console, show, show_run, tell_findings, tell_written
+from elusive.cli.terminal import (
+    Config,
+    Out,
+    Strict,
+    bar,
+    check_scores,
+    console,
+    show,
+    show_run,
+    tell_findings,
+    tell_written,
+)
 from elusive.io.arrivals import fed
 from elusive.io.radar_video import open_radar_video
 from elusive.io.sinks.opening import is_geographic
@@ -90,6 +101,7 @@ def track_video_command(
     parameters = VideoTracking(**nested(VideoTracking, given, read_yaml(config) if config else {}))
     feed = feed_of(video, follow, idle_s)
     check_live(feed is not None, idle_s, truth, strict=strict)
+    check_scores(truth, truth_cutoff=truth_cutoff)
     source = open_radar_video(video, radar=which, rotation_s=rotation_s, from_bow=from_bow, feed=feed)
     sinks = sinks_of(to, "video", "m", live=feed is not None, located=True)
     geographic = next((f"--to {name}" for name in to or () if is_geographic(name)), "")

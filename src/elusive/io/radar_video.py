@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import cast
 
-from elusive.errors import DataError
+from elusive.errors import DataError, ParameterError
 from elusive.io._asterix_blocks import raw_blocks
 from elusive.io._file_kinds import is_asterix, kind_of
 from elusive.io._internet import Datagram, datagrams
@@ -121,6 +121,8 @@ def open_radar_video(
     ------
     DataError
         If there is no such file, or it is known to hold something else; the sentence says what, and what to do.
+    ParameterError
+        If ``radar`` or ``from_bow`` is given for arrays.
     """
     name = str(source)
 
@@ -142,6 +144,9 @@ def open_radar_video(
     with _reading(name), opened(path) as file:
         head = file.peek(16)[:16]
     if is_arrays(head):
+        for option, given in (("radar", radar is not None), ("from_bow", from_bow)):
+            if given:
+                raise ParameterError(f"{option}: has no meaning for arrays, which say it themselves; leave it out.")
         return RadarVideoSource(name, lambda counts, said: spokes_of_arrays(path, rotation_s))
     if not is_capture(head[:4]) and not is_asterix(head):
         raise DataError(f"{source}: is {kind_of(head)} and no radar video; {NO_VIDEO}.")
