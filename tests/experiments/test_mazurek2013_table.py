@@ -15,7 +15,7 @@ import pytest
 
 from elusive.campaign import make_executor
 from elusive.experiments.mazurek2013.reproduce import reproduce
-from elusive.experiments.mazurek2013.table import CHECK, CHECK_RUNS, SIGMAS, Cell, combined_error
+from elusive.experiments.mazurek2013.table import CHECK, CHECK_RUNS, SIGMAS, Cell
 from elusive.experiments.mazurek2013.trial import NoiseObjectTrial, trial
 
 DEVIATIONS = 3.5
@@ -51,6 +51,18 @@ def excess(one: np.ndarray, other: np.ndarray) -> float:
     difference = one - other
     spread = difference.std(ddof=1) / np.sqrt(len(difference))
     return float(difference.mean() / spread) if spread else 0.0
+
+
+def combined_error(mean: float, trials: int, printed: str) -> float:
+    """Return the standard error of the difference between a mean over trials and a check value.
+
+    An error is nil (or a sample or two) where the object is found, and uniform from 0 to twice the chance level where
+    it is missed: with mean m and chance level c its variance is ``4/3 c m - m^2``. Both sides are taken to have the
+    same mean, the pooled one, since a few lost runs in a side that saw none would otherwise count as impossible.
+    """
+    check = float(printed)
+    pooled = min((mean * trials + check * CHECK_RUNS) / (trials + CHECK_RUNS), CHANCE)
+    return float(np.sqrt((4 / 3 * CHANCE * pooled - pooled**2) * (1 / trials + 1 / CHECK_RUNS)))
 
 
 def assert_agrees(mean: float, trials: int, printed: str) -> None:

@@ -2,21 +2,16 @@
 
 from elusive.checks.files import write_checks
 from elusive.checks.finding import Fact, Finding, broken, doubted, grave
-from elusive.checks.places import dispersion_of, nearest_of
-from elusive.checks.residuals import Scale, bias_of, lag_of, quantile_of, scale_of, share_of
+from elusive.checks.residuals import Scale, lag_of, scale_of, share_of
 
 __all__ = [
     "Fact",
     "Finding",
     "Scale",
-    "bias_of",
     "broken",
-    "dispersion_of",
     "doubted",
     "grave",
     "lag_of",
-    "nearest_of",
-    "quantile_of",
     "scale_of",
     "share_of",
     "write_checks",

@@ -1,4 +1,4 @@
-"""Residuals of what was claimed against what came: scale, bias, quantiles, correlation in time, shares.
+"""Residuals of what was claimed against what came: scale, correlation in time, shares.
 
 Each test has a tolerance, within which a model is as good as right, and remarks beyond it only where the number of
 samples makes that certain: a model on the tolerance's edge is remarked on with probability `level`, a right one with
@@ -68,26 +68,6 @@ def scale_of(
     return Scale(*facts)
 
 
-def quantile_of(
-    values: Array, probability: float, expected: float, *, tolerance: float, independent: float = 1.0,
-    level: float = LEVEL,
-) -> Fact:  # fmt: skip
-    """Compare a quantile with what it should be; ``tolerance`` is an addend, in the values' unit.
-
-    Parameters
-    ----------
-    values
-        ``(n,)``; NaN are left out.
-    probability, expected
-        Which quantile, and where it should lie.
-    tolerance, independent, level
-        See the module.
-    """
-    known = np.asarray(values, dtype=np.float64).ravel()
-    known = known[np.isfinite(known)]
-    return _quantile(known, probability, (expected - tolerance, expected, expected + tolerance), independent, level)
-
-
 def _quantile(
     known: Array, probability: float, band: tuple[float, float, float], independent: float, level: float
 ) -> Fact:
@@ -122,28 +102,6 @@ def share_of(
     many = at_least(hit, count, min(expected + tolerance, 1.0)) < level / 2
     few = at_least(count - hit, count, min(1 - expected + tolerance, 1.0)) < level / 2
     return Fact(expected, hits / samples if samples else math.nan, not (many or few), count)
-
-
-def bias_of(residuals: Array, *, tolerance: float = 0.25, independent: float = 1.0, level: float = LEVEL) -> Fact:
-    """Compare the mean of signed residuals, in deviations, with 0: by their own spread, at most a few deviations each.
-
-    Parameters
-    ----------
-    residuals
-        ``(n,)``; NaN are left out.
-    tolerance
-        Deviations that a mean may be off.
-    independent, level
-        See the module.
-    """
-    known = np.asarray(residuals, dtype=np.float64)
-    known = known[np.isfinite(known)]
-    count = len(known) * independent
-    if count < 3:
-        return Fact(0.0, math.nan, True, count)
-    seen, spread = float(known.mean()), float(known.std(ddof=1))
-    allowed = tolerance - ndtri(level / 2) * max(spread, 1.0) / math.sqrt(count)
-    return Fact(0.0, seen, abs(seen) <= allowed, count)
 
 
 def lag_of(

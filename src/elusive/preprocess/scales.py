@@ -9,7 +9,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from elusive.contracts import Array
 from elusive.preprocess import _scale_kernels
 from elusive.preprocess._scale_kernels import Image
 
@@ -50,14 +49,6 @@ def log_rate(level: int) -> float:
     a, b = moments_of(level)
     slope = (1 / a**2 + 1 / b**2 - 8 / (a + b) ** 2) / (8 * np.pi)
     return float(np.log(slope / noise_gain(level) ** 2 / (2 * np.pi) ** 1.5))
-
-
-def gain_of(sigma_px: Array, level: int | Array) -> Array:
-    """Response to a Gaussian of height one [1]."""
-    a, b = np.array([moments_of(k) for k in range(4)]).T
-    square = np.asarray(sigma_px) ** 2
-    gain: Array = square / (square + a[level]) - square / (square + b[level])
-    return gain
 
 
 def responses(frame: Image, count: int) -> list[Image]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
 import xarray as xr
 
 from elusive.experiments.mazurek2013.figures import mean_and_error
@@ -55,16 +54,3 @@ def summarise(results: xr.Dataset) -> list[Cell]:
             errors = at.transpose("trial", "method").values[:, METHODS.index(method)]
             cells.append(Cell(size, *method, smoothing, sigma, len(errors), *mean_and_error(errors), check))
     return cells
-
-
-def combined_error(mean: float, trials: int, printed: str) -> float:
-    """Return the standard error of the difference between a mean over trials and a check value.
-
-    An error is nil (or a sample or two) where the object is found, and uniform from 0 to twice the chance level where
-    it is missed: with mean m and chance level c its variance is ``4/3 c m - m^2``. Both sides are taken to have the
-    same mean, the pooled one, since a few lost runs in a side that saw none would otherwise count as impossible.
-    """
-    chance = 300.0
-    check = float(printed)
-    pooled = min((mean * trials + check * CHECK_RUNS) / (trials + CHECK_RUNS), chance)
-    return float(np.sqrt((4 / 3 * chance * pooled - pooled**2) * (1 / trials + 1 / CHECK_RUNS)))
