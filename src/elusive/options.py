@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
 from types import NoneType
-from typing import Annotated, Any, Literal, NamedTuple, get_args, get_origin
+from typing import Annotated, Any, Literal, NamedTuple, TypeVar, get_args, get_origin
 
 import typer
 from pydantic import BaseModel
@@ -19,9 +20,10 @@ from pydantic_core import PydanticUndefined
 from rich.markup import escape
 
 from elusive.errors import ParameterError
-from elusive.model import FROM_RECORDING, Model, models_in
+from elusive.model import FROM_RECORDING, Model, models_in, read_yaml
 
 PROGRESS = "ELUSIVE_PROGRESS"  # set where a program runs a command: it is told how far that is, a line each time
+AnyModel = TypeVar("AnyModel", bound=Model)
 MAIN = "Parameters that matter first (all parameters are keys of --config, too)"
 
 
@@ -92,6 +94,11 @@ def _help(leaves: list[_Leaf]) -> str:
 def _text(leaf: _Leaf) -> tuple[str, str]:
     nothing = leaf.default is None and "none:" in leaf.description
     return leaf.description, "default: none" if nothing else _words(leaf.default)
+
+
+def parameters_of(model: type[AnyModel], given: Mapping[str, Any], config: Path | None) -> AnyModel:
+    """Make a model from a configuration file, if one is named, and the options given, which lie over it."""
+    return model(**nested(model, given, read_yaml(config) if config else {}))
 
 
 def nested(model: type[Model], given: Mapping[str, Any], base: Mapping[str, Any]) -> dict[str, Any]:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.markup import escape
 
 from elusive.cli.fit import FittedOut, tell_fitted
 from elusive.cli.live import (
@@ -21,30 +20,15 @@ from elusive.cli.live import (
     feed_of,
     memory_of_run,
     run_live,
-    send_recording,
     sinks_of,
-    tell,
 )
-from elusive.cli.terminal import (
-    Config,
-    Out,
-    Strict,
-    bar,
-    check_scores,
-    console,
-    known_truth,
-    show_run,
-    tell_findings,
-    tell_written,
-)
+from elusive.cli.recorded import cutoff_in, tell_run, truth_of
+from elusive.cli.terminal import Config, Out, Strict, bar, check_scores, known_truth
 from elusive.errors import ParameterError
-from elusive.io.arrivals import Arrivals, fed
-from elusive.io.bearings import BearingSource, open_bearings, read_sensors
-from elusive.io.sinks import Sinks
+from elusive.io.arrivals import fed
+from elusive.io.bearings import open_bearings, read_sensors
 from elusive.model import read_yaml
 from elusive.options import accepts, nested
-from elusive.results.live import LiveEnd, LiveStep
-from elusive.sensors.bearing_table import PlaceSet
 from elusive.systems.bearings.parameters import BearingTracking, usual_filter
 from elusive.systems.bearings.run import LIVE_FILES, follow_bearings, track_bearings_recording
 
@@ -62,17 +46,8 @@ def track_bearings_command(
     given: dict[str, Any],
     sensors: Annotated[Path | None, typer.Option("--sensors", help=SENSORS)] = None,
     config: Config = None,
-    truth: Annotated[
-        Path | None,
-        typer.Option("--truth", help="Where emitters truly are: .csv of time_s, track, x_m, y_m, perhaps z_m. Scores."),
-    ] = None,
-    truth_cutoff: Annotated[
-        float | None,
-        typer.Option(
-            "--truth-cutoff-m",
-            help="Scores: further off is missed; c of GOSPA; by default a tenth of the distance between sensors.",
-        ),
-    ] = None,
+    truth: Annotated[Path | None, truth_of("emitters", ".csv of time_s, track, x_m, y_m, perhaps z_m")] = None,
+    truth_cutoff: Annotated[float | None, cutoff_in("m", "a tenth of the distance between sensors")] = None,
     follow: Follow = False,
     to: To = None,
     origin: Origin = None,
@@ -90,19 +65,18 @@ def track_bearings_command(
     source = open_bearings(bearings, None if sensors is None else read_sensors(sensors), feed=feed)
     sinks = sinks_of(to, "bearings", "m", origin, y_axis_deg, live=feed is not None)
     if feed is not None:
-        _live(source, fed(source, feed), parameters, out, sinks)
+        coming = fed(source, feed)
+        run = partial(follow_bearings, coming, source.sites, parameters, out, memory=memory_of_run())
+        run_live(coming, run, out, LIVE_FILES, sinks)
         return
     with bar("times", None) as advance:
         outcome = track_bearings_recording(source, parameters, out, truth=known, cutoff_m=truth_cutoff, on_time=advance)
-    for remark in outcome.remarks:
-        tell(remark)
-    console.print(escape(outcome.verdict), highlight=False)
-    show_run(outcome.tracked.title, outcome.table, outcome.findings)
     geographic = () if source.sites.frame is None else ("tracks.geojson",)
     files = ("report.html", "report.png", "tracks.csv", *geographic, "result.nc", "checks.json", "config.yaml")
-    tell_written(out, files, outcome.scored)
-    send_recording(sinks, out)
-    tell_findings(outcome.findings, strict=strict)
+    tell_run(
+        outcome, (outcome.tracked.title, outcome.table), out, files, sinks, strict=strict, verdict=outcome.verdict,
+        remarks=outcome.remarks,
+    )  # fmt: skip
 
 
 def fit_bearings_command(
@@ -134,21 +108,3 @@ def _tracking(given: dict[str, Any], base: dict[str, Any], *, live: bool) -> Bea
         kind = given.get("motion") or (motion.get("kind") if isinstance(motion, dict) else None)
         base = {**base, "filter": {"kind": usual_filter(kind, live=live), **flt}}
     return BearingTracking(**nested(BearingTracking, given, base))
-
-
-def _live(
-    source: BearingSource, coming: Arrivals[PlaceSet], parameters: BearingTracking, out: Path, sinks: Sinks
-) -> None:
-    """Track emitters as their bearings come."""
-    heeded = list[str]()
-
-    def run(told: Callable[[LiveStep], None]) -> LiveEnd:
-        def step(live: LiveStep, remarks: tuple[str, ...]) -> None:
-            heeded[:] = remarks
-            told(live)
-
-        end, findings = follow_bearings(coming, source.sites, parameters, out, step, memory_of_run())
-        tell_findings(findings, strict=False)
-        return end
-
-    run_live(coming, run, out, LIVE_FILES, lambda live: tuple(heeded), sinks=sinks)

@@ -9,8 +9,7 @@ import typer
 from rich.markup import escape
 
 from elusive.cli.terminal import Config, console, show
-from elusive.model import read_yaml
-from elusive.options import accepts, nested
+from elusive.options import accepts, parameters_of
 from elusive.systems.radar.chart import ChartParameters, describe_charts
 
 
@@ -26,7 +25,7 @@ def chart_command(
     ] = None,
 ) -> None:
     """Say what is in charts: layers, extent, edition, quality, and where they disagree."""
-    parameters = ChartParameters(**nested(ChartParameters, given, read_yaml(config) if config else {}))
+    parameters = parameters_of(ChartParameters, given, config)
     described = describe_charts(charts, parameters, figure, water_probability)
     for summary in described.summaries:
         show(summary.name, ("", ""), summary.rows)

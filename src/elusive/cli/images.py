@@ -2,36 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.markup import escape
 
-from elusive.checks import Finding
 from elusive.cli.fit import FittedOut, tell_fitted
-from elusive.cli.live import Follow, IdleS, To, check_live, memory_of_run, run_live, send_recording, sinks_of
-from elusive.cli.terminal import (
-    Config,
-    OneBased,
-    Out,
-    Strict,
-    bar,
-    check_scores,
-    console,
-    known_truth,
-    show_run,
-    tell_findings,
-    tell_written,
-)
+from elusive.cli.live import Follow, IdleS, To, check_live, memory_of_run, run_live, sinks_of, tell
+from elusive.cli.recorded import RateHz, Start, Stop, cutoff_in, tell_run, truth_of
+from elusive.cli.terminal import Config, OneBased, Out, Strict, bar, check_scores, known_truth
 from elusive.errors import ParameterError
 from elusive.io import open_frames
-from elusive.io.live_frames import is_live, open_live_frames
-from elusive.io.sinks import Sinks
-from elusive.model import read_yaml
-from elusive.options import accepts, nested
-from elusive.results.live import LiveEnd, LiveStep
+from elusive.io.live_frames import LiveFrames, is_live, open_live_frames
+from elusive.options import accepts, parameters_of
 from elusive.systems.images.fit import fit_images
 from elusive.systems.images.parameters import ImageTracking
 from elusive.systems.images.run import FILES, LIVE_FILES, track_live, track_recording
@@ -42,8 +26,6 @@ Frames = Annotated[
     str,
     typer.Argument(help="Folder or glob of PNG/TIFF, multi-page TIFF, .npy, .npz, HDF5 (file.h5::/name), GIF, video."),
 ]
-Start = Annotated[int, typer.Option(help="First frame to use, from 0.")]
-Stop = Annotated[int | None, typer.Option(help="Frame before which to stop.")]
 
 
 @accepts(ImageTracking)
@@ -58,18 +40,10 @@ def track_images_command(
     out: Out,
     given: dict[str, Any],
     config: Config = None,
-    truth: Annotated[
-        Path | None,
-        typer.Option(
-            "--truth", help="Where targets truly are: .csv of frame, track, x_px, y_px; or x y a line. Scores."
-        ),
-    ] = None,
+    truth: Annotated[Path | None, truth_of("targets", ".csv of frame, track, x_px, y_px; or x y a line")] = None,
     truth_one_based: OneBased = False,
-    truth_cutoff: Annotated[
-        float | None,
-        typer.Option("--truth-cutoff-px", help="Scores: further off is missed; c of GOSPA; by default 4."),
-    ] = None,
-    rate_hz: Annotated[float | None, typer.Option("--rate-hz", help="Frames a second; else from the file.")] = None,
+    truth_cutoff: Annotated[float | None, cutoff_in("px", "4")] = None,
+    rate_hz: RateHz = None,
     times: Annotated[
         Path | None, typer.Option("--times", help="Times of the frames: .csv of time_s, a line a frame.")
     ] = None,
@@ -81,7 +55,7 @@ def track_images_command(
     strict: Strict = False,
 ) -> None:
     """Track targets too faint to threshold through a sequence of frames, recorded or as they come."""
-    parameters = ImageTracking(**nested(ImageTracking, given, read_yaml(config) if config else {}))
+    parameters = parameters_of(ImageTracking, given, config)
     follow = follow or is_live(source)
     sinks = sinks_of(to, "images", "px", live=follow)
     check_live(follow, idle_s, truth)
@@ -90,38 +64,21 @@ def track_images_command(
         if times is not None or start or stop is not None:
             name = "--times" if times is not None else "--start" if start else "--stop"
             raise ParameterError(f"{name}: has no meaning for frames that are still to come; leave it out.")
-        tell_findings(_live(source, parameters, out, rate_hz, idle_s, sinks), strict=strict)
+        live = open_live_frames(source, rate_hz=rate_hz, idle_s=idle_s, on_fault=lambda said: _tell_fault(said, live))
+        run = partial(track_live, live, parameters, out, memory=memory_of_run())
+        run_live(live, run, out, LIVE_FILES, sinks, strict=strict)
         return
     known = known_truth(truth, "px", one_based=truth_one_based, cutoff=truth_cutoff)
     frames = open_frames(source, start=start, stop=stop, rate_hz=rate_hz, times=times)
     with bar("frames", frames.length) as advance:
         outcome = track_recording(frames, parameters, out, truth=known, cutoff_px=truth_cutoff, on_frame=advance)
-    show_run(outcome.tracked.title, outcome.tracked.rows, outcome.findings)
-    tell_written(out, FILES, outcome.scored)
-    send_recording(sinks, out)
-    tell_findings(outcome.findings, strict=strict)
+    tell_run(outcome, (outcome.tracked.title, outcome.tracked.rows), out, FILES, sinks, strict=strict)
 
 
-def _live(
-    source: str, parameters: ImageTracking, out: Path, rate_hz: float | None, idle_s: float | None, sinks: Sinks
-) -> tuple[Finding, ...]:
-    """Track frames as they come; return what there is to say of them then."""
-    found: tuple[Finding, ...] = ()
-
-    def tell_fault(sentence: str) -> None:
-        if frames.unusable <= FAULTS_TOLD:
-            more = " Further ones are counted." * (frames.unusable == FAULTS_TOLD)
-            console.print(f"[yellow]{escape(sentence)}{more}[/]", highlight=False, soft_wrap=True)
-
-    frames = open_live_frames(source, rate_hz=rate_hz, idle_s=idle_s, on_fault=tell_fault)
-
-    def run(told: Callable[[LiveStep], None]) -> LiveEnd:
-        nonlocal found
-        end, found = track_live(frames, parameters, out, told, memory_of_run())
-        return end
-
-    run_live(frames, run, out, LIVE_FILES, sinks=sinks)
-    return found
+def _tell_fault(sentence: str, frames: LiveFrames) -> None:
+    """Say what is wrong with a frame, unless so much has been said already."""
+    if frames.unusable <= FAULTS_TOLD:
+        tell(sentence + " Further ones are counted." * (frames.unusable == FAULTS_TOLD))
 
 
 def fit_images_command(source: Frames, out: FittedOut = None, start: Start = 0, stop: Stop = None) -> None:

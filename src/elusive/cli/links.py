@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -20,35 +20,20 @@ from elusive.cli.live import (
     feed_of,
     memory_of_run,
     run_live,
-    send_recording,
     sinks_of,
     tell,
 )
-from elusive.cli.terminal import (
-    Config,
-    Out,
-    Strict,
-    bar,
-    check_scores,
-    console,
-    known_truth,
-    show,
-    show_run,
-    tell_findings,
-    tell_written,
-)
+from elusive.cli.recorded import cutoff_in, tell_run, truth_of
+from elusive.cli.terminal import Config, Out, Strict, bar, check_scores, console, known_truth, show
 from elusive.errors import ParameterError
 from elusive.geometry.areas import Area
 from elusive.io._link_formats import LAYOUTS
 from elusive.io.area_files import read_area
-from elusive.io.arrivals import Arrivals, fed
+from elusive.io.arrivals import fed
 from elusive.io.link_logs import MISSING_ABOVE_DBM, open_link_log
 from elusive.io.node_files import read_nodes
-from elusive.io.sinks import Sinks
 from elusive.model import read_yaml
-from elusive.options import accepts, nested
-from elusive.results.live import LiveEnd, LiveStep
-from elusive.sensors.radio_network import RadioNodes, RssFrame
+from elusive.options import accepts, nested, parameters_of
 from elusive.systems.links.fit import HEADER, LinkFitting, fit_link_log
 from elusive.systems.links.run import FILES, LIVE_FILES, follow_links, track_links_recording
 from elusive.systems.links.track import LinkTracking
@@ -91,13 +76,8 @@ def track_links_command(
     config: Config = None,
     area: Rectangle = None,
     area_file: Polygon = None,
-    truth: Annotated[
-        Path | None, typer.Option("--truth", help="Where people truly are: .csv of time_s, track, x_m, y_m. Scores.")
-    ] = None,
-    truth_cutoff: Annotated[
-        float | None,
-        typer.Option("--truth-cutoff-m", help="Scores: further off is missed; c of GOSPA; by default 2."),
-    ] = None,
+    truth: Annotated[Path | None, truth_of("people", ".csv of time_s, track, x_m, y_m")] = None,
+    truth_cutoff: Annotated[float | None, cutoff_in("m", "2")] = None,
     layout: Layout = None,
     period_s: Period = None,
     missing_above_dbm: Missing = MISSING_ABOVE_DBM,
@@ -111,45 +91,37 @@ def track_links_command(
     strict: Strict = False,
 ) -> None:
     """Track people who carry no device through a network of radios."""
-    parameters = LinkTracking(**nested(LinkTracking, given, read_yaml(config) if config else {}))
+    parameters = parameters_of(LinkTracking, given, config)
     parameters = _within(parameters, area, area_file)
     feed = feed_of(log, follow, idle_s, hold_s)
     check_live(feed is not None, idle_s, truth, strict=strict)
     check_scores(truth, truth_cutoff=truth_cutoff)
     network = read_nodes(nodes)
     sinks = sinks_of(to, "links", "m", origin, y_axis_deg, live=feed is not None)
-    source = open_link_log(
-        log,
-        network,
-        layout=layout,
-        period_s=period_s,
-        feed=feed,
-        missing_above_dbm=missing_above_dbm,
-    )
+    read = partial(open_link_log, nodes=network, layout=layout, period_s=period_s, missing_above_dbm=missing_above_dbm)
+    source = read(log, feed=feed)
     if empty is not None:
         if feed is not None:
             raise ParameterError("--empty: calibrates a recorded log; begin a live one with the room empty.")
-        room = open_link_log(empty, network, layout=layout, period_s=period_s, missing_above_dbm=missing_above_dbm)
-        source, frames = source.after(room)
+        source, frames = source.after(read(empty))
         parameters = parameters.replace(calibration_frames=frames)
     if feed is not None:
-        _live(fed(source, feed), network, parameters, out, sinks)
+        frames = parameters.calibration_frames
+        console.print(f"Calibrating on the first {frames} frames, with nobody inside. Ctrl-C ends.", highlight=False)
+        coming = fed(source, feed)
+        run = partial(follow_links, coming, network, parameters, out, memory=memory_of_run())
+        run_live(coming, run, out, LIVE_FILES, sinks)
         return
     known = known_truth(truth, "m", cutoff=truth_cutoff)
     with bar("frames", None) as advance:
         outcome = track_links_recording(
             source, network, parameters, out, truth=known, cutoff_m=truth_cutoff, on_frame=advance
         )
-    for remark in outcome.remarks:
-        tell(remark)
-    console.print(escape(outcome.verdict), highlight=False)
     tracked = outcome.tracked
-    if tracked.tracks:
-        show("Tracks", tracked.header, tracked.tracks)
-    show_run(tracked.title, tracked.rows, outcome.findings)
-    tell_written(out, FILES, outcome.scored)
-    send_recording(sinks, out)
-    tell_findings(outcome.findings, strict=strict)
+    tell_run(
+        outcome, (tracked.title, tracked.rows), out, FILES, sinks, strict=strict, verdict=outcome.verdict,
+        remarks=outcome.remarks, tracks=(tracked.header, tracked.tracks),
+    )  # fmt: skip
 
 
 @accepts(LinkFitting)
@@ -176,16 +148,16 @@ def fit_links_command(
     empty: Empty = None,
 ) -> None:
     """Fit how people change the links to a log that one person walks through; then: track links --config."""
-    fitting = LinkFitting(**nested(LinkFitting, given, read_yaml(config) if config else {}))
+    fitting = parameters_of(LinkFitting, given, config)
     tracking = LinkTracking(**nested(LinkTracking, {}, read_yaml(start) if start else {}))
     if calibration_frames is not None:
         tracking = tracking.replace(calibration_frames=calibration_frames)
     tracking = _within(tracking, area, area_file)
     network = read_nodes(nodes)
-    source = open_link_log(log, network, layout=layout, period_s=period_s, missing_above_dbm=missing_above_dbm)
+    read = partial(open_link_log, nodes=network, layout=layout, period_s=period_s, missing_above_dbm=missing_above_dbm)
+    source = read(log)
     if empty is not None:
-        room = open_link_log(empty, network, layout=layout, period_s=period_s, missing_above_dbm=missing_above_dbm)
-        source, frames = source.after(room)
+        source, frames = source.after(read(empty))
         tracking = tracking.replace(calibration_frames=frames)
     with bar("iterations", fitting.iterations) as advance:
         fitted = fit_link_log(source, network, tracking, fitting, out, on_iteration=advance)
@@ -203,21 +175,3 @@ def _within(parameters: LinkTracking, area: tuple[float, ...] | None, file: Path
     if area is not None:
         return parameters.replace(area=Area.rectangle(*area))
     return parameters if file is None else parameters.replace(area=read_area(file))
-
-
-def _live(coming: Arrivals[RssFrame], nodes: RadioNodes, parameters: LinkTracking, out: Path, sinks: Sinks) -> None:
-    """Track people as their frames come."""
-    said = set[str]()
-
-    def remarks(live: LiveStep) -> tuple[str, ...]:
-        new = tuple(remark for remark in live.step.state.remarks if remark not in said)
-        said.update(new)
-        return new
-
-    frames = parameters.calibration_frames
-    console.print(f"Calibrating on the first {frames} frames, with nobody inside. Ctrl-C ends.", highlight=False)
-
-    def run(told: Callable[[LiveStep], None]) -> LiveEnd:
-        return follow_links(coming, nodes, parameters, out, told, memory_of_run())
-
-    run_live(coming, run, out, LIVE_FILES, remarks, sinks=sinks)

@@ -16,20 +16,18 @@ import typer
 from rich.markup import escape
 
 from elusive.cli import serving
-from elusive.cli.terminal import console, interrupted
+from elusive.cli.terminal import console, interrupted, tell_findings
 from elusive.errors import ParameterError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io.arrivals import Coming
 from elusive.io.sinks import Ground, Sinks, open_sinks
 from elusive.io.sinks.formats import json_line
-from elusive.io.sinks.seen import Watch
 from elusive.io.sources import Feed, is_address
 from elusive.results.live import LiveEnd, LiveStep
 from elusive.tracking.memory import Memory
 
 FAILED = 2
 OF_NOW = ("nmea", "cot", "mqtt", "mqtts", "mot")  # sinks that a recording is not sent to
-NO_SINKS = Sinks((), Watch("m", None))
 Follow = Annotated[
     bool, typer.Option("--follow", help="Track live: a line of JSON to standard output as each measurement comes.")
 ]
@@ -169,9 +167,9 @@ def run_live(
     run: Callable[[Callable[[LiveStep], None]], LiveEnd],
     out: Path,
     files: tuple[str, ...],
-    remarks: Callable[[LiveStep], tuple[str, ...]] = lambda live: (),
-    more: Callable[[], dict[str, Any]] = dict,
-    sinks: Sinks = NO_SINKS,
+    sinks: Sinks,
+    *,
+    strict: bool = False,
 ) -> None:
     """Run until the source ends, fails, or Ctrl-C is pressed, each step's line told as it is known.
 
@@ -183,12 +181,10 @@ def run_live(
         Follows it, and calls what it is given after each step.
     out, files
         Folder of the results, and what stands in it then.
-    remarks
-        What is to be said on the terminal at a step.
-    more
-        What the system adds to the last line.
     sinks
         Where tracks go besides.
+    strict
+        End with 3 where a finding is grave.
 
     Raises
     ------
@@ -204,7 +200,7 @@ def run_live(
         coming.stop()
 
     def told(live: LiveStep) -> None:
-        for remark in remarks(live):
+        for remark in live.remarks:
             tell(remark)
         if serving.now is not None and not serving.now.is_new(live):
             return
@@ -227,7 +223,7 @@ def run_live(
         sinks.close()
     why = "interrupted" if interrupted.is_set() else "source ended" if end.fault is None else "source failed"
     if not sinks.own_stdout:
-        _tell(end.record(ended=why, files=list(files), **more()))
+        _tell(end.record(ended=why, files=list(files)))
     if interrupted.is_set():
         console.print("Interrupted.")
     dropped = f", {end.dropped} more dropped, for newer ones came faster than they could be tracked" * bool(end.dropped)
@@ -236,6 +232,7 @@ def run_live(
     if met:
         console.print(f"Met on the way: {met}.", highlight=False, soft_wrap=True)
     console.print(f"Written to {out}: {', '.join(files)}", highlight=False, soft_wrap=True)
+    tell_findings(end.findings, strict=strict and end.fault is None)
     if end.fault is not None:
         console.print(f"[bold red]Error:[/] {escape(end.fault)}", highlight=False, soft_wrap=True)
         raise typer.Exit(FAILED)

@@ -12,8 +12,7 @@ from elusive.cli.bearings import HEARD, SENSORS
 from elusive.cli.terminal import Config, Strict, console, show, tell_findings
 from elusive.errors import ParameterError
 from elusive.io.bearings import open_bearings, read_sensors
-from elusive.model import read_yaml
-from elusive.options import accepts, nested
+from elusive.options import accepts, parameters_of
 from elusive.systems.bearings.locate import EmitterLocation, locate_recording
 
 
@@ -37,7 +36,7 @@ def locate_command(
     strict: Strict = False,
 ) -> None:
     """Locate an emitter that stands still."""
-    parameters = EmitterLocation(**nested(EmitterLocation, given, read_yaml(config) if config else {}))
+    parameters = parameters_of(EmitterLocation, given, config)
     if (origin_lat is None) != (origin_lon is None):
         raise ParameterError("--origin-lat-deg, --origin-lon-deg: one is missing; give both or none.")
     origin = None if origin_lat is None or origin_lon is None else (origin_lon, origin_lat)

@@ -2,53 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.markup import escape
 
 from elusive.cli.fit import FittedOut, tell_fitted
-from elusive.cli.live import (
-    Follow,
-    HoldS,
-    IdleS,
-    To,
-    check_live,
-    feed_of,
-    memory_of_run,
-    run_live,
-    send_recording,
-    sinks_of,
-)
-from elusive.cli.terminal import (
-    Config,
-    Out,
-    Strict,
-    bar,
-    check_scores,
-    console,
-    show,
-    show_run,
-    tell_findings,
-    tell_written,
-)
+from elusive.cli.live import Follow, HoldS, IdleS, To, check_live, feed_of, memory_of_run, run_live, sinks_of
+from elusive.cli.recorded import SHIPS, bare, cutoff_in, tell_run, truth_of
+from elusive.cli.terminal import Config, Out, Strict, bar, check_scores
 from elusive.errors import ParameterError
 from elusive.geometry.local_frame import LocalFrame
-from elusive.io import RadarScan, RadarSource, open_radar_plots
-from elusive.io.arrivals import Arrivals, fed
+from elusive.io import RadarSource, open_radar_plots
+from elusive.io.arrivals import fed
 from elusive.io.asterix_live import is_asterix
 from elusive.io.radar_plots import follow_radar_plots
-from elusive.io.sinks import Sinks
-from elusive.model import read_yaml
-from elusive.options import accepts, nested
-from elusive.results.live import LiveEnd, LiveStep
+from elusive.options import accepts, parameters_of
 from elusive.systems.radar.fit import charted, fit_radar
 from elusive.systems.radar.live import LIVE_FILES, follow_radar
 from elusive.systems.radar.setting import frame_of
 from elusive.systems.radar.track import RadarTracking, track_radar_recording
 
+FILES = ("tracks.csv", "tracks.geojson", "result.nc", "report.html", "report.png", "checks.json", "config.yaml")
 Latitude = Annotated[
     float | None,
     typer.Option("--radar-lat-deg", help="Latitude of the radar, WGS 84; needed if the plots do not tell it."),
@@ -90,17 +66,8 @@ def track_radar_command(
         ),
     ] = None,
     config: Config = None,
-    truth: Annotated[
-        Path | None,
-        typer.Option(
-            "--truth",
-            help="Where ships truly are: .csv of time_s, track, x_m, y_m or lon_deg, lat_deg; AIS log. Scores.",
-        ),
-    ] = None,
-    truth_cutoff: Annotated[
-        float | None,
-        typer.Option("--truth-cutoff-m", help="Scores: further off is missed; c of GOSPA; by default 50."),
-    ] = None,
+    truth: Annotated[Path | None, truth_of("ships", SHIPS)] = None,
+    truth_cutoff: Annotated[float | None, cutoff_in("m", "50")] = None,
     truth_mmsi: Annotated[int | None, typer.Option("--truth-mmsi", help="The only ship to read of an AIS log.")] = None,
     rotation_s: Rotation = None,
     radar_code: RadarCode = None,
@@ -111,7 +78,7 @@ def track_radar_command(
     strict: Strict = False,
 ) -> None:
     """Track ships through a radar's plots, with charts that may be wrong by some metres."""
-    parameters = RadarTracking(**nested(RadarTracking, given, read_yaml(config) if config else {}))
+    parameters = parameters_of(RadarTracking, given, config)
     feed = feed_of(plots, follow, idle_s, hold_s)
     check_live(feed is not None, idle_s, truth, strict=strict)
     check_scores(truth, truth_cutoff=truth_cutoff, truth_mmsi=truth_mmsi)
@@ -124,7 +91,9 @@ def track_radar_command(
             )
         sinks = sinks_of(to, "radar", "m", place if to else None, live=True)
         scans = follow_radar_plots(plots, feed, rotation_s=rotation_s, place_deg=place, radar=radar_code)
-        _live(fed(scans, feed), parameters, out, LocalFrame.at(*place), chart or (), sinks)
+        coming, memory = fed(scans, feed), memory_of_run()
+        run = partial(follow_radar, coming, parameters, out, LocalFrame.at(*place), charts=chart or (), memory=memory)
+        run_live(coming, run, out, LIVE_FILES, sinks)
         return
     source = _opened(Path(plots), rotation_s, radar_code, radar_lat, radar_lon, own_ship)
     sinks = sinks_of(to, "radar", "m", source.place_deg if to else None, live=False)
@@ -134,14 +103,10 @@ def track_radar_command(
             on_scan=advance,
         )  # fmt: skip
     tracked = outcome.tracked
-    console.print(escape(tracked.verdict), highlight=False)
-    if tracked.tracks:
-        show("Tracks", [name.partition(" [")[0] for name in tracked.header], tracked.tracks)
-    show_run(tracked.title, tracked.rows, outcome.findings)
-    files = ("tracks.csv", "tracks.geojson", "result.nc", "report.html", "report.png", "checks.json", "config.yaml")
-    tell_written(out, files, outcome.scored)
-    send_recording(sinks, out)
-    tell_findings(outcome.findings, strict=strict)
+    tell_run(
+        outcome, (tracked.title, tracked.rows), out, FILES, sinks, strict=strict, verdict=tracked.verdict,
+        tracks=(bare(tracked.header), tracked.tracks),
+    )  # fmt: skip
 
 
 def fit_radar_command(
@@ -179,17 +144,3 @@ def _place(lat_deg: float | None, lon_deg: float | None) -> tuple[float, float] 
         lacking = "--radar-lat-deg" if lat_deg is None else "--radar-lon-deg"
         raise ParameterError(f"{lacking}: is not given, and the other is; give both, or neither.")
     return None if lat_deg is None or lon_deg is None else (lon_deg, lat_deg)
-
-
-def _live(
-    coming: Arrivals[RadarScan], parameters: RadarTracking, out: Path, frame: LocalFrame, charts: Sequence[Path],
-    sinks: Sinks,
-) -> None:  # fmt: skip
-    """Track ships as their plots come."""
-
-    def run(told: Callable[[LiveStep], None]) -> LiveEnd:
-        end, findings = follow_radar(coming, parameters, out, frame, told, charts=charts, memory=memory_of_run())
-        tell_findings(findings, strict=False)
-        return end
-
-    run_live(coming, run, out, LIVE_FILES, sinks=sinks)

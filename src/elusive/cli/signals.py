@@ -6,26 +6,13 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.markup import escape
 
 from elusive.cli.fit import FittedOut, tell_fitted
-from elusive.cli.live import To, send_recording, sinks_of
-from elusive.cli.terminal import (
-    Config,
-    OneBased,
-    Out,
-    Strict,
-    bar,
-    console,
-    known_truth,
-    show,
-    show_run,
-    tell_findings,
-    tell_written,
-)
+from elusive.cli.live import To, sinks_of
+from elusive.cli.recorded import RateHz, Start, Stop, bare, cutoff_in, tell_run, truth_of
+from elusive.cli.terminal import Config, OneBased, Out, Strict, bar, known_truth
 from elusive.io import open_signal
-from elusive.model import read_yaml
-from elusive.options import accepts, nested
+from elusive.options import accepts, parameters_of
 from elusive.systems.signals.fit import SIZES, fit_signal
 from elusive.systems.signals.parameters import SignalTracking
 from elusive.systems.signals.run import FILES, track_signal_recording
@@ -37,8 +24,6 @@ Recording = Annotated[
 FrameSamples = Annotated[int | None, typer.Option(help="Samples of a frame, of a long recording. [default: 1200]")]
 HopSamples = Annotated[int | None, typer.Option(help="Samples from a frame's start to the next. [default: a frame's]")]
 Channel = Annotated[int | None, typer.Option(help="Channel of a .wav file, from 0.")]
-Start = Annotated[int, typer.Option(help="First frame to use, from 0.")]
-Stop = Annotated[int | None, typer.Option(help="Frame before which to stop.")]
 
 
 @accepts(SignalTracking)
@@ -47,19 +32,10 @@ def track_signals_command(
     out: Out,
     given: dict[str, Any],
     config: Config = None,
-    truth: Annotated[
-        Path | None,
-        typer.Option("--truth", help="Where objects truly are: .csv of frame, track, x_samples; or x a line. Scores."),
-    ] = None,
+    truth: Annotated[Path | None, truth_of("objects", ".csv of frame, track, x_samples; or x a line")] = None,
     truth_one_based: OneBased = False,
-    truth_cutoff: Annotated[
-        float | None,
-        typer.Option(
-            "--truth-cutoff-samples",
-            help="Scores: further off is missed; c of GOSPA; by default an object's size.",
-        ),
-    ] = None,
-    rate_hz: Annotated[float | None, typer.Option("--rate-hz", help="Frames a second; else from the file.")] = None,
+    truth_cutoff: Annotated[float | None, cutoff_in("samples", "an object's size")] = None,
+    rate_hz: RateHz = None,
     frame_samples: FrameSamples = None,
     hop_samples: HopSamples = None,
     channel: Channel = None,
@@ -69,7 +45,7 @@ def track_signals_command(
     strict: Strict = False,
 ) -> None:
     """Track objects that differ from a signal's noise only in their statistics."""
-    parameters = SignalTracking(**nested(SignalTracking, given, read_yaml(config) if config else {}))
+    parameters = parameters_of(SignalTracking, given, config)
     sinks = sinks_of(to, "signals", "samples", live=False)
     known = known_truth(truth, "samples", one_based=truth_one_based, cutoff=truth_cutoff)
     frames = open_signal(
@@ -81,13 +57,10 @@ def track_signals_command(
             frames, parameters, out, truth=known, cutoff_samples=truth_cutoff, on_frame=advance
         )
     tracked = outcome.tracked
-    console.print(escape(tracked.verdict), highlight=False)
-    if tracked.tracks:
-        show("Tracks", [name.partition(" [")[0] for name in tracked.header], tracked.tracks)
-    show_run(tracked.title, tracked.rows, outcome.findings)
-    tell_written(out, FILES, outcome.scored)
-    send_recording(sinks, out)
-    tell_findings(outcome.findings, strict=strict)
+    tell_run(
+        outcome, (tracked.title, tracked.rows), out, FILES, sinks, strict=strict, verdict=tracked.verdict,
+        tracks=(bare(tracked.header), tracked.tracks),
+    )  # fmt: skip
 
 
 def fit_signals_command(

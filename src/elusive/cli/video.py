@@ -11,24 +11,13 @@ from typing import Annotated, Any
 import typer
 from rich.markup import escape
 
-from elusive.cli.live import Follow, IdleS, To, check_live, feed_of, run_live, send_recording, sinks_of, tell
-from elusive.cli.terminal import (
-    Config,
-    Out,
-    Strict,
-    bar,
-    check_scores,
-    console,
-    show,
-    show_run,
-    tell_findings,
-    tell_written,
-)
+from elusive.cli.live import Follow, IdleS, To, check_live, feed_of, run_live, sinks_of, tell
+from elusive.cli.recorded import SHIPS, bare, cutoff_in, tell_run, truth_of
+from elusive.cli.terminal import Config, Out, Strict, bar, check_scores, console
 from elusive.io.arrivals import fed
 from elusive.io.radar_video import open_radar_video
 from elusive.io.sinks.opening import is_geographic
-from elusive.model import read_yaml
-from elusive.options import accepts, nested
+from elusive.options import accepts, parameters_of
 from elusive.results.live import LiveEnd, LiveStep
 from elusive.systems.video.live import LIVE_FILES, follow_video
 from elusive.systems.video.parameters import PlotFinding, VideoTracking
@@ -81,24 +70,15 @@ def track_video_command(
     rotation_s: Rotation = None,
     from_bow: FromBow = False,
     config: Config = None,
-    truth: Annotated[
-        Path | None,
-        typer.Option(
-            "--truth",
-            help="Where ships truly are: .csv of time_s, track, x_m, y_m or lon_deg, lat_deg; AIS log. Scores.",
-        ),
-    ] = None,
-    truth_cutoff: Annotated[
-        float | None,
-        typer.Option("--truth-cutoff-m", help="Scores: further off is missed; c of GOSPA; by default 100."),
-    ] = None,
+    truth: Annotated[Path | None, truth_of("ships", SHIPS)] = None,
+    truth_cutoff: Annotated[float | None, cutoff_in("m", "100")] = None,
     follow: Follow = False,
     to: To = None,
     idle_s: IdleS = None,
     strict: Strict = False,
 ) -> None:
     """Track ships in radar video, before any threshold, with charts that may be wrong by some metres."""
-    parameters = VideoTracking(**nested(VideoTracking, given, read_yaml(config) if config else {}))
+    parameters = parameters_of(VideoTracking, given, config)
     feed = feed_of(video, follow, idle_s)
     check_live(feed is not None, idle_s, truth, strict=strict)
     check_scores(truth, truth_cutoff=truth_cutoff)
@@ -112,27 +92,24 @@ def track_video_command(
         coming = fed(source, feed)
 
         def run(told: Callable[[LiveStep], None]) -> LiveEnd:
-            end, findings = follow_video(coming, parameters, out, told, **setting)
+            end = follow_video(coming, parameters, out, told, **setting)
             for remark in source.remarks():
                 tell(remark)
-            tell_findings(findings, strict=False)
             return end
 
-        run_live(coming, run, out, LIVE_FILES, sinks=sinks)
+        run_live(coming, run, out, LIVE_FILES, sinks)
         return
     with bar("turns", None) as advance:
         outcome = track_video_recording(
             source, parameters, out, truth=truth, cutoff_m=truth_cutoff, on_start=_say, on_turn=advance, **setting
         )
     tracked = outcome.tracked
-    console.print(escape(tracked.verdict), highlight=False)
-    if tracked.paths:
-        show("Tracks", [name.partition(" [")[0] for name in HEADER], tracked.lines)
-    show_run(tracked.title, tracked.rows, outcome.findings)
     files = ["tracks.csv", "resting.csv", "result.nc", "report.html", "report.png", "checks.json", "config.yaml"]
-    tell_written(out, files[:1] + ["tracks.geojson"] * (tracked.lonlat is not None) + files[1:], outcome.scored)
-    send_recording(sinks, out)
-    tell_findings(outcome.findings, strict=strict)
+    files[1:1] = ["tracks.geojson"] * (tracked.lonlat is not None)
+    tell_run(
+        outcome, (tracked.title, tracked.rows), out, files, sinks, strict=strict, verdict=tracked.verdict,
+        tracks=(bare(HEADER), tracked.lines if tracked.paths else ()),
+    )  # fmt: skip
 
 
 @accepts(PlotFinding)
@@ -149,7 +126,7 @@ def plots_command(
     config: Config = None,
 ) -> None:
     """Find plots in radar video: a threshold on its clutter map, land left out."""
-    parameters = PlotFinding(**nested(PlotFinding, given, read_yaml(config) if config else {}))
+    parameters = parameters_of(PlotFinding, given, config)
     source = open_radar_video(video, radar=which, rotation_s=rotation_s, from_bow=from_bow)
     with bar("turns", None) as advance:
         found = write_video_plots(

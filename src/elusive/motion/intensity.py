@@ -13,13 +13,7 @@ from scipy.linalg import block_diag
 from elusive.contracts import Array
 from elusive.model import NonNegative
 from elusive.motion.ctrv import ConstantTurnRateVelocity
-from elusive.motion.linear import (
-    ConstantAcceleration,
-    ConstantVelocity,
-    CoordinatedTurn,
-    LinearModel,
-    LinearMotion,
-)
+from elusive.motion.linear import ConstantAcceleration, ConstantVelocity, CoordinatedTurn, LinearModel, LinearMotion
 
 KinematicMotion = Annotated[
     ConstantVelocity | CoordinatedTurn | ConstantAcceleration | ConstantTurnRateVelocity, Field(discriminator="kind")

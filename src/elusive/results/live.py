@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
+from elusive.checks import Finding
 from elusive.errors import DataError
 from elusive.io.arrivals import Coming
 from elusive.io.atomic import existing_folder
@@ -40,6 +41,7 @@ class LiveStep(NamedTuple):
     step: Step
     latency_s: float  # from the measurement's coming to its rows in the files
     record: dict[str, Any]  # as told: what is not known is None
+    remarks: tuple[str, ...] = ()  # what is to be heeded from this step on
 
 
 class LiveEnd(NamedTuple):
@@ -50,6 +52,7 @@ class LiveEnd(NamedTuple):
     latencies: Latencies
     counts: Mapping[str, int]  # what the source met, and ``gaps``: times without measurements, far longer than usual
     fault: str | None  # why it ended, where that was no plain end
+    findings: tuple[Finding, ...] = ()  # what was checked
 
     def record(self, **more: Any) -> dict[str, Any]:
         """Return the last line."""

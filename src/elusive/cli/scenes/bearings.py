@@ -13,8 +13,7 @@ from elusive.cli.terminal import Config, Out, bar, console, show
 from elusive.geometry.places import NamedPlace
 from elusive.io.bearings import read_sensors
 from elusive.io.routes import read_way
-from elusive.model import read_yaml
-from elusive.options import accepts, nested
+from elusive.options import accepts, parameters_of
 from elusive.systems.bearings.scene import BearingScene, track_bearing_scene
 from elusive.systems.bearings.simulate import BearingSimulation, simulate_bearings
 
@@ -33,7 +32,7 @@ def simulate_command(
     ] = None,
 ) -> None:
     """Fly emitters past sensors; write the bearings, without labels, and where each was."""
-    parameters = BearingSimulation(**nested(BearingSimulation, given, read_yaml(config) if config else {}))
+    parameters = parameters_of(BearingSimulation, given, config)
     if place is not None:
         sites = read_sensors(place)
         rows = zip(sites.names, sites.positions_m[:, :2].tolist(), strict=True)

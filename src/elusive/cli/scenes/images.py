@@ -9,8 +9,7 @@ from typing import Any
 from rich.markup import escape
 
 from elusive.cli.terminal import Config, Out, bar, console, show, tell_written
-from elusive.model import read_yaml
-from elusive.options import accepts, nested
+from elusive.options import accepts, parameters_of
 from elusive.systems.images.run import FILES
 from elusive.systems.images.scene import ImageScene, track_image_scene
 from elusive.systems.images.simulate import ImageSimulation, simulate_images
@@ -19,7 +18,7 @@ from elusive.systems.images.simulate import ImageSimulation, simulate_images
 @accepts(ImageSimulation)
 def simulate_command(out: Out, given: dict[str, Any], config: Config = None) -> None:
     """Let weak targets move through image frames and write what a camera sees, and where they were."""
-    parameters = ImageSimulation(**nested(ImageSimulation, given, read_yaml(config) if config else {}))
+    parameters = parameters_of(ImageSimulation, given, config)
     drawn = simulate_images(parameters, out)
     console.print(f"Written to {out}: frames.npy, truth.csv ({drawn.truth.shape[1]} targets), simulation.yaml")
     frames, truth = (shlex.quote(str(out / name)) for name in ("frames.npy", "truth.csv"))

@@ -13,8 +13,7 @@ from elusive.cli.terminal import Config, Out, bar, console, show, tell_written
 from elusive.errors import ParameterError
 from elusive.geometry.areas import Area
 from elusive.io.area_files import read_area
-from elusive.model import read_yaml
-from elusive.options import accepts, nested
+from elusive.options import accepts, parameters_of
 from elusive.systems.links.recording import simulate_links
 from elusive.systems.links.run import FILES
 from elusive.systems.links.scene import LinkScene, track_scene
@@ -37,7 +36,7 @@ def simulate_command(
     ] = None,
 ) -> None:
     """Let people walk through a radio network and write what it reads, and where they were."""
-    parameters = LinkSimulation(**nested(LinkSimulation, given, read_yaml(config) if config else {}))
+    parameters = parameters_of(LinkSimulation, given, config)
     if area is not None and area_file is not None:
         raise ParameterError("--area-file: --area is given too; give one of them.")
     if area is not None or area_file is not None:

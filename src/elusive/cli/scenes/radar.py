@@ -12,8 +12,7 @@ from rich.markup import escape
 from elusive.cli.terminal import Config, Out, bar, console, show
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io.routes import read_route
-from elusive.model import read_yaml
-from elusive.options import accepts, nested
+from elusive.options import accepts, parameters_of
 from elusive.systems.radar.parameters import RecordedRadar
 from elusive.systems.radar.scene import RadarScene
 from elusive.systems.radar.scene_run import HEADER, track_radar_scene
@@ -53,7 +52,7 @@ def simulate_command(
     config: Config = None,
 ) -> None:
     """Sail ships along routes near a coast and write what a radar sees of them."""
-    parameters = RadarSimulation(**nested(RadarSimulation, given, read_yaml(config) if config else {}))
+    parameters = parameters_of(RadarSimulation, given, config)
     frame = LocalFrame.at(radar_lon, radar_lat)
     routes = [read_route(path) for path in route] if route else crossing_routes(frame)
     with bar("scans", None) as advance:

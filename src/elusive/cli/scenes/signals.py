@@ -9,8 +9,7 @@ from typing import Any
 from rich.markup import escape
 
 from elusive.cli.terminal import Config, Out, bar, console, show, tell_written
-from elusive.model import read_yaml
-from elusive.options import accepts, nested
+from elusive.options import accepts, parameters_of
 from elusive.systems.signals.run import FILES
 from elusive.systems.signals.scene import SignalScene, SignalSimulation, simulate_signal, track_signal_scene
 
@@ -18,7 +17,7 @@ from elusive.systems.signals.scene import SignalScene, SignalSimulation, simulat
 @accepts(SignalSimulation)
 def simulate_command(out: Out, given: dict[str, Any], config: Config = None) -> None:
     """Let noise objects move along a signal and write its samples, and where they were."""
-    parameters = SignalSimulation(**nested(SignalSimulation, given, read_yaml(config) if config else {}))
+    parameters = parameters_of(SignalSimulation, given, config)
     drawn = simulate_signal(parameters, out)
     objects = drawn.truth.shape[1]
     truth = f", truth.csv ({objects} object{'s' if objects > 1 else ''})" if objects else ""

@@ -9,8 +9,7 @@ from typing import Any
 from rich.markup import escape
 
 from elusive.cli.terminal import Config, Out, bar, console, show, show_run
-from elusive.model import read_yaml
-from elusive.options import accepts, nested
+from elusive.options import accepts, parameters_of
 from elusive.systems.video.parameters import RecordedVideo
 from elusive.systems.video.scene import VideoScene, track_video_scene
 from elusive.systems.video.simulate import VideoSimulation, simulate_video
@@ -19,7 +18,7 @@ from elusive.systems.video.simulate import VideoSimulation, simulate_video
 @accepts(VideoSimulation)
 def simulate_command(out: Out, given: dict[str, Any], config: Config = None) -> None:
     """Write what a radar receives of ships, sea clutter, a coast and rocks, before any threshold."""
-    parameters = VideoSimulation(**nested(VideoSimulation, given, read_yaml(config) if config else {}))
+    parameters = parameters_of(VideoSimulation, given, config)
     with bar("turns", parameters.turns) as advance:
         made = simulate_video(parameters, out, advance)
     show(out.name, ("", ""), made.rows)

@@ -11,13 +11,7 @@ from pydantic import Field
 from elusive.campaign import Scenario
 from elusive.contracts import Array, Filter, X, Y
 from elusive.experiments.amrouche2018.scenario import WeakTarget
-from elusive.filters import (
-    BernoulliFilter,
-    BrightBirth,
-    ExistenceParticleFilter,
-    MeasurementBirth,
-    UniformBirth,
-)
+from elusive.filters import BernoulliFilter, BrightBirth, ExistenceParticleFilter, MeasurementBirth, UniformBirth
 from elusive.runner import run
 
 FilterName = Literal[

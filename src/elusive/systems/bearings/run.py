@@ -123,9 +123,9 @@ def follow_bearings(
     sites: SensorSites,
     parameters: BearingTracking,
     out: Path,
-    on_step: Callable[[LiveStep, tuple[str, ...]], None],
+    on_step: Callable[[LiveStep], None],
     memory: Memory | None = None,
-) -> tuple[LiveEnd, tuple[Finding, ...]]:
+) -> LiveEnd:
     """Track emitters while their bearings come: a time's rows stand in the file before the next is taken.
 
     The first time decides whether there are elevations and, where that is left to what is heard, several emitters. A
@@ -142,13 +142,13 @@ def follow_bearings(
     out
         Folder for LIVE_FILES.
     on_step
-        Called after each time, with what is to be heeded from then on.
+        Called after each time.
     memory
         Where the tracker keeps its state.
 
     Returns
     -------
-    tuple
+    LiveEnd
         How it ended, and what was checked of the latest times, in ``checks.json`` too. What does not hold is said while
         it is tracked.
 
@@ -187,7 +187,7 @@ def follow_bearings(
                 new = [one for one in broken(checked(parameters, sites, latest)) if one.name not in named]
                 named.update(one.name for one in new)
                 remarks.extend(f"{one.sentence} {one.remedy}" for one in new)
-            on_step(live, (*remarks, *said()))
+            on_step(live._replace(remarks=(*remarks, *said())))
             remarks.clear()
 
         with (
@@ -197,7 +197,7 @@ def follow_bearings(
             end = follow_live(chain([first], steps), coming, log, heeded)
             findings = checked(parameters, sites, latest)
             write_checks(folder, findings)
-            return end, findings
+            return end._replace(findings=findings)
 
 
 def checked(parameters: BearingTracking, sites: SensorSites, steps: Iterable[Step]) -> tuple[Finding, ...]:

@@ -143,7 +143,7 @@ def track_live(
     out: Path,
     on_step: Callable[[LiveStep], None],
     memory: Memory | None = None,
-) -> tuple[LiveEnd, tuple[Finding, ...]]:
+) -> LiveEnd:
     """Track through frames as they come, until the source ends, fails, or is stopped; at constant memory.
 
     A frame's rows stand in ``tracks.csv`` before the next is taken; ``result.nc`` and ``checks.json`` are
@@ -180,7 +180,7 @@ def track_live(
         write_result(folder / "result.nc", log, title=source.name, config=config)
         findings = run.checks.findings(log.whitened)
         write_checks(folder, findings)
-    return end, findings
+    return end._replace(findings=findings)
 
 
 def _load_compiled(parameters: ImageTracking) -> None:

@@ -110,11 +110,18 @@ def follow_links(
     DataError
         If the folder holds an earlier run's tracks, or a frame of the calibration cannot be used.
     """
+    said = set[str]()
+
+    def heeded(live: LiveStep) -> None:
+        remarks = tuple(remark for remark in live.step.state.remarks if remark not in said)
+        said.update(remarks)
+        on_step(live._replace(remarks=remarks))
+
     with (
         live_folder(out, parameters.to_yaml(), LIVE_FILES[:2]) as folder,
         LinkRun("live", nodes, parameters, folder=folder) as run,
     ):
-        return follow_live(track(coming, nodes, parameters, memory), coming, run.log, on_step, sink=run, extra=_events)
+        return follow_live(track(coming, nodes, parameters, memory), coming, run.log, heeded, sink=run, extra=_events)
 
 
 def _events(step: Step) -> dict[str, object]:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from itertools import chain, islice
 from pathlib import Path
 
-from elusive.checks import Finding, write_checks
+from elusive.checks import write_checks
 from elusive.errors import DataError, ParameterError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io.arrivals import Coming
@@ -37,7 +37,7 @@ def follow_radar(
     *,
     charts: Sequence[str | Path] = (),
     memory: Memory | None = None,
-) -> tuple[LiveEnd, tuple[Finding, ...]]:
+) -> LiveEnd:
     """Track ships while their plots come: a scan's rows stand in the file before the next is taken.
 
     A scan is complete when a later plot comes. With a chart the first ten scans are waited for, by which the land in
@@ -62,7 +62,7 @@ def follow_radar(
 
     Returns
     -------
-    tuple
+    LiveEnd
         How it ended, and what was checked, of the latest innovations.
 
     Raises
@@ -101,4 +101,4 @@ def follow_radar(
         end = follow_live(steps(), coming, log, on_step)
     findings = findings_of(seen, sensor, around.water, innovations)
     write_checks(out, findings)
-    return end, findings
+    return end._replace(findings=findings)

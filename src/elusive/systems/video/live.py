@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator, Sequence
 from itertools import chain, islice
 from pathlib import Path
 
-from elusive.checks import Finding
 from elusive.checks.files import write_checks
 from elusive.io.arrivals import Coming
 from elusive.results import TrackLog
@@ -34,7 +33,7 @@ def follow_video(
     radar_lat_deg: float | None = None,
     charts: Sequence[str | Path] = (),
     needs_place: str = "",
-) -> tuple[LiveEnd, tuple[Finding, ...]]:
+) -> LiveEnd:
     """Track ships while a radar's video comes: a turn's rows stand in the file before the next is taken.
 
     The first turns are waited for, from which clutter is learnt; they are tracked in then.
@@ -54,7 +53,7 @@ def follow_video(
 
     Returns
     -------
-    tuple
+    LiveEnd
         How it ended, and what was checked.
 
     Raises
@@ -94,4 +93,4 @@ def follow_video(
     findings = judged.findings(counts, start.sensor, water)[1]
     write_resting(out / "resting.csv", resting_of(start.sensor, last.state.heard.clutter, water, place))
     write_checks(out, findings)
-    return end, findings
+    return end._replace(findings=findings)
