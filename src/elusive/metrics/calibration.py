@@ -79,24 +79,15 @@ def brier_score(existence: Any, present: Any, *, confidence: float = 0.95) -> Es
 
     Parameters
     ----------
-    existence
-        Probability of existence, ``(trials, frames)``; NaN where missing, which is left out.
-    present
-        Whether there is a target, ``(trials, frames)`` or ``(frames,)``.
+    existence, present
+        As in :func:`calibration_curve`.
     confidence
         Level of the interval (Student's, trials as clusters).
 
-    Returns
-    -------
-    Estimate
-        Floats.
-
     Raises
     ------
-    DataError
-        If the shapes do not fit, existence is no probability, or all of it is missing.
-    ParameterError
-        If the confidence is no probability.
+    DataError, ParameterError
+        As there.
     """
     p, there = existence_and_truth(existence, present)
     return _mean((p - there) ** 2, confidence)
@@ -120,10 +111,8 @@ def log_score(existence: Any, present: Any, *, floor: float = 1e-6, confidence: 
 
     Raises
     ------
-    DataError
-        As in :func:`brier_score`.
-    ParameterError
-        If the floor is not in ``[0, 0.5)``, or the confidence is no probability.
+    DataError, ParameterError
+        As in :func:`calibration_curve`; ParameterError too if the floor is not in ``[0, 0.5)``.
     """
     if not 0.0 <= floor < 0.5:
         raise ParameterError(f"floor: must be at least 0 and less than 0.5 (got {floor!r}); 1e-6 is the default.")

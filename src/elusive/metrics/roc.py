@@ -30,10 +30,8 @@ def roc_curve(existence: Any, present: Any, *, confidence: float = 0.95) -> Roc:
 
     Parameters
     ----------
-    existence
-        Probability of existence, ``(trials, frames)``; NaN where missing, which is left out.
-    present
-        Whether there is a target, ``(trials, frames)`` or ``(frames,)``.
+    existence, present
+        As in :func:`~elusive.metrics.calibration.calibration_curve`.
     confidence
         Level of the area's interval.
 

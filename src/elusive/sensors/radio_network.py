@@ -73,51 +73,21 @@ def radio_nodes(positions_m: Array, names: Sequence[str] | None = None, name: st
 
 
 def links_of(nodes: int) -> Indices:
-    """Return the undirected links of a network, in the order in which links are numbered everywhere.
-
-    Parameters
-    ----------
-    nodes
-        Number of nodes, S.
-
-    Returns
-    -------
-    ndarray
-        ``(S (S - 1) / 2, 2)`` pairs of nodes i < j in lexicographic order, eq. 3.9.
-    """
+    """Return the undirected links of S nodes: ``(S (S - 1) / 2, 2)`` pairs i < j in lexicographic order, eq. 3.9."""
     return np.column_stack(np.triu_indices(nodes, 1)).astype(np.int64)
 
 
 def directed_links_of(nodes: int) -> Indices:
-    """Return the directed links: the one from tx to rx is ``tx (S - 1) + (rx if rx < tx else rx - 1)``.
+    """Return transmitter and receiver of each directed link of S nodes, ``(S (S - 1), 2)``.
 
-    Parameters
-    ----------
-    nodes
-        Number of nodes, S.
-
-    Returns
-    -------
-    ndarray
-        ``(S (S - 1), 2)`` transmitter and receiver of each.
+    The link from tx to rx is row ``tx (S - 1) + (rx if rx < tx else rx - 1)``.
     """
     sender, receiver = np.nonzero(~np.eye(nodes, dtype=bool))
     return np.column_stack([sender, receiver]).astype(np.int64)
 
 
 def undirected_of(nodes: int) -> Indices:
-    """Return the number of the undirected link that each directed link is a direction of.
-
-    Parameters
-    ----------
-    nodes
-        Number of nodes, S.
-
-    Returns
-    -------
-    ndarray
-        ``(S (S - 1),)`` rows of :func:`links_of`.
-    """
+    """Return the row of :func:`links_of` that each directed link of S nodes is a direction of, ``(S (S - 1),)``."""
     low, high = np.sort(directed_links_of(nodes), axis=1).T
     number: Indices = low * (2 * nodes - low - 1) // 2 + high - low - 1
     return number

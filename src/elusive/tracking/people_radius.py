@@ -43,22 +43,7 @@ class RadiusTracker(Model):
         return NOBODY
 
     def step(self, state: PeopleState, time_s: float, positions: Array, intensities: Array) -> PeopleState:
-        """Return the state after a frame's heads.
-
-        Parameters
-        ----------
-        state
-            After the frame before.
-        time_s
-            Time of the frame.
-        positions, intensities
-            Of the heads, ``(H, 2)`` [m] and ``(H,)``.
-
-        Raises
-        ------
-        DataError
-            If the shapes do not fit, a number is not finite, or time runs backwards.
-        """
+        """Return the state after a frame's heads: arguments and errors as of :meth:`HungarianTracker.step`."""
         places, heights = checked_heads(positions, intensities)
         interval_s, living = interval_since(state.time_s, time_s), state.living
         row_of = self._paired(places, state)

@@ -48,18 +48,7 @@ class BatchMaximum(VelocityBank):
         return cells * (stack[0] * 8 + 8 + 8 + 4)
 
     def trajectories(self, evidence: Array) -> BestTrajectories:
-        """Score the best trajectory into each cell of the last frame.
-
-        Parameters
-        ----------
-        evidence
-            ``(T, samples)`` or ``(T, rows, columns)``, two frames or more.
-
-        Raises
-        ------
-        DataError
-            If the stack has another shape, is not finite, or needs more than half of the machine's memory.
-        """
+        """Score the best trajectory into each cell of the last frame; evidence and errors as of :func:`as_stack`."""
         from elusive.filters.accumulate import _trajectory_kernels as kernels
 
         stack = as_stack(evidence, self.memory_bytes)
@@ -84,21 +73,9 @@ class BatchMaximum(VelocityBank):
         return Trajectory(float(best.score[tuple(cell)]), positions, np.tile(velocity, (frames, 1)))
 
     def search(self, evidence: Array) -> Trajectory:
-        """Return the best trajectory of all.
-
-        Parameters
-        ----------
-        evidence
-            ``(T, samples)`` or ``(T, rows, columns)``, two frames or more.
-
-        Raises
-        ------
-        DataError
-            As :meth:`trajectories`.
-        """
+        """Return the best trajectory of all; evidence and errors as of :func:`as_stack`."""
         best = self.trajectories(evidence)
-        end = np.unravel_index(int(best.score.argmax()), best.score.shape)
-        return self.trajectory(best, tuple(int(place) for place in end), len(evidence))
+        return self.trajectory(best, highest(best.score), len(evidence))
 
     def _placed(self, ndim: int, frames: int) -> NDArray[np.int64]:
         """Cells moved since the first frame, ``(V, T, ndim)``, rounded as the recurrent filter rounds them."""
@@ -107,7 +84,7 @@ class BatchMaximum(VelocityBank):
 
 
 def as_stack(evidence: Array, memory_bytes: Callable[[tuple[int, ...]], int]) -> Array:
-    """Return evidence as a C-ordered float64 stack ``(T, *shape)`` for a search that needs so much memory.
+    """Return evidence ``(T, samples)`` or ``(T, rows, columns)`` as a C-ordered stack for a search of so much memory.
 
     Raises
     ------
@@ -129,6 +106,11 @@ def as_stack(evidence: Array, memory_bytes: Callable[[tuple[int, ...]], int]) ->
     if fault.size:
         raise DataError(f"evidence: frame {fault[0]} is not finite; set what is masked to 0, where it says nothing.")
     return stack
+
+
+def highest(score: Array) -> tuple[int, ...]:
+    """Return the cell of the highest score."""
+    return tuple(int(place) for place in np.unravel_index(int(score.argmax()), score.shape))
 
 
 def check_cell(cell: tuple[int, ...], shape: tuple[int, ...]) -> None:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from elusive.contracts import Array
-from elusive.filters.accumulate.trajectories import Trajectory, as_stack, check_cell
+from elusive.filters.accumulate.trajectories import Trajectory, as_stack, check_cell, highest
 from elusive.model import Model
 
 
@@ -51,18 +51,7 @@ class Viterbi(Model):
         return cells * (stack[0] * 8 + (stack[0] - 1) * self._code(len(stack) - 1).itemsize + 3 * 8)
 
     def paths(self, evidence: Array) -> BestPaths:
-        """Score the best path into each cell of the last frame.
-
-        Parameters
-        ----------
-        evidence
-            ``(T, samples)`` or ``(T, rows, columns)``, two frames or more.
-
-        Raises
-        ------
-        DataError
-            If the stack has another shape, is not finite, or needs more than half of the machine's memory.
-        """
+        """Score the best path into each cell of the last frame; evidence and errors as of :func:`as_stack`."""
         from elusive.filters.accumulate import _trajectory_kernels as kernels
 
         stack = as_stack(evidence, self.memory_bytes)
@@ -91,21 +80,9 @@ class Viterbi(Model):
         return Trajectory(float(paths.score[tuple(cell)]), positions, np.array([velocities[-1], *velocities[::-1]]))
 
     def search(self, evidence: Array) -> Trajectory:
-        """Return the best path of all.
-
-        Parameters
-        ----------
-        evidence
-            ``(T, samples)`` or ``(T, rows, columns)``, two frames or more.
-
-        Raises
-        ------
-        DataError
-            As :meth:`paths`.
-        """
+        """Return the best path of all; evidence and errors as of :func:`as_stack`."""
         paths = self.paths(evidence)
-        end = np.unravel_index(int(paths.score.argmax()), paths.score.shape)
-        return self.trajectory(paths, tuple(int(place) for place in end))
+        return self.trajectory(paths, highest(paths.score))
 
     def _code(self, ndim: int) -> np.dtype[np.uint8] | np.dtype[np.uint16]:
         """Type that holds the number of any move."""

@@ -17,14 +17,12 @@ from numpy.random import Generator
 from pydantic import Field
 
 from elusive.contracts import Array, interval_since
-from elusive.errors import DataError
 from elusive.filters.gaussian import _extended_kernels as kernels
 from elusive.filters.gaussian._block_kernels import marginals
 from elusive.filters.gaussian.bearing_stretch import BearingStretch
 from elusive.filters.gaussian.kalman import smoothed
 from elusive.filters.gaussian.plain_stretch import PlainStretch
 from elusive.filters.gaussian.problem import Problem, Stretch
-from elusive.runner import timed
 
 
 class ExtendedState(NamedTuple):
@@ -82,26 +80,8 @@ class ExtendedKalmanFilter(Problem):
     def track(
         self, measurements: Iterable[Any | None], times_s: Iterable[float] | None = None, *, smooth: bool = False
     ) -> FilteredPath:
-        """Filter a recording, and smooth it.
-
-        Parameters
-        ----------
-        measurements
-            In the order of time; those of equal times are taken together.
-        times_s
-            Times of measurements that have none of their own [s].
-        smooth
-            Whether each belief is to be given all measurements, later ones too.
-
-        Raises
-        ------
-        DataError
-            If a measurement cannot be used, times run backwards, or there is none at all.
-        """
-        stretch = self.stretch((time_s, measurement) for measurement, time_s in timed(measurements, times_s))
-        if stretch.empty:
-            raise DataError("measurements: there is none; a path needs at least one.")
-        return self.over(stretch, smooth=smooth)
+        """Filter a recording, taken as by :meth:`recorded`; ``smooth``: each belief is given later measurements too."""
+        return self.over(self.recorded(measurements, times_s), smooth=smooth)
 
     def over(self, stretch: Stretch, *, smooth: bool = False) -> FilteredPath:
         """Filter a stretch of measurements, one at least, and smooth it."""

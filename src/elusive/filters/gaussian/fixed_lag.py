@@ -101,20 +101,7 @@ class FixedLagSmoother(Problem):
         return self._settled(Window(stretch, window.anchor, path, spreads), started=True)
 
     def track(self, measurements: Iterable[Any | None], times_s: Iterable[float] | None = None) -> LaggedPath:
-        """Estimate each state from the measurements up to a lag later.
-
-        Parameters
-        ----------
-        measurements
-            In the order of time.
-        times_s
-            Times of measurements that have none of their own [s].
-
-        Raises
-        ------
-        DataError
-            If a measurement cannot be used, times run backwards, or there is none at all.
-        """
+        """Estimate each state from the measurements up to a lag later; arguments and errors as of :meth:`recorded`."""
         rng = np.random.default_rng(0)
         state, left, seen = self.init(rng), list[tuple[Array, Array, Array]](), False
         for measurement, time_s in timed(measurements, times_s):

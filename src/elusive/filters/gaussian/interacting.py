@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from elusive.contracts import Array, interval_since
-from elusive.errors import DataError
 from elusive.filters.gaussian._block_kernels import marginals
 from elusive.filters.gaussian._interacting_kernels import Bank, advanced, combined, mixed
 from elusive.filters.gaussian.parts import AnyMotion
@@ -152,23 +151,9 @@ class InteractingFilter(Setting):
         return self._state(time_s, bank._replace(probabilities=np.exp(weights - log_evidence)), log_evidence, None)
 
     def track(self, measurements: Iterable[Any | None], times_s: Iterable[float] | None = None) -> ModelPath:
-        """Filter a recording.
-
-        Parameters
-        ----------
-        measurements
-            In the order of time.
-        times_s
-            Times of measurements that have none of their own [s].
-
-        Raises
-        ------
-        DataError
-            If a measurement cannot be used, times run backwards, or there is none at all.
-        """
+        """Filter a recording; arguments and errors as of :meth:`Problem.recorded`."""
         rng, recorded = np.random.default_rng(0), list(timed(measurements, times_s))
-        if self.problems[0].stretch((time_s, measurement) for measurement, time_s in recorded).empty:
-            raise DataError("measurements: there is none; a path needs at least one.")
+        self.problems[0].recorded([m for m, _ in recorded], [time_s for _, time_s in recorded])
         state, path, log_evidence = self.init(rng), list[InteractingState](), 0.0
         for measurement, time_s in recorded:
             if path and path[-1].time_s == time_s:

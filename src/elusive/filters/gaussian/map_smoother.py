@@ -14,7 +14,6 @@ import numpy as np
 from pydantic import Field
 
 from elusive.contracts import Array
-from elusive.errors import DataError
 from elusive.filters.gaussian._block_kernels import marginals
 from elusive.filters.gaussian._map_kernels import Anchor
 from elusive.filters.gaussian.bearing_stretch import BearingStretch
@@ -22,7 +21,6 @@ from elusive.filters.gaussian.extended_kalman import ExtendedKalmanFilter
 from elusive.filters.gaussian.problem import Problem, Stretch
 from elusive.filters.gaussian.range_bank import heard_alone, range_bank
 from elusive.model import Positive
-from elusive.runner import timed
 
 FILTER_ITERATIONS = 3  # of the filter that finds a start
 
@@ -53,23 +51,8 @@ class MapSmoother(Problem):
     )
 
     def smooth(self, measurements: Iterable[Any | None], times_s: Iterable[float] | None = None) -> SmoothedPath:
-        """Estimate the path at each time of the measurements.
-
-        Parameters
-        ----------
-        measurements
-            In the order of time.
-        times_s
-            Times of measurements that have none of their own [s].
-
-        Raises
-        ------
-        DataError
-            If a measurement cannot be used, times run backwards, or there is none at all.
-        """
-        stretch = self.stretch((time_s, measurement) for measurement, time_s in timed(measurements, times_s))
-        if stretch.empty:
-            raise DataError("measurements: there is none; a path needs at least one.")
+        """Estimate the path at each time of the measurements, taken as by :meth:`recorded`."""
+        stretch = self.recorded(measurements, times_s)
         if isinstance(stretch, BearingStretch) and heard_alone(self, stretch):
             bank = range_bank(self, stretch, smooth=True)
             times_s, unknown = stretch.times_s, float("nan")

@@ -17,6 +17,7 @@ from pydantic import ConfigDict, Field, model_validator
 from scipy.linalg import block_diag
 
 from elusive.contracts import Array, X, Y
+from elusive.errors import DataError
 from elusive.filters.gaussian import _extended_kernels as kernels
 from elusive.filters.gaussian._bearing_kernels import move
 from elusive.filters.gaussian._map_kernels import Anchor, Descent, Loss, inverse_noise
@@ -31,6 +32,7 @@ from elusive.filters.gaussian.transitions import FLOOR, STEP_DIGITS, AngleBias, 
 from elusive.filters.priors import GaussianPrior
 from elusive.model import Model, NonNegative, Positive
 from elusive.motion import ConstantVelocity
+from elusive.runner import timed
 from elusive.sensors.bearing_table import tabulated
 from elusive.sensors.bearings import BearingSensors
 from elusive.sensors.hybrid import HybridSensors
@@ -198,16 +200,36 @@ class Problem(Setting):
         """Most probable path of the first bearings, and whether they give a place: where a live filter starts."""
         return started(stretch.table, stretch.transitions, self.anchor(), self.robust, self.start)
 
-    def stretch(self, timed: Iterable[tuple[float, Any | None]]) -> Stretch:
+    def stretch(self, placed: Iterable[tuple[float, Any | None]]) -> Stretch:
         """Measurements, None where one is missing, with their times and what moves between."""
-        timed = tuple(timed)
+        placed = tuple(placed)
         if self.compiled:
-            table = tabulated([m for _, m in timed], self.sensor, [time_s for time_s, _ in timed])
+            table = tabulated([m for _, m in placed], self.sensor, [time_s for time_s, _ in placed])
             T = self.transitions(table.times_s)
             return BearingStretch(self, table, T, inverse_noise(T))
         stretch = PlainStretch(self, np.empty(0), ())
-        for time_s, measurement in timed:
+        for time_s, measurement in placed:
             stretch = stretch.joined(time_s, measurement)
+        return stretch
+
+    def recorded(self, measurements: Iterable[Any | None], times_s: Iterable[float] | None = None) -> Stretch:
+        """Take a whole recording; measurements of equal times are taken together.
+
+        Parameters
+        ----------
+        measurements
+            In the order of time.
+        times_s
+            Times of measurements that have none of their own [s].
+
+        Raises
+        ------
+        DataError
+            If a measurement cannot be used, times run backwards, or there is none at all.
+        """
+        stretch = self.stretch((time_s, measurement) for measurement, time_s in timed(measurements, times_s))
+        if stretch.empty:
+            raise DataError("measurements: there is none; a path needs at least one.")
         return stretch
 
     def transitions(self, times_s: Array) -> Transitions:
