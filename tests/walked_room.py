@@ -17,8 +17,13 @@ def walker(frame):
     return np.array([0.4 + 0.2 * (frame - 40), 2.1 + 0.04 * (frame - 40)]) if frame >= 40 else None
 
 
-def write_room(folder):
-    """Write nodes, a wide log and the truth: levels drop where the person is in the way."""
+def other(frame):
+    """Somebody else, the other way."""
+    return np.array([5.6 - 0.2 * (frame - 40), 4.8 - 0.04 * (frame - 40)]) if frame >= 40 else None
+
+
+def write_room(folder, *others):
+    """Write nodes, a wide log and the truth of one: levels drop where the person, or others, are in the way."""
     rng = np.random.default_rng(0)
     (folder / "nodes.csv").write_text("node,x_m,y_m\n" + "".join(f"n{k},{x},{y}\n" for k, (x, y) in enumerate(NODES)))
     names = [f"n{a}-n{b}-{c}" for c in (11, 26) for a, b in PAIRS]
@@ -28,10 +33,12 @@ def write_room(folder):
     rows, truth = [["time_s", *names]], ["time_s,x_m,y_m"]
     for frame in range(FRAMES):
         heard = level + rng.normal(0, 0.4, len(names))
-        place = walker(frame)
-        if place is not None:
+        for place in (walk(frame) for walk in (walker, *others)):
+            if place is None:
+                continue
             excess = np.linalg.norm(ends[0] - place, axis=1) + np.linalg.norm(ends[1] - place, axis=1) - apart
             heard -= 9 * np.exp(-excess / 0.03) + 2.5 * rng.normal(size=len(names)) * np.exp(-excess / 1.0)
+        if (place := walker(frame)) is not None:
             truth.append(f"{0.5 * frame},{place[0]},{place[1]}")
         rows.append([0.5 * frame, *(f"{value:.0f}" for value in heard)])
     with (folder / "log.csv").open("w", newline="") as file:

@@ -13,7 +13,7 @@ from elusive.io.link_logs import open_link_log
 from elusive.io.node_files import read_nodes
 from elusive.sensors.radio_network import directed_links_of
 from tests.tracking.link_scenes import DATA
-from tests.walked_room import EMPTY, changed, write_room
+from tests.walked_room import EMPTY, changed, other, write_room
 
 LOG, NODES, RECORDED_EMPTY = DATA / "basement_listenx_out_1.txt", DATA / "sensor_coords_basement_m.txt", 50
 recorded = pytest.mark.skipif(not DATA.exists(), reason=f"needs the radio log under {DATA}")
@@ -152,3 +152,11 @@ def test_a_door_that_opens_in_an_empty_room_is_named_and_its_ghost_goes(network,
 def test_a_room_with_somebody_is_right(network, tmp_path, capsys):
     code, names, said = told(capsys, network / "log.csv", network / "nodes.csv", tmp_path / "out", empty=EMPTY)
     assert (code, names) == (0, set()), said
+
+
+def test_two_people_who_are_tracked_as_one_are_named(tmp_path, capsys):
+    """Eight nodes of two channels tell them apart at no time."""
+    room = write_room(tmp_path, other)
+    code, names, said = told(capsys, room / "log.csv", room / "nodes.csv", tmp_path / "out", empty=EMPTY)
+    assert (code, names) == (3, {"links.people"}), said
+    assert "two may be tracked as one" in said

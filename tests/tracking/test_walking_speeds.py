@@ -14,6 +14,7 @@ from scipy.stats import chi2
 
 from elusive.geometry.areas import Area
 from elusive.motion.walk import Walk
+from elusive.sensors.link_effects import total
 from elusive.sensors.radio_network import undirected_of
 from elusive.systems.links.by_links import LinksChain, LinksMethod
 from tests.tracking.link_scenes import shadowed_links
@@ -54,6 +55,18 @@ def walked(rng, speed_mps, interval_s, frames, half=HALF - 0.4):
     return places
 
 
+def drawn(world, sensor, places, rng):
+    """Draw a frame with people at the places."""
+    people = [sensor.effect(sensor.expected(np.array([[x, 0, y, 0]])), np.ones(1), 1.0) for x, y in places]
+    mean, variance = total(people, sensor.variance_db2 + sensor.model.floor_sd_db**2)
+    links = NODES * (NODES - 1) // 2
+    common, scale = rng.standard_normal(links)[LINK, None], rng.chisquare(4, links)[LINK, None]
+    shared = (rng.random(links) < world.alike)[LINK, None]
+    normal = np.sqrt(world.alike) * common + np.sqrt(1 - world.alike) * rng.standard_normal(variance.shape)
+    noise = normal / np.sqrt(np.where(shared, scale, rng.chisquare(4, variance.shape)) / 4)
+    return mean + np.sqrt(variance) * noise
+
+
 def followed(world, method, speed_mps, interval_s, seed):
     """Errors of the confirmed person, whether the 95 % ellipse holds them, and how many there are."""
     rng = np.random.default_rng([seed, round(10 * speed_mps), round(10 * interval_s)])
@@ -63,16 +76,9 @@ def followed(world, method, speed_mps, interval_s, seed):
     area = Area.rectangle(-HALF, HALF, -HALF, HALF)
     chain = LinksChain(method.tracker(sensor, area), area, 1.0, True)
     state, errors, held, alone = chain.init(np.empty(0), rng), [], [], []
-    variance = sensor.variance_db2 + sensor.model.floor_sd_db**2
     for number, place in enumerate(walked(rng, speed_mps, interval_s, frames)):
         bent = place + bend(place)
-        effect = sensor.effect(sensor.expected(np.array([[bent[0], 0, bent[1], 0]])), np.ones(1), 1.0)
-        links = NODES * (NODES - 1) // 2
-        common, scale = rng.standard_normal(links)[LINK, None], rng.chisquare(4, links)[LINK, None]
-        shared = (rng.random(links) < world.alike)[LINK, None]
-        normal = np.sqrt(world.alike) * common + np.sqrt(1 - world.alike) * rng.standard_normal(variance.shape)
-        noise = normal / np.sqrt(np.where(shared, scale, rng.chisquare(4, variance.shape)) / 4)
-        frame = effect.mean + np.sqrt(variance + effect.variance) * noise
+        frame = drawn(world, sensor, [bent], rng)
         state = chain.step(state, number * interval_s, frame, rng)
         sure = [track for track in state.tracks if track.status == "confirmed"]
         if number < settled:

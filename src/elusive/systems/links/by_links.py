@@ -22,6 +22,7 @@ from elusive.sensors.linear_links import LinkRadiation
 from elusive.sensors.link_likeness import Likeness
 from elusive.sensors.link_shadowing import LinkShadowing, ShadowedLinks
 from elusive.sensors.radio_network import RadioNodes
+from elusive.systems.links.unexplained import NOTHING, SOMEBODY, OneMore, Unexplained
 from elusive.tracking.birth_density import AreaBirths
 from elusive.tracking.people import Entrance, TrackEvent, events_between
 from elusive.tracking.superposed import FIRST_S, SuperposedTracker
@@ -40,6 +41,7 @@ class LinksState(NamedTuple):
     likeness: Likeness
     bias_m2: float  # variance on each axis of the site's bias of places
     learns: bool = True  # whether the likeness is learned: of shadowed links
+    unexplained: Unexplained = NOTHING  # what the tracked people leave over
 
     @property
     def tracks(self) -> tuple[Track, ...]:
@@ -135,6 +137,9 @@ class LinksChain:
     def __init__(self, people: SuperposedTracker, area: Area, near_m: float, by_reading: bool) -> None:
         self._filter, self._near_m, self._by_reading = people, near_m, by_reading
         self._entrance = Entrance(area=area, width_m=near_m)
+        self._one_more: OneMore | None = None
+        if isinstance(people.sensor, ShadowedLinks) and isinstance(people.birth, AreaBirths):
+            self._one_more = OneMore(people.sensor, people.birth.components[0], area, people.separation)
 
     def seen(self, rss: RssState) -> Array:
         """Return what the chain takes of a frame: the rise of each reading ``(D, C)``, or each undirected loss."""
@@ -167,16 +172,24 @@ class LinksChain:
         DataError
             If the frame is not of the calibration's links and channels, or time runs backwards.
         """
-        sensor, likeness, bias_m2 = self._filter.sensor, state.likeness, 0.0
+        sensor, likeness, bias_m2, unexplained = self._filter.sensor, state.likeness, 0.0, NOTHING
         if not isinstance(sensor, ShadowedLinks) or change is None:
             belief = self._filter.step(state.belief, time_s, change, rng)
         else:
             interval_s = FIRST_S if math.isnan(state.belief.time_s) else interval_since(state.belief.time_s, time_s)
-            belief = self._filter.step(state.belief, time_s, sensor.tempered(change, likeness, interval_s), rng)
+            tempered = sensor.tempered(change, likeness, interval_s)
+            belief = self._filter.step(state.belief, time_s, tempered, rng)
             sure = [track.mean for track in belief.tracks if track.status == "confirmed"]
-            if sure:
+            if sure and self._one_more is not None:
+                unexplained = self._one_more.sought(state.unexplained, belief, change, tempered.temper)
+                if unexplained.likely:  # lest somebody who is not tracked is taken for an odd site
+                    sure.append(np.array([unexplained.place[0], 0.0, unexplained.place[1], 0.0]))
                 likeness = sensor.likeness_after(likeness, change, np.array(sure))
+                if unexplained.summed > SOMEBODY and len(belief.targets) < self._filter.most_targets:
+                    n = self._filter.particles
+                    belief = self._one_more.joined(belief, unexplained, tempered.temper, n, rng)
+                    unexplained = unexplained._replace(summed=0.0)
         if isinstance(sensor, ShadowedLinks):
             bias_m2 = sensor.bias_variance(likeness)
         events = events_between(time_s, state.belief.tracks, belief.tracks, self._entrance, self._near_m)
-        return LinksState(belief, tuple(events), likeness, bias_m2, state.learns)
+        return LinksState(belief, tuple(events), likeness, bias_m2, state.learns, unexplained)

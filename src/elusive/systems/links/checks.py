@@ -34,6 +34,7 @@ INTERVALS_S = 0.005, 60.0  # between frames
 IMPOSSIBLE = 0.5  # share of the links that is louder than radios can be
 COARSE_DB = 2.5  # steps of readings
 MISFIT, LEARNED_FRAMES = 2.0, 20
+ONE_MORE = 1.0  # log likelihood a frame of one more person: -10 to -2 where all are tracked, 1.4 to 40 with one more
 NODES_REMEDY = "Give --nodes in the order of the log's columns, every node once, and check --layout."
 
 
@@ -45,6 +46,7 @@ class LinkFacts:
         self._calibration: Calibration | None = None
         self._confirmed = 0
         self._misfit = math.nan
+        self._one_more, self._looked = 0.0, 0
         self._step_db = math.nan
         self._settled, self._settled_s = 0.0, math.nan
 
@@ -61,13 +63,16 @@ class LinkFacts:
             sure = any(track.status == "confirmed" for track in step.tracks)
             self._confirmed += sure
             self._misfit = people.likeness.misfit
+            if math.isfinite(people.unexplained.log_ratio):
+                self._one_more += people.unexplained.log_ratio
+                self._looked += 1
 
     def findings(self) -> tuple[Finding, ...]:
         """Return what was checked."""
         if self._calibration is None:
             return ()
         mean = self._calibration.mean_dbm
-        found = [self._rounding(), self._room(), self._model()]
+        found = [self._rounding(), self._room(), self._model(), self._people()]
         misread = _reciprocity(self._nodes, mean)
         return (*found, misread, *([] if not misread.holds else _distances(self._nodes, mean)))
 
@@ -97,6 +102,15 @@ class LinkFacts:
             "as in a real basement: the model of what people change does not hold here, and tracks may be nobody's.",
             "Fit the site: elusive fit links, then --config; for sums over voxels, as simulated logs are, "
             "--effect radiation.",
+        )
+
+    def _people(self) -> Finding:
+        mean = self._one_more / self._looked if self._looked >= LEARNED_FRAMES else math.nan
+        return Fact(0.0, mean, not mean > ONE_MORE, self._looked).finding(
+            "links.people",
+            f"What the tracked people leave over is likelier with one more person, by {mean:.2g} a frame (log "
+            "likelihood): two may be tracked as one, or somebody is not tracked, and ellipses are too sure.",
+            "Let as many be tracked as come (--most-targets); more nodes or channels tell people apart.",
         )
 
 

@@ -1,0 +1,96 @@
+"""Evidence of one more person in what those who are tracked leave over, summed up over frames.
+
+A filter that tempers its likelihood finds somebody who walks beside another too seldom: what the second does looks like
+a site that the model does not fit, and tempers all evidence of them. But a site does not do it as a person at one place
+would. So each frame's log likelihood ratio of the best place of one more person is summed up from the last time that
+it spoke against any: Page (1954), "Continuous inspection schemes", Biometrika 41, 100-115.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.random import Generator
+
+from elusive.contracts import Array, X, Y
+from elusive.geometry.areas import Area
+from elusive.sensors.link_effects import Effect
+from elusive.sensors.link_shadowing import ShadowedLinks, TemperedRise
+from elusive.tracking.birth_density import CellBirths
+from elusive.tracking.lifecycle import Life
+from elusive.tracking.sought import LOUD
+from elusive.tracking.superposed_state import SuperposedState, Target
+
+SOMEBODY = 8.0  # summed log evidence, tempered, from which one more is tried; below 3 with one person in a basement
+TRIED = 0.8  # existence of who is tried
+PRECISE = 0.2  # least temper of the places at which they are tried
+
+
+class Unexplained(NamedTuple):
+    """What a frame says of one more person."""
+
+    log_ratio: float  # at the best place against nobody more, not tempered; NaN where nobody is tracked
+    summed: float = 0.0  # over frames, tempered
+    place: Array = np.full(2, math.nan)  # the best [m]
+    levels: Array = np.empty(0)  # (M,) log ratio at each cell, minus infinity where nobody more is looked for
+
+    @property
+    def likely(self) -> bool:
+        """Whether the frame speaks for one more person."""
+        return self.log_ratio > 0
+
+
+NOTHING = Unexplained(math.nan)
+
+
+class OneMore:
+    """Looks for one more person, cell by cell.
+
+    Parameters
+    ----------
+    sensor
+        The links.
+    births
+        Where newcomers are looked for.
+    area
+        Where people can be.
+    apart_m
+        Distance from somebody who is tracked within which nobody else is looked for.
+    """
+
+    def __init__(self, sensor: ShadowedLinks, births: CellBirths, area: Area, apart_m: float) -> None:
+        assert births.cells is not None
+        centres, self._sides = births.cells
+        self._centres = centres[area.contains(centres)]
+        self._sensor, self._births, self._apart_m = sensor, births, apart_m
+        self._expected = sensor.expected_at(self._centres)
+
+    def sought(self, before: Unexplained, belief: SuperposedState, rise_db: Array, temper: float) -> Unexplained:
+        """Return what a frame's changes ``(D, C)`` say of one more person, after the frame before."""
+        known = [target for target in belief.targets if target.existence > LOUD]
+        free = np.ones(len(self._centres), dtype=bool)
+        for target in known:
+            free &= ((self._centres - target.mean[[X, Y]]) ** 2).sum(axis=1) >= self._apart_m**2
+        if not free.any():
+            return NOTHING
+        ratio = self._sensor.given(TemperedRise(rise_db, 1.0), [self._effect(target) for target in known])
+        levels = np.where(free, ratio(self._expected), -math.inf)
+        best = int(levels.argmax())
+        log_ratio = float(levels[best])
+        return Unexplained(log_ratio, max(0.0, before.summed + temper * log_ratio), self._centres[best], levels)
+
+    def joined(
+        self, belief: SuperposedState, found: Unexplained, temper: float, n: int, rng: Generator
+    ) -> SuperposedState:
+        """Return the belief with one more person who may be there, by ``n`` particles."""
+        share = np.exp(max(temper, PRECISE) * (found.levels - found.log_ratio))
+        chosen = rng.choice(len(share), n, p=share / share.sum())
+        places = self._centres[chosen] + self._sides * rng.uniform(-0.5, 0.5, (n, 2))
+        states = self._births.newborn(places, rng)
+        target = Target(Life(), TRIED, states, np.full(n, 1 / n), states.mean(axis=0), np.cov(states.T))
+        return belief._replace(targets=(*belief.targets, target))
+
+    def _effect(self, target: Target) -> Effect:
+        return self._sensor.effect(self._sensor.expected(target.particles), target.weights, target.existence)
