@@ -23,6 +23,7 @@ from elusive.errors import ParameterError
 from elusive.model import FROM_RECORDING, Model, models_in, read_yaml
 
 PROGRESS = "ELUSIVE_PROGRESS"  # set where a program runs a command: it is told how far that is, a line each time
+SHOWN = "ELUSIVE_SHOWN"  # likewise, of a live command: its lines then say what was measured, too, for who draws it
 AnyModel = TypeVar("AnyModel", bound=Model)
 MAIN = "Parameters that matter first (all parameters are keys of --config, too)"
 

@@ -161,7 +161,10 @@ def check_health(out, latest_s):
 
 
 def test_the_health_page_answers_a_few_at_a_time_and_goes_on():
-    with health_page("127.0.0.1", 0, "0123456789abcdef", lambda: {"title": "x"}) as port, ExitStack() as open_ones:
+    with (
+        health_page("127.0.0.1", 0, "0123456789abcdef", lambda: {"title": "x"}, lambda: iter(())) as port,
+        ExitStack() as open_ones,
+    ):
         idle = [open_ones.enter_context(socket.create_connection(("127.0.0.1", port))) for _ in range(MOST + 4)]
         for each in idle[MOST:]:
             each.settimeout(HUNG_S)

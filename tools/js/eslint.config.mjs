@@ -3,7 +3,7 @@ import js from "@eslint/js";
 
 const BROWSER = [
   "AbortController", "Blob", "CustomEvent", "DecompressionStream", "Image", "ImageData", "Path2D", "ResizeObserver",
-  "Response", "atob", "clearTimeout", "cancelAnimationFrame", "devicePixelRatio", "document", "fetch", "getComputedStyle", "innerHeight",
+  "Response", "TextDecoderStream", "atob", "clearTimeout", "cancelAnimationFrame", "devicePixelRatio", "document", "fetch", "getComputedStyle", "innerHeight",
   "matchMedia", "performance", "requestAnimationFrame", "setTimeout", "window",
 ];
 

@@ -67,7 +67,7 @@ def track_bearings_command(
     if feed is not None:
         coming = fed(source, feed)
         run = partial(follow_bearings, coming, source.sites, parameters, out, memory=memory_of_run())
-        run_live(coming, run, out, LIVE_FILES, sinks)
+        run_live(coming, run, out, LIVE_FILES, sinks, sites=source.sites)
         return
     with bar("times", None) as advance:
         outcome = track_bearings_recording(source, parameters, out, truth=known, cutoff_m=truth_cutoff, on_time=advance)

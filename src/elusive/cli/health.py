@@ -7,7 +7,7 @@ import html
 import json
 import threading
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import closing, contextmanager, suppress
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
@@ -48,8 +48,10 @@ class Bounded(ThreadingHTTPServer):
 
 
 @contextmanager
-def health_page(host: str, port: int, token: str, health: Callable[[], Mapping[str, Any]]) -> Iterator[int]:
-    """Serve ``/`` and ``/health.json`` while the block runs; gives the port.
+def health_page(
+    host: str, port: int, token: str, health: Callable[[], Mapping[str, Any]], watched: Callable[[], Iterator[str]]
+) -> Iterator[int]:
+    """Serve ``/``, ``/health.json`` and ``/steps.ndjson`` while the block runs; gives the port.
 
     Parameters
     ----------
@@ -59,6 +61,8 @@ def health_page(host: str, port: int, token: str, health: Callable[[], Mapping[s
         Asked for as ``?token=`` or in ``Authorization: Bearer``; without it nothing is said but 401.
     health
         What to show.
+    watched
+        Gives the lines of the steps, as they come, to one who watches.
 
     Raises
     ------
@@ -80,8 +84,20 @@ def health_page(host: str, port: int, token: str, health: Callable[[], Mapping[s
                 self._answer(200, "application/json", json.dumps(health()).encode())
             elif parts.path == "/":
                 self._answer(200, "text/html; charset=utf-8", _page(health()).encode())
+            elif parts.path == "/steps.ndjson":
+                self._stream(watched())
             else:
-                self._answer(404, "text/plain", b"there are / and /health.json\n")
+                self._answer(404, "text/plain", b"there are /, /health.json and /steps.ndjson\n")
+
+        def _stream(self, lines: Iterator[str]) -> None:
+            """Answer with lines until who watches has gone."""
+            self.send_response(200)
+            self.send_header("Content-Type", "application/x-ndjson")
+            self.send_header("Cache-Control", "no-store")
+            self.end_headers()
+            with closing(lines), suppress(OSError):  # type: ignore[type-var]
+                for line in lines:
+                    self.wfile.write(line.encode() + b"\n")
 
         def _answer(self, code: int, kind: str, octets: bytes) -> None:
             self.send_response(code)

@@ -110,7 +110,7 @@ def track_links_command(
         console.print(f"Calibrating on the first {frames} frames, with nobody inside. Ctrl-C ends.", highlight=False)
         coming = fed(source, feed)
         run = partial(follow_links, coming, network, parameters, out, memory=memory_of_run())
-        run_live(coming, run, out, LIVE_FILES, sinks)
+        run_live(coming, run, out, LIVE_FILES, sinks, sites=network)
         return
     known = known_truth(truth, "m", cutoff=truth_cutoff)
     with bar("frames", None) as advance:

@@ -16,6 +16,7 @@ import typer
 from rich.markup import escape
 
 from elusive.cli import serving
+from elusive.cli.seen import Seeing, Sites
 from elusive.cli.terminal import console, interrupted, tell_findings
 from elusive.errors import ParameterError
 from elusive.geometry.local_frame import LocalFrame
@@ -23,6 +24,7 @@ from elusive.io.arrivals import Coming
 from elusive.io.sinks import Ground, Sinks, open_sinks
 from elusive.io.sinks.formats import json_line
 from elusive.io.sources import Feed, is_address
+from elusive.options import SHOWN
 from elusive.results.live import LiveEnd, LiveStep
 from elusive.tracking.memory import Memory
 
@@ -170,6 +172,7 @@ def run_live(
     sinks: Sinks,
     *,
     strict: bool = False,
+    sites: Sites | None = None,
 ) -> None:
     """Run until the source ends, fails, or Ctrl-C is pressed, each step's line told as it is known.
 
@@ -185,12 +188,15 @@ def run_live(
         Where tracks go besides.
     strict
         End with 3 where a finding is grave.
+    sites
+        Where the sensors stand, for who draws what is told.
 
     Raises
     ------
     DataError
         If the source fails before the first step.
     """
+    seeing = Seeing(sites)
 
     def interrupt(signum: int, frame: FrameType | None) -> None:
         """Let a first Ctrl-C end the source; a second does not wait for what is still to be written."""
@@ -209,12 +215,16 @@ def run_live(
         send = sinks.prepared(live.record)
         if serving.now is not None:
             serving.now.keep(live.record, sinks.state)
+            serving.now.show(live, seeing)
         send()
-        if not sinks.own_stdout and not _tell(live.record):
+        seen = {"seen": seeing(live.step.measurement)} if SHOWN in os.environ else {}
+        if not sinks.own_stdout and not _tell(live.record | seen):
             coming.stop()
 
     if serving.now is not None:
-        serving.now.begin(coming, sinks)
+        serving.now.begin(coming, sinks, seeing.first)
+    if SHOWN in os.environ:
+        _tell(seeing.first)
     previous = signal.signal(signal.SIGINT, interrupt)
     try:
         end = run(told)

@@ -72,7 +72,7 @@ def serve_command(
     parameters = folder / "parameters.yaml"
     parameters.write_text(yaml.safe_dump(wanted.parameters), encoding="utf-8")
     token = wanted.health.token or _token(folder / TOKEN)
-    with health_page(wanted.health.host, wanted.health.port, token, served.health) as port:
+    with health_page(wanted.health.host, wanted.health.port, token, served.health, served.watched) as port:
         where = f"http://{wanted.health.host}:{port}/"
         (folder / "health.url").write_text(where + "\n", encoding="utf-8")
         console.print(f"Health: {where}?token=..., the token is in {folder / TOKEN}.", highlight=False, soft_wrap=True)

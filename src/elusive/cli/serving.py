@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import queue
+import threading
 import time
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import psutil
 
+from elusive.cli.seen import Seeing
 from elusive.errors import DataError
 from elusive.io.arrivals import Coming
 from elusive.io.sinks import Sinks
+from elusive.io.sinks.formats import json_line
 from elusive.results.checkpoint import Checkpoint
 from elusive.results.latency import Latencies
 from elusive.results.live import LiveStep
@@ -20,6 +25,9 @@ from elusive.tracking.memory import Memory
 
 HEEDED = 50  # latest sentences kept
 RATE_OVER_S = 10.0
+STEPS_HELD = 3000  # latest that are told to who begins to watch
+BEHIND = 300  # steps that a watcher may lag; of more, the oldest are left out for it
+SILENCE_S = 5.0  # after which a watcher is told so, whereby it is found out whether it is still there
 
 now: Served | None = None
 """What is served by this process, if anything is."""
@@ -50,10 +58,14 @@ class Served:
         self._heeded: deque[tuple[float, str]] = deque(maxlen=HEEDED)
         self._coming: Coming[Any] | None = None
         self._sinks: Sinks | None = None
+        self._first = ""
+        self._told: deque[str] = deque(maxlen=STEPS_HELD)
+        self._watchers: set[queue.Queue[str]] = set()
+        self._turn = threading.Lock()  # watchers come and go in threads of their own
 
-    def begin(self, coming: Coming[Any], sinks: Sinks) -> None:
-        """Take note of the source and the sinks; they go on from the checkpoint."""
-        self._coming, self._sinks = coming, sinks
+    def begin(self, coming: Coming[Any], sinks: Sinks, first: Mapping[str, Any]) -> None:
+        """Take note of the source, the sinks and what watchers are told first; sinks go on from the checkpoint."""
+        self._coming, self._sinks, self._first = coming, sinks, json_line(first)
         if self._checkpoint.saved is not None:
             sinks.resume(self._checkpoint.saved.told)
 
@@ -87,6 +99,35 @@ class Served:
         if self.memory.held is None:
             raise DataError(f"{self.title}: this command keeps no state yet, and cannot be served; take --follow.")
         self._checkpoint.keep(self.memory, record, told)
+
+    def show(self, live: LiveStep, seeing: Seeing) -> None:
+        """Tell a step to who watches, with what was measured."""
+        with self._turn:
+            self._told.append(json_line(live.record))
+            watchers = list(self._watchers)
+        line = json_line(live.record | {"seen": seeing(live.step.measurement)}) if watchers else ""
+        for watcher in watchers:
+            if watcher.full():
+                with suppress(queue.Empty):
+                    watcher.get_nowait()
+            watcher.put_nowait(line)
+
+    def watched(self) -> Iterator[str]:
+        """Yield lines for one who watches: what was, then what comes; an empty one where nothing does."""
+        mine: queue.Queue[str] = queue.Queue(BEHIND)
+        try:
+            with self._turn:
+                told = list(self._told)
+                self._watchers.add(mine)
+            yield self._first or "{}"
+            yield from told
+            while True:
+                try:
+                    yield mine.get(timeout=SILENCE_S)
+                except queue.Empty:
+                    yield ""
+        finally:
+            self._watchers.discard(mine)
 
     def health(self) -> dict[str, Any]:
         """Return what the page shows."""

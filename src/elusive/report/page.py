@@ -13,8 +13,8 @@ from elusive.io.atomic import atomic_path
 from elusive.report.drawing import Drawing, dumps
 from elusive.report.findings import findings_html
 
-# of any drawing
-SCRIPTS = ("base", "layers", "tracks", "axes", "panel", "events", "surface", "place", "controls", "player")
+SCRIPTS = ("base", "layers", "tracks", "axes", "panel", "events", "surface", "controls", "player")  # of any drawing
+LIVE_SCRIPTS = (*SCRIPTS, "place", "live")  # of the workbench: what is placed, what goes on
 
 
 def stored(name: str) -> str:
@@ -54,8 +54,7 @@ def write_page(
         style=stored("drawing.css") + stored("report.css"),
         # no "</script>" can end the script early
         data=dumps(drawn).replace("<", "\\u003c"),
-        # without the workbench's placing
-        scripts="".join(stored(f"{name}.js") for name in (*SCRIPTS, "report") if name != "place"),
+        scripts="".join(stored(f"{name}.js") for name in (*SCRIPTS, "report")),
     )
     with atomic_path(path) as temporary:
         temporary.write_text(page, encoding="utf-8")

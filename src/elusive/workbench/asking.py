@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
@@ -15,7 +16,11 @@ from elusive.workbench.files import PLAIN, stranger
 from elusive.workbench.forms import FieldPath
 
 # the page's own, and what has no meaning for what is recorded
-LEFT_OUT = ("out", "config", "follow", "idle_s", "strict", "to", "given")
+LEFT_OUT = ("out", "config", "follow", "idle_s", "hold_s", "strict", "to", "given", "origin", "y_axis_deg")
+FOLLOW = "follow"  # among what is given: whether the source is followed as it comes
+
+
+LIVE = re.compile(r"[a-z][a-z0-9+]*://\S|camera:\d+$")  # a live source that is no file
 
 
 class Asked(NamedTuple):
@@ -37,6 +42,7 @@ class Asking(NamedTuple):
     noun: str
     asked: tuple[Asked, ...]  # files first, what is needed before what is not
     parameters: type[Model]
+    follows: bool  # whether a source can be followed as it comes
 
     @property
     def main(self) -> list[FieldPath]:
@@ -46,7 +52,7 @@ class Asking(NamedTuple):
 
     def words(self, values: Mapping[str, str | bool]) -> list[str]:
         """Return the command's words for what was given, by name; what is empty is left out."""
-        words = ["track", self.noun]
+        words = ["track", self.noun, *(["--follow"] if values.get(FOLLOW) else [])]
         for one in self.asked:
             value = values.get(one.name, "")
             if isinstance(value, bool):
@@ -80,12 +86,13 @@ def asking(recording: Recording) -> Asking:
     module, _, name = recording.place.partition(":")
     command = getattr(import_module(module), name)
     asked = []
-    for parameter in inspect.signature(command, eval_str=True).parameters.values():
+    known = inspect.signature(command, eval_str=True).parameters
+    for parameter in known.values():
         told = parameter.annotation.__metadata__[0]
         if parameter.name not in LEFT_OUT and told.rich_help_panel is None:
             asked.append(_asked(parameter, told))
     asked.sort(key=lambda one: (not one.is_file, not one.needed, bool(one.flag)))
-    return Asking(recording.noun, tuple(asked), command.parameters)
+    return Asking(recording.noun, tuple(asked), command.parameters, FOLLOW in known)
 
 
 def _asked(parameter: inspect.Parameter, told: Any) -> Asked:
@@ -114,6 +121,8 @@ def refused(asked: Asking, values: Mapping[str, str | bool], folder: Path) -> st
         value = values.get(one.name, "")
         if one.needed and not value:
             return f"{one.label}: is needed; {'choose a file' if one.is_file else 'type it'}."
+        if values.get(FOLLOW) and not one.flag and LIVE.match(str(value)):
+            continue
         for name in listed(str(value)) if one.is_file else ():
             if not PLAIN.fullmatch(name) or not (folder / name).resolve().is_relative_to(folder.resolve()):
                 return f"{name!r:.60}: is no plain name of a file in the workbench's folder; send it, or put it there."

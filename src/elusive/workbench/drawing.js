@@ -6,9 +6,10 @@ const fetched = async (url) => {
 };
 export default {
   template: "<div></div>",
-  props: { spec: Object },
+  props: { spec: Object, live: String },
   mounted() {
-    this.show();
+    if (this.live) this.made = new window.elusive.Live(this.$el, this.live, (name, detail) => this.$emit(name, detail));
+    else this.show();
   },
   unmounted() {
     this.made?.destroy();

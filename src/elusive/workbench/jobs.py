@@ -21,6 +21,8 @@ class CancelledError(Exception):
 class Job:
     """What a page knows of its work, and tells it: how much is done, of how much if that is known."""
 
+    ends_by = "Cancel"  # what a person presses
+
     def __init__(self) -> None:
         self._off = threading.Event()
         self.done = 0

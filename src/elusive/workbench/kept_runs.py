@@ -21,15 +21,17 @@ from pydantic import BaseModel
 
 from elusive.errors import DataError, ElusiveError
 from elusive.model import Model, read_yaml
-from elusive.options import PROGRESS
+from elusive.options import PROGRESS, SHOWN
 from elusive.workbench.asking import Asking
 from elusive.workbench.files import PLAIN
 from elusive.workbench.jobs import CancelledError, Job
+from elusive.workbench.live import Live
 
 FOLDER, NOTE, REPORT, CHECKS, CONFIG = "runs", "run.json", "report.html", "checks.json", "config.yaml"
 NAME = re.compile(r"(\d{3,})-[A-Za-z0-9._-]{1,60}")
 NAMING = threading.Lock()  # runs of several tabs may end at once
 POLL_S, PATIENCE_S = 0.1, 5.0  # between looks at a command; how long it may take to heed being called off
+SUMMARY = '{"summary"'
 TOLD_LAST = 20  # lines of a refused command that are shown
 
 
@@ -126,6 +128,9 @@ def track(folder: Path, asking: Asking, given: Mapping[str, str | bool], model: 
 def _done(words: Sequence[str], folder: Path, job: Job) -> str:
     """Run a command to its end; return what it printed."""
     plain = {**os.environ, PROGRESS: "1", "COLUMNS": "100", "NO_COLOR": "1", "PYTHONUNBUFFERED": "1"}
+    live = job if isinstance(job, Live) else None
+    if live is not None:
+        plain[SHOWN] = "1"
     process = subprocess.Popen(
         [sys.executable, "-m", "elusive", *words], cwd=folder, env=plain, text=True, stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE, stderr=subprocess.PIPE,
@@ -144,15 +149,23 @@ def _done(words: Sequence[str], folder: Path, job: Job) -> str:
 
     def gather() -> None:
         assert process.stdout is not None
-        printed.append(process.stdout.read())
+        for line in process.stdout:
+            if live is None or line.startswith(SUMMARY):
+                printed.append(line)
+            else:
+                live.take(line)
 
     listeners = [threading.Thread(target=one, daemon=True) for one in (listen, gather)]
     for one in listeners:
         one.start()
+    asked_to_end = False
     with process:
         try:
             while process.poll() is None:
                 job.advance(job.done)
+                if live is not None and live.stopping.is_set() and not asked_to_end:
+                    asked_to_end = True
+                    process.send_signal(signal.SIGINT)
                 threading.Event().wait(POLL_S)
         except CancelledError:
             _end(process)
@@ -160,6 +173,8 @@ def _done(words: Sequence[str], folder: Path, job: Job) -> str:
         finally:
             for one in listeners:
                 one.join()
+            if live is not None:
+                live.is_over = True
     if process.returncode != 0:
         sentence = " ".join(line.strip(" │╭╮╰╯─") for line in told[-TOLD_LAST:]).strip()
         raise DataError(sentence.removeprefix("Error:").strip() or f"It ended with {process.returncode}.")

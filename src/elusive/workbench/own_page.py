@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -9,12 +10,13 @@ from nicegui import ui
 
 from elusive.errors import DataError
 from elusive.model import Model
-from elusive.workbench.asking import Asked, listed, refused
+from elusive.workbench.asking import FOLLOW, Asked, listed, refused
 from elusive.workbench.files import PLAIN, UPLOAD_MOST_BYTES
 from elusive.workbench.jobs import Job, away
 from elusive.workbench.kept_runs import FOLDER, Kept, settings_of, track
+from elusive.workbench.live import Live, serves, watch
 from elusive.workbench.own_runs import RunList, asking_of, show_run
-from elusive.workbench.parts import Form, are_right, errors_shown, refuse
+from elusive.workbench.parts import Form, LiveDrawing, are_right, errors_shown, refuse
 from elusive.workbench.run_bar import RunBar
 from elusive.workbench.session import state_of
 from elusive.workbench.settings import SETTINGS
@@ -36,6 +38,7 @@ class OwnState:
         self.models: dict[str, Model] = {}
         self.seen: Kept | None = None
         self.job: Job | None = None
+        self.live: Live | None = None  # shown, going on or ended
 
     def choose(self, noun: str) -> None:
         """Take another kind of recording."""
@@ -49,7 +52,7 @@ class OwnState:
         self.choose(run.noun)
         self.given[run.noun] = dict(run.given) or self.given[run.noun]
         self.models[run.noun] = settings
-        self.seen = run
+        self.seen, self.live = run, None
 
 
 class _Page:
@@ -67,6 +70,8 @@ class _Page:
                 )
                 self._bar = RunBar(state, self._run)
                 self._inputs = ui.column().classes("w-full gap-2 ew-wide")
+                with ui.expansion("Watch what runs elsewhere").props("dense").classes("w-full"):
+                    self._served()
             with stage:
                 self._result = ui.column().classes("w-full gap-3")
         with ui.element("section").classes("ew-box w-full"):
@@ -88,6 +93,10 @@ class _Page:
         state, asked = self._state, asking_of(self._state.noun)
         needed = [one for one in asked.asked if one.needed or one.is_file]
         with self._inputs:
+            if asked.follows:
+                ui.switch(
+                    "It comes live", value=bool(state.given[state.noun].get(FOLLOW)), on_change=self._follow
+                ).props["data-field"] = FOLLOW
             for one in needed:
                 self._ask(one)
             self._upload()
@@ -101,9 +110,14 @@ class _Page:
                 self._forms.append(Form(model, ((),), self._take, without=asked.main))
             ui.button("The usual settings", on_click=self._reset).props("flat no-caps dense")
 
+    def _follow(self, event: Any) -> None:
+        self._state.given[self._state.noun][FOLLOW] = event.value
+        self._build()
+
     def _ask(self, one: Asked) -> None:
         state = self._state
         given, value = state.given[state.noun], state.given[state.noun].get(one.name, "")
+        typed = not one.flag and bool(given.get(FOLLOW))  # an address, too
         made: Any
         if one.switch:
             made = ui.switch(
@@ -111,7 +125,9 @@ class _Page:
             )
         elif one.is_file:
             names = _names()
-            chosen = [name for name in listed(str(value)) if name in names]
+            if typed and value and value not in names:
+                names.append(str(value))
+            chosen = [str(value)] if typed and value else [name for name in listed(str(value)) if name in names]
             several = one.values != 1
 
             def take(event: Any) -> None:
@@ -119,8 +135,9 @@ class _Page:
                 given[one.name] = ", ".join(parts)
 
             made = ui.select(
-                names, value=chosen if several else (chosen[0] if chosen else None), label=one.label, on_change=take,
-                multiple=several, clearable=not one.needed, with_input=True,
+                names, value=chosen if several else (chosen[0] if chosen else None), on_change=take, multiple=several,
+                label=f"{one.label}: a file that grows, or an address" if typed else one.label,
+                clearable=not one.needed, with_input=True, new_value_mode="add-unique" if typed else None,
             ).props("dense outlined options-dense").classes("w-full")  # fmt: skip
         else:
             made = ui.input(one.label, value=str(value), on_change=lambda event: given.update({one.name: event.value}))
@@ -170,9 +187,31 @@ class _Page:
             return
         if not are_right(self._forms):
             return
-        found = await self._bar.run(Job(), lambda: lambda job: track(SETTINGS.folder, asked, given, model, job))
-        if found is not None:
-            state.seen = found
+        job = Live(f"{state.noun}, live") if given.get(FOLLOW) else Job()
+        await self._work(job, lambda job: track(SETTINGS.folder, asked, given, model, job))
+
+    def _served(self) -> None:
+        """Build what joins a run of `elusive serve`: of a folder in the workbench's, or by its address."""
+        ui.label("elusive serve prints its address; its token is in the file of that name.").classes("ew-note")
+        address = ui.input("Address of a serve: http://127.0.0.1:8765/?token=...").props("dense outlined")
+        address.classes("w-full").props["data-field"] = "served"
+        ui.button("Watch", on_click=lambda: self._watch_served("served", str(address.value))).props("outline no-caps")
+        for name, known in serves(SETTINGS.folder).items():
+            ui.button(f"Watch {name}", on_click=lambda name=name, known=known: self._watch_served(name, known)).props(
+                "outline no-caps"
+            )
+
+    async def _watch_served(self, name: str, address: str) -> None:
+        def watched(job: Live) -> None:
+            watch(address, job)
+
+        if self._state.job is None:
+            await self._work(Live(name), watched)
+
+    async def _work(self, job: Job, work: Callable[[Any], Kept | None]) -> None:
+        state = self._state
+        state.seen, state.live = None, job if isinstance(job, Live) else None
+        state.seen = await self._bar.run(job, lambda: work, self._show)
         self._busy = False
         self._show()
 
@@ -180,7 +219,8 @@ class _Page:
         job = self._state.job
         if job is not None:
             of = f" of {job.total}" if job.total else ""
-            words = f"{job.done}{of} done" if job.done else "reading ..."
+            what = " steps" if isinstance(job, Live) else " done"
+            words = f"{job.done}{of}{what}" if job.done else "reading ..."
             self._bar.tell(words, job.done / job.total if job.total else 0.0)
         elif self._busy:  # started before this page was loaded anew
             self._bar.tell("")
@@ -194,11 +234,13 @@ class _Page:
             run = self._state.seen = None
         self._result.clear()
         with self._result:
-            if run is None:
+            if self._state.live is not None:
+                LiveDrawing(f"/live/{self._state.live.key}").classes("ew-goes-on")
+            elif run is None:
                 ui.label("Nothing is tracked yet: choose a recording and press Run, or open a run below.").classes(
                     "ew-note"
                 )
-            else:
+            if run is not None:
                 show_run(run)
         self._runs.show()
 

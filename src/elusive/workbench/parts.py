@@ -41,6 +41,14 @@ class Drawing(ui.element, component="drawing.js"):
         self.update()
 
 
+class LiveDrawing(ui.element, component="drawing.js"):
+    """What is drawn while it comes, from an address that tells it."""
+
+    def __init__(self, address: str) -> None:
+        super().__init__()
+        self.props["live"] = address
+
+
 class Form:
     """Controls of a model's fields, judged by the model as they are typed.
 

@@ -36,16 +36,19 @@ class RunBar:
         self._state = state
         with ui.element("div").classes("ew-row"):
             self._start = ui.button(label, on_click=start).props("unelevated no-caps")
-            self._cancel = ui.button("Cancel", on_click=self._call_off).props("outline no-caps")
+            self._cancel = ui.button(Job.ends_by, on_click=self._call_off).props("outline no-caps")
         self._bar = ui.linear_progress(0.0, show_value=False).props('aria-label="Progress"')
         self._told = ui.label().classes("ew-note").props('role="status"')
         self.show()
 
-    async def run(self, job: Job, prepare: Callable[[], Callable[[Any], Done]]) -> Done | None:
+    async def run(
+        self, job: Job, prepare: Callable[[], Callable[[Any], Done]], started: Callable[[], Any] = lambda: None
+    ) -> Done | None:
         """Do the work that ``prepare`` gives, off the event loop; None if it was refused or called off."""
         found, words = None, ""
         self._state.job = job
         self.show()
+        started()
         try:
             with errors_shown():
                 work = prepare()
@@ -64,6 +67,7 @@ class RunBar:
         self._bar.visible = busy
         self._start.set_enabled(not busy)
         self._cancel.set_enabled(busy)
+        self._cancel.text = self._state.job.ends_by if busy else Job.ends_by
 
     def tell(self, words: str, share: float = 0.0) -> None:
         """Say what is done, and the share of all that it is."""

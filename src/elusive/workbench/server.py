@@ -11,17 +11,18 @@ from importlib.resources import files
 from pathlib import Path
 
 from nicegui import app, ui
-from starlette.responses import FileResponse, Response
+from starlette.responses import FileResponse, Response, StreamingResponse
 
 from elusive.errors import DataError, ParameterError
 from elusive.io.atomic import existing_folder
-from elusive.report.page import SCRIPTS
+from elusive.report.page import LIVE_SCRIPTS
 from elusive.workbench.asking import Recording
 from elusive.workbench.blocks import HELD
 from elusive.workbench.files import UPLOAD_MOST_BYTES
 from elusive.workbench.guard import LOOPBACK, Guard
 from elusive.workbench.jobs import POOL
 from elusive.workbench.kept_runs import FOLDER, served_file
+from elusive.workbench.live import LIVE
 from elusive.workbench.own_page import PATH, TITLE, own_page
 from elusive.workbench.session import is_asked_anew
 from elusive.workbench.settings import SETTINGS
@@ -102,9 +103,10 @@ def _build() -> None:
     app.add_static_files("/workbench", STATIC)
     app.add_static_files("/drawing", str(files("elusive").joinpath("report", "static")))
     styles = "".join(f'<link rel="stylesheet" href="/{name}.css">' for name in STYLES)
-    scripts = "".join(f'<script src="/drawing/{name}.js"></script>' for name in SCRIPTS)
+    scripts = "".join(f'<script src="/drawing/{name}.js"></script>' for name in LIVE_SCRIPTS)
     ui.add_head_html(styles + scripts, shared=True)
     app.add_api_route("/blocks/{name}", _block, methods=["GET"], include_in_schema=False)
+    app.add_api_route("/live/{key}", _live, methods=["GET"], include_in_schema=False)
     app.add_api_route(f"/{FOLDER}/{{run}}/{{name}}", _kept, methods=["GET"], include_in_schema=False)
     ui.page("/")(start_page)
     ui.page(PATH, title=f"{TITLE} | elusive workbench", response_timeout=30.0)(own_page)
@@ -123,6 +125,13 @@ def _block(name: str) -> Response:
     if held is None:
         return Response("These frames are no longer held.", 404)
     return Response(held[0], media_type=held[1], headers={"Cache-Control": "private, max-age=3600"})
+
+
+def _live(key: str) -> Response:
+    live = LIVE.get(key)
+    if live is None:
+        return Response("This run is no longer live.", 404)
+    return StreamingResponse(live.lines(), media_type="application/x-ndjson", headers={"Cache-Control": "no-store"})
 
 
 def _kept(run: str, name: str) -> Response:

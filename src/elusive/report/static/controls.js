@@ -10,7 +10,7 @@ elusive.controls = function (figure) {
     return made;
   };
   const parts = [];
-  if (spec.times.length > 1) {
+  if (spec.times.length > 1 || spec.live) {
     figure.toggle = button("▶", "Play", () => figure.play(!figure.playing));
     figure.slider = make("input", { type: "range", min: 0, max: spec.times.length - 1, "aria-label": "Time" });
     figure.slider.addEventListener("input", () => figure.stopAt(Number(figure.slider.value)));
@@ -25,11 +25,15 @@ elusive.controls = function (figure) {
         make("option", { value: one, ...(one === usual ? { selected: "" } : {}) }, one ? named(one) : "every refresh"),
       );
     const line = make("span", { class: "timeline" }, figure.slider);
-    if (figure.log) line.append(figure.log.marks());
+    if (figure.log && !spec.live) line.append(figure.log.marks());
     parts.push(
       figure.toggle, button("❮", "Step back", () => figure.stopAt(figure.index - 1)),
       button("❯", "Step forward", () => figure.stopAt(figure.index + 1)), line, figure.counter, figure.speed,
     ); // prettier-ignore
+  }
+  if (spec.live) {
+    figure.liver = button("Live", "Live: show what comes", () => figure.goLive(!figure.live));
+    parts.push(figure.liver, (figure.liveWords = make("output", { class: "counter" })));
   }
   const planes = figure.panels.filter((panel) => panel.spec.plane);
   if (planes.length) {
@@ -38,7 +42,7 @@ elusive.controls = function (figure) {
       button("+", "Zoom in", () => figure.main.zoom(1.5)),
     );
     if (spec.turnable) parts.push((figure.turner = button("3-D", "Show as a surface", () => figure.turn())));
-    if (figure.tracks.size || spec.focus)
+    if (figure.tracks.size || spec.focus || spec.live)
       parts.push(
         (figure.follower = button("Follow", "Keep the track in the middle", () => figure.follow(!figure.following))),
       );
@@ -46,18 +50,23 @@ elusive.controls = function (figure) {
   }
   parts.push(button("all", "Show everything", () => figure.everything()));
   parts.push(button("Full screen", "Full screen", () => figure.fill()));
-  return make("div", { class: spec.times.length > 1 ? "controls timed" : "controls" }, ...parts);
+  return make("div", { class: spec.times.length > 1 || spec.live ? "controls timed" : "controls" }, ...parts);
 };
 
 elusive.empty = (layer) => (layer.x ?? layer.ends ?? layer.rings ?? layer.spans ?? [0]).length === 0;
 
+elusive.layerNames = function (spec) {
+  const names = new Map();
+  for (const panel of spec.panels)
+    for (const layer of panel.layers)
+      if (layer.name && !names.has(layer.name) && !elusive.empty(layer)) names.set(layer.name, layer);
+  return names;
+};
+
 // one switch a name that layers have, in their order
 elusive.switches = function (figure) {
   const { make } = elusive;
-  const names = new Map();
-  for (const panel of figure.spec.panels)
-    for (const layer of panel.layers)
-      if (layer.name && !names.has(layer.name) && !elusive.empty(layer)) names.set(layer.name, layer);
+  const names = elusive.layerNames(figure.spec);
   if (figure.tracks.size) {
     if ([...figure.tracks.values()].some((one) => one.sx))
       names.set("ellipses", { type: "text", words: "ellipses, 95 %" });

@@ -13,14 +13,27 @@ elusive.Log = class {
       this.list,
     );
     this.root.style.setProperty("--span", figure.spec.log || 4);
-    this.lines = figure.spec.events.map(([time, words, track], number) => {
-      const cells = [figure.clock.say(time), track === null ? "" : `track ${track}`, words];
-      const line = make("button", { type: "button" }, ...cells.map((text) => make("span", {}, text)));
-      line.addEventListener("click", () => this.lead(number));
-      this.list.append(line);
-      return line;
-    });
+    this.held = [...figure.spec.events];
+    this.lines = this.held.map((event) => this.line(event));
     if (figure.spec.unlisted) this.list.prepend(make("p", {}, `${figure.spec.unlisted} earlier ones are not listed.`));
+  }
+
+  line(event) {
+    const { make } = elusive;
+    const [time, words, track] = event;
+    const cells = [this.figure.clock.say(time), track === null ? "" : `track ${track}`, words];
+    const line = make("button", { type: "button" }, ...cells.map((text) => make("span", {}, text)));
+    line.addEventListener("click", () => this.lead(event));
+    this.list.append(line);
+    return line;
+  }
+
+  // what has happened since; what is too old has left
+  grown() {
+    const { events } = this.figure.spec;
+    while (this.held.length && this.held[0] !== events[0]) (this.held.shift(), this.lines.shift().remove());
+    for (const event of events.slice(this.held.length)) (this.held.push(event), this.lines.push(this.line(event)));
+    this.times = events.map((event) => event[0]);
   }
 
   // a mark a moment, so that few stand for many
@@ -36,8 +49,7 @@ elusive.Log = class {
     return box;
   }
 
-  lead(number) {
-    const [time, , track] = this.figure.spec.events[number];
+  lead([time, , track]) {
     this.figure.goTo(time);
     if (track !== null && this.figure.tracks.has(track)) this.figure.centre(track);
   }

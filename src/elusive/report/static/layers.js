@@ -34,27 +34,35 @@ elusive.layers.image = function (layer, pen, view, at) {
   pen.restore();
 };
 
-elusive.frameOf = (layer, t) => (layer.frames > 1 ? Math.max(0, elusive.upTo(layer.times, t) - 1) : 0);
+elusive.frameOf = (layer, t) =>
+  (layer.pictures?.length ?? layer.frames) > 1 ? Math.max(0, elusive.upTo(layer.times, t) - 1) : 0;
+
+// bytes of the frame that is shown; null while they are not there
+elusive.frameBytes = function (layer, at) {
+  const frame = elusive.frameOf(layer, at.t);
+  if (layer.pictures) return layer.pictures.length && at.t > layer.times[0] - 1e-6 ? layer.pictures[frame] : null;
+  const size = layer.rows * layer.columns;
+  return at.block(layer.block)?.subarray(frame * size, (frame + 1) * size);
+};
 
 elusive.imageOf = function (layer, at) {
-  const block = at.block(layer.block);
-  const frame = elusive.frameOf(layer, at.t);
+  const bytes = elusive.frameBytes(layer, at);
   const held = layer.held;
-  if (!block) return null;
-  if (held && held.frame === frame && held.dark === at.dark) return held.canvas;
+  if (!bytes) return null;
+  if (held && held.bytes.buffer === bytes.buffer && held.bytes.byteOffset === bytes.byteOffset && held.dark === at.dark)
+    return held.canvas;
   const { rows, columns } = layer;
   const canvas = held ? held.canvas : elusive.make("canvas", { width: columns, height: rows });
   const pen = canvas.getContext("2d");
   const pixels = pen.createImageData(columns, rows);
   const words = new Uint32Array(pixels.data.buffer);
   const table = elusive.table(layer.colours, at.css, layer.unknown);
-  const start = frame * rows * columns;
   for (let row = 0; row < rows; row++) {
     const to = (layer.down ? row : rows - 1 - row) * columns; // the first row of a map is in the south
-    for (let column = 0; column < columns; column++) words[to + column] = table[block[start + row * columns + column]];
+    for (let column = 0; column < columns; column++) words[to + column] = table[bytes[row * columns + column]];
   }
   pen.putImageData(pixels, 0, 0);
-  layer.held = { frame, dark: at.dark, canvas };
+  layer.held = { bytes, dark: at.dark, canvas };
   return canvas;
 };
 
@@ -63,9 +71,9 @@ elusive.valueAt = function (layer, x, y, at) {
   const [x0, x1, y0, y1] = layer.extent;
   const column = Math.floor(((x - x0) / (x1 - x0)) * layer.columns);
   const row = Math.floor(((y - y0) / (y1 - y0)) * layer.rows);
-  const block = at.block(layer.block);
-  if (!block || !(column >= 0 && row >= 0 && column < layer.columns && row < layer.rows)) return null;
-  const byte = block[(elusive.frameOf(layer, at.t) * layer.rows + row) * layer.columns + column];
+  const bytes = elusive.frameBytes(layer, at);
+  if (!bytes || !(column >= 0 && row >= 0 && column < layer.columns && row < layer.rows)) return null;
+  const byte = bytes[row * layer.columns + column];
   if (layer.unknown && byte === 255) return null;
   return layer.low + (byte / (layer.unknown ? 254 : 255)) * (layer.high - layer.low);
 };

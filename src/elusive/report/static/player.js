@@ -117,10 +117,10 @@ elusive.Figure = class {
       this.sizes.observe(panel.canvas);
       panel.canvas.addEventListener("pointerdown", () => (this.touched = panel));
     }
-    this.log = this.spec.events?.length ? new elusive.Log(this) : null;
+    this.log = this.spec.events?.length || this.spec.live ? new elusive.Log(this) : null;
     if (this.log && this.spec.log) this.grid.append(this.log.root);
     this.status = make("output", { class: "status", "aria-live": "off" });
-    this.root.replaceChildren(this.grid, elusive.controls(this), this.status, elusive.switches(this));
+    this.root.replaceChildren(this.grid, elusive.controls(this), this.status, (this.box = elusive.switches(this)));
     before.forEach((panel, k) => {
       const place = this.panels[k]?.place;
       if (place && panel.place)
@@ -151,7 +151,7 @@ elusive.Figure = class {
       " ": () => this.play(!this.playing), ArrowLeft: () => this.stopAt(this.index - 1), ArrowRight: () => this.stopAt(this.index + 1),
       ",": () => this.stopAt(this.index - 1), ".": () => this.stopAt(this.index + 1), Home: () => this.stopAt(0),
       End: () => this.stopAt(this.spec.times.length - 1), "+": () => panel.zoom(1.3), "=": () => panel.zoom(1.3),
-      "-": () => panel.zoom(1 / 1.3), 0: () => this.everything(), r: () => this.rule(!this.ruling), f: () => this.fill(),
+      "-": () => panel.zoom(1 / 1.3), 0: () => this.everything(), r: () => this.rule(!this.ruling), f: () => this.fill(), l: () => this.liver && this.goLive(!this.live),
       Escape: () => (this.rule(false), this.choose(null)),
     }; // prettier-ignore
     if (event.shiftKey && far) panel.pan(...far);
@@ -246,7 +246,8 @@ elusive.Figure = class {
   }
 
   // ---- time
-  play(on) {
+  play(on, live = false) {
+    if (!live) this.goLive(false);
     if (on && this.index >= this.spec.times.length - 1) this.show(0);
     this.playing = on && this.spec.times.length > 1;
     [this.last, this.position] = [null, this.index];
@@ -263,6 +264,29 @@ elusive.Figure = class {
 
   goTo(t) {
     this.stopAt(elusive.nearest(this.spec.times, t));
+  }
+
+  // ---- a drawing that goes on: at its end, or left where one looks back
+  goLive(on) {
+    this.live = on;
+    this.liver?.setAttribute("aria-pressed", String(on));
+    if (!on) return;
+    this.play(false, true);
+    this.show(this.spec.times.length - 1);
+  }
+
+  grown() {
+    this.clock = elusive.clockOf(this.spec.times, this.spec.unit);
+    this.slider.max = this.spec.times.length - 1;
+    const shown =
+      this.spec.times[this.index] === this.shownAt ? this.index : elusive.nearest(this.spec.times, this.shownAt);
+    if (this.live) this.index = this.spec.times.length - 1;
+    else [this.position, this.index] = [this.position + shown - this.index, shown]; // older ones may have left
+    this.log?.grown();
+    const names = elusive.layerNames(this.spec).size;
+    if (names !== this.named) this.box.replaceWith((this.box = elusive.switches(this)));
+    this.named = names;
+    this.refresh();
   }
 
   show(index) {
@@ -312,8 +336,12 @@ elusive.Figure = class {
       this.views.set(main.xs, { c: focus[0], z });
       this.views.set(main.ys, { c: focus[1], z });
     }
-    for (const panel of this.panels) panel.draw();
+    for (const panel of this.panels) {
+      panel.root.hidden = this.spec.live && !panel.spec.layers.length; // a system may not tell it
+      panel.draw();
+    }
     this.root.dataset.frame = this.index;
+    this.shownAt = this.spec.times[this.index];
     if (this.slider) {
       const words = this.clock.say(this.spec.times[this.index]);
       this.slider.value = this.index;
