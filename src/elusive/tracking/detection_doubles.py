@@ -7,25 +7,41 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from elusive.contracts import Array, X, Y
 from elusive.tracking.detection_targets import CERTAIN, Target
 from elusive.tracking.fixed_echoes import FixedEcho
 
+PLACE = np.array([X, Y])
 
-def merged(targets: list[Target], within: float) -> list[Target]:
-    """Make one of two tracks of one target, which is the confirmed, else the older, and exists if either does."""
+
+def merged(targets: list[Target], within: float, room: Array | None = None) -> list[Target]:
+    """Make one of two tracks of one target, which is the confirmed, else the older, and exists if either does.
+
+    ``room``, ``(T, 2, 2)``, is the covariance of place about the middle of each, where no other target can be.
+    """
     if len(targets) < 2:
         return targets
     # a difference along an axis alone is never greater than that in all components: few pairs are left to look at
     means = np.array([target.mean[:4] for target in targets])
-    variances = np.array([np.diag(target.covariance)[:4] for target in targets])
+    covariances = np.array([target.covariance[:4, :4] for target in targets])
+    if room is not None:
+        covariances[:, PLACE[:, None], PLACE] += room
+    variances = np.diagonal(covariances, axis1=1, axis2=2)
     squares = (means[:, None] - means) ** 2
     close = (squares <= 4 * within**2 * (variances[:, None] + variances)).all(axis=-1)
+
+    def apart(first: int, second: int) -> float:
+        """Root mean square difference of place and velocity of two beliefs, in their deviations."""
+        off = means[first] - means[second]
+        total = covariances[first] + covariances[second]
+        return math.sqrt(max(0.0, float(off @ np.linalg.lstsq(total, off)[0])) / 4)
+
     kept: dict[int, Target] = {}
     order = [(target.life.status != "confirmed", target.life.track is None) for target in targets]
     for number in sorted(range(len(targets)), key=lambda number: order[number]):
         target = targets[number]
         near = (other for other in kept if close[number, other])
-        same = next((other for other in near if _apart(target, kept[other]) < within), None)
+        same = next((other for other in near if apart(number, other) < within), None)
         if same is None:
             kept[number] = target
         else:  # what one detection after the other may have begun is there once
@@ -54,10 +70,3 @@ def _likelier(first: Target, second: Target, existence: float) -> FixedEcho | No
         return None
     best = max(echoes, key=lambda echo: echo.existence)
     return best._replace(existence=min(best.existence, max(1 - existence, 0.0)))
-
-
-def _apart(first: Target, second: Target) -> float:
-    """Root mean square difference of place and velocity of two beliefs, in their deviations."""
-    off = first.mean[:4] - second.mean[:4]
-    total = (first.covariance + second.covariance)[:4, :4]
-    return math.sqrt(max(0.0, float(off @ np.linalg.lstsq(total, off)[0])) / 4)

@@ -237,7 +237,7 @@ def after_scan(one: Expected, found: Evidence, made: Array, missed: float, new: 
     existence = min(existence, CERTAIN)
     best = int(shares.argmax())
     before = one.existence
-    log_odds = _log_odds(existence) - _log_odds(before) if 0 < before < 1 else 0.0
+    log_odds = log_odds_of(existence) - log_odds_of(before) if 0 < before < 1 else 0.0
     return Target(
         one.target.life, existence, one.particles, weights, *_kernels.moments(one.particles, weights),
         one.weights, -1 if best == 0 else int(found.which[best - 1]), log_odds, found.allowed, found.forbidden,
@@ -245,5 +245,6 @@ def after_scan(one: Expected, found: Evidence, made: Array, missed: float, new: 
     )  # fmt: skip
 
 
-def _log_odds(probability: float) -> float:
+def log_odds_of(probability: float) -> float:
+    """Logarithm of a probability's odds."""
     return math.log(probability) - math.log1p(-probability) if probability > 0 else -math.inf

@@ -24,6 +24,7 @@ from elusive.tracking.detection_births import newborn
 from elusive.tracking.detection_doubles import kept_up, merged
 from elusive.tracking.detection_scan import associated, begun
 from elusive.tracking.detection_targets import Expected, Target, after_scan, evidence, expected
+from elusive.tracking.extended_scan import ExtendedSensor, associated_extended, joined
 from elusive.tracking.fixed_echoes import FORGOTTEN, Backdrop, EchoScan, FixedEcho
 from elusive.tracking.lifecycle import Lifecycle
 from elusive.tracking.track import Track
@@ -201,9 +202,16 @@ class DetectionTracker(DetectionRules):
             )
             for row, (one, which) in enumerate(zip(alive, within, strict=False))
         ]  # fmt: skip
-        followed, echoes, unclaimed = associated(alive, found, echoes, within, fixed, log_new)
+        room = None
+        if isinstance(self.sensor, ExtendedSensor):
+            followed, echoes, unclaimed = associated_extended(alive, found, echoes, within, fixed, log_new, self.sensor)
+            followed = joined(followed, self.sensor, rng)
+            if followed:
+                room = self.sensor.room(np.array([target.mean for target in followed]))
+        else:
+            followed, echoes, unclaimed = associated(alive, found, echoes, within, fixed, log_new)
         targets, fresh = begun(born, unclaimed, log_new, fixed, self.forget_below)
-        return _Scanned(merged(followed, self.merge_within) + targets, echoes + fresh, born.detected)
+        return _Scanned(merged(followed, self.merge_within, room) + targets, echoes + fresh, born.detected)
 
     def _gates(self, alive: Sequence[Expected], measurement: Any, log_clutter: Array) -> NDArray[np.bool_]:
         """Which detections are within reach of which targets; one that is no clutter is within all's."""

@@ -14,7 +14,9 @@ from elusive.filters.particle import _kernels
 from elusive.io import RadarSource
 from elusive.sensors.own_track import FASTEST_MPS
 from elusive.sensors.radar import RadarSensor
+from elusive.sensors.radar_hulls import HullRadar
 from elusive.sensors.radar_scans import TURN_RAD, RadarScan
+from elusive.systems.radar.bunches import MOST, NEAR_M, Bunches
 from elusive.systems.radar.parameters import RadarSurvey
 from elusive.tracking.detection_targets import Target
 
@@ -36,6 +38,7 @@ def findings_of(
     sensor: RadarSensor,
     water: Water | None,
     innovations: Iterable[float],
+    bunches: Bunches,
     source: RadarSource | None = None,
 ) -> tuple[Finding, ...]:
     """Return what a recording says of what was told of it.
@@ -48,10 +51,13 @@ def findings_of(
         What it was tracked with; without a chart, None.
     innovations
         Of the plots of confirmed tracks, in deviations of what was expected.
+    bunches
+        Of plots that no ship's extent explains.
     source
         Of the recording, read to its end; None: nothing is known of it.
     """
-    found = [_ranges(seen), _bearings(seen)]
+    found = [_ranges(seen), _bearings(seen), _bunches(bunches, seen, sensor)]
+    found += [_ends(bunches)] if isinstance(sensor, HullRadar) else []
     if source is not None:
         found += [_columns(source.ignored)]
         found += [_degrees(seen)] if source.places else []
@@ -87,7 +93,35 @@ def innovation(target: Target, scan: RadarScan, sensor: RadarSensor) -> float:
     mean, covariance = _kernels.moments(target.particles, target.predicted)
     later = float(plot.times_s[0]) - scan.time_s
     off: Array = place - mean[[X, Y]] - later * mean[[VX, VY]]
-    return math.sqrt(float(off @ np.linalg.solve(covariance[np.ix_([X, Y], [X, Y])] + error, off)))
+    spread = covariance[np.ix_([X, Y], [X, Y])] + error
+    if isinstance(sensor, HullRadar):
+        spread += sensor.room(mean[None])[0]
+    return math.sqrt(float(off @ np.linalg.solve(spread, off)))
+
+
+def _bunches(bunches: Bunches, seen: RadarSurvey, sensor: RadarSensor) -> Finding:
+    hulls = isinstance(sensor, HullRadar)
+    many = bunches.share > MOST and seen.max_range_m > 2 * NEAR_M
+    return Finding(
+        "radar.bunches", not many, MOST, bunches.share,
+        f"{100 * bunches.share:.0f} plots of a hundred have others within {NEAR_M:g} m that neither chance nor "
+        + ("the hulls of the tracks explain." if hulls else "one plot a ship explains: one may be several tracks."),
+        "Tell the radar's errors (--range-sd-m, --bearing-sd-mrad); with --chart, echoes of land are known." if hulls
+        else "Give --extent hull.",
+    )  # fmt: skip
+
+
+def _ends(bunches: Bunches) -> Finding:
+    tracks = bunches.at_their_ends
+    names = ", ".join(map(str, tracks))
+    return Finding(
+        "radar.hull-ends", not tracks, 0.0, len(tracks),
+        f"The plots of track {names} come from the two ends of its hull alone: it may be two ships in line."
+        if tracks
+        else "Plots come from all along the hulls.",
+        "Look at the plots; --extent point keeps the two apart.",
+        grave=False,
+    )  # fmt: skip
 
 
 def _ranges(seen: RadarSurvey) -> Finding:

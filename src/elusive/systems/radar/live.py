@@ -14,6 +14,7 @@ from elusive.io.arrivals import Coming
 from elusive.results import TrackLog
 from elusive.results.live import LiveEnd, LiveStep, follow_live, live_folder
 from elusive.sensors.radar_scans import RadarScan
+from elusive.systems.radar.bunches import Bunches
 from elusive.systems.radar.checks import findings_of, innovation
 from elusive.systems.radar.parameters import RadarTracking, survey
 from elusive.systems.radar.results import ADDED
@@ -85,12 +86,13 @@ def follow_radar(
     sensor, tracker, around = bind_all(
         parameters, seen._replace(max_doppler_mps=max(DOPPLER_MPS, seen.max_doppler_mps)), around, outline
     )
-    innovations = deque[float](maxlen=LATEST)
+    innovations, bunches = deque[float](maxlen=LATEST), Bunches()
 
     def steps() -> Iterator[Step]:
         for step in track_radar(chain(first, heard), tracker, parameters, around, memory):
             beliefs = {target.life.track: target for target in step.state.targets}
             sure = (beliefs[track.track] for track in step.tracks if track.status == "confirmed")
+            bunches.add_left_over(step.measurement, sensor, step.state.targets, around.water)
             innovations.extend(innovation(target, step.measurement, sensor) for target in sure)
             yield step
 
@@ -99,6 +101,6 @@ def follow_radar(
         TrackLog(tracker.state_names, "m", ADDED, path=folder / "tracks.csv") as log,
     ):
         end = follow_live(steps(), coming, log, on_step)
-    findings = findings_of(seen, sensor, around.water, innovations)
+    findings = findings_of(seen, sensor, around.water, innovations, bunches)
     write_checks(out, findings)
     return end._replace(findings=findings)

@@ -16,8 +16,12 @@ from elusive.errors import ParameterError
 from elusive.filters.particle.coast_error import CoastError, with_coast
 from elusive.model import FROM_RECORDING, Model, NonNegative, Positive, Probability
 from elusive.motion import ConstantVelocity, MovingOrAnchored
+from elusive.motion.extent import WithExtent
 from elusive.sensors.radar import RadarSensor
+from elusive.sensors.radar_hulls import HullRadar
 from elusive.sensors.radar_scans import RadarScan
+from elusive.systems.radar import bunches
+from elusive.systems.radar.bunches import Bunches
 from elusive.systems.radar.land import LandEchoes, land_share
 from elusive.systems.radar.triples import PlotErrors, Triples
 from elusive.tracking.detections import DetectionRules, DetectionTracker
@@ -72,6 +76,12 @@ class RadarSurvey(NamedTuple):
     bearings_deg: tuple[float, float] = (math.nan, math.nan)  # least and greatest
     errors: PlotErrors | None = None  # that the plots show; None: too few follow each other
     way: Array = np.zeros((1, 3))  # (S, 3) times and places of the radar itself [s, m]; one row where it rests
+    bunched: float = math.nan  # plots near a plot, off charted land, that chance does not explain; NaN: not known
+
+    @property
+    def hulls(self) -> bool:
+        """Whether plots come in bunches, as those of ships that are seen by several echoes."""
+        return self.bunched > bunches.MOST and self.max_range_m > 2 * bunches.NEAR_M
 
     def land_plots(self, sensor: RadarSensor, water: Water | None) -> float:
         """Mean number of plots that a scan has of land, beside false alarms there; none where there are none ever."""
@@ -84,24 +94,30 @@ def survey(scans: Iterable[RadarScan], water: Water | None = None) -> RadarSurve
     """Look through a radar's scans, and where its plots fall on a chart."""
     count, plots, furthest, fastest, on_chart, on_land = 0, 0, 0.0, 0.0, 0, 0
     triples, low, high, way = Triples(), math.inf, -math.inf, list[tuple[float, float, float]]()
+    bunched = Bunches()
     for scan in scans:
         count, plots = count + 1, plots + scan.detections
         if not way or way[-1][1:] != (scan.own.x_m, scan.own.y_m):
             way.append((scan.time_s, scan.own.x_m, scan.own.y_m))
         triples.add(scan)
         low, high = float(scan.bearing_rad.min(initial=low)), float(scan.bearing_rad.max(initial=high))
+        places = RadarSensor().places(scan)[0]
+        ashore = np.zeros(scan.detections, dtype=bool)
         if water is not None:
-            places = RadarSensor().places(scan)[0]
             known = water.known(places)
+            ashore = known & (water.probability(places) < HALF)
             on_chart += int(known.sum())
-            on_land += int((known & (water.probability(places) < HALF)).sum())
+            on_land += int(ashore.sum())
+        bunched.add(scan, places, ~ashore)
         furthest = max(furthest, float(scan.range_m.max(initial=0.0)))
         doppler = scan.doppler_mps[np.isfinite(scan.doppler_mps)]
         fastest = max(fastest, float(np.abs(doppler).max(initial=0.0)))
     where = np.array(way).reshape(-1, 3) if way else np.zeros((1, 3))
     itself = water is not None and bool(water.known(where[:, 1:]).any())
     bearings = math.degrees(low), math.degrees(high)
-    return RadarSurvey(count, plots, furthest, fastest, on_chart, on_land, itself, bearings, triples.fit(), where)
+    return RadarSurvey(
+        count, plots, furthest, fastest, on_chart, on_land, itself, bearings, triples.fit(), where, bunched.share
+    )
 
 
 class RecordedRadar(RadarSensor):
@@ -143,6 +159,11 @@ class RadarTracking(Model):
     motion: ShipMotion = Field(
         UnderWay(), description="How ships move: under way all the time, or lying at anchor at times"
     )
+    extent: Literal["point", "hull"] | None = Field(
+        None,
+        description="What ships are: points of a plot each, or hulls, along which several plots lie; none: hulls where "
+        "the recording's plots come in bunches",
+    )
     particles: int = Field(2000, ge=100, description="Number of particles of each track, N")
     estimate: Literal["mean", "map"] = Field("mean", description="What is written as a track's place: mean or MAP")
     tracker: DetectionRules = Field(DetectionRules(), description="When a track begins and ends")
@@ -164,6 +185,8 @@ class RadarTracking(Model):
         fields = type(self.coast).model_fields
         behaviour = self.coast.coast_error
         unused = {name: f"coast_error {behaviour!r}" for name, kinds in BEHAVIOURS.items() if behaviour not in kinds}
+        if self.extent == "hull" and not isinstance(self.motion, ConstantVelocity):
+            raise ParameterError("extent: hulls point where ships go, which at anchor is nowhere; leave motion out.")
         if isinstance(self.knowledge, NoMap):
             unused = dict.fromkeys(fields, "knowledge 'none'")
         for name, reason in unused.items():
@@ -172,11 +195,18 @@ class RadarTracking(Model):
         return self
 
     def bind(
-        self, sensor: RadarSensor, coast: Coast | None, land_plots: float = 0.0, way: Array | None = None
+        self,
+        sensor: RadarSensor,
+        coast: Coast | None,
+        land_plots: float = 0.0,
+        way: Array | None = None,
+        *,
+        hulls: bool = False,
     ) -> DetectionTracker:
         """Return the tracker for a radar and a coast, and for the mean number of plots that a scan has of land.
 
-        The radar's ``way``, places ``(S, 2)`` [m] beside the sensor's own, says how much land it has seen.
+        The radar's ``way``, places ``(S, 2)`` [m] beside the sensor's own, says how much land it has seen. Ships have
+        ``hulls`` if nothing else is asked for.
 
         Raises
         ------
@@ -184,6 +214,9 @@ class RadarTracking(Model):
             If a map is to be used and there is no coast.
         """
         motion: Motion = self.motion
+        if isinstance(self.motion, ConstantVelocity) and self.extent != "point" and (hulls or self.extent == "hull"):
+            motion = WithExtent(motion=ConstantVelocity(q=self.motion.q))
+            sensor = HullRadar(**{name: getattr(sensor, name) for name in type(sensor).model_fields})
         knowledge: Sequence[Knowledge] = ()
         backdrop = None
         if isinstance(self.knowledge, WaterModel):

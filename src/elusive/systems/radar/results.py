@@ -21,7 +21,9 @@ from elusive.io import RadarSource, Truth
 from elusive.results import STATUSES, Scored, TrackLog, scored, write_geojson, write_result
 from elusive.results.spool import Records
 from elusive.sensors.radar import RadarSensor
+from elusive.sensors.radar_hulls import HullRadar
 from elusive.sensors.radar_scans import RadarScan
+from elusive.systems.radar.bunches import Bunches
 from elusive.systems.radar.checks import findings_of, innovation
 from elusive.systems.radar.land import water_at
 from elusive.systems.radar.parameters import RadarSurvey, RadarTracking
@@ -40,7 +42,18 @@ from elusive.tracking.track import Step, Track
 
 SHOWN_CELL = 1 / 3  # of the coast's deviation
 CUTOFF_M = 50.0  # some deviations of a ship's track, and less than ships keep apart
-ADDED = ("lon_deg", "lat_deg", "log_odds", "allowed", "map_left_out", "plot_on_water", "at_anchor")
+ADDED = (
+    "lon_deg",
+    "lat_deg",
+    "log_odds",
+    "allowed",
+    "map_left_out",
+    "plot_on_water",
+    "at_anchor",
+    "length_m",
+    "sd_length_m",
+    "breadth_m",
+)
 CONFIRMED, DELETED = STATUSES.index("confirmed"), STATUSES.index("deleted")
 
 
@@ -116,6 +129,8 @@ def tracks_of(
         anchored = anchored_probability(tracker.state_names, target.particles, target.weights)
         if anchored is not None:
             extra["at_anchor"] = anchored
+        if isinstance(tracker.sensor, HullRadar):
+            extra |= tracker.sensor.extent(target.particles, target.weights)
         number, status = target.life.track, target.life.status
         tracks.append(Track(number, status, target.existence, mean, target.covariance, extra=extra))  # type: ignore[arg-type]
     return tuple(tracks)
@@ -160,11 +175,13 @@ class RadarRun:
         self._log, self._keeper = log, RadarKeeper()
         self._bias: CoastBias | None = None  # of the chart, as it is known by now
         self._innovations: list[float] = []  # of confirmed tracks
+        self._bunches = Bunches()
 
     def append(self, step: Step) -> None:
         """Take in a scan's result."""
         self._log.append(step)
         self._keeper.scan(step.time_s, self._sensor.places(step.measurement)[0])
+        self._bunches.add_left_over(step.measurement, self._sensor, step.state.targets, self._around.water)
         self._bias = coast_bias(step.state.knowledge)
         beliefs = {target.life.track: target for target in step.state.targets}
         for track in step.tracks:
@@ -216,14 +233,14 @@ class RadarRun:
                 ("Candidates never confirmed", f"{len(self._log.by_track().numbers) - len(paths)}"),
                 *([] if scores is None else scores.lines()),
             ],
-            header=header(truth is not None),
+            header=header(truth is not None, hulls=isinstance(self._sensor, HullRadar)),
             tracks=[line_of(paths[n], bool(rows["status"][-1] == DELETED), truth) for n, rows in confirmed.items()],
             lonlat=self._around.frame.to_lonlat,
             estimate="MAP" if self._parameters.estimate == "map" else "mean",
             scored=scores,
             way=self._seen.way,
         )
-        found = findings_of(self._seen, self._sensor, self._around.water, self._innovations, source)
+        found = findings_of(self._seen, self._sensor, self._around.water, self._innovations, self._bunches, source)
         return RadarOutcome(self._log, self._charted(tracked), scores, found)
 
     def write(self, folder: Path, outcome: RadarOutcome, config: str) -> None:
@@ -251,6 +268,8 @@ class RadarRun:
             np.sqrt(np.diagonal(rows["covariance"], axis1=1, axis2=2)), rows["status"] == CONFIRMED,
             self._added(rows, "map_left_out") > 0, rows["covariance"][:, 0, 1],
             None if self._around.water is None else self._added(rows, "allowed"), rows["existence"],
+            np.column_stack([self._added(rows, name) for name in ("length_m", "sd_length_m")])
+            if isinstance(self._sensor, HullRadar) else None,
         )  # fmt: skip
 
     def _charted(self, tracked: RadarTracked) -> RadarTracked:

@@ -70,8 +70,10 @@ def bind_all(
     """Return sensor and tracker of a recording that was looked through, and its surroundings with what is water."""
     sensor, charted = parameters.radar.bind(seen), around.charted
     land_plots = seen.land_plots(sensor, outline)
-    tracker = parameters.bind(sensor, None if charted is None else charted.coast, land_plots, seen.way[:, 1:])
-    return sensor, tracker, around._replace(water=_water(parameters, tracker, charted))
+    coast = None if charted is None else charted.coast
+    tracker = parameters.bind(sensor, coast, land_plots, seen.way[:, 1:], hulls=seen.hulls)
+    assert isinstance(tracker.sensor, RadarSensor)
+    return tracker.sensor, tracker, around._replace(water=_water(parameters, tracker, charted))
 
 
 def _exchanged(charted: ChartedArea) -> bool:

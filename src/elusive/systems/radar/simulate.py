@@ -14,15 +14,16 @@ from pydantic import Field
 
 from elusive.charts import HardWater
 from elusive.charts.charted_area import ChartedAreaParameters, lay_charts, read_charts
-from elusive.contracts import Array, X, Y
+from elusive.contracts import VX, VY, Array, X, Y
 from elusive.errors import ParameterError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io import RadarScan, write_radar_plots_csv
 from elusive.io.atomic import atomic_folder
 from elusive.io.routes import Route
 from elusive.io.truth import Truth, write_truth
-from elusive.model import Positive
+from elusive.model import NonNegative, Positive
 from elusive.sensors.radar import RadarSensor
+from elusive.sensors.radar_hulls import breadth_m
 from elusive.sensors.radar_scans import OwnShip
 from elusive.systems.radar.coast_echoes import draw_coast_echoes
 from elusive.systems.radar.voyage import Sailing, voyage
@@ -35,12 +36,18 @@ class RadarSimulation(Sailing):
     """Parameters of `elusive simulate radar`."""
 
     main_options: ClassVar[tuple[str, ...]] = (
-        "speed_mps", "turn_radius_m", "interval_s", "coast_echoes", "range_sd_m", "bearing_sd_mrad",
+        "speed_mps", "turn_radius_m", "interval_s", "ship_length_m", "coast_echoes", "range_sd_m", "bearing_sd_mrad",
         "detection_probability", "false_alarms",
         "max_range_m", "seed",
     )  # fmt: skip
 
     radar: RadarSensor = Field(RadarSensor(), description="The radar")
+    ship_length_m: tuple[NonNegative, ...] = Field(
+        (), description="Length of each route's ship, the last for all others; echoes lie along it [m]; 0: a point"
+    )
+    echoes_per_100m: NonNegative = Field(
+        1.0, description="Mean number of echoes of 100 m of a ship, beside the first, where it is detected"
+    )
     coast_echoes: int = Field(0, ge=0, description="Fixed echoes inland of the charted coast, in view")
     echoes_inland_m: Positive = Field(60.0, description="Greatest distance of such an echo from the shore [m]")
     seed: int = Field(0, ge=0, description="Root of all random numbers")
@@ -105,15 +112,25 @@ def simulate_radar(
     if charts:
         rows += _on_charts(sailed[:, [X, Y]], charts, frame)
     echoes = _echoes(parameters, charts, frame)
-    seen = 0
+    seen, sure = 0, parameters.radar.replace(detection_probability=1.0)
+    given = (*parameters.ship_length_m, *parameters.ship_length_m[-1:] * len(ships))
+    if len(parameters.ship_length_m) > len(ships):
+        raise ParameterError(
+            f"ship_length_m: tells {len(parameters.ship_length_m)} lengths of {len(ships)} ships; give one a route."
+        )
+    lengths = np.array((given or (0.0,) * len(ships))[: len(ships)])
 
     def scans() -> Iterator[RadarScan]:
         nonlocal seen
         rng = np.random.default_rng(parameters.seed)
         for number, time_s in enumerate(times.tolist(), 1):
             states = ships[:, number - 1]
-            states = np.concatenate([states[np.isfinite(states[:, X])], echoes]) - own[number - 1]
-            scan = parameters.radar.simulate(states, rng, time_s=time_s)
+            afloat = np.isfinite(states[:, X])
+            seen_by, points = parameters.radar, np.concatenate([states[afloat], echoes])
+            if lengths.any():
+                points = _along_hulls(points, np.concatenate([lengths[afloat], np.zeros(len(echoes))]), parameters, rng)
+                seen_by = sure
+            scan = seen_by.simulate(points - own[number - 1], rng, time_s=time_s)
             scan = scan._replace(own=OwnShip(*own[number - 1].tolist()))
             seen += len(scan.range_m)
             if on_scan is not None:
@@ -129,6 +146,19 @@ def simulate_radar(
     if not parameters.radar.sees(*parameters.radar.measured(relative)[:2]).all():
         rows.append(("In the radar's view", "not all the way"))
     return RadarSimulated([*rows, ("Plots", f"{seen}")], FILES)
+
+
+def _along_hulls(states: Array, length_m: Array, parameters: RadarSimulation, rng: np.random.Generator) -> Array:
+    """Return the echoes that ships make in a scan, as states of points: some ships are missed."""
+    detected = rng.random(len(states)) < parameters.radar.detection_probability
+    further = rng.poisson(parameters.echoes_per_100m * length_m / 100)
+    echoes = np.repeat(states, np.where(detected, 1 + further, 0), axis=0)
+    length = np.repeat(length_m, np.where(detected, 1 + further, 0))
+    course = np.arctan2(echoes[:, VX], echoes[:, VY])
+    along, across = rng.uniform(-0.5, 0.5, (2, len(echoes))) * np.stack([length, breadth_m(length)])
+    echoes[:, X] += along * np.sin(course) + across * np.cos(course)
+    echoes[:, Y] += along * np.cos(course) - across * np.sin(course)
+    return echoes
 
 
 def _own(route: Route | None, frame: LocalFrame, parameters: RadarSimulation, scans: int) -> Array:

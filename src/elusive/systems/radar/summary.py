@@ -21,6 +21,7 @@ from elusive.contracts import Array
 from elusive.io import RadarSource
 from elusive.io.truth import Truth
 from elusive.sensors.radar import RadarSensor
+from elusive.sensors.radar_hulls import HullRadar
 from elusive.systems.radar.parameters import RadarSurvey, RadarTracking
 from elusive.systems.radar.report import RadarPath
 
@@ -49,17 +50,17 @@ def contradicts(on_water: Array) -> NDArray[np.bool_]:
     return found
 
 
-def header(scored: bool) -> tuple[str, ...]:
+def header(scored: bool, *, hulls: bool = False) -> tuple[str, ...]:
     """Return the names of the columns of :func:`line_of`."""
     names = ("Track", "Since [s]", "Sure [s]", "Until [s]", "Speed [m/s]", "Course [deg]", "SD [m]", "No map [scans]")
-    return (*names, "RMSE [m]") if scored else names
+    return (*names, *(("Hull [m]",) if hulls else ()), *(("RMSE [m]",) if scored else ()))
 
 
 def line_of(path: RadarPath, ended: bool, truth: Truth | None) -> tuple[str, ...]:
     """Return a track's line of the table; the error's where the track is confirmed. ``ended``: it was deleted."""
     alive = slice(-1) if ended else slice(None)
     vx, vy = path.velocity[alive].mean(axis=0)
-    line = (
+    line: tuple[str, ...] = (
         str(path.track),
         f"{path.times_s[0]:.1f}",
         f"{path.times_s[path.confirmed][0]:.1f}",
@@ -69,6 +70,9 @@ def line_of(path: RadarPath, ended: bool, truth: Truth | None) -> tuple[str, ...
         f"{np.median(path.spread[alive]):.1f}",
         f"{int(path.forbidden.sum())}",
     )
+    if path.length is not None:
+        length, sd = path.length[alive][-1]
+        line = (*line, f"{length:.0f} ± {sd:.0f}")
     if truth is None:
         return line
     errors = errors_of(path, truth)
@@ -146,6 +150,7 @@ def run_facts(
             f"P_D {sensor.detection_probability:g}, {sensor.false_alarms:g} false alarms a scan",
         ),
         ("In view", f"to {sensor.max_range_m:.0f} m, range rates to {sensor.max_doppler_mps:.0f} m/s"),
+        ("Ships", "hulls, along which plots lie" if isinstance(sensor, HullRadar) else ""),
         ("Particles a track", f"{parameters.particles}, estimate {parameters.estimate}"),
         ("Knowledge", _knowledge(parameters)),
     ]

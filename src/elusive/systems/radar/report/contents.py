@@ -45,6 +45,7 @@ class RadarPath(NamedTuple):
     covariance: Array | None = None  # (k,) of x and y [m^2]; None: taken as zero
     allowed: Array | None = None  # (k,) P(the map allows the target | measurements); None: no map was used
     existence: Array | None = None  # (k,) posterior probability that it is a ship
+    length: Array | None = None  # (k, 2) of its hull and deviation [m]; None: a point
 
     @property
     def spread(self) -> Array:

@@ -1,0 +1,75 @@
+"""Whether a radar's plots come in bunches, as those of ships do that it sees by several echoes."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from elusive.charts import Water
+from elusive.contracts import Array
+from elusive.sensors.radar import RadarSensor
+from elusive.sensors.radar_hulls import LENGTH, HullRadar
+from elusive.sensors.radar_scans import RadarScan
+from elusive.tracking.detection_targets import Target
+
+NEAR_M = 250.0  # of each other: plots of a long ship
+MOST = 0.1  # plots near a plot, beyond what the ring round it says of others that come by
+HALF = 0.5  # P(water) below which a plot is on land
+EXPLAINED = 4.0  # deviations from a ship within which a plot is its
+LONG, MIDDLE, SELDOM = math.log(80.0), 0.25, 0.1  # of a hull's plots half lie in its middle half
+FEW = 20  # plots from which something is said
+
+
+class Bunches:
+    """Counts the plots that others lie near to, in the same scan."""
+
+    def __init__(self) -> None:
+        self.plots = self.all = self._near = self._round = 0
+        self._hulls = defaultdict[int, NDArray[np.int64]](lambda: np.zeros(2, dtype=np.int64))
+
+    def add(self, scan: RadarScan, places: Array, counted: NDArray[np.bool_]) -> None:
+        """Take a scan in: where its plots lie ``(m, 2)`` [m], and which of them count, ``(m,)``."""
+        self.plots += int(counted.sum())
+        if scan.detections > 1 and counted.any():
+            tree = cKDTree(places)
+            near, wide = (
+                int(tree.query_ball_point(places[counted], reach, return_length=True).sum()) - int(counted.sum())
+                for reach in (NEAR_M, 2 * NEAR_M)
+            )
+            self._near, self._round = self._near + near, self._round + wide - near
+
+    def add_left_over(
+        self, scan: RadarScan, sensor: RadarSensor, targets: Sequence[Target], water: Water | None
+    ) -> None:
+        """Take in what no hull of a confirmed ship explains, off charted land; of points, every plot."""
+        places, _ = sensor.places(scan)
+        counted = np.ones(len(places), dtype=bool) if water is None else water.probability(places) >= HALF
+        sure = [target for target in targets if target.life.status == "confirmed"]
+        if isinstance(sensor, HullRadar) and sure:
+            means, covariances = np.array([one.mean for one in sure]), np.array([one.covariance for one in sure])
+            near = sensor.gate(means, covariances, scan, EXPLAINED)
+            counted &= ~near.any(axis=0)
+            for target, its in zip(sure, near, strict=True):
+                if target.mean[LENGTH] > LONG and target.life.track is not None:
+                    off = np.abs(sensor.along_hull(target.mean, places[its]))
+                    self._hulls[target.life.track] += np.array([len(off), (off < MIDDLE).sum()])
+        self.all += len(places)
+        self.add(scan, places, counted)
+
+    @property
+    def at_their_ends(self) -> list[int]:
+        """Tracks whose hulls make plots at their ends alone."""
+        return [track for track, (plots, inner) in self._hulls.items() if plots >= FEW and inner < SELDOM * plots]
+
+    @property
+    def share(self) -> float:
+        """Mean number of plots near a plot that chance, as dense as in the ring, does not explain; NaN of too few."""
+        every = max(self.plots, self.all)
+        if every < FEW:
+            return math.nan
+        return max(self._near - self._round / 3, 0.0) / every
