@@ -16,8 +16,10 @@ from elusive.sensors.bearings import BearingSensors
 from elusive.sensors.crowded_bearings import CrowdedBearings
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.several import CAUTION, crowding_of, decided, fitted
+from elusive.systems.bearings.several_checks import astray_finding
 from elusive.systems.bearings.track import track
 from elusive.tracking.detections import ManyScans
+from elusive.tracking.track import Step, Track
 from tests.systems.bearings.crowd import PLACES, SITES, crowd, found
 
 HEARD = {"kind": "several", "detection_probability": 0.9, "false_bearings": 3.0}
@@ -106,6 +108,21 @@ def test_emitters_are_found_over_30_seeds(emitters):
     tracking = BearingTracking(emitters={"kind": "several"}, motion={"kind": "cv", "q": 0.5})
     results = [followed(seed, emitters, tracking=tracking) for seed in range(30)]
     assert np.mean([result.share for result in results]) >= 0.9
+
+
+@pytest.mark.parametrize("off_m", [0.0, 45.0])
+def test_a_track_beside_its_bearings_is_named(off_m):
+    """Where two emitters' bearings are taken for one's, nobody is: sure all the same."""
+    truth, sets = crowd(4, 1, times=30)
+    covariance = np.diag([25.0, 1.0, 25.0, 1.0])
+    rng, steps = np.random.default_rng(5), []
+    for heard, state in zip(sets, truth[:, 0], strict=True):
+        mean = state + rng.normal(0, 2.0, 4) + (off_m * (12 <= heard.time_s < 25), 0, 0, 0)
+        steps.append(Step(heard.time_s, heard, None, (Track(7, "confirmed", 1.0, mean, covariance),)))
+    finding = astray_finding(steps, BearingTracking(), SITES)
+    assert finding.holds == (off_m == 0.0)
+    if off_m:
+        assert "track 7 from" in finding.sentence
 
 
 def test_times_of_arrival_of_several_are_refused():

@@ -17,7 +17,7 @@ from elusive.systems.bearings.checks import geometry_findings, units_finding
 from elusive.systems.bearings.leftovers import HALF
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.several import track_several
-from elusive.tracking.track import Step
+from elusive.tracking.track import Step, Track
 
 BEGUN = 0.25  # of the times, after which emitters are to be known
 NEAR = 4.0  # deviations within which a bearing is a track's
@@ -32,6 +32,8 @@ WIDE, NARROW = 1.4, 0.6  # residuals in the median, to those expected, beyond th
 TRIED_TIMES = 80
 BETTER = 0.8  # of the share left, which another reading must leave
 LARGER = (3.0, 10.0)  # deviations that are tried, of the one told
+WINDOW, ASTRAY = 10, 6.0  # times, and mean square of the residuals over them; by chance up to 5.5
+BLURRED = 2.0  # deviations of a bearing: a track's direction, from a sensor that is near, that is known no better
 
 
 class CrowdScale(NamedTuple):
@@ -54,15 +56,10 @@ def crowd_scale(steps: Sequence[Step], sites: SensorSites, sigma_deg: float) -> 
     hits = dict[int, dict[int, list[int]]]()
     for step in steps[int(BEGUN * len(steps)) :]:
         sure = [track for track in step.tracks if track.status == "confirmed"]
-        mean = np.array([track.mean[[X, Y]] for track in sure]).reshape(-1, 2)
-        spread = np.array([track.covariance[np.ix_([X, Y], [X, Y])] for track in sure]).reshape(-1, 2, 2)
         now = dict[int, Array]()
         for number in np.unique(step.measurement.sensor).tolist():
             angle = step.measurement.azimuth_rad[step.measurement.sensor == number]
-            off = mean - places[number]
-            slope = np.column_stack([off[:, 1], -off[:, 0]]) / np.maximum((off**2).sum(axis=1), 1e-9)[:, None]
-            seen = np.einsum("ni,nij,nj->n", slope, spread, slope)
-            away = np.abs(wrapped(angle - np.arctan2(off[:, 0], off[:, 1])[:, None]))  # (tracks, bearings)
+            away, seen = _away(sure, places[number], angle)
             near = away < NEAR * np.sqrt(sigma**2 + seen)[:, None]
             if len(sure):
                 closest = away.min(axis=1)
@@ -87,6 +84,48 @@ def crowd_scale(steps: Sequence[Step], sites: SensorSites, sigma_deg: float) -> 
     share = repeated / following if following else 0.0
     by_chance = chance / following if following else 0.0
     return CrowdScale(number, half, count / max(total, 1), count, share, by_chance, _crossed(hits))
+
+
+def _away(tracks: Sequence[Track], place: Array, angle: Array) -> tuple[Array, Array]:
+    """Return how far a sensor's bearings lie from tracks, ``(T, m)``, and variances of their directions, ``(T,)``."""
+    off = np.array([track.mean[[X, Y]] for track in tracks]).reshape(-1, 2) - place
+    spread = np.array([track.covariance[np.ix_([X, Y], [X, Y])] for track in tracks]).reshape(-1, 2, 2)
+    slope = np.column_stack([off[:, 1], -off[:, 0]]) / np.maximum((off**2).sum(axis=1), 1e-9)[:, None]
+    away = np.abs(wrapped(angle - np.arctan2(off[:, 0], off[:, 1])[:, None]))
+    return away, np.einsum("ni,nij,nj->n", slope, spread, slope)
+
+
+def astray_finding(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites) -> Finding:
+    """Check that no track lies for long beside the bearings that it takes for its own, as one of two emitters' does."""
+    sigma, places = math.radians(parameters.sigma_deg), sites.positions_m[:, :2]
+    squares = dict[int, list[tuple[float, float, float]]]()  # of each track: time, sum, and what is expected of it
+    for step in steps:
+        sure = [track for track in step.tracks if track.status == "confirmed"]
+        total, expected = np.zeros(len(sure)), np.zeros(len(sure))
+        for number in np.unique(step.measurement.sensor).tolist() if sure else ():
+            away, seen = _away(sure, places[number], step.measurement.azimuth_rad[step.measurement.sensor == number])
+            closest = away.min(axis=1)
+            near = (closest < NEAR * np.sqrt(sigma**2 + seen)) & (seen < BLURRED**2 * sigma**2)
+            total += np.where(near, (closest / sigma) ** 2, 0.0)
+            expected += np.where(near, np.clip(1 - seen / sigma**2, 0.1, 1.0), 0.0)
+        for track, *sums in zip(sure, total.tolist(), expected.tolist(), strict=True):
+            squares.setdefault(track.track, []).append((step.time_s, *sums))
+    worst, said = 0.0, list[str]()
+    for number, rows in sorted(squares.items()):
+        times, total, expected = np.array(rows).T
+        if len(times) < WINDOW:
+            continue
+        sums = np.lib.stride_tricks.sliding_window_view(np.stack([total, expected]), WINDOW, axis=1).sum(axis=-1)
+        ratio = sums[0] / np.maximum(sums[1], 1.0)
+        worst, off = max(worst, float(ratio.max())), np.flatnonzero(ratio > ASTRAY)
+        if len(off):
+            said.append(f"track {number} from {times[off[0]]:g} to {times[off[-1] + WINDOW - 1]:g} s")
+    return Finding(
+        "bearings.astray", not said, 1.0, worst,
+        f"Bearings lie beside the track that takes them for its own, for {WINDOW} times and more: {', '.join(said)}. "
+        "It may mix two emitters' bearings, and then nothing is where it says, or the emitter manoeuvres.",
+        "Do not rely on it there; a sensor that sees them from another side would tell, or a larger --q.",
+    )  # fmt: skip
 
 
 def _crossed(hits: dict[int, dict[int, list[int]]]) -> float:
@@ -134,6 +173,8 @@ def several_findings(steps: Sequence[Step], parameters: BearingTracking, sites: 
             f"any two bearings cross somewhere, and such tracks are ghosts as like as not{sentence}.", remedy,
         )
     )  # fmt: skip
+    if not wide:
+        found.append(astray_finding(steps, parameters, sites))
     if not bad and scale.number >= LEAST:
         narrow = scale.half < NARROW - 0.5 * error
         found.append(
