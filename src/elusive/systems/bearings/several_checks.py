@@ -60,16 +60,16 @@ def crowd_scale(steps: Sequence[Step], sites: SensorSites, sigma_deg: float) -> 
         for number in np.unique(step.measurement.sensor).tolist():
             angle = step.measurement.azimuth_rad[step.measurement.sensor == number]
             away, seen = _away(sure, places[number], angle)
-            near = away < NEAR * np.sqrt(sigma**2 + seen)[:, None]
+            reach: Array = NEAR * np.sqrt(sigma**2 + seen)
             if len(sure):
                 closest = away.min(axis=1)
-                for track, hit in zip(sure, near.any(axis=1).tolist(), strict=True):
+                for track, hit in zip(sure, (closest < reach).tolist(), strict=True):
                     hits.setdefault(track.track, {}).setdefault(number, []).append(hit)
                 room = np.clip(1 - seen / sigma**2, 0.1, 1.0)
                 kept = closest < REMOTE * sigma
                 sizes.append(closest[kept] / (sigma * np.sqrt(room[kept])))
                 free.append(room[kept])
-            rest = angle[~near.any(axis=0)] if len(sure) else angle
+            rest = angle[(away >= reach[:, None]).all(axis=0)] if len(sure) else angle
             total, count = total + len(angle), count + len(rest)
             now[number] = rest
             earlier = before.get(number, np.empty(0))
@@ -108,8 +108,8 @@ def astray_finding(steps: Sequence[Step], parameters: BearingTracking, sites: Se
             near = (closest < NEAR * np.sqrt(sigma**2 + seen)) & (seen < BLURRED**2 * sigma**2)
             total += np.where(near, (closest / sigma) ** 2, 0.0)
             expected += np.where(near, np.clip(1 - seen / sigma**2, 0.1, 1.0), 0.0)
-        for track, *sums in zip(sure, total.tolist(), expected.tolist(), strict=True):
-            squares.setdefault(track.track, []).append((step.time_s, *sums))
+        for track, seen_of, due in zip(sure, total.tolist(), expected.tolist(), strict=True):
+            squares.setdefault(track.track, []).append((step.time_s, seen_of, due))
     worst, said = 0.0, list[str]()
     for number, rows in sorted(squares.items()):
         times, total, expected = np.array(rows).T
