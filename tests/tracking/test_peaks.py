@@ -12,7 +12,7 @@ from elusive.preprocess.peaks import Peaks
 from elusive.tracking import _peak_kernels as kernels
 from elusive.tracking.peak_motions import PeakMotions
 from elusive.tracking.peak_null import EmpiricalNull
-from elusive.tracking.peak_targets import PeakTargets
+from elusive.tracking.peak_targets import HOP, PeakTargets
 from elusive.tracking.peaks import PeakBelief, SceneTracker
 from tests.reference import scene_targets as reference
 
@@ -189,13 +189,17 @@ def test_a_target_that_has_gone_far_by_hops_is_not_at_rest() -> None:
         evidence=500 * one,
         resting=np.full((2, rests), 500.0),
         farthest=np.hypot(*place.T),
+        age=np.full(2, 100),
+        hop=4 * one,
     )
     stayed, went = targets.moving(leash)
     assert stayed == pytest.approx(0.0)
-    kept = 500 - 100 / (2 * leash**2)  # 10 px from where it began
+    kept = 500 - 100 / (2 * leash**2)  # 10 px from where it began, on the sensor no leash
     free = 500 - max(np.log(np.mean(np.exp(kept - kept.max()))) + kept.max(), 0)
-    assert went == pytest.approx(min(free, 100 / (2 * leash.min() ** 2)))
-    assert went > 1
+    way = 10 - (4 - 10 * HOP / 100 - leash.min())  # less what it hopped beyond even motion
+    assert went == pytest.approx(min(free, way**2 / (2 * leash.min() ** 2)))
+    still = targets._replace(resting=np.zeros((2, rests)), hop=np.array([0.0, 10.6 + leash.min()])).moving(leash)
+    np.testing.assert_allclose(still, 0.0)  # all its way was one hop
 
 
 def test_what_never_went_far_does_not_move_however_it_sways() -> None:
@@ -206,6 +210,8 @@ def test_what_never_went_far_does_not_move_however_it_sways() -> None:
         evidence=np.array([500.0]),
         resting=np.zeros((1, rests)),
         farthest=np.array([1.5]),
+        age=np.array([100]),
+        hop=np.zeros(1),
     )
     assert targets.moving(leash)[0] <= 1.5**2 / 2
 
@@ -240,6 +246,36 @@ def test_a_target_that_jumps_keeps_its_number_and_is_shown_again_at_once() -> No
     shown = shown_of(followed(rng, scene, resting(rng)))
     assert len(shown[39]) == 1
     assert shown[46] == shown[59] == shown[39]
+
+
+def test_what_hops_once_does_not_move() -> None:
+    """A point of the scene goes over into its neighbour, as where a video's blocks are coded anew."""
+    rng = np.random.default_rng(10)
+
+    def scene(k: int) -> tuple[np.ndarray, np.ndarray]:
+        return np.array([[60.0 + 2 * np.clip(k - 40, 0, 4), 60.0]]), np.array([9.0])
+
+    shown = shown_of(followed(rng, scene, resting(rng), 90))
+    assert not set().union(*shown[15:])
+
+
+def test_what_rests_on_the_sensor_does_not_move_while_the_scene_goes_by() -> None:
+    tracker, rng, offset = SceneTracker(), np.random.default_rng(11), np.zeros(2)
+    rests, belief, seen = rng.uniform((-100, 10), (150, 110), (70, 2)), tracker.begin(), set()
+    for k in range(80):
+        step = np.array([1.2 if k % 20 < 14 else 0.0, 0.1])  # the camera goes and stops
+        offset = offset + step
+        scene = rests + offset
+        inside = scene[(scene > 0).all(axis=1) & (scene < SHAPE[::-1]).all(axis=1)]
+        mover = np.array([[120.0 - 0.7 * k, 40.0 + 0.3 * k]])
+        places = np.concatenate([inside, [[80.0, 60.0]], mover]) + rng.normal(0, 0.2, (len(inside) + 2, 2))
+        strength = np.concatenate([rng.normal(7, 0.4, len(inside)), [7.0, 9.0]])
+        belief = tracker.follow(belief, float(k), peaks_of(k, places, strength, offset, step), SHAPE, 1.0)
+        seen |= {tuple(np.round(track.mean[[0, 2]] - mover[0])) for track in belief.tracks if track.extra["shown"]}
+        stuck = [track for track in belief.tracks if np.hypot(*(track.mean[[0, 2]] - (80.0, 60.0))) < 2]
+        assert k < 10 or any(track.status == "confirmed" for track in stuck)
+        assert not any(track.extra["shown"] for track in stuck)
+    assert (0.0, 0.0) in seen
 
 
 def test_what_rings_beside_a_target_is_not_shown() -> None:

@@ -27,7 +27,7 @@ def rejoined(targets: PeakTargets, level_spread: float) -> PeakTargets:
     kept = np.ones(len(targets.number), np.bool_)
     values: dict[str, Any] = {
         name: getattr(targets, name).copy()
-        for name in ("number", "age", "evidence", "resting", "shown", "origin", "farthest")
+        for name in ("number", "age", "evidence", "resting", "shown", "origin", "farthest", "hop")
     }
     for old in lost[np.argsort(-targets.evidence[lost], kind="stable")]:
         near = np.hypot(*(place[fresh] - place[old]).T) < REACH_PX + 3 * speed[old]
@@ -45,4 +45,5 @@ def rejoined(targets: PeakTargets, level_spread: float) -> PeakTargets:
             values[name][new] += values[name][old]
         away = float(np.hypot(*(place[new] - targets.origin[old])))
         values["farthest"][new] = max(float(targets.farthest[old]), away)
+        values["hop"][new] = max(float(targets.hop[old]), float(np.hypot(*(place[new] - place[old]))))
     return targets._replace(**values).kept(kept)

@@ -20,7 +20,7 @@ from elusive.preprocess.peaks import Peaks
 from elusive.tracking import _peak_kernels as kernels
 from elusive.tracking._detection_kernels import associate
 from elusive.tracking.peak_motions import PeakMotions
-from elusive.tracking.peak_targets import PeakTargets
+from elusive.tracking.peak_targets import HOP, PeakTargets
 
 SUREST = 0.999  # existence, at most: a target may always have just gone
 ROUNDS, TOLERANCE = 30, 1e-3  # of the messages of association
@@ -58,12 +58,13 @@ class PeakRecursion(Model):
     most_births: int = Field(60, ge=0, description="Peaks of a frame that may begin a target")
     most_targets: int = Field(400, ge=1, description="Targets that are followed")
 
-    def predicted(self, targets: PeakTargets, frames: float) -> PeakTargets:
-        """Return targets some frames later."""
+    def predicted(self, targets: PeakTargets, frames: float, step_px: Array) -> PeakTargets:
+        """Return targets some frames later, in which the scene has moved by ``step_px`` ``(2,)`` over the sensor."""
         place, velocity, variance, weight = (
             values.copy() for values in (targets.place, targets.velocity, targets.variance, targets.weight)
         )
         kernels.predict(place, velocity, variance, weight, self.motions.table, self.motions.switch, frames)
+        place[:, self.motions.on_sensor] -= step_px
         stays, found, gone = (1 - share**frames for share in (1 - self.hide, 1 - self.reappear, 1 - self.lost))
         lives = (1 - self.death) ** frames
         visible = lives * (targets.visible * (1 - stays)) + (1 - gone) * targets.hidden * found
@@ -132,8 +133,13 @@ class PeakRecursion(Model):
             evidence=targets.evidence + np.log(np.einsum("nm,nm->n", targets.weight, likelihood)),
             resting=targets.resting + np.log(likelihood[:, motions.rests]),
         )
-        away = np.hypot(*(updated.mean_place - targets.origin).T)
-        return updated._replace(farthest=np.maximum(targets.farthest, away)), unclaimed
+        now = updated.mean_place
+        away, lately = (np.hypot(*(now - before).T) for before in (targets.origin, targets.lately[:, 0]))
+        return updated._replace(
+            farthest=np.maximum(targets.farthest, away),
+            hop=np.maximum(targets.hop, lately),
+            lately=np.concatenate([targets.lately[:, 1:], now[:, None]], axis=1),
+        ), unclaimed
 
     def newborn(self, peaks: Peaks, clutter: Clutter, unclaimed: Array, born: int) -> PeakTargets:
         """Begin targets at the rarest peaks that none claims, numbered from the next."""
@@ -164,6 +170,8 @@ class PeakRecursion(Model):
             shown=np.zeros(count, np.bool_),
             origin=clutter.places[chosen],
             farthest=zero,
+            lately=np.repeat(clutter.places[chosen, None], HOP, axis=1),
+            hop=zero,
         )
 
     def kept(self, targets: PeakTargets, offset_px: Array, shape: tuple[int, int]) -> NDArray[np.bool_]:

@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from elusive.contracts import Array
 
+HOP = 6  # frames within which what rests is taken for what rests beside it
+
 
 class PeakTargets(NamedTuple):
     """n targets and M motions, the first R of them at rest; places are in the scene [px], velocities a frame."""
@@ -30,6 +32,8 @@ class PeakTargets(NamedTuple):
     shown: NDArray[np.bool_]  # (n,)
     origin: Array  # (n, 2) its first place
     farthest: Array  # (n,) from there so far [px]
+    lately: Array  # (n, HOP, 2) its places before, the latest last
+    hop: Array  # (n,) greatest way within so many frames so far [px]
 
     @classmethod
     def none(cls, motions: int, resting: int) -> Self:
@@ -38,7 +42,7 @@ class PeakTargets(NamedTuple):
         return cls(
             whole, whole, np.zeros((0, motions, 2)), np.zeros((0, motions, 2)), np.zeros((0, motions, 3)),
             np.zeros((0, motions)), one, one, one, one, one, flag, one, np.zeros((0, resting)), flag,
-            np.zeros((0, 2)), one,
+            np.zeros((0, 2)), one, np.zeros((0, HOP, 2)), one,
         )  # fmt: skip
 
     @property
@@ -63,12 +67,16 @@ class PeakTargets(NamedTuple):
 
         What rests hops and sways about where it began: ``leash`` ``(R,)`` is the deviation of that [px]. What has never
         been farther from there than the tightest leash lets it is no more likely to move, in whatever manner it sways.
+        One hop is no motion: what rests is now and then taken for what rests beside it. So its greatest way within a
+        few frames counts for no more than what even motion makes in as many.
         """
         away = self.place[:, : len(leash)] - self.origin[:, None]
         resting = self.resting - np.einsum("nra,nra->nr", away, away) * (0.5 / leash**2)
         top = resting.max(axis=1, initial=0.0)
         still = top + np.log(np.exp(resting - top[:, None]).mean(axis=1))
-        found: Array = np.minimum(self.evidence - np.maximum(still, 0.0), 0.5 * (self.farthest / leash.min()) ** 2)
+        even = self.farthest * np.minimum(HOP / np.maximum(self.age, 1), 1.0)
+        way = self.farthest - np.clip(self.hop - even - leash.min(), 0.0, self.farthest)
+        found: Array = np.minimum(self.evidence - np.maximum(still, 0.0), 0.5 * (way / leash.min()) ** 2)
         return found
 
     def kept(self, which: NDArray[np.bool_]) -> Self:
