@@ -17,26 +17,32 @@ def walker(frame):
     return np.array([0.4 + 0.2 * (frame - 40), 2.1 + 0.04 * (frame - 40)]) if frame >= 40 else None
 
 
+def excess_of(place):
+    """Excess path of somebody at a place over each reading's link; without a place, the links' lengths."""
+    ends = NODES[[pair[0] for pair in PAIRS] * 2], NODES[[pair[1] for pair in PAIRS] * 2]
+    apart = np.linalg.norm(ends[0] - ends[1], axis=1)
+    return apart if place is None else sum(np.linalg.norm(end - place, axis=1) for end in ends) - apart
+
+
 def other(frame):
     """Somebody else, the other way."""
     return np.array([5.6 - 0.2 * (frame - 40), 4.8 - 0.04 * (frame - 40)]) if frame >= 40 else None
 
 
-def write_room(folder, *others):
+def write_room(folder, *others, frames=FRAMES):
     """Write nodes, a wide log and the truth of one: levels drop where the person, or others, are in the way."""
     rng = np.random.default_rng(0)
     (folder / "nodes.csv").write_text("node,x_m,y_m\n" + "".join(f"n{k},{x},{y}\n" for k, (x, y) in enumerate(NODES)))
     names = [f"n{a}-n{b}-{c}" for c in (11, 26) for a, b in PAIRS]
-    ends = NODES[[pair[0] for pair in PAIRS] * 2], NODES[[pair[1] for pair in PAIRS] * 2]
-    apart = np.linalg.norm(ends[0] - ends[1], axis=1)
+    apart = excess_of(None)
     level = -45 - 20 * np.log10(apart) + rng.normal(0, 2, len(names))
     rows, truth = [["time_s", *names]], ["time_s,x_m,y_m"]
-    for frame in range(FRAMES):
+    for frame in range(frames):
         heard = level + rng.normal(0, 0.4, len(names))
         for place in (walk(frame) for walk in (walker, *others)):
             if place is None:
                 continue
-            excess = np.linalg.norm(ends[0] - place, axis=1) + np.linalg.norm(ends[1] - place, axis=1) - apart
+            excess = excess_of(place)
             heard -= 9 * np.exp(-excess / 0.03) + 2.5 * rng.normal(size=len(names)) * np.exp(-excess / 1.0)
         if (place := walker(frame)) is not None:
             truth.append(f"{0.5 * frame},{place[0]},{place[1]}")

@@ -13,7 +13,7 @@ from elusive.io.link_logs import open_link_log
 from elusive.io.node_files import read_nodes
 from elusive.sensors.radio_network import directed_links_of
 from tests.tracking.link_scenes import DATA
-from tests.walked_room import EMPTY, changed, other, write_room
+from tests.walked_room import EMPTY, changed, excess_of, other, write_room
 
 LOG, NODES, RECORDED_EMPTY = DATA / "basement_listenx_out_1.txt", DATA / "sensor_coords_basement_m.txt", 50
 recorded = pytest.mark.skipif(not DATA.exists(), reason=f"needs the radio log under {DATA}")
@@ -160,3 +160,22 @@ def test_two_people_who_are_tracked_as_one_are_named(tmp_path, capsys):
     code, names, said = told(capsys, room / "log.csv", room / "nodes.csv", tmp_path / "out", empty=EMPTY)
     assert (code, names) == (3, {"links.people"}), said
     assert "two may be tracked as one" in said
+
+
+@pytest.mark.parametrize("stood", [False, True])
+def test_somebody_who_stood_through_the_calibration_and_left_is_named(tmp_path, capsys, stood):
+    """They leave a track that never moves where they stood, after 20 s; nobody is there."""
+    room, rng = write_room(tmp_path, frames=120), np.random.default_rng(5)
+    excess = excess_of((3.2, 2.1))
+    fall = 9 * np.exp(-excess / 0.03) - 2.5 * rng.normal(size=len(excess)) * np.exp(-excess)
+
+    def changing(lines):
+        cells = [np.array(line.split(","), dtype=float) for line in lines[1:]]
+        inside = [stood * (k < 40) * np.concatenate([[0.0], fall]) for k in range(len(cells))]
+        empty = [cells[k % EMPTY] for k in range(len(cells))]  # nobody walks
+        rows = ([0.5 * k, *np.round(empty[k] - inside[k])[1:]] for k in range(len(cells)))
+        return [lines[0], *(",".join(map(str, row)) for row in rows)]
+
+    log, quick = changed(room, tmp_path, changing), ("--fit-frames", 0)
+    _, names, said = told(capsys, log, room / "nodes.csv", tmp_path / "out", *quick, empty=EMPTY)
+    assert bool(names & {"links.rests", "links.room"}) == stood, said

@@ -34,7 +34,7 @@ INTERVALS_S = 0.005, 60.0  # between frames
 IMPOSSIBLE = 0.5  # share of the links that is louder than radios can be
 COARSE_DB = 2.5  # steps of readings
 MISFIT, LEARNED_FRAMES = 2.0, 20
-ONE_MORE = 1.0  # log likelihood a frame of one more person: -10 to -2 where all are tracked, 1.4 to 40 with one more
+ONE_MORE = 1.3  # log likelihood a frame of one more person: -10 to .9 where all are tracked, 1.4 to 40 with one more
 NODES_REMEDY = "Give --nodes in the order of the log's columns, every node once, and check --layout."
 
 
@@ -47,6 +47,8 @@ class LinkFacts:
         self._confirmed = 0
         self._misfit = math.nan
         self._one_more, self._looked = 0.0, 0
+        self._stays: tuple[float, float, float] | None = None  # when and where something was first seen to
+        self._still = math.nan
         self._step_db = math.nan
         self._settled, self._settled_s = 0.0, math.nan
 
@@ -63,6 +65,9 @@ class LinkFacts:
             sure = any(track.status == "confirmed" for track in step.tracks)
             self._confirmed += sure
             self._misfit = people.likeness.misfit
+            if people.standing.place is not None and self._stays is None:
+                self._stays = step.time_s, *people.standing.place.tolist()
+            self._still = float(np.fmax(self._still, people.standing.log_ratio))
             if math.isfinite(people.unexplained.log_ratio):
                 self._one_more += people.unexplained.log_ratio
                 self._looked += 1
@@ -72,7 +77,7 @@ class LinkFacts:
         if self._calibration is None:
             return ()
         mean = self._calibration.mean_dbm
-        found = [self._rounding(), self._room(), self._model(), self._people()]
+        found = [self._rounding(), self._room(), self._model(), self._people(), self._rests()]
         misread = _reciprocity(self._nodes, mean)
         return (*found, misread, *([] if not misread.holds else _distances(self._nodes, mean)))
 
@@ -102,6 +107,17 @@ class LinkFacts:
             "as in a real basement: the model of what people change does not hold here, and tracks may be nobody's.",
             "Fit the site: elusive fit links, then --config; for sums over voxels, as simulated logs are, "
             "--effect radiation.",
+        )
+
+    def _rests(self) -> Finding:
+        when_s, x, y = self._stays or (math.nan, math.nan, math.nan)
+        return Fact(0.0, self._still, self._stays is None, math.nan).finding(
+            "links.rests",
+            f"Something has stayed at x {x:.1f}, y {y:.1f} m for half a minute, at {when_s:g} s. Links do not tell who "
+            "stands there from furniture that was moved, or from somebody who stood there in the calibration and has "
+            "gone: then a track there is nobody.",
+            "Look who is there; calibrate on frames in which nobody is (--empty FILE).",
+            grave=False,
         )
 
     def _people(self) -> Finding:
