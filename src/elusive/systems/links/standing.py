@@ -1,8 +1,8 @@
 """What stays where it is: somebody who stands there, or who stood there in the calibration and has gone, or a cupboard.
 
-People who walk leave little in the mean change of each reading over half a minute. What one person at one place explains
-of it stays: somebody who was calibrated with the room leaves the opposite of what they did, for ever. The sign does
-not tell the two apart, for the links that somebody stood in were calibrated as deep fades.
+People who walk leave little in the mean change of each reading over half a minute. What one person at one place
+explains of it stays: somebody who was calibrated with the room leaves the opposite of what they did, for ever. The
+sign does not tell the two apart, for the links that somebody stood in were calibrated as deep fades.
 """
 
 from __future__ import annotations
