@@ -15,7 +15,8 @@ from tests.tracking.test_extended_scan import POINT, sailed
 
 __all__ = ["elusive_in"]
 SEEN = ["--bearing-sd-mrad", "2", "--false-alarms", "2"]
-TRACK = ["track", "radar", "plots.csv", *RADAR, *SEEN, "--knowledge", "none", "--out", "out"]
+FEW = ["--particles", "1000"]
+TRACK = ["track", "radar", "plots.csv", *RADAR, *SEEN, *FEW, "--knowledge", "none", "--out", "out"]
 
 
 def routes(folder: Path, *ways: tuple[tuple[float, float], tuple[float, float]]) -> list[str]:

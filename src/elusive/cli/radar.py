@@ -69,6 +69,14 @@ def track_radar_command(
     truth: Annotated[Path | None, truth_of("ships", SHIPS)] = None,
     truth_cutoff: Annotated[float | None, cutoff_in("m", "50")] = None,
     truth_mmsi: Annotated[int | None, typer.Option("--truth-mmsi", help="The only ship to read of an AIS log.")] = None,
+    ais: Annotated[
+        Path | None,
+        typer.Option(
+            "--ais",
+            help="What ships report, fused with their tracks: .csv of time_s or time, mmsi, lon_deg, lat_deg, sog_mps "
+            "or sog_kn, cog_deg; or a log of AIVDM sentences.",
+        ),
+    ] = None,
     rotation_s: Rotation = None,
     radar_code: RadarCode = None,
     follow: Follow = False,
@@ -82,6 +90,8 @@ def track_radar_command(
     feed = feed_of(plots, follow, idle_s, hold_s)
     check_live(feed is not None, idle_s, truth, strict=strict)
     check_scores(truth, truth_cutoff=truth_cutoff, truth_mmsi=truth_mmsi)
+    if feed is not None and ais is not None:
+        raise ParameterError("ais: is taken into recordings, not into live plots; leave --ais or --follow out.")
     if feed is not None:
         place = _place(radar_lat, radar_lon)
         if place is None or own_ship is not None or (radar_code is not None and not is_asterix(plots)):
@@ -100,7 +110,7 @@ def track_radar_command(
     with bar("scans", None) as advance:
         outcome = track_radar_recording(
             source, parameters, out, charts=chart or (), truth=truth, truth_mmsi=truth_mmsi, cutoff_m=truth_cutoff,
-            on_scan=advance,
+            ais=ais, on_scan=advance,
         )  # fmt: skip
     tracked = outcome.tracked
     tell_run(

@@ -81,6 +81,11 @@ class HullRadar(RadarSensor):
         told = surely.max() > 2 * SAME * aside_sd  # what is hardly longer than its error is no hull
         return bool(told and aside < SAME * aside_sd and ahead < AHEAD * surely.max())
 
+    def extended(self, states: Array, rng: Generator) -> Array:
+        """Append lengths and rates of echoes of new ships, ``(N, 4) -> (N, 6)``."""
+        n = len(states)
+        return np.column_stack([states, rng.normal(*LENGTHS, n), rng.normal(*RATES, n)])
+
     def union(self, first: Array, second: Array) -> Array:
         """Join hulls, ``(N, d), (N, d) -> (N, d)``: as long as both reach, on the course of the first."""
         along, joined = _courses(first), first.copy(order="K")

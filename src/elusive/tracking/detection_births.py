@@ -74,7 +74,7 @@ def newborn(
             f"weights of shape {drawn.weights.shape} for {k} detections; give ({k}, {particles}, d), ({k},) and "
             f"({k}, {particles})."
         )
-    flat = _completed(motion, drawn.states.reshape(k * particles, drawn.states.shape[-1]), spread[1], rng)
+    flat = completed(motion, drawn.states.reshape(k * particles, drawn.states.shape[-1]), spread[1], rng)
     seen = a_number_a_state(sensor.detection_probabilities(flat, measurement), flat, "detection_probabilities")
     detected = seen.reshape(k, particles) * drawn.weights
     weights, allowed = detected, np.ones(k)
@@ -90,8 +90,8 @@ def newborn(
     return Newborn(log_intensity, flat.reshape(k, particles, flat.shape[1]), weights, allowed, share)
 
 
-def _completed(motion: Motion, states: Array, further_sd: Mapping[str, float], rng: Generator) -> Array:
-    """Append what the sensor did not draw of a motion's components."""
+def completed(motion: Motion, states: Array, further_sd: Mapping[str, float], rng: Generator) -> Array:
+    """Append what the sensor did not draw of a motion's components; ``further_sd`` are their deviations."""
     names = kinematic_names(motion)
     for name in names[states.shape[1] :]:
         if name not in further_sd:

@@ -42,6 +42,9 @@ class ExtendedSensor(Protocol):
     def one_body(self, means: Array, covariances: Array) -> bool:
         """Whether two targets, ``(2, d), (2, d, d)``, are parts of one."""
 
+    def extended(self, states: Array, rng: Generator) -> Array:
+        """Append to places and velocities of new targets ``(N, 4)`` what extent they may have."""
+
     def union(self, first: Array, second: Array) -> Array:
         """Join targets to one that reaches as far as both, ``(N, d), (N, d) -> (N, d)``."""
 

@@ -23,6 +23,7 @@ from elusive.results.spool import Records
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_hulls import HullRadar
 from elusive.sensors.radar_scans import RadarScan
+from elusive.systems.radar.ais import AisFusion
 from elusive.systems.radar.bunches import Bunches
 from elusive.systems.radar.checks import findings_of, innovation
 from elusive.systems.radar.land import water_at
@@ -53,6 +54,7 @@ ADDED = (
     "length_m",
     "sd_length_m",
     "breadth_m",
+    "mmsi",
 )
 CONFIRMED, DELETED = STATUSES.index("confirmed"), STATUSES.index("deleted")
 
@@ -161,6 +163,8 @@ class RadarRun:
         Of the run.
     log
         Of its tracks.
+    ais
+        What ships report; None: nothing is known.
     """
 
     def __init__(
@@ -170,12 +174,13 @@ class RadarRun:
         around: Surroundings,
         seen: RadarSurvey,
         log: TrackLog,
+        ais: AisFusion | None = None,
     ) -> None:
         self._parameters, self._sensor, self._around, self._seen = parameters, sensor, around, seen
         self._log, self._keeper = log, RadarKeeper()
         self._bias: CoastBias | None = None  # of the chart, as it is known by now
         self._innovations: list[float] = []  # of confirmed tracks
-        self._bunches = Bunches()
+        self._bunches, self._ais = Bunches(), ais
 
     def append(self, step: Step) -> None:
         """Take in a scan's result."""
@@ -230,6 +235,7 @@ class RadarRun:
             rows=[
                 *run_facts(self._parameters, self._sensor, self._around.charted, self._seen, source),
                 *([] if self._bias is None else [bias_row(self._bias)]),
+                *([] if self._ais is None else self._ais.rows()),
                 ("Candidates never confirmed", f"{len(self._log.by_track().numbers) - len(paths)}"),
                 *([] if scores is None else scores.lines()),
             ],
@@ -241,6 +247,7 @@ class RadarRun:
             way=self._seen.way,
         )
         found = findings_of(self._seen, self._sensor, self._around.water, self._innovations, self._bunches, source)
+        found += () if self._ais is None else (self._ais.finding(),)
         return RadarOutcome(self._log, self._charted(tracked), scores, found)
 
     def write(self, folder: Path, outcome: RadarOutcome, config: str) -> None:

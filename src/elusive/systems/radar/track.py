@@ -15,14 +15,17 @@ import numpy as np
 from elusive.errors import DataError, ParameterError
 from elusive.filters.particle.coast_error import learn_bias
 from elusive.io import RadarSource, atomic_folder
+from elusive.io.ais_reports import in_frame, read_ais_reports
 from elusive.io.ship_truth import read_ship_truth
 from elusive.results import TrackLog
 from elusive.sensors.radar_scans import RadarScan
+from elusive.systems.radar.ais import AisFusion
 from elusive.systems.radar.parameters import RadarTracking, survey
 from elusive.systems.radar.results import ADDED, RadarOutcome, RadarRun, Surroundings, ships_of, tracks_of
 from elusive.systems.radar.setting import bind_all, charts_in, check_place, frame_of
 from elusive.tracking.detections import DetectionTracker
 from elusive.tracking.memory import Memory
+from elusive.tracking.reports import Report
 from elusive.tracking.track import Step
 
 __all__ = ["RadarTracking", "track_radar", "track_radar_recording"]
@@ -34,6 +37,7 @@ def track_radar(
     parameters: RadarTracking,
     around: Surroundings | None = None,
     memory: Memory | None = None,
+    ais: AisFusion | None = None,
 ) -> Iterator[Step]:
     """Track ships through a radar's scans, lazily; a live stream and a file are the same.
 
@@ -49,6 +53,8 @@ def track_radar(
         What a track's longitude, latitude and water are known from.
     memory
         Where the state is kept, and gone on from.
+    ais
+        What ships report, taken in between scans.
 
     Yields
     ------
@@ -65,9 +71,12 @@ def track_radar(
     mode_rng = np.random.default_rng([parameters.seed, 1])  # estimates do not change what is tracked
     state, rng, mode_rng = memory.held or (tracker.init(rng), rng, mode_rng)
     for scan in scans:
-        before, state = state, tracker.step(state, scan.time_s, scan, rng)
+        before = state if ais is None else ais.before(scan, state, tracker, rng)
+        state = tracker.step(before, scan.time_s, scan, rng)
         ships = ships_of(before, state)
         tracks = tracks_of(tracker, scan, ships, around, parameters.estimate, mode_rng)
+        if ais is not None:
+            tracks = tuple(one._replace(extra={**one.extra, "mmsi": ais.name_of(one.track)}) for one in tracks)
         step = Step(scan.time_s, scan, state, tracks)
         moved = [(old, now) for old, now, _ in ships if old is not None and now.life.status == "confirmed"]
         state = state._replace(knowledge=learn_bias(state.knowledge, moved, parameters.coast))
@@ -86,6 +95,7 @@ def track_radar_recording(
     truth: str | Path | None = None,
     truth_mmsi: int | None = None,
     cutoff_m: float | None = None,
+    ais: str | Path | None = None,
     on_scan: Callable[[int], None] | None = None,
 ) -> RadarOutcome:
     """Track ships through a recording and write ``tracks.csv``, ``tracks.geojson``, ``result.nc`` and a report.
@@ -111,6 +121,8 @@ def track_radar_recording(
         The only ship to read, where that is an AIS log.
     cutoff_m
         Distance up to which a track can stand for a ship, and c of GOSPA; None: 50 m.
+    ais
+        What ships report, see :func:`~elusive.io.ais_reports.read_ais_reports`; fused with the tracks.
     on_scan
         Called with the number of scans done.
 
@@ -132,13 +144,18 @@ def track_radar_recording(
     known = None
     if truth is not None:
         known = read_ship_truth(truth, frame, midnight_unix_s=source.since_1970(), mmsi=truth_mmsi)
+    fusion = None
+    if ais is not None:
+        told = read_ais_reports(ais, source.since_1970())
+        near = in_frame(told, frame, str(ais))
+        fusion = AisFusion([Report(one.time_s, one.mmsi, place, velocity) for one, place, velocity in near])
     sensor, tracker, around = bind_all(parameters, seen, around, outline)
     with nullcontext() if out is None else atomic_folder(out) as folder:
         table = None if folder is None else folder / "tracks.csv"
         with TrackLog(tracker.state_names, "m", ADDED, path=table) as log:
-            run = RadarRun(parameters, sensor, around, seen, log)
+            run = RadarRun(parameters, sensor, around, seen, log, fusion)
             try:
-                for number, step in enumerate(track_radar(source, tracker, parameters, around), 1):
+                for number, step in enumerate(track_radar(source, tracker, parameters, around, None, fusion), 1):
                     run.append(step)
                     if on_scan is not None:
                         on_scan(number)

@@ -1,0 +1,108 @@
+"""AIS reports beside a radar's recording: a log of sentences, or a table, on the recording's clock."""
+
+from __future__ import annotations
+
+import math
+import os
+from contextlib import closing
+from pathlib import Path
+
+import numpy as np
+
+from elusive.contracts import Array
+from elusive.errors import DataError
+from elusive.geometry.local_frame import LocalFrame
+from elusive.io._table_lines import table_lines
+from elusive.io.ais import KNOT_MPS, AisPosition, read_ais
+
+TABLES = (".csv", ".tsv", ".txt")
+NEEDED = ("time|time_s", "mmsi", "lon_deg", "lat_deg")
+PERHAPS = ("sog_mps", "sog_kn", "cog_deg")
+FASTEST_MPS, FURTHEST_M = 60.0, 200_000.0
+
+
+def read_ais_reports(path: str | os.PathLike[str], since_1970_s: float) -> list[AisPosition]:
+    """Read what ships report, with times that count as the recording's do.
+
+    Parameters
+    ----------
+    path
+        ``.csv``, ``.tsv`` or ``.txt`` that names ``mmsi, lon_deg, lat_deg`` and ``time_s`` (as the plots count it) or
+        ``time`` (ISO 8601), perhaps ``sog_mps`` or ``sog_kn``, and ``cog_deg``; else a log as
+        :func:`~elusive.io.ais.read_ais` takes it.
+    since_1970_s
+        When the recording's times begin to count, after 1970 began; NaN: it does not say.
+
+    Raises
+    ------
+    DataError
+        If the file cannot be read, a report is none, or times of day meet a recording without a date.
+    """
+    file = Path(path)
+    table = file.suffix.lower() in TABLES and _named(file)
+    dated, found = True, list[AisPosition]()
+    if table:
+        with closing(table_lines(file, NEEDED, PERHAPS, "a report a line")) as lines:
+            for line in lines:
+                dated = "time" in line.cells
+                time_s = line.moment("time") if dated else line.number("time_s")
+                number = line.number("mmsi")
+                if not (number == int(number) and 0 < number < 1e9):
+                    raise DataError(f"{line.where}: mmsi {number:g} is none; write its nine digits.")
+                speed = line.number("sog_mps", absent=math.nan)
+                speed = KNOT_MPS * line.number("sog_kn", absent=math.nan) if math.isnan(speed) else speed
+                if speed < 0 or speed > FASTEST_MPS:
+                    raise DataError(
+                        f"{line.where}: a speed of {speed:.3g} m/s is no ship's; write sog_mps, or sog_kn in knots."
+                    )
+                course = math.radians(line.number("cog_deg", most=360, absent=math.nan))
+                lon, lat = line.number("lon_deg", most=360), line.number("lat_deg", most=90)
+                found.append(AisPosition(time_s, int(number), lon, lat, speed, course))
+        if not found:
+            raise DataError(f"{path}: holds no report; write {','.join(NEEDED[1:])} and time, a report a line.")
+    else:
+        found = list(read_ais(file))
+    if not dated:
+        return found
+    if math.isnan(since_1970_s):
+        raise DataError(
+            f"{path}: tells times of day, and the plots' times count from a moment that they do not say; write the "
+            "plots' column time, as 2026-05-01T12:00:00Z, or reports as a table of time_s."
+        )
+    return [one._replace(time_s=one.time_s - since_1970_s) for one in found]
+
+
+def in_frame(reports: list[AisPosition], frame: LocalFrame, name: str) -> list[tuple[AisPosition, Array, Array]]:
+    """Return reports with place and velocity, ``(2,)`` each [m, m/s], NaN where it is not told; far ones are left out.
+
+    Raises
+    ------
+    DataError
+        If all are far.
+    """
+    places = frame.to_local(np.array([(one.lon_deg, one.lat_deg) for one in reports]))
+    away = np.hypot(*places.T)
+    near = away < FURTHEST_M
+    if not near.any():
+        turned = frame.to_local(np.array([(one.lat_deg, one.lon_deg) for one in reports if abs(one.lon_deg) <= 90]))
+        swapped = len(turned) and np.median(np.hypot(*turned.T)) < FURTHEST_M
+        advice = "lon_deg and lat_deg look exchanged." if swapped else "check the places and --radar-lon-deg."
+        raise DataError(
+            f"{name}: all {len(reports)} reports lie {away.min() / 1000:.0f} km or more from the radar; {advice}"
+        )
+    found = []
+    for report, place, kept in zip(reports, places, near, strict=True):
+        course = 0.0 if report.sog_mps == 0 else report.cog_rad
+        if kept:
+            found.append((report, place, report.sog_mps * np.array([math.sin(course), math.cos(course)])))
+    return found
+
+
+def _named(file: Path) -> bool:
+    """Whether a table, not sentences, stands in a file of text."""
+    try:
+        with file.open(encoding="utf-8-sig", errors="replace") as lines:
+            first = next((line for line in lines if line.strip() and not line.startswith("#")), "")
+    except OSError as error:
+        raise DataError(f"{file}: cannot be read ({error.strerror}); check the path.") from None
+    return "!" not in first and "$" not in first and "\\" not in first
