@@ -8,23 +8,18 @@ first, `Model.main_options`, then the others by the model that they belong to.
 
 from __future__ import annotations
 
-import inspect
-from collections.abc import Callable, Iterator, Mapping
-from pathlib import Path
+from collections.abc import Iterator, Mapping
 from types import NoneType
-from typing import Annotated, Any, Literal, NamedTuple, TypeVar, get_args, get_origin
+from typing import Any, Literal, NamedTuple, get_args, get_origin
 
-import typer
 from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
-from rich.markup import escape
 
 from elusive.errors import ParameterError
-from elusive.model import FROM_RECORDING, Model, models_in, read_yaml
+from elusive.model import FROM_RECORDING, Model, models_in
 
 PROGRESS = "ELUSIVE_PROGRESS"  # set where a program runs a command: it is told how far that is, a line each time
 SHOWN = "ELUSIVE_SHOWN"  # likewise, of a live command: its lines then say what was measured, too, for who draws it
-AnyModel = TypeVar("AnyModel", bound=Model)
 MAIN = "Parameters that matter first (all parameters are keys of --config, too)"
 
 
@@ -65,13 +60,13 @@ def options_of(model: type[Model]) -> list[Option]:
             if name not in options:
                 break
             name = "_".join(path[-depth:])
-        panel = MAIN if name in model.main_options else _panel(model, path)
+        panel = MAIN if name in model.main_options else _panel(path)
         options[name] = Option(name, path, kinds, first.annotation, _help(leaves), panel)
     main = [options.pop(name) for name in model.main_options if name in options]
     return [*main, *options.values()]
 
 
-def _panel(model: type[Model], path: tuple[str, ...]) -> str:
+def _panel(path: tuple[str, ...]) -> str:
     """Heading of the model that holds a field, at most two fields deep, by its key in a configuration."""
     inside = path[:-1][:2]
     return f"Parameters: {'.'.join(inside)}" if inside else "Parameters"
@@ -97,88 +92,6 @@ def _text(leaf: _Leaf) -> tuple[str, str]:
     return leaf.description, "default: none" if nothing else _words(leaf.default)
 
 
-def parameters_of(model: type[AnyModel], given: Mapping[str, Any], config: Path | None) -> AnyModel:
-    """Make a model from a configuration file, if one is named, and the options given, which lie over it."""
-    return model(**nested(model, given, read_yaml(config) if config else {}))
-
-
-def nested(model: type[Model], given: Mapping[str, Any], base: Mapping[str, Any]) -> dict[str, Any]:
-    """Lay option values over a configuration's nested mapping; None means the option was not given.
-
-    Wherever one of several models is meant, its ``kind`` is written: the one chosen, else the usual one, else the
-    first that has all the options given.
-
-    Raises
-    ------
-    ParameterError
-        If an option is given that the chosen kind does not have.
-    """
-    result = _copy(base)
-    options = options_of(model)
-    used = [option for option in options if given.get(option.name) not in (None, [], ())]
-    for option in used:
-        _node(result, option.path[:-1])[option.path[-1]] = given[option.name]
-    for chooser in (option for option in options if option.path[-1] == "kind"):
-        union = chooser.path[:-1]
-        node = _found(result, union)
-        if node is None:
-            continue
-        limits = [(option, option.kinds[union]) for option in used if union in option.kinds]
-        usual = _usual_kind(model, union, result)
-        if "kind" not in node and usual is not None:
-            fitting = (
-                kind for kind in (usual, *get_args(chooser.annotation)) if all(kind in kinds for _, kinds in limits)
-            )
-            node["kind"] = next(fitting, limits[0][1][0] if limits else usual)
-        for option, kinds in limits:
-            if node.get("kind") not in kinds:
-                raise ParameterError(
-                    f"--{_flag(option)}: has no meaning for {union[-1]} {node.get('kind')!r}, only for "
-                    f"{', '.join(kinds)}; leave it out or choose --{_flag(chooser)} {kinds[0]}."
-                )
-    return result
-
-
-def _flag(option: Option) -> str:
-    return option.name.replace("_", "-")
-
-
-def accepts(model: type[Model]) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Decorate a command so that it takes the model's options, handed to its parameter ``given`` as a mapping.
-
-    The model stands as its attribute ``parameters``.
-    """
-    options = options_of(model)
-
-    def decorate(command: Callable[..., Any]) -> Callable[..., Any]:
-        own = [p for p in inspect.signature(command, eval_str=True).parameters.values() if p.name != "given"]
-        extra = [
-            inspect.Parameter(
-                option.name,
-                inspect.Parameter.KEYWORD_ONLY,
-                default=None,
-                annotation=Annotated[
-                    option.annotation | None,
-                    typer.Option(f"--{_flag(option)}", help=escape(option.help), rich_help_panel=option.panel),
-                ],
-            )
-            for option in options
-        ]
-
-        def wrapped(**arguments: Any) -> Any:
-            given = {option.name: arguments.pop(option.name) for option in options}
-            return command(**arguments, given=given)
-
-        wrapped.__name__, wrapped.__doc__ = command.__name__, command.__doc__
-        wrapped.parameters = model  # type: ignore[attr-defined]
-        parameters = [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in own] + extra
-        wrapped.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-        wrapped.__annotations__ = {p.name: p.annotation for p in parameters}
-        return wrapped
-
-    return decorate
-
-
 def _leaves(
     model: type[Model],
     tree: dict[str, Any],
@@ -189,7 +102,7 @@ def _leaves(
 ) -> Iterator[_Leaf]:
     """Leaves of a model, whose kinds and those of the models round it stand in the tree."""
     outermost = outermost or model
-    usual = _at(_standing(outermost, tree), path)
+    usual = found_at(standing(outermost, tree), path)
     for name, field in model.model_fields.items():
         if field.json_schema_extra == FROM_RECORDING:
             continue
@@ -202,9 +115,9 @@ def _leaves(
         if several:
             yield _Leaf(name, (*here, "kind"), kinds, chosen, Literal[tuple(tags)], described, default)
         for number, found in enumerate(inner):
-            inside, deeper, others = _copy(tree), dict(kinds), chosen
+            inside, deeper, others = copied(tree), dict(kinds), chosen
             if several:
-                _node(inside, here)["kind"] = deeper[here] = tags[number]
+                node_at(inside, here)["kind"] = deeper[here] = tags[number]
                 others += tags[number] != getattr(default, "kind", None)
             # what is not there unless an option of it is given is named by what it is
             optional = default is None and len(inner) == 1
@@ -214,7 +127,7 @@ def _leaves(
             yield _Leaf(name, here, kinds, chosen, _plain(field.annotation), described, default)
 
 
-def _standing(model: type[Model], tree: Mapping[str, Any]) -> Model | None:
+def standing(model: type[Model], tree: Mapping[str, Any]) -> Model | None:
     """Make the model with some kinds chosen: it may have rules of its own about what stands where."""
     try:
         return model(**tree)
@@ -222,10 +135,11 @@ def _standing(model: type[Model], tree: Mapping[str, Any]) -> Model | None:
         return None
 
 
-def _at(standing: Any, path: tuple[str, ...]) -> Any:
+def found_at(model: Any, path: tuple[str, ...]) -> Any:
+    """Return what stands at a path of a model; None if nothing does."""
     for part in path:
-        standing = getattr(standing, part, None)
-    return standing
+        model = getattr(model, part, None)
+    return model
 
 
 def _kind(model: type[BaseModel]) -> str | None:
@@ -255,26 +169,8 @@ def _words(default: Any) -> str:
     return "default: from the input" if default is None else f"default: {default}"
 
 
-def _usual_kind(model: type[Model], union: tuple[str, ...], tree: Mapping[str, Any]) -> str | None:
-    """Kind of the model that stands at a path by default, given the kinds chosen on the way to it."""
-    chosen: dict[str, Any] = {}
-    for depth in range(1, len(union)):
-        node = _found(tree, union[:depth])
-        if node is not None and "kind" in node:
-            _node(chosen, union[:depth])["kind"] = node["kind"]
-    kind: str | None = _at(_standing(model, chosen), (*union, "kind"))
-    return kind
-
-
-def _found(tree: Mapping[str, Any], path: tuple[str, ...]) -> dict[str, Any] | None:
-    """Find the mapping at a path; None if there is none."""
-    here: Any = tree
-    for part in path:
-        here = here.get(part) if isinstance(here, dict) else None
-    return here if isinstance(here, dict) else None
-
-
-def _node(tree: dict[str, Any], path: tuple[str, ...]) -> dict[str, Any]:
+def node_at(tree: dict[str, Any], path: tuple[str, ...]) -> dict[str, Any]:
+    """Return the mapping at a path, made where there is none."""
     for part in path:
         inner = tree.setdefault(part, {})
         if not isinstance(inner, dict):
@@ -283,5 +179,6 @@ def _node(tree: dict[str, Any], path: tuple[str, ...]) -> dict[str, Any]:
     return tree
 
 
-def _copy(tree: Mapping[str, Any]) -> dict[str, Any]:
-    return {key: _copy(value) if isinstance(value, Mapping) else value for key, value in tree.items()}
+def copied(tree: Mapping[str, Any]) -> dict[str, Any]:
+    """Copy a mapping and the mappings in it."""
+    return {key: copied(value) if isinstance(value, Mapping) else value for key, value in tree.items()}

@@ -13,10 +13,11 @@ import typer
 from pydantic import Field
 
 from elusive.cli import app
+from elusive.cli.given import accepts, nested
 from elusive.errors import ParameterError
 from elusive.filters.particle.recorded import RecordedFrames
 from elusive.model import FROM_RECORDING, Model
-from elusive.options import MAIN, Option, accepts, nested, options_of
+from elusive.options import MAIN, Option, options_of
 from elusive.systems.images.track import ImageTracking
 
 FILTER = ("filter",)

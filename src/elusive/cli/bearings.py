@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from elusive.cli.fit import FittedOut, tell_fitted
+from elusive.cli.given import accepts, nested
 from elusive.cli.live import (
     Follow,
     HoldS,
@@ -28,7 +29,6 @@ from elusive.errors import ParameterError
 from elusive.io.arrivals import fed
 from elusive.io.bearings import open_bearings, read_sensors
 from elusive.model import read_yaml
-from elusive.options import accepts, nested
 from elusive.systems.bearings.parameters import BearingTracking, usual_filter
 from elusive.systems.bearings.run import LIVE_FILES, follow_bearings, track_bearings_recording
 

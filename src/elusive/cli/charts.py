@@ -8,8 +8,8 @@ from typing import Annotated, Any
 import typer
 from rich.markup import escape
 
+from elusive.cli.given import accepts, parameters_of
 from elusive.cli.terminal import Config, console, show
-from elusive.options import accepts, parameters_of
 from elusive.systems.radar.chart import ChartParameters, describe_charts
 
 

@@ -9,13 +9,13 @@ from typing import Annotated, Any
 import typer
 
 from elusive.cli.fit import FittedOut, tell_fitted
+from elusive.cli.given import accepts, parameters_of
 from elusive.cli.live import Follow, IdleS, To, check_live, memory_of_run, run_live, sinks_of, tell
 from elusive.cli.recorded import RateHz, Start, Stop, cutoff_in, tell_run, truth_of
 from elusive.cli.terminal import Config, OneBased, Out, Strict, bar, check_scores, known_truth
 from elusive.errors import ParameterError
 from elusive.io import open_frames
 from elusive.io.live_frames import LiveFrames, is_live, open_live_frames
-from elusive.options import accepts, parameters_of
 from elusive.systems.images.fit import fit_images
 from elusive.systems.images.parameters import ImageTracking
 from elusive.systems.images.run import FILES, LIVE_FILES, track_live, track_recording

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 from rich.markup import escape
 
+from elusive.cli.given import accepts, nested, parameters_of
 from elusive.cli.live import (
     Follow,
     HoldS,
@@ -33,7 +34,6 @@ from elusive.io.arrivals import fed
 from elusive.io.link_logs import MISSING_ABOVE_DBM, open_link_log
 from elusive.io.node_files import read_nodes
 from elusive.model import read_yaml
-from elusive.options import accepts, nested, parameters_of
 from elusive.systems.links.fit import HEADER, LinkFitting, fit_link_log
 from elusive.systems.links.run import FILES, LIVE_FILES, follow_links, track_links_recording
 from elusive.systems.links.track import LinkTracking

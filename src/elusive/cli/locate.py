@@ -9,10 +9,10 @@ import typer
 from rich.markup import escape
 
 from elusive.cli.bearings import HEARD, SENSORS
+from elusive.cli.given import accepts, parameters_of
 from elusive.cli.terminal import Config, Strict, console, show, tell_findings
 from elusive.errors import ParameterError
 from elusive.io.bearings import open_bearings, read_sensors
-from elusive.options import accepts, parameters_of
 from elusive.systems.bearings.locate import EmitterLocation, locate_recording
 
 

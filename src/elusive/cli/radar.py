@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from elusive.cli.fit import FittedOut, tell_fitted
+from elusive.cli.given import accepts, parameters_of
 from elusive.cli.live import Follow, HoldS, IdleS, To, check_live, feed_of, memory_of_run, run_live, sinks_of
 from elusive.cli.recorded import SHIPS, bare, cutoff_in, tell_run, truth_of
 from elusive.cli.terminal import Config, Out, Strict, bar, check_scores
@@ -18,7 +19,6 @@ from elusive.io import RadarSource, open_radar_plots
 from elusive.io.arrivals import fed
 from elusive.io.asterix_live import is_asterix
 from elusive.io.radar_plots import follow_radar_plots
-from elusive.options import accepts, parameters_of
 from elusive.systems.radar.fit import charted, fit_radar
 from elusive.systems.radar.live import LIVE_FILES, follow_radar
 from elusive.systems.radar.setting import frame_of

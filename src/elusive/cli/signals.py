@@ -8,11 +8,11 @@ from typing import Annotated, Any
 import typer
 
 from elusive.cli.fit import FittedOut, tell_fitted
+from elusive.cli.given import accepts, parameters_of
 from elusive.cli.live import To, sinks_of
 from elusive.cli.recorded import RateHz, Start, Stop, bare, cutoff_in, tell_run, truth_of
 from elusive.cli.terminal import Config, OneBased, Out, Strict, bar, known_truth
 from elusive.io import open_signal
-from elusive.options import accepts, parameters_of
 from elusive.systems.signals.fit import SIZES, fit_signal
 from elusive.systems.signals.parameters import SignalTracking
 from elusive.systems.signals.run import FILES, track_signal_recording

@@ -11,13 +11,13 @@ from typing import Annotated, Any
 import typer
 from rich.markup import escape
 
+from elusive.cli.given import accepts, parameters_of
 from elusive.cli.live import Follow, IdleS, To, check_live, feed_of, run_live, sinks_of, tell
 from elusive.cli.recorded import SHIPS, bare, cutoff_in, tell_run, truth_of
 from elusive.cli.terminal import Config, Out, Strict, bar, check_scores, console
 from elusive.io.arrivals import fed
 from elusive.io.radar_video import open_radar_video
 from elusive.io.sinks.opening import is_geographic
-from elusive.options import accepts, parameters_of
 from elusive.results.live import LiveEnd, LiveStep
 from elusive.systems.video.live import LIVE_FILES, follow_video
 from elusive.systems.video.parameters import PlotFinding, VideoTracking

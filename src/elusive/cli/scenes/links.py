@@ -9,11 +9,11 @@ from typing import Annotated, Any, cast
 import typer
 from rich.markup import escape
 
+from elusive.cli.given import accepts, parameters_of
 from elusive.cli.terminal import Config, Out, bar, console, show, tell_written
 from elusive.errors import ParameterError
 from elusive.geometry.areas import Area
 from elusive.io.area_files import read_area
-from elusive.options import accepts, parameters_of
 from elusive.systems.links.recording import simulate_links
 from elusive.systems.links.run import FILES
 from elusive.systems.links.scene import LinkScene, track_scene

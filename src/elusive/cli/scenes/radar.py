@@ -9,10 +9,10 @@ from typing import Annotated, Any
 import typer
 from rich.markup import escape
 
+from elusive.cli.given import accepts, parameters_of
 from elusive.cli.terminal import Config, Out, bar, console, show
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io.routes import read_route
-from elusive.options import accepts, parameters_of
 from elusive.systems.radar.parameters import RecordedRadar
 from elusive.systems.radar.scene import RadarScene
 from elusive.systems.radar.scene_run import HEADER, track_radar_scene

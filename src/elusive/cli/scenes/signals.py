@@ -8,8 +8,8 @@ from typing import Any
 
 from rich.markup import escape
 
+from elusive.cli.given import accepts, parameters_of
 from elusive.cli.terminal import Config, Out, bar, console, show, tell_written
-from elusive.options import accepts, parameters_of
 from elusive.systems.signals.run import FILES
 from elusive.systems.signals.scene import SignalScene, SignalSimulation, simulate_signal, track_signal_scene
 

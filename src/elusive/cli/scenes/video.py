@@ -8,8 +8,8 @@ from typing import Any
 
 from rich.markup import escape
 
+from elusive.cli.given import accepts, parameters_of
 from elusive.cli.terminal import Config, Out, bar, console, show, show_run
-from elusive.options import accepts, parameters_of
 from elusive.systems.video.parameters import RecordedVideo
 from elusive.systems.video.scene import VideoScene, track_video_scene
 from elusive.systems.video.simulate import VideoSimulation, simulate_video
