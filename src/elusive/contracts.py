@@ -132,7 +132,7 @@ class Beginnings(NamedTuple):
     time_s: Array  # (m,) when each was looked at
     ratio: Array  # (m, K) likelihood ratio of a target of each strength
     share: float  # of the view that one stands for
-    seen: float  # probability that a new target is among them
+    seen: Array  # (K,) probability that a new target of each strength is among them
 
 
 @runtime_checkable

@@ -6,22 +6,24 @@ import numpy as np
 
 
 def gathered(amplitude, rows, samples, shape):
-    """Sum of the mean power of neighbouring samples, row by row."""
+    """Sum of the mean root amplitude of neighbouring samples, row by row."""
     total = np.zeros(shape)
     for spoke, row in zip(amplitude.astype(float), rows, strict=True):
-        total[row] += (spoke[: shape[1] * samples].reshape(shape[1], samples) ** 2).mean(axis=1)
+        total[row] += (spoke[: shape[1] * samples].reshape(shape[1], samples) ** 0.5).mean(axis=1)
     return total
 
 
 def overlapped(total, spokes, tall, wide):
-    """Mean power of neighbouring cells round the turn."""
+    """Power of the mean root amplitude of neighbouring cells round the turn."""
     rows, columns = total.shape
     found = np.empty(total.shape)
     for i in range(rows):
         for j in range(columns):
             some = [((i + a) % rows, min(j + c, columns - 1)) for a in range(tall) for c in range(wide)]
             missing = any(spokes[row] == 0 for row, _ in some)
-            found[i, j] = np.nan if missing else np.mean([total[row, column] / spokes[row] for row, column in some])
+            found[i, j] = (
+                np.nan if missing else np.mean([total[row, column] / spokes[row] for row, column in some]) ** 4
+            )
     return found
 
 
@@ -35,6 +37,11 @@ def peaks(evidence, least, claimed):
             if evidence[i, j] >= least and claimed[i, j] <= 0.5 and evidence[i, j] > max(around):
                 found.append((i, j))
     return found
+
+
+def ratio_of(e, rho, hidden=0.02):
+    """Likelihood ratio of evidence that is the sum of two exponentials, of mean 1 and rho, to one of mean 1."""
+    return hidden + (1 - hidden) * (np.exp(-e / rho) - np.exp(-e)) / (rho - 1) * np.exp(e)
 
 
 def look(mean, covariance, weights, evidence, grid, sd, ratios, gate, claimed):
@@ -62,7 +69,7 @@ def look(mean, covariance, weights, evidence, grid, sd, ratios, gate, claimed):
             weight = np.exp(-0.5 * squared)
             whole += weight
             e, q = (evidence[a % rows, c], claimed[a % rows, c]) if 0 <= c < columns else (np.nan, 0.0)
-            ratio = np.ones(len(ratios)) if np.isnan(e) else np.exp(e * ratios / (1 + ratios)) / (1 + ratios)
+            ratio = np.ones(len(ratios)) if np.isnan(e) else ratio_of(e, ratios)
             ratio = ratio / (q * np.maximum(ratio, 1) + 1 - q)
             moves.append(d)
             shares.append(weight * (weights @ ratio))

@@ -31,7 +31,7 @@ class Told:
     def beginnings(self, measurement, looked, least, most):
         n = int(measurement == 0)
         return Beginnings(
-            np.zeros((n, 2)), np.tile(np.eye(2), (n, 1, 1)), np.zeros(n), np.full((n, 1), 30.0), 0.01, 0.5
+            np.zeros((n, 2)), np.tile(np.eye(2), (n, 1, 1)), np.zeros(n), np.full((n, 1), 30.0), 0.01, np.array([0.5])
         )
 
 
@@ -134,3 +134,15 @@ def test_a_track_that_ends_is_told_once():
         state = tracker.step(state, float(number), number, rng)
         told.append([track.status for track in state.tracks])
     assert told == [[], ["candidate"], ["candidate"], ["deleted"], []]
+
+
+def test_what_is_given_up_is_looked_for_again():
+    """Targets that are there and unknown are as many as Bayes has it: those of a cell given up are among them again."""
+    rng = np.random.default_rng(0)
+    tracker = EvidenceTracker(sensor=Told([1.0, 1e-3]), mean_life_s=1e12, births_per_h=1e-9, targets_first=2.0)
+    state = tracker.step(tracker.init(rng), 0.0, 0, rng)
+    np.testing.assert_allclose(state.unseen, [1.0])
+    odds = 0.6e-3
+    state = tracker.step(state, 1.0, 1, rng)
+    assert len(state.targets.existence) == 0
+    np.testing.assert_allclose(state.unseen, [0.5 + odds / (1 + odds)], rtol=1e-9)

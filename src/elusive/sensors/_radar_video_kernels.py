@@ -12,37 +12,37 @@ from elusive.contracts import Array
 
 MOST = 300.0  # logarithm up to which a cell's likelihood ratio is told apart
 RENEWED = 0.02  # of what is known of a target's strength is forgotten at each look
+HIDDEN = 0.02  # probability that a target shows nothing at a look
 CLAIMS = 0.05  # existence from which a target's cells are no other's
 REACH = 2  # cells to each side that a target shows in
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def gather(amplitude: NDArray[Any], rows: NDArray[np.int64], samples: int, total: NDArray[np.float32]) -> None:
-    """Add the mean power of each ``samples`` neighbours of spokes ``(n, m)`` to their rows of ``(A, R)``."""
+    """Add the mean root of amplitude of each ``samples`` neighbours of spokes ``(n, m)`` to rows of ``(A, R)``."""
     share = np.float32(1.0 / samples)
     for i in range(len(rows)):
         line = total[rows[i]]
         for j in range(len(line)):
-            power = np.float32(0.0)
+            root = np.float32(0.0)
             for k in range(j * samples, (j + 1) * samples):
-                value = np.float32(amplitude[i, k])
-                power += value * value
-            line[j] += power * share
+                root += np.sqrt(np.float32(amplitude[i, k]))
+            line[j] += root * share
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def overlap(total: NDArray[np.float32], spokes: NDArray[np.int64], tall: int, wide: int) -> NDArray[np.float32]:
-    """Mean power of ``tall x wide`` neighbouring cells, round the turn; NaN where a row of them has no spoke."""
+    """Power of the mean root of ``tall x wide`` neighbouring cells, round the turn; NaN: a row has no spoke."""
     rows, columns = total.shape
     found = np.empty((rows, columns), np.float32)
     for i in range(rows):
         for j in range(columns):
-            power = np.float32(0.0)
+            root = np.float32(0.0)
             for a in range(tall):
                 row = (i + a) % rows
                 for c in range(wide):
-                    power += total[row, min(j + c, columns - 1)] / np.float32(spokes[row] * wide * tall)
-            found[i, j] = power
+                    root += total[row, min(j + c, columns - 1)] / np.float32(spokes[row] * wide * tall)
+            found[i, j] = (root * root) ** 2
         for a in range(tall):
             if spokes[(i + a) % rows] == 0:
                 found[i, :] = np.nan
@@ -82,14 +82,14 @@ def look(
 
     ``mean`` ``(T, 4)`` x, vx, y, vy and ``covariance`` ``(T, 4, 4)``; ``levels`` ``(T, K)`` weights of the strengths
     ``ratios`` ``(K,)``. ``grid``: first range, range step, first azimuth, radar's x and y; ``sd``: of a range [m] and
-    an azimuth [rad]. A cell of evidence e is a target's with likelihood ratio exp(e rho / (1 + rho)) / (1 + rho); of
-    which cell is not known, so that the ratio is the mean over where the target may be. What another target claims
-    with probability q is explained: l becomes l / (q l + 1 - q). ``claimed`` ``(A, R)`` and ``log_ratio`` ``(T,)``
-    are filled.
+    an azimuth [rad]. A cell of evidence e is a target's with likelihood ratio (exp(e (1 - 1 / rho)) - 1) / (rho - 1),
+    save for HIDDEN; of which cell is not known, so that the ratio is the mean over where the target may be. What
+    another target claims with probability q is explained: l becomes l / (q l + 1 - q). ``claimed`` ``(A, R)`` and
+    ``log_ratio`` ``(T,)`` are filled.
     """
     rows, columns = evidence.shape
     kinds = len(ratios)
-    slope, floor = ratios / (1 + ratios), -np.log1p(ratios)
+    slope, scale = 1 - 1 / ratios, (1 - HIDDEN) / (ratios - 1)
     start, step, first, east, north = grid
     turn = 2 * np.pi
     pitch = turn / rows
@@ -126,7 +126,7 @@ def look(
                 claim = claimed[a % rows, c] if seen else 0.0
                 share = 0.0
                 for k in range(kinds):
-                    ratio = 1.0 if e != e or not seen else np.exp(min(e * slope[k] + floor[k], MOST))
+                    ratio = 1.0 if e != e or not seen else HIDDEN + scale[k] * (np.exp(min(e * slope[k], MOST)) - 1)
                     if claim > 0.0:
                         ratio /= claim * max(ratio, 1.0) + 1 - claim
                     likely[k] += weight * ratio

@@ -2,10 +2,12 @@
 
 Spokes become cells of half a beam by half a pulse, overlapping by as much: a target's power is then in one cell, save
 for a decibel or two, and neighbours of a row or column further are independent (the matched filter to a rectangle;
-Richards (2014), Fundamentals of radar signal processing, section 4.2). What a cell says of a target is read from its
-evidence e, minus the logarithm of the probability that clutter as it is there exceeds it: e is exponential of mean 1
-in clutter, whatever its law, and taken as exponential of mean 1 + rho where a target is (in Rayleigh clutter that is
-Swerling 1 exactly; Lehmann, 1953, for the rest), so that the likelihood ratio is exp(e rho / (1 + rho)) / (1 + rho).
+Richards (2014), Fundamentals of radar signal processing, section 4.2). A cell's power is that of the mean root of its
+samples' amplitudes: a target fills its cell evenly, and a spike of clutter, whose speckle does not, weighs less than in
+their mean power. What a cell says of a target is read from its evidence e, minus the logarithm of the probability that
+clutter as it is there exceeds it: e is exponential of mean 1 in clutter, whatever its law. A target adds to it, from
+turn to turn as Swerling 1 has it, an exponential of mean rho: the likelihood ratio is then
+(exp(e (1 - 1 / rho)) - 1) / (rho - 1), the sum of both laws to the one.
 """
 
 from __future__ import annotations
@@ -27,6 +29,7 @@ TURN_RAD = 2 * math.pi
 MOST_PEAKS = 50_000
 MISSED = -3.0  # log ratio of a target that is nowhere in reach of a cell
 PART = 5  # of a beam and a pulse: deviation of a place in one
+NEAR = 1e-4  # strengths this close to 1 are taken as that far from it
 LEAST_ROWS = 16
 LEAST_POWER = 0.1  # of quantised samples: what is below a step is not told apart
 AROUND = [(down, right) for down in (-1, 0, 1) for right in (-1, 0, 1)]
@@ -37,7 +40,7 @@ class VideoTurn(NamedTuple):
 
     time_s: float  # when it ended
     row_s: Array  # (A,) when the beam passed each row; NaN where it did not
-    power: NDArray[np.float32]  # (A, R) mean power of a cell's samples; NaN where no spoke was
+    power: NDArray[np.float32]  # (A, R) of a cell's samples, their mean root's; NaN where no spoke was
     place: tuple[float, float]  # of the radar, x and y [m]
 
 
@@ -64,9 +67,9 @@ class RadarVideo(Model):
     step_m: Positive = Field(1.0, description="Range from sample to sample [m]", json_schema_extra=FROM_RECORDING)
     samples: int = Field(512, ge=4, description="Samples of a spoke", json_schema_extra=FROM_RECORDING)
     levels_db: tuple[float, ...] = Field(
-        (3.0, 6.0, 9.0, 12.0, 15.0, 18.0, 22.0),
+        (1.5, 4.0, 6.5, 9.0, 12.0, 15.0, 20.0),
         min_length=1,
-        description="Mean evidence of a target in its cell, to clutter's: strengths that are told apart [dB]",
+        description="Mean evidence that a target adds to its cell, to clutter's: strengths that are told apart [dB]",
     )
 
     @property
@@ -98,8 +101,9 @@ class RadarVideo(Model):
 
     @cached_property
     def ratios(self) -> Array:
-        """Strengths ``rho`` of a target, ``(K,)``."""
-        return np.asarray(10.0 ** (np.array(self.levels_db) / 10))
+        """Strengths ``rho`` of a target, ``(K,)``; none is 1, where the likelihood ratio is a limit."""
+        found = 10.0 ** (np.array(self.levels_db) / 10)
+        return np.where(np.abs(found - 1) < NEAR, 1 + NEAR, found)
 
     @cached_property
     def azimuth_rad(self) -> Array:
@@ -123,6 +127,18 @@ class RadarVideo(Model):
         row = np.round((np.arctan2(off[:, 0], off[:, 1]) - self.grid[2]) / (TURN_RAD / rows)).astype(np.int64)
         found = measurement.row_s[row % rows]
         return np.where(np.isfinite(found), found, measurement.time_s)
+
+    def spread(self, places: Array, measurement: EvidenceTurn) -> Array:
+        """Covariance of a target's place within its cell, at places ``(T, 2)``, ``(T, 2, 2)``."""
+        off = places - np.asarray(measurement.place)
+        distance = np.maximum(np.hypot(*off.T), 1e-3)
+        out = off / distance[:, None]
+        along = np.stack([out[:, 1], -out[:, 0]], axis=1)
+        s_r, s_t = self.deviations
+        return np.asarray(
+            s_r**2 * out[:, :, None] * out[:, None]
+            + ((distance * s_t) ** 2)[:, None, None] * (along[:, :, None] * along[:, None])
+        )
 
     def look(
         self, mean: Array, covariance: Array, levels: Array, existence: Array, measurement: EvidenceTurn, gate: float
@@ -152,29 +168,30 @@ class RadarVideo(Model):
         ratio = self._around(evidence, row, column)
         azimuth, distance = self.azimuth_rad[row], self.range_m[column]
         out = np.stack([np.sin(azimuth), np.cos(azimuth)], axis=1)
-        along = np.stack([out[:, 1], -out[:, 0]], axis=1)
-        s_r, s_t = self.deviations
-        spread = s_r**2 * out[:, :, None] * out[:, None] + ((distance * s_t) ** 2)[:, None, None] * (
-            along[:, :, None] * along[:, None]
-        )
+        places = np.asarray(measurement.place) + distance[:, None] * out
         times = measurement.row_s[row]
         return Beginnings(
-            places=np.asarray(measurement.place) + distance[:, None] * out,
-            covariances=spread,
+            places=places,
+            covariances=self.spread(places, measurement),
             time_s=np.where(np.isfinite(times), times, measurement.time_s),
             ratio=ratio,
             share=len(AROUND) / evidence.size,
-            seen=float(np.exp(-least / (1 + self.ratios)).mean()),
+            seen=(1 - kernels.HIDDEN)
+            * (self.ratios * np.exp(-least / self.ratios) - math.exp(-least))
+            / (self.ratios - 1),
         )
 
     def _around(self, evidence: NDArray[np.float32], row: NDArray[np.int64], column: NDArray[np.int64]) -> Array:
         """Likelihood ratio of a target of each strength in one of the nine cells round each peak, ``(m, K)``."""
-        rows, slope = len(evidence), self.ratios / (1 + self.ratios)
+        from elusive.sensors._radar_video_kernels import HIDDEN
+
+        rows, slope = len(evidence), 1 - 1 / self.ratios
+        scale = (1 - HIDDEN) / (self.ratios - 1)
         total = np.zeros((len(row), len(slope)))
         for down, right in AROUND:
             beside = evidence[(row + down) % rows, column + right].astype(np.float64)
             total += np.where(
-                np.isnan(beside)[:, None], 1.0, np.exp(np.minimum(beside[:, None] * slope, 600.0)) / (1 + self.ratios)
+                np.isnan(beside)[:, None], 1.0, HIDDEN + scale * np.expm1(np.minimum(beside[:, None] * slope, 600.0))
             )
         return np.asarray(total / len(AROUND))
 

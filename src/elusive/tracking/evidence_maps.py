@@ -26,7 +26,7 @@ from elusive.tracking.track import Track
 
 PLACE, VELOCITY = [X, Y], [VX, VY]
 SUREST = 1 - 1e-9
-LEAST = 1e-9  # existence of what is followed
+LEAST = 1e-12  # existence of what is followed
 TAKEN = 0.1  # existence from which a target is not given up for its odds having fallen
 
 
@@ -80,7 +80,7 @@ class EvidenceState(NamedTuple):
     lives: dict[int, Life]  # by number, of those that are or were candidates
     born: int
     numbered: int
-    unseen: float  # expected number of targets that are there and were never seen
+    unseen: Array  # (K,) expected number of targets of each strength that are there and nobody follows
     tracks: tuple[Track, ...]
 
 
@@ -95,7 +95,7 @@ class EvidenceRules(Model):
     mean_life_s: Positive = Field(3600.0, description="Mean time that a target stays [s]")
     least_evidence: Positive = Field(4.0, description="Evidence from which a cell may begin a target [nats]")
     most_beginnings: int = Field(200, ge=1, description="Cells of a measurement that may begin a target, at most")
-    gate: Positive = Field(3.5, description="Farthest a cell may be from where its target is expected [deviations]")
+    gate: Positive = Field(2.5, description="Farthest a cell may be from where its target is expected [deviations]")
     forget_below: float = Field(
         0.05, gt=0, lt=1, description="A beginning is given up once its odds fall below this share of its first"
     )
@@ -124,9 +124,9 @@ class EvidenceTracker(EvidenceRules):
 
     def init(self, rng: Generator, time_s: float = math.nan) -> EvidenceState:
         """Return the belief before any measurement."""
-        return EvidenceState(
-            time_s, EvidenceTargets.none(len(self.sensor.ratios)), {}, 0, 0, self.targets_first, ()
-        )  # fmt: skip
+        kinds = len(self.sensor.ratios)
+        unseen = np.full(kinds, self.targets_first / kinds)
+        return EvidenceState(time_s, EvidenceTargets.none(kinds), {}, 0, 0, unseen, ())
 
     def step(self, state: EvidenceState, time_s: float, measurement: Any | None, rng: Generator) -> EvidenceState:
         """Return the belief at a time and with the measurement made by then; without one (``None``), the prediction.
@@ -138,10 +138,11 @@ class EvidenceTracker(EvidenceRules):
         """
         interval_s = interval_since(state.time_s, time_s)
         targets = state.targets
-        unseen = state.unseen * math.exp(-interval_s / self.mean_life_s) + self.births_per_h / 3600 * interval_s
+        appeared = self.births_per_h / 3600 * interval_s / len(state.unseen)
+        unseen = state.unseen * math.exp(-interval_s / self.mean_life_s) + appeared
         if measurement is None:
             targets = self._predicted(targets, np.full(len(targets.time_s), time_s))
-            return self._judged(state, time_s, targets, 0, unseen)
+            return self._judged(state, time_s, targets, state.born, unseen)
         arrival = self.sensor.arrival_s(targets.mean[:, PLACE], measurement)
         ahead = np.maximum(arrival - targets.time_s, 0.0)[:, None]
         arrival = self.sensor.arrival_s(targets.mean[:, PLACE] + ahead * targets.mean[:, VELOCITY], measurement)
@@ -154,10 +155,10 @@ class EvidenceTracker(EvidenceRules):
             mean=looked.mean, covariance=looked.covariance, levels=looked.levels, looks=targets.looks + 1,
             existence=np.minimum(odds / (1 + odds), SUREST),
         )  # fmt: skip
-        targets = self._kept(self._allowed(targets))
+        targets, given_up = self._kept(self._allowed(targets))
         new = self.sensor.beginnings(measurement, looked, self.least_evidence, self.most_beginnings)
         targets = targets.joined(self._begun(new, unseen, state.born))
-        return self._judged(state, time_s, targets, len(new.places), unseen * (1 - new.seen))
+        return self._judged(state, time_s, targets, state.born + len(new.places), unseen * (1 - new.seen) + given_up)
 
     def _predicted(self, targets: EvidenceTargets, arrival_s: Array) -> EvidenceTargets:
         """Carry targets on to times of their own; none goes back."""
@@ -190,20 +191,25 @@ class EvidenceTracker(EvidenceRules):
         odds = targets.existence / (1 - targets.existence) * driest / targets.driest
         return targets._replace(driest=driest, existence=odds / (1 + odds))
 
-    def _kept(self, targets: EvidenceTargets) -> EvidenceTargets:
-        """Leave out what hardly exists, is too fast, or is a double of a surer one."""
+    def _kept(self, targets: EvidenceTargets) -> tuple[EvidenceTargets, Array]:
+        """Leave out what hardly exists, is too fast, or is a double of a surer one.
+
+        Of what hardly exists the expected number, by strength, is given back to those that nobody follows (Williams,
+        2012, Hybrid Poisson and multi-Bernoulli filters).
+        """
         odds = targets.existence / (1 - targets.existence)
         kept = (targets.existence > LEAST) & (
             (odds > self.forget_below * targets.first_odds) | (targets.existence > TAKEN)
         )
+        given_up = targets.existence[~kept] @ targets.levels[~kept]
         kept &= np.hypot(targets.mean[:, VX], targets.mean[:, VY]) < self.fastest_mps
-        targets = targets.kept(kept)
-        return targets.kept(np.sort(self._without_doubles(targets)))
+        return self._without_doubles(targets.kept(kept)), given_up
 
-    def _without_doubles(self, targets: EvidenceTargets) -> NDArray[np.int64]:
+    def _without_doubles(self, targets: EvidenceTargets) -> EvidenceTargets:
+        """Make one of targets that are where the same one would be, the surest, which has existence of all."""
         order = np.lexsort((targets.number, -targets.existence))
         if len(order) < 2:
-            return order
+            return targets
         width = np.sqrt(np.trace(targets.covariance[:, PLACE][:, :, PLACE], axis1=1, axis2=2) / 2)
         pace = np.sqrt(np.trace(targets.covariance[:, VELOCITY][:, :, VELOCITY], axis1=1, axis2=2) / 2)
         ranked = targets.mean[order][:, PLACE]
@@ -214,9 +220,15 @@ class EvidenceTracker(EvidenceRules):
         same = (apart < 2 * np.minimum(width[first], width[second])) & (
             faster < 2 * np.maximum(np.minimum(pace[first], pace[second]), 0.5)
         )
-        return np.setdiff1d(order, second[same])
+        first, second = first[same], second[same]
+        odds = targets.existence / (1 - targets.existence)
+        nearest = np.unique(second, return_index=True)[1]
+        np.add.at(odds, first[nearest], odds[second[nearest]])
+        kept = np.ones(len(order), np.bool_)
+        kept[second] = False
+        return targets._replace(existence=np.minimum(odds / (1 + odds), SUREST)).kept(kept)
 
-    def _begun(self, new: Beginnings, unseen: float, born: int) -> EvidenceTargets:
+    def _begun(self, new: Beginnings, unseen: Array, born: int) -> EvidenceTargets:
         """Begin a target at each cell: those never seen, anywhere in view and of any strength alike, by its ratio."""
         count = len(new.places)
         mean, covariance = np.zeros((count, 4)), np.zeros((count, 4, 4))
@@ -224,9 +236,11 @@ class EvidenceTracker(EvidenceRules):
         covariance[np.ix_(range(count), PLACE, PLACE)] = new.covariances
         covariance[:, VX, VX] = covariance[:, VY, VY] = self.speed_sd_mps**2
         allowed = np.exp(self._log_allowed(mean))
-        odds = unseen * new.share * new.ratio.mean(axis=1) * allowed
+        weights = new.ratio * unseen
+        total = weights.sum(axis=1)
+        odds = new.share * total * allowed
         existence = np.minimum(odds / (1 + odds), SUREST)
-        weights = new.ratio / new.ratio.sum(axis=1, keepdims=True)
+        weights /= total[:, None]
         begun = EvidenceTargets(
             new.time_s, mean, covariance, existence, odds, weights, allowed, new.places,
             np.zeros(count, np.int64), born + 1 + np.arange(count),
@@ -234,7 +248,7 @@ class EvidenceTracker(EvidenceRules):
         return begun.kept(existence > LEAST)
 
     def _judged(
-        self, state: EvidenceState, time_s: float, targets: EvidenceTargets, begun: int, unseen: float
+        self, state: EvidenceState, time_s: float, targets: EvidenceTargets, born: int, unseen: Array
     ) -> EvidenceState:
         """Let each target's life go on, and tell the tracks at the measurement's time."""
         lives, numbered, found = dict[int, Life](), state.numbered, list[Track]()
@@ -262,5 +276,5 @@ class EvidenceTracker(EvidenceRules):
             targets = targets.kept(~np.isin(targets.number, list(gone)))
             lives = {number: life for number, life in lives.items() if number not in gone}
         return EvidenceState(
-            time_s, targets, lives, state.born + begun, numbered, unseen, tuple(sorted(found, key=lambda t: t.track))
+            time_s, targets, lives, born, numbered, unseen, tuple(sorted(found, key=lambda t: t.track))
         )
