@@ -117,7 +117,7 @@ def test_the_shape_tells_spiky_clutter():
 
 
 def test_the_law_is_that_of_the_counts():
-    counts = np.zeros((2, BINS))
+    counts = np.zeros((3, BINS))
     rng = np.random.default_rng(7)
     level = np.log(rng.exponential(size=200_000))
     counts[0] = np.histogram(level, LOW + WIDTH * np.arange(BINS + 1))[0]

@@ -7,6 +7,7 @@ counted; beyond the share at which few cells are left, which ships would spoil, 
 quantiles (Conte, De Maio and Galdi, 2004), no lighter than exponential: K clutter's tail is of that kind (Ward, Tough
 and Watts, 2013, Sea clutter, chapter 5). What returns turn after turn is a fixed echo: it is set against its own mean
 level, and its fluctuation against that of all fixed echoes (Nitzberg, 1986, IEEE Trans. Aerosp. Electron. Syst. 22).
+A cell beside one, in which its edge comes and goes, fluctuates more: it is set against those beside one.
 """
 
 from __future__ import annotations
@@ -38,10 +39,11 @@ class ClutterState(NamedTuple):
 
     turns: int
     mean: Array  # (S, R) mean logarithm of power, of a sector at a range
-    counts: Array  # (S B + 1, BINS) of cells by block and level; the last are fixed echoes
+    counts: Array  # (S B + 2, BINS) of cells by block and level; the last are beside fixed echoes, and these
     quiet: NDArray[np.float32]  # (A, R) lower quartile of a cell's level
     level: NDArray[np.float32]  # (A, R) its mean
-    fixed: NDArray[np.bool_]  # (A, R) whether it is a fixed echo
+    fixed: NDArray[np.bool_]  # (A, R) whether it is a fixed echo, or beside one
+    beside: NDArray[np.bool_]  # (A, R) whether it is beside one
 
 
 class ClutterMap(Model):
@@ -71,8 +73,8 @@ class ClutterMap(Model):
             rows, columns = level.shape
             nothing = np.zeros(level.shape, np.float32)
             state = ClutterState(
-                0, np.zeros((self.sectors, columns)), np.zeros((self.sectors * self.bands + 1, BINS)),
-                nothing + np.float32(np.inf), nothing, np.zeros((rows, columns), np.bool_),
+                0, np.zeros((self.sectors, columns)), np.zeros((self.sectors * self.bands + 2, BINS)),
+                nothing + np.float32(np.inf), nothing, *np.zeros((2, rows, columns), np.bool_),
             )  # fmt: skip
         known = np.isfinite(level)
         turns = state.turns + 1
@@ -89,15 +91,16 @@ class ClutterMap(Model):
             quiet = np.where(known, state.quiet + step, state.quiet)
         state = state._replace(turns=turns, mean=mean, level=own, quiet=quiet)
         counts = state.counts * (1 - 1 / self.memory_turns)
-        block = np.where(sea, self._blocks(state), np.int16(-1))
-        block[known & state.fixed] = len(counts) - 1
+        block = np.where(sea | (known & state.fixed), self._blocks(state), np.int16(-1))
         kernels.count(level, self._middle(state), block, LOW, WIDTH, counts)
         state = state._replace(counts=counts)
         if turns >= FIRST:
-            everywhere = state._replace(fixed=np.zeros_like(state.fixed))
+            nowhere = np.zeros_like(state.fixed)
+            everywhere = state._replace(fixed=nowhere, beside=nowhere)
             rests = self._evidence(everywhere, np.where(np.isfinite(quiet), quiet, np.float32(-math.inf)))
-            # beside what is fixed its edge comes and goes
-            state = state._replace(fixed=maximum_filter(rests > self.fixed_from, 3, mode=("wrap", "nearest")))
+            itself = rests > self.fixed_from
+            fixed = maximum_filter(itself, 3, mode=("wrap", "nearest"))
+            state = state._replace(fixed=fixed, beside=fixed & ~itself)
         return state
 
     def evidence(self, state: ClutterState, power: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -108,16 +111,15 @@ class ClutterMap(Model):
         from elusive.preprocess import _clutter_map_kernels as kernels
 
         block = self._blocks(state)
-        block[state.fixed] = len(state.counts) - 1
         found = np.empty_like(level)
         kernels.judge(level, self._middle(state), block, LOW, WIDTH, self.laws(state.counts), found)
         return found
 
     def laws(self, counts: Array) -> Array:
         """Evidence at the lower edge of each bin, by block, ``(K, BINS)``: counted, and beyond the tail's share not."""
-        sea = counts[:-1].reshape(self.sectors, self.bands, BINS)
+        sea = counts[:-2].reshape(self.sectors, self.bands, BINS)
         shared = (1 - ALIKE) * sea + ALIKE * sea.sum(axis=0)
-        above = np.cumsum(np.concatenate([shared.reshape(-1, BINS), counts[-1:]])[:, ::-1], axis=1)[:, ::-1]
+        above = np.cumsum(np.concatenate([shared.reshape(-1, BINS), counts[-2:]])[:, ::-1], axis=1)[:, ::-1]
         edges = np.exp(LOW + WIDTH * np.arange(BINS))
         table = np.zeros(counts.shape)
         for found, beyond in zip(table, above, strict=True):
@@ -181,4 +183,7 @@ class ClutterMap(Model):
             sector[part] = k
         for k, part in enumerate(np.array_split(np.arange(columns), self.bands)):
             band[part] = k
-        return np.asarray(sector[:, None] * np.int16(self.bands) + band)
+        block = np.asarray(sector[:, None] * np.int16(self.bands) + band)
+        block[state.fixed] = len(state.counts) - 1
+        block[state.beside] = len(state.counts) - 2
+        return block
