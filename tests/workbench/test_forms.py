@@ -9,11 +9,14 @@ from elusive.charts.charted_area import ChartedAreaParameters
 from elusive.errors import ParameterError
 from elusive.model import Model, Positive
 from elusive.options import options_of
+from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.links.by_image import ImageMethod
 from elusive.systems.links.presets import FIRST_SIMULATION, presets, thesis_method
 from elusive.systems.links.scene import LinkScene
 from elusive.systems.links.simulate import LinkSimulation
-from elusive.workbench.forms import controls, faults, laid_over, text_of
+from elusive.workbench.forms import controls, faults, laid_over, text_of, usual_text
+from tests.workbench.conftest import Served
+from tests.workbench.test_links_page import OpenTab, button, field
 
 TRACKER = ("tracking", "method", "tracker")
 
@@ -125,3 +128,43 @@ def test_a_unit_is_told_by_the_description_or_else_by_the_name() -> None:
     assert told["draught_m"] == ("Draught", "m")
     assert told["imprecision.coast_sigma_m"] == ("Coast sigma", "m")
     assert told["islet_mm"] == ("Islet", "mm")
+
+
+def test_what_usually_stands_in_a_field_is_that_of_the_kind_chosen() -> None:
+    tracking = BearingTracking(sigma_deg=2.0)
+    assert usual_text(tracking, ("sigma_deg",)) == text_of(BearingTracking(), ("sigma_deg",))
+    for one in controls(tracking):
+        usual = usual_text(tracking, one.path)
+        assert usual is None or (usual != text_of(tracking, one.path)) == (one.key == "sigma_deg"), one.key
+
+
+def test_settings_are_found_marked_set_back_and_undone(served: Served, open_tab: OpenTab) -> None:
+    page = open_tab(width=800, scheme="dark").page
+    page.goto(f"{served.address}/own")
+    page.locator('[data-field="kind"]').first.click()
+    page.get_by_role("option", name="Bearings from a few places", exact=True).click()
+    vertical = page.get_by_text("Power of the white vertical acceleration.").first
+    sigma = field(page, "sigma_deg")
+    sigma.fill("0.5")
+    marked = page.locator(".ew-set")
+    marked.first.wait_for()
+    assert marked.count() == 1
+    field(page, "find").fill("vertical")
+    page.get_by_text("Process noise q vertical").wait_for()  # of what was folded up
+    sigma.wait_for(state="hidden")
+    assert not vertical.is_visible()
+    page.get_by_text("Explain").click()
+    vertical.wait_for()
+    field(page, "find").fill("")
+    sigma.wait_for()
+    page.get_by_role("button", name="Sigma: back to the usual").click()
+    marked.first.wait_for(state="detached")
+    button(page, "Undo").click()
+    marked.first.wait_for()
+    assert sigma.input_value() == "0.5"
+    button(page, "Undo").click()
+    marked.first.wait_for(state="detached")
+    button(page, "Undo").click()
+    page.get_by_text("Nothing has been changed since this page was built.").wait_for()
+    page.mouse.wheel(0, 600)
+    assert button(page, "Run").is_visible()

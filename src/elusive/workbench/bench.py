@@ -16,7 +16,8 @@ from nicegui import ui
 from elusive.report import drawing as draw
 from elusive.report.findings import findings_html
 from elusive.workbench.exports import give_made
-from elusive.workbench.parts import Changed, Drawing, Form, are_right
+from elusive.workbench.form import Form, FormTools, are_right
+from elusive.workbench.parts import Changed, Drawing
 from elusive.workbench.run_bar import RunBar
 from elusive.workbench.runs import BenchState, File, LiveJob, Run, beside, table
 from elusive.workbench.shell import window
@@ -49,6 +50,7 @@ class Bench:
         with window() as (side, stage):
             with side:
                 self._bar = RunBar(state, self.run)
+                FormTools(lambda: self._forms())
                 self._forms = inputs()
             with stage:
                 self._live = ui.column().classes("w-full gap-1")

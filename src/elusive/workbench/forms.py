@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
 from itertools import pairwise
 from types import NoneType
 from typing import Any, Literal, NamedTuple, get_args, get_origin
@@ -79,6 +80,28 @@ def text_of(model: Model, path: FieldPath) -> str | bool:
     if isinstance(value, tuple):
         return ", ".join(f"{part:g}" if isinstance(part, float) else str(part) for part in value)
     return "" if value is None else f"{value:.10g}" if isinstance(value, float) else str(value)
+
+
+@cache
+def _usual(kind: type[Model]) -> Model | None:
+    try:
+        return kind()
+    except ParameterError:  # there is none
+        return None
+
+
+def usual_text(model: Model, path: FieldPath) -> str | bool | None:
+    """Return what usually stands in a field, among the kinds chosen; None where nothing does."""
+    usual: Any = None
+    for name in path:
+        if type(usual) is not type(model):
+            usual = _usual(type(model))
+        if usual is None:
+            return None
+        if name == path[-1]:
+            return text_of(usual, (name,))
+        model, usual = getattr(model, name), getattr(usual, name)
+    return None
 
 
 def laid_over(model: Model, typed: Mapping[FieldPath, str | bool]) -> Model:

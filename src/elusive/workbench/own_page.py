@@ -12,11 +12,12 @@ from elusive.errors import DataError
 from elusive.model import Model
 from elusive.workbench.asking import FOLLOW, Asked, listed, refused
 from elusive.workbench.files import PLAIN, UPLOAD_MOST_BYTES
+from elusive.workbench.form import Form, FormTools, are_right
 from elusive.workbench.jobs import Job, away
 from elusive.workbench.kept_runs import FOLDER, Kept, settings_of, track
 from elusive.workbench.live import Live, serves, watch
 from elusive.workbench.own_runs import RunList, asking_of, show_run
-from elusive.workbench.parts import Form, LiveDrawing, are_right, errors_shown, refuse
+from elusive.workbench.parts import Changed, LiveDrawing, errors_shown, refuse
 from elusive.workbench.run_bar import RunBar
 from elusive.workbench.session import state_of
 from elusive.workbench.settings import SETTINGS
@@ -37,6 +38,7 @@ class OwnState:
         self.given: dict[str, dict[str, str | bool]] = {}
         self.models: dict[str, Model] = {}
         self.seen: Kept | None = None
+        self.ran: Model | None = None  # settings of the run that is seen
         self.job: Job | None = None
         self.live: Live | None = None  # shown, going on or ended
 
@@ -52,7 +54,7 @@ class OwnState:
         self.choose(run.noun)
         self.given[run.noun] = dict(run.given) or self.given[run.noun]
         self.models[run.noun] = settings
-        self.seen, self.live = run, None
+        self.seen, self.ran, self.live = run, settings, None
 
 
 class _Page:
@@ -105,6 +107,7 @@ class _Page:
                 for one in rest:
                     self._ask(one)
             model = state.models[state.noun]
+            FormTools(lambda: self._forms)
             self._forms = [Form(model, asked.main, self._take, grouped=False)]
             with ui.expansion("Everything else that can be set").props("dense").classes("w-full"):
                 self._forms.append(Form(model, ((),), self._take, without=asked.main))
@@ -211,7 +214,9 @@ class _Page:
     async def _work(self, job: Job, work: Callable[[Any], Kept | None]) -> None:
         state = self._state
         state.seen, state.live = None, job if isinstance(job, Live) else None
+        ran = state.models.get(state.noun)
         state.seen = await self._bar.run(job, lambda: work, self._show)
+        state.ran = None if state.seen is None else ran
         self._busy = False
         self._show()
 
@@ -241,8 +246,17 @@ class _Page:
                     "ew-note"
                 )
             if run is not None:
+                Changed(lambda: self._state.ran, self._now, self._back)
                 show_run(run)
         self._runs.show()
+
+    def _now(self) -> Model:
+        return self._state.models[self._state.noun]
+
+    def _back(self) -> None:
+        if self._state.ran is not None:
+            self._state.models[self._state.noun] = self._state.ran
+            self._build()
 
     def _open(self, run: Kept) -> None:
         with errors_shown():

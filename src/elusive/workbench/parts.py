@@ -1,27 +1,18 @@
-"""Parts of every page: drawings, a form of a model's fields, sentences of refusals."""
+"""Parts of every page: drawings, what was changed since a run, sentences of refusals."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
 from nicegui import ui
 
-from elusive.errors import ElusiveError, ParameterError
+from elusive.errors import ElusiveError
 from elusive.model import Model
 from elusive.report import drawing as draw
 from elusive.workbench.blocks import told_of
-from elusive.workbench.forms import (
-    Control,
-    FieldPath,
-    changed_since,
-    controls,
-    faults,
-    in_plain_words,
-    laid_over,
-    text_of,
-)
+from elusive.workbench.forms import changed_since, in_plain_words
 
 
 class Drawing(ui.element, component="drawing.js"):
@@ -47,127 +38,6 @@ class LiveDrawing(ui.element, component="drawing.js"):
     def __init__(self, address: str) -> None:
         super().__init__()
         self.props["live"] = address
-
-
-class Form:
-    """Controls of a model's fields, judged by the model as they are typed.
-
-    Parameters
-    ----------
-    model
-        What stands now.
-    only
-        Fields, or models whose fields are all shown.
-    on_change
-        Called with the new model whenever what stands in the form is right; it may give another in its place.
-    grouped
-        Whether fields stand under what holds them.
-    without
-        Fields, or models, that are left out.
-    """
-
-    def __init__(
-        self,
-        model: Model,
-        only: Sequence[FieldPath],
-        on_change: Callable[[Any], Any],
-        *,
-        grouped: bool = True,
-        without: Sequence[FieldPath] = (),
-    ) -> None:
-        self.model: Any = model
-        self._only, self._on_change, self._grouped = only, on_change, grouped
-        self._without = without
-        self._typed: dict[FieldPath, str | bool] = {}
-        self._made: dict[FieldPath, Any] = {}
-        self._shown: list[Control] = []
-        self._box = ui.column().classes("w-full gap-1")
-        self._build()
-
-    @property
-    def is_right(self) -> bool:
-        """Whether nothing is marked."""
-        return not self._typed
-
-    @property
-    def paths(self) -> list[FieldPath]:
-        """Paths of the fields that are shown."""
-        return [one.path for one in self._shown]
-
-    def show(self, model: Model) -> None:
-        """Take another model's values."""
-        self.model = model
-        self._typed.clear()
-        self._build()
-
-    def _build(self) -> None:
-        self._box.clear()
-        self._made.clear()
-        self._shown = [
-            one
-            for one in controls(self.model, self._only)
-            if not any(one.path[: len(path)] == path for path in self._without)
-        ]
-        groups: dict[str, list[Control]] = {}
-        for one in self._shown:
-            groups.setdefault(one.group if self._grouped else "", []).append(one)
-        with self._box:
-            for group, members in groups.items():
-                if group and group != type(self.model).__name__:
-                    ui.label(group).classes("ew-section")
-                with ui.element("div").classes("ew-fields"):
-                    for one in members:
-                        self._made[one.path] = self._control(one)
-            self._general = ui.label().classes("ew-fault").props('role="alert"')
-            self._general.visible = False
-
-    def _control(self, one: Control) -> Any:
-        label = f"{one.label} [{one.unit}]" if one.unit else one.label
-        value = text_of(self.model, one.path)
-
-        def typed(event: Any) -> None:
-            self._take(one, event.value)
-
-        made: Any
-        if one.switch:
-            made = ui.switch(label, value=bool(value), on_change=typed)
-        elif one.choices:
-            named = {choice: choice for choice in one.choices}
-            named = {"": "the usual one"} | named if one.optional else named
-            made = ui.select(named, label=label, value=value, on_change=typed)
-        else:
-            made = ui.input(label, value=str(value), on_change=typed)
-        if not one.switch:
-            made.without_auto_validation()  # the model is the judge
-            made.props("dense outlined hide-hint").classes("w-full")
-            made.props["hint"] = one.help
-        made.props["data-field"] = one.key
-        with made:
-            ui.tooltip(one.help).props("delay=600 max-width=320px")
-        return made
-
-    def _take(self, one: Control, value: Any) -> None:
-        self._typed[one.path] = value if isinstance(value, bool) else "" if value is None else str(value)
-        try:
-            model = laid_over(self.model, self._typed)
-            self.model = self._on_change(model) or model
-        except ParameterError as error:  # of the model, or of what it is a part of
-            self._mark(error)
-            return
-        self._typed.clear()
-        if self._box.is_deleted:  # the page has built itself anew, with this form's successor
-            return
-        if one.path[-1] == "kind":
-            self._build()
-        else:
-            self._mark(None)
-
-    def _mark(self, error: ParameterError | None) -> None:
-        marked, general = ({}, "") if error is None else faults(error, self._shown)
-        for path, made in self._made.items():
-            if hasattr(made, "error"):
-                made.error = marked.get(path)
-        self._general.text, self._general.visible = general, bool(general)
 
 
 class Changed:
@@ -201,14 +71,6 @@ class Changed:
         words = changes and f"Changed since this run: {changes}."
         if self._words.text != words:
             self._words.text, self._row.visible = words, bool(words)
-
-
-def are_right(forms: Sequence[Form]) -> bool:
-    """Tell whether nothing is marked in any of the forms; say so if something is."""
-    right = all(form.is_right for form in forms)
-    if not right:
-        ui.notify("Correct the marked fields first.", type="warning")
-    return right
 
 
 @contextmanager

@@ -34,11 +34,12 @@ class RunBar:
 
     def __init__(self, state: Working, start: Callable[[], Any], label: str = "Run") -> None:
         self._state = state
-        with ui.element("div").classes("ew-row"):
-            self._start = ui.button(label, on_click=start).props("unelevated no-caps")
-            self._cancel = ui.button(Job.ends_by, on_click=self._call_off).props("outline no-caps")
-        self._bar = ui.linear_progress(0.0, show_value=False).props('aria-label="Progress"')
-        self._told = ui.label().classes("ew-note").props('role="status"')
+        with ui.element("div").classes("ew-stays"):
+            with ui.element("div").classes("ew-row"):
+                self._start = ui.button(label, on_click=start).props("unelevated no-caps")
+                self._cancel = ui.button(Job.ends_by, on_click=self._call_off).props("outline no-caps")
+            self._bar = ui.linear_progress(0.0, show_value=False).props('aria-label="Progress"')
+            self._told = ui.label().classes("ew-note").props('role="status"')
         self.show()
 
     async def run(

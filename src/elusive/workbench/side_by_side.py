@@ -10,9 +10,10 @@ from nicegui import ui
 from elusive.errors import DataError
 from elusive.model import Model
 from elusive.report.drawing import Drawing as Drawn
+from elusive.workbench.form import Form, FormTools, are_right
 from elusive.workbench.forms import FieldPath
 from elusive.workbench.jobs import Job, away
-from elusive.workbench.parts import Changed, Drawing, Form, are_right, errors_shown
+from elusive.workbench.parts import Changed, Drawing, errors_shown
 from elusive.workbench.run_bar import RunBar
 from elusive.workbench.shell import window
 
@@ -115,6 +116,7 @@ class TrackWindow:
                 self._bar = RunBar(state, self._start)
                 changed(state, self._show)
             with stage, ui.element("div").classes("ew-wide w-full"):
+                FormTools(lambda: (self._form, self._more))
                 self._form = Form(state.scene, ways.main, self._take)
                 with ui.expansion("Everything else that can be set").props("dense").classes("w-full"):
                     without = (*self._form.paths, *ways.outside)

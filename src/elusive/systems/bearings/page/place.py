@@ -12,7 +12,8 @@ from elusive.systems.bearings.page.panels import scene_floor
 from elusive.systems.bearings.page.state import BearingsState
 from elusive.systems.bearings.scene import BearingScene
 from elusive.systems.bearings.simulate import length_m
-from elusive.workbench.parts import Drawing, Form, errors_shown
+from elusive.workbench.form import Form
+from elusive.workbench.parts import Drawing, errors_shown
 from elusive.workbench.shell import window
 
 MODES = {"node": "Place sensors", "path": "Draw the path", "view": "Look"}

@@ -15,8 +15,9 @@ from elusive.systems.bearings.page.track import archive
 from elusive.systems.bearings.results import squared_deviations
 from elusive.systems.bearings.scene import BearingScene, locate_still
 from elusive.workbench.exports import table_html
+from elusive.workbench.form import Form, are_right
 from elusive.workbench.jobs import away
-from elusive.workbench.parts import Drawing, Form, are_right, errors_shown
+from elusive.workbench.parts import Drawing, errors_shown
 from elusive.workbench.shell import window
 
 COMMAND = "elusive locate bearings.csv --sensors sensors.csv --config config.yaml --out results"

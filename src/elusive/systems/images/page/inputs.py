@@ -15,8 +15,8 @@ from elusive.systems.images.peaks import PeakImages
 from elusive.systems.images.recurrent import RecurrentImages
 from elusive.systems.images.scene import ImageScene
 from elusive.systems.images.track import ImageTracking
+from elusive.workbench.form import Form
 from elusive.workbench.opener import opener
-from elusive.workbench.parts import Form
 
 KIND = ("motion", "motion", "kind")
 MAIN = (("snr_db",), ("targets",), KIND, ("appears",), ("leaves",), ("frames",))

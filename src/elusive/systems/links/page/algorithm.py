@@ -15,8 +15,9 @@ from elusive.systems.links.page.panels import radiation_spec, tracking_spec
 from elusive.systems.links.page.state import LinksState
 from elusive.systems.links.presets import presets
 from elusive.systems.links.scene import LinkScene, Radiated, SceneRun, radiate, run_log, run_scene
+from elusive.workbench.form import Form, FormTools, are_right
 from elusive.workbench.jobs import CancelledError, Job, away
-from elusive.workbench.parts import Changed, Form, are_right
+from elusive.workbench.parts import Changed
 from elusive.workbench.run_bar import RunBar
 from elusive.workbench.shell import window
 
@@ -98,6 +99,7 @@ class AlgorithmWindow:
         scene = self._state.scene
         self._fields.clear()
         with self._fields:
+            FormTools(lambda: (self._form, self._more))
             self._form = Form(scene, (*FOURTEEN, TRACKER), self._take)
             with ui.expansion("Everything else that can be set").props("dense").classes("w-full"):
                 self._more = Form(scene, MORE, self._take, without=(*self._form.paths, *OUTSIDE))

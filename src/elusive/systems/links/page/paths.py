@@ -17,8 +17,9 @@ from elusive.model import Model
 from elusive.systems.links.page.floors import path_floor
 from elusive.systems.links.page.state import LinksState
 from elusive.systems.links.scene import LinkScene
+from elusive.workbench.form import Form
 from elusive.workbench.jobs import away
-from elusive.workbench.parts import Drawing, Form, errors_shown
+from elusive.workbench.parts import Drawing, errors_shown
 from elusive.workbench.shell import window
 
 WALKS = ("simulation", "walks")

@@ -16,8 +16,9 @@ from elusive.systems.links.page.panels import radiation_spec
 from elusive.systems.links.page.state import LOGS, LinksState, Recorded
 from elusive.systems.links.scene import LinkScene, radiate
 from elusive.workbench.files import UPLOAD_MOST_BYTES, read_upload
+from elusive.workbench.form import Form, are_right
 from elusive.workbench.jobs import away
-from elusive.workbench.parts import Drawing, Form, are_right, errors_shown, refuse
+from elusive.workbench.parts import Drawing, errors_shown, refuse
 from elusive.workbench.shell import window
 
 SIMULATION = ("simulation",)

@@ -19,8 +19,9 @@ from elusive.systems.links.page.floors import node_floor
 from elusive.systems.links.page.state import LinksState
 from elusive.systems.links.scene import Coverage, LinkScene, coverage_of
 from elusive.workbench.files import UPLOAD_MOST_BYTES, inside, read_upload
+from elusive.workbench.form import Form
 from elusive.workbench.jobs import away
-from elusive.workbench.parts import Drawing, Form, errors_shown, refuse
+from elusive.workbench.parts import Drawing, errors_shown, refuse
 from elusive.workbench.settings import SETTINGS
 from elusive.workbench.shell import window
 

@@ -14,9 +14,10 @@ from elusive.systems.radar.page.maps import chart_floor, water_raster, whole_cha
 from elusive.systems.radar.page.state import KINDS, ChartsState, OpenedChart, example, opened
 from elusive.systems.radar.scene import EXAMPLE_NAME, RadarScene
 from elusive.workbench.exports import table_html
+from elusive.workbench.form import Form
 from elusive.workbench.jobs import away
 from elusive.workbench.opener import opener
-from elusive.workbench.parts import Drawing, Form, errors_shown
+from elusive.workbench.parts import Drawing, errors_shown
 from elusive.workbench.placing import placing
 from elusive.workbench.shell import window
 

@@ -15,8 +15,9 @@ from elusive.systems.radar.page.state import ChartsState, Extent
 from elusive.systems.radar.scene import RadarScene
 from elusive.systems.radar.scene_run import record
 from elusive.workbench.exports import table_html
+from elusive.workbench.form import Form, are_right
 from elusive.workbench.jobs import away
-from elusive.workbench.parts import Drawing, Form, are_right, errors_shown
+from elusive.workbench.parts import Drawing, errors_shown
 from elusive.workbench.shell import window
 
 MODES = {

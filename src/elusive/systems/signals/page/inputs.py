@@ -14,8 +14,9 @@ from elusive.systems.signals.page.recording import KINDS, TRUTHS, Recorded
 from elusive.systems.signals.page.state import Cutting, SignalsState
 from elusive.systems.signals.parameters import SignalTracking
 from elusive.systems.signals.scene import SignalScene
+from elusive.workbench.form import Form
 from elusive.workbench.opener import opener
-from elusive.workbench.parts import Form, errors_shown
+from elusive.workbench.parts import errors_shown
 
 SENSOR = ("sensor",)
 MAIN = (
