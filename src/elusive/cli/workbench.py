@@ -30,7 +30,7 @@ def workbench_command(
             raise
         raise DataError("workbench: needs NiceGUI; install it: pip install 'elusive[workbench]'.") from None
     recordings = [
-        Recording(system.noun, system.recording, f"elusive.cli.{system.name}:track_{system.name}_command")
+        Recording(system.noun, system.recording, f"elusive.cli.{system.name}:track_{system.name}_command", system.tries)
         for system in SYSTEMS
     ]
     pages = [system.page for system in SYSTEMS if system.page is not None]

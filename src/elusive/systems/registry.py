@@ -19,6 +19,7 @@ class System(NamedTuple):
     command: str  # the shortest that does it
     page: str | None  # module of its page in the workbench, which holds a PAGE; None: it has none
     fits: bool = False  # to a recording without labels: ``elusive fit <noun>``
+    tries: tuple[tuple[str, str], ...] = ()  # where nothing is found: options, and what they become; x2: twice as much
 
 
 SYSTEMS = (
@@ -30,6 +31,7 @@ SYSTEMS = (
         "elusive track links log.csv --nodes nodes.csv --out result",
         "elusive.systems.links.page",
         fits=True,
+        tries=(("confirm_from", "x0.7"), ("confirm_frames", "x0.5"), ("birth_probability", "x5")),
     ),
     System(
         "images",
@@ -39,6 +41,7 @@ SYSTEMS = (
         "elusive track images frames/ --out result",
         "elusive.systems.images.page",
         fits=True,
+        tries=(("show", "all"), ("confirm_from", "x0.7"), ("confirm_frames", "x0.5")),
     ),
     System(
         "signals",
@@ -48,6 +51,7 @@ SYSTEMS = (
         "elusive track signal signal.npy --out result",
         "elusive.systems.signals.page",
         fits=True,
+        tries=(("probability", "x10"), ("object_size", "x2"), ("confirm_frames", "x0.5")),
     ),
     System(
         "radar",
@@ -57,6 +61,7 @@ SYSTEMS = (
         "elusive track radar plots.csv --chart coast.geojson --radar-lat-deg -0.03 --radar-lon-deg 0.004 --out result",
         "elusive.systems.radar.page",
         fits=True,
+        tries=(("confirm_from", "x0.7"), ("detection_probability", "x0.6"), ("q", "x10")),
     ),
     System(
         "video",
@@ -65,6 +70,7 @@ SYSTEMS = (
         "ships too faint for plots",
         "elusive track video video.npz --out result",
         None,
+        tries=(("confirm_from", "x0.7"), ("births_per_h", "x5"), ("confirm_frames", "x0.5")),
     ),
     System(
         "bearings",
@@ -74,5 +80,6 @@ SYSTEMS = (
         "elusive track bearings bearings.csv --sensors sensors.csv --sigma-deg 0.5 --out result",
         "elusive.systems.bearings.page",
         fits=True,
+        tries=(("confirm_from", "x0.7"), ("sigma_deg", "x2"), ("detection_probability", "x0.6")),
     ),
 )

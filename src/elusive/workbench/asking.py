@@ -43,6 +43,7 @@ class Asking(NamedTuple):
     asked: tuple[Asked, ...]  # files first, what is needed before what is not
     parameters: type[Model]
     follows: bool  # whether a source can be followed as it comes
+    tries: tuple[tuple[str, str], ...]
 
     @property
     def main(self) -> list[FieldPath]:
@@ -79,6 +80,7 @@ class Recording(NamedTuple):
     noun: str  # of the command: ``elusive track <noun>``
     name: str  # what its users have
     place: str  # ``package.module:name`` of the command's function
+    tries: tuple[tuple[str, str], ...] = ()  # where nothing is found: options, and what they become
 
 
 def asking(recording: Recording) -> Asking:
@@ -92,7 +94,7 @@ def asking(recording: Recording) -> Asking:
         if parameter.name not in LEFT_OUT and told.rich_help_panel is None:
             asked.append(_asked(parameter, told))
     asked.sort(key=lambda one: (not one.is_file, not one.needed, bool(one.flag)))
-    return Asking(recording.noun, tuple(asked), command.parameters, FOLLOW in known)
+    return Asking(recording.noun, tuple(asked), command.parameters, FOLLOW in known, recording.tries)
 
 
 def _asked(parameter: inspect.Parameter, told: Any) -> Asked:

@@ -16,7 +16,7 @@ from elusive.workbench.form import Form, FormTools, are_right
 from elusive.workbench.jobs import Job, away
 from elusive.workbench.kept_runs import FOLDER, Kept, settings_of, track
 from elusive.workbench.live import Live, serves, watch
-from elusive.workbench.own_runs import RunList, asking_of, show_run
+from elusive.workbench.own_runs import RunList, asking_of, show_none, show_run
 from elusive.workbench.parts import Changed, LiveDrawing, errors_shown, refuse
 from elusive.workbench.run_bar import RunBar
 from elusive.workbench.session import state_of
@@ -247,11 +247,20 @@ class _Page:
                 )
             if run is not None:
                 Changed(lambda: self._state.ran, self._now, self._back)
+                if self._state.ran is not None:
+                    show_none(run, self._state.ran, self._try)
                 show_run(run)
         self._runs.show()
 
     def _now(self) -> Model:
         return self._state.models[self._state.noun]
+
+    async def _try(self, model: Model) -> None:
+        """Run what is seen with other settings."""
+        if self._state.job is None:
+            self._state.models[self._state.noun] = model
+            self._build()
+            await self._run()
 
     def _back(self) -> None:
         if self._state.ran is not None:

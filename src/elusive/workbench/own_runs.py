@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
+from typing import Any
 
 from nicegui import ui
 
 from elusive.errors import DataError
+from elusive.model import Model
 from elusive.workbench.asking import Asking, asking
 from elusive.workbench.exports import table_html
 from elusive.workbench.kept_runs import (
@@ -22,8 +24,9 @@ from elusive.workbench.kept_runs import (
     results,
     shown_command,
 )
-from elusive.workbench.parts import errors_shown
+from elusive.workbench.parts import Drawing, errors_shown
 from elusive.workbench.settings import SETTINGS
+from elusive.workbench.why_none import tries, why_none
 
 COMPARED_MOST = 6
 
@@ -41,6 +44,23 @@ def asking_of(noun: str) -> Asking:
         if one.noun == noun:
             return asking(one)
     raise DataError(f"{noun!r:.40}: is no kind of recording that is tracked here; its files stay in the folder.")
+
+
+def show_none(run: Kept, model: Model, again: Callable[[Model], Any]) -> None:
+    """Build why a run has no track, and what can be tried at a press; nothing where it has one."""
+    why = why_none(run.folder, model)
+    if why is None:
+        return
+    with ui.element("section").classes("ew-none").props('aria-label="Why none?"'):
+        ui.label("Why none?").classes("ew-section")
+        ui.label(why.sentence)
+        if why.drawn is not None:
+            Drawing(why.drawn)
+        if run.doubted:
+            ui.label(f"To be doubted, and said in the report: {', '.join(run.doubted)}.")
+        with ui.element("div").classes("ew-row"):
+            for one in tries(model, asking_of(run.noun).tries):
+                ui.button(f"Try {one.words}", on_click=lambda one=one: again(one.model)).props("outline no-caps")
 
 
 def show_run(run: Kept) -> None:
