@@ -64,6 +64,20 @@ class Walk(Model):
         """Deviation of a velocity on each axis, whatever its speed [m/s]."""
         return math.sqrt(sum(speed**2 for speed in self.speeds_mps) / len(self.speeds_mps))
 
+    def moments(self, interval_s: float) -> tuple[Array, Array]:
+        """Return the mean's matrix and the covariance of what is added, ``(4, 4)`` each, of all ways together.
+
+        The covariance is that of velocities as they are in the long run.
+        """
+        rate, t = self.turn_rate_hz, interval_s
+        kept, way = math.exp(-rate * t), -math.expm1(-rate * t) / rate
+        spread = self.speed_sd_mps**2 + self.straight_q / rate
+        added = spread * np.array([[2 * (t - way) / rate - way**2, way - way * kept], [way - way * kept, 1 - kept**2]])
+        added[0, 0] += self.long_step_m**2 * self.long_rate_hz * t
+        mean: Array = np.kron(np.eye(2), np.array([[1.0, way], [0.0, kept]]))
+        covariance: Array = np.kron(np.eye(2), added)
+        return mean, covariance
+
     def propagate(self, states: Array, interval_s: float, rng: Generator) -> Array:
         """Draw the states an interval later, ``(N, 4) -> (N, 4)``."""
         if interval_s == 0:

@@ -37,6 +37,7 @@ from elusive.tracking.people_radius import RadiusTracker
 from elusive.tracking.track import Track
 
 FADED_DB = 2.8  # deviation between channels above which links fade: half of Rayleigh's
+GATE_SD = 4.0  # deviations of a place that a track's gate is wide at least, where links fade
 NO_HEADS = Heads(np.empty((0, 2)), np.empty(0))
 
 AnyTracker = Annotated[HungarianTracker | RadiusTracker, Field(discriminator="kind")]
@@ -122,11 +123,14 @@ class ImageMethod(Stages):
         if fading is None:
             fading = 0.0 if empty is None else channel_deviation(empty.mean_dbm)
         image = self.image.replace(prior=self.image.prior.with_noise(fading))
-        clusters, smoothing = self.clusters, self.smoothing
+        clusters, smoothing, tracker = self.clusters, self.smoothing, self.tracker
         if fading > FADED_DB:
             clusters = clusters.replace(sidelobe=max(clusters.sidelobe, self.faded_sidelobe))
             smoothing = smoothing.replace(place_sd_m=max(smoothing.place_sd_m, self.faded_place_sd_m))
-        return ImageChain(self.replace(image=image, clusters=clusters, smoothing=smoothing), nodes, area)
+            if isinstance(tracker, HungarianTracker):  # lest one person is many tracks
+                tracker = tracker.replace(gate_m=max(tracker.gate_m, GATE_SD * self.faded_place_sd_m))
+        bound = self.replace(image=image, clusters=clusters, smoothing=smoothing, tracker=tracker)
+        return ImageChain(bound, nodes, area)
 
 
 class StagesChain(ABC):

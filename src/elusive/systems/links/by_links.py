@@ -86,6 +86,7 @@ class LinksMethod(Model):
         description="The filter",
     )
     near_m: Positive = Field(1.0, description="Distance at which two people are said to be near [m]")
+    smooth: bool = Field(False, description="Places given what came later too; of a recorded log, which is read twice")
 
     @property
     def described(self) -> str:

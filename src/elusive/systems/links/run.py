@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from elusive.checks import write_checks
+from elusive.errors import ParameterError
 from elusive.io import atomic_folder
 from elusive.io.arrivals import Coming
 from elusive.io.link_logs import LinkLog
@@ -13,9 +14,11 @@ from elusive.io.truth import Truth
 from elusive.results import write_result
 from elusive.results.live import LiveEnd, LiveStep, follow_live, live_folder
 from elusive.sensors.radio_network import RadioNodes, RssFrame
+from elusive.systems.links.by_links import LinksMethod
 from elusive.systems.links.fit import fitted_at_the_start
 from elusive.systems.links.report import write_links_html, write_links_png
 from elusive.systems.links.results import EVENT_COLUMNS, LinkOutcome, LinkRun
+from elusive.systems.links.smoothed import track_smoothed
 from elusive.systems.links.track import LinkTracking, track
 from elusive.tracking.memory import Memory
 from elusive.tracking.track import Step
@@ -61,10 +64,16 @@ def track_links_recording(
     ------
     DataError
         If a frame cannot be used, or the calibration takes all frames.
+    ParameterError
+        If tracks are to be smoothed of a log that comes once.
     """
     parameters, fitted = fitted_at_the_start(log, nodes, parameters)
+    smooth = isinstance(parameters.method, LinksMethod) and parameters.method.smooth
+    if smooth and not log.again:
+        raise ParameterError("smooth: the log is read twice, which standard input cannot be; give a file.")
+    followed = track_smoothed if smooth else track
     with atomic_folder(out) as folder, LinkRun(log.name, nodes, parameters, truth, folder, cutoff_m) as run:
-        for number, step in enumerate(track(log, nodes, parameters), 1):
+        for number, step in enumerate(followed(log, nodes, parameters), 1):
             run.append(step)
             if on_frame is not None:
                 on_frame(number)
@@ -109,7 +118,11 @@ def follow_links(
     ------
     DataError
         If the folder holds an earlier run's tracks, or a frame of the calibration cannot be used.
+    ParameterError
+        If tracks are to be smoothed.
     """
+    if isinstance(parameters.method, LinksMethod) and parameters.method.smooth:
+        raise ParameterError("smooth: tracks that are told live cannot know what comes later; leave it out.")
     said = set[str]()
 
     def heeded(live: LiveStep) -> None:
