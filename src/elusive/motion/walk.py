@@ -75,7 +75,7 @@ class Walk(Model):
         added = spread * np.array([[2 * (t - way) / rate - way**2, way - way * kept], [way - way * kept, 1 - kept**2]])
         added[0, 0] += self.long_step_m**2 * self.long_rate_hz * t
         mean: Array = np.kron(np.eye(2), np.array([[1.0, way], [0.0, kept]]))
-        covariance: Array = np.kron(np.eye(2), added)
+        covariance: Array = np.kron(np.eye(2), added).astype(np.float64)
         return mean, covariance
 
     def propagate(self, states: Array, interval_s: float, rng: Generator) -> Array:
