@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -306,3 +307,33 @@ def test_help_names_what_the_documentation_names(elusive_in: Run) -> None:
     page = (Path(__file__).parents[2] / "docs" / "signals.md").read_text(encoding="utf-8")
     for flag in {*re.findall(r"--[a-z][a-z-]+", page)} - {"--out"}:
         assert re.search(rf"{flag}\b", said), flag
+
+
+def test_a_signal_that_is_followed_has_the_tracks_of_the_recording(elusive_in, tmp_path):
+    frames, _ = noise_object()
+    np.savetxt(tmp_path / "signal.csv", frames, delimiter=",", fmt="%.5f")
+    code, said = elusive_in("track", "signal", "signal.csv", "--out", "whole", *QUICK)
+    assert code == 0, said
+    code, said = elusive_in("track", "signal", "signal.csv", "--follow", "--idle-s", 0, "--out", "live", *QUICK)
+    assert code == 0, said
+    assert f'"steps":{FRAMES}' in said
+    for name in ("tracks.csv", "config.yaml", "checks.json"):
+        assert (tmp_path / "live" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
+    told = [json.loads(line) for line in re.findall(r'\{"time_s".*?\]\}', said)]
+    rows = read_tracks_csv(tmp_path / "whole" / "tracks.csv").rows
+    assert sum(len(step["tracks"]) for step in told) == len(rows)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (("-",), "standard input is tracked as it comes; add --follow"),
+        (("signal.csv", "--follow", "--start", 3), "--start and --stop: have no meaning"),
+        (("signal.csv", "--follow", "--truth", "truth.txt"), "--truth: has no meaning with --follow"),
+        (("signal.csv", "--idle-s", 3), "--idle-s: has no meaning without --follow"),
+    ],
+)
+def test_what_has_no_meaning_live_is_refused(elusive_in, arguments, sentence):
+    code, said = elusive_in("track", "signal", *arguments, "--out", "out")
+    assert code != 0
+    assert sentence in said

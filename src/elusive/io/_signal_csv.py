@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Generator
-from contextlib import closing
+from collections.abc import Callable, Generator
+from contextlib import closing, nullcontext
 from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
@@ -14,6 +14,10 @@ import numpy as np
 
 from elusive.contracts import Array
 from elusive.errors import DataError
+from elusive.io.sources.feed import Feed
+from elusive.io.sources.lines import STRICT
+
+NumberedLines = Generator[tuple[int, str], None, None]
 
 TIME = "time_s"
 # a first column of one of these names is no sample, though it is not said to be seconds
@@ -29,39 +33,55 @@ class Table(NamedTuple):
     skip: int  # lines before the first of numbers
     timed: bool  # the first column is the time [s]
     columns: int  # numbers a line, the time not counted
+    opened: Callable[[], NumberedLines]  # lines from the first on, blank ones too
+    feed: Feed = STRICT
 
     def lines(self) -> Generator[tuple[int, float | None, Array], None, None]:
-        """Yield each line's number in the file, from 1, its time and its samples.
+        """Yield each line's number in the file, from 1, its time and its samples; live, spoilt lines are left out.
 
         Raises
         ------
         DataError
             If a cell that is not empty is no number, a line has another number of cells, or time does not go forwards.
         """
-        wanted, before = self.columns + self.timed, -math.inf
-        with closing(_lines(self.path)) as lines:
-            for number, text in islice(lines, self.skip, None):
-                if not text or text.startswith("#"):
-                    continue
-                cells = text.split(self.delimiter)
-                where = f"{self.path}, line {number}"
-                if len(cells) != wanted:
-                    raise DataError(f"{where}: has {len(cells)} cells, the first line of numbers {wanted}; {REPAIR}")
-                try:
-                    values = np.array([cell.strip() or "nan" for cell in cells], dtype=np.float64)
-                except ValueError:
-                    raise DataError(_bad_cell(where, cells)) from None
-                if self.timed and not math.isfinite(values[0]):
-                    raise DataError(f"{where}: {TIME} is {cells[0].strip() or 'empty'}; give every line its time.")
-                time_s = float(values[0]) if self.timed else None
-                if time_s is not None and time_s <= before:
-                    raise DataError(f"{where}: {TIME} is {time_s:g} after {before:g}; times must go forwards.")
-                before = before if time_s is None else time_s
-                yield number, time_s, values[1:] if self.timed else values
+        before = -math.inf
+
+        def read(numbered: tuple[int, str]) -> tuple[int, float | None, Array]:
+            nonlocal before
+            number, text = numbered
+            values = self._values(number, text)
+            if not self.timed:
+                return number, None, values
+            time_s = float(values[0])
+            if time_s <= before:
+                raise DataError(
+                    f"{self.path}, line {number}: {TIME} is {time_s:g} after {before:g}; times must go forwards."
+                )
+            before = time_s
+            return number, time_s, values[1:]
+
+        with closing(self.opened()) as lines:
+            told = (line for line in islice(lines, self.skip, None) if line[1] and not line[1].startswith("#"))
+            yield from self.feed.each(told, read)
+
+    def _values(self, number: int, text: str) -> Array:
+        wanted, cells = self.columns + self.timed, text.split(self.delimiter)
+        where = f"{self.path}, line {number}"
+        if len(cells) != wanted:
+            raise DataError(f"{where}: has {len(cells)} cells, the first line of numbers {wanted}; {REPAIR}")
+        try:
+            values = np.array([cell.strip() or "nan" for cell in cells], dtype=np.float64)
+        except ValueError:
+            raise DataError(_bad_cell(where, cells)) from None
+        if self.timed and not math.isfinite(values[0]):
+            raise DataError(f"{where}: {TIME} is {cells[0].strip() or 'empty'}; give every line its time.")
+        return values
 
 
-def open_table(path: Path) -> Table:
-    """Find out from the first lines how a text file of numbers is laid out.
+def open_table(path: Path, live: NumberedLines | None = None, feed: Feed = STRICT) -> Table:
+    """Find out from the first lines how a text of numbers is laid out.
+
+    ``live`` are its lines as they come, which are read once; none: those of the file.
 
     Raises
     ------
@@ -70,8 +90,11 @@ def open_table(path: Path) -> Table:
     """
     names: list[str] | None = None
     named_at = 0
-    with closing(_lines(path)) as lines:
+    looked = list[tuple[int, str]]()
+    opened = (lambda: _lines(path)) if live is None else (lambda: _again(looked, live))
+    with nullcontext(live) if live is not None else closing(_lines(path)) as lines:
         for number, text in lines:
+            looked.append((number, text))
             told = text.lstrip("# ")
             if not told or (text.startswith("#") and not told.startswith(TIME)):
                 continue
@@ -88,11 +111,16 @@ def open_table(path: Path) -> Table:
             timed = names is not None and names[0] == TIME
             if timed and len(cells) < 2:
                 raise DataError(f"{path}, line {number}: has a time and no sample; give at least one a line.")
-            return Table(path, delimiter, number - 1, timed, len(cells) - timed)
+            return Table(path, delimiter, number - 1, timed, len(cells) - timed, opened, feed)
     raise DataError(f"{path}: holds no line of numbers; write one frame a line, or one sample a line.")
 
 
-def _lines(path: Path) -> Generator[tuple[int, str], None, None]:
+def _again(looked: list[tuple[int, str]], lines: NumberedLines) -> NumberedLines:
+    yield from looked
+    yield from lines
+
+
+def _lines(path: Path) -> NumberedLines:
     number = 0
     try:
         with path.open(encoding="utf-8-sig") as file:

@@ -11,9 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from elusive.errors import DataError
-from elusive.io._signal_csv import open_table
+from elusive.io._raw_samples import Raw
+from elusive.io._signal_csv import Table, open_table
 from elusive.io._stack import decoding
-from elusive.io._wav import ADVICE, open_wav
+from elusive.io._wav import ADVICE, Wav, open_wav
 
 SAVE_AGAIN = "save it again with numpy.save, as numbers, without pickled objects."
 
@@ -67,11 +68,23 @@ def open_array(path: Path, cut: Cut) -> tuple[Reading, bool]:
     return Reading(cut.size if is_long else array.shape[1], length, None, False, read), is_long
 
 
+def channel_of(wav: Wav, channel: int | None, name: str) -> int:
+    """Return which channel is read.
+
+    Raises
+    ------
+    DataError
+        If there are several and none is chosen, or there is no such.
+    """
+    if (channel is None and wav.channels > 1) or (channel is not None and not 0 <= channel < wav.channels):
+        raise DataError(f"{name}: has {wav.channels} channels; choose one with channel= (--channel), from 0.")
+    return channel or 0
+
+
 def open_recording(path: Path, cut: Cut, channel: int | None) -> Reading:
     """Read a WAVE file, a frame at a time."""
     wav = open_wav(path)
-    if (channel is None and wav.channels > 1) or (channel is not None and not 0 <= channel < wav.channels):
-        raise DataError(f"{path}: has {wav.channels} channels; choose one with channel= (--channel), from 0.")
+    channel = channel_of(wav, channel, str(path))
     length = cut.frames_in(wav.length, str(path))
 
     def read(start: int, stop: int | None) -> Iterator[tuple[float | None, Any]]:
@@ -79,15 +92,32 @@ def open_recording(path: Path, cut: Cut, channel: int | None) -> Reading:
             for k in range(start, length if stop is None else stop):
                 where = f"{path}, frame {k}"
                 with decoding(where, ADVICE):
-                    raw = wav.read(file, k * cut.hop, cut.size, channel or 0)
+                    raw = wav.read(file, k * cut.hop, cut.size, channel)
                 yield None, raw
 
     return Reading(cut.size, length, wav.rate_hz / cut.hop, False, read)
 
 
+def open_raw(path: Path, cut: Cut, raw: Raw) -> Reading:
+    """Read samples without a header, a frame at a time."""
+    length = cut.frames_in(path.stat().st_size // raw.block, str(path))
+
+    def read(start: int, stop: int | None) -> Iterator[tuple[float | None, Any]]:
+        with path.open("rb") as file:
+            for k in range(start, length if stop is None else stop):
+                file.seek(k * cut.hop * raw.block)
+                yield None, raw.decoded(file.read(cut.size * raw.block))
+
+    return Reading(cut.size, length, None, False, read)
+
+
 def open_text(path: Path, cut: Cut) -> tuple[Reading, bool]:
     """Read text line by line; say too whether it is one long recording, a sample a line."""
-    table = open_table(path)
+    return read_table(open_table(path), cut, str(path))
+
+
+def read_table(table: Table, cut: Cut, name: str) -> tuple[Reading, bool]:
+    """Read the lines of a table; say too whether it is one long recording."""
     is_long = table.columns == 1
 
     def rows(start: int, stop: int | None) -> Iterator[tuple[float | None, Any]]:
@@ -105,7 +135,7 @@ def open_text(path: Path, cut: Cut) -> tuple[Reading, bool]:
                 next(islice(rest, beyond, beyond), None)
                 block, k = [*block[cut.hop :], *islice(rest, min(cut.hop, cut.size))], k + 1
             if k == 0:
-                cut.frames_in(len(block), str(path))
+                cut.frames_in(len(block), name)
 
     reading = Reading(cut.size if is_long else table.columns, None, None, table.timed, pieces if is_long else rows)
     return reading, is_long

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from collections.abc import Callable
 from pathlib import Path
 from typing import IO, Any, NamedTuple
 
@@ -28,14 +29,23 @@ class Wav(NamedTuple):
     width: int  # of one sample of one channel [bytes]
     floating: bool
 
+    @property
+    def block(self) -> int:
+        """Octets of a sample of all channels."""
+        return self.channels * self.width
+
     def read(self, file: IO[bytes], first: int, count: int, channel: int) -> Array:
         """Read ``count`` samples of a channel from the ``first`` on; integers are scaled to -1 ... 1."""
-        block = self.channels * self.width
-        file.seek(self.offset + first * block)
-        data = file.read(count * block)
-        if len(data) < count * block:
+        file.seek(self.offset + first * self.block)
+        data = file.read(count * self.block)
+        if len(data) < count * self.block:
             raise ValueError("the file ends early")
-        raw = np.frombuffer(data, np.uint8).reshape(count, self.channels, self.width)[:, channel]
+        return self.decoded(data, channel)
+
+    def decoded(self, data: bytes, channel: int) -> Array:
+        """Return the samples of a channel in so many octets, which are whole samples."""
+        raw = np.frombuffer(data, np.uint8).reshape(-1, self.channels, self.width)[:, channel]
+        count = len(raw)
         if self.floating:
             return np.ascontiguousarray(raw).view(f"<f{self.width}")[:, 0].astype(np.float64)
         if self.width == 1:  # the one width without a sign
@@ -55,34 +65,57 @@ def open_wav(path: Path) -> Wav:
         If it is no WAVE file, is compressed, cut short, or holds no sample.
     """
     with decoding(str(path), ADVICE), path.open("rb") as file:
-        size = path.stat().st_size
-        riff, _, wave = struct.unpack("<4sI4s", _take(file, 12))
-        if riff not in (b"RIFF", b"RF64") or wave != b"WAVE":
-            raise ValueError("it does not begin as a WAVE file does")
-        told_elsewhere, layout = None, None
-        while True:
-            name, length = struct.unpack("<4sI", _take(file, 8))
-            if name == b"data":
-                break
-            body = _take(file, length + length % 2)
-            if name == b"ds64":
-                told_elsewhere = struct.unpack("<Q", body[8:16])[0]
-            elif name == b"fmt ":
-                layout = _layout(body, path)
-        if layout is None:
-            raise ValueError("its samples come before their format")
-        offset = file.tell()
-    there = size - offset
-    if length == UNTOLD:
-        length = there if told_elsewhere is None else told_elsewhere
+        wav = wav_header(file.read, path)
+    there = path.stat().st_size - wav.offset
+    length = there if wav.length < 0 else wav.length * wav.block
     if length > there:
         raise DataError(
             f"{path}: is cut short: its header promises {length} bytes of samples and {there} are there; copy it again."
         )
-    block = layout["channels"] * layout["width"]
-    if length < block:
+    if length < wav.block:
         raise DataError(f"{path}: holds no sample; check the recording.")
-    return Wav(path, offset, length // block, **layout)
+    return wav._replace(length=length // wav.block)
+
+
+def wav_header(read: Callable[[int], bytes], path: Path) -> Wav:
+    """Read a header up to the first sample; a length that it does not tell is -1.
+
+    Raises
+    ------
+    DataError
+        If samples are compressed.
+    ValueError
+        If it is no WAVE file.
+    """
+    offset = 0
+
+    def take(n: int) -> bytes:
+        nonlocal offset
+        data = read(n)
+        if len(data) < n:
+            raise ValueError("it ends within its header")
+        offset += n
+        return data
+
+    riff, _, wave = struct.unpack("<4sI4s", take(12))
+    if riff not in (b"RIFF", b"RF64") or wave != b"WAVE":
+        raise ValueError("it does not begin as a WAVE file does")
+    told_elsewhere, layout = None, None
+    while True:
+        name, length = struct.unpack("<4sI", take(8))
+        if name == b"data":
+            break
+        body = take(length + length % 2)
+        if name == b"ds64":
+            told_elsewhere = struct.unpack("<Q", body[8:16])[0]
+        elif name == b"fmt ":
+            layout = _layout(body, path)
+    if layout is None:
+        raise ValueError("its samples come before their format")
+    if length == UNTOLD:
+        length = -1 if told_elsewhere is None else told_elsewhere
+    samples = length // (layout["channels"] * layout["width"]) if length >= 0 else -1
+    return Wav(path, offset, samples, **layout)
 
 
 def _layout(body: bytes, path: Path) -> dict[str, Any]:
@@ -95,10 +128,3 @@ def _layout(body: bytes, path: Path) -> dict[str, Any]:
     if rest or rate == 0 or width not in ((1, 2, 3, 4, 8) if kind == INTEGER else (4, 8)):
         raise ValueError(f"{channels} channels in blocks of {block} bytes, {rate} a second")
     return {"rate_hz": float(rate), "channels": channels, "width": width, "floating": kind == FLOAT}
-
-
-def _take(file: IO[bytes], n: int) -> bytes:
-    data = file.read(n)
-    if len(data) < n:
-        raise ValueError("it ends within its header")
-    return data

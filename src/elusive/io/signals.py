@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator
 from contextlib import closing
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,7 +13,8 @@ import numpy as np
 
 from elusive.contracts import Array
 from elusive.errors import DataError
-from elusive.io._signal_readings import Cut, Reading, open_array, open_recording, open_text
+from elusive.io._raw_samples import Raw, RawForm
+from elusive.io._signal_readings import Cut, Reading, open_array, open_raw, open_recording, open_text
 from elusive.io._stack import MAX_PIXELS
 
 TEXT = (".csv", ".tsv", ".txt")
@@ -82,6 +83,7 @@ def open_signal(
     start: int = 0,
     stop: int | None = None,
     rate_hz: float | None = None,
+    raw: RawForm | None = None,
 ) -> SignalSource:
     """Open a signal without reading its frames.
 
@@ -103,6 +105,8 @@ def open_signal(
         First frame, and frame before which to stop, numbered from 0 as in a Python slice.
     rate_hz
         Frames a second, where the file does not say (or, a WAVE file, says wrong).
+    raw
+        How samples of a file without a header stand in it.
 
     Returns
     -------
@@ -117,20 +121,9 @@ def open_signal(
     path = Path(source)
     if start < 0 or (stop is not None and stop <= start):
         raise DataError(f"start={start}, stop={stop}: choose 0 <= start < stop.")
-    if rate_hz is not None and not 0 < rate_hz < float("inf"):
-        raise DataError(f"rate_hz={rate_hz}: must be a positive number of frames a second.")
-    size = FRAME_SAMPLES if frame_samples is None else frame_samples
-    cut = Cut(size, size if hop_samples is None else hop_samples)
-    if cut.size < 2 or cut.hop < 1:
-        raise DataError(
-            f"frame_samples={cut.size}, hop_samples={cut.hop}: a frame has at least 2 samples, and the next begins at "
-            "least one later."
-        )
-    reading, is_long = _open(path, cut, channel, long_only=frame_samples is not None or hop_samples is not None)
-    if not 2 <= reading.samples <= MAX_PIXELS:
-        raise DataError(f"{path}: its frames have {reading.samples} samples; between 2 and {MAX_PIXELS} are read.")
-    if rate_hz is not None and reading.timed:
-        raise DataError(f"{path}: has times of its own (time_s); leave rate_hz={rate_hz:g} out.")
+    cut = cut_of(frame_samples, hop_samples)
+    chosen = frame_samples is not None or hop_samples is not None
+    reading, is_long = _open(path, cut, channel, raw, long_only=chosen)
     length, whole = None, stop is None or (reading.length is not None and stop >= reading.length)
     if reading.length is not None:
         _enough(reading.length, str(path))
@@ -139,29 +132,82 @@ def open_signal(
         stop = reading.length if stop is None else min(stop, reading.length)
         length = stop - start
         _enough(length, str(path))
+    hop = cut.hop if is_long else None
+    opened = source_of(str(path), reading, rate_hz, hop)
+    return replace(opened, start=start, length=length, whole=whole, _stop=stop)
+
+
+def cut_of(frame_samples: int | None, hop_samples: int | None) -> Cut:
+    """Return how a long recording is cut.
+
+    Raises
+    ------
+    DataError
+        If a frame would have no samples.
+    """
+    size = FRAME_SAMPLES if frame_samples is None else frame_samples
+    cut = Cut(size, size if hop_samples is None else hop_samples)
+    if cut.size < 2 or cut.hop < 1:
+        raise DataError(
+            f"frame_samples={cut.size}, hop_samples={cut.hop}: a frame has at least 2 samples, and the next begins at "
+            "least one later."
+        )
+    return cut
+
+
+def source_of(name: str, reading: Reading, rate_hz: float | None, hop: int | None) -> SignalSource:
+    """Return all the frames of a reading.
+
+    Raises
+    ------
+    DataError
+        If their size or the rate cannot be.
+    """
+    if rate_hz is not None and not 0 < rate_hz < float("inf"):
+        raise DataError(f"rate_hz={rate_hz}: must be a positive number of frames a second.")
+    if not 2 <= reading.samples <= MAX_PIXELS:
+        raise DataError(f"{name}: its frames have {reading.samples} samples; between 2 and {MAX_PIXELS} are read.")
+    if rate_hz is not None and reading.timed:
+        raise DataError(f"{name}: has times of its own (time_s); leave rate_hz={rate_hz:g} out.")
     rate = reading.rate_hz if rate_hz is None else rate_hz
     timed = reading.timed or rate is not None
-    return SignalSource(
-        str(path), reading.samples, length, rate, timed, start, reading.read, stop, whole, cut.hop if is_long else None
-    )
+    return SignalSource(name, reading.samples, None, rate, timed, 0, reading.read, None, True, hop)
 
 
-def _open(path: Path, cut: Cut, channel: int | None, *, long_only: bool) -> tuple[Reading, bool]:
+def check_long(name: str, reading: Reading, *, is_long: bool, long_only: bool) -> None:
+    """Refuse to cut what holds frames already.
+
+    Raises
+    ------
+    DataError
+        If that is asked.
+    """
+    if long_only and not is_long:
+        raise DataError(
+            f"{name}: holds frames already, of {reading.samples} samples; leave frame_samples and hop_samples out, "
+            "which cut a long recording."
+        )
+
+
+def _open(path: Path, cut: Cut, channel: int | None, raw: RawForm | None, *, long_only: bool) -> tuple[Reading, bool]:
     suffix = path.suffix.lower()
     if not path.is_file():
         raise DataError(f"{path}: {'is a folder' if path.is_dir() else 'there is no such file'}; check the path.")
+    if raw is not None:
+        if channel is not None or suffix in SUPPORTED:
+            what = "channel chooses in a WAVE file" if channel is not None else f"{suffix} says itself what it holds"
+            raise DataError(f"{path}: raw={raw} is of samples without a header, and {what}; leave one of the two out.")
+        return open_raw(path, cut, Raw.of(raw)), True
     if suffix not in SUPPORTED:
-        raise DataError(f"{path}: files of type {suffix or '(none)'} are not read; give one of {', '.join(SUPPORTED)}.")
+        raise DataError(
+            f"{path}: files of type {suffix or '(none)'} are not read; give one of {', '.join(SUPPORTED)}, or --raw."
+        )
     if channel is not None and suffix != ".wav":
         raise DataError(f"{path}: channel={channel} chooses in a WAVE file, and this is none; leave it out.")
     if suffix == ".wav":
         return open_recording(path, cut, channel), True
     reading, is_long = open_array(path, cut) if suffix == ".npy" else open_text(path, cut)
-    if long_only and not is_long:
-        raise DataError(
-            f"{path}: holds frames already, of {reading.samples} samples; leave frame_samples and hop_samples out, "
-            "which cut a long recording."
-        )
+    check_long(str(path), reading, is_long=is_long, long_only=long_only)
     return reading, is_long
 
 

@@ -62,6 +62,12 @@ def _of_file(source: str, feed: Feed | None) -> Lines:
         raise DataError(f"{source}: cannot be read ({error.strerror}); check the path.") from None
 
 
+def every_line(opened: Callable[[], BinaryIO], name: str, feed: Feed | None) -> Lines:
+    """Yield each line's number, from 1, and text, blank ones too, of a file that may grow, or of a pipe (no feed)."""
+    for number, octets in enumerate(_whole_lines(opened, name, feed), 1):
+        yield number, text_of(octets, number, name)
+
+
 def _opening(source: str) -> Callable[[], BinaryIO]:
     def opened() -> BinaryIO:
         return Path(source).open("rb")
@@ -70,10 +76,7 @@ def _opening(source: str) -> Callable[[], BinaryIO]:
 
 
 def _numbered(opened: Callable[[], BinaryIO], name: str, feed: Feed | None) -> Lines:
-    for number, octets in enumerate(_whole_lines(opened, name, feed), 1):
-        text = text_of(octets, number, name)
-        if text:
-            yield number, text
+    yield from ((number, text) for number, text in every_line(opened, name, feed) if text)
 
 
 def _whole_lines(opened: Callable[[], BinaryIO], name: str, feed: Feed | None) -> Iterator[bytes]:

@@ -22,6 +22,20 @@ KEPT = (2048, 2048)  # scores kept for result.nc, frames and samples; of more, t
 CONFIRMED = STATUSES.index("confirmed")
 
 
+STATE, ADDED, OF_FRAMES = ("x", "vx"), ("score", "evidence"), ("highest", "threshold")
+
+
+def log_of(path: Path) -> TrackLog:
+    """Return a log without pictures, for a run that may last."""
+    return TrackLog(STATE, "samples", ADDED, OF_FRAMES, path)
+
+
+def values_of(state: SignalState) -> dict[str, float]:
+    """Return what is logged of every frame: the highest score, and the threshold."""
+    highest = math.nan if state.law is None else float(state.score.max())
+    return {"highest": highest, "threshold": state.threshold}
+
+
 class SignalLog(TrackLog):
     """The log of a run, with pictures of the signal and of its evidence, in memory that does not grow with the frames.
 
@@ -36,7 +50,7 @@ class SignalLog(TrackLog):
     """
 
     def __init__(self, source: SignalSource, parameters: SignalTracking, path: Path | None = None) -> None:
-        super().__init__(("x", "vx"), "samples", ("score", "evidence"), ("highest", "threshold"), path)
+        super().__init__(STATE, "samples", ADDED, OF_FRAMES, path)
         self.source, self.parameters = source, parameters
         self.period = source.samples if parameters.filter.border == "circular" else math.inf
         self.signal, self.score = Waterfall("first"), Waterfall("largest")
@@ -47,8 +61,7 @@ class SignalLog(TrackLog):
         """Append a frame's step, and what is shown of the frame."""
         state: SignalState = step.state
         number = len(self.steps)
-        highest = math.nan if state.law is None else float(state.score.max())
-        self.append(step, highest=highest, threshold=state.threshold)
+        self.append(step, **values_of(state))
         self.signal.offer(np.abs(state.taken) if np.iscomplexobj(state.taken) else state.taken)
         for kept in (self.score, self._kept):
             kept.offer(state.score)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
@@ -35,8 +35,10 @@ class SignalOutcome(NamedTuple):
     findings: tuple[Finding, ...] = ()
 
 
-def bound_to(source: SignalSource, parameters: SignalTracking) -> SignalTracking:
-    """Return the parameters for a source's frames and the time between them.
+def bound_to(
+    source: SignalSource, parameters: SignalTracking, first: Iterable[SignalFrame] | None = None
+) -> SignalTracking:
+    """Return the parameters for a source's frames and the time between them; ``first`` are some, where it is live.
 
     Raises
     ------
@@ -44,14 +46,19 @@ def bound_to(source: SignalSource, parameters: SignalTracking) -> SignalTracking
         If the frames are too short, or need more memory than half of the machine's.
     """
     interval_s = 1.0 if source.rate_hz is None else 1 / source.rate_hz
-    if source.rate_hz is None and source.timed:
-        interval_s = float(np.median(np.diff([frame.time_s for frame in islice(source, CLOCKED)])))
+    if untold(source):
+        interval_s = float(np.median(np.diff([frame.time_s for frame in islice(first or source, CLOCKED)])))
     try:
         bound = parameters.bind(source.samples, interval_s)
         _refuse_noise_that_moves(source, bound)
     except DataError as error:
         raise DataError(_placed(str(error), source.name, 0)) from None
     return bound
+
+
+def untold(source: SignalSource) -> bool:
+    """Say whether the frames' own times alone tell how far apart they are."""
+    return source.rate_hz is None and source.timed
 
 
 def _refuse_noise_that_moves(source: SignalSource, bound: SignalTracking) -> None:
@@ -68,8 +75,10 @@ def _refuse_noise_that_moves(source: SignalSource, bound: SignalTracking) -> Non
         )
 
 
-def follow(source: SignalSource, parameters: SignalTracking) -> Iterator[Step]:
-    """Track through a source's frames at their times, with parameters bound to it.
+def follow(
+    source: SignalSource, parameters: SignalTracking, frames: Iterable[SignalFrame] | None = None
+) -> Iterator[Step]:
+    """Track through a source's frames at their times, with parameters bound to it; ``frames`` as they come, live.
 
     Raises
     ------
@@ -80,7 +89,7 @@ def follow(source: SignalSource, parameters: SignalTracking) -> Iterator[Step]:
 
     def counted() -> Iterator[SignalFrame]:
         nonlocal read
-        for frame in source:
+        for frame in source if frames is None else frames:
             read += 1
             yield frame
 

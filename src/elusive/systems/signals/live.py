@@ -1,0 +1,84 @@
+"""A signal tracked while it is written: each frame's rows stand in the file before the next is taken."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import chain, islice
+from pathlib import Path
+from typing import Any
+
+from elusive.checks import Finding, write_checks
+from elusive.io.arrivals import Coming
+from elusive.io.signals import SignalFrame, SignalSource
+from elusive.results import TrackLog
+from elusive.results.live import LiveEnd, LiveStep, follow_live, live_folder
+from elusive.systems.signals.checks import findings_of
+from elusive.systems.signals.facts import SignalFacts
+from elusive.systems.signals.parameters import SignalTracking
+from elusive.systems.signals.results import log_of, values_of
+from elusive.systems.signals.run import CLOCKED, bound_to, follow, untold
+from elusive.tracking import Step
+
+LIVE_FILES = ("tracks.csv", "checks.json", "config.yaml")
+
+
+class _Checked:
+    """Takes steps in, and what is checked of them."""
+
+    def __init__(self, log: TrackLog) -> None:
+        self.log, self.facts = log, SignalFacts()
+
+    def append(self, step: Step) -> None:
+        self.facts.add(step.state)
+        self.log.append(step, **values_of(step.state))
+
+    def flush(self) -> None:
+        self.log.flush()
+
+
+def follow_signal_live(
+    coming: Coming[SignalFrame],
+    source: SignalSource,
+    parameters: SignalTracking,
+    out: Path,
+    on_step: Callable[[LiveStep], None],
+) -> tuple[LiveEnd, tuple[Finding, ...]]:
+    """Track objects while their signal is written; where times alone tell the interval, the first 16 are waited for.
+
+    Parameters
+    ----------
+    coming
+        :class:`~elusive.io.arrivals.Arrivals` of the source's frames.
+    source
+        From :func:`~elusive.io.live_signals.follow_signal`.
+    parameters
+        What to do.
+    out
+        Folder for LIVE_FILES.
+    on_step
+        Called after each frame.
+
+    Returns
+    -------
+    tuple
+        How it ended, and what was checked, in ``checks.json`` too.
+
+    Raises
+    ------
+    DataError
+        If the folder holds an earlier run's tracks, or a frame of the first cannot be used.
+    """
+    frames = iter(coming)
+    first = list(islice(frames, CLOCKED)) if untold(source) else []
+    bound = bound_to(source, parameters, first)
+
+    def told(step: Step) -> dict[str, Any]:
+        return {name: round(value, 4) if value == value else None for name, value in values_of(step.state).items()}
+
+    with live_folder(out, bound.to_yaml()) as folder, log_of(folder / "tracks.csv") as log:
+        checked = _Checked(log)
+        steps = follow(source, bound, chain(first, frames))
+        end = follow_live(steps, coming, log, on_step, sink=checked, extra=told)
+        findings = findings_of(bound, checked.facts) if checked.facts.frames else ()
+        write_checks(folder, findings)
+    return end, findings
