@@ -312,6 +312,16 @@ def test_one_target_alone_is_shown_and_its_existence_told() -> None:
     assert track.existence > 0.5
 
 
+def test_what_became_of_sure_tracks_is_counted_beyond_chance() -> None:
+    persistence = SceneTracker().persistence
+    known = persistence.begin()
+    assert np.isnan(persistence.sure_again(known)[0])
+    outcomes = known.outcomes.copy()
+    outcomes[0], outcomes[-1] = (60, 6, 6, 12), (40, 39, 22, 8)  # of the unsure none counts but for chance, .2
+    share, number = persistence.sure_again(known._replace(outcomes=outcomes))
+    assert (share, number) == (pytest.approx((22 / 40 - 0.2) / 0.8), 40)
+
+
 def test_too_few_tracks_make_no_null() -> None:
     assert np.isnan(EmpiricalNull().moves(np.array([50.0]), np.array([2.0]), np.zeros(5), np.zeros(5))).all()
 

@@ -22,6 +22,7 @@ from elusive.preprocess.peaks import Peaks
 from elusive.tracking.peak_targets import PeakTargets
 
 EDGES = np.array([0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.97, 0.99, 0.998])  # of groups of alike existence
+SURE = 0.9  # existence from which the filter is sure
 SUPPOSED = 2.0  # outcomes of each group that existence itself is supposed to have given beforehand
 TURN = 2.4  # radians between the directions in which chance is looked for, from one target to the next
 
@@ -99,6 +100,14 @@ class Persistence(Model):
         share = isotonic_regression((beyond + SUPPOSED * supposed) / weights, weights=weights).x
         told: Array = np.clip(share, 0.0, 1.0)[np.searchsorted(EDGES, existence, "right")]
         return told
+
+    def sure_again(self, known: Reliability) -> tuple[float, int]:
+        """Of what the filter was sure of: the share that was there again beyond chance, NaN of none, and how many."""
+        count, _, again, chance = known.outcomes.T
+        sure = np.searchsorted(EDGES, SURE, "right")
+        held, by_chance = float(again[sure:].sum()), float(chance.sum() / max(count.sum(), 1.0))
+        number = int(count[sure:].sum())
+        return ((held / number - by_chance) / (1 - min(by_chance, 0.9)) if number else math.nan), number
 
     def _looked(self, watch: Watch, frames: float, peaks: Peaks, most: int) -> Watch:
         """Look for each track's peak, where it should be by now and beside that."""

@@ -14,7 +14,7 @@ from elusive.sensors import ImageSensor
 from elusive.systems.images.checks import FrameChecks
 from elusive.systems.images.frame_facts import FrameFacts
 from elusive.systems.images.parameters import ImageTracking
-from elusive.systems.images.recorded_checks import recorded_findings
+from elusive.systems.images.recorded_checks import again_finding, recorded_findings
 from elusive.systems.images.scene_facts import SceneFacts
 from elusive.systems.images.simulate import ImageSimulation, draw_images
 
@@ -216,6 +216,15 @@ def test_a_scene_that_cannot_be_learnt_is_named(tmp_path, capsys, wrong):
     assert code == (NOT_BELIEVED if findings[0]["grave"] else 0)
     assert said.strip().splitlines()[-1].startswith(name)
     assert words in said.strip().splitlines()[-1]
+
+
+@pytest.mark.parametrize(
+    ("share", "number", "holds"), [(0.5, 40, False), (0.7, 40, True), (0.5, 0, True), (0.9, 9, True)]
+)
+def test_sure_tracks_that_are_not_there_again_are_named(share, number, holds):
+    found = again_finding(share if number else np.nan, number)
+    assert found.holds == holds
+    assert holds or f"{100 * share:.0f} %" in found.sentence
 
 
 def test_whitened_pixels_are_compared_with_a_gaussian():

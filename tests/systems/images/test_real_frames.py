@@ -7,6 +7,8 @@ from functools import cache
 import numpy as np
 import pytest
 
+from elusive.systems.images.checks import FrameChecks
+from elusive.systems.images.track import ImageTracking, track_images
 from tests import infrared
 
 pytestmark = pytest.mark.skipif(
@@ -57,3 +59,22 @@ def test_the_target_is_shown_and_little_else(name):
 @pytest.mark.parametrize("name", SHORT)
 def test_painted_out_nothing_is_shown_there(name):
     assert without(name).existence < 0.1
+
+
+def again(frames: np.ndarray) -> tuple[bool, float]:
+    """Whether it holds that what the tracker was sure of was there again, and the share of it."""
+    parameters = ImageTracking().bind(frames.shape[1:])
+    checks = FrameChecks(parameters)
+    for step in track_images(frames, parameters):
+        checks.take(step)
+    (found,) = (one for one in checks.findings() if one.name == "tracks.again")
+    return found.holds, found.seen
+
+
+def test_a_recording_that_is_not_followed_is_named():
+    """The camera jerks after a target that fills its part of the clouds: cropped it is followed in a quarter."""
+    frames = recorded("easy4").frames
+    holds, share = again(frames[:80, 40:200, 50:260])
+    assert not holds
+    assert share < 0.7
+    assert again(recorded("easy2").frames)[0]

@@ -16,7 +16,7 @@ from elusive.systems.images.frame_facts import FrameFacts
 from elusive.systems.images.left_over import LeftOver
 from elusive.systems.images.parameters import ImageTracking
 from elusive.systems.images.peaks import PeakImages, PeaksState
-from elusive.systems.images.recorded_checks import recorded_findings
+from elusive.systems.images.recorded_checks import again_finding, recorded_findings
 from elusive.systems.images.scene_facts import SceneFacts
 from elusive.systems.images.several import SeveralImages
 from elusive.systems.images.white_checks import white_findings
@@ -38,6 +38,7 @@ class FrameChecks:
         self._sensor = sensor = parameters.sensor
         self._quantiles, self._whitened = np.zeros(len(LEVELS)), 0  # of whitened pixels, summed over so many frames
         self._left: LeftOver | None = None
+        self._again = math.nan, 0  # share of sure tracks that were there again, and of how many
         if isinstance(sensor, ImageSensor) and sensor.noise == "gaussian":
             self._left = LeftOver(sensor)
 
@@ -48,6 +49,8 @@ class FrameChecks:
         if isinstance(step.state, PeaksState) and step.state.peaks is not None:
             self._quantiles += step.state.peaks.quantiles
             self._whitened += 1
+            if isinstance(self.parameters.filter, PeakImages):
+                self._again = self.parameters.filter.persistence.sure_again(step.state.belief.reliability)
 
     def add(self, frame: Array, places: Iterable[tuple[float, float]] = ()) -> None:
         """Take a frame ``(rows, columns)``, and where tracks are in it, x, y."""
@@ -78,6 +81,8 @@ class FrameChecks:
             if peaks and self._whitened:
                 whitened = dict(zip(LEVELS, (self._quantiles / self._whitened).tolist(), strict=True))
             found += recorded_findings(self.scene, whitened, by_peaks=peaks)
+            if peaks:
+                found.append(again_finding(*self._again))
         return tuple(found)
 
 

@@ -15,6 +15,7 @@ FEW = 20  # frames from which a scene and its noise are hardly learnt
 USUAL = 0.8  # likeness of a scene to itself, laid over the frame before
 STANDS, ALONE = 8.0, 2.0  # deviations of a point that stands out; times the next one's
 MIDDLE, TAIL = 0.35, 2.0  # deviations by which a whitened decile may be off; factor on one in a thousand
+AGAIN, CHANCE = 0.75, 2.0  # share of sure tracks there again at least; deviations by which chance may be off
 LEARNT_BY = "Give more frames; or, if their noise is white and known, --noise-sigma."
 
 
@@ -75,6 +76,18 @@ def _resting(scene: SceneFacts) -> Finding:
         "pixel while the scene does: a target at rest looks like this, and so do a lamp, a star and a defective pixel.",
         "Look at it in report.html with --show all, which shows what rests too.",
         grave=False,
+    )
+
+
+def again_finding(share: float, number: int) -> Finding:
+    """Say whether what the tracker was sure of was there again: the share of so many tracks, each some frames on."""
+    spread = math.sqrt(max(share * (1 - share), 0.0) / number) if number else math.nan
+    return Fact(1.0, share, not share + CHANCE * spread < AGAIN, number).finding(
+        "tracks.again",
+        f"Of {number} times that the tracker was sure of something, its peak was there again within five frames in only "
+        f"{100 * share:.0f} %: frames are missing, the camera jerks, too little of the scene stands out to lay frames "
+        "over each other, or one layer of clouds goes before another. Targets are lost, and what is shown may be none.",
+        "Give all frames, evenly in time and uncropped, or a part that is steadier (--start, --stop).",
     )
 
 
