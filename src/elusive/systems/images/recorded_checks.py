@@ -84,7 +84,7 @@ def again_finding(share: float, number: int) -> Finding:
     spread = math.sqrt(max(share * (1 - share), 0.0) / number) if number else math.nan
     return Fact(1.0, share, not share + CHANCE * spread < AGAIN, number).finding(
         "tracks.again",
-        f"Of {number} times that the tracker was sure of something, its peak was there again within five frames in only "
+        f"Of {number} times that the tracker was sure of something, its peak was there again five frames on in only "
         f"{100 * share:.0f} %: frames are missing, the camera jerks, too little of the scene stands out to lay frames "
         "over each other, or one layer of clouds goes before another. Targets are lost, and what is shown may be none.",
         "Give all frames, evenly in time and uncropped, or a part that is steadier (--start, --stop).",
