@@ -14,6 +14,8 @@ from pathlib import Path
 import grimp
 import pytest
 
+from tests.reached import Sources
+
 ROOT = Path(__file__).parents[1]
 NAME = re.compile(r"[A-Za-z0-9._-]+")
 
@@ -46,6 +48,18 @@ def test_each_hop_of_a_measurement_goes_down_the_house(graph: grimp.ImportGraph)
             # the group of commands loads the one that is asked for by its name
             assert importer == "elusive.cli" or graph.find_shortest_chain(importer, imported), (importer, imported)
             assert not graph.find_shortest_chain(imported, importer), (imported, importer)
+
+
+def test_what_no_command_or_page_reaches_is_named_as_a_part_of_the_library() -> None:
+    """Or it is dead; and what is named so would be without."""
+    text = (ROOT / "docs" / "api.md").read_text(encoding="utf-8").partition("## Parts for your own programs")[2]
+    named = {(module, name) for module, name in re.findall(r"`~(elusive[\w.]+)\.(\w+)`", text)}
+    sources = Sources(ROOT / "src")
+    whole = {(module, name) for module, defined in sources.defined.items() for name in defined}
+    by_heads = sources.reached_from(sources.heads())
+    assert named, "docs/api.md names no part"
+    assert named & by_heads == set()
+    assert whole - by_heads - sources.reached_from(named) == set()
 
 
 def test_every_dependency_is_pinned() -> None:

@@ -14,9 +14,10 @@ import xarray as xr
 from scipy.stats import norm
 
 from elusive.campaign import make_executor, open_campaign
-from elusive.experiments.mazurek2013.figures import BIN_EDGES, FIGURES, Point, curve, transition
+from elusive.experiments.mazurek2013.figures import BIN_EDGES, FIGURES, Point, curve
 from elusive.experiments.mazurek2013.reproduce import Reproduced, reproduce
 from elusive.experiments.mazurek2013.trial import METHODS, SMOOTHINGS, STATISTICS, WINDOWS
+from tests.experiments.transitions import transition
 
 pytestmark = pytest.mark.validate
 

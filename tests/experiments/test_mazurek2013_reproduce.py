@@ -14,12 +14,13 @@ from PIL import Image
 from elusive.campaign import Progress, open_campaign
 from elusive.cli import main
 from elusive.errors import DataError, ParameterError
-from elusive.experiments.mazurek2013.figures import BIN_EDGES, CHANCE_LEVEL, FIGURES, transition
+from elusive.experiments.mazurek2013.figures import BIN_EDGES, CHANCE_LEVEL, FIGURES
 from elusive.experiments.mazurek2013.reproduce import reproduce
 from elusive.experiments.mazurek2013.scenario import NoiseObjectCase
 from elusive.experiments.mazurek2013.table import CHECK, METHODS, SIGMAS
 from elusive.experiments.mazurek2013.trial import METHODS as EVERY_METHOD
 from elusive.experiments.mazurek2013.trial import NoiseObjectTrial, trial
+from tests.experiments.transitions import transition
 from tests.reference.waveform import accumulated
 
 COLUMNS = ["object_size", "window", "smoothing", "statistic", "background_sigma", "mean_error", "standard_error"]

@@ -15,10 +15,11 @@ import pytest
 
 from elusive.campaign import make_executor
 from elusive.experiments.mazurek2013.reproduce import reproduce
-from elusive.experiments.mazurek2013.table import CHECK, CHECK_RUNS, SIGMAS, Cell
+from elusive.experiments.mazurek2013.table import CHECK, SIGMAS, Cell
 from elusive.experiments.mazurek2013.trial import NoiseObjectTrial, trial
 
 DEVIATIONS = 3.5
+CHECK_RUNS = 200  # behind each value of CHECK
 CHANCE = 300.0
 RUNS, TABLE_RUNS = 100, 400
 SMOOTHINGS = (0.95, 0.98)

@@ -21,7 +21,6 @@ from elusive.preprocess._tomography_kernels import add_gram
 from elusive.preprocess.image_priors import Prior
 from elusive.preprocess.projectors import Projector, smeared
 
-Singles = NDArray[np.float32]
 ROWS = 512  # of weights that are spread at a time
 PROBES_M = 8.0  # between people who are imaged together
 PROBES = 64  # imaged at a time

@@ -22,7 +22,6 @@ from elusive.preprocess.image_priors import Prior
 from elusive.preprocess.voxels import VoxelGrid
 
 PATTERNS = 16  # of missing links that are kept prepared
-REACH = 4.0  # deviations of a person's Gaussian that are summed
 
 
 class Projector(abc.ABC):

@@ -13,7 +13,6 @@ from elusive.report import drawing as draw
 from elusive.report.plots import track_colour
 
 MOST = 3000  # steps that a page holds
-SURE = 0.95
 SITE = {"marker": "square", "size": 5, "name": "sensors"}
 ROOM = 0.1  # round what is shown when it grows, of its size
 AT_LEAST = {"m": 5.0, "px": 16.0}

@@ -79,17 +79,6 @@ def mean_and_error(values: Array) -> tuple[float, float]:
     return float(values.mean()), float(spread)
 
 
-def transition(sigmas: Array, errors: Array, level: float = CHANCE_LEVEL / 2) -> float:
-    """Background deviation at which a curve first reaches a level, interpolated; NaN where it never does."""
-    above = np.flatnonzero(errors >= level)
-    if not above.size:
-        return float("nan")
-    after = int(above[0])
-    if after == 0:
-        return float(sigmas[0])
-    return float(np.interp(level, errors[after - 1 : after + 1], sigmas[after - 1 : after + 1]))
-
-
 def draw(path: Path, points: list[Point], figure: Setting, cases: int) -> None:
     """Draw the curves of one figure, a panel for each statistic, with the chance level."""
     import matplotlib as mpl

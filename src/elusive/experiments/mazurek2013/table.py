@@ -10,7 +10,6 @@ from elusive.experiments.mazurek2013.figures import mean_and_error
 from elusive.experiments.mazurek2013.trial import Method
 
 SIGMAS = (0.5, 0.75, 1.0, 1.25, 1.5, 2.0)
-CHECK_RUNS = 200
 SIZES = (3, 5, 7)
 METHODS: tuple[Method, ...] = (
     ("dot", 3), ("dot", 13), ("chi2", 3), ("std", 3), ("std", 7), ("llr", 3), ("llr", 5), ("llr", 7),
