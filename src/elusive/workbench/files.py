@@ -12,6 +12,7 @@ from elusive.errors import DataError, ElusiveError
 
 Read = TypeVar("Read")
 UPLOAD_MOST_BYTES = 64 * 1024 * 1024
+FOLDER = "runs"  # where a workbench keeps them, in its folder
 PLAIN = re.compile(r"[A-Za-z0-9][A-Za-z0-9 ._-]{0,99}")
 
 
@@ -81,3 +82,8 @@ def stranger(folder: Path, path: Path) -> str:
     home = folder.resolve()
     inner = path.iterdir() if path.is_dir() else ()
     return next((one.name for one in inner if not one.resolve().is_relative_to(home)), "")
+
+
+def in_folder(folder: Path) -> list[str]:
+    """Return what stands in a workbench's folder and can be a recording or a part of one."""
+    return sorted(one.name for one in folder.iterdir() if PLAIN.fullmatch(one.name) and one.name != FOLDER)

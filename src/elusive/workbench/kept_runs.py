@@ -23,11 +23,11 @@ from elusive.errors import DataError, ElusiveError
 from elusive.model import Model, read_yaml
 from elusive.options import PROGRESS, SHOWN
 from elusive.workbench.asking import Asking
-from elusive.workbench.files import PLAIN
+from elusive.workbench.files import FOLDER, PLAIN
 from elusive.workbench.jobs import CancelledError, Job
 from elusive.workbench.live import Live
 
-FOLDER, NOTE, REPORT, CHECKS, CONFIG = "runs", "run.json", "report.html", "checks.json", "config.yaml"
+NOTE, REPORT, CHECKS, CONFIG = "run.json", "report.html", "checks.json", "config.yaml"
 NAME = re.compile(r"(\d{3,})-[A-Za-z0-9._-]{1,60}")
 NAMING = threading.Lock()  # runs of several tabs may end at once
 POLL_S, PATIENCE_S = 0.1, 5.0  # between looks at a command; how long it may take to heed being called off
@@ -222,11 +222,16 @@ def _doubted(folder: Path) -> list[str]:
     return [str(one["name"]) for one in checked if not one["holds"]]
 
 
+def is_result(folder: Path) -> bool:
+    """Whether a folder is one that a command wrote."""
+    return not folder.is_symlink() and (folder / CONFIG).is_file() and (folder / REPORT).is_file()
+
+
 def results(folder: Path, askings: Sequence[Asking]) -> list[Kept]:
     """List what commands wrote into a workbench's folder, each of the system that knows its settings."""
     found = []
     for one in sorted(folder.iterdir()):
-        if PLAIN.fullmatch(one.name) and not one.is_symlink() and (one / CONFIG).is_file() and (one / REPORT).is_file():
+        if PLAIN.fullmatch(one.name) and is_result(one):
             for asking in askings:
                 try:
                     settings = differences(settings_of(one, asking.parameters))

@@ -11,12 +11,13 @@ from nicegui import ui
 from elusive.errors import DataError
 from elusive.model import Model
 from elusive.workbench.asking import FOLLOW, Asked, listed, refused
-from elusive.workbench.files import PLAIN, UPLOAD_MOST_BYTES
+from elusive.workbench.files import PLAIN, UPLOAD_MOST_BYTES, in_folder, stranger
 from elusive.workbench.form import Form, FormTools, are_right
+from elusive.workbench.guessing import kind_of
 from elusive.workbench.jobs import Job, away
-from elusive.workbench.kept_runs import FOLDER, Kept, settings_of, track
+from elusive.workbench.kept_runs import Kept, is_result, settings_of, track
 from elusive.workbench.live import Live, serves, watch
-from elusive.workbench.own_runs import RunList, asking_of, show_none, show_run
+from elusive.workbench.own_runs import RunList, asking_of, run_named, show_none, show_run
 from elusive.workbench.parts import Changed, LiveDrawing, errors_shown, refuse
 from elusive.workbench.run_bar import RunBar
 from elusive.workbench.session import state_of
@@ -47,6 +48,19 @@ class OwnState:
         self.noun = noun
         self.given.setdefault(noun, {})
         self.models.setdefault(noun, asking_of(noun).parameters())
+
+    def take(self, file: str) -> None:
+        """Take a file of the folder, or the results in it, for what it seems to be."""
+        if is_result(SETTINGS.folder / file):
+            self.again(run_named(file))
+        elif stranger(SETTINGS.folder, SETTINGS.folder / file):
+            raise DataError(f"{file}: leads out of the workbench's folder; put a copy there.")
+        elif noun := kind_of(SETTINGS.folder / file):
+            self.choose(noun)
+            self.given[noun][asking_of(noun).asked[0].name] = file
+            self.seen = self.live = None
+        else:
+            raise DataError(f"{file}: does not tell what it is; say what you have, and choose it there.")
 
     def again(self, run: Kept) -> None:
         """Take a run's files and settings, and see it."""
@@ -127,7 +141,7 @@ class _Page:
                 one.label, value=bool(value), on_change=lambda event: given.update({one.name: event.value})
             )
         elif one.is_file:
-            names = _names()
+            names = in_folder(SETTINGS.folder)
             if typed and value and value not in names:
                 names.append(str(value))
             chosen = [str(value)] if typed and value else [name for name in listed(str(value)) if name in names]
@@ -275,14 +289,14 @@ class _Page:
             self._show()
 
 
-def _names() -> list[str]:
-    """Return what stands in the workbench's folder and can be a recording or a part of one."""
-    return sorted(one.name for one in SETTINGS.folder.iterdir() if PLAIN.fullmatch(one.name) and one.name != FOLDER)
-
-
-async def own_page() -> None:
-    """Build the page."""
+async def own_page(run: str = "", file: str = "") -> None:
+    """Build the page; with the run that is opened, or with a file of the folder."""
     head(PATH)
     state = await state_of("own", OwnState)
+    with errors_shown():
+        if run:
+            state.again(run_named(run))
+        elif file in in_folder(SETTINGS.folder):
+            state.take(file)
     with main(TITLE, LEAD):
         _Page(state)

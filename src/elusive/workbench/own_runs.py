@@ -12,9 +12,9 @@ from elusive.errors import DataError
 from elusive.model import Model
 from elusive.workbench.asking import Asking, asking
 from elusive.workbench.exports import table_html
+from elusive.workbench.files import FOLDER
 from elusive.workbench.kept_runs import (
     CONFIG,
-    FOLDER,
     REPORT,
     Kept,
     each_setting,
@@ -26,6 +26,7 @@ from elusive.workbench.kept_runs import (
 )
 from elusive.workbench.parts import Drawing, errors_shown
 from elusive.workbench.settings import SETTINGS
+from elusive.workbench.shell import RECOLOUR
 from elusive.workbench.why_none import tries, why_none
 
 COMPARED_MOST = 6
@@ -75,6 +76,7 @@ def show_run(run: Kept) -> None:
             f'<iframe class="ew-report" src="{address}/{REPORT}" title="Report of {run.name}" '
             'sandbox="allow-scripts allow-downloads"></iframe>', sanitize=False,
         ).classes("w-full")  # fmt: skip
+        ui.run_javascript(RECOLOUR)
     with ui.element("div").classes("ew-row"):
         for name in run.files:
             ui.button(name, on_click=lambda name=name: ui.download(f"{address}/{name}", name)).props(
@@ -86,6 +88,26 @@ def show_run(run: Kept) -> None:
         ui.label("The same without a browser, in the workbench's folder:")
         config = f"{run.folder.relative_to(SETTINGS.folder)}/{CONFIG}" if run.settings else ""
         ui.label(shown_command(asking_of(run.noun), run.given, config)).classes("ew-code")
+
+
+def all_runs() -> list[Kept]:
+    """List the runs that are kept, and results of the command line in the folder."""
+    askings = [asking_of(one.noun) for one in SETTINGS.recordings]
+    return [*kept_runs(SETTINGS.folder), *results(SETTINGS.folder, askings)]
+
+
+def run_named(name: str) -> Kept:
+    """Return a run.
+
+    Raises
+    ------
+    DataError
+        If there is none of that name.
+    """
+    for run in all_runs():
+        if run.name == name:
+            return run
+    raise DataError(f"{name!r:.60}: is no run that is kept here; it may have been deleted.")
 
 
 class RunList:
@@ -105,8 +127,7 @@ class RunList:
 
     def show(self) -> None:
         """Build it anew from what stands in the folder."""
-        made = kept_runs(SETTINGS.folder)
-        runs = [*made, *results(SETTINGS.folder, [asking_of(one.noun) for one in SETTINGS.recordings])]
+        made, runs = kept_runs(SETTINGS.folder), all_runs()
         chosen: dict[str, bool] = {}
         self._box.clear()
         with self._box:

@@ -18,10 +18,10 @@ from elusive.io.atomic import existing_folder
 from elusive.report.page import LIVE_SCRIPTS
 from elusive.workbench.asking import Recording
 from elusive.workbench.blocks import HELD
-from elusive.workbench.files import UPLOAD_MOST_BYTES
+from elusive.workbench.files import FOLDER, UPLOAD_MOST_BYTES
 from elusive.workbench.guard import LOOPBACK, Guard
 from elusive.workbench.jobs import POOL
-from elusive.workbench.kept_runs import FOLDER, served_file
+from elusive.workbench.kept_runs import served_file
 from elusive.workbench.live import LIVE
 from elusive.workbench.own_page import PATH, TITLE, own_page
 from elusive.workbench.session import is_asked_anew

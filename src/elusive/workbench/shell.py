@@ -14,6 +14,10 @@ from elusive.workbench.settings import SETTINGS
 OWN = ("/own", "Your recording")  # path and title of the page on which any recording is tracked
 DARK = {"auto": None, "light": False, "dark": True}
 COOKIE = "elusive_colours"  # found on the next page
+RECOLOUR = (  # reports, which cannot see the page that they stand in
+    f"const chosen = document.cookie.match(/{COOKIE}=(\\w+)/)?.[1] ?? 'auto';"
+    "for (const one of document.querySelectorAll('iframe')) one.src = one.src.split('#')[0] + '#' + chosen;"
+)
 
 
 class Page(NamedTuple):
@@ -50,7 +54,9 @@ def head(here: str) -> None:
 
         def choose(event: Any) -> None:
             dark.set_value(DARK[event.value])
-            ui.run_javascript(f"document.cookie = '{COOKIE}={event.value}; path=/; SameSite=Strict; max-age=31536000'")
+            ui.run_javascript(
+                f"document.cookie = '{COOKIE}={event.value}; path=/; SameSite=Strict; max-age=31536000';{RECOLOUR}"
+            )
 
         ui.select(
             {"auto": "as the system", "light": "light", "dark": "dark"},

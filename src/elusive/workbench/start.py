@@ -1,12 +1,20 @@
-"""The start page: one card a system, each with an example that runs in one click."""
+"""The start page: what lies in the folder, the latest runs, a card a system with an example that runs at a click."""
 
 from __future__ import annotations
 
 import secrets
+from collections.abc import Iterator
+from contextlib import contextmanager
+from urllib.parse import quote
 
 from nicegui import ui
 
+from elusive.workbench.files import in_folder
+from elusive.workbench.kept_runs import kept_runs
+from elusive.workbench.settings import SETTINGS
 from elusive.workbench.shell import OWN, head, main, pages
+
+RECENT = 4  # runs
 
 LEAD = (
     "Draw a scene, place sensors, tune, watch and measure. Each card opens one system; its example runs at once, and "
@@ -17,25 +25,44 @@ LEAD = (
 def start_page() -> None:
     """Build the page."""
     head("/")
-    with main("What shall be tracked?", LEAD), ui.element("div").classes("ew-cards"):
-        with ui.element("article").classes("ew-card"):
-            ui.html(f"<h2>{OWN[1]}</h2>", sanitize=False)
-            ui.html(
-                "<p>Frames, a radio network's log, a signal, a radar's plots or video, bearings: choose the files, "
-                "press Run, and see the report. Runs are kept and compared.</p>", sanitize=False,
-            ).classes("ew-grow")  # fmt: skip
-            with ui.element("div").classes("ew-row"):
-                ui.button("Open a recording", on_click=lambda: ui.navigate.to(OWN[0])).props("unelevated no-caps")
-        for page in pages():
-            with ui.element("article").classes("ew-card"):
-                ui.html(f"<h2>{page.title}</h2>", sanitize=False)
-                ui.html(f"<p>{page.summary}</p>", sanitize=False)
-                ui.html(f"<p><b>Example:</b> {page.example}</p>", sanitize=False).classes("ew-grow")
+    with main("What shall be tracked?", LEAD):
+        _opening()
+        with ui.element("div").classes("ew-cards"):
+            with _card(OWN[0], OWN[1]):
+                ui.html(
+                    "<p>Frames, a radio network's log, a signal, a radar's plots or video, bearings, recorded or live: "
+                    "choose the files, press Run, and see the report. Runs are kept and compared.</p>", sanitize=False,
+                ).classes("ew-grow")  # fmt: skip
                 with ui.element("div").classes("ew-row"):
-                    ui.button(
-                        "Run the example",
-                        on_click=lambda path=page.path: ui.navigate.to(f"{path}?example={secrets.token_hex(4)}"),
-                    ).props(f'unelevated no-caps aria-label="Run the example: {page.title}"')
-                    ui.button("Open", on_click=lambda path=page.path: ui.navigate.to(path)).props(
-                        f'flat no-caps aria-label="Open {page.title}"'
-                    )
+                    ui.button("Open a recording", on_click=lambda: ui.navigate.to(OWN[0])).props("unelevated no-caps")
+            for page in pages():
+                with _card(page.path, page.title):
+                    ui.html(f"<p>{page.summary}</p>", sanitize=False)
+                    ui.html(f"<p><b>Example:</b> {page.example}</p>", sanitize=False).classes("ew-grow")
+                    with ui.element("div").classes("ew-row"):
+                        ui.button(
+                            "Run the example",
+                            on_click=lambda path=page.path: ui.navigate.to(f"{path}?example={secrets.token_hex(4)}"),
+                        ).props(f'unelevated no-caps aria-label="Run the example: {page.title}"')
+                        ui.button("Open", on_click=lambda path=page.path: ui.navigate.to(path)).props(
+                            f'flat no-caps aria-label="Open {page.title}"'
+                        )
+
+
+@contextmanager
+def _card(path: str, title: str) -> Iterator[None]:
+    with ui.element("article").classes("ew-card"):
+        ui.html(f'<img src="/workbench{path}.svg" alt="" class="ew-picture"><h2>{title}</h2>', sanitize=False)
+        yield
+
+
+def _opening() -> None:
+    """Build what opens anything in the folder, and the latest runs."""
+    with ui.element("section").classes("ew-box w-full"), ui.element("div").classes("ew-row"):
+        names = in_folder(SETTINGS.folder)
+        ui.select(
+            names, label="Open anything in the workbench's folder" if names else "The workbench's folder is empty",
+            with_input=True, on_change=lambda event: ui.navigate.to(f"{OWN[0]}?file={quote(event.value)}"),
+        ).props('dense outlined options-dense data-field="anything"').classes("ew-anything")  # fmt: skip
+        for run in kept_runs(SETTINGS.folder)[:RECENT]:
+            ui.link(run.name, f"{OWN[0]}?run={quote(run.name)}").props(f'aria-label="Open {run.name}"')

@@ -35,9 +35,17 @@ async def build(example: bool) -> None:
         await bench.run()
 
 
+def _example(scene: SignalScene) -> str:
+    (path,) = scene.paths
+    return (
+        f"an object {scene.sensor.object_size} samples long that moves {path.velocity[0]:g} samples a frame, from "
+        f"frame {path.appears} to {path.leaves} (counted from 0) of {scene.frames}, {scene.samples} samples each."
+    )
+
+
 PAGE = Page(
     "/signals", TITLE,
     "Objects without a shape in a one-dimensional signal: map of the statistic, threshold, detections, tracks, errors.",
-    "an object 5 samples long that moves 2 samples a frame, from frame 10 to 69 of 80, 600 samples each.",
+    _example(SignalScene()),
     build,
 )  # fmt: skip

@@ -1,0 +1,34 @@
+"""What kind of recording a file is, by its ending, its shape or its columns; a person may say otherwise."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+ENDINGS = {
+    ".mp4": "images", ".avi": "images", ".mov": "images", ".mkv": "images", ".tif": "images", ".tiff": "images",
+    ".wav": "signal", ".sigmf-meta": "signal", ".sigmf-data": "signal", ".pcap": "video", ".ast": "radar",
+}  # fmt: skip
+COLUMNS = (("azimuth", "bearings"), ("arrival", "bearings"), ("rss", "links"), ("range_m", "radar"), ("tx", "links"))
+HEAD_BYTES = 4096
+
+
+def kind_of(path: Path) -> str:
+    """Return the noun of the command that tracks a file or a folder; nothing where that cannot be told."""
+    ending = path.suffix.lower()
+    if path.is_dir():
+        return "images"
+    if ending in ENDINGS:
+        return ENDINGS[ending]
+    try:
+        if ending == ".npy":
+            return "images" if np.load(path, mmap_mode="r").ndim == 3 else "signal"
+        if ending == ".npz":
+            with np.load(path) as arrays:
+                return "video" if "azimuth_rad" in arrays or "azimuth_deg" in arrays else "images"
+        with path.open("rb") as file:
+            head = file.read(HEAD_BYTES).split(b"\n")[0].decode("utf-8", "replace").lower()
+    except (OSError, ValueError):
+        return ""
+    return next((noun for word, noun in COLUMNS if word in head), "")

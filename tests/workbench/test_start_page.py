@@ -1,0 +1,95 @@
+"""The start page: a picture a system, the latest runs, and whatever lies in the folder, opened as what it is."""
+
+from __future__ import annotations
+
+import shutil
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from elusive.cli import main
+from elusive.systems.registry import SYSTEMS
+from elusive.workbench.guessing import kind_of
+from tests.workbench.conftest import Served
+from tests.workbench.test_links_page import OpenTab, field, told
+
+PICTURES = Path(__file__).parents[2] / "src" / "elusive" / "workbench" / "static"
+
+
+def test_every_page_has_its_picture() -> None:
+    paths = [import_module(system.page).PAGE.path for system in SYSTEMS if system.page is not None]
+    assert all((PICTURES / f"{path[1:]}.svg").is_file() for path in (*paths, "/own"))
+
+
+def test_a_card_says_what_its_example_does() -> None:
+    from elusive.systems.signals.page import PAGE
+    from elusive.systems.signals.scene import SignalScene, draw_signal
+
+    truth = draw_signal(SignalScene()).truth[:, 0, 0]
+    there = np.flatnonzero(np.isfinite(truth))
+    assert f"from frame {there[0]} to {there[-1]} (counted from 0) of {len(truth)}, 600 samples each" in PAGE.example
+
+
+@pytest.mark.parametrize(
+    ("name", "head", "noun"),
+    [
+        ("a.csv", "time_s,sensor,azimuth_deg\n", "bearings"),
+        ("b.csv", "time_s,tx,rx,channel,rss_dbm\n", "links"),
+        ("c.csv", "time_s,range_m,bearing_deg\n", "radar"),
+        ("d.mp4", "", "images"),
+        ("e.wav", "", "signal"),
+        ("f.pcap", "", "video"),
+        ("g.csv", "colour,size\n", ""),
+        ("h.npy", "no array", ""),
+    ],
+)
+def test_a_file_tells_what_it_is(tmp_path: Path, name: str, head: str, noun: str) -> None:
+    (tmp_path / name).write_text(head)
+    assert kind_of(tmp_path / name) == noun
+
+
+def test_arrays_and_folders_tell_what_they_are(tmp_path: Path) -> None:
+    np.save(tmp_path / "signal.npy", np.zeros((4, 9)))
+    np.save(tmp_path / "frames.npy", np.zeros((4, 9, 9)))
+    assert [kind_of(tmp_path / name) for name in ("signal.npy", "frames.npy", ".")] == ["signal", "images", "images"]
+
+
+def test_anything_in_the_folder_is_opened_as_what_it_is(served: Served, open_tab: OpenTab, tmp_path: Path) -> None:
+    for words in (
+        ["simulate", "bearings", "--out", str(tmp_path)],
+        ["track", "bearings", str(tmp_path / "bearings.csv"), "--sensors", str(tmp_path / "sensors.csv"),
+         "--sigma-deg", "2", "--out", str(served.folder / "old result")],
+    ):  # fmt: skip
+        with pytest.raises(SystemExit) as ended:
+            main(words)
+        assert ended.value.code in (0, None)
+    shutil.copy(tmp_path / "bearings.csv", served.folder / "heard.csv")
+    page = open_tab(width=800, scheme="dark").page
+    page.goto(served.address)
+    page.wait_for_function(
+        "[...document.querySelectorAll('.ew-picture')].length === 6 && "
+        "[...document.querySelectorAll('.ew-picture')].every((one) => one.naturalWidth > 0)"
+    )
+    assert page.evaluate("document.documentElement.scrollWidth") <= 800
+
+    def choose(name: str) -> None:
+        page.locator('[data-field="anything"]').first.click()
+        page.get_by_role("option", name=name, exact=True).click()
+
+    choose("heard.csv")
+    told(page, "Bearings from a few places")
+    page.wait_for_function("document.querySelector('input[data-field=bearings]')?.value === 'heard.csv'")
+    page.goto(served.address)
+    choose("old result")
+    page.frame_locator('iframe[title="Report of old result"]').locator(".drawing[data-ready=yes]").wait_for()
+    assert field(page, "sigma_deg").input_value() == "2"
+    page.frame_locator("iframe").locator("body.body--dark").wait_for()
+    page.get_by_label("Colours").click()  # those chosen by hand are the report's, too, and stay so
+    page.get_by_role("option", name="light", exact=True).click()
+    page.frame_locator("iframe").locator("body.body--light").wait_for()
+    page.reload()
+    page.frame_locator("iframe").locator("body.body--light").wait_for()
+    page.goto(f"{served.address}/own?run=009-gone.csv")
+    told(page, "'009-gone.csv': is no run that is kept here; it may have been deleted.")
