@@ -146,3 +146,19 @@ def test_seven_ships_of_a_turning_antenna_are_found(elusive_in: Run, tmp_path: P
     assert "At most 7 ships at a time" in said
     assert "turns in 2.400 s" in said
     assert len(list(open_radar_plots(tmp_path / "plots.csv"))) in (60, 61)
+
+
+def test_ships_that_break_a_constraint_are_told(elusive_in: Run, tmp_path: Path) -> None:
+    """Of three ships one goes north-west, within the courses or outside of them."""
+    plots(tmp_path)
+    command = [*TRACK, "--config", "constraints.yaml", *RADAR, "--knowledge", "none"]
+    for last_deg, code_expected, failing_expected in ((359.0, 0, set()), (200.0, 3, {"radar.constraints"})):
+        course = {"kind": "course", "from_deg": 10.0, "to_deg": last_deg}
+        (tmp_path / "constraints.yaml").write_text(yaml.safe_dump({"constraints": [course]}))
+        code, said = elusive_in(*command)
+        assert code == code_expected, said
+        assert failing(tmp_path) == failing_expected
+    (tmp_path / "constraints.yaml").write_text(yaml.safe_dump({"constraints": [{"kind": "speed", "upper_kn": 9}]}))
+    code, said = elusive_in(*command)
+    assert code != 0
+    assert "upper_mps" in said

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import shapely
 
-from elusive.charts import ExactWater, FieldWater, IntervalWater
+from elusive.charts import CourseBounds, ExactWater, FieldWater, IntervalWater, Lane, SpeedBounds
 from elusive.contracts import Births
 from elusive.filters import BernoulliFilter, ExistenceParticleFilter, ParticleFilter
 from elusive.filters.gaussian.extended_kalman import ExtendedKalmanFilter
@@ -157,6 +157,8 @@ KNOWLEDGE: dict[str, tuple[Any, ...]] = {
     "none": (),
     "the sensor's view": (FieldOfView(),),
     "banks": (IntervalWater(lower_m=1.0, upper_m=23.0, sigma_m=1.0),),
+    "speeds and courses": (SpeedBounds(upper_mps=20.0, sigma_mps=2.0), CourseBounds(from_deg=290.0, to_deg=250.0)),
+    "a lane": (Lane(path_m=((0.0, 11.0), (24.0, 11.0)), width_m=16.0, sigma_m=1.0, one_way=False),),
     "a chart": (ExactWater().bind(COAST),),
     "view, chart and a user's own": (FieldOfView(), FieldWater().bind(COAST), OwnKnowledge()),
 }

@@ -2,6 +2,7 @@
 
 from elusive.charts.biased import BiasedWater, CoastBias
 from elusive.charts.coast import Coast, CoastPart
+from elusive.charts.constraints import CourseBounds, Lane, SpeedBounds
 from elusive.charts.displaced import DisplacedWater
 from elusive.charts.exact import ExactWater
 from elusive.charts.field import FieldWater
@@ -21,13 +22,16 @@ __all__ = [
     "Coast",
     "CoastBias",
     "CoastPart",
+    "CourseBounds",
     "DisplacedWater",
     "ExactWater",
     "FieldWater",
     "GridWater",
     "HardWater",
     "IntervalWater",
+    "Lane",
     "NearestWater",
+    "SpeedBounds",
     "Water",
     "WaterModel",
 ]

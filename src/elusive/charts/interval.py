@@ -10,8 +10,8 @@ from typing import Literal, Self
 import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import Field, model_validator
-from scipy.special import log_ndtr
 
+from elusive.charts.constraints import log_between
 from elusive.contracts import Array, X, Y
 from elusive.errors import ParameterError
 from elusive.model import Model, NonNegative
@@ -47,11 +47,4 @@ class IntervalWater(Model):
 
     def _log(self, at: Array) -> Array:
         upper = self.sigma_m if self.upper_sigma_m is None else self.upper_sigma_m
-        return _log_above(at - self.lower_m, self.sigma_m) + _log_above(self.upper_m - at, upper)
-
-
-def _log_above(excess: Array, sigma: float) -> Array:
-    """Log probability that an error of this deviation does not exceed what there is to spare."""
-    if sigma > 0:
-        return np.asarray(log_ndtr(excess / sigma))
-    return np.where(excess >= 0, 0.0, -np.inf)
+        return log_between(at, (self.lower_m, self.upper_m), self.sigma_m, upper)

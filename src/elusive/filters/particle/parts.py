@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import Field, SerializeAsAny
 from scipy.special import expit, logit
 
+from elusive.charts.constraints import CourseBounds, Lane, SpeedBounds
 from elusive.charts.interval import IntervalWater
 from elusive.contracts import Array, Birth, Knowledge, Motion, Sensor
 from elusive.errors import DataError, ParameterError
@@ -30,7 +31,9 @@ else:
     BuiltInSensor = Annotated[ImageSensor | ClutterSensor, Field(discriminator="kind")]
     AnySensor = Annotated[SerializeAsAny[BuiltInSensor], or_own(Sensor)]
     AnyBirth = Annotated[SerializeAsAny[ImageBirth], or_own(Birth)]
-    BuiltInKnowledge = Annotated[FieldOfView | IntervalWater, Field(discriminator="kind")]
+    BuiltInKnowledge = Annotated[
+        FieldOfView | IntervalWater | SpeedBounds | CourseBounds | Lane, Field(discriminator="kind")
+    ]
     AnyKnowledge = Annotated[SerializeAsAny[BuiltInKnowledge], or_own(Knowledge)]
 
 

@@ -11,6 +11,7 @@ from pydantic import Field, model_validator
 
 from elusive.charts import Coast, ExactWater, FieldWater, GridWater, HardWater, NearestWater, Water, WaterModel
 from elusive.charts.charted_area import ChartedAreaParameters
+from elusive.charts.constraints import Constraint
 from elusive.contracts import Array, Knowledge, Motion
 from elusive.errors import ParameterError
 from elusive.filters.particle.coast_error import CoastError, with_coast
@@ -155,6 +156,11 @@ class RadarTracking(Model):
     knowledge: MapUse = Field(FieldWater(), description="How the chart is used")
     charted: ChartedAreaParameters = Field(ChartedAreaParameters(), description="What the charts are taken to say")
     coast: CoastError = Field(CoastError(), description="How the coast's error behaves over time")
+    constraints: tuple[Constraint, ...] = Field(
+        (),
+        description="What else bounds ships: speed, course, a lane; keys of a configuration",
+        json_schema_extra=FROM_RECORDING,
+    )
     radar: RecordedRadar = Field(RecordedRadar(), description="The radar")
     motion: ShipMotion = Field(
         UnderWay(), description="How ships move: under way all the time, or lying at anchor at times"
@@ -229,6 +235,6 @@ class RadarTracking(Model):
                 backdrop = LandEchoes(sensor, self.knowledge.bind(coast), land_plots, way)
         rules = {name: getattr(self.tracker, name) for name in DetectionRules.model_fields}
         return DetectionTracker(
-            **rules, motion=motion, sensor=sensor, knowledge=tuple(knowledge), backdrop=backdrop,
+            **rules, motion=motion, sensor=sensor, knowledge=(*knowledge, *self.constraints), backdrop=backdrop,
             particles=self.particles,
         )  # fmt: skip

@@ -36,7 +36,7 @@ class RadarSimulation(Sailing):
     """Parameters of `elusive simulate radar`."""
 
     main_options: ClassVar[tuple[str, ...]] = (
-        "speed_mps", "turn_radius_m", "interval_s", "ship_length_m", "coast_echoes", "range_sd_m", "bearing_sd_mrad",
+        "speed_mps", "turn_radius_m", "interval_s", "coast_echoes", "range_sd_m", "bearing_sd_mrad",
         "detection_probability", "false_alarms",
         "max_range_m", "seed",
     )  # fmt: skip
