@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 import sys
 import threading
 import time
@@ -259,6 +260,53 @@ def test_files_that_are_no_log_are_refused(tmp_path):
     np.save(tmp_path / "holes.npy", np.full((1, 7), np.nan))
     with pytest.raises(DataError, match="no time"):
         list(open_link_log(tmp_path / "holes.npy", NODES, layout="link-channel"))
+
+
+def test_snapshots_of_a_matrix_and_rows_of_receivers_are_the_same_frames(tmp_path, monkeypatch):
+    """One channel, all nodes; what a node hears of itself is not read; with a node that tells nothing for a sweep."""
+    size, rng = len(NODES.names), np.random.default_rng(0)
+    heard = np.round(rng.normal(-60, 5, (4, size, size)))  # of [sender, receiver]
+    links = directed_links_of(size)
+    expected = heard[:, links[:, 0], links[:, 1]]
+    matrix = "\n".join(",".join([f"{k}", *map(str, frame.ravel())]) for k, frame in enumerate(heard))
+    rows = [
+        ",".join(
+            [NODES.names[rx], *("" if tx == rx else str(heard[k, tx, rx]) for tx in range(size)), f"{k + rx / 100}"]
+        )
+        for k in range(len(heard))
+        for rx in range(size)
+    ]
+    frames = list(open_link_log(saved(tmp_path, matrix), NODES, layout="matrix"))
+    np.testing.assert_array_equal([frame.rss_dbm[:, 0] for frame in frames], expected)
+    np.save(tmp_path / "log.npy", np.column_stack([np.arange(4.0), heard.reshape(4, -1)]))
+    frames = list(open_link_log(tmp_path / "log.npy", NODES, layout="matrix"))
+    np.testing.assert_array_equal([frame.rss_dbm[:, 0] for frame in frames], expected)
+
+    text = "\n".join([*rows[: 2 * size], *rows[2 * size + 1 :]])  # the first node is silent in the third sweep
+    expected[2, links[:, 1] == 0] = np.nan
+    log = open_link_log(saved(tmp_path, text), NODES, layout="receiver")
+    for again in (log, log):
+        frames = list(again)
+        np.testing.assert_array_equal([frame.rss_dbm[:, 0] for frame in frames], expected)
+        np.testing.assert_allclose([frame.time_s for frame in frames], np.arange(4) + (size - 1) / 100)
+    monkeypatch.setattr(sys, "stdin", SimpleNamespace(buffer=io.BytesIO(text.encode())))
+    assert len(list(open_link_log("-", NODES, layout="receiver"))) == 4
+
+
+@pytest.mark.parametrize(
+    ("text", "layout", "said"),
+    [
+        ("n9" + ",-50" * len(NODES.names) + ",0\n", "receiver", "is not in the list of nodes"),
+        (NODES.names[0] + ",-50" * (len(NODES.names) + 1) + ",0\n", "receiver", "a level of each of the"),
+        (NODES.names[0] + ",-50" * len(NODES.names) + ",now\n", "receiver", "column of the time: 'now' is no number"),
+        ("0" + ",-50" * len(NODES.names) ** 2 + "\n", "channel-link", "as layout='matrix' it would fit"),
+        ("0" + ",-50" * (len(NODES.names) ** 2 - 1) + "\n", "matrix", "pairs of"),
+        ("0" + ",55,60,45" * len(NODES.names) ** 2 + "\n", "matrix", "has no reading"),
+    ],
+)
+def test_matrices_and_rows_that_are_wrong_are_refused(tmp_path, text, layout, said):
+    with pytest.raises(DataError, match=re.escape(said)):
+        list(open_link_log(saved(tmp_path, text), NODES, layout=layout))
 
 
 def test_a_long_log_takes_no_more_memory_than_a_short_one(tmp_path):

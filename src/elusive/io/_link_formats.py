@@ -21,7 +21,8 @@ from elusive.sensors.radio_network import RadioNodes, directed_links_of
 LONG = ("time_s", "tx", "rx", "channel", "rss_dbm")
 TIME = "time_s"
 LISTENX = "listenx"
-LAYOUTS = ("channel-link", "link-channel", LISTENX)
+MATRIX, RECEIVER = "matrix", "receiver"
+LAYOUTS = ("channel-link", "link-channel", MATRIX, RECEIVER, LISTENX)
 IN_MILLISECONDS = 1e3
 
 Row = tuple[str, float, Array]  # where it stands, time [s], readings (D, C) [dBm]
@@ -32,7 +33,7 @@ class Columns(NamedTuple):
 
     time: int  # column of the time
     times_a_second: float  # units of the time in a second
-    link: NDArray[np.int64]  # (K,) directed link of each other column, in their order
+    link: NDArray[np.int64]  # (K,) directed link of each other column, in their order; -1: none, it is not read
     channel: NDArray[np.int64]  # (K,)
     channels: tuple[str, ...]
     delimiter: str | None
@@ -40,7 +41,8 @@ class Columns(NamedTuple):
     def readings(self, values: Array, links: int) -> tuple[float, Array]:
         """Return a row's time [s] and its readings ``(D, C)``, NaN where no column holds one."""
         levels = np.full((links, len(self.channels)), np.nan)
-        levels[self.link, self.channel] = np.delete(values, self.time)
+        read = self.link >= 0
+        levels[self.link[read], self.channel[read]] = np.delete(values, self.time)[read]
         return float(values[self.time]) / self.times_a_second, levels
 
 
@@ -82,15 +84,21 @@ def named_columns(cells: list[str], delimiter: str | None, nodes: RadioNodes, wh
 
 def plain_columns(width: int, delimiter: str | None, layout: str, nodes: RadioNodes, where: str) -> Columns:
     """Lay out rows of ``width`` numbers without a header: the time and every link on every channel."""
-    links = len(nodes.names) * (len(nodes.names) - 1)
+    size = len(nodes.names)
+    links = size * (size if layout == MATRIX else size - 1)
     channels, left = divmod(width - 1, links)
     if left or channels < 1:
+        each = f"{size} by {size} pairs" if layout == MATRIX else f"{links} directed links"
+        other = layout != MATRIX and not (width - 1) % size**2
         raise DataError(
-            f"{where}: has {width - 1} readings beside the time, no multiple of the {links} directed links of "
-            f"{len(nodes.names)} nodes; is a column missing, or a node not in the list?"
+            f"{where}: has {width - 1} readings beside the time, no multiple of the {each} of {size} nodes; "
+            + (f"as layout={MATRIX!r} it would fit." if other else "is a column missing, or a node not in the list?")
         )
     first, second = np.divmod(np.arange(width - 1), channels if layout == "link-channel" else links)
     link, channel = (first, second) if layout == "link-channel" else (second, first)
+    if layout == MATRIX:
+        tx, rx = np.divmod(link, size)
+        link = np.where(tx == rx, -1, tx * (size - 1) + rx - (rx > tx))
     last = layout == LISTENX
     names = tuple(str(k) for k in range(channels))
     return Columns(width - 1 if last else 0, IN_MILLISECONDS if last else 1.0, link, channel, names, delimiter)

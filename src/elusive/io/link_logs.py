@@ -7,6 +7,7 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import chain
 from pathlib import Path
 
@@ -15,6 +16,7 @@ import numpy as np
 from elusive.errors import DataError
 from elusive.io import _link_formats as formats
 from elusive.io._link_formats import LAYOUTS, LISTENX, LONG, Row
+from elusive.io._link_rows import receiver_rows
 from elusive.io.sources.feed import Feed
 from elusive.io.sources.lines import STRICT, Lines, after, chained, comes_once, lines_of
 from elusive.sensors.radio_network import RadioNodes, RssFrame
@@ -34,7 +36,6 @@ class LinkLog:
     channels: tuple[str, ...]
     _read: Callable[[], Iterator[Row]] = field(repr=False)
     _missing_above_dbm: float = field(repr=False)
-
     again: bool = True  # whether it can be read more than once
 
     def after(self, empty: LinkLog) -> tuple[LinkLog, int]:
@@ -124,8 +125,9 @@ def open_link_log(
     layout
         Of numbers without a header: ``channel-link`` (the time [s], then all links of the first channel, and so on),
         ``link-channel`` (the time, then all channels of the first link, and so on), or ``listenx`` (all links of the
-        first channel, and so on, then the time in milliseconds). Links as in
-        :func:`~elusive.sensors.radio_network.directed_links_of`.
+        first channel, and so on, then the time in milliseconds), links as in
+        :func:`~elusive.sensors.radio_network.directed_links_of`; ``matrix`` (the time, then a row a transmitter, a
+        level a receiver, its own not read); ``receiver`` (a row a node: its name, what it heard of each, the time).
     channels
         Channels of a long log; by default those of its first frame.
     period_s
@@ -166,7 +168,7 @@ def open_link_log(
     named = formats.TIME in cells or not any(map(formats.is_number, cells))
 
     def lines() -> Lines:
-        """Give the lines after the header; standard input goes on where it is, once."""
+        """Give the lines after the header; what comes once goes on where it is."""
         if comes_once(name):
             return live if named else chained([first], live)
         again = lines_of(name, feed)
@@ -174,6 +176,9 @@ def open_link_log(
 
     if named and layout is not None:
         raise DataError(f"{where}: names the columns itself; leave layout={layout!r} out.")
+    if layout == formats.RECEIVER:
+        read = partial(receiver_rows, delimiter=delimiter, nodes=nodes, name=name, feed=feed)
+        return LinkLog(name, ("0",), lambda: read(lines()), missing_above_dbm, not comes_once(name))
     links = len(nodes.names) * (len(nodes.names) - 1)
     if named and set(LONG) <= set(cells):
         return _open_long(name, lines, cells, delimiter, nodes, channels, period_s, missing_above_dbm, feed)
@@ -196,8 +201,9 @@ def open_link_log(
 
 
 def _open_array(path: Path, nodes: RadioNodes, layout: str | None, missing_above_dbm: float) -> LinkLog:
-    if layout is None:
-        raise DataError(f"{path}: an array does not name its columns; give layout, one of {', '.join(LAYOUTS)}.")
+    if layout in (None, formats.RECEIVER):
+        known = ", ".join(one for one in LAYOUTS if one != formats.RECEIVER)
+        raise DataError(f"{path}: an array does not name its columns; give layout, one of {known}.")
     try:
         table = np.load(path, mmap_mode="r", allow_pickle=False)
     except (OSError, ValueError):
