@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import math
 
 import numpy as np
 import pytest
@@ -40,6 +41,16 @@ def erring(seed, turned_deg=0.0, late=0):
             azimuth[second] = before.azimuth_rad[before.sensor == 1][0]
         sets[k] = sets[k]._replace(azimuth_rad=azimuth)
     return sets
+
+
+def imprecise(seed, times=5.0):
+    """The second sensor's bearings scatter so many times as far as was told."""
+    rng = np.random.default_rng([seed, 8])
+    more = np.deg2rad(SIGMA_DEG) * math.sqrt(times**2 - 1)
+    return [
+        one._replace(azimuth_rad=one.azimuth_rad + (one.sensor == 1) * rng.normal(0, more, len(one.sensor)))
+        for one in flown(seed)
+    ]
 
 
 def two_alternating(seed):
@@ -93,6 +104,7 @@ WRONG = {
     "too sure": (flown, SITES_M, SIGMA_DEG / 10, "they fit with a deviation of"),
     "north": (lambda seed: erring(seed, turned_deg=6.0), SITES_M, SIGMA_DEG, "azimuths of sensor 2 are"),
     "clock": (lambda seed: erring(seed, late=3), SITES_M, SIGMA_DEG, "sensor 2"),
+    "imprecise": (imprecise, SITES_M, SIGMA_DEG, "sensor 2 reports lies"),
     "misplaced": (flown, np.add(SITES_M, [(0, 0), (15, 0), (0, 0)]), SIGMA_DEG, "sensor 2"),
 }
 

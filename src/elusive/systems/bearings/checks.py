@@ -14,7 +14,7 @@ from elusive.systems.bearings.causes import cause_of
 from elusive.systems.bearings.choices import FLAT, BatchMap, Estimation, GraphFilter
 from elusive.systems.bearings.faults import fault_finding, fault_of
 from elusive.systems.bearings.heard import sensors_of
-from elusive.systems.bearings.leftovers import FAR, FEW, Scale, leftovers, scale_of
+from elusive.systems.bearings.leftovers import FAR, FEW, Leftovers, Scale, least_precise, leftovers, scale_of
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.tracking.track import Step
 
@@ -48,8 +48,13 @@ def track_findings(
     flt = parameters.filter
     solid = "z" in known[0].state.state_names
     sensor = parameters.sensor_of(sites, type(known[0].measurement), solid)
-    scale = scale_of(leftovers(known, sensor, flt if isinstance(flt, Estimation) else None))
-    found += [*_residuals(scale, known, parameters, sites, said), _convergence(known, parameters, said)]
+    left = leftovers(known, sensor, flt if isinstance(flt, Estimation) else None)
+    scale = scale_of(left)
+    found += [
+        *_residuals(scale, known, parameters, sites, said),
+        _uneven(left, sites, said),
+        _convergence(known, parameters, said),
+    ]
     found += [_manoeuvres(known, said), _alone(known, parameters, solid, said)]
     places = np.array([step.tracks[0].mean[[X, Y]] for step in known])
     spread = np.array([step.tracks[0].covariance[np.ix_([X, Y], [X, Y])] for step in known])
@@ -135,6 +140,18 @@ def _residuals(
     )  # fmt: skip
     found.append(fault_finding(fault_of(steps, parameters, sites), said))
     return found
+
+
+def _uneven(left: Leftovers, sites: SensorSites, said: str) -> Finding:
+    """Check that no sensor is far less precise than was told, which the others' residuals hide."""
+    number, size = least_precise(left)
+    return Finding(
+        "bearings.uneven", number < 0, 1.0, size if number >= 0 else 1.0,
+        f"{_upper(said + 'what sensor')} {sites.names[number]} reports lies {size:.2g} times as far from the track as "
+        "its deviation allows in the median: it is less precise than was told, or errs in another way, and draws the "
+        "track with it.",
+        f"Leave {sites.names[number]} out, or tell a deviation that holds for it.",
+    )  # fmt: skip
 
 
 def _convergence(steps: Sequence[Step], parameters: BearingTracking, said: str) -> Finding:
