@@ -305,3 +305,41 @@ def test_what_cannot_be_is_refused(elusive_in: Run, tmp_path: Path, write, told:
     code, said = elusive_in(*TRACK, *write(tmp_path))
     assert code == 2, said
     assert told in said
+
+
+def test_a_radar_that_sails_under_a_chart_tells_ships_from_the_coast(elusive_in: Run, tmp_path: Path) -> None:
+    """Twelve echoes of a shore 3 km off, one ship 20 m before it and one at sea; the radar turns on its way."""
+
+    def lonlat(*places: tuple[float, float]) -> list[list[float]]:
+        return FRAME.to_lonlat(np.array(places, dtype=float)).tolist()  # type: ignore[no-any-return]
+
+    ways = {
+        "own": ((-1500, 0), (0, 0), (600, 300)),
+        "near": ((-700, 2980), (500, 2980)),
+        "sea": ((1500, 1500), (500, 700)),
+    }
+    for name, way in ways.items():
+        rows = [f"{lon},{lat}" for lon, lat in lonlat(*way)]
+        (tmp_path / f"{name}.csv").write_text("\n".join(["lon_deg,lat_deg", *rows]))
+    ring = lonlat((-6000, 3000), (6000, 3000), (6000, 9000), (-6000, 9000), (-6000, 3000))
+    shape = {"type": "Polygon", "coordinates": [ring]}
+    box = [number for corner in lonlat((-6500, -6500), (6500, 9500)) for number in corner]
+    land = {
+        "type": "FeatureCollection",
+        "bbox": box,
+        "features": [{"type": "Feature", "properties": {}, "geometry": shape}],
+    }
+    (tmp_path / "coast.geojson").write_text(json.dumps(land))
+    place = ["--radar-lat-deg", "53.9", "--radar-lon-deg", "10.2", "--max-range-m", "5000", "--bearing-sd-mrad", "3"]
+    sailed = ["--own-route", "own.csv", "--coast-echoes", "12", "--interval-s", "3", "--doppler-probability", "0"]
+    code, said = elusive_in(
+        "simulate", "radar", "--route", "near.csv", "--route", "sea.csv", "--chart", "coast.geojson", *sailed, *place,
+        "--detection-probability", ".9", "--false-alarms", "1", "--out", "sailed",
+    )  # fmt: skip
+    assert code == 0, said
+    command = ["track", "radar", "sailed/plots.csv", "--truth", "sailed/truth.csv", "--chart", "coast.geojson", *place]
+    code, said = elusive_in(*command, "--coast-sigma-m", "10", "--particles", "500", "--strict", "--out", "out")
+    assert code == 0, said
+    assert not [one for one in json.loads((tmp_path / "out/checks.json").read_text()) if not one["holds"]]
+    assert "At most 2 ships at a time, in 2 tracks." in said
+    assert "The radar's way" in said

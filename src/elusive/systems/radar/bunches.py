@@ -19,10 +19,21 @@ from elusive.tracking.detection_targets import Target
 
 NEAR_M = 250.0  # of each other: plots of a long ship
 MOST = 0.1  # plots near a plot, beyond what the ring round it says of others that come by
-HALF = 0.5  # P(water) below which a plot is on land
+HALF, OFFSHORE_M = 0.5, 150.0  # P(water) below which a place is land; as far from it is at sea
 EXPLAINED = 4.0  # deviations from a ship within which a plot is its
 LONG, MIDDLE, SELDOM = math.log(80.0), 0.25, 0.1  # of a hull's plots half lie in its middle half
 FEW = 20  # plots from which something is said
+
+
+def at_sea(places: Array, water: Water | None) -> NDArray[np.bool_]:
+    """Whether places ``(m, 2)`` [m] have no charted land near, whose echoes come in bunches; all without a chart."""
+    if water is None or not len(places):
+        return np.ones(len(places), dtype=bool)
+    angles = np.arange(8) * (math.pi / 4)
+    ring = OFFSHORE_M * np.column_stack([np.cos(angles), np.sin(angles)])
+    around = (places[:, None] + np.concatenate([np.zeros((1, 2)), ring])).reshape(-1, 2)
+    dry = water.known(around) & (water.probability(around) < HALF)
+    return np.asarray(~dry.reshape(len(places), -1).any(axis=1))
 
 
 class Bunches:
@@ -48,7 +59,7 @@ class Bunches:
     ) -> None:
         """Take in what no hull of a confirmed ship explains, off charted land; of points, every plot."""
         places, _ = sensor.places(scan)
-        counted = np.ones(len(places), dtype=bool) if water is None else water.probability(places) >= HALF
+        counted = at_sea(places, water)
         sure = [target for target in targets if target.life.status == "confirmed"]
         if isinstance(sensor, HullRadar) and sure:
             means, covariances = np.array([one.mean for one in sure]), np.array([one.covariance for one in sure])

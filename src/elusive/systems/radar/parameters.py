@@ -22,7 +22,7 @@ from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_hulls import HullRadar
 from elusive.sensors.radar_scans import RadarScan
 from elusive.systems.radar import bunches
-from elusive.systems.radar.bunches import Bunches
+from elusive.systems.radar.bunches import Bunches, at_sea
 from elusive.systems.radar.land import LandEchoes, land_share
 from elusive.systems.radar.triples import PlotErrors, Triples
 from elusive.tracking.detections import DetectionRules, DetectionTracker
@@ -103,13 +103,11 @@ def survey(scans: Iterable[RadarScan], water: Water | None = None) -> RadarSurve
         triples.add(scan)
         low, high = float(scan.bearing_rad.min(initial=low)), float(scan.bearing_rad.max(initial=high))
         places = RadarSensor().places(scan)[0]
-        ashore = np.zeros(scan.detections, dtype=bool)
         if water is not None:
             known = water.known(places)
-            ashore = known & (water.probability(places) < HALF)
             on_chart += int(known.sum())
-            on_land += int(ashore.sum())
-        bunched.add(scan, places, ~ashore)
+            on_land += int((known & (water.probability(places) < HALF)).sum())
+        bunched.add(scan, places, at_sea(places, water))
         furthest = max(furthest, float(scan.range_m.max(initial=0.0)))
         doppler = scan.doppler_mps[np.isfinite(scan.doppler_mps)]
         fastest = max(fastest, float(np.abs(doppler).max(initial=0.0)))
