@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import json
 import warnings
 
 import numpy as np
@@ -146,3 +147,41 @@ def test_columns_decide_what_is_read(tmp_path, sites):
     assert second.bearings.time_s == second.arrivals.time_s == 1.0
     with pytest.raises(DataError, match="line 2, column arrival_s: 'soon' is no number"):
         list(open_bearings(written(tmp_path, "time_s,sensor,arrival_s\n0,west,soon\n"), sites))
+
+
+def points(*features):
+    return json.dumps({"type": "FeatureCollection", "features": [
+        {"type": "Feature", **more, "geometry": {"type": "Point", "coordinates": place}} for place, more in features
+    ]})  # fmt: skip
+
+
+def test_sensors_may_be_points_of_geojson(tmp_path):
+    text = points(
+        ([8.54, 47.37, 412.0], {"properties": {"sensor": "mast", "name": "other"}}),
+        ([8.55, 47.37], {"properties": {"name": "roof"}}),
+        ([8.54, 47.38], {"id": 7, "properties": None}),
+    )
+    (tmp_path / "sensors.geojson").write_text(text)
+    (tmp_path / "sensors.csv").write_text(
+        "sensor,lon_deg,lat_deg,z_m\nmast,8.54,47.37,412\nroof,8.55,47.37,\n7,8.54,47.38,0\n"
+    )
+    found, table = (read_sensors(tmp_path / name) for name in ("sensors.geojson", "sensors.csv"))
+    assert found.names == table.names == ("mast", "roof", "7")
+    np.testing.assert_array_equal(found.positions_m, table.positions_m)
+    assert found.frame == table.frame
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("{", "is no GeoJSON; write a Point, or a table of sensor,lon_deg,lat_deg"),
+        (points(), "holds no sensor"),
+        (points(([8.5], {"id": 1})), "Point 1: has no longitude and latitude"),
+        (points(([8.5, 47.0], {})), "Point 1: the sensor's name '' is empty or taken"),
+        (points((["a", 47.0], {"id": 1})), "lon_deg"),
+    ],
+)
+def test_refuses_points_that_are_no_sensors(tmp_path, text, sentence):
+    (tmp_path / "sensors.geojson").write_text(text)
+    with pytest.raises(DataError, match=sentence):
+        read_sensors(tmp_path / "sensors.geojson")

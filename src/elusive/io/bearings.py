@@ -6,7 +6,7 @@ import difflib
 import math
 import os
 import warnings
-from collections.abc import Generator, Iterator
+from collections.abc import Generator, Iterable, Iterator
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +15,7 @@ import numpy as np
 
 from elusive.errors import DataError
 from elusive.geometry.local_frame import LocalFrame
+from elusive.io._geojson import GEOJSON, geometries
 from elusive.io._table_lines import TableLine, table_lines
 from elusive.io.sources.feed import Feed
 from elusive.io.sources.lines import STRICT, comes_once, lines_of
@@ -229,18 +230,24 @@ def read_sensors(path: str | os.PathLike[str]) -> SensorSites:
     ----------
     path
         CSV, its first line ``sensor,x_m,y_m`` and perhaps ``z_m``, a sensor a line [m east, north, up]; or
-        ``sensor,lon_deg,lat_deg``, which become metres about the first sensor.
+        ``sensor,lon_deg,lat_deg``, which become metres about the first sensor; or GeoJSON of Points, each named by the
+        property ``sensor`` or ``name``, or its ``id``, its third coordinate the height, where there is one.
 
     Raises
     ------
     DataError
         If the file cannot be read, a line is no place, a name comes twice, or there is none; the sentence says where.
     """
-    with closing(lines_of(str(path))) as lines:
-        header = next((line for _, line in lines if not line.startswith("#")), "")
-    needed, placed = ("sensor", *(GEOGRAPHIC if GEOGRAPHIC[0] in header else PLACES)), _Placing(None)
+    needed, placed = ("sensor", *GEOGRAPHIC), _Placing(None)
+    if Path(path).suffix.lower() in GEOJSON:
+        rows: Iterable[TableLine] = _points(Path(path))
+    else:
+        with closing(lines_of(str(path))) as lines:
+            header = next((line for _, line in lines if not line.startswith("#")), "")
+        needed = ("sensor", *(GEOGRAPHIC if GEOGRAPHIC[0] in header else PLACES))
+        rows = table_lines(path, needed, ("z_m",), "one sensor a line")
     places = dict[str, Place]()
-    for line in table_lines(path, needed, ("z_m",), "one sensor a line"):
+    for line in rows:
         name = line.cells["sensor"]
         if not name or name in places:
             raise DataError(f"{line.where}: the sensor's name {name!r:.60} is empty or taken; give another.")
@@ -249,6 +256,16 @@ def read_sensors(path: str | os.PathLike[str]) -> SensorSites:
     if not places:
         raise DataError(f"{path}: holds no sensor; write {','.join(needed)}, one sensor a line.")
     return SensorSites(tuple(places), np.array(list(places.values())), placed.frame)
+
+
+def _points(path: Path) -> Iterator[TableLine]:
+    """Yield the Points of a GeoJSON file as the lines of a table."""
+    for number, (place, told) in enumerate(geometries(path, "Point", "a table of sensor,lon_deg,lat_deg"), start=1):
+        name = next((told[key] for key in ("sensor", "name", "id") if told.get(key) is not None), "")
+        cells = dict(zip((*GEOGRAPHIC, "z_m"), map(str, place), strict=False))
+        if len(cells) < 2:
+            raise DataError(f"{path}, Point {number}: has no longitude and latitude; write [longitude, latitude].")
+        yield TableLine(f"{path}, Point {number}", {"sensor": str(name), **cells})
 
 
 def radians_suspected(name: str, which: str, greatest: float) -> str:

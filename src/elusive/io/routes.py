@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from elusive.contracts import Array
 from elusive.errors import DataError
+from elusive.io._geojson import GEOJSON, geometries
 from elusive.io._table_lines import table_lines
 
 CORNER = ("x_m", "y_m")
 COLUMNS = ("lon_deg", "lat_deg", "speed_mps")
-GEOJSON = (".geojson", ".json")
 Waypoint = tuple[float, float, float]
 
 
@@ -80,13 +79,7 @@ def _table(path: Path) -> list[Waypoint]:
 
 
 def _line(path: Path) -> list[Waypoint]:
-    try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise DataError(f"{path}: cannot be read ({error.strerror}); check the path.") from None
-    except (ValueError, RecursionError):
-        raise DataError(f"{path}: is no GeoJSON; write a LineString, or a table of {','.join(COLUMNS[:2])}.") from None
-    lines = list(_lines(found))
+    lines = geometries(path, "LineString", f"a table of {','.join(COLUMNS[:2])}")
     if len(lines) != 1:
         raise DataError(f"{path}: holds {len(lines)} LineStrings; a route is one.")
     ((coordinates, properties),) = lines
@@ -99,16 +92,3 @@ def _line(path: Path) -> list[Waypoint]:
     if not np.isfinite(np.array(table).reshape(-1, 3)[:, :2]).all():
         raise DataError(f"{path}: has a coordinate that is not finite; leave it out.")
     return table
-
-
-def _lines(found: Any, properties: Any = None) -> Any:
-    """Yield the coordinates and properties of each LineString, in features and collections too."""
-    if not isinstance(found, dict):
-        return
-    if found.get("type") == "LineString" and isinstance(found.get("coordinates"), list):
-        yield found["coordinates"], properties if isinstance(properties, dict) else {}
-    elif found.get("type") == "Feature":
-        yield from _lines(found.get("geometry"), found.get("properties"))
-    elif found.get("type") == "FeatureCollection" and isinstance(found.get("features"), list):
-        for feature in found["features"]:
-            yield from _lines(feature)
