@@ -34,8 +34,10 @@ from elusive.systems.bearings.run import LIVE_FILES, follow_bearings, track_bear
 
 HEARD = "time_s (or ISO time), sensor, azimuth_deg (from north); elevation_deg, emitter, arrival_s, x_m, y_m perhaps."
 
-SENSORS = "Where sensors stand: .csv of sensor, x_m, y_m, perhaps z_m, or lon_deg, lat_deg; or .geojson. Not if "
-    "the bearings tell it."
+SENSORS = (
+    "Where sensors stand: .csv of sensor, x_m, y_m, perhaps z_m, or lon_deg, lat_deg; or .geojson. Not if the bearings "
+    "tell it."
+)
 
 
 @accepts(BearingTracking)
