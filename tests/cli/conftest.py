@@ -4,10 +4,29 @@ from __future__ import annotations
 
 import signal
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
 from elusive.cli import terminal
+from tests.commands import ran
+
+FRAMES = str.maketrans("│╭╮╰╯─", "      ")
+
+
+@pytest.fixture
+def elusive_in(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> Callable[..., tuple[int, str]]:
+    """Run a command in an empty folder: its exit code, and all it said on one line without the frames round it."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "300")
+
+    def run(*arguments: object) -> tuple[int, str]:
+        code, said = ran(capfd, *arguments)
+        return code, " ".join(said.translate(FRAMES).split())
+
+    return run
 
 
 @pytest.fixture

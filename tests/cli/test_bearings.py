@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from elusive.cli import main
 from elusive.geometry.local_frame import LocalFrame
 from elusive.results import read_tracks_csv
 from tests.bearing_flight import STEPS, path, write_flight
+from tests.commands import ran
 from tests.filters.gaussian.test_range_bank import past
 from tests.json_lines import json_lines
 
@@ -43,14 +43,7 @@ def solid(tmp_path_factory):
 
 
 def run(capsys, *arguments, command=("track", "bearings")):
-    """Exit code and what was said."""
-    try:
-        main([*command, *map(str, arguments)])
-        code = 0
-    except SystemExit as stop:
-        code = stop.code or 0
-    said = capsys.readouterr()
-    return code, " ".join((said.out + said.err).split())
+    return ran(capsys, *command, *arguments)
 
 
 def usual(folder, *more):

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from elusive.cli import main
 from elusive.results import STATUSES, read_tracks_csv
 from elusive.sensors.link_shadowing import LinkShadowing
 from elusive.systems.links.track import LinkTracking
+from tests.commands import ran
 from tests.walked_room import EMPTY, FRAMES, all_missing, changed, walker, write_room
 
 FAR = """
@@ -25,19 +25,8 @@ def network(tmp_path_factory):
     return write_room(tmp_path_factory.mktemp("network"))
 
 
-def run(capsys, *arguments):
-    """Exit code and what was said."""
-    try:
-        main([*map(str, arguments)])
-        code = 0
-    except SystemExit as stop:
-        code = stop.code or 0
-    said = capsys.readouterr()
-    return code, " ".join((said.out + said.err).split())
-
-
 def fit(capsys, log, network, *more):
-    return run(
+    return ran(
         capsys, "fit", "links", log, "--nodes", network / "nodes.csv", "--calibration-frames", EMPTY,
         "--pitch-m", 0.5, *more,
     )  # fmt: skip
@@ -72,7 +61,7 @@ def test_fitted_constants_are_tracked_with(network, tmp_path, capsys):
     assert presence[12:, 1].min() > 0.9
     assert f"Frames with somebody │ {100 * (presence[:, 1] >= 0.5).mean():.0f} %" in said
 
-    code, said = run(
+    code, said = ran(
         capsys, "track", "links", network / "log.csv", "--nodes", network / "nodes.csv", "--config",
         out / "config.yaml", "--out", tmp_path / "tracked",
     )  # fmt: skip

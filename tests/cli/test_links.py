@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from elusive.cli import main
 from elusive.results import STATUSES, read_tracks_csv
+from tests.commands import ran
 from tests.json_lines import json_lines
 from tests.processes import HUNG_S, wait_until
 from tests.walked_room import EMPTY, FRAMES, all_missing, changed, walker, write_room
@@ -25,14 +25,7 @@ def network(tmp_path_factory):
 
 
 def run(capsys, *arguments):
-    """Exit code and what was said."""
-    try:
-        main(["track", "links", *map(str, arguments)])
-        code = 0
-    except SystemExit as stop:
-        code = stop.code or 0
-    said = capsys.readouterr()
-    return code, " ".join((said.out + said.err).split())
+    return ran(capsys, "track", "links", *arguments)
 
 
 def usual(network, *more):

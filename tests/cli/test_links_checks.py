@@ -8,10 +8,10 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from elusive.cli import main
 from elusive.io.link_logs import open_link_log
 from elusive.io.node_files import read_nodes
 from elusive.sensors.radio_network import directed_links_of
+from tests.commands import ran
 from tests.tracking.link_scenes import DATA
 from tests.walked_room import EMPTY, changed, excess_of, other, write_room
 
@@ -37,17 +37,12 @@ def basement(tmp_path_factory):
 def told(capsys, log, nodes, out, *more, empty=RECORDED_EMPTY):
     """Exit code with --strict, names of the findings, and what was said."""
     asked = ["track", "links", log, "--nodes", nodes, "--calibration-frames", empty, "--out", out, "--strict", *more]
-    try:
-        main([*map(str, asked)])
-        code = 0
-    except SystemExit as stop:
-        code = stop.code or 0
-    said = capsys.readouterr()
+    code, said = ran(capsys, *asked)
     checks = out / "checks.json"
     found = json.loads(checks.read_text()) if checks.exists() else []
     found = found if isinstance(found, list) else found["findings"]
     names = {one["name"] for one in found if not one["holds"]}
-    return code, names, " ".join((said.out + said.err).split())
+    return code, names, said
 
 
 def rewritten(basement, folder, change):

@@ -7,14 +7,12 @@ import json
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
 import yaml
 
-from elusive.cli import main
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io import read_truth
 from elusive.results import STATUSES, read_tracks_csv
@@ -30,24 +28,6 @@ RADAR = ["--radar-lat-deg", "52", "--radar-lon-deg", "4"]
 TRACK = ["track", "radar", "plots.csv", "--chart", "coast.geojson", *RADAR, "--out", "deep/out"]
 THESIS = ["--detection-probability", "1", "--false-alarms", "0", "--q", "2.7777777777777777"]
 Run = Callable[..., tuple[int, str]]
-
-
-@pytest.fixture
-def elusive_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Run:
-    """Run a command in an empty folder: its exit code, and all it said on one line without the frames round it."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "300")
-
-    def run(*arguments: object) -> tuple[int, str]:
-        code: Any = 0
-        try:
-            main([str(argument) for argument in arguments])
-        except SystemExit as end:
-            code = end.code or 0
-        said = "".join(capfd.readouterr())
-        return code, " ".join(said.translate(str.maketrans("│╭╮╰╯─", "      ")).split())
-
-    return run
 
 
 def lonlat(*places: tuple[float, float]) -> list[list[float]]:

@@ -14,10 +14,9 @@ from elusive.contracts import Array
 from elusive.io import write_radar_plots_csv
 from elusive.results import STATUSES, read_tracks_csv
 from elusive.sensors.radar import RadarSensor
-from tests.cli.test_radar import FRAME, RADAR, Run, elusive_in
+from tests.cli.test_radar import FRAME, RADAR, Run
 from tests.cli.test_radar_checks import failing
 
-__all__ = ["elusive_in"]
 SENSOR = RadarSensor(
     detection_probability=0.9, false_alarms=2.0, max_range_m=6000.0, doppler_probability=0.0, bearing_sd_mrad=2.0
 )

@@ -13,9 +13,8 @@ import yaml
 from elusive.contracts import Array
 from elusive.io import open_radar_plots, write_radar_plots_csv
 from elusive.sensors.radar import RadarSensor
-from tests.cli.test_radar import FRAME, RADAR, Run, coast, elusive_in
+from tests.cli.test_radar import FRAME, RADAR, Run, coast
 
-__all__ = ["elusive_in"]
 SENSOR = RadarSensor(detection_probability=0.9, false_alarms=1.0, max_range_m=3500.0, doppler_probability=0.0)
 WAYS = [((-2500.0, -1000.0), (4.0, 3.0)), ((-500.0, 2500.0), (3.0, -5.0)), ((1500.0, -2000.0), (-3.0, 5.0))]
 TRACK = ["track", "radar", "plots.csv", "--out", "out", "--strict"]

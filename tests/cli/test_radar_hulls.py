@@ -9,11 +9,10 @@ import pytest
 
 from elusive.io import write_radar_plots_csv
 from elusive.results import STATUSES, read_tracks_csv
-from tests.cli.test_radar import RADAR, Run, elusive_in, lonlat
+from tests.cli.test_radar import RADAR, Run, lonlat
 from tests.cli.test_radar_checks import failing
 from tests.tracking.test_extended_scan import POINT, sailed
 
-__all__ = ["elusive_in"]
 SEEN = ["--bearing-sd-mrad", "2", "--false-alarms", "2"]
 FEW = ["--particles", "1000"]
 TRACK = ["track", "radar", "plots.csv", *RADAR, *SEEN, *FEW, "--knowledge", "none", "--out", "out"]

@@ -9,10 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.test_radar import Run, elusive_in
+from tests.cli.test_radar import Run
 from tests.cli.test_radar_moving import columns_deg, columns_m, turning
 
-__all__ = ["elusive_in"]
 PLACE = ["--radar-lat-deg", "53.9", "--radar-lon-deg", "10.2"]
 LIMITS = ["--max-range-m", "5000", "--max-doppler-mps", "60", "--bearing-sd-mrad", "3", "--particles", "300"]
 TRACK = ["track", "radar", "plots.csv", "--knowledge", "none", *PLACE, *LIMITS]

@@ -17,9 +17,8 @@ from elusive.io._own_way import north_at
 from elusive.io.nmea import checksum
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import OwnShip
-from tests.cli.test_radar import Run, elusive_in
+from tests.cli.test_radar import Run
 
-__all__ = ["elusive_in"]
 FRAME = LocalFrame.at(10.2, 53.9)
 START_S = 1_777_636_800.0  # 2026-05-01T12:00:00Z
 SENSOR = RadarSensor(

@@ -14,7 +14,6 @@ import pytest
 import yaml
 from scipy.io import wavfile
 
-from elusive.cli import main
 from elusive.results import read_tracks_csv
 from elusive.sensors.waveform import NoiseObject, NoiseObjectPath
 
@@ -23,24 +22,6 @@ FAST = ["--smoothing", "0.9", "--max-velocity", "30"]  # at 10 frames a second
 QUICK = ["--smoothing", "0.9", "--max-velocity", "3"]  # a short memory: the law of noise is soon simulated
 SAMPLES, FRAMES = 300, 60
 Run = Callable[..., tuple[int, str]]
-
-
-@pytest.fixture
-def elusive_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Run:
-    """Run a command in an empty folder: its exit code, and all it said on one line without the frames round it."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "300")
-
-    def run(*arguments: object) -> tuple[int, str]:
-        code: Any = 0
-        try:
-            main([str(argument) for argument in arguments])
-        except SystemExit as end:
-            code = end.code or 0
-        said = "".join(capfd.readouterr())
-        return code, " ".join(said.translate(str.maketrans("│╭╮╰╯─", "      ")).split())
-
-    return run
 
 
 def noise_object() -> tuple[np.ndarray, np.ndarray]:

@@ -14,10 +14,9 @@ import pytest
 from elusive.io.replay import replay
 from elusive.results.log import read_tracks_csv
 from tests.brokers import free_port
-from tests.cli.test_radar import Run, elusive_in
+from tests.cli.test_radar import Run
 from tests.systems.test_video import SIMULATION, SMALL, simulate_video
 
-__all__ = ["elusive_in"]
 TOLD = ["--beam-deg", "6", "--pulse-m", "40", "--learning-turns", "4"]
 
 
