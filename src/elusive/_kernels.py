@@ -28,6 +28,32 @@ def add_product(row: Array, factor: float, other: Array) -> None:
 
 
 @njit(cache=True, nogil=True)
+def copy_row(row: Array, source: Array) -> None:
+    """Set a row to another of its length.
+
+    A slice that is assigned would have what words a mismatch of shapes compiled into each kernel that calls this one.
+    """
+    for i in range(len(source)):
+        row[i] = source[i]
+
+
+@njit(cache=True, nogil=True)
+def copy_rows(rows: Array, source: Array) -> None:
+    """Set the first rows to those of a matrix, see :func:`copy_row`."""
+    for i in range(len(source)):
+        for j in range(source.shape[1]):
+            rows[i, j] = source[i, j]
+
+
+@njit(cache=True, nogil=True)
+def add_rows(rows: Array, other: Array) -> None:
+    """Add a matrix to another in place, see :func:`copy_row`."""
+    for i in range(len(other)):
+        for j in range(other.shape[1]):
+            rows[i, j] += other[i, j]
+
+
+@njit(cache=True, nogil=True)
 def propagate_linear(states: Array, F: Array, root: Array, rng: Generator) -> Array:
     """Return ``F s + root n`` for each row s, n standard normal drawn row by row; column by column in memory."""
     n, d = states.shape

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from elusive._kernels import copy_row
 from elusive.contracts import Array
 
 TILE = 8  # cells along a side of a tile
@@ -85,9 +86,10 @@ def list_runs(
     at = np.empty(cells, np.int32)
     for filling in (False, True):
         if filling:
-            first[1:] = np.cumsum(first[1:])
+            for i in range(cells):
+                first[i + 1] += first[i]
+                at[i] = first[i] - 1
             runs = np.empty((first[-1], 2), np.int32)
-            at[:] = first[:-1] - 1
         previous[:] = -2
         for i in range(len(vertices) - 1):
             if last[i]:
@@ -141,7 +143,8 @@ def wind(
                 sign[to] = 1 if by > ay else -1
         if filling:
             break
-        counts[:-1], counts[-1] = counts[1:].copy(), 0
+        copy_row(counts, counts[1:])
+        counts[-1] = 0
     line = np.zeros(columns + 1, np.int32)
     for row in range(rows):
         line[:] = 0

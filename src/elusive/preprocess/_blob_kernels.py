@@ -92,7 +92,8 @@ def centroid_offsets(image: Array, voxels: NDArray[np.int64], reach: int, pedest
                 total += raised
                 offsets[k, 0] += j * raised
                 offsets[k, 1] += i * raised
-        offsets[k] /= total
+        offsets[k, 0] /= total
+        offsets[k, 1] /= total
     return offsets
 
 

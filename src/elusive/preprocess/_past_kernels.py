@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from elusive._kernels import copy_row
 from elusive.preprocess._scale_kernels import BLOCK, FAST, Image, blend, spread_blocks
 
 PRIOR = 10.0  # frames that the neighbourhood's variance counts for beside a pixel's own
@@ -134,7 +135,8 @@ def learn(
     first, last = max(0, roll[0]), max(min(columns, columns + roll[0]), max(0, roll[0]))
     one, prior, bound, longest = np.float32(1), np.float32(PRIOR), np.float32(BOUND), np.float32(memory)
     for row in range(rows):
-        means[row], variances[row], counts[row] = image[row], 0, 1
+        copy_row(means[row], image[row])
+        variances[row], counts[row] = 0, 1
         if not 0 <= row - roll[1] < rows or last <= first:
             continue
         blend(local, (row - (BLOCK - 1) / 2) / BLOCK, between)

@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from elusive._kernels import copy_rows
 from elusive.contracts import Array
 from elusive.preprocess._scale_kernels import FAST, Image
 
@@ -149,7 +150,7 @@ def summits(
                     continue
                 if m == len(found):
                     more = np.empty((2 * m, 9))
-                    more[:m] = found
+                    copy_rows(more, found)
                     found = more
                 xx = s * (2 * here[i] - here[i - 1] - here[i + 1])
                 yy = s * (2 * here[i] - above[i] - below[i])

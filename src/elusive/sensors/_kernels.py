@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from elusive._kernels import BLOCK, add_product, exponentiate
+from elusive._kernels import BLOCK, add_product, copy_row, exponentiate
 from elusive.contracts import INTENSITY, Array, X, Y
 
 OUTSIDE = -100  # row or column of a state whose patch misses the frame: far enough for any patch
@@ -138,7 +138,7 @@ def _blurred(values: Array, taps_x: Array, taps_y: Array, window: Any) -> Array:
     p = width // 2
     row, across = np.zeros(columns + 2 * p), np.zeros((rows + 2 * p, columns))
     for r in range(rows):
-        row[p : p + columns] = values[r]
+        copy_row(row[p : p + columns], values[r])
         line = across[p + r]
         for c in range(columns):
             total = 0.0

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.random import Generator
 
-from elusive._kernels import BLOCK, exponentiate
+from elusive._kernels import BLOCK, copy_row, exponentiate
 from elusive.contracts import VX, VY, Array, X, Y
 
 SIN, COS, RANGE, DOPPLER, DOPPLER_WEIGHT, LATER, LOG_SCALE = range(7)  # columns of a table of plots
@@ -276,7 +276,7 @@ def scan_log_ratio(
             _exponents(x[:size], y[:size], vx, vy, distance, plot, sd, fold, term)
             rows += 1
         if rows == 1:
-            ratio[first : first + size] = terms[0, :size]
+            copy_row(ratio[first : first + size], terms[0, :size])
         else:
             _log_sum(terms[:rows, :size], best[:size], ratio[first : first + size])
     return ratio

@@ -162,7 +162,8 @@ def mean_profiles(
     sums, least, faded = np.zeros((4, len(ends))), np.empty(nodes), np.empty((nodes, places))
     for node in range(nodes):
         least[node] = distances[node].min()
-        faded[node] = np.exp(-distances[node] / lengths[2])
+        for n in range(places):
+            faded[node, n] = np.exp(-distances[node, n] / lengths[2])
     reach = GONE * max(lengths[0], lengths[1])
     for link in range(len(ends)):
         first, second = ends[link, 0], ends[link, 1]

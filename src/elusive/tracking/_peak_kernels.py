@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from elusive._kernels import copy_rows
 from elusive.contracts import Array
 
 GATE = 16.0  # squared deviations within which a peak may be a target's
@@ -25,7 +26,9 @@ def predict(
     old_place, old_velocity, old_variance = np.empty((kinds, 2)), np.empty((kinds, 2)), np.empty((kinds, 3))
     share = np.empty(kinds)
     for i in range(n):
-        old_place[:], old_velocity[:], old_variance[:] = place[i], velocity[i], variance[i]
+        copy_rows(old_place, place[i])
+        copy_rows(old_velocity, velocity[i])
+        copy_rows(old_variance, variance[i])
         before = weight[i].copy()
         for k in range(kinds):
             total = 0.0

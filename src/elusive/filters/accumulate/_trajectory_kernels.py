@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from elusive._kernels import copy_row
 from elusive.contracts import Array
 
 
@@ -86,7 +87,7 @@ def best_moves(
 def _best_shift(score: Array, along: Array, right: NDArray[np.int64], reach: int, circular: bool) -> None:
     rows, columns = score.shape
     for r in range(rows):
-        along[r] = score[r]
+        copy_row(along[r], score[r])
         right[r] = 0
         for i in range(1, 2 * reach + 1):
             move = _nearest(i)

@@ -11,6 +11,7 @@ import math
 import numpy as np
 from numba import njit
 
+from elusive._kernels import add_product, add_rows, copy_rows
 from elusive.contracts import Array
 
 
@@ -96,11 +97,11 @@ def solve(L: Array, Y: Array, g: Array) -> Array:
     x = g.copy()
     for k in range(len(L)):
         if k:
-            x[k] -= Y[k - 1].T @ x[k - 1]
+            add_product(x[k], -1.0, Y[k - 1].T @ x[k - 1])
         forward(L[k], x[k])
     for k in range(len(L) - 1, -1, -1):
         if k + 1 < len(L):
-            x[k] -= Y[k] @ x[k + 1]
+            add_product(x[k], -1.0, Y[k] @ x[k + 1])
         backward(L[k], x[k])
     return x
 
@@ -110,10 +111,10 @@ def marginals(L: Array, Y: Array) -> Array:
     """Diagonal blocks of the inverse, ``(K, d, d)``: the covariance of each state (Takahashi's recursion)."""
     covariance = np.empty_like(L)
     for k in range(len(L) - 1, -1, -1):
-        covariance[k] = inverse(L[k])
+        copy_rows(covariance[k], inverse(L[k]))
         if k + 1 < len(L):
             gain = Y[k].T.copy()
             for column in range(len(gain)):
                 backward(L[k], gain[column])
-            covariance[k] += gain.T @ covariance[k + 1] @ gain
+            add_rows(covariance[k], gain.T @ covariance[k + 1] @ gain)
     return covariance

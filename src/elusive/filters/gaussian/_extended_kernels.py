@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from elusive._kernels import add_product, add_rows, copy_row, copy_rows
 from elusive.contracts import Array, X, Y
 from elusive.filters.gaussian._bearing_kernels import HEIGHT, bearing_rows, curvature, loss_of, move
 from elusive.filters.gaussian._block_kernels import backward, cholesky, forward, marginals
@@ -47,7 +48,8 @@ def update(
         spread = covariance[X, X] + covariance[Y, Y]
         if transitions.solid:
             spread += covariance[HEIGHT, HEIGHT]
-        mean[:], covariance[:] = prior_mean, prior
+        copy_row(mean, prior_mean)
+        copy_rows(covariance, prior)
         n = 0
         for row in range(low, high):
             count = bearing_rows(table, row, at, transitions, residual, H, n)
@@ -166,7 +168,8 @@ def filtered(
     for k in range(started + 1, len(means)):
         mean, covariance = predict(transitions, k - 1, means[k - 1], covariances[k - 1], F)
         log_densities[k] = update(table, k, transitions, loss, iterations, mean, mean, covariance)
-        means[k], covariances[k] = mean, covariance
+        copy_row(means[k], mean)
+        copy_rows(covariances[k], covariance)
 
 
 @njit(cache=True, nogil=True)
@@ -182,8 +185,8 @@ def smoothed(transitions: Transitions, started: int, means: Array, covariances: 
         for i in range(d):
             forward(root, gain[i])
             backward(root, gain[i])
-        means[k] += gain @ (means[k + 1] - mean)
-        covariances[k] += gain @ (covariances[k + 1] - predicted) @ gain.T
+        add_product(means[k], 1.0, gain @ (means[k + 1] - mean))
+        add_rows(covariances[k], gain @ (covariances[k + 1] - predicted) @ gain.T)
 
 
 @njit(cache=True, nogil=True)
@@ -196,5 +199,5 @@ def smoothed_start(path: Array, L: Array, Y: Array, means: Array, covariances: A
             # a row of the gain's transpose is a column of L^-T Y
             backward(L[k], gain[column])
         turned = gain.T.copy()
-        means[k] = path[k] + turned @ (means[k + 1] - path[k + 1])
-        covariances[k] = alone[k] + turned @ (covariances[k + 1] - alone[k + 1]) @ gain
+        copy_row(means[k], path[k] + turned @ (means[k + 1] - path[k + 1]))
+        copy_rows(covariances[k], alone[k] + turned @ (covariances[k + 1] - alone[k + 1]) @ gain)

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from elusive._kernels import add_product, add_rows, copy_rows
 from elusive.contracts import Array
 from elusive.filters.gaussian._bearing_kernels import bearing_rows, line_rows, loss_of, move
 from elusive.filters.gaussian._block_kernels import cholesky, factorise, inverse, solve
@@ -52,7 +53,7 @@ def inverse_noise(transitions: Transitions) -> Array:
     W = transitions.Q.copy()
     for which in range(len(W)):
         cholesky(W[which])
-        W[which] = inverse(W[which])
+        copy_rows(W[which], inverse(W[which]))
     return W
 
 
@@ -107,8 +108,8 @@ def linearise(
     error = np.empty(d)
     A[:] = 0.0
     g[:] = 0.0
-    A[0] += anchor.information
-    g[0] += anchor.pull - anchor.information @ (path[0] - anchor.at)
+    add_rows(A[0], anchor.information)
+    add_product(g[0], 1.0, anchor.pull - anchor.information @ (path[0] - anchor.at))
     for k in range(len(path)):
         for row in range(table.first[k], table.first[k + 1]):
             if len(ranges):

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
+from elusive._kernels import copy_row, copy_rows
 from elusive.contracts import VX, VY, Array, X, Y
 from elusive.filters.gaussian._bearing_kernels import HEIGHT, curvature, distance
 from elusive.filters.gaussian._block_kernels import marginals
@@ -70,9 +71,9 @@ def guessed(table: BearingTable, T: Transitions, anchor: Anchor, loss: Loss, sta
         path = _from_arrivals(table, straight, anchor, start)
     else:
         path = np.empty((K, d))
-        path[0] = anchor.at
+        copy_row(path[0], anchor.at)
         for k in range(1, K):
-            path[k] = straight.F[straight.which[k - 1]] @ path[k - 1]
+            copy_row(path[k], straight.F[straight.which[k - 1]] @ path[k - 1])
         ranges = np.full(len(table.sensor), start.extent_m)
         W, L, Y = inverse_noise(straight), np.empty((K, d, d)), np.empty((K - 1, d, d))
         for _ in range(REWEIGHTED):
@@ -120,7 +121,10 @@ def _from_arrivals(table: BearingTable, T: Transitions, anchor: Anchor, start: S
                 least, best = cost, path
     means, covariances = np.empty((K, d)), np.empty((K, d, d))
     optimise(best, first, no_lines, T, W, anchor, squares, TRIED_ITERATIONS, GUESSED, root, side)
-    means[:tried], covariances[:tried] = best, marginals(root, side)
+    copy_rows(means, best)
+    spread = marginals(root, side)
+    for k in range(tried):
+        copy_rows(covariances[k], spread[k])
     filtered(table, T, squares, FILTER_ITERATIONS, tried - 1, means, covariances, np.zeros(K))
     smoothed(T, tried - 1, means, covariances)
     return means

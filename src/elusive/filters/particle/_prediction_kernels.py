@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from elusive._kernels import BLOCK, add_product
+from elusive._kernels import BLOCK, add_product, copy_rows
 from elusive.contracts import Array, X, Y
 from elusive.filters.particle._kernels import gather, moments_between, total_of, total_product
 from elusive.filters.particle._random_kernels import fill_normal
@@ -182,7 +182,9 @@ def predict(
         while end < n and chosen[end] < starts[cell + 1]:
             end += 1
         if smooth:
-            A[:], shift[:], spread[:] = F, 0.0, root
+            copy_rows(A, F)
+            copy_rows(spread, root)
+            shift[:] = 0.0
         if smooth and end - begin >= LEAST_CHILDREN:
             _smoothed(columns, weights, starts[cell], starts[cell + 1], F, root, A, shift, spread)
         for first in range(begin, end, BLOCK):

@@ -62,7 +62,8 @@ def step(
     if plan.uniform_share < 1.0:
         preference = template_map_gaussian(frame, plan.optics, plan.intensity)
         cells, log_ratio = draw_cells(preference.reshape(-1), new, plan.uniform_share, draws[2])
-        log_mass[n:] = log_ratio + newborn
+        for i in range(new):
+            log_mass[n + i] = log_ratio[i] + newborn
     else:
         cells = uniform_cells(draws[2], new, plan.ranges.cells)
         log_mass[n:] = newborn
