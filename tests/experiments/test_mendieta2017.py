@@ -134,7 +134,7 @@ def test_the_thesiss_numbers_are_as_printed() -> None:
     assert printed["table4_6"] == [("1", 44, 1, 12, 0.707), ("2", 0, 0, 0, 1.0), ("3", 0, 0, 0, 0.986)]
     assert printed["table4_7"] == [("41", 0, 0, 0, 0.99), ("32", 0, 0, 0, 1.0), ("9", 1, 98, 36, 19.433)]
     assert printed["targets"][-1] == ("10", 40, 2, 15, 2.0)
-    for experiment in EXPERIMENTS.values():
+    for experiment in (one for one in EXPERIMENTS.values() if one.thesis):
         assert {value for value, _ in experiment.thesis} == {f"{value:g}" for value in experiment.values}
 
 

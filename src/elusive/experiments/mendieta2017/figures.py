@@ -42,7 +42,9 @@ def draw(path: Path, name: str, cells: list[Cell], awgn_db: float) -> None:
             thesis = [
                 (values.index(v), getattr(run, score.removesuffix("_least"), np.nan)) for v, run in experiment.thesis
             ]
-            axes.plot(*zip(*thesis, strict=True), "x", color="black", markersize=6, label="the thesis's single runs")
+            if thesis:
+                told_by = "the thesis's single runs"
+                axes.plot(*zip(*thesis, strict=True), "x", color="black", markersize=6, label=told_by)
             axes.set_xticks(range(len(values)), values)
             axes.set_xlim(-0.5, len(values) - 0.5)
             axes.set_title(label[:1].upper() + label[1:], fontsize=9)

@@ -50,7 +50,8 @@ def reproduce(
     out
         Folder for the results; the runs themselves stay in ``campaign-*.zarr`` there.
     targets
-        Some of ``targets`` (section 4.2.1), ``table4_4`` to ``table4_7``; none means all of them.
+        Some of ``targets`` (section 4.2.1), ``table4_4`` to ``table4_7``, ``bits`` and ``ber`` (sections 3.5 and 3.6,
+        which print no run); none means all of them.
     methods
         Some of ``thesis``, ``image``, ``links``, ``binary``; none means all. An experiment none of them is for is left
         out.

@@ -69,6 +69,14 @@ EXPERIMENTS = {
         ("thesis", "image", "links"),
         (("41", Single(0, 0, 0, 0.99)), ("32", Single(0, 0, 0, 1.0)), ("9", Single(1, 98, 36, 19.433))),
     ),
+    "bits": Experiment(
+        "Quantisation bits (section 3.5)", "bits a value", "simulation.quantiser.bits", (5, 6, 8, 16),
+        ("thesis", "image"), (),
+    ),
+    "ber": Experiment(
+        "Bit error rate of the channel (section 3.6)", "bit error rate", "simulation.quantiser.bit_error_rate",
+        (0.0, 1e-6, 1e-4, 1e-3, 1e-2), ("thesis", "image"), (),
+    ),
 }  # fmt: skip
 
 
