@@ -350,7 +350,8 @@ def test_a_damaged_file_never_ends_in_a_traceback(tmp_path: Path, data: st.DataO
     path.write_bytes(content[: data.draw(st.integers(0, len(content)))])
     try:
         for frame in open_signal(path, frame_samples=20 if suffix == ".wav" else None):
-            assert np.isfinite(frame.samples).all()
+            # an empty field, as where a line ends in its comma, is a sample that is missing
+            assert not np.isinf(frame.samples).any()
     except DataError as error:
         assert str(path) in str(error)  # noqa: PT017
 
