@@ -244,13 +244,21 @@ def test_everything_is_written_and_says_the_same(tracked: tuple[Path, np.ndarray
         assert result["map_time"].values[0] == 1.25
 
 
-@pytest.mark.parametrize("rate_hz", [4.0, 30000 / 1001, 0.1])
-def test_a_rate_changes_the_unit_of_velocities_and_of_what_is_given(rate_hz: float) -> None:
+@pytest.fixture(scope="module")
+def counted() -> tuple[np.ndarray, list[Step[Any]]]:
+    """Frames, and their steps where time counts frames."""
     frames, _ = simulated(60, one(leaves=59), 1)
+    return frames, list(track_signal(frames, SignalTracking(filter={"border": "circular"})))
+
+
+@pytest.mark.parametrize("rate_hz", [4.0, 30000 / 1001, 0.1])
+def test_a_rate_changes_the_unit_of_velocities_and_of_what_is_given(
+    counted: tuple[np.ndarray, list[Step[Any]]], rate_hz: float
+) -> None:
+    frames, steps = counted
     parameters = SignalTracking(filter={"border": "circular"})
-    counted = list(track_signal(frames, parameters))
     timed = list(track_signal(frames, parameters.bind(400, 1 / rate_hz), np.arange(60) / rate_hz))
-    for a, b in zip(counted, timed, strict=True):
+    for a, b in zip(steps, timed, strict=True):
         assert b.time_s == pytest.approx(a.time_s / rate_hz)
         assert a.state.threshold == b.state.threshold
         assert [track[:2] for track in a.tracks] == [track[:2] for track in b.tracks]
