@@ -160,6 +160,15 @@ def test_what_befalls_tracks_is_told_once() -> None:
     assert gone["events"] == [[3.0, "gone on from the checkpoint, 7.5 s after the last", None], [3.0, "ended", 1]]
 
 
+def test_what_is_followed_and_not_shown_is_no_track_of_the_page() -> None:
+    told = record(0.0)
+    told["tracks"][0]["shown"] = 0.0
+    _, more = LiveDrawing("frames").take(told)
+    assert more["status"] == [[0], [0]]
+    assert more["events"] == []
+    assert more["panels"][0]["layers"][-1]["sure"] == [0]
+
+
 def test_a_frame_larger_than_a_picture_is_shown_smaller() -> None:
     frame = np.asarray(Image.new("F", (1280, 1024), 3.0))
     seen = Seeing(None)(frame)

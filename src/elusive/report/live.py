@@ -34,6 +34,7 @@ class LiveDrawing:
         self._size: Sequence[int] | None = None  # rows and columns of what is seen, at the resolution it was taken
         self._extent: draw.Extent | None = None
         self._status: dict[int, str] = {}
+        self._slowest = 1.0  # to be seen on the axis [ms]
 
     def take(self, record: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
         """Yield what a line of a live run comes to: a drawing at first, then what is added to it.
@@ -84,7 +85,7 @@ class LiveDrawing:
         )
 
     def _more(self, record: Mapping[str, Any]) -> dict[str, Any]:
-        time_s, tracks = float(record["time_s"]), record["tracks"]
+        time_s, tracks = float(record["time_s"]), [_as_shown(track) for track in record["tracks"]]
         seen = record.get("seen", {})
         layers = [*self._seen(seen, time_s), *(self._track(track, time_s) for track in tracks)]
         places = [(track[f"x_{self._unit}"], track[f"y_{self._unit}"]) for track in tracks]
@@ -102,12 +103,12 @@ class LiveDrawing:
             for track in there
         ]  # fmt: skip
         waited = draw.line([time_s], [record["latency_ms"]], "--mark", key="latency", name="latency")
-        self._slowest = max(getattr(self, "_slowest", 1.0), 1.2 * record["latency_ms"])
+        self._slowest = max(self._slowest, 1.2 * record["latency_ms"])
         wide: dict[str, Any] = {"layers": [waited], "extent": [time_s, time_s, 0.0, self._slowest]}
         confirmed = sum(track["status"] == "confirmed" for track in tracks)
         return {
-            "times": [time_s], "panels": [plane, {"layers": curves}, wide], "events": self._events(record, time_s),
-            "status": [[confirmed], [record.get("dropped", 0)]],
+            "times": [time_s], "panels": [plane, {"layers": curves}, wide],
+            "events": self._events(record, tracks, time_s), "status": [[confirmed], [record.get("dropped", 0)]],
         }  # fmt: skip
 
     def _seen(self, seen: Mapping[str, Any], time_s: float) -> Iterator[draw.Layer]:
@@ -159,8 +160,10 @@ class LiveDrawing:
         if known:
             self._extent = draw.about(known, ROOM, AT_LEAST[self._unit])
 
-    def _events(self, record: Mapping[str, Any], time_s: float) -> list[list[Any]]:
-        now = {int(track["track"]): str(track["status"]) for track in record["tracks"]}
+    def _events(
+        self, record: Mapping[str, Any], tracks: Sequence[Mapping[str, Any]], time_s: float
+    ) -> list[list[Any]]:  # fmt: skip
+        now = {int(track["track"]): str(track["status"]) for track in tracks}
         found: list[list[Any]] = []
         if record.get("gap_s"):
             words = "gone on from the checkpoint" if record.get("resumed") else "nothing came"
@@ -172,3 +175,8 @@ class LiveDrawing:
         found += [[time_s, "ended", number] for number in ended]
         self._status = {number: status for number, status in now.items() if status != "deleted"}
         return found
+
+
+def _as_shown(track: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return a track as a candidate where its system follows it and does not show it."""
+    return {**track, "status": "candidate"} if track["status"] == "confirmed" and track.get("shown") == 0 else track
