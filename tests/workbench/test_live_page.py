@@ -58,7 +58,7 @@ def test_a_recording_that_is_written_is_watched_paused_resumed_and_kept(served: 
     choose("sensors", "live sensors.csv")
     field(page, "sigma_deg").fill("0.5")
     button(page, "Run").click()
-    page.locator('[data-live="live"]').wait_for()
+    page.locator('[data-live="live"]').wait_for(timeout=300_000)  # on a new machine kernels are compiled first
     has_come(page, FIRST - 2)
     live = button(page, "Live: show what comes")
     assert live.get_attribute("aria-pressed") == "true"
