@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import time
 from typing import ClassVar
 
+import numpy as np
 from pydantic import Field
 
 from elusive.charts import Coast, FieldWater, Water
@@ -17,6 +19,8 @@ from elusive.tracking.evidence_maps import EvidenceRules, EvidenceTracker
 from elusive.tracking.lifecycle import Lifecycle
 
 MOST_BYTES = 2e9  # of cells and what is learnt of them
+OF_CELL, OF_TURN = 190.0, 4e7  # what a turn's cell takes, and its targets, in logarithms of an array: measured
+PROBED = 1 << 18  # logarithms that are timed
 
 
 class RecordedVideo(RadarVideo):
@@ -88,3 +92,15 @@ def bytes_held(sensor: RadarVideo, learning_turns: int) -> float:
     """Memory that a run takes for cells: of a turn, of what is learnt, and of turns that wait [bytes]."""
     rows, columns = sensor.shape
     return float(rows * columns * (4 * learning_turns + 40))
+
+
+def seconds_a_turn(sensor: RadarVideo) -> float:
+    """Time that a turn takes of one core of this machine, by that of a logarithm here; good to a factor of two [s]."""
+    values = np.linspace(0.5, 2.0, PROBED, dtype=np.float32)
+    taken = []
+    for _ in range(5):
+        began = time.thread_time()
+        np.log(values)
+        taken.append(time.thread_time() - began)
+    rows, columns = sensor.shape
+    return min(taken) / PROBED * (OF_CELL * rows * columns * max(1.0, sensor.grouped / 4) + OF_TURN)

@@ -16,7 +16,7 @@ from elusive.geometry.local_frame import LocalFrame
 from elusive.preprocess.clutter_map import ClutterMap, ClutterState
 from elusive.sensors.radar_video import EvidenceTurn, RadarVideo, TurnGatherer, VideoTurn
 from elusive.sensors.spokes import Spokes
-from elusive.systems.video.parameters import MOST_BYTES, PlotFinding, VideoTracking, bytes_held
+from elusive.systems.video.parameters import MOST_BYTES, PlotFinding, VideoTracking, bytes_held, seconds_a_turn
 
 BEYOND = 5.0  # evidence at which the clutter's law is tried
 
@@ -27,12 +27,16 @@ class VideoStart(NamedTuple):
     sensor: RadarVideo
     frame: LocalFrame | None  # about the radar's first place; None where that is not known
     held_bytes: float  # what cells take, of turns and of what is learnt
+    turn_s: float  # what a turn takes of one core, about
 
     @property
     def sentence(self) -> str:
         """What is taken, before it is."""
         rows, columns = self.sensor.shape
-        return f"A turn is {rows} x {columns} cells; they take {self.held_bytes / 1e6:.3g} MB, however long it lasts."
+        return (
+            f"A turn is {rows} x {columns} cells; they take {self.held_bytes / 1e6:.3g} MB, however long it lasts, and "
+            f"about {self.turn_s:.1g} s a turn of one core."
+        )
 
 
 class Heard(NamedTuple):
@@ -70,13 +74,13 @@ def start_of(
             "give the radar's own beam and pulse, or fewer --learning-turns."
         )
     if lon_deg is not None and lat_deg is not None:
-        return VideoStart(sensor, LocalFrame.at(lon_deg, lat_deg), needed)
+        return VideoStart(sensor, LocalFrame.at(lon_deg, lat_deg), needed, seconds_a_turn(sensor))
     known = first.lonlat_deg[np.isfinite(first.lonlat_deg).all(axis=1)]
     if needs_place and not len(known):
         raise DataError(
             f"{needs_place}: the recording does not say where the radar is; give --radar-lat-deg and --radar-lon-deg."
         )
-    return VideoStart(sensor, LocalFrame.at(*known[0].tolist()) if len(known) else None, needed)
+    return VideoStart(sensor, LocalFrame.at(*known[0].tolist()) if len(known) else None, needed, seconds_a_turn(sensor))
 
 
 def turns_of(
