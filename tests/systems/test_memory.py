@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from collections import Counter
 from itertools import islice
 
 import numpy as np
@@ -23,6 +24,10 @@ from elusive.systems.radar.parameters import RadarTracking, survey
 from elusive.systems.radar.results import Surroundings
 from elusive.systems.radar.setting import bind_all
 from elusive.systems.radar.track import track_radar
+from elusive.systems.video.parameters import VideoTracking
+from elusive.systems.video.simulate import VideoSimulation, scenario_of, spokes_of
+from elusive.systems.video.track import track_video
+from elusive.systems.video.turns import heard, start_of, turns_of
 from elusive.tracking.memory import Memory
 from tests.bearing_flight import write_flight
 from tests.walked_room import EMPTY, write_room
@@ -97,3 +102,18 @@ def test_targets_in_frames_are_gone_on_with(kind):
         yield from track_images((f.pixels for f in fresh), parameters, (f.time_s for f in fresh), memory)
 
     check(run, [Frame(float(k), frame) for k, frame in enumerate(frames)], 14)
+
+
+def test_ships_in_radar_video_are_gone_on_with():
+    radar = {"spokes": 256, "samples": 160, "step_m": 20.0, "pulse_m": 40.0, "beam_deg": 6.0, "start_m": 200.0}
+    simulation = VideoSimulation(turns=16, ships=2, snr_db=(14, 18), coast_north_m=None, radar=radar, seed=4)
+    rng = np.random.default_rng(4)
+    spokes = list(spokes_of(scenario_of(simulation, rng), simulation, rng))
+    told = VideoTracking(radar={"beam_deg": 6.0, "pulse_m": 40.0})
+    start = start_of(spokes, told, None, None)
+    tracker, _ = told.bind(start.sensor, None)
+
+    def run(turns, memory):
+        return track_video(heard(turns, told.clutter, 6, None, memory=memory), tracker, 0, start.frame, memory)
+
+    check(run, list(turns_of(spokes, start, 0.0, Counter())), 9)

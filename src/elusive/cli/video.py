@@ -12,7 +12,7 @@ import typer
 from rich.markup import escape
 
 from elusive.cli.given import accepts, parameters_of
-from elusive.cli.live import Follow, IdleS, To, check_live, feed_of, run_live, sinks_of, tell
+from elusive.cli.live import Follow, IdleS, To, check_live, feed_of, memory_of_run, run_live, sinks_of, tell
 from elusive.cli.recorded import SHIPS, bare, cutoff_in, tell_run, truth_of
 from elusive.cli.terminal import Config, Out, Strict, bar, check_scores, console
 from elusive.io.arrivals import fed
@@ -89,10 +89,10 @@ def track_video_command(
         "radar_lon_deg": radar_lon, "radar_lat_deg": radar_lat, "charts": chart or (), "needs_place": geographic,
     }  # fmt: skip
     if feed is not None:
-        coming = fed(source, feed)
+        coming, memory = fed(source, feed), memory_of_run()
 
         def run(told: Callable[[LiveStep], None]) -> LiveEnd:
-            end = follow_video(coming, parameters, out, told, **setting)
+            end = follow_video(coming, parameters, out, told, memory=memory, **setting)
             for remark in source.remarks():
                 tell(remark)
             return end

@@ -17,7 +17,8 @@ from elusive.systems.video.parameters import VideoTracking
 from elusive.systems.video.resting import resting_of, write_resting
 from elusive.systems.video.results import ADDED
 from elusive.systems.video.track import lay, track_video
-from elusive.systems.video.turns import heard, start_of, turns_of
+from elusive.systems.video.turns import VideoStart, heard, start_of, turns_of
+from elusive.tracking.memory import Memory
 from elusive.tracking.track import Step
 
 LIVE_FILES = ("tracks.csv", "resting.csv", "checks.json", "config.yaml")
@@ -33,6 +34,7 @@ def follow_video(
     radar_lat_deg: float | None = None,
     charts: Sequence[str | Path] = (),
     needs_place: str = "",
+    memory: Memory | None = None,
 ) -> LiveEnd:
     """Track ships while a radar's video comes: a turn's rows stand in the file before the next is taken.
 
@@ -50,6 +52,8 @@ def follow_video(
         Called after each turn.
     radar_lon_deg, radar_lat_deg, charts, needs_place
         As :func:`~elusive.systems.video.track.track_video_recording` takes them.
+    memory
+        Where the tracker, and what is known of clutter, are kept; a full one is gone on from.
 
     Returns
     -------
@@ -63,9 +67,12 @@ def follow_video(
     ParameterError
         If the parameters do not fit what comes.
     """
-    spokes = iter(coming)
-    first = list(islice(spokes, 1))
-    start = start_of(first, parameters, radar_lon_deg, radar_lat_deg, needs_place or ("chart" if charts else ""))
+    spokes, memory = iter(coming), memory or Memory()
+    first = list(islice(spokes, 1)) if memory.held is None else []
+    start: VideoStart = memory.first
+    if memory.held is None:
+        start = start_of(first, parameters, radar_lon_deg, radar_lat_deg, needs_place or ("chart" if charts else ""))
+        memory.first = start
     tracker, laid = lay(start, charts, parameters)
     counts, judged = Counter[str](), Judged()
     turns = turns_of(
@@ -75,8 +82,8 @@ def follow_video(
 
     def steps() -> Iterator[Step]:
         nonlocal last
-        tracked = heard(turns, parameters.clutter, parameters.learning_turns, laid.open_water)
-        for last in track_video(tracked, tracker, parameters.seed, start.frame):
+        tracked = heard(turns, parameters.clutter, parameters.learning_turns, laid.open_water, memory=memory)
+        for last in track_video(tracked, tracker, parameters.seed, start.frame, memory):
             judged.add(last.state.heard)
             yield last
 

@@ -24,6 +24,7 @@ from elusive.systems.video.parameters import VideoTracking
 from elusive.systems.video.results import ADDED, VideoOutcome, VideoRun
 from elusive.systems.video.turns import Heard, VideoStart, heard, start_of, turns_of, water_map
 from elusive.tracking.evidence_maps import EvidenceState, EvidenceTracker
+from elusive.tracking.memory import Memory
 from elusive.tracking.track import Step
 
 WET = 0.5  # P(water) from which a cell's clutter is the sea's
@@ -42,6 +43,7 @@ def track_video(
     tracker: EvidenceTracker,
     seed: int = 0,
     frame: LocalFrame | None = None,
+    memory: Memory | None = None,
 ) -> Iterator[Step]:
     """Track ships through turns of evidence, lazily; a live stream and a file are the same.
 
@@ -55,16 +57,20 @@ def track_video(
         Root of all random numbers.
     frame
         What a track's longitude and latitude are known from.
+    memory
+        Where the state is kept; a full one is gone on from, and the turns that it knows are left out by ``heard``.
 
     Yields
     ------
     Step
         After each turn; its measurement is the turn's evidence, its state a :class:`VideoState`.
     """
+    memory = memory or Memory()
     rng = np.random.default_rng(seed)
-    belief = tracker.init(rng)
+    belief, rng, _ = memory.held or (tracker.init(rng), rng, None)
     for one in turns:
         belief = tracker.step(belief, one.turn.time_s, one.turn, rng)
+        memory.keep(one.turn.time_s, belief, rng, one.clutter)
         tracks = belief.tracks
         if frame is not None and tracks:
             lonlat = frame.to_lonlat(np.array([track.mean[[X, Y]] for track in tracks])).tolist()

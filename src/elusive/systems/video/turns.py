@@ -17,6 +17,7 @@ from elusive.preprocess.clutter_map import ClutterMap, ClutterState
 from elusive.sensors.radar_video import EvidenceTurn, RadarVideo, TurnGatherer, VideoTurn
 from elusive.sensors.spokes import Spokes
 from elusive.systems.video.parameters import MOST_BYTES, PlotFinding, VideoTracking, bytes_held, seconds_a_turn
+from elusive.tracking.memory import Memory
 
 BEYOND = 5.0  # evidence at which the clutter's law is tried
 
@@ -116,18 +117,22 @@ def heard(
     learning_turns: int,
     open_water: Callable[[tuple[float, float]], NDArray[np.bool_]] | None,
     on_turn: Callable[[int], None] | None = None,
+    memory: Memory | None = None,
 ) -> Iterator[Heard]:
     """Yield each turn with what it says; the first wait until clutter has been learnt from them.
+
+    ``memory`` is that of :func:`~elusive.systems.video.track.track_video`: what it knows of clutter is gone on from.
 
     Raises
     ------
     DataError
         If there is no whole turn.
     """
-    state: ClutterState | None = None
+    memory = memory or Memory()
+    state: ClutterState | None = None if memory.held is None else memory.held[2]
     waiting: list[VideoTurn] = []
     done = 0
-    for turn in turns:
+    for turn in memory.new(turns):
         sea = None if open_water is None else open_water(turn.place)
         held = math.nan
         if state is not None and state.turns >= learning_turns:
