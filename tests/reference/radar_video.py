@@ -6,24 +6,22 @@ import numpy as np
 
 
 def gathered(amplitude, rows, samples, shape):
-    """Sum of the mean root amplitude of neighbouring samples, row by row."""
+    """Sum of the mean power of neighbouring samples, row by row."""
     total = np.zeros(shape)
     for spoke, row in zip(amplitude.astype(float), rows, strict=True):
-        total[row] += (spoke[: shape[1] * samples].reshape(shape[1], samples) ** 0.5).mean(axis=1)
+        total[row] += (spoke[: shape[1] * samples].reshape(shape[1], samples) ** 2).mean(axis=1)
     return total
 
 
 def overlapped(total, spokes, tall, wide):
-    """Power of the mean root amplitude of neighbouring cells round the turn."""
+    """Mean power of neighbouring cells round the turn."""
     rows, columns = total.shape
     found = np.empty(total.shape)
     for i in range(rows):
         for j in range(columns):
             some = [((i + a) % rows, min(j + c, columns - 1)) for a in range(tall) for c in range(wide)]
             missing = any(spokes[row] == 0 for row, _ in some)
-            found[i, j] = (
-                np.nan if missing else np.mean([total[row, column] / spokes[row] for row, column in some]) ** 4
-            )
+            found[i, j] = np.nan if missing else np.mean([total[row, column] / spokes[row] for row, column in some])
     return found
 
 

@@ -19,30 +19,31 @@ REACH = 2  # cells to each side that a target shows in
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def gather(amplitude: NDArray[Any], rows: NDArray[np.int64], samples: int, total: NDArray[np.float32]) -> None:
-    """Add the mean root of amplitude of each ``samples`` neighbours of spokes ``(n, m)`` to rows of ``(A, R)``."""
+    """Add the mean power of each ``samples`` neighbours of spokes ``(n, m)`` to their rows of ``(A, R)``."""
     share = np.float32(1.0 / samples)
     for i in range(len(rows)):
         line = total[rows[i]]
         for j in range(len(line)):
-            root = np.float32(0.0)
+            power = np.float32(0.0)
             for k in range(j * samples, (j + 1) * samples):
-                root += np.sqrt(np.float32(amplitude[i, k]))
-            line[j] += root * share
+                value = np.float32(amplitude[i, k])
+                power += value * value
+            line[j] += power * share
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def overlap(total: NDArray[np.float32], spokes: NDArray[np.int64], tall: int, wide: int) -> NDArray[np.float32]:
-    """Power of the mean root of ``tall x wide`` neighbouring cells, round the turn; NaN: a row has no spoke."""
+    """Mean power of ``tall x wide`` neighbouring cells, round the turn; NaN where a row of them has no spoke."""
     rows, columns = total.shape
     found = np.empty((rows, columns), np.float32)
     for i in range(rows):
         for j in range(columns):
-            root = np.float32(0.0)
+            power = np.float32(0.0)
             for a in range(tall):
                 row = (i + a) % rows
                 for c in range(wide):
-                    root += total[row, min(j + c, columns - 1)] / np.float32(spokes[row] * wide * tall)
-            found[i, j] = (root * root) ** 2
+                    power += total[row, min(j + c, columns - 1)] / np.float32(spokes[row] * wide * tall)
+            found[i, j] = power
         for a in range(tall):
             if spokes[(i + a) % rows] == 0:
                 found[i, :] = np.nan

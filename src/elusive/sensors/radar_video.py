@@ -2,12 +2,10 @@
 
 Spokes become cells of half a beam by half a pulse, overlapping by as much: a target's power is then in one cell, save
 for a decibel or two, and neighbours of a row or column further are independent (the matched filter to a rectangle;
-Richards (2014), Fundamentals of radar signal processing, section 4.2). A cell's power is that of the mean root of its
-samples' amplitudes: a target fills its cell evenly, and a spike of clutter, whose speckle does not, weighs less than in
-their mean power. What a cell says of a target is read from its evidence e, minus the logarithm of the probability that
-clutter as it is there exceeds it: e is exponential of mean 1 in clutter, whatever its law. A target adds to it, from
-turn to turn as Swerling 1 has it, an exponential of mean rho: the likelihood ratio is then
-(exp(e (1 - 1 / rho)) - 1) / (rho - 1), the sum of both laws to the one.
+Richards (2014), Fundamentals of radar signal processing, section 4.2). What a cell says of a target is read from its
+evidence e, minus the logarithm of the probability that clutter as it is there exceeds it: e is exponential of mean 1 in
+clutter, whatever its law. A target adds to it, from turn to turn as Swerling 1 has it, an exponential of mean rho: the
+likelihood ratio is then (exp(e (1 - 1 / rho)) - 1) / (rho - 1), the sum of both laws to the one.
 """
 
 from __future__ import annotations
@@ -40,7 +38,7 @@ class VideoTurn(NamedTuple):
 
     time_s: float  # when it ended
     row_s: Array  # (A,) when the beam passed each row; NaN where it did not
-    power: NDArray[np.float32]  # (A, R) of a cell's samples, their mean root's; NaN where no spoke was
+    power: NDArray[np.float32]  # (A, R) mean power of a cell's samples; NaN where no spoke was
     place: tuple[float, float]  # of the radar, x and y [m]
 
 
