@@ -95,7 +95,7 @@ def follow_video(
     ):
         end = follow_live(steps(), coming, log, on_step)
     if last is None:  # gone on with, and nothing came
-        return end, ()
+        return end
     place = last.measurement.place
     water = None if laid.map_at is None else laid.map_at(place)
     findings = judged.findings(counts, start.sensor, water)[1]
