@@ -2,7 +2,8 @@
 
 Whether each link changes as people attenuate voxels is seen by matching pursuit (Mallat and Zhang, 1993, IEEE Trans.
 Signal Process. 41(12), 3397-3415) with the changes that a person makes in each cell: they explain the frames in
-which most happens, or they do not. The amplitude is the median of the first match's, the noise that of the empty room.
+which somebody is, or they do not. The amplitude is that of the first match, once it and the others are fitted
+together off the cells' centres, in the median; the noise is that of the empty room.
 """
 
 from __future__ import annotations
@@ -12,21 +13,24 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import nnls
+from scipy.optimize import least_squares, nnls
 
 from elusive.contracts import Array
 from elusive.geometry.areas import Area
+from elusive.sensors.linear_links import LinearLinks
 from elusive.sensors.radio_network import RadioNodes, RssFrame
 from elusive.systems.links.by_links import LinksMethod, VoxelRadiation
 from elusive.systems.links.track import LinkTracking
 
 EXPLAINED = 0.75  # share of the changes from which they are sums over voxels: .85 to .98 simulated, .44 in a basement
 PEOPLE = 3  # matched in a frame
-BUSIEST, LEAST_BUSY = 60, 5  # frames looked at, at most and at least
+ALIKE = 0.5  # amplitude of a further person, over the first's, at least: less is what the cells leave over
+MOST_BUSY, LEAST_BUSY = 60, 5  # frames looked at, at most and at least: of all busy ones, lest people stand close
 ABOVE_EMPTY = 1.5  # of the squared changes, over the most in the empty room: somebody is there
 CELL_M = 0.4
 LEAST_RESPONSE = 1e-3  # of a cell that is looked at, over the greatest
 LEAST_NOISE_DB = 0.05
+MOST_STEPS = 30  # of a fit to a frame
 
 
 class Voxels(NamedTuple):
@@ -57,23 +61,26 @@ def voxels_of(empty: Array, changes: Array, nodes: RadioNodes, area: Area, model
     unit = model.replace(amplitude_db=1.0)
     weights = unit.weights.sparse(nodes, unit.weights.grid(area))
     cells, _ = area.cells(CELL_M)
-    made = unit.links(weights, area.bounds_m, unit.weights.voxel_m).expected_at(cells)
+    sensor = unit.links(weights, area.bounds_m, unit.weights.voxel_m)
+    made = sensor.expected_at(cells)
     energy = (made**2).sum(axis=1)
-    made, energy = (values[energy > LEAST_RESPONSE * energy.max()] for values in (made, energy))
+    cells, made, energy = (values[energy > LEAST_RESPONSE * energy.max()] for values in (cells, made, energy))
     power = np.nansum(changes**2, axis=1)
     total, left, amplitudes = 0.0, 0.0, []
     busy = max(LEAST_BUSY, int((power > ABOVE_EMPTY * np.nansum(empty**2, axis=1).max()).sum()))
-    for frame in np.argsort(-power)[: min(busy, BUSIEST)]:
+    for frame in np.argsort(-power)[:busy][:: -(-busy // MOST_BUSY)]:
         rest = np.nan_to_num(changes[frame])
         total += float(rest @ rest)
-        for number in range(PEOPLE):
+        people: list[Array] = []
+        for _ in range(PEOPLE):
             matched = made @ rest / energy
             best = int(np.argmax(np.maximum(matched, 0.0) ** 2 * energy))
             if matched[best] <= 0:
                 break
-            if number == 0:
-                amplitudes.append(float(matched[best]))
+            people.append(np.array([matched[best], *cells[best]]))
             rest = rest - matched[best] * made[best]
+        if people:
+            amplitudes.append(_amplitude(sensor, changes[frame], np.array(people)))
         left += float(rest @ rest)
     squares = np.asarray(weights.power(2).sum(axis=1)).ravel()
     variance = np.nan_to_num(np.nanvar(empty, axis=0, ddof=1))
@@ -86,6 +93,19 @@ def voxels_of(empty: Array, changes: Array, nodes: RadioNodes, area: Area, model
         voxel_sd_db=math.sqrt(voxel),
     )  # fmt: skip
     return Voxels(1 - left / total if total > 0 else 0.0, fitted, sd)
+
+
+def _amplitude(sensor: LinearLinks, change: Array, people: Array) -> float:
+    """Amplitude of the first of the people ``(P, 3)``, of amplitudes and places, fitted to a frame together."""
+    people = people[people[:, 0] >= ALIKE * people[0, 0]]
+    heard = np.isfinite(change)
+
+    def left(flat: Array) -> Array:
+        now = flat.reshape(-1, 3)
+        return (now[:, 0] @ sensor.expected_at(now[:, 1:]) - change)[heard]
+
+    scale = np.tile([people[0, 0], CELL_M, CELL_M], len(people))
+    return float(least_squares(left, people.ravel(), x_scale=scale, max_nfev=MOST_STEPS).x[0])
 
 
 def voxels_of_frames(
