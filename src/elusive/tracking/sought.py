@@ -46,6 +46,8 @@ class Sought(NamedTuple):
     @property
     def log_evidence(self) -> float:
         """Log likelihood of the measurement with the target, less that without, as of the last update."""
+        if self.placed is not None and self.placed.ratio is not None:
+            return self.placed.log_evidence
         assert self.log_ratio is not None
         return _kernels.weigh(self.log_prior + self.log_ratio)[1]
 
@@ -76,13 +78,13 @@ class Update(NamedTuple):
             for k, target in enumerate(found):
                 others = [other.effect for j, other in enumerate(found) if j != k and other.existence > LOUD]
                 if sweep == 0 or self._stirred(target, others):
-                    found[k] = self._given(target, others)
+                    found[k] = self.of_one(target, others)
                     changed = True
             if not changed or len(found) == 1:
                 break
         return found
 
-    def _given(self, target: Sought, others: Sequence[Any]) -> Sought:
+    def of_one(self, target: Sought, others: Sequence[Any]) -> Sought:
         """Update a target given the others' effects."""
         if self.by_place is not None and target.placed is not None:
             placed = self.by_place.update(target.placed, self.measurement, others, self.rng)

@@ -27,16 +27,16 @@ from elusive.filters.particle.resampling import resample
 from elusive.model import Probability, or_own
 from elusive.motion import transition
 from elusive.sensors.field import FieldSensors
-from elusive.tracking.birth_density import BirthDensity, BuiltInBirths, ProposedBirths, within
+from elusive.tracking.birth_density import BirthComponent, BirthDensity, BuiltInBirths, ProposedBirths, within
 from elusive.tracking.by_place import ByPlace, PlaceMotion, PlaceSensor
 from elusive.tracking.newborn import Newborn, Seeker
 from elusive.tracking.predicted import Predictor
+from elusive.tracking.reassigned import BESIDE, Seek, corrected, exchanged, places_of, told
 from elusive.tracking.sought import LOUD, Sought, Update
 from elusive.tracking.superposed_settings import SuperposedSettings
 from elusive.tracking.superposed_state import SuperposedState, Target, judged
 
 FIRST_S = 1.0  # time before the first measurement in which its targets may have appeared
-BESIDE = 0.5  # existence from which no other appears near by
 PILOTS = 0.25  # of the particles: plain predictions that tell where to draw the particles
 LEAST_PILOTS = 200
 SPREAD = 4  # particles of a newborn target, over those of others
@@ -101,9 +101,11 @@ class SuperposedTracker(SuperposedSettings):
         ]
         if measurement is not None:
             update = Update(self.sensor, measurement, self._by_place, rng)
-            pilots = found = update.of([update.opened(target) for target in found], 1 if informed else self.sweeps)
+            predicted = [update.opened(target) for target in found]
+            pilots = found = update.of(predicted, 1 if informed else self.sweeps)
             if informed:
                 found = self._drawn(living, priors, pilots, interval_s, update)
+            seek = self._anybody(update, interval_s)
             newborn = self._newborn(found, update, FIRST_S if math.isnan(state.time_s) else interval_s)
             if not any(target.existence > LOUD for target in newborn):
                 found = found + newborn
@@ -111,8 +113,8 @@ class SuperposedTracker(SuperposedSettings):
                 pilots = update.of([*pilots, *newborn], self.sweeps)[: len(pilots)]
                 found = self._drawn(living, priors, pilots, interval_s, update, newborn)
             else:
-                found = update.of([*found, *newborn], self.sweeps)
-            found = self._corrected(found, update, interval_s)
+                found = update.of(exchanged(predicted, found, newborn, update, seek), self.sweeps)
+            found = corrected(found, update, seek, self.sweeps, 0.5 * self.forget_below)
         arrived = [self._spread(self._arrived(target, rng), rng) for target in found]
         return judged(time_s, arrived, state.numbered, self)
 
@@ -149,7 +151,7 @@ class SuperposedTracker(SuperposedSettings):
     def _newborn(self, found: list[Sought], update: Update, interval_s: float) -> list[Sought]:
         """Look for targets that the known ones do not explain, one after the other."""
         newborn: list[Sought] = []
-        effects = [target.effect for target in found if target.existence > LOUD]
+        effects = told(found)
         for target in self._candidates(found, newborn, effects, update, interval_s):
             newborn.append(target)
             if target.existence > LOUD:
@@ -178,8 +180,7 @@ class SuperposedTracker(SuperposedSettings):
             known = [*found, *newborn]
             if len(known) >= self.most_targets:
                 break
-            taken = [near.weights @ near.particles[:, [X, Y]] for near in known if near.existence >= BESIDE]
-            target = births.of_component(component, probability, effects, taken)
+            target = births.of_component(component, probability, effects, places_of(known))
             if target is not None:
                 yield target
             if target is None or target.existence <= BESIDE:
@@ -189,28 +190,24 @@ class SuperposedTracker(SuperposedSettings):
         asked = self.forget_below, update.measurement, update.rng
         return Newborn(self._seeker, self.sensor, self._log_allowed, *asked)
 
-    def _corrected(self, found: list[Sought], update: Update, interval_s: float) -> list[Sought]:
-        """Put a newborn target in the place of the one that fits worst, where that is likelier."""
-        sure = [k for k, target in enumerate(found) if target.existence > BESIDE and target.log_ratio is not None]
-        if not sure or isinstance(self.birth, ProposedBirths) or interval_s == 0:
-            return found
-        k = min(sure, key=lambda k: found[k].log_evidence)
-        others = [*found[:k], *found[k + 1 :]]
-        effects = [target.effect for target in others if target.existence > LOUD]
-        taken = [near.weights @ near.particles[:, [X, Y]] for near in others if near.existence >= BESIDE]
-        wrong = found[k]
-        against = wrong.log_evidence + math.log(wrong.prior) - math.log1p(-wrong.prior)
-        births = self._births(update)
-        for component in {id(component): component for component in self.birth.components}.values():
-            probability = component.probability(interval_s)
-            if probability == 0.0:
-                continue
-            least = against - math.log(probability)
-            newborn = births.of_component(component, probability, effects, taken, least)
-            if newborn is not None:
-                gone = wrong._replace(existence=0.5 * self.forget_below)
-                return update.of([*others, newborn, gone], self.sweeps)
-        return found
+    def _anybody(self, update: Update, interval_s: float) -> Seek:
+        """Return how a newborn target of each component is looked for: given others, of more evidence than is asked."""
+        births, birth = self._births(update), self.birth
+        components: list[BirthComponent] = []
+        if not isinstance(birth, ProposedBirths) and interval_s > 0:
+            components = list({id(component): component for component in birth.components}.values())
+
+        def seek(others: Sequence[Sought], least: float) -> Iterator[Sought]:
+            effects, taken = told(others), places_of(others)
+            for component in components:
+                probability = component.probability(interval_s)
+                if probability == 0.0:
+                    continue
+                newborn = births.of_component(component, probability, effects, taken, least - math.log(probability))
+                if newborn is not None:
+                    yield newborn
+
+        return seek
 
     def _spread(self, target: Sought, rng: Generator) -> Sought:
         """Give a newborn target many velocities for each place: the next measurement chooses among them."""
