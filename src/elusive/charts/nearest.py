@@ -16,7 +16,7 @@ from scipy.special import ndtr
 from elusive.charts import _nearest_kernels as kernels
 from elusive.charts._index_kernels import cells_at, inside
 from elusive.charts.coast import Coast
-from elusive.charts.index import index_edges
+from elusive.charts.index import EdgeIndex, index_edges
 from elusive.charts.water import Water, WaterModel
 from elusive.contracts import Array
 from elusive.model import Positive
@@ -56,7 +56,17 @@ class ShortestDistance(Water):
         for number, index in enumerate(self._indices):
             here = area == number
             if here.any():
-                cells = cells_at(index, x, y)
-                away = kernels.distances(index, cells, self.coast.on_border, x, y, here)[here]
-                land = inside(index, cells, x, y)[here]
-                out[here] = ndtr(np.where(land, -away, away) / self.coast.sigma_m[number])
+                away = signed_distances(index, self.coast.on_border, x, y, here)
+                out[here] = ndtr(away[here] / self.coast.sigma_m[number])
+
+
+def signed_distances(
+    index: EdgeIndex, on_border: NDArray[np.bool_], x: Array, y: Array, wanted: NDArray[np.bool_]
+) -> Array:
+    """Distance ``(N,)`` to the nearest edge that each position's cell lists [m]; negative on land.
+
+    Infinite where a cell lists none, and where it is not wanted; ``on_border`` is :attr:`Coast.on_border`.
+    """
+    cells = cells_at(index, x, y)
+    away = kernels.distances(index, cells, on_border, x, y, wanted)
+    return np.where(inside(index, cells, x, y), -away, away)

@@ -22,6 +22,7 @@ from elusive.report import plots
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.colors import Colormap
+    from shapely.geometry.base import BaseGeometry
 
 SHARP: tuple[Method, ...] = ("none", "hard")  # no lines of equal probability
 TRAIL_S = 8  # MAP estimates shown before the last
@@ -123,8 +124,6 @@ def draw_clouds(path: Path, case: ShipTrial, figures: Sequence[CloudFigure], see
 
 def _draw_map(axes: Axes, case: ShipTrial, method: Method, middle: Array, half: float) -> None:
     """Draw P(water) as the filter takes it, and the charted coast over it."""
-    from matplotlib.patches import Polygon
-
     axes.grid(visible=False)
     axes.set_aspect("equal")
     known = knowledge(case, method)
@@ -138,9 +137,19 @@ def _draw_map(axes: Axes, case: ShipTrial, method: Method, middle: Array, half: 
         if method not in SHARP:
             axes.contour(x, y, water, levels=[0.05, 0.5, 0.95], colors=SHORE, linewidths=[0.5, 0.9, 0.5], zorder=1)
     land, hole = ("none", "none") if known else (LAND, "white")
-    for polygon in scenery(case).land:
-        for ring, filled in [(polygon.exterior, land), *((inner, hole) for inner in polygon.interiors)]:
-            axes.add_patch(Polygon(np.array(ring.coords), fc=filled, ec=SHORE, lw=1.4, zorder=1))
+    draw_land(axes, scenery(case).land, land, hole)
+
+
+def draw_land(
+    axes: Axes, land: Sequence[BaseGeometry], filled: str = LAND, hole: str = "white", width: float = 1.4
+) -> None:
+    """Draw polygons of land and their shores."""
+    from matplotlib.patches import Polygon
+
+    for polygon in land:
+        rings = [(polygon.exterior, filled), *((inner, hole) for inner in polygon.interiors)]
+        for ring, colour in rings:
+            axes.add_patch(Polygon(np.array(ring.coords), fc=colour, ec=SHORE, lw=width, zorder=1))
 
 
 def _draw_cloud(axes: Axes, at: CloudAt, coast: str) -> None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from elusive.campaign import CampaignConfig, Progress, run_campaign
 from elusive.errors import ParameterError
-from elusive.experiments.bootsveld2012 import clouds, curves, influence, maps
+from elusive.experiments.bootsveld2012 import clouds, curves, influence, maps, partitions, ways
 from elusive.experiments.bootsveld2012.case import Way, scenery
 from elusive.experiments.bootsveld2012.curves import Point, Summary
 from elusive.experiments.bootsveld2012.phases import CHECK, RANGE_M, Phase, phases
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 DEFAULT_TRIALS = 100  # as in the thesis
 CHUNK = 2  # runs between two looks at the progress, and at an interrupt
 COAST, PHASES, RUNTIMES, IMPRECISE = "coast", "phases", "runtimes", "imprecise"
-_THESIS = (*curves.FIGURES, *clouds.FIGURES, *influence.FIGURES, *maps.FIGURES)
-# in the thesis's order: a4 ... a19, b3 ... b24, fig5_3 ... fig6_9
+_THESIS = (*curves.FIGURES, *clouds.FIGURES, *influence.FIGURES, *maps.FIGURES, *partitions.FIGURES, *ways.FIGURES)
+# in the thesis's order: a1 ... a19, b1 ... b24, fig5_1 ... fig7_3
 TARGETS = (
     *sorted(_THESIS, key=lambda name: (name[0], *(int(part) for part in re.findall(r"\d+", name)))),
     COAST,
@@ -107,9 +107,10 @@ def reproduce(
     wanted = targets or [name for name in TARGETS if charts or name != IMPRECISE]
     chosen = [name for name in TARGETS if name in wanted]
     shown = {name: curves.FIGURES[name] for name in chosen if name in curves.FIGURES}
-    ways = {figure.way for name, figure in curves.FIGURES.items() if name in chosen}
-    ways |= {figure.way for name, figure in clouds.FIGURES.items() if name in chosen}
-    for way in sorted(ways):
+    sailed = {figure.way for name, figure in curves.FIGURES.items() if name in chosen}
+    sailed |= {figure.way for name, figure in clouds.FIGURES.items() if name in chosen}
+    sailed |= {way for name, shown_ways in ways.FIGURES.items() if name in chosen for way in shown_ways}
+    for way in sorted(sailed):
         scenery(settings.case(way))  # a fault of the shoreline is said before anything is run
     existing_folder(out)
     points: dict[str, list[Point]] = {}
@@ -151,6 +152,10 @@ def reproduce(
                 influence.draw_influence(folder, name)
             elif name in maps.FIGURES:
                 maps.draw_map(folder, name, settings.case("port-imprecise"))
+            elif name in partitions.FIGURES:
+                partitions.draw_partition(folder, name, settings.case("port-imprecise"))
+            elif name in ways.FIGURES:
+                ways.draw_ways(folder, name, [settings.case(way) for way in ways.FIGURES[name]])
         if summaries:
             write_results(folder / "summary.csv", Summary._fields, summaries)
         if checks:
