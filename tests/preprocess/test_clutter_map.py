@@ -93,6 +93,23 @@ def test_a_ship_is_evidence_and_a_rock_is_not():
     assert np.median(ship_s) > 6
 
 
+def test_the_edge_of_a_saturated_echo_that_flickers_is_no_evidence():
+    """A pier in four bits over silence, whose edge comes and goes by many cells at a time."""
+    rng = np.random.default_rng(8)
+
+    def draw():
+        amplitude = np.zeros(SHAPE)
+        for row in range(20, 60):
+            amplitude[row, 40 : 70 + round(float(rng.normal(0, 4)))] = 15
+        return (amplitude**2 + 0.1).astype(np.float32)
+
+    state = learnt(draw)
+    fresh = np.array([MAP.evidence(state, draw()) for _ in range(40)])
+    assert state.fixed[30, 40:64].all()
+    for level in (2.0, 4.0, 6.0):
+        assert (fresh[:, state.fixed] > level).mean() < 1.15 * np.exp(-level)
+
+
 def test_what_was_not_received_says_nothing():
     rng = np.random.default_rng(5)
 

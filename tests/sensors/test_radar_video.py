@@ -85,6 +85,17 @@ def test_noise_alone_speaks_neither_for_nor_against_a_target():
     assert abs(means.mean() - 1) < 4 * means.std() / np.sqrt(trials)
 
 
+def test_what_has_sailed_out_of_reach_is_no_target_in_view():
+    reach = float(RADAR.range_m[-1])
+    mean = np.zeros((3, 4))
+    mean[:, 2] = 0.5 * reach, reach, reach + 4 * RADAR.cell_m
+    covariance = np.tile(np.diag([900.0, 25.0, 900.0, 25.0]), (3, 1, 1))
+    levels = np.full((3, len(RADAR.ratios)), 1 / len(RADAR.ratios))
+    unknown = np.full(RADAR.shape, np.nan)
+    said = RADAR.look(mean, covariance, levels, np.full(3, 0.9), turn_of(unknown), 2.5).log_ratio
+    np.testing.assert_allclose(said, [0, 0, -np.inf], atol=1e-9)
+
+
 def test_turns_are_told_apart_and_a_point_is_where_it_is():
     radar, spokes, period = RADAR, 360, 2.0
     azimuth = 2 * np.pi * (np.arange(spokes) + 0.5) / spokes

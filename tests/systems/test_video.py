@@ -21,6 +21,7 @@ from elusive.systems.video.sea import Sea, SeaState, Still, VideoRadar, cell_pla
 from elusive.systems.video.simulate import RADAR_DEG, VideoSimulation, simulate_video
 from elusive.systems.video.track import track_video_recording
 from elusive.systems.video.turns import start_of
+from tests.recordings import DATA
 
 SMALL = {"spokes": 256, "samples": 160, "step_m": 20.0, "pulse_m": 40.0, "beam_deg": 6.0, "start_m": 200.0}
 SIMULATION = VideoSimulation(
@@ -58,6 +59,15 @@ def test_ships_are_found_and_nothing_else(tracked):
     with (out / "resting.csv").open() as file:
         rocks = list(csv.DictReader(file))
     assert len(rocks) >= 5
+
+
+def test_a_harbour_at_rest_holds_no_ship_under_way():
+    """Piers and masts of a Navico 4G in four bits, saturated; by AIS the nearest ship lies 430 m off, beyond reach."""
+    path = DATA / "radar" / "navico_4g_harbour.pcap.gz"
+    if not path.is_file():
+        pytest.skip("no radar video recordings beside the project")
+    outcome = track_video_recording(open_radar_video(path), VideoTracking(radar={"pulse_m": 5.0}), None)
+    assert not outcome.tracked.paths
 
 
 def test_land_is_where_the_chart_says(tracked):

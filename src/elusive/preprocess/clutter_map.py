@@ -7,7 +7,8 @@ counted; beyond the share at which few cells are left, which ships would spoil, 
 quantiles (Conte, De Maio and Galdi, 2004), no lighter than exponential: K clutter's tail is of that kind (Ward, Tough
 and Watts, 2013, Sea clutter, chapter 5). What returns turn after turn is a fixed echo: it is set against its own mean
 level, and its fluctuation against that of all fixed echoes (Nitzberg, 1986, IEEE Trans. Aerosp. Electron. Syst. 22).
-A cell beside one, in which its edge comes and goes, fluctuates more: it is set against those beside one.
+A cell beside one, in which its edge comes and goes, fluctuates more, and which cells those are is hardly known where
+echoes saturate or are longer than a cell: both are set against whichever of the two kinds exceeds it more often.
 """
 
 from __future__ import annotations
@@ -140,6 +141,7 @@ class ClutterMap(Model):
             weibull = counted[last] * (edges[last + 1 :] / edges[last]) ** min(power, 1.0)
             beyond_counted = weibull - counted[last] if power < 1 else slope * (edges[last + 1 :] - edges[last])
             found[last + 1 :] = counted[last] + HEAVIER * beyond_counted
+        table[-2:] = table[-2:].min(axis=0)  # an edge that flickers is no ship
         return table
 
     def shape_of(self, counts: Array) -> Array:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from elusive.contracts import Array, Beginnings, Looked
+from elusive.contracts import Array, Beginnings, Looked, X, Y
 from elusive.errors import DataError
 from elusive.model import FROM_RECORDING, Model, Positive
 from elusive.sensors.spokes import Spokes
@@ -151,6 +151,8 @@ class RadarVideo(Model):
             mean, covariance, existence, levels, order, self._checked(measurement), (*self.grid, *measurement.place),
             self.deviations, self.ratios, gate, MISSED, claimed, log_ratio,
         )  # fmt: skip
+        off = mean[:, [X, Y]] - np.asarray(measurement.place)
+        log_ratio[np.hypot(*off.T) > self.range_m[-1] + self.cell_m] = -math.inf  # targets are those in view
         return Looked(mean, covariance, levels, log_ratio, claimed)
 
     def beginnings(self, measurement: EvidenceTurn, looked: Looked, least: float, most: int) -> Beginnings:

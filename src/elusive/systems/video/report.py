@@ -165,7 +165,7 @@ def write_video_png(path: Path, tracked: VideoTracked) -> None:
             plan.plot(ship[:, 1], ship[:, 2], color="#22d3ee", lw=4, alpha=0.4)
         for one in tracked.paths:
             plan.plot(*one.places.T, color=track_colour(one.track), lw=1.5)
-            plan.text(*one.places[-1], f" {one.track}", color=track_colour(one.track))
+            plan.text(*one.places[-1], f" {one.track}", color=track_colour(one.track), clip_on=True)
         plan.set(xlim=(west, east), ylim=(south, north), title="Last turn", xlabel="x [m]", ylabel="y [m]")
         plan.set_aspect("equal")
         scan.imshow(
