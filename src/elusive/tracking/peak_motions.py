@@ -14,7 +14,6 @@ from elusive.model import Model, NonNegative, Positive, Probability
 # a point at rest is seen where it is, wanders about it, sways, or hops now and then between the parts of what it is a
 # part of: jitter, hop and walk, in the units of the model's
 RESTING = ((0.0, 0.0, 1.0), (0.0, 0.0, 6.0), (0.5, 0.0, 1.0), (1.5, 0.0, 1.0), (0.0, 2.0, 1.0), (0.7, 4.0, 1.0))
-ON_SENSOR = (0.0, 0.0, 1.0)  # a defect, a stain of the lens: it rests on the sensor while the scene goes by
 
 
 class PeakMotions(Model):
@@ -38,8 +37,7 @@ class PeakMotions(Model):
     def table(self) -> Array:
         """Jitter, walk, acceleration, starting speed, unevenness, hop of each motion, ``(M, 6)``."""
         still = [
-            (self.sway * jitter, self.walk * wander, 0.0, 0.0, 0.0, self.sway * hop)
-            for jitter, hop, wander in (*RESTING, ON_SENSOR)
+            (self.sway * jitter, self.walk * wander, 0.0, 0.0, 0.0, self.sway * hop) for jitter, hop, wander in RESTING
         ]
         moving = [
             (0.0, 0.0, self.steady_q, self.steady_speed, 0.0, 0.0),
@@ -52,18 +50,11 @@ class PeakMotions(Model):
         """Which motions are at rest, ``(M,)``."""
         return np.asarray(self.table[:, 3] == 0)
 
-    @property
-    def on_sensor(self) -> int:
-        """Which of the motions rests on the sensor, and not in the scene."""
-        return len(RESTING)
-
     @cached_property
     def leash(self) -> Array:
         """Deviation of a place from where it began, in each way of resting, ``(R,)`` [px]."""
         jitter, hop = self.table[self.rests][:, 0], self.table[self.rests][:, 5]
-        leash = np.sqrt(self.sway**2 + jitter**2 + hop**2)
-        leash[self.on_sensor] = np.inf
-        return np.asarray(leash)
+        return np.asarray(np.sqrt(self.sway**2 + jitter**2 + hop**2))
 
     @cached_property
     def switch(self) -> Array:

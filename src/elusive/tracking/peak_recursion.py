@@ -58,13 +58,12 @@ class PeakRecursion(Model):
     most_births: int = Field(60, ge=0, description="Peaks of a frame that may begin a target")
     most_targets: int = Field(400, ge=1, description="Targets that are followed")
 
-    def predicted(self, targets: PeakTargets, frames: float, step_px: Array) -> PeakTargets:
-        """Return targets some frames later, in which the scene has moved by ``step_px`` ``(2,)`` over the sensor."""
+    def predicted(self, targets: PeakTargets, frames: float) -> PeakTargets:
+        """Return targets some frames later."""
         place, velocity, variance, weight = (
             values.copy() for values in (targets.place, targets.velocity, targets.variance, targets.weight)
         )
         kernels.predict(place, velocity, variance, weight, self.motions.table, self.motions.switch, frames)
-        place[:, self.motions.on_sensor] -= step_px
         stays, found, gone = (1 - share**frames for share in (1 - self.hide, 1 - self.reappear, 1 - self.lost))
         lives = (1 - self.death) ** frames
         visible = lives * (targets.visible * (1 - stays)) + (1 - gone) * targets.hidden * found

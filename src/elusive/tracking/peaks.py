@@ -92,7 +92,7 @@ class SceneTracker(PeakRecursion):
         passed = interval_since(belief.time_s, time_s) / interval_s
         if peaks is not None and peaks.cut and peaks.number:
             belief = belief._replace(targets=self.begin().targets, lives={}, tracks=())
-        targets = self.predicted(belief.targets, passed, np.zeros(2) if peaks is None else peaks.step_px)
+        targets = self.predicted(belief.targets, passed)
         if peaks is None:
             return belief._replace(time_s=time_s, targets=targets)
         clutter = self.clutter(peaks, shape)
