@@ -138,6 +138,12 @@ def test_what_usually_stands_in_a_field_is_that_of_the_kind_chosen() -> None:
         assert usual is None or (usual != text_of(tracking, one.path)) == (one.key == "sigma_deg"), one.key
 
 
+DRAWN_OVER = """() => [...document.querySelectorAll(".ew-field .q-field__bottom")]
+    .filter((one) => one.offsetParent !== null)
+    .filter((one) => one.getBoundingClientRect().bottom > one.closest(".ew-field").getBoundingClientRect().bottom + 1)
+    .map((one) => one.innerText)"""  # help that lies over the next field
+
+
 def test_settings_are_found_marked_set_back_and_undone(served: Served, open_tab: OpenTab) -> None:
     page = open_tab(width=800, scheme="dark").page
     page.goto(f"{served.address}/own")
@@ -155,8 +161,12 @@ def test_settings_are_found_marked_set_back_and_undone(served: Served, open_tab:
     assert not vertical.is_visible()
     page.get_by_text("Explain").click()
     vertical.wait_for()
+    field(page, "find").fill("nothing of this name")
+    page.get_by_text("No setting's name or help has these words.").wait_for()
     field(page, "find").fill("")
     sigma.wait_for()
+    page.get_by_text("No setting's name or help has these words.").wait_for(state="hidden")
+    assert page.evaluate(DRAWN_OVER) == []
     page.get_by_role("button", name="Sigma: back to the usual").click()
     marked.first.wait_for(state="detached")
     button(page, "Undo").click()

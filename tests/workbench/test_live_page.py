@@ -108,6 +108,7 @@ def test_what_is_served_elsewhere_is_watched(served: Served, open_tab: OpenTab, 
         field(page, "served").fill((out / "health.url").read_text().strip() + "?token=0123456789abcdef")
         button(page, "Watch").click()
         told(page, "does not tell its steps (401 Unauthorized); check the token.")
+        assert page.get_by_text("cannot be reached").count() == 0
         button(page, "Watch site").click()
         page.locator('[data-live="live"]').wait_for()
         has_come(page, 60)

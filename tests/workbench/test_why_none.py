@@ -14,7 +14,7 @@ from elusive.tracking import Step, Track
 from elusive.workbench.asking import Recording, asking
 from elusive.workbench.why_none import tries, why_none
 from tests.workbench.conftest import Served
-from tests.workbench.test_links_page import OpenTab, button, told
+from tests.workbench.test_links_page import OpenTab, button, field, told
 
 
 def result(folder: Path, existences: list[float], status: str = "candidate") -> Path:
@@ -77,6 +77,10 @@ def test_noise_says_why_it_has_no_track_and_a_press_tries_more(served: Served, o
     told(page, "No track was confirmed.")
     page.locator(".ew-none .drawing[data-ready=yes]").wait_for()
     assert page.evaluate("document.documentElement.scrollWidth") <= 800
+    choose("kind", "Bearings from a few places")  # what is seen stays what it is
+    field(page, "sigma_deg").wait_for()
+    page.wait_for_timeout(400)
+    assert page.get_by_text("Changed since this run").count() == 0
     page.get_by_role("button", name="Try Object size 5 -> 10").click()
     told(page, "Settings: object_size 10")
     assert any(one.name.endswith("noise.npy") for one in (served.folder / "runs").iterdir())

@@ -105,8 +105,8 @@ class Form:
         self.put(path, text)
         self.past = kept
 
-    def find(self, words: str) -> None:
-        """Show the fields of which label, name or help hold what is looked for; all of them for nothing."""
+    def find(self, words: str) -> bool:
+        """Show the fields of which label, name or help hold what is looked for, all for nothing; tell if any."""
         wanted = words.lower().split()
         shown = {
             one.path: all(word in f"{one.label} {one.key} {one.help} {one.group}".lower() for word in wanted)
@@ -121,9 +121,11 @@ class Form:
             if isinstance(around.parent, ui.expansion):
                 around.parent.set_value(True)
             around = around.parent.parent_slot
+        return any(shown.values())
 
     def explain(self, on: bool) -> None:
         """Show the help of every field, or of the one that is typed in."""
+        self._box.classes(add="ew-explained") if on else self._box.classes(remove="ew-explained")
         for made in self._made.values():
             made.props(remove="hide-hint") if on else made.props("hide-hint")
 
@@ -215,18 +217,20 @@ class FormTools:
         self._forms = forms
 
         def look(event: Any) -> None:
-            for form in forms():
-                form.find(str(event.value or ""))
+            found = [form.find(str(event.value or "")) for form in forms()]
+            self._none.visible = not any(found)
 
         def explain(event: Any) -> None:
             for form in forms():
                 form.explain(event.value)
 
         with ui.element("div").classes("ew-row ew-tools"):
-            found = ui.input("Find a setting", on_change=look).props("dense outlined clearable").classes("grow")
-            found.props["data-field"] = "find"
+            sought = ui.input("Find a setting", on_change=look).props("dense outlined clearable").classes("grow")
+            sought.props["data-field"] = "find"
             self._undo = ui.button("Undo", on_click=self._take_back).props("flat no-caps dense")
             ui.switch("Explain", on_change=explain).props("dense")
+        self._none = ui.label("No setting's name or help has these words.").classes("ew-note").props('role="status"')
+        self._none.visible = False
 
     def _take_back(self) -> None:
         changed = [form for form in self._forms() if form.past]

@@ -134,6 +134,8 @@ def watch(address: str, live: Live) -> None:
         while not live.stopping.is_set() and (line := answer.readline()):
             live.take(line.decode())
     except (OSError, http.client.HTTPException, ValueError) as error:
+        if isinstance(error, DataError):  # said already
+            raise
         if not live.done:
             raise DataError(f"{where}: cannot be reached ({error}); is that `elusive serve` running?") from None
     finally:

@@ -267,18 +267,25 @@ class _Page:
         self._runs.show()
 
     def _now(self) -> Model:
-        return self._state.models[self._state.noun]
+        seen = self._state.seen  # another kind may have been chosen since
+        return self._state.models[self._state.noun if seen is None else seen.noun]
 
     async def _try(self, model: Model) -> None:
         """Run what is seen with other settings."""
-        if self._state.job is None:
-            self._state.models[self._state.noun] = model
+        state = self._state
+        if state.job is None and state.seen is not None:
+            state.again(state.seen)
+            self._kind.value = state.noun
+            state.models[state.noun] = model
             self._build()
             await self._run()
 
     def _back(self) -> None:
-        if self._state.ran is not None:
-            self._state.models[self._state.noun] = self._state.ran
+        state = self._state
+        if state.seen is not None and state.ran is not None:
+            state.choose(state.seen.noun)
+            self._kind.value = state.noun
+            state.models[state.noun] = state.ran
             self._build()
 
     def _open(self, run: Kept) -> None:

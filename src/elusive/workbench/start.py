@@ -64,5 +64,8 @@ def _opening() -> None:
             names, label="Open anything in the workbench's folder" if names else "The workbench's folder is empty",
             with_input=True, on_change=lambda event: ui.navigate.to(f"{OWN[0]}?file={quote(event.value)}"),
         ).props('dense outlined options-dense data-field="anything"').classes("ew-anything")  # fmt: skip
-        for run in kept_runs(SETTINGS.folder)[:RECENT]:
+        runs = kept_runs(SETTINGS.folder)[:RECENT]
+        if runs:
+            ui.label("Latest runs:").classes("ew-note")
+        for run in runs:
             ui.link(run.name, f"{OWN[0]}?run={quote(run.name)}").props(f'aria-label="Open {run.name}"')
