@@ -26,7 +26,7 @@ from elusive.workbench.kept_runs import (
 )
 from elusive.workbench.parts import Drawing, errors_shown
 from elusive.workbench.settings import SETTINGS
-from elusive.workbench.shell import RECOLOUR
+from elusive.workbench.shell import chosen_colours
 from elusive.workbench.why_none import tries, why_none
 
 COMPARED_MOST = 6
@@ -73,10 +73,9 @@ def show_run(run: Kept) -> None:
     if REPORT in run.files:
         # a report is a file like others: what it asks of the workbench is refused
         ui.html(
-            f'<iframe class="ew-report" src="{address}/{REPORT}" title="Report of {run.name}" '
+            f'<iframe class="ew-report" src="{address}/{REPORT}#{chosen_colours()}" title="Report of {run.name}" '
             'sandbox="allow-scripts allow-downloads"></iframe>', sanitize=False,
         ).classes("w-full")  # fmt: skip
-        ui.run_javascript(RECOLOUR)
     with ui.element("div").classes("ew-row"):
         for name in run.files:
             ui.button(name, on_click=lambda name=name: ui.download(f"{address}/{name}", name)).props(

@@ -6,18 +6,21 @@ from collections.abc import Awaitable, Callable, Iterator, Mapping
 from contextlib import contextmanager
 from importlib import import_module
 from typing import Any, NamedTuple, Protocol
+from weakref import WeakKeyDictionary
 
-from nicegui import ui
+from nicegui import Client, ui
 
 from elusive.workbench.settings import SETTINGS
 
 OWN = ("/own", "Your recording")  # path and title of the page on which any recording is tracked
 DARK = {"auto": None, "light": False, "dark": True}
 COOKIE = "elusive_colours"  # found on the next page
-RECOLOUR = (  # reports, which cannot see the page that they stand in
-    f"const chosen = document.cookie.match(/{COOKIE}=(\\w+)/)?.[1] ?? 'auto';"
-    "for (const one of document.querySelectorAll('iframe')) one.src = one.src.split('#')[0] + '#' + chosen;"
-)
+COLOURS: WeakKeyDictionary[Client, str] = WeakKeyDictionary()  # those chosen on each page that is open
+
+
+def chosen_colours() -> str:
+    """Return the colours that are chosen on this page: a report is asked for in them."""
+    return COLOURS.get(ui.context.client, "auto")
 
 
 class Page(NamedTuple):
@@ -43,8 +46,9 @@ def head(here: str) -> None:
         dark_page="#0d131c",
     )  # fmt: skip
     request = ui.context.client.request
-    chosen = "auto" if request is None else request.cookies.get(COOKIE, "auto")
-    dark = ui.dark_mode(DARK.get(chosen))
+    kept = "auto" if request is None else request.cookies.get(COOKIE, "auto")
+    chosen = COLOURS[ui.context.client] = kept if kept in DARK else "auto"
+    dark = ui.dark_mode(DARK[chosen])
     with ui.element("header").classes("ew-head w-full px-4 py-2"), ui.row().classes("items-center gap-5 w-full"):
         for path, title in (("/", "elusive workbench"), OWN, *((page.path, page.title) for page in pages())):
             link = ui.link(title, path)
@@ -54,13 +58,16 @@ def head(here: str) -> None:
 
         def choose(event: Any) -> None:
             dark.set_value(DARK[event.value])
+            COLOURS[ui.context.client] = event.value
             ui.run_javascript(
-                f"document.cookie = '{COOKIE}={event.value}; path=/; SameSite=Strict; max-age=31536000';{RECOLOUR}"
+                f"document.cookie = '{COOKIE}={event.value}; path=/; SameSite=Strict; max-age=31536000';"
+                "for (const one of document.querySelectorAll('iframe'))"
+                f"  one.src = one.src.split('#')[0] + '#{event.value}';"  # reports, which cannot see where they stand
             )
 
         ui.select(
             {"auto": "as the system", "light": "light", "dark": "dark"},
-            value=chosen if chosen in DARK else "auto", label="Colours", on_change=choose,
+            value=chosen, label="Colours", on_change=choose,
         ).props("dense outlined options-dense").classes("w-40")  # fmt: skip
 
 
