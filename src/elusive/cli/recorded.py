@@ -11,10 +11,10 @@ from rich.markup import escape
 
 from elusive.cli.live import send_recording, tell
 from elusive.cli.terminal import console, show, show_run, tell_findings, tell_written
+from elusive.io.sinks import Sinks
 
 if TYPE_CHECKING:
     from elusive.checks import Finding
-    from elusive.io.sinks import Sinks
 
 RateHz = Annotated[float | None, typer.Option("--rate-hz", help="Frames a second; else from the file.")]
 Start = Annotated[int, typer.Option(help="First frame to use, from 0.")]
