@@ -10,10 +10,14 @@ import numpy as np
 import pytest
 
 from elusive.geometry.local_frame import LocalFrame
+from elusive.io import open_signal
+from elusive.io.arrivals import Arrivals
 from elusive.io.bearings import open_bearings, read_sensors
 from elusive.io.link_logs import open_link_log
 from elusive.io.node_files import read_nodes
+from elusive.io.signals import SignalFrame
 from elusive.sensors.radar_scans import RadarPlot, scan_of
+from elusive.sensors.waveform import NoiseObject, NoiseObjectPath
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.track import track as track_bearings
 from elusive.systems.images.parameters import ImageTracking
@@ -24,6 +28,8 @@ from elusive.systems.radar.parameters import RadarTracking, survey
 from elusive.systems.radar.results import Surroundings
 from elusive.systems.radar.setting import bind_all
 from elusive.systems.radar.track import track_radar
+from elusive.systems.signals.live import follow_signal_live
+from elusive.systems.signals.track import SignalTracking, track_signal
 from elusive.systems.video.parameters import VideoTracking
 from elusive.systems.video.simulate import VideoSimulation, scenario_of, spokes_of
 from elusive.systems.video.track import track_video
@@ -117,3 +123,38 @@ def test_ships_in_radar_video_are_gone_on_with():
         return track_video(heard(turns, told.clutter, 6, None, memory=memory), tracker, 0, start.frame, memory)
 
     check(run, list(turns_of(spokes, start, 0.0, Counter())), 9)
+
+
+def noise_object():
+    """Frames in which something louder drifts from the 10th on."""
+    path = NoiseObjectPath(start=(40.0,), velocity=(2.0,), appears=10)
+    scene = NoiseObject(shape=(200,), background_deviation=0.5)
+    return scene.simulate_sequence(60, [path], np.random.default_rng(1)).frames
+
+
+@pytest.mark.parametrize("calibration", [0, 10])
+def test_objects_in_a_signal_are_gone_on_with(calibration):
+    filtered = {"smoothing": 0.9, "max_velocity": 3}
+    parameters = SignalTracking(filter=filtered, calibration_frames=calibration).bind(200, 0.5)
+    frames = [SignalFrame(0.5 * k, frame) for k, frame in enumerate(noise_object())]
+
+    def run(recording, memory):
+        return track_signal(memory.new(recording), parameters, memory=memory)
+
+    check(run, frames, 36)
+
+
+def test_a_signal_that_is_piped_again_is_counted_on(tmp_path):
+    frames = noise_object()
+    np.save(tmp_path / "frames.npy", frames)
+    source = open_signal(tmp_path / "frames.npy", rate_hz=2.0)
+    parameters = SignalTracking(filter={"smoothing": 0.9, "max_velocity": 3})
+    told, memory = [], Memory()
+    for number, part in enumerate((frames[:36], frames[37:])):  # one was lost between
+        heard = Arrivals([SignalFrame(0.5 * k, frame) for k, frame in enumerate(part)])
+        out = tmp_path / str(number)
+        follow_signal_live(heard, source, parameters, out, told.append, memory, starts_anew=True)
+        memory = Memory(memory.held, memory.first, memory.time_s, 1.0)
+    assert [live.step.time_s for live in told] == [0.5 * k for k in range(60) if k != 36]
+    sure = [{t.track for t in live.step.tracks if t.status == "confirmed"} for live in told[30:]]
+    assert sure == [{1}] * len(sure)

@@ -14,7 +14,6 @@ from typing import Any
 import psutil
 
 from elusive.cli.seen import Seeing
-from elusive.errors import DataError
 from elusive.io.arrivals import Coming
 from elusive.io.sinks import Sinks
 from elusive.io.sinks.formats import json_line
@@ -89,15 +88,7 @@ class Served:
         return True
 
     def keep(self, record: Mapping[str, Any], told: Any) -> None:
-        """Keep a step before it is told.
-
-        Raises
-        ------
-        DataError
-            If the command keeps no state: after a restart its numbers would be those of others.
-        """
-        if self.memory.held is None:
-            raise DataError(f"{self.title}: this command keeps no state yet, and cannot be served; take --follow.")
+        """Keep a step before it is told."""
         self._checkpoint.keep(self.memory, record, told)
 
     def show(self, live: LiveStep, seeing: Seeing) -> None:

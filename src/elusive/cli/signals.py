@@ -10,7 +10,7 @@ import typer
 
 from elusive.cli.fit import FittedOut, tell_fitted
 from elusive.cli.given import accepts, parameters_of
-from elusive.cli.live import Follow, IdleS, To, check_live, feed_of, run_live, sinks_of
+from elusive.cli.live import Follow, IdleS, To, check_live, feed_of, memory_of_run, run_live, sinks_of
 from elusive.cli.recorded import RateHz, Start, Stop, bare, cutoff_in, tell_run, truth_of
 from elusive.cli.terminal import Config, OneBased, Out, Strict, bar, known_truth, tell_findings
 from elusive.errors import ParameterError
@@ -70,7 +70,7 @@ def track_signals_command(
             recording, feed, frame_samples=frame_samples, hop_samples=hop_samples, channel=channel, rate_hz=rate_hz,
             raw=raw,
         )  # fmt: skip
-        _live(source, fed(source, feed), parameters, out, sinks)
+        _live(source, fed(source, feed), parameters, out, sinks, starts_anew=recording == STANDARD_INPUT)
         return
     known = known_truth(truth, "samples", one_based=truth_one_based, cutoff=truth_cutoff)
     frames = open_signal(
@@ -89,12 +89,20 @@ def track_signals_command(
 
 
 def _live(
-    source: SignalSource, coming: Arrivals[SignalFrame], parameters: SignalTracking, out: Path, sinks: Sinks
+    source: SignalSource,
+    coming: Arrivals[SignalFrame],
+    parameters: SignalTracking,
+    out: Path,
+    sinks: Sinks,
+    *,
+    starts_anew: bool,
 ) -> None:
     """Track objects while their signal is written."""
 
     def run(told: Callable[[LiveStep], None]) -> LiveEnd:
-        end, findings = follow_signal_live(coming, source, parameters, out, told)
+        end, findings = follow_signal_live(
+            coming, source, parameters, out, told, memory_of_run(), starts_anew=starts_anew
+        )
         tell_findings(findings, strict=False)
         return end
 

@@ -16,8 +16,9 @@ from elusive.systems.signals.checks import findings_of
 from elusive.systems.signals.facts import SignalFacts
 from elusive.systems.signals.parameters import SignalTracking
 from elusive.systems.signals.results import log_of, values_of
-from elusive.systems.signals.run import CLOCKED, bound_to, follow, untold
+from elusive.systems.signals.run import CLOCKED, bound_to, follow, interval_of, untold
 from elusive.tracking import Step
+from elusive.tracking.memory import Memory
 
 LIVE_FILES = ("tracks.csv", "checks.json", "config.yaml")
 
@@ -42,6 +43,9 @@ def follow_signal_live(
     parameters: SignalTracking,
     out: Path,
     on_step: Callable[[LiveStep], None],
+    memory: Memory | None = None,
+    *,
+    starts_anew: bool = False,
 ) -> tuple[LiveEnd, tuple[Finding, ...]]:
     """Track objects while their signal is written; where times alone tell the interval, the first 16 are waited for.
 
@@ -57,6 +61,10 @@ def follow_signal_live(
         Folder for LIVE_FILES.
     on_step
         Called after each frame.
+    memory
+        Where the tracker keeps its state, and goes on from.
+    starts_anew
+        Whether nothing that was told before comes again, as of a pipe; where frames are counted, they are counted on.
 
     Returns
     -------
@@ -68,16 +76,24 @@ def follow_signal_live(
     DataError
         If the folder holds an earlier run's tracks, or a frame of the first cannot be used.
     """
-    frames = iter(coming)
-    first = list(islice(frames, CLOCKED)) if untold(source) else []
-    bound = bound_to(source, parameters, first)
+    frames, memory = iter(coming), memory or Memory()
+    first = list(islice(frames, CLOCKED)) if untold(source) and memory.held is None else []
+    if memory.held is None:
+        memory.first = interval_of(source, first)  # a restart shall not find another
+    interval_s: float = memory.first
+    bound = bound_to(source, parameters, interval_s)
+    shift_s = 0.0
+    if memory.held is not None and starts_anew and not untold(source):
+        passed = 1 if source.rate_hz is None else max(1, round(memory.elapsed_s / interval_s))
+        shift_s = memory.time_s + passed * interval_s
+    fresh = memory.new(frame._replace(time_s=frame.time_s + shift_s) for frame in chain(first, frames))
 
     def told(step: Step) -> dict[str, Any]:
         return {name: round(value, 4) if value == value else None for name, value in values_of(step.state).items()}
 
     with live_folder(out, bound.to_yaml()) as folder, log_of(folder / "tracks.csv") as log:
         checked = _Checked(log)
-        steps = follow(source, bound, chain(first, frames))
+        steps = follow(source, bound, fresh, memory)
         end = follow_live(steps, coming, log, on_step, sink=checked, extra=told)
         findings = findings_of(bound, checked.facts) if checked.facts.frames else ()
         write_checks(folder, findings)

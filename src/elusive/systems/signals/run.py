@@ -21,6 +21,7 @@ from elusive.systems.signals.report import SignalTracked, write_signal_html, wri
 from elusive.systems.signals.results import SignalLog, tracked_of
 from elusive.systems.signals.track import track_signal
 from elusive.tracking import Step
+from elusive.tracking.memory import Memory
 
 FILES = ("tracks.csv", "result.nc", "report.html", "report.png", "checks.json", "config.yaml")
 CLOCKED = 16  # frames whose times tell how far apart frames are, where the file has times
@@ -35,21 +36,16 @@ class SignalOutcome(NamedTuple):
     findings: tuple[Finding, ...] = ()
 
 
-def bound_to(
-    source: SignalSource, parameters: SignalTracking, first: Iterable[SignalFrame] | None = None
-) -> SignalTracking:
-    """Return the parameters for a source's frames and the time between them; ``first`` are some, where it is live.
+def bound_to(source: SignalSource, parameters: SignalTracking, interval_s: float | None = None) -> SignalTracking:
+    """Return the parameters for a source's frames and the time between them, where that is not given.
 
     Raises
     ------
     DataError
         If the frames are too short, or need more memory than half of the machine's.
     """
-    interval_s = 1.0 if source.rate_hz is None else 1 / source.rate_hz
-    if untold(source):
-        interval_s = float(np.median(np.diff([frame.time_s for frame in islice(first or source, CLOCKED)])))
     try:
-        bound = parameters.bind(source.samples, interval_s)
+        bound = parameters.bind(source.samples, interval_of(source, source) if interval_s is None else interval_s)
         _refuse_noise_that_moves(source, bound)
     except DataError as error:
         raise DataError(_placed(str(error), source.name, 0)) from None
@@ -59,6 +55,13 @@ def bound_to(
 def untold(source: SignalSource) -> bool:
     """Say whether the frames' own times alone tell how far apart they are."""
     return source.rate_hz is None and source.timed
+
+
+def interval_of(source: SignalSource, first: Iterable[SignalFrame]) -> float:
+    """Return the time between frames [s], frames without a clock being a second apart; ``first`` are some."""
+    if untold(source):
+        return float(np.median(np.diff([frame.time_s for frame in islice(first, CLOCKED)])))
+    return 1.0 if source.rate_hz is None else 1 / source.rate_hz
 
 
 def _refuse_noise_that_moves(source: SignalSource, bound: SignalTracking) -> None:
@@ -76,9 +79,14 @@ def _refuse_noise_that_moves(source: SignalSource, bound: SignalTracking) -> Non
 
 
 def follow(
-    source: SignalSource, parameters: SignalTracking, frames: Iterable[SignalFrame] | None = None
+    source: SignalSource,
+    parameters: SignalTracking,
+    frames: Iterable[SignalFrame] | None = None,
+    memory: Memory | None = None,
 ) -> Iterator[Step]:
     """Track through a source's frames at their times, with parameters bound to it; ``frames`` as they come, live.
+
+    The state is kept in ``memory``, and gone on from.
 
     Raises
     ------
@@ -94,7 +102,7 @@ def follow(
             yield frame
 
     try:
-        yield from track_signal(counted(), parameters)
+        yield from track_signal(counted(), parameters, memory=memory)
     except DataError as error:
         raise DataError(_placed(str(error), source.name, source.start + read - 1)) from None
 

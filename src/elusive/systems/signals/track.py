@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from elusive.contracts import Array
 from elusive.errors import DataError
-from elusive.filters.accumulate.false_alarm import ExtremeValue, frame_law
+from elusive.filters.accumulate.false_alarm import ExtremeValue, NullScores, frame_law
 from elusive.filters.accumulate.recurrent import RecurrentState
 from elusive.io import SignalFrame
 from elusive.preprocess.whiten import NoiseModel
@@ -25,6 +25,8 @@ from elusive.systems.signals.law import noise_law
 from elusive.systems.signals.parameters import SignalTracking
 from elusive.systems.signals.whitened import Whitened, missing_samples
 from elusive.tracking import Follower, Footprint, PeakTrack, ReadBack, Step, Track, read_back
+from elusive.tracking.follow import FollowedState
+from elusive.tracking.memory import Memory
 
 __all__ = ["SignalState", "SignalTracking", "track_signal"]
 
@@ -45,8 +47,23 @@ class SignalState(NamedTuple):
     gap: bool = False  # a frame that is constant, or in which too many samples are missing
 
 
+class _Known(NamedTuple):
+    """What the next frame is taken with."""
+
+    noise: Whitened
+    quiet: Sequence[Array]  # calibration frames, until it is known what noise does
+    followed: FollowedState
+    confirmed: frozenset[int]  # tracks that are, or were
+    start_s: float = math.nan  # of the first frame that is not for calibration
+    law: ExtremeValue = ExtremeValue(0.0, 1.0)
+    null: NullScores | None = None  # what noise does, where it was simulated
+
+
 def track_signal(
-    frames: Iterable[Array | SignalFrame], parameters: SignalTracking, times_s: Iterable[float] | None = None
+    frames: Iterable[Array | SignalFrame],
+    parameters: SignalTracking,
+    times_s: Iterable[float] | None = None,
+    memory: Memory | None = None,
 ) -> Iterator[Step]:
     """Track objects through the frames of a signal, lazily; a live stream and a file are the same.
 
@@ -60,6 +77,8 @@ def track_signal(
         What to do, with the time between frames (see :meth:`SignalTracking.bind`).
     times_s
         Of frames without; by default as far apart as the parameters say.
+    memory
+        Where the state is kept, and gone on from.
 
     Yields
     ------
@@ -74,13 +93,14 @@ def track_signal(
         If no frame can be used, or one has another size or is shorter than the window; if the filter would need more
         than half of the machine's memory; or if time runs backwards.
     """
-    rng = np.random.default_rng(parameters.seed)
+    memory = memory or Memory()
+    known, rng = memory.held or (None, np.random.default_rng(parameters.seed))
     times = (number * parameters.interval_s for number in count()) if times_s is None else times_s
     stream: Iterator[Any] = ((getattr(frame, "samples", frame), time_s) for frame, time_s in timed(frames, times))
-    calibration = list(islice(stream, parameters.calibration_frames))
+    calibration = [] if known is not None else list(islice(stream, parameters.calibration_frames))
     first = list(islice(stream, 1))
     if not first:
-        if parameters.calibration_frames:
+        if known is None and parameters.calibration_frames:
             raise DataError(
                 f"calibration_frames: the signal has {len(calibration)} frames, all of them taken for calibration; "
                 "take fewer."
@@ -89,7 +109,13 @@ def track_signal(
     stream = chain(first, stream)
     ((frame, _),) = first
     parameters.bind(frame.size, parameters.interval_s)
-    noise = parameters.whitened
+    follower = Follower(
+        parameters.recursion,
+        parameters.tracks,
+        Footprint.of_object(parameters.statistic.window, parameters.object_size),
+    )
+    if known is None:
+        known = _Known(parameters.whitened, (), follower.init(rng, -1.0), frozenset())
     quiet = [frame for frame, _ in calibration if missing_samples(frame).mean() == 0]
     if calibration:
         if any(np.iscomplexobj(one) for one in quiet):
@@ -97,27 +123,27 @@ def track_signal(
                 "calibration_frames: is of real samples, and these are complex (I and Q); leave it out, and the noise "
                 "is learnt from the frames as they come, or give their magnitude."
             )
-        noise = noise.calibrated(quiet)
+        noise = known.noise.calibrated(quiet)
+        memory.keep(calibration[-1][1], known := known._replace(noise=noise, quiet=quiet), rng)
         for one, time_s in calibration:
             _, taken = noise.step(one, rng)
             zero = np.zeros(one.shape)
             yield Step(time_s, one, SignalState(zero if taken is None else taken, zero, gap=taken is None), ())
-    yield from _follow(stream, parameters, noise, quiet, rng)
+    yield from _follow(stream, parameters, follower, known, rng, memory)
 
 
 def _follow(
     frames: Iterable[tuple[Array, float]],
     parameters: SignalTracking,
-    noise: Whitened,
-    quiet: Sequence[Array],
+    follower: Follower,
+    known: _Known,
     rng: Generator,
+    memory: Memory,
 ) -> Iterator[Step]:
     """Accumulate, find peaks and track them, once it is known what noise does; inside, time counts frames."""
-    flt, interval_s, size = parameters.recursion, parameters.interval_s, parameters.object_size
-    footprint = Footprint.of_object(parameters.statistic.window, size)
-    follower = Follower(flt, parameters.tracks, footprint)
-    state, confirmed = follower.init(rng, -1.0), set[int]()
-    start_s, law, null, read = math.nan, ExtremeValue(0.0, 1.0), None, 0
+    flt, interval_s = parameters.recursion, parameters.interval_s
+    noise, quiet, state, confirmed, start_s, law, null = known
+    read = 0
 
     def threshold(recurrent: RecurrentState, seen: int) -> float:
         nonlocal law
@@ -132,7 +158,7 @@ def _follow(
         found = None if taken is None else noise.evidence.of_taken(taken)
         if state.seen == 0 and taken is not None and parameters.false_alarm.source == "simulation":
             # not before it is known that the frames can be used
-            null = noise_law(flt, noise, taken, quiet, rng)
+            null, quiet = noise_law(flt, noise, taken, quiet, rng), ()
         state = follower.step(state, now, found, threshold, rng)
         back = {
             track.track: read_back(
@@ -141,7 +167,8 @@ def _follow(
             for track in state.tracks
             if track.status == "confirmed" and track.track not in confirmed
         }
-        confirmed.update(back)
+        confirmed |= back.keys()
+        memory.keep(time_s, _Known(noise, quiet, state, confirmed, start_s, law, null), rng)
         shown = tuple(_track(track, law, interval_s) for track in state.tracks)
         if taken is None:
             score = state.score if state.seen else np.zeros(frame.shape, np.float32)
