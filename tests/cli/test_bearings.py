@@ -313,7 +313,7 @@ def test_simulated_emitters_are_tracked_as_the_command_says(flight, tmp_path, ca
     heard = ("--sigma-deg", "0.5", "--detection-probability", "0.9", "--false-bearings", "1")
     code, said = run(capsys, "--sensors", sensors, *paths, *heard, "--out", out, command=("simulate", "bearings"))
     assert code == 0, said
-    assert {file.name for file in out.iterdir()} == {"bearings.csv", "truth.csv", "sensors.csv", "config.yaml"}
+    assert {file.name for file in out.iterdir()} == {"bearings.csv", "truth.csv", "sensors.csv", "simulation.yaml"}
     assert (out / "truth.csv").read_text().startswith("time_s,track,x_m,y_m")
     command = re.search(r"To track: elusive (track bearings .*? --out )tracks", said)[1].split()
     code, said = run(capsys, *command[2:], tmp_path / "tracked")
@@ -331,7 +331,7 @@ def test_simulated_emitters_are_tracked_as_the_command_says(flight, tmp_path, ca
     assert "Emitters: several" in said
     assert len(np.unique(read_tracks_csv(tmp_path / "live" / "tracks.csv").rows["track"])) >= 2
     again = tmp_path / "again"
-    code, said = run(capsys, "--config", out / "config.yaml", "--out", again, command=("simulate", "bearings"))
+    code, said = run(capsys, "--config", out / "simulation.yaml", "--out", again, command=("simulate", "bearings"))
     assert code == 0, said
     assert (again / "bearings.csv").read_bytes() == (out / "bearings.csv").read_bytes()
     for more, sentence in (

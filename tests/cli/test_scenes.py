@@ -90,8 +90,7 @@ def test_what_is_simulated_is_tracked_with_its_truth(said: Said, tmp_path: Path,
     assert np.mean(gospa) == pytest.approx(scores["confirmed"]["gospa"])
     parts = [sum(float(row[name]) for name in ("localisation", "missed", "false")) for row in rows]
     np.testing.assert_allclose(np.square(gospa), parts, atol=1e-9)
-    config = "simulation.yaml" if system in ("images", "signal") else "config.yaml"
-    code, heard = said("simulate", system, "--config", f"made/{config}", "--out", "again")
+    code, heard = said("simulate", system, "--config", "made/simulation.yaml", "--out", "again")
     assert code == 0, heard
     for name in ("truth.csv", measured):
         assert (tmp_path / "again" / name).read_bytes() == (tmp_path / "made" / name).read_bytes()

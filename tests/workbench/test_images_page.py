@@ -180,7 +180,7 @@ def test_frames_of_ones_own_sent_and_from_the_folder(
     page.get_by_role("option", name="all", exact=True).click()
     button(page, "Run").click()
     page.locator("[data-score='This run']").wait_for()
-    assert page.get_by_text("elusive track images own.npy --config tracking.yaml").count() == 1
+    assert page.get_by_text("elusive track images own.npy --config config.yaml").count() == 1
     assert "Peaks" in titles(page)
     shown = score(page, "This run")
     config = download(page, "Run as YAML", tmp_path)

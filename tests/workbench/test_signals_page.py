@@ -111,7 +111,7 @@ def test_a_signal_of_ones_own_from_the_folder(
     field(page, "filter.max_velocity").fill("3")
     button(page, "Run").click()
     page.locator("[data-score='This run']").wait_for()
-    told(page, "elusive track signal long.npy --frame-samples 300 --config tracking.yaml --out results")
+    told(page, "elusive track signal long.npy --frame-samples 300 --config config.yaml --out results")
     shown = score(page, "This run")
     config = download(page, "Run as YAML", tmp_path)
     given = ["--frame-samples", 300, "--config", config, "--truth", served.folder / "places.csv"]

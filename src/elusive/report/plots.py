@@ -41,8 +41,7 @@ STYLE: Any = {
     "lines.linewidth": 1.8,
     "legend.frameon": False,
     "legend.fontsize": 8.0,
-    "figure.dpi": 110.0,
-    "savefig.dpi": 150.0,
+    "figure.dpi": 150.0,
     "svg.hashsalt": "elusive",
 }
 
@@ -58,8 +57,17 @@ def figure(
     with mpl.rc_context(STYLE):
         drawn = Figure(figsize=(width_in, height_in), layout="constrained")
         yield drawn, drawn.subplots(rows, columns, squeeze=False)
+        settle(drawn)
         with atomic_path(path) as temporary:
             drawn.savefig(temporary, metadata={"Software": None} if path.suffix == ".png" else None)
+
+
+def settle(drawn: Figure) -> None:
+    """Lay the panels out and leave them there: a figure saved unsettled is laid out twice and drawn twice."""
+    engine = drawn.get_layout_engine()
+    if engine is not None:
+        engine.execute(drawn)
+        drawn.set_layout_engine("none")
 
 
 def heading(drawn: Figure, title: str, verdict: str, top: float, letters: int) -> None:

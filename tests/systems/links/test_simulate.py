@@ -26,7 +26,7 @@ from elusive.systems.links.run import track_links_recording
 from elusive.systems.links.simulate import LinkSimulation
 from elusive.systems.links.track import LinksMethod, LinkTracking
 
-FILES = ["config.yaml", "coverage.csv", "coverage.png", "log.csv", "nodes.csv", "truth.csv"]
+FILES = ["coverage.csv", "coverage.png", "log.csv", "nodes.csv", "simulation.yaml", "truth.csv"]
 SMALL = {
     "walks": {"users": 2, "total_positions": 40, "area": Area.rectangle(0, 6, 0, 4), "step_distance_m": 0.4},
     "network": {"kind": "border", "nodes": 8},
@@ -166,13 +166,13 @@ def test_a_log_of_many_channels_fades_and_is_noisy_as_asked(tmp_path: Path) -> N
 def test_the_command_repeats_from_its_own_configuration(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     first, second = tmp_path / "first", tmp_path / "second"
     asked = ["--users", "2", "--total-positions", "30", "--nodes", "7", "--area", "0", "6", "0", "4", "--seed", "9"]
-    for given, out in ((asked, first), (["--config", str(first / "config.yaml")], second)):
+    for given, out in ((asked, first), (["--config", str(first / "simulation.yaml")], second)):
         with pytest.raises(SystemExit) as end:
             main(["simulate", "links", *given, "--out", str(out)])
         assert not end.value.code
     for name in (name for name in FILES if name != "coverage.png"):
         assert (first / name).read_bytes() == (second / name).read_bytes()
-    assert yaml.safe_load((first / "config.yaml").read_text())["network"] == {"kind": "border", "nodes": 7}
+    assert yaml.safe_load((first / "simulation.yaml").read_text())["network"] == {"kind": "border", "nodes": 7}
     said = capfd.readouterr()
     assert "7 nodes, 21 links, 1 channel " in said.out
     command = said.err.split("To track: elusive ")[1].splitlines()[0].split()

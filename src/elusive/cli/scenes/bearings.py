@@ -41,7 +41,7 @@ def simulate_command(
         parameters = parameters.replace(ways_m=tuple(tuple(map(tuple, read_way(file).tolist())) for file in path))
     files = simulate_bearings(parameters, out)
     names = ", ".join(file.name for file in files)
-    console.print(f"Written to {out}: {names}, config.yaml", highlight=False, soft_wrap=True)
+    console.print(f"Written to {out}: {names}, simulation.yaml", highlight=False, soft_wrap=True)
     bearings, sensors, truth = (shlex.quote(str(file)) for file in files)
     command = f"elusive track bearings {bearings} --sensors {sensors} --truth {truth}"
     console.print(

@@ -46,7 +46,7 @@ def simulate_command(
         simulated = simulate_links(parameters, out, on_frame=advance)
     show(out.name, ("", ""), simulated.rows)
     console.print(
-        f"Written to {out}: log.csv, nodes.csv, truth.csv, coverage.csv, coverage.png, config.yaml", soft_wrap=True
+        f"Written to {out}: log.csv, nodes.csv, truth.csv, coverage.csv, coverage.png, simulation.yaml", soft_wrap=True
     )
     files = " ".join(f"{option} {shlex.quote(str(out / name))}" for option, name in TRACKED_WITH)
     command = f"elusive track links {files} --calibration-frames {parameters.calibration_steps} --out tracks"

@@ -40,4 +40,4 @@ def run_scene(scene: Path, given: dict[str, Any], out: Path) -> None:
         outcome = track_video_scene(parameters, out, advance)
     console.print(escape(outcome.tracked.verdict), highlight=False)
     show_run(scene.name, outcome.tracked.rows, outcome.findings)
-    console.print(f"Written to {out}: the video, truth.csv, config.yaml, and tracks/", soft_wrap=True)
+    console.print(f"Written to {out}: the video, truth.csv, simulation.yaml, and tracks/", soft_wrap=True)

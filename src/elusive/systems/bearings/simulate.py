@@ -144,7 +144,7 @@ class BearingFiles(NamedTuple):
 
 
 def simulate_bearings(parameters: BearingSimulation, out: Path) -> BearingFiles:
-    """Write ``bearings.csv`` of all emitters, ``truth.csv``, ``sensors.csv`` and ``config.yaml`` into a folder.
+    """Write ``bearings.csv`` of all emitters, ``truth.csv``, ``sensors.csv`` and ``simulation.yaml`` into a folder.
 
     Raises
     ------
@@ -152,7 +152,7 @@ def simulate_bearings(parameters: BearingSimulation, out: Path) -> BearingFiles:
         If there is no sensor, a path is too short, or a file cannot be written; then nothing is.
     """
     with atomic_folder(out) as folder:
-        (folder / "config.yaml").write_text(parameters.to_yaml(), encoding="utf-8")
+        (folder / "simulation.yaml").write_text(parameters.to_yaml(), encoding="utf-8")
         flights = [parameters.flight(emitter) for emitter in range(max(len(parameters.ways_m), 1))]
         written = parameters.record(folder, flights)
     return BearingFiles(*(out / path.name for path in written))

@@ -27,7 +27,7 @@ class LinkSimulated(NamedTuple):
 def simulate_links(
     parameters: LinkSimulation, out: Path, *, on_frame: Callable[[int], None] | None = None
 ) -> LinkSimulated:
-    """Write ``log.csv``, ``nodes.csv``, ``truth.csv``, ``coverage.csv`` and ``.png``, and ``config.yaml``.
+    """Write ``log.csv``, ``nodes.csv``, ``truth.csv``, ``coverage.csv`` and ``.png``, and ``simulation.yaml``.
 
     The log has a frame a line, under the header ``time_s`` and ``tx-rx-channel``; channels are numbered from 0.
 
@@ -64,7 +64,7 @@ def simulate_links(
         write_csv(folder / "nodes.csv", NODE_COLUMNS, zip(nodes.names, *nodes.positions_m.T.tolist(), strict=True))
         write_truth(folder / "truth.csv", people_of(parameters, truth) or Truth((), ()), "m")
         covered = write_coverage(folder, nodes, network.grid, network.weights)
-        (folder / "config.yaml").write_text(parameters.to_yaml(), encoding="utf-8")
+        (folder / "simulation.yaml").write_text(parameters.to_yaml(), encoding="utf-8")
     there = present.any(axis=1)
     return LinkSimulated(
         [

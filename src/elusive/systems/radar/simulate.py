@@ -28,7 +28,7 @@ from elusive.sensors.radar_scans import OwnShip
 from elusive.systems.radar.coast_echoes import draw_coast_echoes
 from elusive.systems.radar.voyage import Sailing, voyage
 
-FILES = ("plots.csv", "truth.csv", "config.yaml")
+FILES = ("plots.csv", "truth.csv", "simulation.yaml")
 MID_OCEAN_DEG = (-30.0, 45.0)
 
 
@@ -71,7 +71,7 @@ def simulate_radar(
     own_route: Route | None = None,
     on_scan: Callable[[int], None] | None = None,
 ) -> RadarSimulated:
-    """Sail a ship along each route; write a radar's ``plots.csv``, ``truth.csv`` and ``config.yaml``.
+    """Sail a ship along each route; write a radar's ``plots.csv``, ``truth.csv`` and ``simulation.yaml``.
 
     Ships are numbered from 1. The legs are straight in the frame, and sailed at constant speed.
 

@@ -162,7 +162,7 @@ def spokes_of(scenario: VideoScenario, parameters: VideoSimulation, rng: Generat
 def simulate_video(
     parameters: VideoSimulation, out: Path, on_turn: Callable[[int], None] | None = None
 ) -> VideoSimulated:  # fmt: skip
-    """Write radar video, ``truth.csv``, the chart ``coast.geojson`` where there is a coast, and ``config.yaml``.
+    """Write radar video, ``truth.csv``, the chart ``coast.geojson`` where there is a coast, and ``simulation.yaml``.
 
     Raises
     ------
@@ -181,7 +181,7 @@ def simulate_video(
     scenario = scenario_of(parameters, rng)
     frame = LocalFrame.at(*RADAR_DEG)
     video = "video.npz" if parameters.write == "npz" else "video.pcap"
-    files = [video, "truth.csv", *(["coast.geojson"] if scenario.coast is not None else []), "config.yaml"]
+    files = [video, "truth.csv", *(["coast.geojson"] if scenario.coast is not None else []), "simulation.yaml"]
 
     def counted() -> Iterator[Spokes]:
         for number, spokes in enumerate(spokes_of(scenario, parameters, rng), 1):
@@ -202,7 +202,7 @@ def simulate_video(
         write_truth(folder / "truth.csv", truth_of(scenario, parameters), "m")
         if scenario.coast is not None:
             write_coast(folder / "coast.geojson", scenario.coast.charted, frame)
-        (folder / "config.yaml").write_text(parameters.to_yaml(), encoding="utf-8")
+        (folder / "simulation.yaml").write_text(parameters.to_yaml(), encoding="utf-8")
     rows = [
         ("Video", f"{parameters.turns} turns of {radar.rotation_s:g} s, {radar.spokes} x {radar.samples} samples"),
         ("Ships", ", ".join(f"{level:.0f} dB" for level in scenario.snr_db) or "none"),

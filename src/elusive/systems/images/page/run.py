@@ -41,12 +41,12 @@ def work_of(state: ImagesState) -> Callable[[LiveJob], Run]:
     if recorded is None:
         raise DataError("frames: none are opened; open some, or make a scenario.")
     truth, truth_name = state.truth, state.truth_name
-    words = ["elusive", "track", "images", name, "--config", "tracking.yaml", "--out", "results"]
+    words = ["elusive", "track", "images", name, "--config", "config.yaml", "--out", "results"]
     words += ["--truth", truth_name] if truth is not None else []
     source = held_frames(name, recorded.frames, recorded.rate_hz)
 
     def work(job: LiveJob) -> Run:
-        yaml = File("Run as YAML", "tracking.yaml", tracking.to_yaml().encode())
+        yaml = File("Run as YAML", "config.yaml", tracking.to_yaml().encode())
         return watched(name, source, recorded.frames, tracking, truth, yaml, shlex.join(words), job)
 
     return work

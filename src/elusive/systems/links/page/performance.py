@@ -73,7 +73,7 @@ class PerformanceWindow:
             again = "elusive scene scene.yaml --out results"
             if state.run_log is not None:
                 name = shlex.quote(state.run_log.name)
-                again = f"elusive track links {name} --nodes sensors.csv --config track_links.yaml --out results"
+                again = f"elusive track links {name} --nodes sensors.csv --config config.yaml --out results"
             ui.label(f"Run it again without a browser: {again}").classes("ew-note")
 
     def _scores(self, run: SceneRun, kept: SceneRun | None) -> None:
@@ -108,7 +108,7 @@ class PerformanceWindow:
             "Tracks as CSV": (tracks, "tracks.csv"),
             "Events as CSV": (events, "events.csv"),
             "Scores as JSON": ("{}\n" if run.outcome.scored is None else run.outcome.scored.text, "scores.json"),
-            "Configuration for track links": (run.tracking.to_yaml(), "track_links.yaml"),
+            "Configuration for track links": (run.tracking.to_yaml(), "config.yaml"),
         }
         for label, (text, name) in texts.items():
             ui.button(label, on_click=partial(ui.download.content, text, name)).props("outline no-caps")

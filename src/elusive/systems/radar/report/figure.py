@@ -141,8 +141,7 @@ def _draw_chart(axes: Axes, tracked: RadarTracked, extent: Extent) -> AxesImage 
 
 def _fill(figure: Figure, maps: list[Axes]) -> None:
     """Widen what maps show, where needed, so that a metre is as long on either axis and no panel has empty sides."""
-    figure.draw_without_rendering()
-    figure.set_layout_engine("none")
+    plots.settle(figure)
     for axes in maps:
         width, height = axes.get_window_extent().size
         (west, east), (south, north) = axes.get_xlim(), axes.get_ylim()

@@ -38,11 +38,11 @@ def work_of(state: SignalsState) -> Callable[[LiveJob], Run]:
     recorded, tracking, name, truth = state.recorded, state.tracking, state.name, state.truth
     if recorded is None:
         raise DataError("signal: none is opened; open one, or make a scene.")
-    words = ["elusive", "track", "signal", name, *state.recorded_by, "--config", "tracking.yaml", "--out", "results"]
+    words = ["elusive", "track", "signal", name, *state.recorded_by, "--config", "config.yaml", "--out", "results"]
     words += ["--truth", state.truth_name] if truth is not None else []
     times = recorded.times if recorded.timed and recorded.rate_hz is None else None
     source = held_signal(name, recorded.frames, recorded.rate_hz, times)
-    yaml = File("Run as YAML", "tracking.yaml", tracking.to_yaml().encode())
+    yaml = File("Run as YAML", "config.yaml", tracking.to_yaml().encode())
     return lambda job: watched(name, source, tracking, truth, yaml, shlex.join(words), job)
 
 
