@@ -1,4 +1,4 @@
-"""Images in a browser: the paper's scenario by one click, two SNRs compared, frames of one's own."""
+"""Images in a browser: the paper's scenario by one click, two SNRs compared."""
 
 from __future__ import annotations
 
@@ -10,19 +10,15 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from PIL import Image
 
 from elusive.cli import main
 from elusive.errors import DataError, ParameterError
 from elusive.experiments.amrouche2018.scenario import WeakTarget
-from elusive.io import Truth, write_truth
 from elusive.systems.images.page.panels import belief_of, images_page
-from elusive.systems.images.page.recording import KINDS, read_frames
 from elusive.systems.images.results import ImageLog, tracked_of
 from elusive.systems.images.scene import ImageScene, held_frames
 from elusive.systems.images.simulate import draw_images
 from elusive.systems.images.track import track_images
-from elusive.workbench.opener import read_named
 from tests.workbench.conftest import Served, Tab
 from tests.workbench.test_links_page import READY, SHOWN, button, download, field, picture, titles, told
 
@@ -147,50 +143,6 @@ def test_another_snr_is_compared_a_wrong_value_marked_a_run_called_off(served: S
     assert int(page.locator(".drawing:not(.ew-live)").get_attribute("data-frame")) < 5
 
 
-def test_frames_of_ones_own_sent_and_from_the_folder(
-    served: Served, open_tab: OpenTab, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    drawn = draw_images(ImageScene(rows=48, columns=48, snr_db=18, leaves=29))
-    np.save(served.folder / "own.npy", drawn.frames)
-    write_truth(served.folder / "own.csv", Truth.of_frames(drawn.truth), "px")
-    page = open_tab().page
-    page.goto(f"{served.address}/images")
-    page.get_by_role("radio", name="Open frames").click()
-    button(page, "Run").click()
-    told(page, "frames: none are opened; open some, or make a scenario.")
-    button(page, "Close").click()
-    for name, sentence in (("../own.npy", "is no plain file name"), ("none.npy", "is not in the workbench's folder")):
-        page.get_by_label("Name of frames").fill(name)
-        button(page, "Open frames").click()
-        told(page, sentence)
-    chooser = page.locator("input[type=file]").first
-    chooser.set_input_files({"name": "a.pkl", "mimeType": "application/octet-stream", "buffer": b"x"})
-    told(page, "The file is refused")
-    chooser.set_input_files({"name": "bad.npy", "mimeType": "application/octet-stream", "buffer": b"x"})
-    told(page, "bad.npy: cannot be read")
-    page.get_by_label("Name of frames").fill("own.npy")
-    button(page, "Open frames").click()
-    told(page, "own.npy: 30 frames of 48 x 48 pixels")
-    page.get_by_text("Where it truly was").click()
-    page.get_by_label("Name of truth").fill("own.csv")
-    button(page, "Open truth").click()
-    told(page, "own.csv: targets: 1")
-    assert field(page, "pedestal").count() == 0  # of white frames alone
-    page.locator('[data-field="show"]').first.click()
-    page.get_by_role("option", name="all", exact=True).click()
-    button(page, "Run").click()
-    page.locator("[data-score='This run']").wait_for()
-    assert page.get_by_text("elusive track images own.npy --config config.yaml").count() == 1
-    assert "Peaks" in titles(page)
-    shown = score(page, "This run")
-    config = download(page, "Run as YAML", tmp_path)
-    given = ["--config", config, "--truth", served.folder / "own.csv", "--out", tmp_path / "out"]
-    main_quietly("track", "images", served.folder / "own.npy", *given)
-    said = capsys.readouterr().out
-    assert re.search(rf"│\s+{re.escape(shown)} ", said)
-    assert download(page, "Tracks as CSV", tmp_path).read_bytes() == (tmp_path / "out" / "tracks.csv").read_bytes()
-
-
 def main_quietly(*arguments: object) -> None:
     with pytest.raises(SystemExit) as ended:
         main([str(argument) for argument in arguments])
@@ -260,14 +212,6 @@ def test_a_scene_that_cannot_be_is_refused(given: dict[str, Any], sentence: str)
         ImageScene(**given)
 
 
-def test_what_a_page_cannot_keep_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    np.save(tmp_path / "many.npy", np.random.default_rng(1).standard_normal((9, 10, 10)))
-    assert read_frames(tmp_path / "many.npy").frames.shape == (9, 10, 10)
-    monkeypatch.setattr("elusive.systems.images.page.recording.VALUES_AT_MOST", 800)
-    with pytest.raises(DataError, match=r"has more than 8 frames of 10 x 10 pixels, too many for a page"):
-        read_frames(tmp_path / "many.npy")
-
-
 def test_frames_in_memory_are_a_source_like_a_files(tmp_path: Path) -> None:
     frames = draw_images(ImageScene()).frames
     source = held_frames("held", frames, 5.0)
@@ -284,23 +228,3 @@ def test_a_scene_of_an_unknown_system_is_refused(tmp_path: Path, capsys: pytest.
     assert ended.value.code == 2
     assert "is a scene of system 'sonar'; known are links, images, signals" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
-
-
-def test_a_folder_of_images_is_opened_and_one_that_leads_out_is_not(tmp_path: Path) -> None:
-    folder, frames = tmp_path / "folder", 100 + 50 * draw_images(ImageScene()).frames[:4]
-    (folder / "shots").mkdir(parents=True)
-    for number, frame in enumerate(frames):
-        Image.fromarray(frame.clip(0, 255).astype(np.uint8)).save(folder / "shots" / f"{number}.png")
-    read = read_named(folder, "shots", KINDS, read_frames, folders=True)
-    np.testing.assert_array_equal(read.frames, frames.clip(0, 255).astype(np.uint8))
-    np.save(tmp_path / "secret.npy", frames)
-    (folder / "shots" / "4.png").symlink_to(tmp_path / "secret.npy")
-    (folder / "link.npy").symlink_to(tmp_path / "secret.npy")
-    for name, sentence in (("shots", "shots: 4.png leads out of"), ("link.npy", "link.npy: leads out of")):
-        with pytest.raises(DataError, match=sentence):
-            read_named(folder, name, KINDS, read_frames, folders=True)
-    (folder / "bad.npy").write_bytes(b"x")
-    with pytest.raises(DataError, match=r"^bad\.npy: cannot be read"):  # no path of the machine
-        read_named(folder, "bad.npy", KINDS, read_frames, folders=True)
-    with pytest.raises(DataError, match="shots: has no ending of"):
-        read_named(folder, "shots", KINDS, read_frames, folders=False)

@@ -129,6 +129,24 @@ def test_a_run_is_that_of_the_command_and_one_called_off_leaves_nothing(heard: P
         assert served_file(folder, *stranger) is None
 
 
+def test_own_frames_and_signals_are_tracked_as_the_command_line_tracks_them(tmp_path: Path) -> None:
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    rng = np.random.default_rng(0)
+    np.save(folder / "long.npy", rng.normal(size=60 * 300))
+    steady = 100 + 20 * rng.normal(size=(64, 64, 1)) + rng.normal(size=(64, 64, 40))
+    np.save(folder / "turned.npy", steady)
+    cut = {"recording": "long.npy", "frame_samples": "300"}
+    for noun, given, words in (
+        ("images", {"source": "turned.npy"}, ()), ("signal", cut, ("--frame-samples", 300)),
+    ):  # fmt: skip
+        run = track(folder, of(noun), given, of(noun).parameters(), Job())
+        out = folder / f"made {noun}"
+        main_quietly("track", noun, folder / next(iter(given.values())), *words, "--out", out)
+        assert (run.folder / "tracks.csv").read_bytes() == (out / "tracks.csv").read_bytes()
+        assert list(run.doubted) == (["frames.axes"] if noun == "images" else [])
+
+
 def colours(closing: Any) -> list[str]:
     """Of the words that close what is told, and of what they stand on."""
     found: list[str] = closing.evaluate(

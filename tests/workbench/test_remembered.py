@@ -9,11 +9,9 @@ import time
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from elusive.errors import DataError
-from elusive.systems.images.page.recording import read_frames
 from elusive.systems.links.page.state import LinksState, Recorded
 from elusive.systems.links.presets import first_simulation
 from elusive.workbench.forms import changed_since, in_plain_words
@@ -134,17 +132,6 @@ def test_a_log_of_other_sensors_is_refused_before_it_runs() -> None:
     log = Recorded("twelve.csv", LOG + b"\n" + b",".join([b"0"] + [b"-60"] * 132) + b"\n")
     with pytest.raises(DataError, match=r"^twelve\.csv: holds links of 12 of the 41 sensors; open the log's own"):
         log.frames(state.scene)
-
-
-def test_an_array_with_time_last_is_told_when_it_is_opened(tmp_path: Path) -> None:
-    rng = np.random.default_rng(0)
-    steady = 100 + 20 * rng.normal(size=(64, 64, 1)) + rng.normal(size=(64, 64, 40))
-    np.save(tmp_path / "frames.npy", steady)
-    (remark,) = read_frames(tmp_path / "frames.npy").remarks
-    assert "40 columns" in remark
-    assert "another order of axes" in remark
-    np.save(tmp_path / "frames.npy", np.moveaxis(steady, -1, 0))
-    assert read_frames(tmp_path / "frames.npy").remarks == ()
 
 
 def test_work_that_does_not_notice_is_not_waited_for_once_it_is_called_off() -> None:

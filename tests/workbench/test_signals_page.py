@@ -1,4 +1,4 @@
-"""Noise objects in a browser: the ready scene by one click, two backgrounds compared, a signal of one's own."""
+"""Noise objects in a browser: the ready scene by one click, two backgrounds compared."""
 
 from __future__ import annotations
 
@@ -11,11 +11,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from elusive.errors import DataError, ParameterError
-from elusive.io import Truth, write_truth
+from elusive.errors import ParameterError
+from elusive.io import open_signal
 from elusive.systems.signals.page.panels import errors_of
-from elusive.systems.signals.page.recording import read_recorded
-from elusive.systems.signals.page.state import Cutting
 from elusive.systems.signals.parameters import SignalTracking
 from elusive.systems.signals.report import Path1D, SignalTracked
 from elusive.systems.signals.scene import SignalScene, draw_signal, fitted, held_signal
@@ -85,41 +83,6 @@ def test_another_background_is_compared_a_wrong_value_marked_a_run_called_off(
     assert page.evaluate("document.documentElement.scrollWidth") <= 800
 
 
-def test_a_signal_of_ones_own_from_the_folder(
-    served: Served, open_tab: OpenTab, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    drawn = draw_signal(SignalScene(samples=300, frames=60))
-    np.save(served.folder / "long.npy", drawn.frames.ravel())
-    write_truth(served.folder / "places.csv", Truth.of_frames(drawn.truth), "samples")
-    page = open_tab().page
-    page.goto(f"{served.address}/signals")
-    page.get_by_role("radio", name="Open a signal").click()
-    button(page, "Run").click()
-    told(page, "signal: none is opened; open one, or make a scene.")
-    page.get_by_label("Name of a signal").fill("../long.npy")
-    button(page, "Open a signal").click()
-    told(page, "is no plain file name")
-    field(page, "frame_samples").fill("300")
-    page.get_by_label("Name of a signal").fill("long.npy")
-    button(page, "Open a signal").click()
-    told(page, "long.npy: 60 frames of 300 samples")
-    page.get_by_text("Where objects truly were").click()
-    page.get_by_label("Name of truth").fill("places.csv")
-    button(page, "Open truth").click()
-    told(page, "places.csv: objects: 1")
-    field(page, "filter.smoothing").fill("0.8")
-    field(page, "filter.max_velocity").fill("3")
-    button(page, "Run").click()
-    page.locator("[data-score='This run']").wait_for()
-    told(page, "elusive track signal long.npy --frame-samples 300 --config config.yaml --out results")
-    shown = score(page, "This run")
-    config = download(page, "Run as YAML", tmp_path)
-    given = ["--frame-samples", 300, "--config", config, "--truth", served.folder / "places.csv"]
-    main_quietly("track", "signal", served.folder / "long.npy", *given, "--out", tmp_path / "out")
-    assert re.search(rf"│\s+{re.escape(shown)} ", capsys.readouterr().out)
-    assert download(page, "Tracks as CSV", tmp_path).read_bytes() == (tmp_path / "out" / "tracks.csv").read_bytes()
-
-
 def test_a_scene_has_its_objects_where_it_says() -> None:
     paths = [{"start": (20.0,), "velocity": (2.0,), "appears": 3, "leaves": 9}, {"start": (90.0,), "velocity": (4.0,)}]
     scene = SignalScene(objects=paths, samples=100, frames=12, sensor={"border": "bounded"})
@@ -173,18 +136,14 @@ def test_errors_are_to_the_nearest_track_round_the_ring_where_one_is_near() -> N
     np.testing.assert_array_equal(errors_of(tracked, math.inf, 5)[:, 0], [1.5, np.nan, np.nan, np.nan])
 
 
-def test_a_recording_in_memory_is_a_source_like_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_recording_in_memory_is_a_source_like_the_file(tmp_path: Path) -> None:
     rows = np.random.default_rng(1).standard_normal((6, 40))
     times = [0.0, 0.5, 1.0, 2.0, 2.5, 3.0]
     lines = [",".join(["time_s", *(f"s{k}" for k in range(40))])]
     lines += [",".join([str(time), *map(repr, row.tolist())]) for time, row in zip(times, rows, strict=True)]
     (tmp_path / "timed.csv").write_text("\n".join(lines), encoding="utf-8")
-    read = Cutting().read(tmp_path / "timed.csv")
-    held = list(held_signal("x", read.frames, read.rate_hz, read.times))
+    read = list(open_signal(tmp_path / "timed.csv"))
+    held = list(held_signal("x", np.array([one.samples for one in read]), None, np.array([one.time_s for one in read])))
     assert [one.time_s for one in held] == times
     np.testing.assert_array_equal([one.samples for one in held], rows)
     assert [one.time_s for one in held_signal("x", rows, 2.0)] == [0.0, 0.5, 1.0, 1.5, 2.0, 2.5]
-    assert Cutting(frame_samples=30, rate_hz=0.5).options == ["--frame-samples", "30", "--rate-hz", "0.5"]
-    monkeypatch.setattr("elusive.systems.signals.page.recording.VALUES_AT_MOST", 200)
-    with pytest.raises(DataError, match="has more than 5 frames of 40 samples, too many for a page"):
-        read_recorded(tmp_path / "timed.csv", None, None, None)

@@ -20,7 +20,7 @@ from elusive.workbench.form import Form, FormTools, are_right
 from elusive.workbench.parts import Changed, Drawing
 from elusive.workbench.run_bar import RunBar
 from elusive.workbench.runs import BenchState, File, LiveJob, Run, beside, table
-from elusive.workbench.shell import window
+from elusive.workbench.shell import OWN, window
 
 
 class Bench:
@@ -32,8 +32,8 @@ class Bench:
         What the tab holds.
     inputs
         Builds what is set; gives the forms in it, which must be right before a run.
-    prepare
-        Gives the work, from the state as it stands; it is done off the event loop.
+    work
+        Runs a scene; it is done off the event loop.
     live
         Title and label of the curve shown while it runs.
     """
@@ -42,16 +42,17 @@ class Bench:
         self,
         state: BenchState[Any],
         inputs: Callable[[], Callable[[], Sequence[Form]]],
-        prepare: Callable[[], Callable[[LiveJob], Run]],
+        work: Callable[[Any, LiveJob], Run],
         live: tuple[str, str],
     ) -> None:
-        self._state, self._prepare, self._title = state, prepare, live
+        self._state, self._work, self._title = state, work, live
         self._shown: Run | None = None
         with window() as (side, stage):
             with side:
                 self._bar = RunBar(state, self.run)
                 FormTools(lambda: self._forms())
                 self._forms = inputs()
+                ui.link("Track a recording of your own", OWN[0]).classes("ew-note")
             with stage:
                 self._live = ui.column().classes("w-full gap-1")
                 self._result = ui.column().classes("w-full gap-3")
@@ -64,10 +65,10 @@ class Bench:
         """Run what is set; False if it was refused or called off."""
         if self._state.job is not None or not are_right(self._forms()):
             return False
-        settings = self._state.settings
-        found = await self._bar.run(LiveJob(), self._prepare)
+        scene = self._state.scene
+        found = await self._bar.run(LiveJob(), lambda: partial(self._work, scene))
         if found is not None:
-            self._state.run, self._state.ran = found, settings
+            self._state.run, self._state.ran = found, scene
         self._show()
         return found is not None
 
@@ -110,7 +111,7 @@ class Bench:
             if state.run is None:
                 ui.label("Nothing has run yet: press Run.").classes("ew-note")
                 return
-            Changed(lambda: state.ran, lambda: state.settings)
+            Changed(lambda: state.ran, lambda: state.scene)
             Drawing(beside(state.run, state.kept))
             self._scores(state.run, state.kept)
             ui.html(findings_html(state.run.findings), sanitize=False)

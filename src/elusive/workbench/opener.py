@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 from nicegui import ui
 
 from elusive.errors import DataError, ElusiveError
-from elusive.workbench.files import UPLOAD_MOST_BYTES, inside, read_upload, stranger
+from elusive.workbench.files import UPLOAD_MOST_BYTES, inside, read_upload
 from elusive.workbench.jobs import away
 from elusive.workbench.parts import errors_shown, refuse
 from elusive.workbench.settings import SETTINGS
@@ -18,8 +18,7 @@ Read = TypeVar("Read")
 
 
 def opener(
-    what: str, kinds: Sequence[str], read: Callable[[Path], Read], take: Callable[[str, Read], Any], *,
-    folders: bool = False,
+    what: str, kinds: Sequence[str], read: Callable[[Path], Read], take: Callable[[str, Read], Any]
 ) -> None:  # fmt: skip
     """Build what opens a file.
 
@@ -33,14 +32,12 @@ def opener(
         Reads it whole from a path; done off the event loop.
     take
         Is given its name and what was read.
-    folders
-        Whether a folder inside the one folder may be named too.
     """
 
     async def named() -> None:
         with errors_shown():
             found = name.value or ""
-            take(found, await away(lambda: read_named(SETTINGS.folder, found, kinds, read, folders)))
+            take(found, await away(lambda: read_named(SETTINGS.folder, found, kinds, read)))
 
     async def sent(event: Any) -> None:
         event.sender.reset()
@@ -49,8 +46,7 @@ def opener(
             take(event.file.name, await away(lambda: read_upload(event.file.name, data, kinds, read)))
 
     words = ", ".join(kinds)
-    more = ", or a folder of images" if folders else ""
-    ui.label(f"From the workbench's folder, or sent: {words}{more}").classes("ew-note")
+    ui.label(f"From the workbench's folder, or sent: {words}").classes("ew-note")
     with ui.element("div").classes("ew-row w-full"):
         name = ui.input(f"Name of {what}").props("dense outlined").classes("grow")
         name.on("keydown.enter", named)
@@ -62,21 +58,17 @@ def opener(
     ).props(f'accept="{",".join(kinds)}" flat bordered').classes("w-full")  # fmt: skip
 
 
-def read_named(
-    folder: Path, name: str, kinds: Sequence[str], read: Callable[[Path], Read], folders: bool
-) -> Read:  # fmt: skip
-    """Read a file of that name in the folder, or a folder of images in it.
+def read_named(folder: Path, name: str, kinds: Sequence[str], read: Callable[[Path], Read]) -> Read:
+    """Read a file of that name in the folder.
 
     Raises
     ------
     DataError
         If it is not there, leads out of the folder, is of another kind, or cannot be read.
     """
-    path = inside(folder, name, (*kinds, "") if folders else kinds)
+    path = inside(folder, name, kinds)
     if not path.exists():
         raise DataError(f"{name}: is not in the workbench's folder; put it there, or send it.")
-    if outer := stranger(folder, path):
-        raise DataError(f"{name}: {outer} leads out of the workbench's folder; put a copy there.")
     try:
         return read(path)
     except ElusiveError as error:

@@ -12,6 +12,7 @@ from elusive.workbench.exports import table_html
 from elusive.workbench.jobs import Job
 
 Scene = TypeVar("Scene", bound=Model)
+SCENE_AGAIN = "elusive scene scene.yaml --out results"  # the command that repeats a run of a scene
 
 
 class File(NamedTuple):
@@ -55,12 +56,7 @@ class BenchState(Generic[Scene]):
         self.run: Run | None = None
         self.kept: Run | None = None
         self.job: LiveJob | None = None
-        self.ran: Model | None = None  # settings that the run is of
-
-    @property
-    def settings(self) -> Model:
-        """What the next run is of."""
-        return self.scene
+        self.ran: Scene | None = None  # scene that the run is of
 
 
 def beside(run: Run, kept: Run | None) -> Drawing:

@@ -1,4 +1,4 @@
-"""Images: targets too faint to see in one frame, made or opened, run, played and measured on one page.
+"""Images: targets too faint to see in one frame, made, run, played and measured on one page.
 
 Amrouche, Khenchaf and Berkani (2018).
 """
@@ -6,17 +6,17 @@ Amrouche, Khenchaf and Berkani (2018).
 from __future__ import annotations
 
 from elusive.systems.images.page.inputs import ImageInputs
-from elusive.systems.images.page.run import work_of
-from elusive.systems.images.page.state import ImagesState
+from elusive.systems.images.page.run import run_scene
 from elusive.systems.images.scene import ImageScene
 from elusive.workbench.bench import Bench
+from elusive.workbench.runs import BenchState
 from elusive.workbench.session import state_of
 from elusive.workbench.shell import Page, head, main
 
 TITLE = "Faint targets in images"
 LEAD = (
-    "Targets below the noise of every single frame are found by following all places at once. Make some or open "
-    "frames, run the filter, and see when each is there and how far off; keep a run and change the SNR to see both."
+    "Targets below the noise of every single frame are found by following all places at once. Make some, "
+    "run the filter, and see when each is there and how far off; keep a run and change the SNR to see both."
 )
 BESIDE_DB = 10.0  # SNR of the run that the example keeps beside the paper's
 
@@ -24,11 +24,11 @@ BESIDE_DB = 10.0  # SNR of the run that the example keeps beside the paper's
 async def build(example: bool) -> None:
     """Build the page; ``example``: run the paper's scenario at once, and with a brighter target to compare."""
     head("/images")
-    state = await state_of("images", ImagesState)
+    state = await state_of("images", lambda: BenchState(ImageScene().settled))
     with main(TITLE, LEAD):
         if example:
-            state.scene, state.records = ImageScene().settled, False
-        bench = Bench(state, lambda: ImageInputs(state).forms, lambda: work_of(state), ("Is it there?", "probability"))
+            state.scene = ImageScene().settled
+        bench = Bench(state, lambda: ImageInputs(state).forms, run_scene, ("Is it there?", "probability"))
     if example:
         weak = state.scene
         state.scene = weak.replace(snr_db=BESIDE_DB).settled

@@ -1,4 +1,4 @@
-"""Noise objects: what differs from a signal's noise in its statistics alone, made or opened, run, played, measured.
+"""Noise objects: what differs from a signal's noise in its statistics alone, made, run, played, measured.
 
 Mazurek (2013).
 """
@@ -6,10 +6,10 @@ Mazurek (2013).
 from __future__ import annotations
 
 from elusive.systems.signals.page.inputs import SignalInputs
-from elusive.systems.signals.page.run import work_of
-from elusive.systems.signals.page.state import SignalsState
+from elusive.systems.signals.page.run import run_scene
 from elusive.systems.signals.scene import SignalScene
 from elusive.workbench.bench import Bench
+from elusive.workbench.runs import BenchState
 from elusive.workbench.session import state_of
 from elusive.workbench.shell import Page, head, main
 
@@ -23,14 +23,12 @@ LEAD = (
 async def build(example: bool) -> None:
     """Build the page; ``example``: run its scene at once."""
     head("/signals")
-    state = await state_of("signals", SignalsState)
+    state = await state_of("signals", lambda: BenchState(SignalScene().settled))
     with main(TITLE, LEAD):
         if example:
             state.kept = state.run or state.kept
-            state.scene, state.records = SignalScene().settled, False
-        bench = Bench(
-            state, lambda: SignalInputs(state).forms, lambda: work_of(state), ("Highest score", "deviations of noise")
-        )
+            state.scene = SignalScene().settled
+        bench = Bench(state, lambda: SignalInputs(state).forms, run_scene, ("Highest score", "deviations of noise"))
     if example:
         await bench.run()
 
