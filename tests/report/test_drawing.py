@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from elusive.report import drawing as draw
+from elusive.report.clock import Clock, moment
 from elusive.report.page import track_table, write_page
 from tests.browsing import browse, data_in, layers, numbers, pixels, stands_alone
 
@@ -168,12 +169,21 @@ def test_wheel_pointer_keys_time_line_and_layers_do_what_they_say(tmp_path: Path
     assert "Space plays" in told["keys"]
 
 
+CLOCKED: list[tuple[list[float], str, float, str]] = [
+    ([0, 1, 2], "frame", 2, "frame 2"),
+    ([4.5, 5.5], "frame", 4.5, "frame 4.5"),
+    ([0, 0.5], "s", 0.5, "0.5 s"),
+    ([0, 0.02, 0.04], "s", 0.02, "0.02 s"),
+    ([7], "s", 7, "7 s"),
+    ([7.5], "s", 7.5, "7.5 s"),
+    ([0, 3600, 7200], "s", 3725, "01:02:05"),
+    ([0.5, 7300], "s", 3599.96, "01:00:00.0"),
+    ([1.7e9, 1.7e9 + 4], "s", 1.7e9 + 4, "2023-11-14 22:13:24 UTC"),
+    ([1.7e9 + 0.5], "s", 1.7e9 + 0.5, "2023-11-14 22:13:20.5 UTC"),
+]
 WORDS = """
-const say = (times, unit, t) => elusive.clockOf(times, unit).say(t);
 document.title = JSON.stringify([
-  say([0, 1, 2], "frame", 2), say([0, 0.5], "s", 0.5), say([0, 0.02, 0.04], "s", 0.02),
-  say([0, 3600, 7200], "s", 3725),
-  say([1.7e9, 1.7e9 + 4], "s", 1.7e9 + 4), elusive.ticks(0, 10, 5), elusive.ticks(0, 2, 8, 1),
+  %s.map(([times, unit, t]) => elusive.clockOf(times, unit).say(t)), elusive.ticks(0, 10, 5), elusive.ticks(0, 2, 8, 1),
   elusive.upTo([0, 1, 1, 2], 1),
   elusive.nearest([0, 1, 2], 1.4), elusive.nearest([0, 1, 2], 9), elusive.nearest([0, 1, 2], -5),
   elusive.degrees({ x: 0, y: 0, half: 1, degree: 0, lon: [181.5], lat: [-3.25] }, 0, 0),
@@ -182,10 +192,17 @@ document.title = JSON.stringify([
 
 
 def test_times_ticks_and_degrees_in_words(tmp_path: Path) -> None:
-    assert told_by(made(tmp_path), WORDS) == [
-        "frame 2", "0.5 s", "0.02 s", "01:02:05", "2023-11-14 22:13:24 UTC", [0, 2, 4, 6, 8, 10], [0, 1, 2], 3, 1, 2, 0,
+    words = [expected for *_, expected in CLOCKED]
+    assert told_by(made(tmp_path), WORDS % json.dumps(CLOCKED)) == [
+        words, [0, 2, 4, 6, 8, 10], [0, 1, 2], 3, 1, 2, 0,
         "3.25000° S, 178.50000° W",
     ]  # fmt: skip
+
+
+def test_times_in_sentences_are_those_of_the_drawing() -> None:
+    assert [Clock.of(times, unit).say(time) for times, unit, time, _ in CLOCKED] == [said for *_, said in CLOCKED]
+    assert [Clock.of(times, unit).bare(time) for times, unit, time, _ in CLOCKED[:4]] == ["2", "4.5", "0.5", "0.02"]
+    assert moment(np.nan) == "nan s"
 
 
 def test_a_browser_tells_of_a_fault(tmp_path: Path) -> None:

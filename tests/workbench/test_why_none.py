@@ -17,13 +17,13 @@ from tests.workbench.conftest import Served
 from tests.workbench.test_links_page import OpenTab, button, field, told
 
 
-def result(folder: Path, existences: list[float], status: str = "candidate") -> Path:
+def result(folder: Path, existences: list[float], status: str = "candidate", *, timed: bool = True) -> Path:
     """Write a result of one track, of so much existence at each time; none where that is NaN."""
     log = TrackLog(("x", "vx", "y", "vy"), "px", ("shown",))
     for number, existence in enumerate(existences):
         track = Track(1, status, existence, np.zeros(4), np.eye(4), extra={"shown": 1.0})  # type: ignore[arg-type]
         log.append(Step(float(number), None, None, () if np.isnan(existence) else (track,)))
-    write_result(folder / "result.nc", log, title="frames", config="")
+    write_result(folder / "result.nc", log, title="frames", config="", timed=timed)
     return folder
 
 
@@ -35,6 +35,12 @@ def test_the_best_existence_is_told_against_what_is_asked(tmp_path: Path) -> Non
     best, asked = why.drawn["panels"][0]["layers"]
     assert best["y"] == [None, 0.55, 0.72, 0.6]
     assert asked["y"] == [0.9] * 4
+    (tmp_path / "result.nc").unlink()
+    why = why_none(result(tmp_path, [np.nan, 0.55, 0.72, 0.6], timed=False), ImageTracking())
+    assert why is not None
+    assert "was 0.72, in frame 2; 0.9" in why.sentence  # as the drawing says it
+    assert why.drawn is not None
+    assert why.drawn["unit"] == "frame"
 
 
 def test_what_was_there_too_briefly_or_never_is_told_apart(tmp_path: Path) -> None:

@@ -25,6 +25,7 @@ from elusive.io.sinks import Ground, Sinks, open_sinks
 from elusive.io.sinks.formats import json_line
 from elusive.io.sources import Feed, is_address
 from elusive.options import SHOWN
+from elusive.report.clock import moment
 from elusive.results.live import LiveEnd, LiveStep
 from elusive.tracking.memory import Memory
 
@@ -211,7 +212,7 @@ def run_live(
         if serving.now is not None and not serving.now.is_new(live):
             return
         if "gap_s" in live.record:
-            tell(f"{live.record['time_s']:g} s: nothing came in the {live.record['gap_s']:g} s before.")
+            tell(f"{moment(live.record['time_s'])}: nothing came in the {live.record['gap_s']:g} s before.")
         send = sinks.prepared(live.record)
         if serving.now is not None:
             serving.now.keep(live.record, sinks.state)

@@ -30,6 +30,7 @@ def write_result(
     title: str,
     config: str,
     more: Mapping[str, Variable] | None = None,
+    timed: bool = True,
 ) -> None:
     """Write the tracks of a log, whole or not at all; the same log gives the same bytes.
 
@@ -43,6 +44,8 @@ def write_result(
         Global attributes: the recording, and what repeats the run.
     more
         What the system adds: by name its dimensions, values and attributes.
+    timed
+        Whether times are seconds; else they count frames, and have no unit.
 
     Raises
     ------
@@ -69,7 +72,7 @@ def write_result(
         whole: dict[str, Variable] = {
             "track": (("track",), found.numbers, {"cf_role": "trajectory_id", "long_name": "number of the track"}),
             "row_size": (("track",), found.sizes, {"sample_dimension": "obs", "long_name": "rows of the track"}),
-            "step_time": (("step",), log.times_s, {"units": "s", "long_name": "time of the step"}),
+            "step_time": (("step",), log.times_s, {"units": "s" if timed else "1", "long_name": "time of the step"}),
             **{
                 f"step_{name}": (("step",), log.steps[name], {"long_name": name, **_units(name)})
                 for name in log.step_values

@@ -13,6 +13,7 @@ from elusive.errors import ParameterError
 from elusive.model import Model
 from elusive.options import options_of
 from elusive.report import drawing as draw
+from elusive.report.clock import Clock
 from elusive.workbench.forms import changed_since, laid_over, text_of
 
 RESULT = "result.nc"
@@ -54,6 +55,7 @@ def why_none(folder: Path, model: Model) -> WhyNone | None:
         if np.any(sure):
             return None
         found = {name: file[name][:] for name in ("step_time", "step_highest", "step_threshold") if name in file}
+        unit = "s" if file["step_time"].attrs["units"] == "s" else "frame"
         rows = {name: file[name][:] for name in ("obs_step", "existence")}
     times = found["step_time"]
     if "step_highest" in found:
@@ -64,7 +66,8 @@ def why_none(folder: Path, model: Model) -> WhyNone | None:
         np.fmax.at(best, rows["obs_step"], rows["existence"])
         levels = np.full(len(times), _level(model))
         what = "existence"
-    return WhyNone(_sentence(times, best, levels, what), _drawn(times, best, levels, what) if len(times) > 1 else None)
+    drawn = _drawn(times, best, levels, what, unit) if len(times) > 1 else None
+    return WhyNone(_sentence(times, best, levels, what, unit), drawn)
 
 
 def _level(model: Model) -> float:
@@ -76,7 +79,7 @@ def _level(model: Model) -> float:
     return float(value) if isinstance(value, float) else float("nan")
 
 
-def _sentence(times: Array, best: Array, levels: Array, what: str) -> str:
+def _sentence(times: Array, best: Array, levels: Array, what: str, unit: str) -> str:
     if not np.isfinite(best).any():
         return (
             f"No track was confirmed, and none began: nothing stood out enough for a candidate, whose {what} is told."
@@ -85,10 +88,12 @@ def _sentence(times: Array, best: Array, levels: Array, what: str) -> str:
     asked = f"; {levels[k]:.3g} is asked" if np.isfinite(levels[k]) else ""
     above = int(np.sum(best >= levels))
     often = f", which it reached at {above} of {len(times)} times, but not often enough in a row" if above else ""
-    return f"No track was confirmed. The best {what} was {best[k]:.3g}, at {times[k]:g} s{asked}{often}."
+    when = Clock.of(times, unit).say(times[k])
+    when = f"in {when}" if unit == "frame" else f"at {when}"
+    return f"No track was confirmed. The best {what} was {best[k]:.3g}, {when}{asked}{often}."
 
 
-def _drawn(times: Array, best: Array, levels: Array, what: str) -> draw.Drawing:
+def _drawn(times: Array, best: Array, levels: Array, what: str, unit: str) -> draw.Drawing:
     every = draw.stride_of(len(times), 2000)
     starts = np.arange(0, len(times), every)
     highest, shown = np.fmax.reduceat(best, starts), levels[starts]
@@ -98,7 +103,7 @@ def _drawn(times: Array, best: Array, levels: Array, what: str) -> draw.Drawing:
     ]
     top = 1.02 if what == "existence" else draw.top_of([highest, shown])
     panel = draw.chart(f"Best {what} against what is asked", times[starts], layers, reach=(0.0, top), span=12)
-    return draw.drawing(f"Best {what} over time, and the threshold", times[starts], [panel])
+    return draw.drawing(f"Best {what} over time, and the threshold", times[starts], [panel], unit=unit)
 
 
 def tries(model: Model, changes: Sequence[tuple[str, str]]) -> list[Try]:

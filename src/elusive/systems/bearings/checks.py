@@ -9,6 +9,7 @@ import numpy as np
 
 from elusive.checks import Finding
 from elusive.contracts import Array, X, Y
+from elusive.report.clock import moment
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.systems.bearings.causes import cause_of
 from elusive.systems.bearings.choices import FLAT, BatchMap, Estimation, GraphFilter
@@ -69,7 +70,7 @@ def _manoeuvres(steps: Sequence[Step], said: str) -> Finding:
     first = begun[0] if begun else math.nan
     return Finding(
         "bearings.manoeuvres", len(begun) <= max(NOW_AND_THEN, SELDOM * len(steps)), 0.0, float(len(begun)),
-        f"{_upper(said + 'bearings')} left what was expected at {first:g} s, {len(begun)} times in all, as after a "
+        f"{_upper(said + 'bearings')} left what was expected at {moment(first)}, {len(begun)} times in all, as after a "
         "manoeuvre beyond what the motion allows; the place was sought anew with all that an emitter may have done.",
         "Tell a greater --q; elusive fit bearings finds it.", grave=False,
     )  # fmt: skip

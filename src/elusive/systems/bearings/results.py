@@ -13,6 +13,7 @@ from elusive.checks import Finding, grave, write_checks
 from elusive.contracts import Array
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io.truth import Truth
+from elusive.report.clock import Clock
 from elusive.results import Scored, TrackLog, scored, write_geojson, write_result, write_tracks_csv
 from elusive.sensors.bearing_sets import SensorSites
 from elusive.systems.bearings.checks import track_findings
@@ -184,7 +185,8 @@ def _table(tracked: BearingsTracked, parameters: BearingTracking, steps: Sequenc
             ("Residuals", f"{np.sqrt(np.mean(residual**2)):.3g} degrees RMS, {np.median(np.abs(residual)):.3g} median")
         )
     if tracked.started:
-        rows.append(("A place is known", f"from {tracked.times_s[min(tracked.started, len(steps) - 1)]:g} s on"))
+        known = Clock.of(tracked.times_s).say(tracked.times_s[min(tracked.started, len(steps) - 1)])
+        rows.append(("A place is known", f"from {known} on"))
     log_evidence = sum(step.state.log_evidence for step in steps)
     if math.isfinite(log_evidence):
         rows.append(("Log evidence", f"{log_evidence:.2f}, to compare settings by"))

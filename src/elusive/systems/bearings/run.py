@@ -16,6 +16,7 @@ from elusive.io import atomic_folder
 from elusive.io.arrivals import Coming
 from elusive.io.bearings import BearingSource
 from elusive.io.truth import Truth
+from elusive.report.clock import moment
 from elusive.results import TrackLog
 from elusive.results.live import LiveEnd, LiveStep, follow_live, live_folder
 from elusive.sensors.bearing_sets import SensorSites
@@ -180,7 +181,7 @@ def follow_bearings(
             latest.append(step)
             steps_done += 1
             if alone and crowding_of([step.measurement], parameters.sigma_deg).several:
-                remarks.append(f"{step.time_s:g} s: {ONE_OF_MANY}")
+                remarks.append(f"{moment(step.time_s)}: {ONE_OF_MANY}")
                 alone = False  # it is said once
             if steps_done == due:
                 due *= 2

@@ -14,6 +14,7 @@ from elusive.contracts import Array
 from elusive.metrics._assignment import linear_sum_assignment
 from elusive.report import drawing as draw
 from elusive.report import plots
+from elusive.report.clock import Clock
 from elusive.report.page import write_page
 from elusive.report.scored import gospa_chart
 from elusive.results import Scored
@@ -124,7 +125,7 @@ def write_png(path: Path, tracked: Tracked, frames: FrameKeeper) -> None:
         axes = grid.ravel()
         best = _best_shown(tracked, frames.numbers)
         number = frames.numbers[best]
-        when = f"Frame {tracked.times[number]:g}" if tracked.time_unit == "frame" else f"{tracked.times[number]:.2f} s"
+        when = Clock.of(tracked.times, tracked.time_unit).say(tracked.times[number]).capitalize()
         title = f"{when}: P = {tracked.existence[number]:.2f}" if tracked.tracks is None else when
         plots.frame(axes[0], frames.kept[best].astype(float), title, frames.shrink)
         box: Any = {"marker": "s", "markersize": 16, "markerfacecolor": "none", "markeredgewidth": 1.5}

@@ -13,6 +13,7 @@ from elusive.contracts import Array
 from elusive.filters import BernoulliFilter, ExistenceParticleFilter
 from elusive.filters.particle.recorded import RecordedState
 from elusive.preprocess.background import LEVELS
+from elusive.report.clock import Clock
 from elusive.results import STATUSES, Scored, TrackLog
 from elusive.results.spool import Records
 from elusive.sensors import ClutterSensor, ImageSensor
@@ -116,7 +117,7 @@ def _table(log: ImageLog, shape: tuple[int, int], measure: Array, *, timed: bool
     ]
     if len(sure):
         first: Records = sure[0]
-        when = f"{first['time_s']:.2f} s" if timed else f"frame {first['time_s']:g}"
+        when = Clock.of(log.times_s, "s" if timed else "frame").say(float(first["time_s"]))
         x, y = first["position"]
         table.append(("First confirmed", f"{when}, at x {x:.1f}, y {y:.1f}"))
     return table

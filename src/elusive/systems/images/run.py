@@ -127,7 +127,7 @@ def track_recording(
         if scores is not None:
             scores.write(folder)
         write_mot_csv(folder / "tracks_mot.csv", log.shown, sigma_px=bound.spread_px, first_frame=source.start)
-        write_result(folder / "result.nc", log, title=source.name, config=config)
+        write_result(folder / "result.nc", log, title=source.name, config=config, timed=source.timed)
         (folder / "config.yaml").write_text(config, encoding="utf-8")
         findings = run.checks.findings(log.whitened)
         tracked = tracked._replace(believed=not grave(findings))
@@ -177,7 +177,7 @@ def track_live(
         with ImageLog(bound, folder / "tracks.csv") as log:
             run = _Run(bound, log)
             end = follow_live(follow(source, bound, memory), source, log, on_step, sink=run, extra=log.frame_values)
-        write_result(folder / "result.nc", log, title=source.name, config=config)
+        write_result(folder / "result.nc", log, title=source.name, config=config, timed=source.timed)
         findings = run.checks.findings(log.whitened)
         write_checks(folder, findings)
     return end._replace(findings=findings)

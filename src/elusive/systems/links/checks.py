@@ -17,6 +17,7 @@ from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.preprocess.link_calibration import Calibration
 from elusive.preprocess.link_settled import ANOTHER_ROOM
+from elusive.report.clock import moment
 from elusive.sensors.radio_network import RadioNodes, links_of, undirected_of
 from elusive.systems.links.by_links import LinksState
 from elusive.tracking.track import Step
@@ -92,9 +93,9 @@ class LinkFacts:
     def _room(self) -> Finding:
         return Fact(0.0, self._settled, not self._settled > ANOTHER_ROOM, math.nan).finding(
             "links.room",
-            f"At {self._settled_s:g} s {self._settled:.0%} of the readings keep quietly to another level than in the "
-            "empty room, as when a door was opened, furniture moved or radios drift. The levels were taken for those "
-            "of the empty room from then on; tracks of the time before may be nobody's.",
+            f"At {moment(self._settled_s)} {self._settled:.0%} of the readings keep quietly to another level than in "
+            "the empty room, as when a door was opened, furniture moved or radios drift. The levels were taken for "
+            "those of the empty room from then on; tracks of the time before may be nobody's.",
             "Calibrate again on the room as it is then, or track each part of the log with its own.",
         )
 
@@ -113,9 +114,9 @@ class LinkFacts:
         when_s, x, y = self._stays or (math.nan, math.nan, math.nan)
         return Fact(0.0, self._still, self._stays is None, math.nan).finding(
             "links.rests",
-            f"Something has stayed at x {x:.1f}, y {y:.1f} m for half a minute, at {when_s:g} s. Links do not tell who "
-            "stands there from furniture that was moved, or from somebody who stood there in the calibration and has "
-            "gone: then a track there is nobody.",
+            f"Something has stayed at x {x:.1f}, y {y:.1f} m for half a minute, at {moment(when_s)}. Links do not tell "
+            "who stands there from furniture that was moved, or from somebody who stood there in the calibration and "
+            "has gone: then a track there is nobody.",
             "Look who is there; calibrate on frames in which nobody is (--empty FILE).",
             grave=False,
         )

@@ -20,6 +20,7 @@ from elusive.charts.charted_area import ChartedArea
 from elusive.contracts import Array
 from elusive.io import RadarSource
 from elusive.io.truth import Truth
+from elusive.report.clock import Clock
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_hulls import HullRadar
 from elusive.systems.radar.parameters import RadarSurvey, RadarTracking
@@ -94,27 +95,30 @@ def verdict(paths: Sequence[RadarPath]) -> str:
         most = "one ship" if together.max() == 1 else f"{together.max()} ships"
         return f"At most {most} at a time, in {len(paths)} tracks."
     (path,) = paths
+    clock = Clock.of(path.times_s)
     speed = np.hypot(*path.velocity.T).mean()
-    return f"One ship was found, from {path.times_s[0]:.1f} to {path.times_s[-1]:.1f} s, at {speed:.1f} m/s."
+    return (
+        f"One ship was found, from {clock.say(path.times_s[0])} to {clock.say(path.times_s[-1])}, at {speed:.1f} m/s."
+    )
 
 
 def remarks(path: RadarPath, anchored: Array, on_water: Array) -> list[str]:
     """Say where a track was at anchor, where the map was left out, and where chart and radar contradict each other."""
-    said, scans = [], len(path.times_s)
+    said, scans, clock = [], len(path.times_s), Clock.of(path.times_s)
     if (anchored > EVEN).any():
         share = 100 * (anchored > EVEN).mean()
         said.append(f"Track {path.track}: at anchor, more likely than not, in {share:.0f} % of its scans.")
     if path.forbidden.any():
         said.append(
             f"Track {path.track}: the map left it no room in {int(path.forbidden.sum())} of {scans} scans, first at "
-            f"{path.times_s[path.forbidden][0]:.1f} s, and was not used there."
+            f"{clock.say(path.times_s[path.forbidden][0])}, and was not used there."
         )
     against = contradicts(on_water)
     if against.any():
         first, last = path.times_s[against][[0, -1]]
         said.append(
-            f"Track {path.track}: chart and radar contradict each other from {first:.1f} to {last:.1f} s: its plots "
-            "lie where the chart has land."
+            f"Track {path.track}: chart and radar contradict each other from {clock.say(first)} to {clock.say(last)}: "
+            "its plots lie where the chart has land."
         )
     return said
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from elusive.contracts import Array
 from elusive.io import SignalSource, Truth
+from elusive.report.clock import Clock
 from elusive.results import STATUSES, Scored, TrackLog, scored
 from elusive.results.netcdf import Variable
 from elusive.results.spool import Records
@@ -111,11 +112,12 @@ def tracked_of(
     known = None if truth is None else truth.aligned(log.times_s, source.start, whole=source.whole)
     scores = None
     times, unit = log.times_s.copy(), "s" if source.timed else "frame"
+    clock = Clock.of(times, unit)
     highest, threshold = (np.array(log.steps[name]) for name in ("highest", "threshold"))
     tracks = log.by_track()
     sure = {number: rows for number, rows in tracks if (rows["status"] == CONFIRMED).any()}
     earlier = log.earlier()
-    lines = [line_of(number, rows, earlier.get(number), times, unit, log.period) for number, rows in sure.items()]
+    lines = [line_of(number, rows, earlier.get(number), times, clock, log.period) for number, rows in sure.items()]
     rate = f", {1 / parameters.interval_s:g} a second" if source.timed else ""
     table = [
         ("Frames", f"{count} of {source.samples} samples{rate}"),
@@ -128,9 +130,9 @@ def tracked_of(
         scores = scored(log, known, parameters.object_size if cutoff_samples is None else cutoff_samples, log.period)
         table += scores.lines()
     tracked = SignalTracked(
-        Path(source.name).name or source.name, verdict(lines, unit), times, unit, source.samples, highest, threshold,
+        Path(source.name).name or source.name, verdict(lines, clock), times, unit, source.samples, highest, threshold,
         [_path(number, rows, earlier.get(number)) for number, rows in sure.items()],
-        None if known is None else known[:, :, 0], table, header(unit), lines, scores,
+        None if known is None else known[:, :, 0], table, header(clock), lines, scores,
     )  # fmt: skip
     return tracked, scores
 

@@ -156,7 +156,9 @@ def track_signal_recording(
         tracked, scores = tracked_of(log, truth, cutoff_samples)
         if scores is not None:
             scores.write(folder)
-        write_result(folder / "result.nc", log, title=source.name, config=config, more=log.evidence_map())
+        write_result(
+            folder / "result.nc", log, title=source.name, config=config, more=log.evidence_map(), timed=source.timed
+        )
         (folder / "config.yaml").write_text(config, encoding="utf-8")
         write_signal_png(folder / "report.png", tracked, log.signal, log.score)
         findings = findings_of(bound, facts)

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from elusive.contracts import Array
+from elusive.report.clock import Clock
 from elusive.results import STATUSES
 from elusive.results.spool import Records
 
@@ -21,14 +22,15 @@ def apart(way: Array, period: float) -> Array:
     return np.minimum(length, period - length)
 
 
-def header(unit: str) -> tuple[str, ...]:
-    """Return the names of the columns of :func:`line_of`; ``unit`` is ``s`` or ``frame``."""
-    times = (f"{name} [{unit}]" for name in ("Since", "Sure", "Until"))
-    return ("Track", *times, "From [sample]", "To [sample]", f"Velocity [samples/{unit}]", "Highest score", "By chance")
+def header(clock: Clock) -> tuple[str, ...]:
+    """Return the names of the columns of :func:`line_of`."""
+    times = (f"{name} [{clock.unit}]" if clock.unit else name for name in ("Since", "Sure", "Until"))
+    speed = f"Velocity [samples/{'frame' if clock.kind == 'frame' else 's'}]"
+    return ("Track", *times, "From [sample]", "To [sample]", speed, "Highest score", "By chance")
 
 
 def line_of(
-    number: int, rows: Records, earlier: Array | None, times: Array, unit: str, period: float
+    number: int, rows: Records, earlier: Array | None, times: Array, clock: Clock, period: float
 ) -> tuple[str, ...]:
     """Return a track's line of the table: since when, until when, where, how fast, how sure.
 
@@ -42,8 +44,8 @@ def line_of(
         Step and place before it was found, ``(k, 2)``; None where it was not read back.
     times
         Of the steps.
-    unit
-        Of the times, ``s`` or ``frame``.
+    clock
+        That says the times.
     period
         Of the ring, in samples; infinity where the signal's ends do not meet.
     """
@@ -58,9 +60,9 @@ def line_of(
     ended = rows["status"][-1] == DELETED
     return (
         str(number),
-        _time(when[0], unit),
-        _time(rows["time_s"][rows["status"] == CONFIRMED][0], unit),
-        _time(rows["time_s"][-1], unit) if ended else "the end",
+        clock.bare(when[0]),
+        clock.bare(rows["time_s"][rows["status"] == CONFIRMED][0]),
+        clock.bare(rows["time_s"][-1]) if ended else "the end",
         f"{x[0]:.1f}",
         f"{alive['position'][-1, 0]:.1f}",
         f"{round(float(speed), 2) + 0.0:+.2f}",
@@ -69,16 +71,17 @@ def line_of(
     )
 
 
-def verdict(lines: Sequence[Sequence[str]], unit: str) -> str:
+def verdict(lines: Sequence[Sequence[str]], clock: Clock) -> str:
     """Say in a sentence what was found."""
     if not lines:
         return "Nothing was found: nothing exceeded what noise does for long enough."
     if len(lines) > 1:
         return f"{len(lines)} tracks were found."
     _, since, _, until, start, _, speed, *_ = lines[0]
-    time = f"frame {since}" if unit == "frame" else f"{since} s"
-    end = f"to {until}{' s' if unit == 's' and until != 'the end' else ''}"
-    per = "second" if unit == "s" else "frame"
+    after = f" {clock.unit}" if clock.kind == "s" else ""
+    time = f"frame {since}" if clock.kind == "frame" else since + after
+    end = f"to {until}" if until == "the end" else f"to {until}{after}"
+    per = "frame" if clock.kind == "frame" else "second"
     return f"One object was found: from {time} {end}, beginning at sample {start}, moving {speed} samples a {per}."
 
 
@@ -88,7 +91,3 @@ def levels(thresholds: Array) -> str:
     if known.max() - known.min() < 0.005:
         return f"score {known[0]:.2f}"
     return f"score {known[0]:.2f} at first, {known[-1]:.2f} at last"
-
-
-def _time(time: float, unit: str) -> str:
-    return f"{time:g}" if unit == "frame" else f"{time:.2f}"

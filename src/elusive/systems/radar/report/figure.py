@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from elusive.report import plots
+from elusive.report.clock import moment
 from elusive.report.drawing import top_of
 from elusive.systems.radar.report.contents import Cloud, Extent, RadarPath, RadarTracked, WaterRaster
 
@@ -119,7 +120,7 @@ def _draw_cloud(axes: Axes, tracked: RadarTracked, cloud: Cloud, name: str) -> N
     if cloud.track in {path.track for path in tracked.paths} and len(tracked.paths) > 1:
         name = f"{name}, track {cloud.track}"
     likely = "" if np.isnan(cloud.water) else f", P(water) {cloud.water:.2f}"
-    axes.set(title=f"{name}: {_seconds(cloud.time_s)}{likely}", xlim=extent[:2], ylim=extent[2:])
+    axes.set(title=f"{name}: {moment(cloud.time_s)}{likely}", xlim=extent[:2], ylim=extent[2:])
     axes.tick_params(labelsize=7)
     axes.locator_params(nbins=5, prune="both")  # a label at the edge would leave the figure
 
@@ -219,7 +220,3 @@ def _bare(raster: WaterRaster, extent: Extent) -> bool:
 def _within(place: tuple[float, float], extent: Extent) -> bool:
     west, east, south, north = extent
     return west <= place[0] <= east and south <= place[1] <= north
-
-
-def _seconds(time_s: float) -> str:
-    return f"{time_s:.10g} s" if float(time_s).is_integer() else f"{time_s:.1f} s"
