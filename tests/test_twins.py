@@ -26,6 +26,7 @@ TWINS: dict[str, dict[str, str]] = {
         "wind": "charts/test_coast.py::windings",
     },
     "charts._nearest_kernels": {"distances": "charts/test_approximations.py::distances"},
+    "filters.accumulate._null_kernels": {"highest": "filters/accumulate/test_false_alarm.py::recurrent.step"},
     "filters.accumulate._recurrent_kernels": {
         "forget": "filters/accumulate/test_recurrent.py::recurrent(",
         "straight": "filters/accumulate/test_recurrent.py::recurrent(",

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy import stats
 
 from elusive.errors import DataError, ParameterError
+from elusive.filters.accumulate._null_kernels import highest
 from elusive.filters.accumulate.false_alarm import (
     ExtremeValue,
     FalseAlarm,
@@ -309,3 +311,24 @@ def test_an_age_of_nothing_is_refused():
     for age in (0, -1, math.nan):
         with pytest.raises(ParameterError, match="age: must be"):
             null.at(age)
+
+
+@pytest.mark.parametrize("border", ["circular", "bounded"])
+@pytest.mark.parametrize("precision", ["single", "double"])
+def test_the_highest_at_some_ages_are_the_filters(border, precision):
+    recurrent = RecurrentFilter(max_velocity=2, velocity_step=0.4, smoothing=0.8, border=border, precision=precision)
+    rng = np.random.default_rng(6)
+    number: type[Any] = np.float32 if precision == "single" else np.float64
+    stock = rng.standard_normal((4, 30)).astype(number)
+    drawn, turned = rng.integers(4, size=9), rng.integers(30, size=9)
+    offsets = np.rint(recurrent.motion_vectors(1) * np.arange(10)).astype(np.int64)
+    ages = np.array([1, 2, 5, 9])
+    best = np.empty((4, 30), number)
+    gained = np.tile(number(1 - recurrent.smoothing) * stock, 2)
+    highest(gained, drawn, turned, offsets, number(recurrent.smoothing), border == "bounded", ages, best)
+    state = recurrent.init(rng, 0.0)
+    for k, (which, by) in enumerate(zip(drawn, turned, strict=True)):
+        state = recurrent.step(state, k + 1.0, np.roll(stock[which], -by), rng)
+        if k + 1 in ages:
+            accumulated = state.score * state.deviation
+            np.testing.assert_allclose(best[ages.tolist().index(k + 1)], accumulated, rtol=0, atol=2e-6)

@@ -3,22 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Protocol
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from elusive.contracts import Array
 from elusive.errors import DataError, ParameterError
+from elusive.filters.accumulate._accumulated import most_of_square
+from elusive.filters.accumulate._null_kernels import highest
 from elusive.filters.accumulate.false_alarm import BLOCK_CELLS, EULER, NullScores, block_maxima, fit
 from elusive.filters.accumulate.recurrent import RecurrentFilter
 
 SIDE = 4 * math.isqrt(BLOCK_CELLS)  # of the area simulated for a larger image [samples]
 MOST_CELLS = 2**19  # simulated where whole frames must be
 MEMORIES = 2  # of 1 / (1 - alpha) frames, after which an average is settled
+STOCK = 2048  # frames of evidence that a signal's runs are drawn from
 AGAIN = 4  # maps more, over another of them, of what is settled: high scores last for one or two frames
+_Maps = list[tuple[int, NDArray[np.floating[Any]]]]  # of scores, with their ages
 
 
 class EvidenceSource(Protocol):
@@ -81,25 +86,22 @@ def simulate_null(
         raise ParameterError(f"maxima: must be 1 or more (got {maxima!r}).")
     if not (math.isfinite(background_deviation) and background_deviation > 0):
         raise ParameterError(f"background_deviation: must be positive (got {background_deviation!r}).")
-    area, runs = _layout(shape, maxima, recurrent.border == getattr(statistic, "border", None) == "circular")
+    ring = recurrent.border == getattr(statistic, "border", None) == "circular"
+    area, runs = _layout(shape, maxima, ring)
     settled = math.ceil(MEMORIES / (1 - recurrent.smoothing) - 1e-9)
     ages = _ages(settled if frames is None else min(frames, settled))
     pause = math.ceil(settled / MEMORIES / AGAIN)
+    again = [settled + more * pause for more in range(1, AGAIN + 1)] if ages[-1] == settled else []
+
+    def evidence() -> Array:
+        return statistic.evidence(background_deviation * rng.standard_normal(area))
+
     found: dict[int, list[Array]] = {age: [] for age in ages}
-    moments = []
-    for _ in range(runs):
-        state = recurrent.init(rng, 0.0)
-        for age in range(1, ages[-1] + 1):
-            evidence = statistic.evidence(background_deviation * rng.standard_normal(area))
-            state = recurrent.step(state, float(age), evidence, rng)
-            if age in found:
-                moments.append(((evidence**2).mean(), (evidence**3).mean()))
-                found[age].append(block_maxima(state.score)[0])
-        for more in range(AGAIN * pause if ages[-1] == settled else 0):
-            evidence = statistic.evidence(background_deviation * rng.standard_normal(area))
-            state = recurrent.step(state, float(settled + more + 1), evidence, rng)
-            if more % pause == pause - 1:
-                found[settled].append(block_maxima(state.score)[0])
+    one_row = len(area) == 1 and recurrent.switching == 0 and recurrent.markov_matrix is None
+    simulated = partial(_signals, ring=ring) if one_row else _frames
+    moments, maps = simulated(recurrent, evidence, runs, {*ages, *again}, rng)
+    for age, score in maps:
+        found[min(age, settled)].append(block_maxima(score)[0])
     second, third = np.mean(moments, axis=0)
     blocks = block_maxima(np.zeros(area))[1] * math.prod(shape) / math.prod(area)
     skewnesses = [_averaged(recurrent.smoothing, age) * third / second**1.5 for age in ages]
@@ -144,6 +146,51 @@ def calibrated_null(maps: Sequence[ArrayLike], smoothing: float) -> NullScores:
     found = [block_maxima(given) for given in taken]
     law = fit(np.concatenate([maxima for maxima, _ in found]), found[0][1])
     return NullScores(np.ones(1), np.array([law.location]), np.array([law.scale]), np.zeros(1), law.blocks)
+
+
+def _frames(
+    recurrent: RecurrentFilter, evidence: Callable[[], Array], runs: int, ages: set[int], rng: Generator
+) -> tuple[list[tuple[float, float]], _Maps]:
+    """Return moments of the evidence, and score maps of run after run, every frame drawn afresh."""
+    moments: list[tuple[float, float]] = []
+    maps: _Maps = []
+    for _ in range(runs):
+        state = recurrent.init(rng, 0.0)
+        for age in range(1, max(ages) + 1):
+            fresh = evidence()
+            state = recurrent.step(state, float(age), fresh, rng)
+            if age in ages:
+                moments.append(((fresh**2).mean(), (fresh**3).mean()))
+                maps.append((age, state.score))
+    return moments, maps
+
+
+def _signals(
+    recurrent: RecurrentFilter, evidence: Callable[[], Array], runs: int, ages: set[int], rng: Generator, ring: bool
+) -> tuple[list[tuple[float, float]], _Maps]:
+    """Simulate runs of signals, of which only the highest scores at some ages are wanted.
+
+    Frames are drawn from a stock of evidence, on a ring each turned round by chance: what is drawn twice meets other
+    frames, and elsewhere.
+    """
+    wanted, last = np.array(sorted(ages)), max(ages)
+    stock = np.array([evidence() for _ in range(min(runs * last, max(runs, STOCK)))])
+    squares = np.array([np.minimum(one**2, most_of_square(one)).mean() for one in stock])
+    gain, keep, count, n = 1 - recurrent.smoothing, recurrent.smoothing, *stock.shape
+    number: type[Any] = np.float32 if recurrent.precision == "single" else np.float64
+    doubled = np.tile((gain * stock).astype(number), 2)
+    offsets = np.rint(recurrent.motion_vectors(1) * np.arange(last + 1)).astype(np.int64)
+    weights = gain**2 * keep ** (2 * np.arange(last)[::-1])
+    maps: _Maps = []
+    best = np.empty((len(wanted), n), number)
+    for run in range(runs):
+        drawn = rng.integers(count, size=last)
+        drawn[0] = run  # another one in each run: what is first is alone
+        turned = rng.integers(n, size=last) if ring else np.zeros(last, np.int64)
+        highest(doubled, drawn, turned, offsets, number(keep), recurrent.border == "bounded", wanted, best)
+        variances = np.array([weights[-age:] @ squares[drawn[:age]] for age in wanted])
+        maps.extend(zip(wanted.tolist(), best / np.sqrt(variances)[:, None], strict=True))
+    return [((stock**2).mean(), (stock**3).mean())], maps
 
 
 def _layout(shape: tuple[int, ...], maxima: int, ring: bool) -> tuple[tuple[int, ...], int]:
