@@ -16,7 +16,7 @@ from elusive.charts.delta import HEIGHT_M, WIDTH_M, synthetic_delta
 from elusive.errors import DataError
 from elusive.experiments.bootsveld2012.case import HALF_WIDTH_M, ShipCase, knowledge, scenery
 from elusive.experiments.bootsveld2012.curves import bias, deviation, first_error
-from elusive.experiments.bootsveld2012.influence import across, convolved_error, map_under, strip
+from elusive.experiments.bootsveld2012.influence import across, at_cape, convolved_error, map_under, parted, strip
 from elusive.experiments.bootsveld2012.phases import CHECK, RANGE_M, TIMES_S, errors_of_x, phases
 from elusive.experiments.bootsveld2012.route import IMPRECISE, PERFECT, STEPS, UNIT_M, find_route
 from elusive.experiments.bootsveld2012.shore import shoreline
@@ -257,3 +257,18 @@ def test_eight_metres_inland_the_imprecise_chart_becomes_the_better_one() -> Non
     first, last = break_even(trial_b(10_000.0), runs_of_trial_b(100, 10_000.0))
     assert first == pytest.approx(8.0, abs=2.0)
     assert last == pytest.approx(8.0, abs=2.0)
+
+
+def test_at_a_cape_the_share_of_the_horizon_is_water() -> None:
+    angles = np.array([30.0, 90.0, 180.0, 300.0])
+    np.testing.assert_allclose(at_cape(ExactWater(), angles), angles / 360, atol=1e-6)
+    np.testing.assert_allclose(at_cape(NearestWater(boundary=6.0), angles), 0.5, atol=1e-6)
+
+
+def test_the_mean_of_two_peaks_is_on_land_and_the_marginal_mode_is_not() -> None:
+    peaks = parted()
+    mean = float((peaks.x * peaks.after).sum() / peaks.after.sum())
+    assert abs(peaks.mean - mean) < 4 * 12 / np.sqrt(4000)
+    assert abs(peaks.mean) < 8
+    assert abs(peaks.mode - peaks.x[peaks.after.argmax()]) < 2.0  # a kernel as wide as a tenth of both
+    assert peaks.mode > 8

@@ -1,7 +1,8 @@
-"""Figures 5.3, 5.4, 6.2, 6.3 and 6.9 of Bootsveld (2012): the factorization function on a line across a waterway."""
+"""Figures 5.2 to 5.4, 6.2 to 6.4, 6.9 of Bootsveld (2012): the factorization function across a waterway, at a cape."""
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,12 +13,16 @@ from scipy.stats import norm
 
 from elusive.charts import Coast, CoastPart, ExactWater, GridWater, IntervalWater, NearestWater, Water, WaterModel
 from elusive.contracts import Array
+from elusive.filters.particle.estimates import marginal_map
 from elusive.io.csv_files import write_results
 from elusive.report import plots
 
-FIGURES = ("fig5_3", "fig5_4", "fig6_2", "fig6_3", "fig6_9")
+FIGURES = ("fig5_2", "fig5_3", "fig5_4", "fig6_2", "fig6_3", "fig6_4", "fig6_9")
 HALF_WIDTH_M = 25.0
 TARGET_SD_M = 5.0  # of the belief before the chart, section 5.3
+ISLE_M, ISLE_SIGMA_M, ISLE_BELIEF_M, ISLE_BELIEF_SD_M = (-8.0, 8.0), 3.0, 2.0, 10.0  # figure 5.2
+PARTICLES = 6000
+CAPE_SIGMA_M = 5.0
 LONG_M = 1000.0  # of the banks: their ends are out of reach
 SIGMAS_M = (7.0, 20.0)  # those of the thesis's figures, and of its text
 RED, GREEN, BLUE = "#dc2626", "#15803d", "#1d4ed8"
@@ -55,6 +60,43 @@ def strip(width_m: float, sigma_m: float) -> Coast:
     return Coast.of(CoastPart(banks, sigma_m))
 
 
+class Peaks(NamedTuple):
+    """A belief that an isle parts in two, and what is said of its place [m]."""
+
+    x: Array
+    before: Array  # density
+    after: Array
+    particles: Array  # (N,) drawn of the belief before the chart
+    weights: Array
+    mean: float
+    mode: float  # highest point of the particles' kernel density
+
+
+def parted(seed: int = 2012) -> Peaks:
+    """Weigh particles of a belief by an isle."""
+    x = np.linspace(-40.0, 40.0, 1601)
+    isle = IntervalWater(lower_m=ISLE_M[0], upper_m=ISLE_M[1], sigma_m=ISLE_SIGMA_M)
+    before = norm.pdf(x, ISLE_BELIEF_M, ISLE_BELIEF_SD_M)
+    after = before * (1 - isle.probability(np.column_stack([x, x])))
+    drawn = np.random.default_rng(seed).normal(ISLE_BELIEF_M, ISLE_BELIEF_SD_M, PARTICLES)
+    weights = 1 - isle.probability(np.column_stack([drawn, drawn]))
+    weights /= weights.sum()
+    mode = float(marginal_map(drawn[:, None], weights)[0])
+    return Peaks(x, before, after / (after.sum() * (x[1] - x[0])), drawn, weights, float(weights @ drawn), mode)
+
+
+def at_cape(model: WaterModel, water_deg: Array) -> Array:
+    """P(water) at the tip of a cape about which so much of the horizon is water, ``(n,) -> (n,)``."""
+    import shapely
+
+    found = []
+    for angle in np.deg2rad(water_deg):
+        rim = np.linspace(0.5 * angle, 2 * math.pi - 0.5 * angle, 64)
+        land = shapely.Polygon([(0.0, 0.0), *(LONG_M * np.column_stack([np.cos(rim), np.sin(rim)])).tolist()])
+        found.append(float(across(model, Coast.of(CoastPart(land, CAPE_SIGMA_M)), np.zeros(1))[0]))
+    return np.array(found)
+
+
 def across(model: WaterModel, coast: Coast, x: Array) -> Array:
     """P(water) on a line across a waterway."""
     water: Water = model.bind(coast)
@@ -83,6 +125,10 @@ def draw_influence(folder: Path, name: str) -> None:
     """Write one figure as CSV and PNG."""
     if name in ("fig5_3", "fig5_4"):
         _draw_likelihoods(folder, name, (-35.0, -20.0) if name == "fig5_3" else (-26.0,))
+    elif name == "fig5_2":
+        _draw_peaks(folder)
+    elif name == "fig6_4":
+        _draw_capes(folder)
     elif name == "fig6_9":
         _draw_grid_error(folder)
     else:
@@ -116,6 +162,39 @@ def _draw_likelihoods(folder: Path, name: str, means: tuple[float, ...]) -> None
     write_results(
         folder / f"{name}.csv", MapRow._fields, [(r.mean_m, r.chart, r.sigma_m, f"{r.map_m:.3f}") for r in rows]
     )
+
+
+def _draw_peaks(folder: Path) -> None:
+    """Figure 5.2: two peaks, whose mean is on land."""
+    shown = parted()
+    with plots.figure(folder / "fig5_2.png", 6.4, 3.9) as (drawn, grid):
+        axes = grid[0, 0]
+        axes.axvspan(*ISLE_M, color="#e5e7eb", label=f"isle, s = {ISLE_SIGMA_M:g} m")
+        axes.plot(shown.x, shown.before, color=RED, label="belief before the chart")
+        axes.plot(shown.x, shown.after, color=GREEN, label="after it")
+        axes.hist(shown.particles, 80, density=True, weights=shown.weights, histtype="step", color=GREEN, alpha=0.5)
+        axes.axvline(shown.mean, color=BLUE, linestyle=(0, (2, 2)), label=f"mean {shown.mean:.1f} m")
+        axes.axvline(shown.mode, color=BLUE, label=f"marginal MAP {shown.mode:.1f} m")
+        axes.set(xlabel="x [m]", ylabel="density", xlim=(shown.x[0], shown.x[-1]), title="A belief that an isle parts")
+        drawn.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    rows = list(zip(*(values.tolist() for values in (shown.x, shown.before, shown.after)), strict=True))
+    write_results(folder / "fig5_2.csv", ("x_m", "before", "after"), rows)
+
+
+def _draw_capes(folder: Path) -> None:
+    """Figure 6.4: at the tip of a cape the nearest edge says one half, whatever the angle."""
+    angles = np.arange(15.0, 360.0, 15.0)
+    exact, nearest = (at_cape(model, angles) for model in (ExactWater(), NearestWater(boundary=6.0)))
+    with plots.figure(folder / "fig6_4.png", 6.4, 3.9) as (drawn, grid):
+        axes = grid[0, 0]
+        axes.plot([0, 360], [0, 1], color=GREEN, label="share of the horizon, θ / 2π")
+        axes.plot(angles, exact, "o", color=BLUE, markersize=4, label="land mask convolved, exact")
+        axes.plot(angles, nearest, color=RED, label="nearest edge")
+        axes.set(xlabel="angle of the water θ [degrees]", ylabel="P(water) at the tip", xlim=(0, 360), ylim=(0, 1))
+        axes.set_title(f"At the tip of a cape, s = {CAPE_SIGMA_M:g} m")
+        drawn.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    rows = list(zip(angles.tolist(), (angles / 360).tolist(), exact.tolist(), nearest.tolist(), strict=True))
+    write_results(folder / "fig6_4.csv", ("water_deg", "share", "exact", "nearest_edge"), rows)
 
 
 def _draw_two_coasts(folder: Path, name: str) -> None:
