@@ -155,7 +155,7 @@ def test_what_cannot_be_done_is_a_sentence(made, tmp_path):
 
 
 def test_a_scene_tells_the_tracker_of_its_radar():
-    told = VideoScene(simulation=SIMULATION).told()
+    told = VideoScene(simulation=SIMULATION).settled
     assert told.radar.beam_deg == 6.0
     assert told.charted.imprecision.coast_sigma_m == 10.0
     assert json.dumps(VideoScene(simulation=SIMULATION).model_dump(mode="json"))

@@ -20,7 +20,7 @@ from elusive.systems.registry import SYSTEMS
 from elusive.workbench.asking import Asking, Recording, asking, refused
 from elusive.workbench.jobs import CancelledError, Job
 from elusive.workbench.kept_runs import differences, forget, kept_runs, read, results, served_file, track
-from elusive.workbench.own_page import OwnState
+from elusive.workbench.run_state import RunState
 from tests.workbench.conftest import Served
 from tests.workbench.test_links_page import OpenTab, button, download, field, told
 
@@ -204,7 +204,7 @@ def test_what_is_no_run_any_more_is_left_out(tmp_path: Path, note: str, checks: 
         (tmp_path / "runs" / name / "run.json").write_text(text)
     (tmp_path / "runs" / "002-b.csv" / "checks.json").write_bytes(checks.encode("latin-1"))
     (run,) = kept_runs(tmp_path)
-    state = OwnState()
+    state = RunState(())
     with pytest.raises(DataError, match=r"^'sonar': is no kind of recording that is tracked here"):
         state.again(run)  # of a system that is gone
     assert (state.noun, state.seen) == ("", None)

@@ -5,13 +5,14 @@ from __future__ import annotations
 import shutil
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from elusive.cli import main
 from elusive.systems.registry import SYSTEMS
-from elusive.workbench.guessing import kind_of
+from elusive.workbench.guessing import kind_of, system_of
 from tests.workbench.conftest import Served
 from tests.workbench.test_links_page import OpenTab, field, told
 
@@ -19,7 +20,7 @@ PICTURES = Path(__file__).parents[2] / "src" / "elusive" / "workbench" / "static
 
 
 def test_every_page_has_its_picture() -> None:
-    paths = [import_module(system.page).PAGE.path for system in SYSTEMS if system.page is not None]
+    paths = [import_module(system.page).PAGE.path for system in SYSTEMS]
     assert all((PICTURES / f"{path[1:]}.svg").is_file() for path in (*paths, "/own"))
 
 
@@ -41,6 +42,8 @@ def test_a_card_says_what_its_example_does() -> None:
         ("d.mp4", "", "images"),
         ("e.wav", "", "signal"),
         ("f.pcap", "", "video"),
+        ("f.pcap.gz", "", "video"),
+        ("f.nc", "", "video"),
         ("g.csv", "colour,size\n", ""),
         ("h.npy", "no array", ""),
     ],
@@ -56,6 +59,53 @@ def test_arrays_and_folders_tell_what_they_are(tmp_path: Path) -> None:
     assert [kind_of(tmp_path / name) for name in ("signal.npy", "frames.npy", ".")] == ["signal", "images", "images"]
 
 
+@pytest.mark.parametrize(
+    ("name", "text", "system"),
+    [
+        ("a.yaml", "frames: 30\nsystem: images\n", "images"),
+        ("b.yml", "system: 'video'", "video"),
+        ("c.yaml", "inner:\n  system: images\n", ""),
+        ("d.csv", "system: images\n", ""),
+        ("results/scene.yaml", "system: radar\n", "radar"),
+    ],
+)
+def test_a_scene_tells_its_system(tmp_path: Path, name: str, text: str, system: str) -> None:
+    path = tmp_path / name
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(text)
+    assert system_of(path.parent if path.parent != tmp_path else path) == system
+
+
+def test_a_scene_of_any_system_is_opened_on_its_page(served: Served, open_tab: OpenTab) -> None:
+    """That of radar video stands in the test of its page."""
+    changed: dict[str, dict[str, Any]] = {
+        "links": {"simulation": {"seed": 77}}, "images": {"snr_db": 9.5}, "signals": {"frames": 77},
+        "radar": {"methods": ["none", "grid"]}, "bearings": {"simulation": {"seed": 77}},
+    }  # fmt: skip
+    shown = {"images": ("snr_db", "9.5"), "signals": ("frames", "77"), "bearings": ("simulation.seed", "77")}
+    for name, values in changed.items():
+        scene = import_module(f"elusive.cli.scenes.{name}").SCENE(**values)
+        (served.folder / f"{name}.yaml").write_text(scene.to_yaml())
+    (served.folder / "wrong.yaml").write_text("system: signals\nframes: -3\n")
+    page = open_tab().page
+    for name in changed:
+        page.goto(served.address)
+        choose(page, f"{name}.yaml")
+        told(page, f"{name}.yaml is open: press")
+        if name in shown:
+            key, value = shown[name]
+            assert field(page, key).input_value() == value
+    page.goto(served.address)
+    choose(page, "wrong.yaml")
+    told(page, "Frames: ")
+
+
+def choose(page: Any, name: str) -> None:
+    """Open anything of the folder."""
+    page.locator('[data-field="anything"]').first.click()
+    page.get_by_role("option", name=name, exact=True).click()
+
+
 def test_anything_in_the_folder_is_opened_as_what_it_is(served: Served, open_tab: OpenTab, tmp_path: Path) -> None:
     for words in (
         ["simulate", "bearings", "--out", str(tmp_path)],
@@ -69,20 +119,16 @@ def test_anything_in_the_folder_is_opened_as_what_it_is(served: Served, open_tab
     page = open_tab(width=800, scheme="dark").page
     page.goto(served.address)
     page.wait_for_function(
-        "[...document.querySelectorAll('.ew-picture')].length === 6 && "
+        "[...document.querySelectorAll('.ew-picture')].length === 7 && "
         "[...document.querySelectorAll('.ew-picture')].every((one) => one.naturalWidth > 0)"
     )
     assert page.evaluate("document.documentElement.scrollWidth") <= 800
 
-    def choose(name: str) -> None:
-        page.locator('[data-field="anything"]').first.click()
-        page.get_by_role("option", name=name, exact=True).click()
-
-    choose("heard.csv")
+    choose(page, "heard.csv")
     told(page, "Bearings from a few places")
     page.wait_for_function("document.querySelector('input[data-field=bearings]')?.value === 'heard.csv'")
     page.goto(served.address)
-    choose("old result")
+    choose(page, "old result")
     page.frame_locator('iframe[title="Report of old result"]').locator(".drawing[data-ready=yes]").wait_for()
     assert field(page, "sigma_deg").input_value() == "2"
     page.frame_locator("iframe").locator("body.body--dark").wait_for()

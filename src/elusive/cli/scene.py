@@ -23,4 +23,5 @@ def scene_command(
     known = [system.name for system in SYSTEMS]
     if system not in known:
         raise DataError(f"{scene}: is a scene of system {system!r:.40}; known are {', '.join(known)}.")
-    import_module(f"elusive.cli.scenes.{system}").run_scene(scene, given, out)
+    scenes = import_module(f"elusive.cli.scenes.{system}")
+    scenes.run_scene(scene, scenes.SCENE(**given), out)

@@ -23,6 +23,7 @@ from elusive.systems.video.live import LIVE_FILES, follow_video
 from elusive.systems.video.parameters import PlotFinding, VideoTracking
 from elusive.systems.video.plots import write_video_plots
 from elusive.systems.video.report import HEADER
+from elusive.systems.video.results import FILES, LOCATED
 from elusive.systems.video.track import track_video_recording
 
 Video = Annotated[
@@ -104,8 +105,7 @@ def track_video_command(
             source, parameters, out, truth=truth, cutoff_m=truth_cutoff, on_start=_say, on_turn=advance, **setting
         )
     tracked = outcome.tracked
-    files = ["tracks.csv", "resting.csv", "result.nc", "report.html", "report.png", "checks.json", "config.yaml"]
-    files[1:1] = ["tracks.geojson"] * (tracked.lonlat is not None)
+    files = [*FILES, *([LOCATED] if tracked.lonlat is not None else [])]
     tell_run(
         outcome, (tracked.title, tracked.rows), out, files, sinks, strict=strict, verdict=tracked.verdict,
         tracks=(bare(HEADER), tracked.lines if tracked.paths else ()),

@@ -29,9 +29,13 @@ def workbench_command(
         if (error.name or "").partition(".")[0] != "nicegui":
             raise
         raise DataError("workbench: needs NiceGUI; install it: pip install 'elusive[workbench]'.") from None
+    scenes = [
+        Recording(f"{system.name} scene", "a scene", f"elusive.cli.scenes.{system.name}:SCENE", system.tries, True)
+        for system in SYSTEMS
+    ]
     recordings = [
         Recording(system.noun, system.recording, f"elusive.cli.{system.name}:track_{system.name}_command", system.tries)
         for system in SYSTEMS
     ]
-    pages = [system.page for system in SYSTEMS if system.page is not None]
-    serve(folder, pages, recordings, host=host, port=port, show=browser)
+    pages = [system.page for system in SYSTEMS]
+    serve(folder, pages, [*recordings, *scenes], host=host, port=port, show=browser)

@@ -9,7 +9,7 @@ class System(NamedTuple):
     """One kind of recording and what finds targets in it.
 
     Its commands are found by its name: ``track_<name>_command`` and, where it ``fits``, ``fit_<name>_command`` in
-    ``elusive.cli.<name>``, ``simulate_command`` and ``run_scene`` in ``elusive.cli.scenes.<name>``.
+    ``elusive.cli.<name>``, ``simulate_command``, ``SCENE`` and ``run_scene`` in ``elusive.cli.scenes.<name>``.
     """
 
     name: str  # of its folder and of a scene's key ``system``
@@ -17,7 +17,7 @@ class System(NamedTuple):
     recording: str  # what its users have
     targets: str  # what is found in that
     command: str  # the shortest that does it
-    page: str | None  # module of its page in the workbench, which holds a PAGE; None: it has none
+    page: str  # module of its page in the workbench, which holds a PAGE
     fits: bool = False  # to a recording without labels: ``elusive fit <noun>``
     tries: tuple[tuple[str, str], ...] = ()  # where nothing is found: options, and what they become; x2: twice as much
 
@@ -69,7 +69,7 @@ SYSTEMS = (
         "radar video, before any threshold",
         "ships too faint for plots",
         "elusive track video video.npz --out result",
-        None,
+        "elusive.systems.video.page",
         tries=(("confirm_from", "x0.7"), ("births_per_h", "x5"), ("confirm_frames", "x0.5")),
     ),
     System(

@@ -1,4 +1,7 @@
-"""What a command asks of a person: its files, its own options, its parameters; read off the command itself."""
+"""What a command asks of a person: its files, its own options, its parameters; read off the command itself.
+
+A scene asks for no file: it is all parameters, run by `elusive scene`.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ from typing import Any, Literal, NamedTuple, get_args, get_origin
 
 from elusive.model import Model
 from elusive.options import options_of
-from elusive.workbench.files import PLAIN, stranger
+from elusive.workbench.files import CONFIG, PLAIN, SCENE, stranger
 from elusive.workbench.forms import FieldPath
 
 # the page's own, and what has no meaning for what is recorded
@@ -37,13 +40,25 @@ class Asked(NamedTuple):
 
 
 class Asking(NamedTuple):
-    """A command of `elusive track`, as a page asks for what it needs."""
+    """A command of `elusive track`, or a scene, as a page asks for what it needs."""
 
     noun: str
     asked: tuple[Asked, ...]  # files first, what is needed before what is not
     parameters: type[Model]
     follows: bool  # whether a source can be followed as it comes
     tries: tuple[tuple[str, str], ...]
+    is_scene: bool
+
+    @property
+    def file(self) -> str:
+        """Name of the file of parameters among what is written."""
+        return SCENE if self.is_scene else CONFIG
+
+    @property
+    def parts(self) -> dict[str, FieldPath]:
+        """Parts of a scene by what they are called; nothing of other parameters, which are one part."""
+        fields = self.parameters.model_fields if self.is_scene else {}
+        return {str(field.description): (name,) for name, field in fields.items() if isinstance(field.default, Model)}
 
     @property
     def main(self) -> list[FieldPath]:
@@ -51,8 +66,13 @@ class Asking(NamedTuple):
         by_name = {option.name: option.path for option in options_of(self.parameters)}
         return [by_name[name] for name in self.parameters.main_options if name in by_name]
 
-    def words(self, values: Mapping[str, str | bool]) -> list[str]:
-        """Return the command's words for what was given, by name; what is empty is left out."""
+    def words(self, values: Mapping[str, str | bool], settings: str = "") -> list[str]:
+        """Return the command's words for what was given, by name, and a file of parameters; what is empty is left out.
+
+        A scene always has that file.
+        """
+        if self.is_scene:
+            return ["scene", settings]
         words = ["track", self.noun, *(["--follow"] if values.get(FOLLOW) else [])]
         for one in self.asked:
             value = values.get(one.name, "")
@@ -66,7 +86,7 @@ class Asking(NamedTuple):
                 words += [word for part in parts for word in (one.flag, part)]
             elif parts:
                 words += [one.flag, *parts]
-        return words
+        return [*words, *(["--config", settings] if settings else [])]
 
 
 def listed(text: str) -> list[str]:
@@ -75,18 +95,21 @@ def listed(text: str) -> list[str]:
 
 
 class Recording(NamedTuple):
-    """A kind of recording and the command that tracks it."""
+    """A kind of recording and the command that tracks it, or of scene."""
 
     noun: str  # of the command: ``elusive track <noun>``
     name: str  # what its users have
-    place: str  # ``package.module:name`` of the command's function
+    place: str  # ``package.module:name`` of the command's function, or of a scene's model
     tries: tuple[tuple[str, str], ...] = ()  # where nothing is found: options, and what they become
+    is_scene: bool = False
 
 
 def asking(recording: Recording) -> Asking:
-    """Read off a command what it asks for."""
+    """Read off a command, or a scene's model, what it asks for."""
     module, _, name = recording.place.partition(":")
     command = getattr(import_module(module), name)
+    if recording.is_scene:
+        return Asking(recording.noun, (), command, False, recording.tries, True)
     asked = []
     known = inspect.signature(command, eval_str=True).parameters
     for parameter in known.values():
@@ -94,7 +117,7 @@ def asking(recording: Recording) -> Asking:
         if parameter.name not in LEFT_OUT and told.rich_help_panel is None:
             asked.append(_asked(parameter, told))
     asked.sort(key=lambda one: (not one.is_file, not one.needed, bool(one.flag)))
-    return Asking(recording.noun, tuple(asked), command.parameters, FOLLOW in known, recording.tries)
+    return Asking(recording.noun, tuple(asked), command.parameters, FOLLOW in known, recording.tries, False)
 
 
 def _asked(parameter: inspect.Parameter, told: Any) -> Asked:

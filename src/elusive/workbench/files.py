@@ -13,6 +13,8 @@ from elusive.errors import DataError, ElusiveError
 Read = TypeVar("Read")
 UPLOAD_MOST_BYTES = 64 * 1024 * 1024
 FOLDER = "runs"  # where a workbench keeps them, in its folder
+CONFIG, SCENE = "config.yaml", "scene.yaml"  # of results: how they were tracked, and what was simulated for it
+SCENES = (".yaml", ".yml")
 PLAIN = re.compile(r"[A-Za-z0-9][A-Za-z0-9 ._-]{0,99}")
 
 
@@ -82,6 +84,21 @@ def stranger(folder: Path, path: Path) -> str:
     home = folder.resolve()
     inner = path.iterdir() if path.is_dir() else ()
     return next((one.name for one in inner if not one.resolve().is_relative_to(home)), "")
+
+
+def scene_in(folder: Path, name: str) -> Path:
+    """Return a scene of that name in the folder, or the one in a folder of results.
+
+    Raises
+    ------
+    DataError
+        If there is none.
+    """
+    path = inside(folder, name, (*SCENES, ""))
+    path = path / SCENE if path.is_dir() else path
+    if not path.is_file() or not path.resolve().is_relative_to(folder.resolve()):
+        raise DataError(f"{name}: is no scene in the workbench's folder; put it there.")
+    return path
 
 
 def in_folder(folder: Path) -> list[str]:

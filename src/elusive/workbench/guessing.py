@@ -2,21 +2,39 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
 
+from elusive.workbench.files import SCENE, SCENES
+
 ENDINGS = {
     ".mp4": "images", ".avi": "images", ".mov": "images", ".mkv": "images", ".tif": "images", ".tiff": "images",
-    ".wav": "signal", ".sigmf-meta": "signal", ".sigmf-data": "signal", ".pcap": "video", ".ast": "radar",
+    ".wav": "signal", ".sigmf-meta": "signal", ".sigmf-data": "signal", ".pcap": "video", ".nc": "video",
+    ".ast": "radar",
 }  # fmt: skip
 COLUMNS = (("azimuth", "bearings"), ("arrival", "bearings"), ("rss", "links"), ("range_m", "radar"), ("tx", "links"))
 HEAD_BYTES = 4096
+SYSTEM = re.compile(rb"^system: *['\"]?(\w+)", re.MULTILINE)
+SCENE_MOST_BYTES = 16 * 1024 * 1024
+
+
+def system_of(path: Path) -> str:
+    """Return the system of a scene, or of the one in a folder of results; nothing where it is none."""
+    scene = path / SCENE if path.is_dir() else path
+    try:
+        if scene.suffix.lower() not in SCENES or scene.stat().st_size > SCENE_MOST_BYTES:
+            return ""
+        found = SYSTEM.search(scene.read_bytes())
+    except OSError:
+        return ""
+    return found[1].decode() if found else ""
 
 
 def kind_of(path: Path) -> str:
     """Return the noun of the command that tracks a file or a folder; nothing where that cannot be told."""
-    ending = path.suffix.lower()
+    ending = Path(path.stem).suffix.lower() if path.suffix.lower() == ".gz" else path.suffix.lower()
     if path.is_dir():
         return "images"
     if ending in ENDINGS:

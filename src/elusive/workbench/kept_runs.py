@@ -23,11 +23,11 @@ from elusive.errors import DataError, ElusiveError
 from elusive.model import Model, read_yaml
 from elusive.options import PROGRESS, SHOWN
 from elusive.workbench.asking import Asking
-from elusive.workbench.files import FOLDER, PLAIN
+from elusive.workbench.files import CONFIG, FOLDER, PLAIN
 from elusive.workbench.jobs import CancelledError, Job
 from elusive.workbench.live import Live
 
-NOTE, REPORT, CHECKS, CONFIG = "run.json", "report.html", "checks.json", "config.yaml"
+NOTE, REPORT, CHECKS = "run.json", "report.html", "checks.json"
 NAME = re.compile(r"(\d{3,})-[A-Za-z0-9._-]{1,60}")
 NAMING = threading.Lock()  # runs of several tabs may end at once
 POLL_S, PATIENCE_S = 0.1, 5.0  # between looks at a command; how long it may take to heed being called off
@@ -88,14 +88,13 @@ def flat(tree: Mapping[str, Any], before: str = "") -> dict[str, str]:
     return leaves
 
 
-def shown_command(asking: Asking, given: Mapping[str, str | bool], config: str) -> str:
+def shown_command(asking: Asking, given: Mapping[str, str | bool], settings: str) -> str:
     """Return the command that does the same without a browser, in the workbench's folder; with a file of settings."""
-    more = ["--config", config] if config else []
-    return shlex.join(["elusive", *asking.words(given), *more, "--out", "result"])
+    return shlex.join(["elusive", *asking.words(given, settings), "--out", "result"])
 
 
 def track(folder: Path, asking: Asking, given: Mapping[str, str | bool], model: Model, job: Job) -> Kept:
-    """Run a command on a recording in the folder and keep what it writes.
+    """Run a command on a recording in the folder, or a scene, and keep what it writes.
 
     It is a process of its own: a page goes on answering, and it ends as soon as it is called off.
 
@@ -111,16 +110,16 @@ def track(folder: Path, asking: Asking, given: Mapping[str, str | bool], model: 
     settings = differences(model)
     with tempfile.TemporaryDirectory(prefix=".", dir=runs) as hidden:
         made = Path(hidden) / "made"
-        words = [*asking.words(given), "--out", str(made)]
-        if settings:
-            config = Path(hidden) / CONFIG
-            config.write_text(yaml.safe_dump(settings, sort_keys=False), encoding="utf-8")
-            words += ["--config", str(config)]
-        said = _done(words, folder, job).replace(str(made), "result")
+        config = ""
+        if settings or asking.is_scene:
+            text = model.to_yaml() if asking.is_scene else yaml.safe_dump(settings, sort_keys=False)
+            config = str(Path(hidden) / asking.file)
+            Path(config).write_text(text, encoding="utf-8")
+        said = _done([*asking.words(given, config), "--out", str(made)], folder, job).replace(str(made), "result")
         note = Note(noun=asking.noun, given=dict(given), settings=settings, said=said)
         (made / NOTE).write_text(note.model_dump_json(), encoding="utf-8")
         with NAMING:
-            target = runs / _next_name(runs, given[asking.asked[0].name])
+            target = runs / _next_name(runs, given[asking.asked[0].name] if asking.asked else asking.noun)
             os.rename(made, target)
     return read(target)
 
@@ -234,7 +233,7 @@ def results(folder: Path, askings: Sequence[Asking]) -> list[Kept]:
         if PLAIN.fullmatch(one.name) and is_result(one):
             for asking in askings:
                 try:
-                    settings = differences(settings_of(one, asking.parameters))
+                    settings = differences(settings_of(one, asking))
                     found.append(Kept(one.name, asking.noun, {}, settings, "", _doubted(one), one))
                     break
                 except (ElusiveError, ValueError, KeyError, TypeError):
@@ -279,18 +278,18 @@ def served_file(folder: Path, run: str, name: str) -> Path | None:
     return path if plain and path.is_file() and path.resolve().is_relative_to(folder.resolve()) else None
 
 
-def settings_of(folder: Path, parameters: type[Model]) -> Model:
-    """Return the parameters of a folder of results, by its config.yaml.
+def settings_of(folder: Path, asking: Asking) -> Model:
+    """Return the parameters of a folder of results, by its file of them.
 
     Raises
     ------
     DataError, ParameterError
         If it holds none, or of another system.
     """
-    path = folder / CONFIG
+    path = folder / asking.file
     if not path.is_file():
-        raise DataError(f"{folder.name}: holds no {CONFIG}; choose a folder that `elusive track` wrote.")
-    return parameters(**read_yaml(path))
+        raise DataError(f"{folder.name}: holds no {path.name}; choose a folder that `elusive track` wrote.")
+    return asking.parameters(**read_yaml(path))
 
 
 def each_setting(runs: Sequence[Kept]) -> Iterator[tuple[str, list[str]]]:

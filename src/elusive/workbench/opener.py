@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 from nicegui import ui
 
 from elusive.errors import DataError, ElusiveError
-from elusive.workbench.files import UPLOAD_MOST_BYTES, inside, read_upload
+from elusive.workbench.files import UPLOAD_MOST_BYTES, inside, read_upload, scene_in
 from elusive.workbench.jobs import away
 from elusive.workbench.parts import errors_shown, refuse
 from elusive.workbench.settings import SETTINGS
@@ -56,6 +56,14 @@ def opener(
         max_file_size=UPLOAD_MOST_BYTES,
         on_rejected=lambda: refuse(f"The file is refused: send one of {words}, {UPLOAD_MOST_BYTES >> 20} MiB at most."),
     ).props(f'accept="{",".join(kinds)}" flat bordered').classes("w-full")  # fmt: skip
+
+
+def open_scene(file: str, take: Callable[[Path], Any], then: str = "press Run") -> None:
+    """Let a page take a scene of the folder, if one shall be opened; ``then``: what a person does next."""
+    if file:
+        with errors_shown():
+            take(scene_in(SETTINGS.folder, file))
+            ui.notify(f"{file} is open: {then}.", type="positive")
 
 
 def read_named(folder: Path, name: str, kinds: Sequence[str], read: Callable[[Path], Read]) -> Read:

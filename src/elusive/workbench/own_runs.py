@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from functools import cache
 from typing import Any
 
@@ -14,7 +14,6 @@ from elusive.workbench.asking import Asking, asking
 from elusive.workbench.exports import table_html
 from elusive.workbench.files import FOLDER
 from elusive.workbench.kept_runs import (
-    CONFIG,
     REPORT,
     Kept,
     each_setting,
@@ -81,29 +80,31 @@ def show_run(run: Kept) -> None:
             ui.button(name, on_click=lambda name=name: ui.download(f"{address}/{name}", name)).props(
                 "outline no-caps dense"
             )
-    if not run.given:
+    asked = asking_of(run.noun)
+    if not run.given and not asked.is_scene:
         return
     with ui.element("p").classes("ew-note"):
         ui.label("The same without a browser, in the workbench's folder:")
-        config = f"{run.folder.relative_to(SETTINGS.folder)}/{CONFIG}" if run.settings else ""
-        ui.label(shown_command(asking_of(run.noun), run.given, config)).classes("ew-code")
+        config = f"{run.folder.relative_to(SETTINGS.folder)}/{asked.file}" if run.settings or asked.is_scene else ""
+        ui.label(shown_command(asked, run.given, config)).classes("ew-code")
 
 
-def all_runs() -> list[Kept]:
-    """List the runs that are kept, and results of the command line in the folder."""
-    askings = [asking_of(one.noun) for one in SETTINGS.recordings]
-    return [*kept_runs(SETTINGS.folder), *results(SETTINGS.folder, askings)]
+def all_runs(nouns: Collection[str]) -> list[Kept]:
+    """List the runs of some kinds that are kept, and results of the command line in the folder."""
+    askings = [asking_of(noun) for noun in nouns]
+    kept = [run for run in kept_runs(SETTINGS.folder) if run.noun in nouns]
+    return [*kept, *results(SETTINGS.folder, [one for one in askings if not one.is_scene])]
 
 
-def run_named(name: str) -> Kept:
-    """Return a run.
+def run_named(name: str, nouns: Collection[str]) -> Kept:
+    """Return a run of some kinds.
 
     Raises
     ------
     DataError
         If there is none of that name.
     """
-    for run in all_runs():
+    for run in all_runs(nouns):
         if run.name == name:
             return run
     raise DataError(f"{name!r:.60}: is no run that is kept here; it may have been deleted.")
@@ -114,19 +115,23 @@ class RunList:
 
     Parameters
     ----------
+    nouns
+        Kinds whose runs are listed.
     open_run
         Opens one.
     deleted
         Done after one is deleted.
     """
 
-    def __init__(self, open_run: Callable[[Kept], None], deleted: Callable[[], None]) -> None:
-        self._open, self._deleted = open_run, deleted
+    def __init__(
+        self, nouns: Collection[str], open_run: Callable[[Kept], None], deleted: Callable[[], None]
+    ) -> None:  # fmt: skip
+        self._nouns, self._open, self._deleted = nouns, open_run, deleted
         self._box = ui.column().classes("w-full gap-2")
 
     def show(self) -> None:
         """Build it anew from what stands in the folder."""
-        made, runs = kept_runs(SETTINGS.folder), all_runs()
+        made, runs = kept_runs(SETTINGS.folder), all_runs(self._nouns)
         chosen: dict[str, bool] = {}
         self._box.clear()
         with self._box:

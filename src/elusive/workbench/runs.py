@@ -58,6 +58,10 @@ class BenchState(Generic[Scene]):
         self.job: LiveJob | None = None
         self.ran: Scene | None = None  # scene that the run is of
 
+    def take(self, scene: Scene) -> None:
+        """Take another scene; a run stays."""
+        self.scene = scene
+
 
 def beside(run: Run, kept: Run | None) -> Drawing:
     """Return a run's drawing with the lines of the kept run's charts of the same name."""

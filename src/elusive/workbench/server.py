@@ -116,8 +116,9 @@ def _build() -> None:
 
 def _add(page: Page) -> None:
     @ui.page(page.path, title=f"{page.title} | elusive workbench", response_timeout=30.0)
-    async def build(example: str = "") -> None:
-        await page.build(await is_asked_anew(page.path, example))
+    async def build(example: str = "", file: str = "", token: str = "") -> None:
+        anew = await is_asked_anew(page.path, example or token)
+        await page.build(anew and bool(example), file if anew else "")
 
 
 def _block(name: str) -> Response:

@@ -26,11 +26,12 @@ def chosen_colours() -> str:
 class Page(NamedTuple):
     """One system: what its card says, and what opens it."""
 
+    system: str  # as its scenes name it
     path: str
     title: str
     summary: str
     example: str  # what the ready example does
-    build: Callable[[bool], Awaitable[None]]  # True: run the ready example
+    build: Callable[[bool, str], Awaitable[None]]  # True: run the ready example; a file of the folder: open it
     warm_up: Callable[[], None] | None = None  # loads and compiles once what is waited for
 
 
@@ -49,7 +50,10 @@ def head(here: str) -> None:
     kept = "auto" if request is None else request.cookies.get(COOKIE, "auto")
     chosen = COLOURS[ui.context.client] = kept if kept in DARK else "auto"
     dark = ui.dark_mode(DARK[chosen])
-    with ui.element("header").classes("ew-head w-full px-4 py-2"), ui.row().classes("items-center gap-5 w-full"):
+    with (
+        ui.element("header").classes("ew-head w-full px-4 py-2"),
+        ui.row().classes("items-center gap-x-4 gap-y-2 w-full"),
+    ):
         for path, title in (("/", "elusive workbench"), OWN, *((page.path, page.title) for page in pages())):
             link = ui.link(title, path)
             if path == here:
@@ -68,7 +72,7 @@ def head(here: str) -> None:
         ui.select(
             {"auto": "as the system", "light": "light", "dark": "dark"},
             value=chosen, label="Colours", on_change=choose,
-        ).props("dense outlined options-dense").classes("w-40")  # fmt: skip
+        ).props("dense outlined options-dense").classes("w-36")  # fmt: skip
 
 
 @contextmanager

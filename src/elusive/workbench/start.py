@@ -10,7 +10,8 @@ from urllib.parse import quote
 from nicegui import ui
 
 from elusive.workbench.files import in_folder
-from elusive.workbench.kept_runs import kept_runs
+from elusive.workbench.guessing import system_of
+from elusive.workbench.kept_runs import Kept, is_result, kept_runs
 from elusive.workbench.settings import SETTINGS
 from elusive.workbench.shell import OWN, head, main, pages
 
@@ -62,10 +63,26 @@ def _opening() -> None:
         names = in_folder(SETTINGS.folder)
         ui.select(
             names, label="Open anything in the workbench's folder" if names else "The workbench's folder is empty",
-            with_input=True, on_change=lambda event: ui.navigate.to(f"{OWN[0]}?file={quote(event.value)}"),
+            with_input=True, on_change=lambda event: ui.navigate.to(_address_of(event.value)),
         ).props('dense outlined options-dense data-field="anything"').classes("ew-anything")  # fmt: skip
         runs = kept_runs(SETTINGS.folder)[:RECENT]
         if runs:
             ui.label("Latest runs:").classes("ew-note")
         for run in runs:
-            ui.link(run.name, f"{OWN[0]}?run={quote(run.name)}").props(f'aria-label="Open {run.name}"')
+            ui.link(run.name, _address_of_run(run)).props(f'aria-label="Open {run.name}"')
+
+
+def _address_of(file: str) -> str:
+    """Return what opens a file of the folder: a scene on the page of its system, or the page of any recording."""
+    path = SETTINGS.folder / file
+    system = "" if is_result(path) else system_of(path)
+    here = next((page.path for page in pages() if page.system == system), OWN[0])
+    return f"{here}?file={quote(file)}&token={secrets.token_hex(4)}"
+
+
+def _address_of_run(run: Kept) -> str:
+    """Return what opens a run: of a scene, the page of its system."""
+    for page in pages():
+        if run.noun == f"{page.system} scene":
+            return f"{page.path}?file={quote(run.name)}&token={secrets.token_hex(4)}"
+    return f"{OWN[0]}?run={quote(run.name)}"

@@ -17,6 +17,8 @@ from elusive.io.routes import read_way
 from elusive.systems.bearings.scene import BearingScene, track_bearing_scene
 from elusive.systems.bearings.simulate import BearingSimulation, simulate_bearings
 
+SCENE = BearingScene
+
 
 @accepts(BearingSimulation)
 def simulate_command(
@@ -50,9 +52,8 @@ def simulate_command(
     )  # fmt: skip
 
 
-def run_scene(scene: Path, given: dict[str, Any], out: Path) -> None:
+def run_scene(scene: Path, parameters: BearingScene, out: Path) -> None:
     """Run a scene and say what came of it."""
-    parameters = BearingScene(**given)
     with bar("estimators", len(parameters.estimators)) as advance:
         flown = track_bearing_scene(parameters, out, on_estimator=advance)
     show(scene.name, *flown.table)

@@ -14,6 +14,8 @@ from elusive.systems.images.run import FILES
 from elusive.systems.images.scene import ImageScene, track_image_scene
 from elusive.systems.images.simulate import ImageSimulation, simulate_images
 
+SCENE = ImageScene
+
 
 @accepts(ImageSimulation)
 def simulate_command(out: Out, given: dict[str, Any], config: Config = None) -> None:
@@ -30,9 +32,8 @@ def simulate_command(out: Out, given: dict[str, Any], config: Config = None) -> 
     console.print(f"To track: {escape(command)}", highlight=False, soft_wrap=True)
 
 
-def run_scene(scene: Path, given: dict[str, Any], out: Path) -> None:
+def run_scene(scene: Path, parameters: ImageScene, out: Path) -> None:
     """Run a scene and say what came of it."""
-    parameters = ImageScene(**given)
     with bar("frames", parameters.frames) as advance:
         outcome = track_image_scene(parameters, out, on_frame=advance)
     show(scene.name, ("", ""), outcome.tracked.rows)

@@ -19,6 +19,8 @@ from elusive.systems.links.run import FILES
 from elusive.systems.links.scene import LinkScene, track_scene
 from elusive.systems.links.simulate import LinkSimulation
 
+SCENE = LinkScene
+
 TRACKED_WITH = (("", "log.csv"), ("--nodes", "nodes.csv"), ("--truth", "truth.csv"))  # of a simulated log
 
 
@@ -53,9 +55,8 @@ def simulate_command(
     console.print(f"To track: {escape(' '.join(command.split()))}", highlight=False, soft_wrap=True)
 
 
-def run_scene(scene: Path, given: dict[str, Any], out: Path) -> None:
+def run_scene(scene: Path, parameters: LinkScene, out: Path) -> None:
     """Run a scene and say what came of it."""
-    parameters = LinkScene(**given)
     simulation = parameters.simulation
     with bar("frames", simulation.calibration_steps + simulation.walks.total_positions) as advance:
         outcome = track_scene(parameters, out, on_frame=advance)

@@ -19,6 +19,8 @@ from elusive.systems.radar.scene_run import HEADER, track_radar_scene
 from elusive.systems.radar.simulate import MID_OCEAN_DEG, RadarSimulation, simulate_radar
 from elusive.systems.radar.voyage import crossing_routes
 
+SCENE = RadarScene
+
 # of the simulated radar, what the tracker is told
 FEW = 0.1  # false alarms a scan
 TOLD = ("range_sd_m", "bearing_sd_mrad", "doppler_sd_mps", "detection_probability", "false_alarms")
@@ -76,9 +78,8 @@ def simulate_command(
     console.print(f"To track: {escape(command)} --out tracks", highlight=False, soft_wrap=True)
 
 
-def run_scene(scene: Path, given: dict[str, Any], out: Path) -> None:
+def run_scene(scene: Path, parameters: RadarScene, out: Path) -> None:
     """Run a scene and say what came of it."""
-    parameters = RadarScene(**given)
     total = len(parameters.voyage().times_s) * len(parameters.methods)
     with bar("scans", total) as advance:
         sailed = track_radar_scene(parameters, out, folder=scene.parent, on_scan=advance)

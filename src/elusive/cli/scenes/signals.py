@@ -13,6 +13,8 @@ from elusive.cli.terminal import Config, Out, bar, console, show, tell_written
 from elusive.systems.signals.run import FILES
 from elusive.systems.signals.scene import SignalScene, SignalSimulation, simulate_signal, track_signal_scene
 
+SCENE = SignalScene
+
 
 @accepts(SignalSimulation)
 def simulate_command(out: Out, given: dict[str, Any], config: Config = None) -> None:
@@ -31,9 +33,8 @@ def simulate_command(out: Out, given: dict[str, Any], config: Config = None) -> 
     )  # fmt: skip
 
 
-def run_scene(scene: Path, given: dict[str, Any], out: Path) -> None:
+def run_scene(scene: Path, parameters: SignalScene, out: Path) -> None:
     """Run a scene and say what came of it."""
-    parameters = SignalScene(**given)
     with bar("frames", parameters.frames) as advance:
         outcome = track_signal_scene(parameters, out, on_frame=advance)
     console.print(escape(outcome.tracked.verdict), highlight=False)

@@ -9,10 +9,13 @@ from typing import Any
 from rich.markup import escape
 
 from elusive.cli.given import accepts, parameters_of
-from elusive.cli.terminal import Config, Out, bar, console, show, show_run
+from elusive.cli.terminal import Config, Out, bar, console, show, show_run, tell_written
 from elusive.systems.video.parameters import RecordedVideo
+from elusive.systems.video.results import FILES, LOCATED
 from elusive.systems.video.scene import VideoScene, track_video_scene
 from elusive.systems.video.simulate import VideoSimulation, simulate_video
+
+SCENE = VideoScene
 
 
 @accepts(VideoSimulation)
@@ -33,11 +36,10 @@ def simulate_command(out: Out, given: dict[str, Any], config: Config = None) -> 
     console.print(f"To track: {escape(command)} --out tracks", highlight=False, soft_wrap=True)
 
 
-def run_scene(scene: Path, given: dict[str, Any], out: Path) -> None:
+def run_scene(scene: Path, parameters: VideoScene, out: Path) -> None:
     """Run a scene and say what came of it."""
-    parameters = VideoScene(**given)
-    with bar("turns", None) as advance:
+    with bar("turns", 2 * parameters.simulation.turns) as advance:  # simulated, then tracked
         outcome = track_video_scene(parameters, out, advance)
     console.print(escape(outcome.tracked.verdict), highlight=False)
     show_run(scene.name, outcome.tracked.rows, outcome.findings)
-    console.print(f"Written to {out}: the video, truth.csv, simulation.yaml, and tracks/", soft_wrap=True)
+    tell_written(out, (*FILES, LOCATED, "scene.yaml", "recording"), outcome.scored)

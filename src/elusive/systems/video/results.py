@@ -29,6 +29,8 @@ from elusive.systems.video.resting import Resting, resting_of, write_resting
 from elusive.systems.video.turns import VideoStart
 from elusive.tracking.track import Step
 
+FILES = ("tracks.csv", "resting.csv", "result.nc", "report.html", "report.png", "checks.json", "config.yaml")
+LOCATED = "tracks.geojson"  # among them where the radar's place is known
 ADDED = ("moves", "allowed", "level_db", "lon_deg", "lat_deg")
 CUTOFF_M = 100.0
 CONFIRMED = STATUSES.index("confirmed")
@@ -151,7 +153,7 @@ class VideoRun:
     def write(self, folder: Path, outcome: VideoOutcome, config: str) -> None:
         """Write everything into a folder but the table, which the log writes."""
         if self._start.frame is not None:
-            write_geojson(folder / "tracks.geojson", self._log, self._start.frame.to_lonlat)
+            write_geojson(folder / LOCATED, self._log, self._start.frame.to_lonlat)
         write_resting(folder / "resting.csv", outcome.resting)
         write_result(folder / "result.nc", self._log, title=outcome.tracked.title, config=config)
         if outcome.scored is not None:

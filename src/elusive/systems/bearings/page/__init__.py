@@ -8,6 +8,7 @@ from elusive.systems.bearings.page.state import BearingsState
 from elusive.systems.bearings.page.still import StillWindow
 from elusive.systems.bearings.page.track import WAYS
 from elusive.systems.bearings.scene import BearingScene
+from elusive.workbench.opener import open_scene
 from elusive.workbench.session import state_of
 from elusive.workbench.shell import Page, Steps, head, main, waiting
 from elusive.workbench.side_by_side import TrackWindow, run, watch_window
@@ -20,8 +21,8 @@ LEAD = (
 WATCHED = "3 Watch"
 
 
-async def build(example: bool) -> None:
-    """Build the page; ``example``: track the ready path at once."""
+async def build(example: bool, file: str = "") -> None:
+    """Build the page; ``example``: track the ready path at once; ``file``: a scene that is opened."""
     head("/bearings")
     state = await state_of("bearings", BearingsState)
     with main(TITLE, LEAD):
@@ -29,6 +30,7 @@ async def build(example: bool) -> None:
             state.scene = BearingScene()
             with waiting("Hearing and tracking the ready path ..."):
                 await run(state, WAYS)
+        open_scene(file, lambda path: state.take(BearingScene.from_yaml(path)), "press Run under Track")
         steps = Steps(
             state,
             {
@@ -43,7 +45,7 @@ async def build(example: bool) -> None:
 
 
 PAGE = Page(
-    "/bearings", TITLE,
+    "bearings", "/bearings", TITLE,
     "Directions of arrival at a few sensors: a scene, its bearings, several estimators side by side, their errors "
     "against the bound.",
     "three sensors, a curved path, strays among the bearings; three estimators side by side.",

@@ -9,6 +9,7 @@ from elusive.systems.images.page.inputs import ImageInputs
 from elusive.systems.images.page.run import run_scene
 from elusive.systems.images.scene import ImageScene
 from elusive.workbench.bench import Bench
+from elusive.workbench.opener import open_scene
 from elusive.workbench.runs import BenchState
 from elusive.workbench.session import state_of
 from elusive.workbench.shell import Page, head, main
@@ -21,13 +22,17 @@ LEAD = (
 BESIDE_DB = 10.0  # SNR of the run that the example keeps beside the paper's
 
 
-async def build(example: bool) -> None:
-    """Build the page; ``example``: run the paper's scenario at once, and with a brighter target to compare."""
+async def build(example: bool, file: str = "") -> None:
+    """Build the page; ``example``: run the paper's scenario at once, and with a brighter target to compare.
+
+    ``file``: a scene that is opened.
+    """
     head("/images")
     state = await state_of("images", lambda: BenchState(ImageScene().settled))
     with main(TITLE, LEAD):
         if example:
             state.scene = ImageScene().settled
+        open_scene(file, lambda path: state.take(ImageScene.from_yaml(path).settled))
         bench = Bench(state, lambda: ImageInputs(state).forms, run_scene, ("Is it there?", "probability"))
     if example:
         weak = state.scene
@@ -40,7 +45,7 @@ async def build(example: bool) -> None:
 
 
 PAGE = Page(
-    "/images", TITLE,
+    "images", "/images", TITLE,
     "Targets too faint to threshold that appear, move and disappear: frames, particles, existence of each, error.",
     "30 frames of 20 x 20, a target of 6.7 dB in frames 5 to 23 (from 0) of Amrouche et al. (2018), and one of 10 dB.",
     build,

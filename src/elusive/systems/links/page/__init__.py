@@ -7,13 +7,14 @@ from nicegui import ui
 from elusive.systems.links.networks import BorderNodes
 from elusive.systems.links.page.algorithm import AlgorithmWindow, apply
 from elusive.systems.links.page.paths import PathsWindow
-from elusive.systems.links.page.performance import PerformanceWindow
+from elusive.systems.links.page.performance import PerformanceWindow, read_scene
 from elusive.systems.links.page.radiation import RadiationWindow
 from elusive.systems.links.page.sensors import SensorsWindow
 from elusive.systems.links.page.state import LinksState
 from elusive.systems.links.presets import first_simulation
 from elusive.systems.links.scene import run_scene
 from elusive.workbench.jobs import Job
+from elusive.workbench.opener import open_scene
 from elusive.workbench.parts import Changed, Drawing, errors_shown
 from elusive.workbench.session import state_of
 from elusive.workbench.shell import Page, Steps, head, main, waiting
@@ -34,8 +35,8 @@ def warm_up() -> None:
     run_scene(first.replace(simulation=simulation))
 
 
-async def build(example: bool) -> None:
-    """Build the page; ``example``: run the thesis's first simulation at once."""
+async def build(example: bool, file: str = "") -> None:
+    """Build the page; ``example``: run the thesis's first simulation at once; ``file``: a scene that is opened."""
     head("/links")
     state = await state_of("links", LinksState)
     with main(TITLE, LEAD):
@@ -45,6 +46,7 @@ async def build(example: bool) -> None:
                 await apply(state, Job())
             if state.tracking_spec is not None:
                 state.tracking_spec["autoplay"] = True
+        open_scene(file, lambda path: state.take(read_scene(path)), "press Apply under Algorithm")
         steps = Steps(
             state,
             {
@@ -70,7 +72,7 @@ def _tracking_window(state: LinksState) -> None:
 
 
 PAGE = Page(
-    "/links", TITLE,
+    "links", "/links", TITLE,
     "A radio network sees people by the links they shadow: paths, radiation, sensors, image, tracks, scores.",
     "three people among 41 radios on the border of 24 by 24 m, the first simulation of Mendieta (2017).",
     build,

@@ -26,10 +26,9 @@ from elusive.systems.links.report import write_links_html, write_links_png
 from elusive.systems.links.results import CUTOFF_M
 from elusive.systems.links.scene import LinkScene, SceneRun
 from elusive.workbench.exports import give_made, table_html, written
-from elusive.workbench.files import UPLOAD_MOST_BYTES, read_upload
+from elusive.workbench.files import SCENES, UPLOAD_MOST_BYTES, read_upload
 from elusive.workbench.parts import Changed, Drawing, errors_shown, refuse
 
-SCENES = (".yaml", ".yml")
 BIN_M = 0.1  # of the histograms
 EDGES = [round(BIN_M * number, 6) for number in range(20)]
 
@@ -130,7 +129,7 @@ class PerformanceWindow:
     async def _sent(self, event: Any) -> None:
         data = await event.file.read()
         with errors_shown():
-            scene = read_upload(event.file.name, data, SCENES, _read_scene)
+            scene = read_upload(event.file.name, data, SCENES, read_scene)
             self._state.take(scene)
             ui.notify("The scene is open: press Apply under Algorithm.", type="positive")
         self._show()
@@ -144,7 +143,14 @@ class PerformanceWindow:
         self._show()
 
 
-def _read_scene(path: Path) -> LinkScene:
+def read_scene(path: Path) -> LinkScene:
+    """Read a scene that names no file of its own.
+
+    Raises
+    ------
+    DataError, ParameterError
+        If it cannot be read, or names one.
+    """
     scene = LinkScene(**read_yaml(path))
     if scene.simulation.network.kind == "file":
         raise DataError(f"{path}: names a file of nodes on a disk; list them as a network of kind 'placed' instead.")

@@ -9,6 +9,7 @@ from elusive.systems.radar.page.state import ChartsState, example
 from elusive.systems.radar.page.track import WAYS
 from elusive.systems.radar.scene import EXAMPLE_NAME, RadarScene
 from elusive.workbench.jobs import away
+from elusive.workbench.opener import open_scene
 from elusive.workbench.session import state_of
 from elusive.workbench.shell import Page, Steps, head, main, waiting
 from elusive.workbench.side_by_side import TrackWindow, run, watch_window
@@ -21,8 +22,8 @@ LEAD = (
 WATCHED = "4 Watch"
 
 
-async def build(ready: bool) -> None:
-    """Build the page; ``ready``: track the ready example at once."""
+async def build(ready: bool, file: str = "") -> None:
+    """Build the page; ``ready``: track the ready example at once; ``file``: a scene that is opened."""
     head("/charts")
     state = await state_of("charts", ChartsState)
     with main(TITLE, LEAD):
@@ -32,6 +33,7 @@ async def build(ready: bool) -> None:
                 state.open(EXAMPLE_NAME, await away(example), RadarScene.example())
             if ready:
                 await run(state, WAYS)
+            open_scene(file, state.open_scene, "press Run under Track")
         steps = Steps(
             state,
             {
@@ -46,7 +48,7 @@ async def build(ready: bool) -> None:
 
 
 PAGE = Page(
-    "/charts", TITLE,
+    "radar", "/charts", TITLE,
     "Electronic charts that are imprecise: land, quality zones, probability of water; a radar's plots tracked without "
     "a chart, with a hard one, and with four uses that know how wrong it may be.",
     "a ship through a synthetic delta, 5 km from its radar, after Bootsveld (2012), chapter 6.",

@@ -16,6 +16,7 @@ from elusive.report.drawing import Layer
 from elusive.systems.radar.scene import EXAMPLE_NAME, RadarScene, example_chart
 from elusive.systems.radar.scene_run import ChartFile, Recorded, Sailed
 from elusive.workbench.files import PLAIN
+from elusive.workbench.opener import read_named
 from elusive.workbench.side_by_side import TrackedState
 
 KINDS = (".000", ".geojson", ".json")
@@ -80,6 +81,20 @@ class ChartsState(TrackedState[RadarScene, Sailed]):
         self.scene = scene
         self.recorded = None
         self.forget_run()
+
+    def open_scene(self, path: Path) -> None:
+        """Take a scene from its file, and the chart beside it.
+
+        Raises
+        ------
+        DataError
+            If the scene or its chart cannot be read, or the chart lies elsewhere.
+        """
+        scene = RadarScene.from_yaml(path)
+        if scene.chart:
+            self.open(scene.chart, read_named(path.parent, scene.chart, KINDS, opened), scene)
+        else:
+            self.open(EXAMPLE_NAME, example(), scene)
 
     @cached_property
     def frame(self) -> LocalFrame:

@@ -9,6 +9,7 @@ from elusive.systems.signals.page.inputs import SignalInputs
 from elusive.systems.signals.page.run import run_scene
 from elusive.systems.signals.scene import SignalScene
 from elusive.workbench.bench import Bench
+from elusive.workbench.opener import open_scene
 from elusive.workbench.runs import BenchState
 from elusive.workbench.session import state_of
 from elusive.workbench.shell import Page, head, main
@@ -20,14 +21,15 @@ LEAD = (
 )
 
 
-async def build(example: bool) -> None:
-    """Build the page; ``example``: run its scene at once."""
+async def build(example: bool, file: str = "") -> None:
+    """Build the page; ``example``: run its scene at once; ``file``: a scene that is opened."""
     head("/signals")
     state = await state_of("signals", lambda: BenchState(SignalScene().settled))
     with main(TITLE, LEAD):
         if example:
             state.kept = state.run or state.kept
             state.scene = SignalScene().settled
+        open_scene(file, lambda path: state.take(SignalScene.from_yaml(path).settled))
         bench = Bench(state, lambda: SignalInputs(state).forms, run_scene, ("Highest score", "deviations of noise"))
     if example:
         await bench.run()
@@ -42,7 +44,7 @@ def _example(scene: SignalScene) -> str:
 
 
 PAGE = Page(
-    "/signals", TITLE,
+    "signals", "/signals", TITLE,
     "Objects without a shape in a one-dimensional signal: map of the statistic, threshold, detections, tracks, errors.",
     _example(SignalScene()),
     build,

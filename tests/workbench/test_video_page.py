@@ -1,0 +1,102 @@
+"""Radar video in a browser: a scene made, seen, tried again and opened again; a recording of one's own, a wrong one."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+from elusive.systems.video.scene import SETTLED, VideoScene
+from elusive.systems.video.simulate import VideoSimulation, simulate_video
+from elusive.workbench.forms import controls
+from tests.workbench.conftest import Served
+from tests.workbench.test_links_page import OpenTab, button, download, field, told
+from tests.workbench.test_own_page import main_quietly
+
+SMALL = VideoSimulation(
+    turns=12, ships=1, snr_db=(18, 18), coast_north_m=1500, coast_rough_m=100, rocks=2, seed=4,
+    radar={"spokes": 128, "samples": 96, "start_m": 200.0, "step_m": 25.0, "pulse_m": 50.0, "beam_deg": 8.0},
+)  # fmt: skip
+
+
+def report(page: Any, name: str) -> Any:
+    """The report of a run, once it is drawn."""
+    frame = page.frame_locator(f'iframe[title="Report of {name}"]')
+    frame.locator(".drawing[data-ready=yes]").wait_for()
+    return frame
+
+
+def test_a_scene_is_opened_run_changed_exported_and_opened_again(
+    served: Served, open_tab: OpenTab, tmp_path: Path
+) -> None:
+    (served.folder / "sea.yaml").write_text(VideoScene(simulation=SMALL).to_yaml())
+    page = open_tab().page
+    page.goto(served.address)
+    page.locator('[data-field="anything"]').first.click()
+    page.get_by_role("option", name="sea.yaml", exact=True).click()
+    told(page, "Nothing is tracked yet")
+    assert field(page, "simulation.turns").input_value() == "12"
+    assert field(page, "tracking.radar.pulse_m").count() == 0  # as the simulation's
+    field(page, "simulation.ships").fill("-1")
+    told(page, "Must be greater than or equal to 0 (got '-1').")
+    field(page, "simulation.ships").fill("0")
+    button(page, "Run").click()
+    assert report(page, "001-video_scene").locator(".panel figcaption > span").all_inner_texts()[:2] == [
+        "Where? The plan (PPI)", "B-scan",
+    ]  # fmt: skip
+    told(page, "No track was confirmed")
+    page.locator(".ew-none").get_by_role("button", name="Try").first.click()
+    report(page, "002-video_scene")
+    button(page, "Open 001-video_scene").click()
+    report(page, "001-video_scene")
+    field(page, "simulation.ships").fill("1")
+    told(page, "Changed since this run: Ships 0 -> 1.")
+    button(page, "Open 002-video_scene").click()
+    report(page, "002-video_scene")
+    made = served.folder / "runs" / "002-video_scene"
+    scene = download(page, "scene.yaml", tmp_path)
+    told(page, "elusive scene runs/002-video_scene/scene.yaml --out result")
+    main_quietly("scene", scene, "--out", tmp_path / "out")
+    assert (tmp_path / "out" / "tracks.csv").read_bytes() == (made / "tracks.csv").read_bytes()
+    page.goto(served.address)
+    page.get_by_role("link", name="Open 002-video_scene").click()
+    report(page, "002-video_scene")
+    assert field(page, "simulation.ships").input_value() == "0"
+    for one in (served.folder / "runs").iterdir():
+        shutil.rmtree(one)
+
+
+def test_a_recording_of_ones_own_a_wrong_file_first(served: Served, open_tab: OpenTab, tmp_path: Path) -> None:
+    simulate_video(SMALL.replace(write="asterix", radar=SMALL.radar.replace(bits=8, gain=3.0)), tmp_path / "made")
+    shutil.copy(tmp_path / "made" / "video.pcap", served.folder / "sea.pcap")
+    (served.folder / "wrong.pcap").write_bytes(b"no capture at all")
+    page = open_tab(width=800, scheme="dark").page
+    page.goto(f"{served.address}/video")
+    page.get_by_role("radio", name="Open radar video").click()
+    button(page, "Run").click()
+    told(page, "Video: is needed; choose a file.")
+
+    def choose(name: str) -> None:
+        page.locator('[data-field="video"]').first.click()
+        page.get_by_role("option", name=name, exact=True).click()
+
+    choose("wrong.pcap")
+    button(page, "Run").click()
+    told(page, "wrong.pcap: ")
+    choose("sea.pcap")
+    field(page, "radar.pulse_m").fill("50")
+    field(page, "radar.beam_deg").fill("8")
+    button(page, "Run").click()
+    report(page, "001-sea.pcap")
+    told(page, "elusive track video sea.pcap --config runs/001-sea.pcap/config.yaml --out result")
+    assert page.evaluate("document.documentElement.scrollWidth") <= 800
+    shutil.rmtree(served.folder / "runs" / "001-sea.pcap")
+
+
+def test_the_scene_says_all_once() -> None:
+    keys = [one.path for one in controls(VideoScene())]
+    assert set(SETTLED) <= set(keys)
+    scene = VideoScene(simulation=SMALL, tracking={"charted": {"draught_m": 3.0}})
+    assert scene.settled.charted.draught_m == 3.0
+    assert scene.settled.radar.pulse_m == 50.0
+    assert VideoScene().simulation == VideoSimulation()
