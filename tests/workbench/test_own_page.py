@@ -41,7 +41,6 @@ def heard(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Bearings of one emitter, in a folder of their own."""
     folder = tmp_path_factory.mktemp("heard")
     main_quietly("simulate", "bearings", "--out", folder)
-    (folder / "config.yaml").unlink()
     return folder
 
 
