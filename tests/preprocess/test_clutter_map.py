@@ -143,3 +143,13 @@ def test_the_law_is_that_of_the_counts():
     body = (edges > 0.1) & (edges < 5)
     np.testing.assert_allclose(law[body], edges[body], rtol=0.03)
     assert (np.diff(law) >= 0).all()
+
+
+def test_the_level_near_the_radar_is_not_that_of_further_off():
+    """Clutter that falls with the cube of the range from ten cells on: the first stands out no more than others."""
+    rng, level = np.random.default_rng(7), (10.0 + np.arange(60.0)) ** -3
+    clutter, state = ClutterMap(), None
+    for _ in range(8):
+        state = clutter.learnt(state, (level * rng.exponential(size=(180, 60))).astype(np.float32))
+    turns = [clutter.evidence(state, (level * rng.exponential(size=(180, 60))).astype(np.float32)) for _ in range(5)]
+    assert np.mean([turn[:, 0] for turn in turns]) == pytest.approx(1.0, abs=4 / np.sqrt(900))

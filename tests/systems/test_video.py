@@ -12,15 +12,23 @@ import pytest
 from elusive.errors import DataError, ParameterError
 from elusive.io import open_radar_plots
 from elusive.io.radar_video import open_radar_video
+from elusive.sensors.echo_extent import EchoExtent
 from elusive.sensors.radar_video import RadarVideo
 from elusive.systems.video.checks import findings_of, register
 from elusive.systems.video.parameters import PlotFinding, VideoTracking
 from elusive.systems.video.plots import write_video_plots
 from elusive.systems.video.scene import VideoScene
 from elusive.systems.video.sea import Sea, SeaState, Still, VideoRadar, cell_places
-from elusive.systems.video.simulate import RADAR_DEG, VideoSimulation, simulate_video
-from elusive.systems.video.track import track_video_recording
-from elusive.systems.video.turns import start_of
+from elusive.systems.video.simulate import (
+    RADAR_DEG,
+    START_S,
+    VideoSimulation,
+    scenario_of,
+    simulate_video,
+    spokes_of,
+)
+from elusive.systems.video.track import track_video, track_video_recording
+from elusive.systems.video.turns import VideoStart, heard, start_of, turns_of
 from tests.recordings import DATA
 
 SMALL = {"spokes": 256, "samples": 160, "step_m": 20.0, "pulse_m": 40.0, "beam_deg": 6.0, "start_m": 200.0}
@@ -66,7 +74,7 @@ def test_a_harbour_at_rest_holds_no_ship_under_way():
     path = DATA / "radar" / "navico_4g_harbour.pcap.gz"
     if not path.is_file():
         pytest.skip("no radar video recordings beside the project")
-    outcome = track_video_recording(open_radar_video(path), VideoTracking(radar={"pulse_m": 5.0}), None)
+    outcome = track_video_recording(open_radar_video(path), VideoTracking(), None)
     assert not outcome.tracked.paths
 
 
@@ -132,11 +140,45 @@ def test_what_is_turned_is_turned_back():
 
 def test_findings_say_what_does_not_hold():
     counts = Counter({"spokes": 100, "turns": 3, "no heading": 50, "other scale": 60})
-    found = findings_of(counts, None, [5.0] * 12, 500.0, RadarVideo(), np.ones((4, 4), bool))
+    found = findings_of(
+        counts,
+        None,
+        [5.0] * 12,
+        500.0,
+        VideoStart(RadarVideo(), None, 0.0, 0.0, EchoExtent(10.0, 1.9)),
+        np.ones((4, 4), bool),
+    )
     broken = {one.name for one in found if not one.holds}
     assert broken == {
         "video.turns", "video.heading", "video.scale", "video.clutter", "video.moving-radar", "video.crowded",
+        "video.extent",
     }  # fmt: skip
+
+
+def test_a_radar_that_is_not_told_of_is_read_from_its_echoes():
+    """Cells of two samples would be an eighth of the pulse: every ship would be several, at wandering places."""
+    radar = {"samples": 512, "step_m": 3.125, "bits": 8}
+    simulation = VideoSimulation(turns=24, ships=3, snr_db=(11, 14), speed_mps=(6, 12), radar=radar, seed=12)
+    scenario = scenario_of(simulation, np.random.default_rng(12))
+    spokes = list(spokes_of(scenario, simulation, np.random.default_rng(5)))
+    parameters = VideoTracking()
+    start = start_of(spokes, parameters, None, None)
+    tracker, _ = parameters.bind(start.sensor, None)
+    turns = heard(turns_of(spokes, start, 0.0, Counter()), parameters.clutter, 6, None)
+    *_, last = track_video(turns, tracker)
+    sure = [track for track in last.tracks if track.status == "confirmed"]
+    now = scenario.ships[:, [0, 2]] + (last.time_s - START_S) * scenario.ships[:, [1, 3]]
+    nearest = [np.hypot(*(track.mean[[0, 2]] - now).T).min() for track in sure]
+    assert len(sure) == 3
+    assert max(nearest) < 80.0
+    told = VideoTracking(radar={"pulse_m": 6.25, "beam_deg": 2.0})
+    finer = start_of(spokes, told, None, None)
+    found = {one.name: one for one in findings_of(Counter(), None, [], 0.0, finer, np.zeros((4, 4), bool))}
+    assert not found["video.extent"].holds
+    assert found["video.extent"].grave
+    assert {one.name: one.holds for one in findings_of(Counter(), None, [], 0.0, start, np.zeros((4, 4), bool))}[
+        "video.extent"
+    ]
 
 
 def test_what_cannot_be_done_is_a_sentence(made, tmp_path):

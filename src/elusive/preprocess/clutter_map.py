@@ -26,7 +26,7 @@ from elusive.model import Model, Positive, Probability
 
 LOW, WIDTH, BINS = -12.0, 0.1, 360  # logarithms of power, to the mean's, that are counted
 FAINTEST = 1e-12  # power below which nothing is told apart
-SMOOTHED = 9  # columns over which the mean level is averaged
+SMOOTHED = 9  # columns over which the mean level is averaged, less its trend across them
 FALLS, RISES = 0.225, 0.075  # of a cell's quiet level, a turn: its lower quartile
 FIRST = 3  # turns whose least power is a cell's first quiet level
 FEW = 20.0  # cells beyond which the tail is not counted
@@ -166,10 +166,9 @@ class ClutterMap(Model):
                 here = np.isfinite(values)
             heard = here.sum(axis=0)
             total = np.where(here, values, 0.0).sum(axis=0, dtype=np.float64)
-            weight = uniform_filter1d(heard.astype(np.float64), SMOOTHED, mode="nearest")
-            smooth = uniform_filter1d(total, SMOOTHED, mode="nearest") / np.maximum(weight, 1e-9)
+            smooth = _along(total, heard.astype(np.float64))
             before = state.mean[sector]
-            mean[sector] = np.where(weight > 1e-6, before + pace * (smooth - before), before)
+            mean[sector] = np.where(np.isfinite(smooth), before + pace * (smooth - before), before)
         return mean
 
     def _middle(self, state: ClutterState) -> NDArray[np.float32]:
@@ -189,3 +188,21 @@ class ClutterMap(Model):
         block[state.fixed] = len(state.counts) - 1
         block[state.beside] = len(state.counts) - 2
         return block
+
+
+def _along(total: Array, weight: Array) -> Array:
+    """Smooth the mean ``total / weight`` along its columns, ``(R,)``; NaN where there is none near.
+
+    By a line through SMOOTHED columns about each (Cleveland, 1979, J. Am. Stat. Assoc. 74, 829-836), fewer at an end:
+    clutter falls steeply where the radar is near, and a mean over one side would be too low.
+    """
+    x = np.arange(len(total), dtype=np.float64)
+    w, wx, wxx, wy, wxy = (
+        SMOOTHED * uniform_filter1d(term, SMOOTHED, mode="constant")
+        for term in (weight, weight * x, weight * x * x, total, total * x)
+    )
+    w = np.where(w > 1e-6, w, np.nan)
+    middle = wx / w
+    spread = wxx / w - middle**2
+    slope = np.where(spread > 1.0, (wxy / w - middle * wy / w) / np.maximum(spread, 1.0), 0.0)
+    return np.asarray(wy / w + slope * (x - middle))

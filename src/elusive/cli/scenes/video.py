@@ -10,7 +10,6 @@ from rich.markup import escape
 
 from elusive.cli.given import accepts, parameters_of
 from elusive.cli.terminal import Config, Out, bar, console, show, show_run, tell_written
-from elusive.systems.video.parameters import RecordedVideo
 from elusive.systems.video.results import FILES, LOCATED
 from elusive.systems.video.scene import VideoScene, track_video_scene
 from elusive.systems.video.simulate import VideoSimulation, simulate_video
@@ -26,9 +25,7 @@ def simulate_command(out: Out, given: dict[str, Any], config: Config = None) -> 
         made = simulate_video(parameters, out, advance)
     show(out.name, ("", ""), made.rows)
     console.print(f"Written to {out}: {', '.join(made.files)}")
-    told = f" --pulse-m {parameters.radar.pulse_m:g}"
-    if parameters.radar.beam_deg != RecordedVideo.model_fields["beam_deg"].default:
-        told += f" --beam-deg {parameters.radar.beam_deg:g}"
+    told = f" --pulse-m {parameters.radar.pulse_m:g} --beam-deg {parameters.radar.beam_deg:g}"
     if made.chart is not None:
         told += f" --chart {shlex.quote(str(out / made.chart))} --coast-sigma-m {max(parameters.coast_error_m, 1):g}"
     truth = f" --truth {shlex.quote(str(out / 'truth.csv'))}" if parameters.ships else ""

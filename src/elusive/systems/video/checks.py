@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from elusive.checks import Finding
 from elusive.contracts import Array
+from elusive.sensors.echo_extent import EchoExtent
 from elusive.sensors.radar_video import RadarVideo
-from elusive.systems.video.turns import Heard
+from elusive.systems.video.turns import Heard, VideoStart
 
 FEW_TURNS = 10
 LATEST = 2000  # turns by whose clutter a run is checked
@@ -20,6 +21,7 @@ WIDE_DEG, PART = 1.0, 0.3  # of a bias of north that matters: in degrees, and in
 LIKE = 0.3  # correlation of what is fixed with charted land from which they are the same coast
 FIXES_M = 10.0  # of a position that jitters
 SPIKY = 2.0  # share of the clutter beyond what its law lets expect, to that
+OTHER_EXTENT = 2.0  # factor by which echoes reach further or less far than told
 CROWDED = 0.1  # share of the cells that are fixed
 
 
@@ -62,7 +64,7 @@ class Judged:
         self._last = heard
 
     def findings(
-        self, counts: Counter[str], sensor: RadarVideo, water: Array | None
+        self, counts: Counter[str], start: VideoStart, water: Array | None
     ) -> tuple[Registration | None, tuple[Finding, ...]]:
         """Return how the radar lies to the chart, whose P(water) in the cells is ``water``, and what was checked."""
         assert self._last is not None
@@ -70,18 +72,18 @@ class Judged:
         if water is not None and fixed.any():
             registration = register(fixed.astype(np.float64), 1 - water)
         moved = float((self._most - self._least).max())
-        return registration, findings_of(counts, registration, list(self._held), moved, sensor, fixed)
+        return registration, findings_of(counts, registration, list(self._held), moved, start, fixed)
 
 
 def findings_of(
-    counts: Counter[str], registration: Registration | None, held: list[float], moved_m: float, sensor: RadarVideo,
+    counts: Counter[str], registration: Registration | None, held: list[float], moved_m: float, start: VideoStart,
     fixed: NDArray[np.bool_],
 ) -> tuple[Finding, ...]:  # fmt: skip
     """Return what a recording says of what was told of it."""
-    spokes = max(counts["spokes"], 1)
+    spokes, sensor = max(counts["spokes"], 1), start.sensor
     still_m = max(sensor.cell_m, FIXES_M)
     found = [_turns(counts["turns"]), _north(counts["no heading"] / spokes), _scale(counts["other scale"] / spokes)]
-    found.append(_clutter(held))
+    found += [_clutter(held), _extent(sensor, start.extent)]
     found.append(
         Finding(
             "video.moving-radar", not (moved_m > still_m and fixed.any()), still_m, moved_m,
@@ -133,6 +135,20 @@ def _scale(share: float) -> Finding:
         "video.scale", share == 0, 0.0, share,
         f"{100 * share:.0f} % of the spokes have another range scale than the first and were left out.",
         "Record one range scale at a time.", grave=share > 0.5,
+    )  # fmt: skip
+
+
+def _extent(sensor: RadarVideo, extent: EchoExtent) -> Finding:
+    """Whether echoes reach as far as was told; by which factor they do not, where it is worst."""
+    told, shown = (2 * sensor.cell_m, sensor.beam_deg), (extent.pulse_m, extent.beam_deg)
+    factors = [a / b if math.isfinite(b) else 1.0 for a, b in zip(told, shown, strict=True)]
+    worst = max(factors, key=lambda factor: abs(math.log(factor)))
+    return Finding(
+        "video.extent", max(worst, 1 / worst) < OTHER_EXTENT, 1.0, worst,
+        f"Echoes reach as far as a pulse of {shown[0]:.3g} m and a beam of {shown[1]:.2g} degrees make them; told were "
+        f"{told[0]:.3g} m and {told[1]:.2g} degrees. Of finer cells one echo is many, which wander; in coarser ones "
+        "faint ships drown.", "Leave --pulse-m and --beam-deg out, or give the radar's own.",
+        grave=worst < 1,
     )  # fmt: skip
 
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from itertools import chain, islice
+from itertools import chain
 from pathlib import Path
 
 from elusive.checks.files import write_checks
 from elusive.io.arrivals import Coming
 from elusive.results import TrackLog
 from elusive.results.live import LiveEnd, LiveStep, follow_live, live_folder
+from elusive.sensors.echo_extent import first_turn
 from elusive.sensors.spokes import Spokes
 from elusive.systems.video.checks import Judged
 from elusive.systems.video.parameters import VideoTracking
@@ -68,7 +69,7 @@ def follow_video(
         If the parameters do not fit what comes.
     """
     spokes, memory = iter(coming), memory or Memory()
-    first = list(islice(spokes, 1)) if memory.held is None else []
+    first = first_turn(spokes) if memory.held is None else []
     start: VideoStart = memory.first
     if memory.held is None:
         start = start_of(first, parameters, radar_lon_deg, radar_lat_deg, needs_place or ("chart" if charts else ""))
@@ -98,7 +99,7 @@ def follow_video(
         return end
     place = last.measurement.place
     water = None if laid.map_at is None else laid.map_at(place)
-    findings = judged.findings(counts, start.sensor, water)[1]
+    findings = judged.findings(counts, start, water)[1]
     write_resting(out / "resting.csv", resting_of(start.sensor, last.state.heard.clutter, water, place))
     write_checks(out, findings)
     return end._replace(findings=findings)

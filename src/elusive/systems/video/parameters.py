@@ -11,8 +11,9 @@ from pydantic import Field
 
 from elusive.charts import Coast, FieldWater, Water
 from elusive.charts.charted_area import ChartedAreaParameters
-from elusive.model import FROM_RECORDING, Model, Positive
+from elusive.model import Model, Positive
 from elusive.preprocess.clutter_map import ClutterMap
+from elusive.sensors.echo_extent import EchoExtent
 from elusive.sensors.radar_video import RadarVideo
 from elusive.sensors.spokes import Spokes
 from elusive.tracking.evidence_maps import EvidenceRules, EvidenceTracker
@@ -20,18 +21,33 @@ from elusive.tracking.lifecycle import Lifecycle
 
 MOST_BYTES = 2e9  # of cells and what is learnt of them
 OF_CELL, OF_TURN = 190.0, 4e7  # what a turn's cell takes, and its targets, in logarithms of an array: measured
+BEAM_DEG = 2.0  # of a recording in which nothing shows it
 PROBED = 1 << 18  # logarithms that are timed
 
 
-class RecordedVideo(RadarVideo):
-    """The radar of a recording; its ranges are those of the spokes."""
+class RecordedVideo(Model):
+    """The radar of a recording; its ranges are those of the spokes, and what is not given is what its echoes show."""
 
-    samples: int = Field(0, ge=0, description="Samples of a spoke", json_schema_extra=FROM_RECORDING)
+    beam_deg: Positive | None = Field(
+        None,
+        description="Width of the beam, between half powers, one way; by default as the recording's echoes show [deg]",
+    )
+    pulse_m: Positive | None = Field(
+        None,
+        description="Resolution in range, half a pulse's length; by default as the recording's echoes show [m]",
+    )
+    levels_db: tuple[float, ...] = Field(
+        RadarVideo.model_fields["levels_db"].default,
+        min_length=1,
+        description=RadarVideo.model_fields["levels_db"].description,
+    )
 
-    def bind(self, spokes: Spokes) -> RadarVideo:
-        """Return the sensor for the range scale of some spokes."""
+    def bind(self, spokes: Spokes, extent: EchoExtent) -> RadarVideo:
+        """Return the sensor for the range scale of some spokes, whose echoes reach so far."""
+        pulse_m = self.pulse_m or (None if math.isnan(extent.pulse_m) else extent.pulse_m)
+        beam_deg = self.beam_deg or (BEAM_DEG if math.isnan(extent.beam_deg) else extent.beam_deg)
         return RadarVideo(
-            beam_deg=self.beam_deg, pulse_m=self.pulse_m, levels_db=self.levels_db, start_m=spokes.start_m,
+            beam_deg=beam_deg, pulse_m=pulse_m, levels_db=self.levels_db, start_m=spokes.start_m,
             step_m=spokes.step_m, samples=spokes.amplitude.shape[1],
         )  # fmt: skip
 

@@ -100,7 +100,7 @@ class VideoRun:
         clutter, sensor = self._last.state.heard.clutter, self._start.sensor
         allowed = None if water_at is None else water_at(turn.place)
         resting = resting_of(sensor, clutter, allowed, turn.place)
-        registration, findings = self._judged.findings(counts, sensor, allowed)
+        registration, findings = self._judged.findings(counts, self._start, allowed)
         times = self._log.times_s
         scores = None
         if truth is not None:
@@ -131,7 +131,11 @@ class VideoRun:
         )
         rows = [
             ("Turns", f"{self._steps}, of {self._turn_s():.2f} s"),
-            ("Cells of a turn", f"{sensor.shape[0]} x {sensor.shape[1]}, of {sensor.cell_m:.3g} m"),
+            (
+                "Cells of a turn",
+                f"{sensor.shape[0]} x {sensor.shape[1]}, of {sensor.cell_m:.3g} m; a beam of {sensor.beam_deg:.2g} "
+                f"degrees, a pulse of {2 * sensor.cell_m:.2g} m",
+            ),
             ("Clutter's tail", tail),
             ("Fixed echoes", f"{100 * clutter.fixed.mean():.1f} % of the cells; {len(resting)} that are no land"),
             *([] if registration is None else [("Azimuths to the chart", f"{registration.azimuth_deg:+.1f} degrees")]),

@@ -14,6 +14,7 @@ from elusive.contracts import Array
 from elusive.errors import DataError, ParameterError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.preprocess.clutter_map import ClutterMap, ClutterState
+from elusive.sensors.echo_extent import EchoExtent, echo_extent, first_turn
 from elusive.sensors.radar_video import EvidenceTurn, RadarVideo, TurnGatherer, VideoTurn
 from elusive.sensors.spokes import Spokes
 from elusive.systems.video.parameters import MOST_BYTES, PlotFinding, VideoTracking, bytes_held, seconds_a_turn
@@ -23,19 +24,21 @@ BEYOND = 5.0  # evidence at which the clutter's law is tried
 
 
 class VideoStart(NamedTuple):
-    """What the first spokes of a recording say."""
+    """What the first turn of a recording says."""
 
     sensor: RadarVideo
     frame: LocalFrame | None  # about the radar's first place; None where that is not known
     held_bytes: float  # what cells take, of turns and of what is learnt
     turn_s: float  # what a turn takes of one core, about
+    extent: EchoExtent  # as the first turn's echoes show it
 
     @property
     def sentence(self) -> str:
         """What is taken, before it is."""
         rows, columns = self.sensor.shape
         return (
-            f"A turn is {rows} x {columns} cells; they take {self.held_bytes / 1e6:.3g} MB, however long it lasts, and "
+            f"A turn is {rows} x {columns} cells, of a beam of {self.sensor.beam_deg:.2g} degrees and a pulse of "
+            f"{2 * self.sensor.cell_m:.2g} m; they take {self.held_bytes / 1e6:.3g} MB, however long it lasts, and "
             f"about {self.turn_s:.1g} s a turn of one core."
         )
 
@@ -53,7 +56,7 @@ def start_of(
     spokes: Iterable[Spokes], parameters: VideoTracking | PlotFinding, lon_deg: float | None, lat_deg: float | None,
     needs_place: str = "",
 ) -> VideoStart:  # fmt: skip
-    """Look at the first spokes; ``needs_place`` is what is asked for that needs to know where the radar is.
+    """Look at the first turn; ``needs_place`` is what is asked for that needs to know where the radar is.
 
     Raises
     ------
@@ -64,10 +67,11 @@ def start_of(
     """
     if (lon_deg is None) != (lat_deg is None):
         raise ParameterError("radar_lon_deg, radar_lat_deg: one was given without the other; give both or none.")
-    first = next(iter(spokes), None)
-    if first is None:
+    turn = first_turn(spokes)
+    if not turn:
         raise DataError("radar video: no spoke came.")
-    sensor = parameters.radar.bind(first)
+    extent = echo_extent(turn)
+    sensor = parameters.radar.bind(turn[0], extent)
     needed = bytes_held(sensor, parameters.learning_turns)
     if needed > MOST_BYTES:
         raise ParameterError(
@@ -75,13 +79,15 @@ def start_of(
             "give the radar's own beam and pulse, or fewer --learning-turns."
         )
     if lon_deg is not None and lat_deg is not None:
-        return VideoStart(sensor, LocalFrame.at(lon_deg, lat_deg), needed, seconds_a_turn(sensor))
-    known = first.lonlat_deg[np.isfinite(first.lonlat_deg).all(axis=1)]
+        return VideoStart(sensor, LocalFrame.at(lon_deg, lat_deg), needed, seconds_a_turn(sensor), extent)
+    lonlat_deg = np.concatenate([part.lonlat_deg for part in turn])
+    known = lonlat_deg[np.isfinite(lonlat_deg).all(axis=1)]
     if needs_place and not len(known):
         raise DataError(
             f"{needs_place}: the recording does not say where the radar is; give --radar-lat-deg and --radar-lon-deg."
         )
-    return VideoStart(sensor, LocalFrame.at(*known[0].tolist()) if len(known) else None, needed, seconds_a_turn(sensor))
+    frame = LocalFrame.at(*known[0].tolist()) if len(known) else None
+    return VideoStart(sensor, frame, needed, seconds_a_turn(sensor), extent)
 
 
 def turns_of(
