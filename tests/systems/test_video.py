@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from elusive.errors import DataError, ParameterError
+from elusive.geometry.local_frame import LocalFrame
 from elusive.io import open_radar_plots
 from elusive.io.radar_video import open_radar_video
 from elusive.sensors.echo_extent import EchoExtent
@@ -76,6 +77,35 @@ def test_a_harbour_at_rest_holds_no_ship_under_way():
         pytest.skip("no radar video recordings beside the project")
     outcome = track_video_recording(open_radar_video(path), VideoTracking(), None)
     assert not outcome.tracked.paths
+    assert dict(outcome.tracked.rows)["AIS"].endswith("one is the radar's own")
+
+
+def test_ships_under_way_by_ais_are_tracked_or_named(made, tracked, tmp_path):
+    """Reports of the true ways, and of a ship that is not there; one at rest on a rock."""
+    source = open_radar_video(made / "video.npz")
+    reports = tmp_path / "ais.csv"
+    with (made / "truth.csv").open() as file:
+        truth = list(csv.DictReader(file))
+    frame = LocalFrame.at(*RADAR_DEG)
+    with (made.parent / "tracks" / "resting.csv").open() as file:
+        rock = next(csv.DictReader(file))
+    with reports.open("w") as file:
+        file.write("time_s,mmsi,lon_deg,lat_deg,sog_mps\n")
+        for row in truth:
+            ships = ((1, float(row["x_m"]), float(row["y_m"]), 10), (3, float(rock["x_m"]), float(rock["y_m"]), 0))
+            for mmsi, x, y, speed in (
+                (*ships, (9, -1500.0, -1500.0, 5))
+                if row["track"] == "1"
+                else ((2, float(row["x_m"]), float(row["y_m"]), 10),)
+            ):
+                lon, lat = frame.to_lonlat(np.array([[x, y]]))[0]
+                file.write(f"{row['time_s']},{mmsi},{lon:.8f},{lat:.8f},{speed}\n")
+    outcome = track_video_recording(source, TOLD, None, charts=[made / "coast.geojson"], ais=reports)
+    told = dict(outcome.tracked.rows)["AIS"]
+    assert told == "4 ships; in view 3 under way, of them 2 tracked, and 1 at rest, of them 1 seen as resting"
+    finding = next(one for one in outcome.findings if one.name == "video.ais")
+    assert not finding.holds
+    assert "where 9 reported" in finding.sentence
 
 
 def test_land_is_where_the_chart_says(tracked):

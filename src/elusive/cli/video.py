@@ -15,6 +15,7 @@ from elusive.cli.given import accepts, parameters_of
 from elusive.cli.live import Follow, IdleS, To, check_live, feed_of, memory_of_run, run_live, sinks_of, tell
 from elusive.cli.recorded import SHIPS, bare, cutoff_in, tell_run, truth_of
 from elusive.cli.terminal import Config, Out, Strict, bar, check_scores, console
+from elusive.errors import ParameterError
 from elusive.io.arrivals import fed
 from elusive.io.radar_video import open_radar_video
 from elusive.io.sinks.opening import is_geographic
@@ -73,6 +74,10 @@ def track_video_command(
     config: Config = None,
     truth: Annotated[Path | None, truth_of("ships", SHIPS)] = None,
     truth_cutoff: Annotated[float | None, cutoff_in("m", "100")] = None,
+    ais: Annotated[
+        Path | None,
+        typer.Option("--ais", help="Reports of ships, to hold against the tracks: a log of AIS, or a table."),
+    ] = None,
     follow: Follow = False,
     to: To = None,
     idle_s: IdleS = None,
@@ -83,6 +88,8 @@ def track_video_command(
     feed = feed_of(video, follow, idle_s)
     check_live(feed is not None, idle_s, truth, strict=strict)
     check_scores(truth, truth_cutoff=truth_cutoff)
+    if feed is not None and ais is not None:
+        raise ParameterError("ais: is held against recordings, not live video; leave --ais or --follow out.")
     source = open_radar_video(video, radar=which, rotation_s=rotation_s, from_bow=from_bow, feed=feed)
     sinks = sinks_of(to, "video", "m", live=feed is not None, located=True)
     geographic = next((f"--to {name}" for name in to or () if is_geographic(name)), "")
@@ -102,7 +109,15 @@ def track_video_command(
         return
     with bar("turns", None) as advance:
         outcome = track_video_recording(
-            source, parameters, out, truth=truth, cutoff_m=truth_cutoff, on_start=_say, on_turn=advance, **setting
+            source,
+            parameters,
+            out,
+            truth=truth,
+            ais=ais,
+            cutoff_m=truth_cutoff,
+            on_start=_say,
+            on_turn=advance,
+            **setting,
         )
     tracked = outcome.tracked
     files = [*FILES, *([LOCATED] if tracked.lonlat is not None else [])]

@@ -22,6 +22,7 @@ from elusive.io.truth import Truth
 from elusive.results import Scored, TrackLog, scored, write_geojson, write_result
 from elusive.results.table import STATUSES
 from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
+from elusive.systems.video.ais import compare_ais, reports_beside
 from elusive.systems.video.checks import Judged
 from elusive.systems.video.parameters import VideoTracking
 from elusive.systems.video.report import Shown, VideoPath, VideoTracked, write_video_html, write_video_png
@@ -86,7 +87,7 @@ class VideoRun:
 
     def outcome(
         self, source: RadarVideoSource, counts: Counter[str], truth: Truth | None, cutoff_m: float | None,
-        water_at: Callable[[tuple[float, float]], Array] | None,
+        water_at: Callable[[tuple[float, float]], Array] | None, ais: Path | None = None,
     ) -> VideoOutcome:  # fmt: skip
         """Return the tracks, what lies still, what was checked, and what the report shows.
 
@@ -102,6 +103,12 @@ class VideoRun:
         resting = resting_of(sensor, clutter, allowed, turn.place)
         registration, findings = self._judged.findings(counts, self._start, allowed)
         times = self._log.times_s
+        ships = None
+        if self._start.frame is not None and (reports := reports_beside(source.name, ais, times)):
+            ships = compare_ais(
+                reports, self._start.frame, self._log, np.array(self._places), sensor, clutter.fixed
+            )  # fmt: skip
+            findings = (*findings, ships.finding())
         scores = None
         if truth is not None:
             places = truth.aligned(times)[..., :2]
@@ -139,6 +146,7 @@ class VideoRun:
             ("Clutter's tail", tail),
             ("Fixed echoes", f"{100 * clutter.fixed.mean():.1f} % of the cells; {len(resting)} that are no land"),
             *([] if registration is None else [("Azimuths to the chart", f"{registration.azimuth_deg:+.1f} degrees")]),
+            *([] if ships is None else ships.rows()),
             *([(remark, "") for remark in source.remarks()]),
             *([] if scores is None else scores.lines()),
         ]

@@ -125,6 +125,7 @@ def track_video_recording(
     radar_lat_deg: float | None = None,
     charts: Sequence[str | Path] = (),
     truth: str | Path | None = None,
+    ais: Path | None = None,
     cutoff_m: float | None = None,
     needs_place: str = "",
     on_start: Callable[[str], None] = lambda sentence: None,
@@ -150,6 +151,9 @@ def track_video_recording(
         S-57 base cells, GeoJSON or shapefiles.
     truth
         Where ships truly were, see :func:`~elusive.io.ship_truth.read_ship_truth`; scores only.
+    ais
+        What ships report, see :func:`~elusive.io.ais_reports.read_ais_reports`, to hold against the tracks; None: what
+        a capture holds itself.
     cutoff_m
         Distance up to which a track can stand for a ship, and c of GOSPA; None: 100 m.
     needs_place
@@ -189,7 +193,7 @@ def track_video_recording(
                 frame = start.frame or LocalFrame.at(0.0, 0.0)
                 epoch = 0.0 if float(log.times_s[0]) > UNIX_S else float("nan")
                 known = read_ship_truth(truth, frame, midnight_unix_s=epoch)
-            outcome = run.outcome(source, counts, known, cutoff_m, laid.map_at)
+            outcome = run.outcome(source, counts, known, cutoff_m, laid.map_at, ais)
         if folder is not None:
             run.write(folder, outcome, parameters.to_yaml())
     return outcome
