@@ -6,11 +6,13 @@ import shutil
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from elusive.systems.video.scene import SETTLED, VideoScene
 from elusive.systems.video.simulate import VideoSimulation, simulate_video
 from elusive.workbench.forms import controls
 from tests.workbench.conftest import Served
-from tests.workbench.test_links_page import OpenTab, button, download, field, told
+from tests.workbench.test_links_page import OpenTab, button, download, field, picture, told
 from tests.workbench.test_own_page import main_quietly
 
 SMALL = VideoSimulation(
@@ -64,6 +66,18 @@ def test_a_scene_is_opened_run_changed_exported_and_opened_again(
     assert field(page, "simulation.ships").input_value() == "0"
     for one in (served.folder / "runs").iterdir():
         shutil.rmtree(one)
+
+
+@pytest.mark.validate
+def test_the_example_runs_by_one_click(served: Served, open_tab: OpenTab) -> None:
+    page = open_tab().page
+    page.goto(served.address)
+    button(page, "Run the example: Ships in radar video").click()
+    seen = report(page, "001-video_scene")
+    seen.get_by_text("4 ships under way were found.").wait_for()
+    seen.locator(".drawing").evaluate("(one) => one.scrollIntoView()")
+    picture(page, "video")
+    shutil.rmtree(served.folder / "runs" / "001-video_scene")
 
 
 def test_a_recording_of_ones_own_a_wrong_file_first(served: Served, open_tab: OpenTab, tmp_path: Path) -> None:

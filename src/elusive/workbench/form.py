@@ -30,6 +30,8 @@ class Form:
         Whether fields stand under what holds them.
     without
         Fields, or models, that are left out.
+    under
+        What stands above the form already, and is not said again.
     """
 
     def __init__(
@@ -40,10 +42,11 @@ class Form:
         *,
         grouped: bool = True,
         without: Sequence[FieldPath] = (),
+        under: str = "",
     ) -> None:
         self.model: Any = model
         self._only, self._on_change, self._grouped = only, on_change, grouped
-        self._without = without
+        self._without, self._named = without, (type(model).__name__, under)
         self.past: list[tuple[int, FieldPath, str | bool]] = []
         """What stood in fields before each change: the change's number, the field, its text."""
         self._typed: dict[FieldPath, str | bool] = {}
@@ -83,8 +86,9 @@ class Form:
         for one in self._shown:
             groups.setdefault(one.group if self._grouped else "", []).append(one)
         with self._box:
-            for group, members in groups.items():
-                if group and group != type(self.model).__name__:
+            for group in sorted(groups, key=lambda group: group not in self._named):  # or they stood under another
+                members = groups[group]
+                if group and group not in self._named:
                     self._sections.append((ui.label(group).classes("ew-section"), members))
                 with ui.element("div").classes("ew-fields"):
                     for one in members:

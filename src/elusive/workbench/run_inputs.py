@@ -73,7 +73,7 @@ class RunInputs:
         parts = asked.parts or {"Everything else that can be set": ()}
         for title, path in parts.items():
             with ui.expansion(title).props("dense").classes("w-full"):
-                self.forms.append(Form(model, (path,), self._take, without=[*asked.main, *without]))
+                self.forms.append(Form(model, (path,), self._take, without=[*asked.main, *without], under=title))
 
     def _follow(self, event: Any) -> None:
         self._state.given[self._state.noun][FOLLOW] = event.value

@@ -52,7 +52,7 @@ def head(here: str) -> None:
     dark = ui.dark_mode(DARK[chosen])
     with (
         ui.element("header").classes("ew-head w-full px-4 py-2"),
-        ui.row().classes("items-center gap-x-4 gap-y-2 w-full"),
+        ui.row().classes("items-center gap-x-3 gap-y-2 w-full"),
     ):
         for path, title in (("/", "elusive workbench"), OWN, *((page.path, page.title) for page in pages())):
             link = ui.link(title, path)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from elusive.systems.video.scene import SETTLED
+from elusive.systems.video.scene import SETTLED, VideoScene
+from elusive.systems.video.simulate import VideoSimulation
 from elusive.workbench.parts import errors_shown
 from elusive.workbench.run_state import RunState
 from elusive.workbench.run_window import RunWindow
@@ -33,11 +34,18 @@ async def build(example: bool, file: str = "") -> None:
         await window.run()
 
 
+def _example(drawn: VideoSimulation) -> str:
+    low, high = drawn.snr_db
+    return (
+        f"{drawn.ships} ships, {low:g} to {high:g} dB over clutter and noise, before a coast that its chart has "
+        f"{drawn.coast_error_m:g} m wrong, and {drawn.rocks} rocks in no chart; {drawn.turns} turns."
+    )
+
+
 PAGE = Page(
     "video", "/video", TITLE,
     "What a radar receives, before any threshold: clutter learnt from place to place, ships followed through it, what "
     "lies still told apart; a plan (PPI) and a B-scan that play.",
-    "four ships of 8 to 14 dB in K clutter before a rough coast that its chart has 20 m wrong, and ten rocks in no "
-    "chart; 40 turns.",
+    _example(VideoScene().simulation),
     build,
 )  # fmt: skip
