@@ -76,6 +76,7 @@ def test_the_example_runs_by_one_click(served: Served, open_tab: OpenTab) -> Non
     seen = report(page, "001-video_scene")
     seen.get_by_text("4 ships under way were found.").wait_for()
     seen.locator(".drawing").evaluate("(one) => one.scrollIntoView()")
+    page.evaluate("window.scrollTo(0, 0)")
     picture(page, "video")
     shutil.rmtree(served.folder / "runs" / "001-video_scene")
 

@@ -19,6 +19,7 @@ from elusive.report.scored import gospa_chart
 from elusive.results import Scored
 
 HEADER = ("Track", "from [s]", "to [s]", "speed [m/s]", "course [deg]", "over clutter [dB]", "existence")
+SHORE, RADAR = "#d6c79a", "#ffffff"  # on pictures that are dark on any page
 TOP = 42.5  # decibels over the median at which a picture is brightest
 
 
@@ -98,14 +99,14 @@ def video_drawing(tracked: VideoTracked) -> draw.Drawing:
     scan = draw.image({"block": shown.scan, **picture}, (0, shown.reach_m, 0, 360), "grey", name="video", **at)
     layers = [
         plan,
-        draw.area(tracked.land, colour="--shore", name="charted shore") if tracked.land else None,
+        draw.area(tracked.land, colour=SHORE, name="charted shore") if tracked.land else None,
         draw.points(np.array(tracked.resting).reshape(-1, 2), "--plot", marker="ring", size=8, name="at rest"),
         *(
             draw.line(x, y, "--truth", 2, times=draw.rounded(time, 4), head="diamond", width=4, alpha=0.5, name="truth")
             for time, x, y in (ship.T[:3] for ship in (() if tracked.truth is None else tracked.truth.paths))
         ),
         *(_track(one) for one in tracked.paths),
-        draw.points([list(shown.place)], "--now", marker="triangle", size=6, texts=["radar"]),
+        draw.points([list(shown.place)], RADAR, marker="triangle", size=6, name="radar"),
     ]
     degrees: dict[str, Any] = {} if tracked.lonlat is None else {"degrees": draw.lonlat_fit(tracked.lonlat, extent)}
     axes = ("east of the radar", "north of the radar")
