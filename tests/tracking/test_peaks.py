@@ -259,23 +259,41 @@ def test_what_hops_once_does_not_move() -> None:
     assert not set().union(*shown[15:])
 
 
-@pytest.mark.parametrize("jitter_px", [0.1, 0.3])
-def test_a_target_that_the_camera_follows_is_shown_while_the_scene_goes_by(jitter_px: float) -> None:
-    """It rests on the sensor as a defect would, but to the pointing's error and its own peaks'."""
-    tracker, rng, way = SceneTracker(), np.random.default_rng(11), np.array([-2.0, 0.3])
-    rests, belief, shown = rng.uniform((10, -20), (340, 130), (90, 2)), tracker.begin(), []
+def passing(rng: np.random.Generator, on_sensor: Any, strengths: np.ndarray) -> list[tuple[np.ndarray, list[Any]]]:
+    """Follow what ``on_sensor`` gives of a frame while the scene goes by: those places, and the tracks shown."""
+    tracker, way = SceneTracker(), np.array([-2.0, 0.3])
+    rests, belief, found = rng.uniform((10, -20), (340, 130), (90, 2)), tracker.begin(), []
     for k in range(80):
         scene = rests + k * way
         inside = scene[(scene > 0).all(axis=1) & (scene < SHAPE[::-1]).all(axis=1)]
-        target = np.array([80.0, 60.0]) + rng.normal(0, jitter_px, 2)
+        places = on_sensor(k)
         noise = rng.uniform((0, 0), SHAPE[::-1], (60, 2))
-        there = np.concatenate([np.vstack([inside, target]) + rng.normal(0, 0.15, (len(inside) + 1, 2)), noise])
-        known, weak = np.append(rng.normal(7, 0.4, len(inside)), 8.0), 2 + rng.exponential(0.6, 60)
-        belief = tracker.follow(belief, float(k), peaks_of(k, there, np.append(known, weak), k * way, way), SHAPE, 1.0)
-        seen = [track.mean[[0, 2]] for track in belief.tracks if track.extra["shown"]]
-        shown.append(any(np.hypot(*(place - target)) < 2 for place in seen))
-        assert k < 10 or len(seen) <= 1
-    assert np.mean(shown[10:]) > 0.9
+        all_places = np.vstack([inside, places])
+        there = np.concatenate([all_places + rng.normal(0, 0.15, all_places.shape), noise])
+        strength = np.concatenate([rng.normal(7, 0.4, len(inside)), strengths, 2 + rng.exponential(0.6, 60)])
+        belief = tracker.follow(belief, float(k), peaks_of(k, there, strength, k * way, way), SHAPE, 1.0)
+        found.append((places, [track.mean[[0, 2]] for track in belief.tracks if track.extra["shown"]]))
+    return found
+
+
+@pytest.mark.parametrize("jitter_px", [0.1, 0.3])
+def test_a_target_that_the_camera_follows_is_shown_while_the_scene_goes_by(jitter_px: float) -> None:
+    """It rests on the sensor as a defect would, but to the pointing's error and its own peaks'."""
+    rng = np.random.default_rng(11)
+    target = np.array([[80.0, 60.0]])
+    frames = passing(rng, lambda k: target + rng.normal(0, jitter_px, 2), np.array([8.0]))[10:]
+    assert all(len(seen) <= 1 for _, seen in frames)
+    assert np.mean([any(np.hypot(*(at - places[0])) < 2 for at in seen) for places, seen in frames]) > 0.9
+
+
+def test_marks_on_the_sensor_are_not_shown_and_hide_nothing_that_moves() -> None:
+    """Dust, defects and a reticle rest on the sensor, several of them; a target goes over it and through the scene."""
+    rng = np.random.default_rng(12)
+    marks = np.array([[20.0, 20.0], [60.0, 100.0], [80.0, 30.0], [120.0, 90.0], [140.0, 40.0], [30.0, 70.0]])
+    strengths = np.array([9.0, 5.0, 12.0, 6.0, 8.0, 10.0, 7.0])
+    frames = passing(rng, lambda k: np.vstack([marks, [150.0 - 0.8 * k, 60.0 + 0.3 * k]]), strengths)
+    assert all(np.hypot(*(at - places[-1])) < 2 for places, seen in frames[10:] for at in seen)
+    assert np.mean([len(seen) == 1 for _, seen in frames[40:]]) > 0.9
 
 
 def test_what_rings_beside_a_target_is_not_shown() -> None:

@@ -27,7 +27,7 @@ def rejoined(targets: PeakTargets, level_spread: float) -> PeakTargets:
     kept = np.ones(len(targets.number), np.bool_)
     values: dict[str, Any] = {
         name: getattr(targets, name).copy()
-        for name in ("number", "age", "evidence", "resting", "shown", "origin", "farthest", "hop")
+        for name in ("number", "age", "evidence", "resting", "shown", "origin", "farthest", "hop", "seat", "strayed")
     }
     for old in lost[np.argsort(-targets.evidence[lost], kind="stable")]:
         near = np.hypot(*(place[fresh] - place[old]).T) < REACH_PX + 3 * speed[old]
@@ -39,11 +39,12 @@ def rejoined(targets: PeakTargets, level_spread: float) -> PeakTargets:
         new = int(fresh[like][0])
         kept[old] = False
         fresh = fresh[fresh != new]
-        for name in ("number", "shown", "origin"):
+        for name in ("number", "shown", "origin", "seat"):
             values[name][new] = values[name][old]
         for name in ("age", "evidence", "resting"):
             values[name][new] += values[name][old]
-        away = float(np.hypot(*(place[new] - targets.origin[old])))
+        away, jump = (float(np.hypot(*(place[new] - before[old]))) for before in (targets.origin, place))
         values["farthest"][new] = max(float(targets.farthest[old]), away)
-        values["hop"][new] = max(float(targets.hop[old]), float(np.hypot(*(place[new] - place[old]))))
+        values["hop"][new] = max(float(targets.hop[old]), jump)
+        values["strayed"][new] = max(float(targets.strayed[old]), jump)
     return targets._replace(**values).kept(kept)

@@ -134,8 +134,10 @@ class PeakRecursion(Model):
         )
         now = updated.mean_place
         away, lately = (np.hypot(*(now - before).T) for before in (targets.origin, targets.lately[:, 0]))
+        strayed = np.hypot(*(now + peaks.offset_px - targets.seat).T)
         return updated._replace(
             farthest=np.maximum(targets.farthest, away),
+            strayed=np.maximum(targets.strayed, strayed),
             hop=np.maximum(targets.hop, lately),
             lately=np.concatenate([targets.lately[:, 1:], now[:, None]], axis=1),
         ), unclaimed
@@ -171,6 +173,8 @@ class PeakRecursion(Model):
             farthest=zero,
             lately=np.repeat(clutter.places[chosen, None], HOP, axis=1),
             hop=zero,
+            seat=clutter.places[chosen] + peaks.offset_px,
+            strayed=zero,
         )
 
     def kept(self, targets: PeakTargets, offset_px: Array, shape: tuple[int, int]) -> NDArray[np.bool_]:

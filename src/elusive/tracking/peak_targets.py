@@ -34,6 +34,8 @@ class PeakTargets(NamedTuple):
     farthest: Array  # (n,) from there so far [px]
     lately: Array  # (n, HOP, 2) its places before, the latest last
     hop: Array  # (n,) greatest way within so many frames so far [px]
+    seat: Array  # (n, 2) its first place on the sensor
+    strayed: Array  # (n,) from there so far, on the sensor [px]
 
     @classmethod
     def none(cls, motions: int, resting: int) -> Self:
@@ -42,7 +44,7 @@ class PeakTargets(NamedTuple):
         return cls(
             whole, whole, np.zeros((0, motions, 2)), np.zeros((0, motions, 2)), np.zeros((0, motions, 3)),
             np.zeros((0, motions)), one, one, one, one, one, flag, one, np.zeros((0, resting)), flag,
-            np.zeros((0, 2)), one, np.zeros((0, HOP, 2)), one,
+            np.zeros((0, 2)), one, np.zeros((0, HOP, 2)), one, np.zeros((0, 2)), one,
         )  # fmt: skip
 
     @property

@@ -17,7 +17,7 @@ from elusive.tracking.lifecycle import Life, Lifecycle
 from elusive.tracking.peak_jumps import rejoined
 from elusive.tracking.peak_null import EmpiricalNull
 from elusive.tracking.peak_persistence import Persistence, Reliability
-from elusive.tracking.peak_recursion import PeakRecursion
+from elusive.tracking.peak_recursion import LIKELY, PeakRecursion
 from elusive.tracking.peak_targets import PeakTargets
 from elusive.tracking.track import Track
 
@@ -30,6 +30,7 @@ ALIKE = (0.5, 0.3)  # velocities that differ by less than this [px / frame], and
 LAYER, LAYER_STRENGTH = 3, 0.5  # others, as strong by this share, that make a layer
 LAYER_PX, LAYER_SPEED = 5.0, 0.2  # way that they have gone, and frames' [px]: what is slower may go alike by chance
 LAYER_ALIKE = (0.05, 0.2)  # velocities that differ by less than this [px / frame], and this share, are of a layer
+ON_SENSOR_PX, CLOSE = 2.0, 2.0  # how far at most, on the sensor, what rests there strays; times what these do usually
 UNSEEN = 0.05  # share of its existence in which it is visible, below which a track is not shown: three frames missed
 RIVALS = 12  # tracks that the strongest is compared with, at most
 EXTRA = ("intensity", "snr_db", "moves", "shown")
@@ -100,7 +101,7 @@ class SceneTracker(PeakRecursion):
         newborn = self.newborn(peaks, clutter, unclaimed, belief.born)
         targets = rejoined(targets.joined(newborn), self.level_spread)
         kept = self.kept(targets, peaks.offset_px, shape)
-        over = ~kept & (targets.age >= OLD)
+        over = ~kept & (targets.age >= OLD) & ~_on_sensor(targets)
         ended = np.concatenate([belief.ended, self._reached(targets)[over]])[-REMEMBERED:]
         belief = belief._replace(
             time_s=time_s, targets=targets.kept(kept), born=belief.born + len(newborn.number), ended=ended
@@ -112,7 +113,8 @@ class SceneTracker(PeakRecursion):
         targets = belief.targets
         lives, numbered, tracks = dict[int, Life](), belief.numbered, []
         reached = self._reached(targets)
-        others = np.concatenate([belief.ended, reached[targets.age >= OLD]])
+        marks = _on_sensor(targets)
+        others = np.concatenate([belief.ended, reached[(targets.age >= OLD) & ~marks]])
         moves = self.null.moves(*reached.T, *others.T)
         existence = targets.existence
         begins = (existence >= self.lifecycle.candidate_from).tolist()
@@ -132,7 +134,7 @@ class SceneTracker(PeakRecursion):
         confirmed[[k for k, life in tracks if life.status == "confirmed"]] = True
         enough = moves > np.where(targets.shown, self.show_until, self.show_from)
         seen = targets.visible > UNSEEN * existence
-        shown = confirmed & seen & (enough | self._alone(targets, confirmed))
+        shown = confirmed & seen & ~marks & (enough | self._alone(targets, confirmed & ~marks))
         _leave_layers(targets, shown, confirmed & (targets.farthest > LAYER_PX))
         _leave_companions(targets, shown)
         mean, covariance = targets.moments()
@@ -176,6 +178,16 @@ class SceneTracker(PeakRecursion):
                 return alone
         alone[first] = True
         return alone
+
+
+def _on_sensor(targets: PeakTargets) -> NDArray[np.bool_]:
+    """Say what is a mark on the sensor or its optics: it rests there while the scene goes by, as several others do.
+
+    A camera that follows its target makes that rest, too, but it alone, and not as closely as marks do.
+    """
+    gone = (targets.farthest > LAYER_PX) & (targets.existence > LIKELY)
+    strayed = targets.strayed[gone & (targets.strayed < ON_SENSOR_PX)]
+    return gone & (targets.strayed < (CLOSE * np.median(strayed) if len(strayed) > LAYER else 0.0))
 
 
 def _leave_layers(targets: PeakTargets, shown: NDArray[np.bool_], moving: NDArray[np.bool_]) -> None:
