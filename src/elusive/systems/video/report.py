@@ -14,7 +14,8 @@ from elusive.contracts import Array
 from elusive.io.truth import Truth
 from elusive.report import drawing as draw
 from elusive.report.page import track_table, write_page
-from elusive.report.plots import figure, land, track_colour
+from elusive.report.picture import write_picture
+from elusive.report.plots import track_colour
 from elusive.report.scored import gospa_chart
 from elusive.results import Scored
 
@@ -149,30 +150,5 @@ def _track(one: VideoPath) -> draw.Layer:
 
 
 def write_video_png(path: Path, tracked: VideoTracked) -> None:
-    """Draw the plan at its brightest, with the tracks, and range over azimuth."""
-    west, east, south, north = tracked.extent
-    shown = tracked.shown
-    with figure(path, 12, 6, 1, 2) as (drawn, ((plan, scan),)):
-        drawn.suptitle(f"{tracked.title}: {tracked.verdict}", x=0.01, ha="left", fontsize=10)
-        plan.imshow(
-            shown.plan[-1], origin="lower", extent=(west, east, south, north), cmap="bone", vmin=0, vmax=255,
-            interpolation="nearest",
-        )  # fmt: skip
-        if tracked.land:
-            land(plan, tracked.land, "#5b6b5266")
-        for x, y in tracked.resting:
-            plan.plot(x, y, "s", mfc="none", mec="#94a3b8", ms=5)
-        for ship in () if tracked.truth is None else tracked.truth.paths:
-            plan.plot(ship[:, 1], ship[:, 2], color="#22d3ee", lw=4, alpha=0.4)
-        for one in tracked.paths:
-            plan.plot(*one.places.T, color=track_colour(one.track), lw=1.5)
-            plan.text(*one.places[-1], f" {one.track}", color=track_colour(one.track), clip_on=True)
-        plan.set(xlim=(west, east), ylim=(south, north), title="Last turn", xlabel="x [m]", ylabel="y [m]")
-        plan.set_aspect("equal")
-        scan.imshow(
-            shown.scan[-1], origin="lower", aspect="auto", extent=(0, shown.reach_m, 0, 360), cmap="bone", vmin=0,
-            vmax=255, interpolation="nearest",
-        )  # fmt: skip
-        scan.set(title="Range and azimuth", xlabel="range [m]", ylabel="azimuth [deg]")
-        for axes in (plan, scan):
-            axes.grid(visible=False)
+    """Draw the same as a figure, at its last turn."""
+    write_picture(path, video_drawing(tracked), tracked.title, tracked.verdict)

@@ -14,7 +14,6 @@ from elusive.results import Scored
 Extent = tuple[float, float, float, float]  # west, east, south, north [m]
 MARGIN = 0.07  # of the longer side, round what is shown
 STRAY = 0.01  # share of the path at either end that may lie outside of what is shown
-RADIUS_95 = float(np.sqrt(-2 * np.log(0.05)))  # of an ellipse that holds 95 % [deviations]
 
 
 class HeardBearings(Protocol):

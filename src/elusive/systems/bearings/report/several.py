@@ -14,18 +14,15 @@ from elusive.contracts import Array
 from elusive.report import drawing as draw
 from elusive.report import plots
 from elusive.report.page import track_table, write_page
+from elusive.report.picture import write_picture
 from elusive.results import TrackLog
 from elusive.results.table import STATUSES
-from elusive.systems.bearings.report.contents import RADIUS_95, Extent, extent_of
-from elusive.systems.bearings.report.figure import VERDICT_WIDTH, draw_sensors
+from elusive.systems.bearings.report.contents import Extent, extent_of
 from elusive.systems.bearings.report.page import TIMES_SHOWN, bearing_layer, sensor_layer, truth_layer
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from elusive.results.spool import Records
 
-ELLIPSES = 8  # drawn along a track
 CONFIRMED = STATUSES.index("confirmed")
 HEADER = ("track", "from", "to", "existence at the end", "deviation [m]")
 
@@ -135,39 +132,5 @@ def several_drawing(tracked: SeveralTracked) -> draw.Drawing:
 
 
 def write_several_png(path: Path, tracked: SeveralTracked) -> None:
-    """Draw the ground with all tracks and the truth, existence and deviation over time."""
-    west, east, south, north = tracked.extent
-    wide = min(max((east - west) / (north - south), 0.7), 1.6)
-    with plots.figure(path, 12.0, 6.2) as (figure, ((only,),)):
-        only.remove()
-        panels = figure.subplot_mosaic("GE\nGS", width_ratios=(wide, 1.0))
-        _draw_ground(panels["G"], tracked)
-        for number, rows in tracked.paths.items():
-            colour = plots.track_colour(number)
-            panels["E"].plot(rows["time_s"], rows["existence"], color=colour, lw=1.2)
-            panels["S"].plot(rows["time_s"], deviation_of(rows), color=colour, lw=1.2)
-        panels["E"].set(title="How probable is each?", ylabel="existence", ylim=(0, 1.04))
-        panels["S"].set(title="How sure is its place?", xlabel="time [s]", ylabel="deviation over the ground [m]")
-        panels["S"].set_ylim(0, draw.top_of([deviation_of(rows) for rows in tracked.paths.values()]))
-        for name in "ES":
-            panels[name].set_xlim(tracked.times_s[0], max(tracked.times_s[-1], tracked.times_s[0] + 1e-3))
-        figure.legend(*panels["G"].get_legend_handles_labels(), loc="outside lower left", ncols=6)
-        plots.heading(figure, tracked.title, tracked.verdict, 0.937, VERDICT_WIDTH)
-
-
-def _draw_ground(axes: Axes, tracked: SeveralTracked) -> None:
-    draw_sensors(axes, tracked)
-    for person in range(0 if tracked.truth is None else tracked.truth.shape[1]):
-        label = "truth" if person == 0 else None
-        x, y = tracked.truth[:, person].T  # type: ignore[index]
-        axes.plot(x, y, color=plots.TRUTH, lw=4, alpha=0.4, label=label, zorder=2)
-    for row, (number, rows) in enumerate(tracked.paths.items()):
-        colour, sure = plots.track_colour(number), rows["status"] == CONFIRMED
-        places = np.where(sure[:, None], rows["position"][:, :2], np.nan)
-        axes.plot(*places.T, color=colour, lw=1.5, label="track" if row == 0 else None, zorder=5)
-        drawn = np.flatnonzero(sure)
-        for k in drawn[np.linspace(0, len(drawn) - 1, min(ELLIPSES, len(drawn))).astype(int)]:
-            plots.ellipse(axes, rows["position"][k, :2], rows["covariance"][k, :2, :2], RADIUS_95, colour)
-        style: Any = {"textcoords": "offset points", "color": colour, "weight": "bold", "zorder": 8}
-        axes.annotate(tracked.labels.get(number, str(number)), tuple(rows["position"][drawn[-1], :2]), (4, 3), **style)
-    axes.plot([], [], "o", mfc="none", mec=plots.MUTED, label="95 % ellipse")
+    """Draw the same as a figure."""
+    write_picture(path, several_drawing(tracked), tracked.title, tracked.verdict)

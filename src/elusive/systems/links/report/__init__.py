@@ -1,9 +1,8 @@
 """The report of people tracked through a radio network: one HTML file that needs no network, and one figure."""
 
 from elusive.systems.links.report.contents import LinkPath, LinksTracked, Scene
-from elusive.systems.links.report.figure import write_links_png
 from elusive.systems.links.report.keeper import SceneKeeper
-from elusive.systems.links.report.page import write_links_html
+from elusive.systems.links.report.page import write_links_html, write_links_png
 
 __all__ = [
     "LinkPath",

@@ -12,6 +12,7 @@ from elusive.checks import Finding
 from elusive.contracts import Array
 from elusive.report import drawing as draw
 from elusive.report.page import track_table, write_page
+from elusive.report.picture import write_picture
 from elusive.report.plots import track_colour
 from elusive.report.scored import gospa_chart
 from elusive.systems.links.report.contents import LinkPath, LinksTracked
@@ -27,6 +28,11 @@ def write_links_html(path: Path, tracked: LinksTracked, findings: Sequence[Findi
     """Write a page with the floor over time, the number of people, their existence, the error, and the events."""
     table = track_table(tracked.header, tracked.tracks, {str(one.track) for one in tracked.paths})
     write_page(path, tracked.title, tracked.verdict, links_drawing(tracked), table, tracked.rows, findings=findings)
+
+
+def write_links_png(path: Path, tracked: LinksTracked) -> None:
+    """Draw the same as a figure."""
+    write_picture(path, links_drawing(tracked), tracked.title, tracked.verdict)
 
 
 def links_drawing(tracked: LinksTracked) -> draw.Drawing:

@@ -1,9 +1,8 @@
 """The report of ships tracked by radar near a coast: one HTML file that asks nothing of the network, and one figure."""
 
 from elusive.systems.radar.report.contents import ChartMap, Cloud, RadarPath, RadarTracked, WaterRaster
-from elusive.systems.radar.report.figure import write_radar_png
 from elusive.systems.radar.report.keeper import RadarKeeper
-from elusive.systems.radar.report.page import write_radar_html
+from elusive.systems.radar.report.page import write_radar_html, write_radar_png
 from elusive.systems.radar.report.shading import chart_map
 
 __all__ = [

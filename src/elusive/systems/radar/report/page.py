@@ -11,13 +11,14 @@ import numpy as np
 from elusive.checks import Finding
 from elusive.report import drawing as draw
 from elusive.report.page import track_table, write_page
+from elusive.report.picture import write_picture
 from elusive.report.plots import track_colour
 from elusive.report.scored import gospa_chart
-from elusive.systems.radar.report.contents import AT_COAST, ChartMap, RadarPath, RadarTracked
+from elusive.systems.radar.report.contents import AT_COAST, ChartMap, Cloud, RadarPath, RadarTracked
 
 SCANS_SHOWN = 2000
 POINTS_SHOWN = 40_000  # of all tracks together
-TELLING = 6  # clouds that the page leads to
+TELLING, BESIDE = 6, 2  # clouds that the page leads to, and that the figure shows beside its map
 CLOSE = 9.0  # deviations that the close view is wide
 CLOSEST_M = 12.0
 
@@ -27,6 +28,27 @@ def write_radar_html(path: Path, tracked: RadarTracked, findings: Sequence[Findi
     drawn = {str(one.track) for one in tracked.paths}
     table = track_table(tracked.header, tracked.tracks, drawn)
     write_page(path, tracked.title, tracked.verdict, radar_drawing(tracked), table, tracked.rows, findings=findings)
+
+
+def write_radar_png(path: Path, tracked: RadarTracked) -> None:
+    """Draw the same as a figure, with close views of the clouds nearest the coast."""
+    drawn = radar_drawing(tracked)
+    panels: list[draw.Panel] = drawn["panels"]
+    if tracked.paths:
+        panels[1:2] = [panels[1] | _close_to(cloud) for cloud in tracked.telling_clouds(BESIDE)]
+    write_picture(path, drawn, tracked.title, tracked.verdict)
+
+
+def _close_to(cloud: Cloud) -> dict[str, Any]:
+    """Return what a panel is to show a cloud at its time."""
+    reach = 2.0 * np.hypot(*(cloud.particles - cloud.mean).T).max()
+    near = cloud.plots[np.hypot(*(cloud.plots - cloud.mean).T) < reach]
+    x, y = (float(middle) for middle in cloud.mean)
+    places = np.concatenate([cloud.particles, near]) - cloud.mean
+    half = max(0.5 * CLOSEST_M, 1.2 * float(np.abs(places).max(initial=0.0)))
+    when = f"{cloud.time_s:.10g} s" if float(cloud.time_s).is_integer() else f"{cloud.time_s:.1f} s"
+    title = f"{when}, P(water) {cloud.water:.2f}" if np.isfinite(cloud.water) else when
+    return {"title": title, "extent": [x - half, x + half, y - half, y + half], "at": cloud.time_s}
 
 
 def radar_drawing(tracked: RadarTracked) -> draw.Drawing:

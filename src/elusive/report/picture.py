@@ -1,0 +1,103 @@
+"""A drawing as one figure: its panels as a report shows them when it opens, tracks over all of their time."""
+
+from __future__ import annotations
+
+import textwrap
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from elusive.report import plots
+from elusive.report.drawing import Drawing, Panel
+from elusive.report.painters import PAINTERS, At
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+COLUMNS, WIDTH_IN = 12, 11.0
+ROW_IN, HEAD_IN, KEY_IN = 2.45, 0.55, 0.3
+LETTERS, LETTERS_IN = 150, 10.5  # of a verdict's line; of a title, an inch
+NAMED_AT_MOST = 12  # tracks with their numbers beside them
+ELLIPSES = 12  # along all tracks of a panel
+LEGEND_AT_MOST = 8  # curves of a chart
+Place = tuple[int, int, int, int]  # row, column, rows, columns
+
+
+def write_picture(path: Path, drawn: Drawing, title: str, verdict: str = "") -> None:
+    """Write the panels of a drawing, the title and a verdict above; a plane that leads has two panels beside it.
+
+    A panel may have a time of its own, ``at``, at which it is seen.
+    """
+    panels = drawn["panels"]
+    planes: list[Axes] = []
+    lines, places = textwrap.wrap(verdict, LETTERS), _places(panels)
+    rows = max(row + high for row, _, high, _ in places)
+    head = HEAD_IN + 0.17 * len(lines)
+    height = head + rows * ROW_IN + KEY_IN
+    start = drawn["times"][drawn.get("start", 0)] if drawn["times"] else 0.0
+    with plots.figure(path, WIDTH_IN, height) as (figure, ((only,),)):
+        only.remove()
+        engine: Any = figure.get_layout_engine()
+        engine.set(rect=(0.0, 0.0, 1.0, 1.0 - head / height))
+        grid, key = figure.add_gridspec(rows, COLUMNS), dict[str, Any]()
+        for panel, (row, column, high, wide) in zip(panels, places, strict=True):
+            axes = figure.add_subplot(grid[row : row + high, column : column + wide])
+            _draw(axes, panel, float(panel.get("at", start)), drawn["unit"])
+            letters = round(LETTERS_IN * WIDTH_IN * wide / COLUMNS)
+            axes.set_title("\n".join(textwrap.wrap(panel["title"], letters)))
+            if panel.get("plane"):
+                planes.append(axes)
+                key |= dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
+        if key:
+            figure.legend(key.values(), key.keys(), loc="outside lower left", ncols=8)
+        figure.text(0.01, 1.0 - 0.1 / height, title, va="top", size=12, weight="bold")
+        figure.text(0.01, 1.0 - 0.38 / height, "\n".join(lines), va="top", size=9)
+        engine.execute(figure)
+        _fill(planes)
+        plots.settle(figure)
+        _fill(planes)
+
+
+def _places(panels: list[Panel]) -> list[Place]:
+    """Return where panels stand: below each other, or a plane with two beside it and the others in pairs."""
+    if not panels[0].get("plane"):
+        return [(row, 0, 1, COLUMNS) for row in range(len(panels))]
+    beside, wide = (0, COLUMNS) if len(panels) == 1 else (2, 7)
+    right: list[Place] = [(row, wide, 2 if len(panels) == 2 else 1, COLUMNS - wide) for row in range(beside)]
+    below: list[Place] = [(2 + k // 2, 6 * (k % 2), 1, 6) for k in range(len(panels) - 1 - beside)]
+    if len(below) % 2:
+        below[-1] = (*below[-1][:3], COLUMNS)
+    return [(0, 0, 2, wide), *right, *below][: len(panels)]
+
+
+def _draw(axes: Axes, panel: Panel, time: float, unit: str) -> None:
+    layers, night = panel["layers"], bool(panel.get("night"))
+    tracks = sum(layer["type"] == "track" for layer in layers)
+    along = 0 if "at" in panel else ELLIPSES // max(1, tracks)
+    at = At(time, night, along, 1 < tracks <= NAMED_AT_MOST)
+    if night or panel.get("ground"):
+        axes.set_facecolor(at.ink("--dusk" if night else panel["ground"]))
+    west, east, south, north = panel["extent"]
+    axes.set(xlim=(west, east), ylim=(north, south) if panel.get("down") else (south, north))
+    axes.set_autoscale_on(False)
+    for depth, layer in enumerate(layers):
+        PAINTERS[layer["type"]](axes, layer, at, 1.0 + depth)
+    axes.grid(visible=not any(layer["type"] in ("image", "area") for layer in layers))
+    for name in "xy":
+        shown = panel[name]
+        of = unit if shown.get("time") else shown.get("unit", "")
+        axes.set(**{f"{name}label": f"{shown['title']} [{of}]" if of else shown["title"]})
+    names = axes.get_legend_handles_labels()[1]
+    if not panel.get("plane") and 0 < len(names) <= LEGEND_AT_MOST:
+        axes.legend(loc="best", labelcolor="white" if night else None)
+
+
+def _fill(planes: list[Axes]) -> None:
+    """Widen what planes show, where needed, so that a metre is as long on either axis and no side is empty."""
+    for axes in planes:
+        width, height = axes.get_window_extent().size
+        (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+        scale = max(abs(right - left) / width, abs(top - bottom) / height)
+        x, y, half = 0.5 * (left + right), 0.5 * (bottom + top), 0.5 * scale * np.array([-1.0, 1.0])
+        axes.set(xlim=x + half * width, ylim=y + half * height * np.sign(top - bottom))
