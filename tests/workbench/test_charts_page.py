@@ -97,6 +97,26 @@ def test_a_chart_that_is_sent_a_route_that_is_drawn_and_a_run_called_off(served:
     page.mouse.move(*at(page, 400, -300), steps=5)
     page.mouse.up()
     told(page, "waypoints, 63")
+    assert page.get_by_text("of it on charted land").count() == 0
+    button(page, "Draw another ship's").click()
+    told(page, "Draw the route of one more ship")
+    west, east = page.locator(".drawing").evaluate("(root) => root.made.panels[0].spec.extent.slice(0, 2)")
+    page.locator(".drawing canvas").scroll_into_view_if_needed()
+    page.mouse.move(*at(page, 0.9 * west, 0))
+    page.mouse.down()
+    page.mouse.move(*at(page, 0.9 * east, 0), steps=5)
+    page.mouse.up()
+    page.get_by_text(re.compile(r"A route of \d+ waypoints, \d+ m, [1-9]\d* m of it on charted land\.")).wait_for()
+    button(page, "Clear the route").click()
+    told(page, "No route yet.")
+    button(page, "Draw the route").click()
+    told(page, "Draw with the pointer held down")
+    page.locator(".drawing canvas").scroll_into_view_if_needed()
+    page.mouse.move(*at(page, 400, 300))
+    page.mouse.down()
+    page.mouse.move(*at(page, 400, -300), steps=5)
+    page.mouse.up()
+    told(page, "waypoints, 60")
     button(page, "Create plots").click()
     told(page, "Distance from the radar")
 
@@ -109,6 +129,17 @@ def test_a_chart_that_is_sent_a_route_that_is_drawn_and_a_run_called_off(served:
     button(page, "Run").click()
     page.locator(READY).wait_for(timeout=LONG_MS)
     assert titles(page) == ["none", "How far off?"]
+    # near the ship, and all of it: each button does what it says, whatever was pressed before
+    follow, everything = button(page, "Keep the track in the middle"), button(page, "Show everything")
+    zooms = []
+    for pressed, near in ((everything, False), (follow, True), (everything, False), (everything, False)):
+        pressed.click()
+        assert (pressed.inner_text(), follow.get_attribute("aria-pressed")) == (
+            "Follow" if pressed is follow else "all", "true" if near else "false",
+        )  # fmt: skip
+        zooms.append(page.locator(READY).evaluate("(root) => root.made.main.view.vx.z"))
+    assert zooms[1] > 2
+    assert zooms[::2] == [1, 1]
     step(page, "5 Compare")
     page.locator("[data-rmse='none']").wait_for()
     assert page.evaluate("document.documentElement.scrollWidth") <= 800

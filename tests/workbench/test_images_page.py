@@ -23,6 +23,12 @@ from tests.workbench.conftest import Served, Tab
 from tests.workbench.test_links_page import READY, SHOWN, button, download, field, picture, titles, told
 
 OpenTab = Callable[..., Tab]
+# times of the drawing, of the truth and of what was found: the first each
+FIRST_TIMES = """({ made: { spec } }) => {
+  const layers = spec.panels.flatMap((panel) => panel.layers).filter((one) => one.times && one.x);
+  const truth = layers.find((one) => one.name === "truth"), track = layers.find((one) => one.type === "track");
+  return [spec.times[0], truth.times[truth.x.findIndex((x) => x !== null)], track.times[0]];
+}"""
 
 
 def score(page: Any, title: str) -> str:
@@ -91,12 +97,19 @@ def test_the_example_runs_by_one_click_and_the_command_line_repeats_it(
     ]
     assert worth.startswith("What is it worth? GOSPA")
     played_to_the_end(page, 29)
+    # frames are counted from 0: in the field, the drawing's clock, its truth and tracks, and the table of tracks
+    first, there, found = page.locator(SHOWN).evaluate(FIRST_TIMES)
+    page.get_by_role("slider", name="Time").fill("7")
+    assert page.get_by_label("Time shown").inner_text() == "frame 7"
+    assert (first, there) == (0, int(field(page, "appears").input_value()))
     picture(page, "images", frame=17)
     shown = score(page, "This run")
     scene = download(page, "Run as YAML", tmp_path)
     main_quietly("scene", scene, "--out", tmp_path / "out")
     assert re.search(rf"Error there\s+│\s+{re.escape(shown)} ", capsys.readouterr().out)
-    assert download(page, "Tracks as CSV", tmp_path).read_bytes() == (tmp_path / "out" / "tracks.csv").read_bytes()
+    tracks = download(page, "Tracks as CSV", tmp_path)
+    assert tracks.read_bytes() == (tmp_path / "out" / "tracks.csv").read_bytes()
+    assert found in [float(line.partition(",")[0]) for line in tracks.read_text().splitlines()[1:]]
     found = xr.load_dataset(tmp_path / "out" / "result.nc")["step_existence"]
     np.testing.assert_allclose(curve(page, "any target"), found, atol=5e-5)  # as they are sent
 

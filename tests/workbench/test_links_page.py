@@ -23,6 +23,8 @@ SHOWN = ".drawing:not(.ew-live)"  # not what grows while it is computed
 READY = SHOWN + "[data-ready=yes]"
 PANELS = ["Radiation", "Estimate", "Filtered", "Clusters", "Association", "Identities", "Kalman", "Particle filter"]
 OpenTab = Callable[..., Tab]
+TWELVE = [f"{a}-{b}-0" for a in range(12) for b in range(12) if a != b]
+LOG_OF_TWELVE = "\n".join([",".join(["time_s", *TWELVE]), ",".join(["0", *["-60"] * len(TWELVE)]), ""]).encode()
 ANSWERS = """async (count) => {
     const tabs = [...document.querySelectorAll('[role=tab]')];
     const times = [];
@@ -300,6 +302,13 @@ def test_a_recorded_log_takes_the_place_of_paths_and_radiation(
     simulate_links(LinkSimulation(walks=walks, network=BorderNodes(nodes=24), seed=2), tmp_path / "room")
     page = open_tab().page
     page.goto(f"{served.address}/links")
+    step(page, "2 Radiation")
+    log = page.locator("input[type=file]").first
+    twelve = {"name": "twelve.csv", "mimeType": "text/csv", "buffer": LOG_OF_TWELVE}
+    log.set_input_files(twelve)
+    told(page, "twelve.csv: holds links of 12 of the 41 sensors; open the log's own sensors under Sensors first.")
+    assert page.get_by_text("The recorded log").count() == 0
+    dismiss(page)
     step(page, "3 Sensors")
     page.locator("input[type=file]").set_input_files(tmp_path / "room" / "nodes.csv")
     told(page, "24 sensors")
@@ -325,6 +334,14 @@ def test_a_recorded_log_takes_the_place_of_paths_and_radiation(
     assert float(page.locator("[data-mota='This run']").inner_text()) > 0.5
     configuration = download(page, "Configuration for track links", tmp_path)
     assert LinkTracking.from_yaml(configuration).calibration_frames == 10
+    # a scene would hold no log, and simulate one: what repeats the run is the command, with what is exported beside it
+    assert button(page, "Scene as YAML").count() == 0
+    told(page, "elusive track links log.csv --nodes sensors.csv --config config.yaml --out results")
+    tracks, sensors = (download(page, name, tmp_path) for name in ("Tracks as CSV", "Sensors as CSV"))
+    files = ["--nodes", str(sensors), "--config", str(configuration), "--out", str(tmp_path / "results")]
+    with pytest.raises(SystemExit):
+        main(["track", "links", str(tmp_path / "room" / "log.csv"), *files])
+    assert tracks.read_bytes() == (tmp_path / "results" / "tracks.csv").read_bytes()
 
 
 def test_the_page_answers_while_it_computes(served: Served, open_tab: OpenTab) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import socket
 import threading
 import time
 from pathlib import Path
@@ -11,18 +10,13 @@ from typing import Any
 
 import pytest
 
-from elusive.errors import DataError
-from elusive.systems.links.page.state import LinksState, Recorded
+from elusive.cli import main
 from elusive.systems.links.presets import first_simulation
 from elusive.workbench.forms import changed_since, in_plain_words
 from elusive.workbench.jobs import CancelledError, Job, away
-from elusive.workbench.server import serve
 from tests.processes import HUNG_S
 from tests.workbench.conftest import Served
 from tests.workbench.test_links_page import READY, SHOWN, OpenTab, at, button, download, field, step, told
-
-LOG = b"time_s," + b",".join(f"{a}-{b}-0".encode() for a in range(12) for b in range(12) if a != b)
-
 
 # first time, seconds passed in one second at speed 1, seconds between two times, the speed's name, room beside -200
 SECOND_PLAYED = """({made}) => {
@@ -94,6 +88,11 @@ def test_a_run_stays_with_its_settings_and_the_page_says_what_was_changed(
 def test_paths_are_had_back_and_sensors_far_away_are_told(served: Served, open_tab: OpenTab) -> None:
     page = open_tab().page
     page.goto(f"{served.address}/links")
+    steps = field(page, "simulation.walks.total_positions")
+    steps.fill("30")
+    told(page, "Latest entrance: step 74 is after the last, 29; give an earlier one.")
+    assert page.get_by_text("Walks.").count() == 0  # no name of a class
+    steps.fill("150")
     button(page, "Create paths").click()
     told(page, "3 people")
     button(page, "Draw an area").click()
@@ -127,13 +126,6 @@ def test_fields_are_named_by_their_labels() -> None:
     assert in_plain_words("log.csv, line 2: has 3 cells.") == "log.csv, line 2: has 3 cells."
 
 
-def test_a_log_of_other_sensors_is_refused_before_it_runs() -> None:
-    state = LinksState()
-    log = Recorded("twelve.csv", LOG + b"\n" + b",".join([b"0"] + [b"-60"] * 132) + b"\n")
-    with pytest.raises(DataError, match=r"^twelve\.csv: holds links of 12 of the 41 sensors; open the log's own"):
-        log.frames(state.scene)
-
-
 def test_work_that_does_not_notice_is_not_waited_for_once_it_is_called_off() -> None:
     job, free = Job(), threading.Event()
 
@@ -152,10 +144,16 @@ def test_work_that_does_not_notice_is_not_waited_for_once_it_is_called_off() -> 
     assert found[0] < HUNG_S / 2
 
 
-def test_a_port_that_is_taken_is_said(tmp_path: Path) -> None:
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        taken.listen()
-        port = taken.getsockname()[1]
-        with pytest.raises(DataError, match=rf"^--port {port}: cannot be listened at on 127\.0\.0\.1"):
-            serve(tmp_path, (), (), port=port)
+def test_a_port_that_is_taken_is_said_and_who_has_it_goes_on(
+    served: Served, open_tab: OpenTab, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    port = served.address.rpartition(":")[2]
+    with pytest.raises(SystemExit) as ended:
+        main(["workbench", "--folder", str(tmp_path), "--port", port, "--no-browser"])
+    assert ended.value.code
+    said = " ".join("".join(capsys.readouterr()).split())
+    assert f"--port {port}: cannot be listened at on 127.0.0.1" in said
+    assert "is at" not in said
+    page = open_tab().page
+    page.goto(served.address)
+    button(page, "Open a recording").wait_for()

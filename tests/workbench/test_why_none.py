@@ -68,8 +68,11 @@ def test_every_system_has_something_to_try(system: object) -> None:
 
 
 def test_noise_says_why_it_has_no_track_and_a_press_tries_more(served: Served, open_tab: OpenTab) -> None:
-    noise = np.random.default_rng(3).normal(size=(60, 300))
-    np.save(served.folder / "noise.npy", noise)
+    rng = np.random.default_rng(3)
+    np.save(served.folder / "noise.npy", rng.normal(size=(60, 300)))
+    np.save(served.folder / "long noise.npy", rng.normal(size=(2000, 1200)).astype(np.float32))
+    turned = 100 + 20 * rng.normal(size=(64, 64, 1)) + rng.normal(size=(64, 64, 40))
+    np.save(served.folder / "turned.npy", turned)
     page = open_tab(width=800, scheme="dark").page
     page.goto(f"{served.address}/own")
 
@@ -78,15 +81,32 @@ def test_noise_says_why_it_has_no_track_and_a_press_tries_more(served: Served, o
         page.get_by_role("option", name=name, exact=True).click()
 
     choose("kind", "A signal over time")
+    choose("recording", "long noise.npy")
+    button(page, "Run").click()
+    page.locator("button:enabled", has_text="Cancel").click()
+    told(page, "Cancelled.")  # at once, whatever the command was at: nothing is kept of it
+    page.locator("button:enabled", has_text="Run").first.wait_for()
+    assert not [one.name for one in (served.folder / "runs").glob("*-long_noise.npy")]
     choose("recording", "noise.npy")
     button(page, "Run").click()
     told(page, "No track was confirmed.")
     page.locator(".ew-none .drawing[data-ready=yes]").wait_for()
     assert page.evaluate("document.documentElement.scrollWidth") <= 800
+    field(page, "object_size").fill("7")
+    told(page, "Changed since this run: Object size 5 -> 7.")
     choose("kind", "Bearings from a few places")  # what is seen stays what it is
-    field(page, "sigma_deg").wait_for()
-    page.wait_for_timeout(400)
-    assert page.get_by_text("Changed since this run").count() == 0
+    field(page, "sigma_deg").fill("2")
+    page.locator(".ew-field.ew-set").first.wait_for()
+    assert page.get_by_text("Changed since this run").inner_text().endswith("run: Object size 5 -> 7.")
+    choose("kind", "A signal over time")
+    field(page, "object_size").fill("5")
+    page.get_by_text("Changed since this run").wait_for(state="hidden")
     page.get_by_role("button", name="Try Object size 5 -> 10").click()
     told(page, "Settings: object_size 10")
     assert any(one.name.endswith("noise.npy") for one in (served.folder / "runs").iterdir())
+    choose("kind", "A sequence of frames")
+    choose("source", "turned.npy")
+    button(page, "Run").click()
+    report = page.frame_locator('iframe[title$="turned.npy"]')
+    report.get_by_text("frames.axes", exact=True).wait_for()  # 64 frames of 64 x 40 are not taken without a word
+    report.get_by_text("another order of axes").first.wait_for()

@@ -9,6 +9,12 @@ elusive.controls = function (figure) {
     made.addEventListener("click", act);
     return made;
   };
+  // one that stays pressed
+  const switched = (...of) => {
+    const made = button(...of);
+    made.setAttribute("aria-pressed", "false");
+    return made;
+  };
   const parts = [];
   if (spec.times.length > 1 || spec.live) {
     figure.toggle = button("▶", "Play", () => figure.play(!figure.playing));
@@ -32,7 +38,7 @@ elusive.controls = function (figure) {
     ); // prettier-ignore
   }
   if (spec.live) {
-    figure.liver = button("Live", "Live: show what comes", () => figure.goLive(!figure.live));
+    figure.liver = switched("Live", "Live: show what comes", () => figure.goLive(!figure.live));
     parts.push(figure.liver, (figure.liveWords = make("output", { class: "counter" })));
   }
   const planes = figure.panels.filter((panel) => panel.spec.plane);
@@ -44,9 +50,9 @@ elusive.controls = function (figure) {
     if (spec.turnable) parts.push((figure.turner = button("3-D", "Show as a surface", () => figure.turn())));
     if (figure.tracks.size || spec.focus || spec.live)
       parts.push(
-        (figure.follower = button("Follow", "Keep the track in the middle", () => figure.follow(!figure.following))),
+        (figure.follower = switched("Follow", "Keep the track in the middle", () => figure.follow(!figure.following))),
       );
-    parts.push((figure.ruler = button("Ruler", "Ruler", () => figure.rule(!figure.ruling))));
+    parts.push((figure.ruler = switched("Ruler", "Ruler", () => figure.rule(!figure.ruling))));
   }
   parts.push(button("all", "Show everything", () => figure.everything()));
   parts.push(button("Full screen", "Full screen", () => figure.fill()));
