@@ -15,9 +15,10 @@ from elusive.io import open_radar_plots
 from elusive.io.radar_video import open_radar_video
 from elusive.sensors.echo_extent import EchoExtent
 from elusive.sensors.radar_video import RadarVideo
-from elusive.systems.video.checks import findings_of, register
+from elusive.systems.video.checks import findings_of
 from elusive.systems.video.parameters import PlotFinding, VideoTracking
 from elusive.systems.video.plots import write_video_plots
+from elusive.systems.video.registration import register
 from elusive.systems.video.scene import VideoScene
 from elusive.systems.video.sea import Sea, SeaState, Still, VideoRadar, cell_places
 from elusive.systems.video.simulate import (
@@ -160,12 +161,33 @@ def test_the_seas_mean_power_and_a_ships_are_as_told():
     assert with_ship[row, column] == pytest.approx(11 * 101, rel=0.1)
 
 
-def test_what_is_turned_is_turned_back():
-    rng = np.random.default_rng(2)
-    land = np.cumsum(rng.standard_normal((120, 40)), axis=0) > 3
-    found = register(np.roll(land, 7, axis=0).astype(float), land.astype(float))
-    assert found.azimuth_deg == pytest.approx(-21.0, abs=0.5)
-    assert found.likeness > 0.9
+@pytest.mark.parametrize(
+    ("turned_deg", "east_m", "north_m"), [(0.0, 0.0, 0.0), (-7.0, 0.0, 0.0), (2.0, 60.0, -80.0), (10.0, -100.0, 30.0)]
+)  # fmt: skip
+def test_a_radar_is_laid_on_its_chart(turned_deg, east_m, north_m):
+    """Land of round islands, of which a radar sees the first 200 m; ten cells are fixed that are no land."""
+    sensor = RadarVideo(beam_deg=2.0, pulse_m=25.0, start_m=100.0, step_m=12.5, samples=300)
+    rng = np.random.default_rng(3)
+    islands = rng.uniform(-3000, 3000, (14, 2))
+    islands, radius = islands[np.hypot(*islands.T) > 900], 350.0
+
+    def water(places):
+        return (np.hypot(*np.moveaxis(places[:, None] - islands, -1, 0)).min(axis=1) > radius).astype(float)
+
+    azimuth = sensor.azimuth_rad + np.radians(turned_deg)
+    way = np.stack([np.sin(azimuth), np.cos(azimuth)], axis=1)
+    places = sensor.range_m[None, :, None] * way[:, None] + np.array([east_m, north_m])
+    land = water(places.reshape(-1, 2)).reshape(sensor.shape) < 0.5
+    fixed = land & (np.cumsum(land, axis=1) <= 16) & (rng.random(land.shape) < 0.7)
+    fixed.ravel()[rng.integers(0, fixed.size, 10)] = True
+    found = register(fixed, sensor, water, (0.0, 0.0))
+    assert found.likeness > 0.5
+    assert abs(found.azimuth_deg - turned_deg) < 3 * found.azimuth_se_deg < 2.0
+    assert np.hypot(*np.subtract(found.shift_m, (east_m, north_m))) < 3 * found.shift_se_m < 60.0
+    start = VideoStart(sensor, LocalFrame.at(5.0, 53.0), 0.0, 0.0, EchoExtent(25.0, 2.0))
+    told = {one.name: one.holds for one in findings_of(Counter(), found, [], 0.0, start, fixed, charted=True)}
+    assert told["video.azimuth"] == (abs(turned_deg) < 1)
+    assert told["video.place"] == (east_m == 0)
 
 
 def test_findings_say_what_does_not_hold():

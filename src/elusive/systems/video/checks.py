@@ -4,48 +4,26 @@ from __future__ import annotations
 
 import math
 from collections import Counter, deque
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from elusive.charts import Water
 from elusive.checks import Finding
-from elusive.contracts import Array
 from elusive.sensors.echo_extent import EchoExtent
 from elusive.sensors.radar_video import RadarVideo
+from elusive.systems.video.registration import Registration, register
 from elusive.systems.video.turns import Heard, VideoStart
 
 FEW_TURNS = 10
 LATEST = 2000  # turns by whose clutter a run is checked
+SURE = 3.0  # errors of a registration beyond which it is told
 WIDE_DEG, PART = 1.0, 0.3  # of a bias of north that matters: in degrees, and in beams
 LIKE = 0.3  # correlation of what is fixed with charted land from which they are the same coast
 FIXES_M = 10.0  # of a position that jitters
 SPIKY = 2.0  # share of the clutter beyond what its law lets expect, to that
 OTHER_EXTENT = 2.0  # factor by which echoes reach further or less far than told
 CROWDED = 0.1  # share of the cells that are fixed
-
-
-class Registration(NamedTuple):
-    """How the radar lies to the chart."""
-
-    azimuth_deg: float  # to be added to azimuths
-    likeness: float  # correlation there
-
-
-def register(level: Array, land: Array) -> Registration:
-    """Turn what is fixed until it lies on charted land best, ``(A, R)`` each, by rows; a parabola between them."""
-    a, b = level - level.mean(), land - land.mean()
-    size = math.sqrt(float((a**2).sum() * (b**2).sum()))
-    if not size > 0:
-        return Registration(math.nan, 0.0)
-    spectrum = np.fft.rfft(b, axis=0) * np.conj(np.fft.rfft(a, axis=0))
-    likeness = np.fft.irfft(spectrum, n=len(a), axis=0).sum(axis=1) / size
-    best = int(likeness.argmax())
-    before, here, after = likeness[best - 1], likeness[best], likeness[(best + 1) % len(likeness)]
-    bend = before - 2 * here + after
-    part = 0.5 * (before - after) / bend if bend < 0 else 0.0
-    rows = (best + part + len(a) / 2) % len(a) - len(a) / 2
-    return Registration(float(rows * 360 / len(a)), float(here))
 
 
 class Judged:
@@ -64,24 +42,27 @@ class Judged:
         self._last = heard
 
     def findings(
-        self, counts: Counter[str], start: VideoStart, water: Array | None
+        self, counts: Counter[str], start: VideoStart, water: Water | None
     ) -> tuple[Registration | None, tuple[Finding, ...]]:
-        """Return how the radar lies to the chart, whose P(water) in the cells is ``water``, and what was checked."""
+        """Return how a radar that stands lies to the chart, and what was checked."""
         assert self._last is not None
-        fixed, registration = self._last.clutter.fixed, None
-        if water is not None and fixed.any():
-            registration = register(fixed.astype(np.float64), 1 - water)
-        moved = float((self._most - self._least).max())
-        return registration, findings_of(counts, registration, list(self._held), moved, start, fixed)
+        clutter, registration = self._last.clutter, None
+        fixed, moved = clutter.fixed, float((self._most - self._least).max())
+        if water is not None and moved <= _still_m(start.sensor):
+            itself = fixed & ~clutter.beside
+            registration = register(itself, start.sensor, water.probability, self._last.turn.place)
+        return registration, findings_of(
+            counts, registration, list(self._held), moved, start, fixed, charted=water is not None
+        )
 
 
 def findings_of(
     counts: Counter[str], registration: Registration | None, held: list[float], moved_m: float, start: VideoStart,
-    fixed: NDArray[np.bool_],
+    fixed: NDArray[np.bool_], *, charted: bool = False,
 ) -> tuple[Finding, ...]:  # fmt: skip
     """Return what a recording says of what was told of it."""
     spokes, sensor = max(counts["spokes"], 1), start.sensor
-    still_m = max(sensor.cell_m, FIXES_M)
+    still_m = _still_m(sensor)
     found = [_turns(counts["turns"]), _north(counts["no heading"] / spokes), _scale(counts["other scale"] / spokes)]
     found += [_clutter(held), _extent(sensor, start.extent)]
     found.append(
@@ -91,7 +72,7 @@ def findings_of(
             "well.", "Give --chart, so that land is known; look at slow tracks with care.", grave=False,
         )
     )  # fmt: skip
-    if registration is None:
+    if not charted:
         share = float(fixed.mean())
         found.append(
             Finding(
@@ -102,16 +83,39 @@ def findings_of(
             )
         )  # fmt: skip
     if registration is not None and registration.likeness > LIKE:
-        off = registration.azimuth_deg
+        found += _registered(registration, start)
+    return tuple(found)
+
+
+def _still_m(sensor: RadarVideo) -> float:
+    return max(sensor.cell_m, FIXES_M)
+
+
+def _registered(registration: Registration, start: VideoStart) -> list[Finding]:
+    """Whether what is fixed begins where charted land does."""
+    off, sd = registration.azimuth_deg, registration.azimuth_se_deg
+    found = [
+        Finding(
+            "video.azimuth", abs(off) < max(WIDE_DEG, PART * start.sensor.beam_deg, SURE * sd), 0.0, off,
+            f"What is fixed lies on charted land best if azimuths are turned by {off:.1f} degrees (error {sd:.1f}): north "
+            "is not where the recording says, and ships near the coast are taken for land.",
+            f"Give --azimuth-bias-deg {off:.1f}, added to what was given.",
+        )
+    ]  # fmt: skip
+    if math.isfinite(registration.shift_se_m) and start.frame is not None:
+        east, north = registration.shift_m
+        away = math.hypot(east, north)
+        lon, lat = start.frame.to_lonlat(np.array([registration.shift_m]))[0].tolist()
         found.append(
             Finding(
-                "video.azimuth", abs(off) < max(WIDE_DEG, PART * sensor.beam_deg), 0.0, off,
-                f"What is fixed lies on charted land best if azimuths are turned by {off:.1f} degrees: north is not "
-                "where the recording says, and ships near the coast are taken for land.",
-                f"Give --azimuth-bias-deg {off:.1f}, added to what was given.",
+                "video.place", away < max(2 * _still_m(start.sensor), SURE * registration.shift_se_m), 0.0, away,
+                f"What is fixed lies on charted land best if the radar stands {abs(east):.0f} m further "
+                f"{'east' if east > 0 else 'west'} and {abs(north):.0f} m further {'north' if north > 0 else 'south'} "
+                f"(error {registration.shift_se_m:.0f} m): its place, or the chart's, is off.",
+                f"Give --radar-lon-deg {lon:.6f} --radar-lat-deg {lat:.6f}.",
             )
         )  # fmt: skip
-    return tuple(found)
+    return found
 
 
 def _turns(turns: int) -> Finding:

@@ -99,7 +99,7 @@ def follow_video(
         return end
     place = last.measurement.place
     water = None if laid.map_at is None else laid.map_at(place)
-    findings = judged.findings(counts, start, water)[1]
+    findings = judged.findings(counts, start, laid.water)[1]
     write_resting(out / "resting.csv", resting_of(start.sensor, last.state.heard.clutter, water, place))
     write_checks(out, findings)
     return end._replace(findings=findings)

@@ -101,7 +101,7 @@ class VideoRun:
         clutter, sensor = self._last.state.heard.clutter, self._start.sensor
         allowed = None if water_at is None else water_at(turn.place)
         resting = resting_of(sensor, clutter, allowed, turn.place)
-        registration, findings = self._judged.findings(counts, self._start, allowed)
+        registration, findings = self._judged.findings(counts, self._start, self._water)
         times = self._log.times_s
         ships = None
         if self._start.frame is not None and (reports := reports_beside(source.name, ais, times)):
@@ -145,7 +145,7 @@ class VideoRun:
             ),
             ("Clutter's tail", tail),
             ("Fixed echoes", f"{100 * clutter.fixed.mean():.1f} % of the cells; {len(resting)} that are no land"),
-            *([] if registration is None else [("Azimuths to the chart", f"{registration.azimuth_deg:+.1f} degrees")]),
+            *([] if registration is None else registration.rows()),
             *([] if ships is None else ships.rows()),
             *([(remark, "") for remark in source.remarks()]),
             *([] if scores is None else scores.lines()),
