@@ -10,6 +10,7 @@ import pytest
 from elusive.systems.images.checks import FrameChecks
 from elusive.systems.images.track import ImageTracking, track_images
 from tests import infrared
+from tests.recorded_table import documented, measured, row
 
 pytestmark = pytest.mark.skipif(
     not infrared.DATA.is_dir(), reason=f"no recordings: {infrared.DATA} is missing; point ELUSIVE_DATA at the data"
@@ -41,6 +42,13 @@ def test_the_target_is_followed(name):
     found = score(name)
     assert found.followed >= 0.9
     assert found.followed >= found.brightest - 0.03
+
+
+@pytest.mark.validate
+@pytest.mark.parametrize("name", [*infrared.SEQUENCES, *infrared.CLIPS])
+def test_the_documentation_says_what_is_measured(name):
+    """A row that differs is written anew by ``python -m tests.recorded_table``."""
+    assert row(name, measured(recorded(name), score(name))) == documented(name)
 
 
 @pytest.mark.validate
