@@ -97,8 +97,8 @@ def _registered(registration: Registration, start: VideoStart) -> list[Finding]:
     found = [
         Finding(
             "video.azimuth", abs(off) < max(WIDE_DEG, PART * start.sensor.beam_deg, SURE * sd), 0.0, off,
-            f"What is fixed lies on charted land best if azimuths are turned by {off:.1f} degrees (error {sd:.1f}): north "
-            "is not where the recording says, and ships near the coast are taken for land.",
+            f"What is fixed lies on charted land best if azimuths are turned by {off:.1f} degrees (error {sd:.1f}): "
+            "north is not where the recording says, and ships near the coast are taken for land.",
             f"Give --azimuth-bias-deg {off:.1f}, added to what was given.",
         )
     ]  # fmt: skip
