@@ -18,7 +18,7 @@ from elusive.systems.bearings.simulate import BearingSimulation
 from elusive.systems.bearings.track import track
 from elusive.tracking.track import Step
 
-HOLDS, FAILS = plots.TRUTH, plots.WRONG
+HOLDS, FAILS = plots.TRUTH, "#b91c1c"
 SCENE, SIGMA_DEG = BearingSimulation(), 2.0
 PLACES = np.array([(site.x_m, site.y_m, 0.0) for site in SCENE.sites])
 NAMES = tuple(site.name for site in SCENE.sites)

@@ -17,7 +17,7 @@ from elusive.systems.images.frame_facts import FrameFacts
 from elusive.systems.images.recorded_checks import USUAL
 from elusive.systems.images.scene_facts import CUT, SceneFacts
 
-HOLDS, FAILS = plots.TRUTH, plots.WRONG
+HOLDS, FAILS = plots.TRUTH, "#b91c1c"
 SIZE, FRAMES, SIGMA = 64, 30, 3.0
 LEVELS = np.linspace(0.02, 0.98, 49)
 RNG = np.random.default_rng(0)

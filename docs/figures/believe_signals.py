@@ -14,7 +14,7 @@ from elusive.report import plots
 from elusive.systems.signals.facts import SignalFacts
 from elusive.systems.signals.track import SignalTracking, track_signal
 
-HOLDS, FAILS = plots.TRUTH, plots.WRONG
+HOLDS, FAILS = plots.TRUTH, "#b91c1c"
 FRAMES, SAMPLES = 150, 200
 RNG = np.random.default_rng(1)
 WHITE = RNG.standard_normal((FRAMES, SAMPLES))
