@@ -59,7 +59,8 @@ def test_what_is_not_now_is_not_shown(tmp_path: Path) -> None:
     now = draw.points(PLACES[:2], RED, times=[0.0, 1.0], show="now", size=20)
     far = draw.points(PLACES[:2], RED, times=[0.0, 0.5], show="near", reach=1.0, size=20)
     cloud = draw.clouds([(0.0, PLACES), (2.0, np.zeros((0, 2)))], RED, show="now", size=20)
-    assert share(tmp_path / "a.png", draw.plane("Where?", (0, 10, 0, 10), [now, far, cloud])) == 0.0
+    ray = draw.segments([[1, 1, 9, 9]], RED, times=[0.0], show="now", name="ray")
+    assert share(tmp_path / "a.png", draw.plane("Where?", (0, 10, 0, 10), [now, far, cloud, ray])) == 0.0
 
 
 def test_a_metre_is_as_long_on_either_axis_and_rows_may_count_down(tmp_path: Path) -> None:

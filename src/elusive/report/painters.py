@@ -89,9 +89,10 @@ def _image(axes: Axes, layer: Layer, at: At, depth: float) -> None:
     stack = layer["block"].reshape(-1, layer["rows"], layer["columns"])
     times = _numbers(layer.get("times", []))
     frame = max(0, int(np.searchsorted(times, at.time + SAME_S)) - 1) if len(stack) > 1 else 0
-    cells = np.ma.masked_equal(stack[frame], UNKNOWN) if layer.get("unknown") else stack[frame]
+    cells, top = (np.ma.masked_equal(stack[frame], UNKNOWN), 254) if layer.get("unknown") else (stack[frame], 255)
+    low, high = layer["low"], layer["high"]
     drawn = axes.imshow(
-        cells, _colours(layer["colours"]), vmin=0, vmax=254 if layer.get("unknown") else 255, origin="lower",
+        low + cells * ((high - low) / top), _colours(layer["colours"]), vmin=low, vmax=high, origin="lower",
         extent=layer["extent"], interpolation="bilinear" if layer.get("smooth") else "nearest", aspect="auto",
         zorder=depth,
     )  # fmt: skip
@@ -117,11 +118,13 @@ def _outline(rings: Sequence[Sequence[float]]) -> Any:
 
 
 def _area(axes: Axes, layer: Layer, at: At, depth: float) -> None:
+    from matplotlib.colors import to_rgba
     from matplotlib.patches import PathPatch
 
     if not layer["rings"]:
         return
-    fill, edge = (at.ink(layer[of]) if layer.get(of) else "none" for of in ("fill", "colour"))
+    fill = to_rgba(at.ink(layer["fill"]), layer.get("fillAlpha", 1)) if layer.get("fill") else "none"
+    edge = at.ink(layer["colour"]) if layer.get("colour") else "none"
     style: Any = {"linewidth": POINTS * layer.get("width", 1.2), "label": _name(axes, layer), "zorder": depth}
     axes.add_patch(PathPatch(_outline(layer["rings"]), facecolor=fill, edgecolor=edge, **style))
 
@@ -174,6 +177,8 @@ def _segments(axes: Axes, layer: Layer, at: At, depth: float) -> None:
 
     ends = _numbers(layer["ends"]).reshape(-1, 2, 2)
     seen = _shown(layer, len(ends), at.time)
+    if not seen.any():
+        return
     each = np.array(layer["colours"])[seen] if "colours" in layer else [layer["colour"]]
     style: Any = {"linewidths": POINTS * layer.get("width", 1), "alpha": layer.get("alpha"), "zorder": depth}
     lines = LineCollection(list(ends[seen]), colors=[at.ink(one) for one in each], label=_name(axes, layer), **style)

@@ -83,6 +83,14 @@ def _draw(axes: Axes, panel: Panel, time: float, unit: str) -> None:
     axes.set_autoscale_on(False)
     for depth, layer in enumerate(layers):
         PAINTERS[layer["type"]](axes, layer, at, 1.0 + depth)
+    scales = [layer.get("unit") for layer in layers if layer["type"] == "image"]
+    if any(scales) and "at" not in panel:
+        number = next(k for k, scale in enumerate(scales) if scale)
+        beside, ink = axes.inset_axes((0.975, 0.04, 0.015, 0.4)), at.ink("--ink")
+        bar = axes.figure.colorbar(axes.images[number], cax=beside, ticklocation="left")
+        bar.set_label(scales[number], color=ink)
+        bar.outline.set_visible(False)
+        beside.tick_params(colors=ink)
     axes.grid(visible=not any(layer["type"] in ("image", "area") for layer in layers))
     for name in "xy":
         shown = panel[name]

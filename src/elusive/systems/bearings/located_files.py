@@ -6,7 +6,7 @@ import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,13 +15,12 @@ from elusive.contracts import Array
 from elusive.filters.gaussian.geolocation import Ellipse, Fix
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io.csv_files import write_csv
+from elusive.report import drawing as draw
 from elusive.report import plots
+from elusive.report.picture import write_picture
 from elusive.sensors.bearing_sets import SensorSites
 from elusive.sensors.bearing_table import PlaceSet
 from elusive.systems.bearings.heard import bearings_of, sensors_of, starts_of
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 LOCAL = "local metres: x east, y north"
 FEW = 30  # bearings that are drawn one by one
@@ -92,41 +91,35 @@ def _outline(located: Located) -> Array | None:
 
 def _draw(path: Path, located: Located, heard: Sequence[PlaceSet], sites: SensorSites, name: str) -> None:
     outline, (x, y) = _outline(located), located.fix.position_m
-    places, used = sites.positions_m[:, :2], np.unique(np.concatenate([sensors_of(times) for times in heard]))
-    shown = np.vstack([places[used], [x, y]])
-    middle, half = 0.5 * (shown.min(axis=0) + shown.max(axis=0)), 0.6 * np.ptp(shown, axis=0).max()
-    reach = 0.05 * half if outline is None else 1.4 * float(np.abs(outline - [x, y]).max())
-    with plots.figure(path, 10.0, 5.2, 1, 2) as (figure, (both,)):
-        for axes, title, centre, span in (
-            (both[0], "Sensors and bearings", middle, half), (both[1], "The emitter", np.array([x, y]), reach),
-        ):  # fmt: skip
-            _draw_lines(axes, located, heard, starts_of(heard, sites), 4 * half)
-            if outline is not None:
-                axes.fill(*outline.T, facecolor=plots.ESTIMATE, alpha=0.15, linewidth=0, zorder=2)
-                label = f"{100 * located.ellipse.confidence:g} % ellipse"
-                axes.plot(*outline.T, color=plots.ESTIMATE, lw=1.3, label=label)
-            axes.plot(x, y, "o", color=plots.ESTIMATE, markersize=6, label="emitter", zorder=5)
-            axes.plot(*places[used].T, "s", color="#334155", markersize=5.5, label="sensor", zorder=4)
-            (west, south), (east, north) = centre - span, centre + span
-            axes.set(title=title, xlabel="x, east [m]", ylabel="y, north [m]", aspect="equal")
-            axes.set(xlim=(west, east), ylim=(south, north))
-        for label, place in zip(sites.names, places, strict=True):
-            if np.abs(place - middle).max() <= half:
-                both[0].annotate(label, tuple(place), (5, 4), textcoords="offset points", color=plots.MUTED, size=8)
-        figure.legend(*both[0].get_legend_handles_labels(), loc="outside lower left", ncols=6)
-        figure.suptitle(f"{name}: {x:.1f} m east, {y:.1f} m north", x=0.01, ha="left", size=12, weight="bold")
+    used = np.unique(np.concatenate([sensors_of(times) for times in heard]))
+    places = sites.positions_m[used, :2]
+    whole = draw.about(np.vstack([places, [x, y]]))
+    near = 0.05 * (whole[1] - whole[0]) if outline is None else 1.4 * float(np.abs(outline - [x, y]).max())
+    layers = _lines(located, heard, starts_of(heard, sites), 4 * math.hypot(whole[1] - whole[0], whole[3] - whole[2]))
+    if outline is not None:
+        ellipse = located.ellipse
+        shape = [x, y, ellipse.semi_major_m, ellipse.semi_minor_m, math.radians(90.0 - ellipse.azimuth_deg)]
+        layers.append(draw.ellipses(shape, plots.ESTIMATE, width=2, name=f"{100 * ellipse.confidence:g} % ellipse"))
+    layers.append(draw.points([[x, y]], plots.ESTIMATE, size=5, name="emitter"))
+    layers.append(
+        draw.points(places, "--wall", marker="square", size=4, name="sensor", texts=[sites.names[one] for one in used])
+    )
+    axes = ("x, east", "y, north")
+    panels = [
+        draw.plane("Sensors and bearings", whole, layers, axes=axes),
+        draw.plane("The emitter", (x - near, x + near, y - near, y + near), layers, axes=axes),
+    ]
+    write_picture(path, draw.drawing("", [0.0], panels), f"{name}: {x:.1f} m east, {y:.1f} m north")
 
 
-def _draw_lines(axes: Axes, located: Located, heard: Sequence[PlaceSet], start: Array, length: float) -> None:
-    """Draw the bearings; what is taken for a stray is dotted, and of many only some are drawn."""
+def _lines(located: Located, heard: Sequence[PlaceSet], start: Array, length: float) -> list[draw.Layer]:
+    """Return the bearings; what is taken for a stray is faint, and of many only some are drawn."""
     _, _, azimuth = bearings_of(heard)
     far = start + length * np.column_stack([np.sin(azimuth), np.cos(azimuth)])
     rows = np.arange(0, len(azimuth), max(1, -(-len(azimuth) // FEW)))
     stray = located.fix.weights[rows] <= 0.5
-    for label, style, chosen in (("bearing", "-", ~stray), ("bearing of little weight", (0, (1, 2)), stray)):
-        lines = axes.plot(
-            *np.stack([start, far])[:, rows[chosen]].transpose(2, 0, 1), color=plots.MUTED, lw=1.0, alpha=0.7,
-            linestyle=style, zorder=1,
-        )  # fmt: skip
-        for line in lines[:1]:
-            line.set_label(label)
+    return [
+        draw.segments(np.column_stack([start, far])[rows[chosen]], "--plot", alpha=alpha, width=1.3, name=name)
+        for name, alpha, chosen in (("bearing", 0.7, ~stray), ("bearing of little weight", 0.25, stray))
+        if chosen.any()
+    ]

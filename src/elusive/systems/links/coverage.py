@@ -13,7 +13,8 @@ import numpy as np
 from elusive.io.csv_files import write_csv
 from elusive.preprocess.link_weights import coverage
 from elusive.preprocess.voxels import VoxelGrid
-from elusive.report import plots
+from elusive.report import drawing as draw
+from elusive.report.picture import write_picture
 from elusive.sensors.radio_network import RadioNodes
 
 COLUMNS = ("x_m", "y_m", "links", "weight")
@@ -51,30 +52,14 @@ def write_coverage(folder: Path, nodes: RadioNodes, grid: VoxelGrid, weights: An
 
 
 def _draw(path: Path, nodes: RadioNodes, grid: VoxelGrid, links: Any) -> None:
-    x, y = nodes.positions_m.T
-    west, east = min(grid.x0, x.min()), max(grid.x1, x.max())
-    south, north = min(grid.y0, y.min()), max(grid.y1, y.max())
-    margin = 0.05 * max(east - west, north - south)
     rows, columns = grid.shape
+    most = max(1.0, float(np.nanmax(links)))
     edges = (grid.x0, grid.x0 + columns * grid.voxel_m, grid.y0, grid.y0 + rows * grid.voxel_m)
-    height = 6.0 * (north - south + 2 * margin) / (east - west + 2 * margin) + 0.6
-    with plots.figure(path, 7.2, min(max(height, 2.5), 12.0)) as (drawn, ((axes,),)):
-        image = axes.imshow(
-            links.reshape(grid.shape), origin="lower", extent=edges, cmap="Blues", vmin=0, interpolation="nearest"
-        )
-        axes.plot(x, y, "s", color="#334155", markersize=4.5, clip_on=False)
-        if len(nodes.names) <= NAMED_AT_MOST:
-            middle = np.array([west + east, south + north]) / 2
-            for name, place in zip(nodes.names, nodes.positions_m, strict=True):
-                away = place - middle
-                offset = 9 * away / max(float(np.hypot(*away)), 1e-9)  # outwards, off the map
-                axes.annotate(
-                    name, tuple(place), tuple(offset), textcoords="offset points", color=plots.MUTED, size=7,
-                    ha="center", va="center", clip_on=False,
-                )  # fmt: skip
-        axes.set(
-            title="Links through each voxel", xlabel="x [m]", ylabel="y [m]", aspect="equal",
-            xlim=(west - margin, east + margin), ylim=(south - margin, north + margin),
-        )  # fmt: skip
-        axes.grid(visible=False)
-        drawn.colorbar(image, ax=axes, shrink=0.8)
+    seen: Any = {**draw.shares((links / most).reshape(grid.shape)), "high": most, "unit": "links"}
+    names = {"texts": list(nodes.names)} if len(nodes.names) <= NAMED_AT_MOST else {}
+    layers = [
+        draw.image(seen, edges, "glow"),
+        draw.points(nodes.positions_m, "--wall", marker="square", size=3.5, name="node", **names),
+    ]
+    extent = draw.about([edges[::2], edges[1::2], *nodes.positions_m])
+    write_picture(path, draw.drawing("", [0.0], [draw.plane("", extent, layers)]), "Links through each voxel")
