@@ -8,6 +8,7 @@ import shutil
 import signal
 import subprocess
 import sys
+from contextlib import contextmanager
 
 import pytest
 
@@ -67,18 +68,25 @@ def test_the_table_has_a_line_for_each(flights, alone):
     assert files(single) == files(alone / "flight1")
 
 
-def test_a_cluster_writes_the_same_bytes(flights, alone, tmp_path):
+@contextmanager
+def cluster():
+    """Give the address of a scheduler with two workers."""
     distributed = pytest.importorskip("distributed", reason="needs elusive[cluster]")
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, processes=False, dashboard_address=None, host="127.0.0.1", protocol="tcp"
-    ) as cluster:
-        assert track(flights, tmp_path / "out", "--scheduler", cluster.scheduler_address) == 2
+    ) as made:
+        yield made.scheduler_address
+
+
+def test_a_cluster_writes_the_same_bytes(flights, alone, tmp_path):
+    with cluster() as address:
+        assert track(flights, tmp_path / "out", "--scheduler", address) == 2
     assert files(tmp_path / "out") == files(alone)
 
 
-def killed(flights, out, workers, after):
+def killed(flights, out, after, *where):
     """Kill a run once so many are done."""
-    arguments = words(flights, out, "--workers", str(workers))
+    arguments = words(flights, out, *where)
     code = f"from elusive.cli import main; main({arguments!r})"
     process = subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE, text=True)
     try:
@@ -91,7 +99,7 @@ def killed(flights, out, workers, after):
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no kill -9")
 def test_killed_and_resumed_by_two_processes_it_writes_the_same_bytes(flights, alone, tmp_path, capsys):
     out = tmp_path / "out"
-    killed(flights, out, 1, 1)
+    killed(flights, out, 1, "--workers", "1")
     assert not (out / "summary.csv").exists()
     assert track(flights, out, "--workers", "2") == 2
     assert "of 3 are there already" in capsys.readouterr().err
@@ -102,10 +110,17 @@ def test_killed_and_resumed_by_two_processes_it_writes_the_same_bytes(flights, a
 def test_twenty_recordings_are_equal_from_everywhere(tmp_path):
     flights = recorded(tmp_path, 20)
     assert track(flights, tmp_path / "one_by_one", "--workers", "1") == 2
-    killed(flights, tmp_path / "two", 2, 7)
-    assert track(flights, tmp_path / "two", "--workers", "2") == 2
-    assert files(tmp_path / "two") == files(tmp_path / "one_by_one")
-    test_a_cluster_writes_the_same_bytes(flights, tmp_path / "one_by_one", tmp_path)
+    expected = files(tmp_path / "one_by_one")
+    with cluster() as address:
+        for name, where in (
+            ("one", ("--workers", "1")),
+            ("two", ("--workers", "2")),
+            ("many", ("--scheduler", address)),
+        ):
+            killed(flights, tmp_path / name, 7, *where)
+            assert not (tmp_path / name / "summary.csv").exists()
+            assert track(flights, tmp_path / name, *where) == 2
+            assert files(tmp_path / name) == expected, name
 
 
 @pytest.mark.parametrize(

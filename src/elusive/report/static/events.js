@@ -57,6 +57,9 @@ elusive.Log = class {
   show() {
     const past = elusive.upTo(this.times, this.figure.spec.times[this.figure.index]);
     const { chosen } = this.figure;
+    const shown = `${past} ${this.times.length} ${this.times[0]} ${chosen}`;
+    if (shown === this.shown) return;
+    this.shown = shown;
     this.lines.forEach((line, i) => {
       const track = this.figure.spec.events[i][2];
       const other = chosen !== null && track !== null && track !== chosen;

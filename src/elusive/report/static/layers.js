@@ -40,7 +40,8 @@ elusive.frameOf = (layer, t) =>
 // bytes of the frame that is shown; null while they are not there
 elusive.frameBytes = function (layer, at) {
   const frame = elusive.frameOf(layer, at.t);
-  if (layer.pictures) return layer.pictures.length && at.t > layer.times[0] - 1e-6 ? layer.pictures[frame] : null;
+  if (layer.pictures)
+    return layer.pictures.length && at.t > layer.times[0] - 1e-6 ? elusive.unpacked(layer.pictures, frame) : null;
   const size = layer.rows * layer.columns;
   return at.block(layer.block)?.subarray(frame * size, (frame + 1) * size);
 };

@@ -24,8 +24,7 @@ elusive.extend = function (spec, more, most) {
 
 elusive.goOn = function (known, more) {
   for (const [name, value] of Object.entries(more)) {
-    if (name === "picture")
-      (known.pictures ??= []).push(Uint8Array.from(atob(value), (letter) => letter.charCodeAt(0)));
+    if (name === "picture") (known.pictures ??= []).push(value);
     else if (name === "values") {
       known.values ??= value.map((one) => ({ ...one, values: [] }));
       value.forEach((one, i) => known.values[i].values.push(...one.values));
@@ -34,6 +33,17 @@ elusive.goOn = function (known, more) {
   }
   const old = (known.pictures?.length ?? 0) - elusive.PICTURES;
   if (old > 0) [known.pictures, known.times] = [known.pictures.slice(old), known.times.slice(old)];
+};
+
+// bytes of a picture: unpacked where it is shown, for most are gone by before anybody looks
+elusive.unpacked = function (pictures, number) {
+  if (typeof pictures[number] === "string") {
+    const letters = atob(pictures[number]);
+    const bytes = new Uint8Array(letters.length);
+    for (let i = 0; i < letters.length; i++) bytes[i] = letters.charCodeAt(i);
+    pictures[number] = bytes;
+  }
+  return pictures[number];
 };
 
 elusive.shorten = function (spec, most) {

@@ -80,9 +80,12 @@ elusive.Panel = class {
     canvas.dataset.frame = figure.index;
     if (!width) return;
     const [ratio, height] = [devicePixelRatio || 1, this.height(width)];
-    canvas.style.height = `${height}px`;
-    [canvas.width, canvas.height] = [Math.round(width * ratio), Math.round(height * ratio)];
     const pen = canvas.getContext("2d");
+    const [wide, high] = [Math.round(width * ratio), Math.round(height * ratio)];
+    if (canvas.width !== wide || canvas.height !== high) {
+      canvas.style.height = `${height}px`;
+      [canvas.width, canvas.height] = [wide, high];
+    } else pen.reset();
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     const at = figure.at(spec);
     const view = (this.view = this.arrange(width, height));
