@@ -31,11 +31,10 @@ def report(page: Any, name: str) -> Any:
 def test_a_scene_is_opened_run_changed_exported_and_opened_again(
     served: Served, open_tab: OpenTab, tmp_path: Path
 ) -> None:
-    (served.folder / "sea.yaml").write_text(VideoScene(simulation=SMALL).to_yaml())
+    (tmp_path / "sea.yaml").write_text(VideoScene(simulation=SMALL).to_yaml())
     page = open_tab().page
     page.goto(served.address)
-    page.locator('[data-field="anything"]').first.click()
-    page.get_by_role("option", name="sea.yaml", exact=True).click()
+    page.locator("input[type=file]").set_input_files(tmp_path / "sea.yaml")
     told(page, "Nothing is tracked yet")
     assert field(page, "simulation.turns").input_value() == "12"
     assert field(page, "tracking.radar.pulse_m").count() == 0  # as the simulation's

@@ -227,7 +227,7 @@ def is_result(folder: Path) -> bool:
 
 
 def results(folder: Path, askings: Sequence[Asking]) -> list[Kept]:
-    """List what commands wrote into a workbench's folder, each of the system that knows its settings."""
+    """List what commands wrote into a workbench's folder, each of the first kind that knows its settings."""
     found = []
     for one in sorted(folder.iterdir()):
         if PLAIN.fullmatch(one.name) and is_result(one):

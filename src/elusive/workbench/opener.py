@@ -1,4 +1,4 @@
-"""Opens a recording for a page: from the one folder, or sent by the browser; in either case in memory, and no more."""
+"""Opens a file for a page: from the one folder, or sent by the browser: into memory and no more, or into the folder."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 from nicegui import ui
 
 from elusive.errors import DataError, ElusiveError
-from elusive.workbench.files import UPLOAD_MOST_BYTES, inside, read_upload, scene_in
+from elusive.workbench.files import PLAIN, UPLOAD_MOST_BYTES, inside, read_upload, scene_in
 from elusive.workbench.jobs import away
 from elusive.workbench.parts import errors_shown, refuse
 from elusive.workbench.settings import SETTINGS
@@ -56,6 +56,27 @@ def opener(
         max_file_size=UPLOAD_MOST_BYTES,
         on_rejected=lambda: refuse(f"The file is refused: send one of {words}, {UPLOAD_MOST_BYTES >> 20} MiB at most."),
     ).props(f'accept="{",".join(kinds)}" flat bordered').classes("w-full")  # fmt: skip
+
+
+def sender(label: str, take: Callable[[str], Any], *, several: bool = True) -> None:
+    """Build what sends files to the workbench's folder; ``take`` is given the name of each that has come."""
+
+    async def sent(event: Any) -> None:
+        event.sender.reset()
+        data = await event.file.read()
+        name = Path(event.file.name.replace("\\", "/")).name
+        with errors_shown():
+            if not PLAIN.fullmatch(name):
+                raise DataError(f"{name!r:.60}: is no plain file name; use letters, digits, '.', '-' and '_'.")
+            if (SETTINGS.folder / name).exists():
+                raise DataError(f"{name}: is in the workbench's folder already; rename yours, or choose that one.")
+            await away(lambda: (SETTINGS.folder / name).write_bytes(data))
+            take(name)
+
+    ui.upload(
+        label=label, auto_upload=True, multiple=several, on_upload=sent, max_file_size=UPLOAD_MOST_BYTES,
+        on_rejected=lambda: refuse(f"A file is refused: {UPLOAD_MOST_BYTES >> 20} MiB at most; copy it yourself."),
+    ).props("flat bordered").classes("w-full")  # fmt: skip
 
 
 def open_scene(file: str, take: Callable[[Path], Any], then: str = "press Run") -> None:

@@ -91,9 +91,9 @@ def show_run(run: Kept) -> None:
 
 def all_runs(nouns: Collection[str]) -> list[Kept]:
     """List the runs of some kinds that are kept, and results of the command line in the folder."""
-    askings = [asking_of(noun) for noun in nouns]
+    askings = sorted(map(asking_of, nouns), key=lambda one: not one.is_scene)  # scenes have a file of their own
     kept = [run for run in kept_runs(SETTINGS.folder) if run.noun in nouns]
-    return [*kept, *results(SETTINGS.folder, [one for one in askings if not one.is_scene])]
+    return [*kept, *results(SETTINGS.folder, askings)]
 
 
 def run_named(name: str, nouns: Collection[str]) -> Kept:

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 from nicegui import ui
 
-from elusive.errors import DataError
 from elusive.model import Model
 from elusive.workbench.asking import FOLLOW, Asked, Asking, listed
-from elusive.workbench.files import PLAIN, UPLOAD_MOST_BYTES, in_folder
+from elusive.workbench.files import SCENES, in_folder
 from elusive.workbench.form import Form, FormTools
 from elusive.workbench.forms import FieldPath
-from elusive.workbench.jobs import away
+from elusive.workbench.opener import opener, sender
 from elusive.workbench.own_runs import asking_of
-from elusive.workbench.parts import errors_shown, refuse
 from elusive.workbench.run_state import RunState
 from elusive.workbench.settings import SETTINGS
 
@@ -45,7 +42,10 @@ class RunInputs:
             return
         asked = asking_of(self._state.noun)
         with self._box:
-            if asked.asked:
+            if asked.is_scene:
+                with ui.expansion("Open a scene").props("dense").classes("w-full"):
+                    opener("a scene", SCENES, asked.parameters.from_yaml, self._scene)
+            else:
                 self._files(asked)
             FormTools(lambda: self.forms)
             self._settings(asked)
@@ -60,7 +60,7 @@ class RunInputs:
             ] = FOLLOW
         for one in needed:
             self._ask(one)
-        self._upload()
+        sender("Send files from this computer to the workbench's folder", self._sent)
         rest = [one for one in asked.asked if one not in needed]
         with ui.expansion("How it is read").props("dense").classes("w-full"):
             for one in rest:
@@ -111,25 +111,13 @@ class RunInputs:
         with made:
             ui.tooltip(one.help.replace("\\[", "[")).props("delay=600 max-width=320px")
 
-    def _upload(self) -> None:
-        async def sent(event: Any) -> None:
-            event.sender.reset()
-            data = await event.file.read()
-            name = Path(event.file.name.replace("\\", "/")).name
-            with errors_shown():
-                if not PLAIN.fullmatch(name):
-                    raise DataError(f"{name!r:.60}: is no plain file name; use letters, digits, '.', '-' and '_'.")
-                if (SETTINGS.folder / name).exists():
-                    raise DataError(f"{name}: is in the workbench's folder already; rename yours, or choose that one.")
-                await away(lambda: (SETTINGS.folder / name).write_bytes(data))
-                self.show()
-                ui.notify(f"{name} is in the workbench's folder now; choose it above.")
+    def _sent(self, name: str) -> None:
+        self.show()
+        ui.notify(f"{name} is in the workbench's folder now; choose it above.")
 
-        ui.upload(
-            label="Send files from this computer to the workbench's folder", auto_upload=True, multiple=True,
-            on_upload=sent, max_file_size=UPLOAD_MOST_BYTES,
-            on_rejected=lambda: refuse(f"A file is refused: {UPLOAD_MOST_BYTES >> 20} MiB at most; copy it yourself."),
-        ).props("flat bordered").classes("w-full")  # fmt: skip
+    def _scene(self, _: str, scene: Model) -> None:
+        self._state.models[self._state.noun] = scene
+        self.show()
 
     def _take(self, model: Model) -> Model:
         self._state.models[self._state.noun] = model

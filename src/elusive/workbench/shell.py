@@ -32,6 +32,7 @@ class Page(NamedTuple):
     summary: str
     example: str  # what the ready example does
     build: Callable[[bool, str], Awaitable[None]]  # True: run the ready example; a file of the folder: open it
+    keeps_runs: bool = False  # of its scenes; else they are seen on the page and exported
     warm_up: Callable[[], None] | None = None  # loads and compiles once what is waited for
 
 

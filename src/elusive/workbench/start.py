@@ -12,6 +12,7 @@ from nicegui import ui
 from elusive.workbench.files import in_folder
 from elusive.workbench.guessing import system_of
 from elusive.workbench.kept_runs import Kept, is_result, kept_runs
+from elusive.workbench.opener import sender
 from elusive.workbench.settings import SETTINGS
 from elusive.workbench.shell import OWN, head, main, pages
 
@@ -65,6 +66,11 @@ def _opening() -> None:
             names, label="Open anything in the workbench's folder" if names else "The workbench's folder is empty",
             with_input=True, on_change=lambda event: ui.navigate.to(_address_of(event.value)),
         ).props('dense outlined options-dense data-field="anything"').classes("ew-anything")  # fmt: skip
+        with ui.expansion("Send it from this computer").props("dense").classes("ew-anything"):
+            sender(
+                "Send a file to the workbench's folder, and open it",
+                lambda name: ui.navigate.to(_address_of(name)), several=False,
+            )  # fmt: skip
         runs = kept_runs(SETTINGS.folder)[:RECENT]
         if runs:
             ui.label("Latest runs:").classes("ew-note")
@@ -75,8 +81,8 @@ def _opening() -> None:
 def _address_of(file: str) -> str:
     """Return what opens a file of the folder: a scene on the page of its system, or the page of any recording."""
     path = SETTINGS.folder / file
-    system = "" if is_result(path) else system_of(path)
-    here = next((page.path for page in pages() if page.system == system), OWN[0])
+    system, seen = system_of(path), is_result(path)
+    here = next((page.path for page in pages() if page.system == system and (page.keeps_runs or not seen)), OWN[0])
     return f"{here}?file={quote(file)}&token={secrets.token_hex(4)}"
 
 

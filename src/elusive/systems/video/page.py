@@ -48,4 +48,5 @@ PAGE = Page(
     "lies still told apart; a plan (PPI) and a B-scan that play.",
     _example(VideoScene().simulation),
     build,
+    keeps_runs=True,
 )  # fmt: skip

@@ -76,5 +76,5 @@ PAGE = Page(
     "A radio network sees people by the links they shadow: paths, radiation, sensors, image, tracks, scores.",
     "three people among 41 radios on the border of 24 by 24 m, the first simulation of Mendieta (2017).",
     build,
-    warm_up,
+    warm_up=warm_up,
 )  # fmt: skip
