@@ -14,6 +14,7 @@ from elusive.workbench.forms import controls
 from tests.workbench.conftest import Served
 from tests.workbench.test_links_page import OpenTab, button, download, field, picture, told
 from tests.workbench.test_own_page import main_quietly
+from tests.workbench.test_start_page import choose
 
 SMALL = VideoSimulation(
     turns=12, ships=1, snr_db=(18, 18), coast_north_m=1500, coast_rough_m=100, rocks=2, seed=4,
@@ -57,13 +58,17 @@ def test_a_scene_is_opened_run_changed_exported_and_opened_again(
     made = served.folder / "runs" / "002-video_scene"
     scene = download(page, "scene.yaml", tmp_path)
     told(page, "elusive scene runs/002-video_scene/scene.yaml --out result")
-    main_quietly("scene", scene, "--out", tmp_path / "out")
-    assert (tmp_path / "out" / "tracks.csv").read_bytes() == (made / "tracks.csv").read_bytes()
+    main_quietly("scene", scene, "--out", served.folder / "sea result")
+    assert (served.folder / "sea result" / "tracks.csv").read_bytes() == (made / "tracks.csv").read_bytes()
     page.goto(served.address)
     page.get_by_role("link", name="Open 002-video_scene").click()
     report(page, "002-video_scene")
+    field(page, "simulation.ships").fill("1")
+    page.goto(served.address)
+    choose(page, "sea result")
+    report(page, "sea result")
     assert field(page, "simulation.ships").input_value() == "0"
-    for one in (served.folder / "runs").iterdir():
+    for one in (*(served.folder / "runs").iterdir(), served.folder / "sea result"):
         shutil.rmtree(one)
 
 
@@ -90,14 +95,14 @@ def test_a_recording_of_ones_own_a_wrong_file_first(served: Served, open_tab: Op
     button(page, "Run").click()
     told(page, "Video: is needed; choose a file.")
 
-    def choose(name: str) -> None:
+    def give(name: str) -> None:
         page.locator('[data-field="video"]').first.click()
         page.get_by_role("option", name=name, exact=True).click()
 
-    choose("wrong.pcap")
+    give("wrong.pcap")
     button(page, "Run").click()
     told(page, "wrong.pcap: ")
-    choose("sea.pcap")
+    give("sea.pcap")
     field(page, "radar.pulse_m").fill("50")
     field(page, "radar.beam_deg").fill("8")
     button(page, "Run").click()
