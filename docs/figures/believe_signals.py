@@ -36,7 +36,7 @@ def taken(frames: Array, noise: str = "white") -> tuple[Array, SignalFacts]:
         noise=noise, filter={"smoothing": 0.9, "max_velocity": 1}, statistic={"subtract_mean": True}
     )
     for step in track_signal(iter(frames), parameters):
-        facts.add(step.state)
+        facts.add(step)
         rows.append(step.state.taken)
     return np.array(rows), facts
 

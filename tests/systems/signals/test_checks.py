@@ -13,9 +13,11 @@ from scipy.signal import lfilter
 
 from elusive.checks import broken
 from elusive.cli import main
+from elusive.filters.accumulate.false_alarm import ExtremeValue
 from elusive.systems.signals.checks import findings_of
 from elusive.systems.signals.facts import SignalFacts
-from elusive.systems.signals.track import SignalTracking, track_signal
+from elusive.systems.signals.track import SignalState, SignalTracking, track_signal
+from elusive.tracking import Step, Track
 
 QUICK = {"filter": {"smoothing": 0.9, "max_velocity": 3}}
 TIMES, SAMPLES = 150, 200
@@ -25,8 +27,9 @@ def noise(kind: str, seed: int, times: int = TIMES, samples: int = SAMPLES) -> n
     """Frames ``(times, samples)`` of noise of a kind, with an object in it."""
     rng = np.random.default_rng(seed)
     frames = rng.standard_normal((times, samples))
+    speed, loud = (12, 4) if kind == "fast" else (1, 2)
     for number in range(times // 2, times):
-        frames[number, (50 + number + np.arange(5)) % samples] += 2 * rng.standard_normal(5)
+        frames[number, (50 + speed * number + np.arange(5)) % samples] += loud * rng.standard_normal(5)
     if kind.startswith("ar"):
         return lfilter([1], [1, -float(kind[2:])], frames.ravel()).reshape(frames.shape)
     if kind == "unequal":
@@ -36,6 +39,10 @@ def noise(kind: str, seed: int, times: int = TIMES, samples: int = SAMPLES) -> n
         return frames * 10 ** (4 * np.sin(2 * np.pi * np.arange(times)[:, None] / 700 + phases) / 20)
     if kind == "along":
         return frames * 10 ** (5 * np.sin(np.arange(frames.size) / 250) / 20).reshape(frames.shape)
+    if kind == "bursts":  # of eight samples, anywhere and never twice
+        for frame in frames:
+            for first in rng.integers(samples, size=rng.poisson(2.0)):
+                frame[(first + np.arange(8)) % samples] += 4 * rng.standard_normal(8)
     if kind == "silent":
         frames[: times // 4] = 0.0
     return frames
@@ -45,7 +52,7 @@ def names(frames: np.ndarray, **given: Any) -> dict[str, bool]:
     """Findings that do not hold, and whether they are grave."""
     parameters, facts = SignalTracking(**QUICK, **given), SignalFacts()
     for step in track_signal(frames, parameters):
-        facts.add(step.state)
+        facts.add(step)
     return {one.name: one.grave for one in broken(findings_of(parameters, facts))}
 
 
@@ -58,6 +65,17 @@ def test_what_is_right_is_not_remarked_on(kind: str) -> None:
 @pytest.mark.parametrize("kind", ["white", "ar0.5", "ar0.9", "ar0.99", "unequal", "along"])
 def test_one_right_signal_in_twenty_is_remarked_on_at_most(kind: str) -> None:
     assert sum(bool(names(noise(kind, seed))) for seed in range(20)) <= 1
+
+
+@pytest.mark.parametrize("ends", ["confirmed", "deleted"])
+def test_alarms_are_counted_unless_they_are_believed(ends: str) -> None:
+    facts, rng, law = SignalFacts(), np.random.default_rng(2), ExtremeValue(20.0, 2.0)
+    for number in range(60):
+        status = "candidate" if number < 59 else ends
+        state = SignalState(rng.standard_normal(50), np.full(50, 6.0), 5.0, law)
+        facts.add(Step(number, state.taken, state, (Track(1, status, 0.0, np.zeros(2), np.eye(2)),)))
+    assert facts.alarms(0.001).holds == (ends == "confirmed")
+    assert facts.alarms(0.001).seen == (0.0 if ends == "confirmed" else 1.0)
 
 
 @pytest.mark.parametrize(
@@ -73,6 +91,10 @@ def test_one_right_signal_in_twenty_is_remarked_on_at_most(kind: str) -> None:
         (lambda: noise("white", 1)[:8], [], "signals.few", True),
         (lambda: noise("white", 1)[:, :30], [], "signals.short", False),
         (lambda: noise("white", 1), ["--calibration-frames", "10", "--smoothing", "0.95"], "signals.short", False),
+        (lambda: noise("bursts", 1, times=300), [], "signals.bursts", True),
+        (lambda: noise("bursts", 1, times=300), ["--clip", "2"], "signals.drift", False),
+        (lambda: noise("fast", 1), [], "signals.bursts", False),
+        (lambda: np.sign(noise("white", 1)), [], "signals.even", True),
         (lambda: noise("silent", 1), [], "signals.silent", False),
         (lambda: np.where(np.arange(TIMES)[:, None] < 100, 0.0, noise("white", 1)), [], "signals.silent", True),
     ],

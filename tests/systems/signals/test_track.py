@@ -479,3 +479,9 @@ def test_deviations_lose_as_much_error_as_their_true_scatter_allows() -> None:
 def test_frames_that_teach_nothing_are_said(frames: Any, sentence: str) -> None:
     with pytest.raises(DataError, match=sentence):
         learn_standard(list(frames))
+
+
+def test_a_signal_rounded_to_hardly_any_value_is_refused() -> None:
+    frames = np.round(np.random.default_rng(1).standard_normal((30, 200)) / 3)
+    with pytest.raises(DataError, match="half one value"):
+        list(track_signal(frames, SignalTracking(**QUICK)))

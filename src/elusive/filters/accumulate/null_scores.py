@@ -175,7 +175,7 @@ def _signals(
     """
     wanted, last = np.array(sorted(ages)), max(ages)
     stock = np.array([evidence() for _ in range(min(runs * last, max(runs, STOCK)))])
-    squares = np.array([np.minimum(one**2, most_of_square(one)).mean() for one in stock])
+    squares = np.array([deviation_of(one) ** 2 for one in stock])
     gain, keep, count, n = 1 - recurrent.smoothing, recurrent.smoothing, *stock.shape
     number: type[Any] = np.float32 if recurrent.precision == "single" else np.float64
     doubled = np.tile((gain * stock).astype(number), 2)
@@ -191,6 +191,11 @@ def _signals(
         variances = np.array([weights[-age:] @ squares[drawn[:age]] for age in wanted])
         maps.extend(zip(wanted.tolist(), best / np.sqrt(variances)[:, None], strict=True))
     return [((stock**2).mean(), (stock**3).mean())], maps
+
+
+def deviation_of(evidence: Array) -> float:
+    """Return the deviation that a frame's evidence has without a target, as the filter counts it."""
+    return math.sqrt(float(np.minimum(evidence**2, most_of_square(evidence)).mean()))
 
 
 def _layout(shape: tuple[int, ...], maxima: int, ring: bool) -> tuple[tuple[int, ...], int]:

@@ -21,10 +21,13 @@ def findings_of(parameters: SignalTracking, facts: SignalFacts) -> tuple[Finding
     return (
         _colour(parameters, facts),
         _levels(parameters, facts),
+        _alarms(parameters, facts),
+        _bursts(facts),
         _followed(facts),
         _axes(facts),
         *_length(parameters, facts),
         _silent(facts),
+        _even(facts),
     )
 
 
@@ -65,13 +68,50 @@ def _levels(parameters: SignalTracking, facts: SignalFacts) -> Finding:
     )
 
 
+def _alarms(parameters: SignalTracking, facts: SignalFacts) -> Finding:
+    """Count what stands out for a moment, more often than noise of the kind that is assumed does."""
+    fact = facts.alarms(parameters.false_alarm.probability)
+    return fact.finding(
+        "signals.alarms",
+        f"In {fact.seen:.1%} of the frames something stood out that was gone before it could be believed, where "
+        f"{fact.expected:.2g} of them was asked for: bursts that come and go, or noise far from Gaussian. Short tracks "
+        "are chance as like as not.",
+        "Do not rely on tracks that last no longer than the filter's memory; a smaller --clip holds bursts down.",
+    )
+
+
+def _bursts(facts: SignalFacts) -> Finding:
+    """Look for what stands out in one frame and is no track: noise does not."""
+    fact = facts.bursts
+    return fact.finding(
+        "signals.bursts",
+        f"In {fact.seen:.0%} of the frames something stands out in that frame alone that is no track, in noise in "
+        f"{fact.expected:.0%}: bursts that come and go, objects faster than --max-velocity, or noise far from "
+        "Gaussian. They make alarms and tracks of their own.",
+        "A smaller --clip (2) holds bursts down; do not rely on tracks that last no longer than the filter's memory.",
+        grave=facts.believed,
+    )
+
+
+def _even(facts: SignalFacts) -> Finding:
+    """Say where samples are all as large, so that nothing can be louder."""
+    fact = facts.even
+    return fact.finding(
+        "signals.even",
+        f"All samples are about as large: their squares vary by {fact.seen:.2g}, those of noise by 2. The signal was "
+        "limited or rounded to its sign, and an object that is louder leaves no trace.",
+        "Record with more bits, or before the limiter.",
+    )
+
+
 def _followed(facts: SignalFacts) -> Finding:
     """Say where levels are followed so fast that what rests is taken for a level."""
     fact = facts.followed
     return fact.finding(
         "signals.drift",
-        f"The samples' levels drift: in {fact.seen:.0%} of the frames each was taken from the latest ones, so that an "
-        f"object that stays at a place for {MEMORY} frames is taken for a level, and is not found.",
+        f"The samples' levels drift, or are of noise far from Gaussian: in {fact.seen:.0%} of the frames each was "
+        f"taken from the latest ones, so that an object that stays at a place for {MEMORY} frames is taken for a "
+        "level, and is not found.",
         "Where levels are known to be steady, --noise white; where frames without an object are, --calibration-frames.",
         grave=False,
     )
@@ -131,8 +171,8 @@ def _silent(facts: SignalFacts) -> Finding:
     share = facts.gaps / facts.frames if facts.frames else 0.0
     return Fact(0.0, share, facts.gaps == 0, facts.frames).finding(
         "signals.silent",
-        f"{facts.gaps} of {facts.frames} frames are constant, or more than a quarter of their samples is missing: they "
-        "count as gaps, over which nothing is found.",
+        f"{facts.gaps} of {facts.frames} frames are constant, half one value, or more than a quarter of their samples "
+        "is missing: they count as gaps, over which nothing is found.",
         "Check the recording there; --start and --stop choose a part.",
         grave=share > SILENT,
     )

@@ -10,6 +10,7 @@ from elusive.checks import Fact, lag_of
 from elusive.contracts import Array
 from elusive.preprocess.levels import hidden_mean
 from elusive.systems.signals.track import SignalState
+from elusive.tracking import Step
 
 LAGS = 48  # samples apart at most
 CORRELATION = 0.1  # that is as good as none
@@ -18,6 +19,9 @@ BEYOND = 24  # samples apart
 STAYS = 2.0  # variance of what stays at a place, to that of white noise, that is as good as right
 MEMORY = 50  # frames over which it stays
 FOLLOWED = 0.5  # share of the frames in which steady levels may seem to drift
+ALARMS, TIMES_ASKED = 20, 4.0  # frames, and times the rate asked for, up to which alarms of nothing are none too many
+BY_CHANCE, OFTEN = 0.01, 0.05  # of a frame's highest evidence alone; share of the frames that may have so little
+EVEN = 0.2  # variance of the squares of white noise, 2 if Gaussian, below which all samples are as large
 KEPT_LEVELS = 20_000  # levels of frames that are kept
 
 
@@ -32,10 +36,16 @@ class SignalFacts:
         self._before: Array | None = None
         self._stays, self._ratios, self._usable = np.zeros(0), 0.0, 0
         self._followed = 0
+        self._squares = 0.0
+        self._alarms, self._waiting = 0, dict[int, int]()  # of nothing; of candidates, that may be believed yet
+        self._judged = self._single = self._outstanding = 0
+        self.believed = False  # whether there has been a track
 
-    def add(self, state: SignalState) -> None:
+    def add(self, step: Step) -> None:
         """Take in a frame."""
+        state: SignalState = step.state
         self.frames += 1
+        self._count_alarms(step)
         if state.gap:
             self.gaps += 1
             self._before = None
@@ -57,13 +67,54 @@ class SignalFacts:
         self._before = white
         self._follow_levels(excess)
 
+    def _count_alarms(self, step: Step) -> None:
+        """Count frames in which something stands out, until it is believed."""
+        believed = [track.track for track in step.tracks if track.status == "confirmed"]
+        self.believed |= len(believed) > 0
+        self._single += math.isfinite(step.state.alone)
+        self._outstanding += step.state.alone < BY_CHANCE
+        for number in believed:
+            self._waiting.pop(number, None)
+        for track in step.tracks:
+            if track.status == "deleted":
+                self._alarms += self._waiting.pop(track.track, 0)
+        if step.state.law is None:
+            return
+        self._judged += 1
+        if not believed and float(step.state.score.max()) > step.state.threshold:
+            candidates = [track.track for track in step.tracks if track.status == "candidate"]
+            if candidates:
+                self._waiting[max(candidates)] = self._waiting.get(max(candidates), 0) + 1
+            else:
+                self._alarms += 1
+
+    def alarms(self, asked: float) -> Fact:
+        """Share of the frames in which something stood out that was never believed, for a rate that was asked for."""
+        seen = self._alarms + sum(self._waiting.values())
+        holds = seen <= ALARMS + TIMES_ASKED * asked * self._judged
+        return Fact(asked, seen / max(self._judged, 1), holds, self._judged)
+
+    @property
+    def bursts(self) -> Fact:
+        """Share of the frames in which something stands out by itself, that is no track."""
+        seen = self._outstanding / max(self._single, 1)
+        holds = seen <= OFTEN + 5 * math.sqrt(OFTEN / max(self._single, 1))
+        return Fact(BY_CHANCE, seen, holds, self._single)
+
+    @property
+    def even(self) -> Fact:
+        """Variance of the samples' squares, which an object changes."""
+        seen = self._squares / max(self._usable, 1)
+        return Fact(2.0, seen, self._usable == 0 or seen > EVEN, self._usable)
+
     def _follow_levels(self, excess: Array) -> None:
         kept, count = 1 - 1 / MEMORY, self._usable
         if count == 1:
             self._stays = np.zeros(excess.size)
         self._stays = kept * self._stays + (1 - kept) * excess
-        if count > MEMORY:
-            of_noise = float(np.mean(excess**2)) * (1 - kept) / (1 + kept)
+        self._squares += (varies := float(np.mean(excess**2)))
+        if count > MEMORY and varies > 0:
+            of_noise = varies * (1 - kept) / (1 + kept)
             self._ratios += hidden_mean(self._stays**2) / of_noise
 
     @property

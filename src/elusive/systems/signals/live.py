@@ -30,7 +30,7 @@ class _Checked:
         self.log, self.facts = log, SignalFacts()
 
     def append(self, step: Step) -> None:
-        self.facts.add(step.state)
+        self.facts.add(step)
         self.log.append(step, **values_of(step.state))
 
     def flush(self) -> None:

@@ -150,7 +150,7 @@ def track_signal_recording(
         with SignalLog(source, bound, folder / "tracks.csv") as log:
             for number, step in enumerate(follow(source, bound), 1):
                 log.take(step)
-                facts.add(step.state)
+                facts.add(step)
                 if on_frame is not None:
                     on_frame(number)
         tracked, scores = tracked_of(log, truth, cutoff_samples)

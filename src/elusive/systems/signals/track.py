@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.filters.accumulate.false_alarm import ExtremeValue, NullScores, frame_law
+from elusive.filters.accumulate.null_scores import deviation_of
 from elusive.filters.accumulate.recurrent import RecurrentState
 from elusive.io import SignalFrame
 from elusive.preprocess.whiten import NoiseModel
@@ -31,6 +32,7 @@ from elusive.tracking.memory import Memory
 __all__ = ["SignalState", "SignalTracking", "track_signal"]
 
 FRAME_DIGITS = 6  # of a time counted in frames
+BESIDE = 2  # reaches of an object's evidence, beyond which another thing stands out
 UNKNOWN = np.full((2, 2), np.nan)
 NOTHING: Mapping[int, ReadBack] = {}
 
@@ -44,6 +46,7 @@ class SignalState(NamedTuple):
     law: ExtremeValue | None = None  # of the highest score of noise; None in calibration frames and in gaps
     read_back: Mapping[int, ReadBack] = NOTHING  # of tracks confirmed in this frame: where they were before
     noise: NoiseModel | None = None  # what is known of it, where it is estimated as frames come
+    alone: float = math.nan  # probability that noise's evidence is as high in this frame alone, beside all tracks
     gap: bool = False  # a frame that is constant, or in which too many samples are missing
 
 
@@ -175,13 +178,26 @@ def _follow(
             missed = SignalState(np.zeros(frame.shape), score, read_back=back, noise=noise.model, gap=True)
             yield Step(time_s, frame, missed, shown)
         else:
-            seen = SignalState(taken, state.score, state.threshold, law, back, noise.model)
+            alone = math.nan if found is None else _alone(found, state.tracks, null, follower.footprint.reach)
+            seen = SignalState(taken, state.score, state.threshold, law, back, noise.model, alone)
             yield Step(time_s, frame, seen, shown)
     if state.seen == 0:
         raise DataError(
-            f"none of its {read} frames can be used: each is constant, or holds too many samples that are NaN or "
-            "infinite; choose others with start and stop, or replace the samples."
+            f"none of its {read} frames can be used: each is constant, half one value, or holds too many samples that "
+            "are NaN or infinite; choose others with start and stop, or replace the samples."
         )
+
+
+def _alone(evidence: Array, tracks: Sequence[PeakTrack], null: NullScores | None, reach: int) -> float:
+    """Probability that noise's evidence of one frame is as high as this is beside confirmed tracks."""
+    deviation = deviation_of(evidence)
+    if null is None or len(null.ages) == 1 or deviation == 0:
+        return math.nan
+    beside, near = evidence.copy(), np.arange(-BESIDE * reach, BESIDE * reach + 1)
+    for track in tracks:
+        if track.status == "confirmed":
+            beside[(round(float(track.position[0])) + near) % len(beside)] = 0.0
+    return null.at(1).probability(float(beside.max()) / deviation)
 
 
 def _track(track: PeakTrack, law: ExtremeValue, interval_s: float) -> Track:

@@ -58,8 +58,15 @@ class Whitened(NamedTuple):
 
 
 def missing_samples(frame: Array) -> NDArray[np.bool_]:
-    """Say which samples of a frame ``(n,)`` tell nothing: not finite, or one of many equal in a row."""
+    """Say which samples of a frame ``(n,)`` tell nothing: not finite, or one of many equal in a row.
+
+    None does where half of them are one value: the frame is rounded too coarsely.
+    """
     missing: NDArray[np.bool_] = ~np.isfinite(frame)
+    if not np.iscomplexobj(frame):
+        lower, upper = np.partition(frame, quarters := [frame.size // 4, 3 * frame.size // 4])[quarters]
+        if lower == upper:
+            return np.ones(frame.shape, np.bool_)
     change = np.flatnonzero(np.diff(np.nan_to_num(frame))) + 1
     lengths = np.diff(np.concatenate([[0], change, [frame.size]]))
     missing |= np.repeat(lengths >= min(SILENT, frame.size), lengths)

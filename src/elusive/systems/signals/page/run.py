@@ -38,7 +38,7 @@ def run_scene(scene: SignalScene, job: LiveJob) -> Run:
     log, maps, facts = SignalLog(source, bound), Maps(), SignalFacts()
     for step in follow(source, bound):
         log.take(step)
-        facts.add(step.state)
+        facts.add(step)
         maps.offer(step.state)
         job.tell(float(log.steps["highest"][-1]))
     tracked, _ = tracked_of(log, truth)
