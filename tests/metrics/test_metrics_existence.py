@@ -4,10 +4,8 @@ from scipy.stats import binomtest
 
 from elusive.errors import DataError, ParameterError
 from elusive.metrics import (
-    brier_score,
     calibration_curve,
     false_alarm_rate,
-    log_score,
     missed_detection_rate,
     roc_curve,
     time_to_detection,
@@ -184,41 +182,14 @@ def test_calibrated_existence_lies_in_its_intervals():
     assert (curve.observed.high - curve.observed.low).mean() > 0.15  # 30 trials a bin, not 450 frames
 
 
-def test_scores_by_hand():
-    existence = np.array([[0.2, 0.9], [np.nan, 0.6]])
-    present = np.array([0, 1])
-    assert brier_score(existence, present).value == pytest.approx((0.04 + 0.01 + 0.16) / 3)
-    assert log_score(existence, present).value == pytest.approx(-np.log([0.8, 0.9, 0.6]).mean())
-    assert brier_score(existence, present).trials == 2
-
-
-def test_log_score_forgives_down_to_its_floor():
-    assert log_score([[0.0]], [1]).value == pytest.approx(-np.log(1e-6))
-    assert log_score([[1.0]], [1]).value == pytest.approx(1e-6)
-    assert log_score([[0.0], [0.5]], [1], floor=0.0).value == np.inf
-
-
-def test_brier_interval_covers():
-    rng = np.random.default_rng(6)
-    draws, covered = 800, 0
-    for _ in range(draws):
-        existence = rng.random((80, 1))
-        present = np.broadcast_to(rng.random((80, 1)) < existence, (80, 5))
-        score = brier_score(np.broadcast_to(existence, (80, 5)), present)
-        covered += score.low < 1 / 6 < score.high
-    assert covered / draws == pytest.approx(0.95, abs=four_sigma(0.95, draws) + 0.01)
-
-
 def test_bad_input_is_a_sentence(scene):
     existence, present = scene
     with pytest.raises(DataError, match=r"trial 0, frame 1 is 1\.5"):
-        brier_score([[0.5, 1.5]], [0, 1])
+        calibration_curve([[0.5, 1.5]], [0, 1])
     with pytest.raises(DataError, match="one truth a frame"):
-        brier_score(existence, present[:, :5])
+        calibration_curve(existence, present[:, :5])
     with pytest.raises(DataError, match="other than 0 and 1"):
-        brier_score([[0.5]], [2])
-    with pytest.raises(DataError, match="every frame is missing"):
-        brier_score([[np.nan]], [1])
+        calibration_curve([[0.5]], [2])
     with pytest.raises(DataError, match="every frame is missing"):
         calibration_curve([[np.nan]], [1])
     with pytest.raises(DataError, match="no frame is without"):
@@ -239,5 +210,3 @@ def test_bad_input_is_a_sentence(scene):
         calibration_curve(existence, present, 0)
     with pytest.raises(ParameterError, match="edges"):
         calibration_curve(existence, present, [0.0, 0.7])
-    with pytest.raises(ParameterError, match="floor"):
-        log_score(existence, present, floor=0.5)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from elusive.metrics._trials import Estimate
-from elusive.metrics.calibration import Calibration, brier_score, calibration_curve, log_score
+from elusive.metrics.calibration import Calibration, calibration_curve
 from elusive.metrics.clear_mot import ClearMot, clear_mot
 from elusive.metrics.consistency import Nees, nees
 from elusive.metrics.cramer_rao import Bound, bound_covariance, posterior_bound, uniform_prior_information
@@ -30,13 +30,11 @@ __all__ = [
     "Sightings",
     "bias",
     "bound_covariance",
-    "brier_score",
     "calibration_curve",
     "clear_mot",
     "false_alarm_rate",
     "gospa",
     "identity",
-    "log_score",
     "missed_detection_rate",
     "nees",
     "ospa",

@@ -1,6 +1,6 @@
-"""Calibration of a probability of existence: reliability curve, Brier score, log score.
+"""Calibration of a probability of existence: the reliability curve.
 
-Murphy and Winkler (1977) for the curve; Brier (1950); Good (1952). Frames of a trial are correlated, so that every
+Murphy and Winkler (1977). Frames of a trial are correlated, so that every
 standard error and interval takes trials as clusters.
 """
 
@@ -14,7 +14,7 @@ import numpy as np
 from elusive.contracts import Array
 from elusive.errors import DataError, ParameterError
 from elusive.metrics._shares import share_of
-from elusive.metrics._trials import Estimate, estimate, scalar
+from elusive.metrics._trials import Estimate
 from elusive.metrics.existence import existence_and_truth
 
 
@@ -72,65 +72,6 @@ def calibration_curve(
     weights, means = np.array(frames), np.array(predicted)
     ece = float(np.nansum(weights * np.abs(observed.value - means)) / weights.sum())
     return Calibration(edges, weights, means, observed, ece)
-
-
-def brier_score(existence: Any, present: Any, *, confidence: float = 0.95) -> Estimate[float]:
-    """Mean squared difference of existence and truth over frames; 0 is best, 1 worst.
-
-    Parameters
-    ----------
-    existence, present
-        As in :func:`calibration_curve`.
-    confidence
-        Level of the interval (Student's, trials as clusters).
-
-    Raises
-    ------
-    DataError, ParameterError
-        As there.
-    """
-    p, there = existence_and_truth(existence, present)
-    return _mean((p - there) ** 2, confidence)
-
-
-def log_score(existence: Any, present: Any, *, floor: float = 1e-6, confidence: float = 0.95) -> Estimate[float]:
-    """Mean of minus the natural logarithm of the probability given to the truth, over frames; 0 is best.
-
-    Parameters
-    ----------
-    existence, present, confidence
-        As in :func:`brier_score`.
-    floor
-        Existence is first brought into ``[floor, 1 - floor]``: a filter of finitely many particles says 0 or 1
-        without meaning it, and one such frame would make the score infinite. 0 does not forgive.
-
-    Returns
-    -------
-    Estimate
-        Floats [nat].
-
-    Raises
-    ------
-    DataError, ParameterError
-        As in :func:`calibration_curve`; ParameterError too if the floor is not in ``[0, 0.5)``.
-    """
-    if not 0.0 <= floor < 0.5:
-        raise ParameterError(f"floor: must be at least 0 and less than 0.5 (got {floor!r}); 1e-6 is the default.")
-    p, there = existence_and_truth(existence, present)
-    said = np.clip(np.where(there, p, 1.0 - p), floor, 1.0 - floor)
-    with np.errstate(divide="ignore"):
-        losses = -np.log(said)
-    if np.isinf(losses).any():
-        return Estimate(np.inf, np.nan, np.nan, np.nan, float((~np.isnan(p)).any(axis=1).sum()))
-    return _mean(losses, confidence)
-
-
-def _mean(losses: Array, confidence: float) -> Estimate[float]:
-    given = ~np.isnan(losses)
-    _need(given.any())
-    sums = np.column_stack([np.nansum(losses, axis=1), given.sum(axis=1)])
-    trials = np.asarray(given.any(axis=1).sum())
-    return scalar(estimate(sums, lambda total: total[:, 0] / total[:, 1], trials, confidence))
 
 
 def _need(any_given: np.bool_) -> None:

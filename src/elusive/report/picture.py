@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 COLUMNS, WIDTH_IN = 12, 11.0
 ROW_IN, HEAD_IN, KEY_IN = 2.45, 0.55, 0.3
+ROOM_IN = 0.75  # that the labels of an axis take, about
 LETTERS, LETTERS_IN = 150, 10.5  # of a verdict's line; of a title, an inch
 NAMED_AT_MOST = 12  # tracks with their numbers beside them
 ELLIPSES = 12  # along all tracks of a panel
@@ -48,15 +49,15 @@ def write_picture(path: Path, drawn: Drawing, title: str, verdict: str = "") -> 
             axes.set_title("\n".join(textwrap.wrap(panel["title"], letters)))
             if panel.get("plane"):
                 planes.append(axes)
+                _fill(axes, wide * WIDTH_IN / COLUMNS - ROOM_IN, high * ROW_IN - ROOM_IN)
                 key |= dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
         if key:
             figure.legend(key.values(), key.keys(), loc="outside lower left", ncols=8)
         figure.text(0.01, 1.0 - 0.1 / height, title, va="top", size=12, weight="bold")
         figure.text(0.01, 1.0 - 0.38 / height, "\n".join(lines), va="top", size=9)
-        engine.execute(figure)
-        _fill(planes)
         plots.settle(figure)
-        _fill(planes)
+        for axes in planes:
+            _fill(axes, *axes.get_window_extent().size)
 
 
 def _places(panels: list[Panel]) -> list[Place]:
@@ -101,11 +102,9 @@ def _draw(axes: Axes, panel: Panel, time: float, unit: str) -> None:
         axes.legend(loc="best", labelcolor="white" if night else None)
 
 
-def _fill(planes: list[Axes]) -> None:
-    """Widen what planes show, where needed, so that a metre is as long on either axis and no side is empty."""
-    for axes in planes:
-        width, height = axes.get_window_extent().size
-        (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
-        scale = max(abs(right - left) / width, abs(top - bottom) / height)
-        x, y, half = 0.5 * (left + right), 0.5 * (bottom + top), 0.5 * scale * np.array([-1.0, 1.0])
-        axes.set(xlim=x + half * width, ylim=y + half * height * np.sign(top - bottom))
+def _fill(axes: Axes, width: float, height: float) -> None:
+    """Widen what a plane shows, where needed, so that a metre is as long on either axis and no side is empty."""
+    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    scale = max(abs(right - left) / width, abs(top - bottom) / height)
+    x, y, half = 0.5 * (left + right), 0.5 * (bottom + top), 0.5 * scale * np.array([-1.0, 1.0])
+    axes.set(xlim=x + half * width, ylim=y + half * height * np.sign(top - bottom))
