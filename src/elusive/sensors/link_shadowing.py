@@ -11,6 +11,7 @@ of a link are not independent: as much as they are seen to be alike (:mod:`elusi
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Literal, NamedTuple
 
@@ -29,6 +30,7 @@ FADE_SCALE_DB = 5.0  # of the sigmoid g
 FADE_UNIT_DB = 10.0  # of f
 LEAST_DISTANCE_M = 0.1
 LEAST_INTERVAL_S = 1e-3
+ROUNDING_SD_DB = 1 / math.sqrt(12)  # of readings in whole dB: a lesser spread would be that of no reading at all
 GREATEST_FADE_DB = 30.0  # beyond it a fade level says no more
 
 

@@ -75,3 +75,16 @@ def test_where_links_fade_places_are_trusted_less():
         state = chain.step(chain.init(rng.normal(0, 0.05, (20, 28)), rng), 0.0, weights @ seen, rng)
         deviations.append(np.sqrt(np.diag(state.tracks[0].covariance)[[0, 2]]))
     np.testing.assert_allclose(deviations, [(0.3, 0.3), (1.0, 1.0)])
+
+
+def test_rounding_alone_is_nobody():
+    """Readings in whole dB that hardly ever vary in the empty room: a further step of a link is no person."""
+    rng, empty = np.random.default_rng(0), np.zeros((20, 28))
+    empty[3, 5] = 1.0
+    chain = ImageMethod(fading_db=0.0).bind(NODES, AREA)
+    state = chain.init(empty, rng)
+    for link in range(28):
+        assert not len(chain.step(state, 0.0, np.eye(28)[link], rng).heads.positions)
+    weights = ImageMethod().weights.sparse(NODES, chain.grid)
+    somebody = weights @ (10.0 * np.exp(-2 * (chain.grid.centres**2).sum(axis=1)))
+    assert len(chain.step(state, 0.0, somebody, rng).heads.positions) == 1

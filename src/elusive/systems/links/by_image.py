@@ -29,6 +29,7 @@ from elusive.preprocess.link_weights import EllipseWeights
 from elusive.preprocess.projectors import Projector
 from elusive.preprocess.threshold import Threshold, ThresholdState
 from elusive.preprocess.tomography import RegularisedImage
+from elusive.sensors.link_shadowing import ROUNDING_SD_DB
 from elusive.sensors.radio_network import RadioNodes
 from elusive.systems.links.smoothing import Beliefs, KalmanSmoothing, TrackSmoothing
 from elusive.tracking.people import Entrance, PeopleState, TrackEvent, events_between
@@ -230,7 +231,12 @@ class ImageChain(StagesChain):
         self._clusters = method.clusters
 
     def _calibrated(self, empty: Array, rng: Generator) -> tuple[Array, None]:
-        return self.projector.images(empty), None
+        heard, changes = np.isfinite(empty).any(axis=0), empty
+        still = heard & (np.nan_to_num(empty).std(axis=0) == 0)
+        if still.any() and (heard & ~still).any():  # what rounding alone makes of a link, lest any noise is a person
+            floor = np.sqrt(3) * ROUNDING_SD_DB * rng.uniform(-1.0, 1.0, empty.shape)
+            changes = empty + np.where(still, floor, 0.0)
+        return self.projector.images(changes), None
 
     def _imaged(self, state: ImageState, change: Array, rng: Generator) -> tuple[Array, Heads]:
         image = self.projector.image(change)

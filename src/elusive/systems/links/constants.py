@@ -22,7 +22,7 @@ from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.geometry.areas import Area
 from elusive.model import Model, Positive, Probability
-from elusive.sensors.link_shadowing import LinkShadowing, ShadowedLinks
+from elusive.sensors.link_shadowing import ROUNDING_SD_DB, LinkShadowing, ShadowedLinks
 from elusive.systems.links.hidden_walkers import LEAST_MASS, Chain, Walkers
 
 POSITIVE = (
@@ -34,7 +34,6 @@ MOST_FACTOR = 3.0  # by which a constant changes in one iteration
 LESSER = 0.5  # spreads of a further start, over the given ones
 TRIAL = 2  # iterations after which starts are compared
 THERE = 0.05  # share of the frames from which one more than is found is looked for
-ROUNDING_SD_DB = 1 / math.sqrt(12)  # of readings in whole dB: a lesser spread would be that of no reading at all
 
 
 class LinkFit(NamedTuple):
