@@ -37,10 +37,10 @@ def reproduce_mendieta2017_command(
     shown = [
         (
             f"{experiment}, {value}, AWGN {awgn_db:g} dB, {method}",
-            f"{of['mota'].mean:.3f} ± {of['mota'].standard_error:.3f}",
+            f"{100 * of['mota'].mean:.1f} ± {100 * of['mota'].standard_error:.1f}",
             *(f"{of[count].mean:.1f}" for count in ("misses", "false_positives", "mismatches", "targets")),
         )
         for (experiment, value, awgn_db, method), of in points.items()
     ]
-    show(f"{trials} runs", ("experiment and tracker", "MOTA", "missed", "false", "mismatched", "of"), shown)
+    show(f"{trials} runs", ("experiment and tracker", "MOTA [%]", "missed", "false", "mismatched", "of"), shown)
     console.print(f"Written to {out}: {', '.join(done.written)}")

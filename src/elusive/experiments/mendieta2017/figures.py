@@ -16,7 +16,7 @@ PANELS = (
     ("mismatches", "mismatches a run"),
     ("max_deviation_m_least", "greatest deviation [m]"),
     ("mean_deviation_m_head", "mean deviation [m]"),
-    ("mota", "MOTA"),
+    ("mota", "MOTA [%]"),
 )
 COLOURS = dict(zip(METHODS, plots.SERIES, strict=False))
 LINEAR_BELOW = 1.0  # of a count's axis: above it, decades
@@ -35,6 +35,7 @@ def draw(path: Path, name: str, cells: list[Cell], awgn_db: float) -> None:
             for number, method in enumerate(runs):
                 of = {cell.value: cell for cell in here if cell.method == method and cell.score == score}
                 rows = np.array([(of[v].mean, of[v].p10, of[v].p90) for v in values])
+                rows *= 100 if score == "mota" else 1  # as the thesis tells it
                 at = np.arange(len(values)) + 0.16 * (number - (len(runs) - 1) / 2)
                 colour = COLOURS[method]
                 axes.vlines(at, rows[:, 1], rows[:, 2], color=colour, linewidth=4.5, alpha=0.35)

@@ -50,8 +50,8 @@ def reproduce(
     out
         Folder for the results; the runs themselves stay in ``campaign-*.zarr`` there.
     targets
-        Some of ``targets`` (section 4.2.1), ``table4_4`` to ``table4_7``, ``bits`` and ``ber`` (sections 3.5 and 3.6,
-        which print no run); none means all of them.
+        Some of ``targets`` (section 4.2.1), ``table4_4`` to ``table4_7``, ``grid`` (table 3.3), ``bits`` and ``ber``
+        (sections 3.5 and 3.6; of these three it prints no run); none means all of them.
     methods
         Some of ``thesis``, ``image``, ``links``, ``binary``; none means all. An experiment none of them is for is left
         out.
@@ -80,8 +80,8 @@ def reproduce(
         results: dict[MethodName, xr.Dataset] = {}
         for method in chosen:
             configuration = CampaignConfig(
-                scenario="mendieta2017", parameters={"method": method}, grid=experiment.grid, trials=trials, seed=seed,
-                chunk=CHUNK,
+                scenario="mendieta2017", parameters=experiment.parameters(method), grid=experiment.grid,
+                trials=trials, seed=seed, chunk=CHUNK,
             )  # fmt: skip
             store = out / f"campaign-{name}-{method}-{trials}-seed{seed}.zarr"
             results[method] = run_campaign(

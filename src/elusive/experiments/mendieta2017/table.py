@@ -12,6 +12,9 @@ import xarray as xr
 from elusive.contracts import Array
 from elusive.experiments.mendieta2017.scenario import MethodName
 from elusive.experiments.mendieta2017.trial import ESTIMATORS, SHOWN
+from elusive.systems.links.networks import GridNodes
+from elusive.systems.links.presets import FIRST
+from elusive.systems.links.simulate import LinkSimulation
 
 AWGN = "simulation.radiation.voxel_noise_db"
 COUNTS = ("misses", "false_positives", "mismatches")
@@ -36,6 +39,12 @@ class Experiment(NamedTuple):
     methods: tuple[MethodName, ...]
     thesis: tuple[tuple[str, Single], ...]  # value as text, run
     more: tuple[tuple[str, tuple[float, ...]], ...] = ()  # other parameters that are varied
+    simulation: LinkSimulation = FIRST
+
+    def parameters(self, method: MethodName) -> dict[str, Any]:
+        """Parameters of a method's campaign that are not varied."""
+        other = {} if self.simulation is FIRST else {"simulation": self.simulation.model_dump(mode="json")}
+        return {"method": method, **other}
 
     @property
     def grid(self) -> dict[str, list[Any]]:
@@ -68,6 +77,10 @@ EXPERIMENTS = {
         "Number of sensors (table 4.7)", "sensors", "simulation.network.nodes", (41, 32, 9),
         ("thesis", "image", "links"),
         (("41", Single(0, 0, 0, 0.99)), ("32", Single(0, 0, 0, 1.0)), ("9", Single(1, 98, 36, 19.433))),
+    ),
+    "grid": Experiment(
+        "Nine sensors on a grid (table 3.3)", "rows of three sensors", "simulation.network.rows", (3,),
+        ("thesis", "image", "links"), (), simulation=FIRST.replace(network=GridNodes()),
     ),
     "bits": Experiment(
         "Quantisation bits (section 3.5)", "bits a value", "simulation.quantiser.bits", (5, 6, 8, 16),
