@@ -32,6 +32,31 @@ def usual(network, *more):
     return (network / "log.csv", "--nodes", network / "nodes.csv", "--calibration-frames", EMPTY, *more)
 
 
+def test_rows_of_receivers_are_tracked_as_a_table_is(network, tmp_path, capsys):
+    """One channel of the room, as nodes that pass a token write it: a row a receiver, its own level 127."""
+    header, *lines = ([*line.split(",")] for line in (network / "log.csv").read_text().splitlines())
+    kept = [0, *(k for k, name in enumerate(header) if name.endswith("-11"))]
+    table = tmp_path / "table.csv"
+    table.write_text("".join(",".join(cells[k] for k in kept) + "\n" for cells in (header, *lines)))
+    names, column = [f"n{k}" for k in range(8)], {name: k for k, name in enumerate(header)}
+    rows = tmp_path / "rows.csv"
+    rows.write_text(
+        "".join(
+            ",".join([rx, *("127" if tx == rx else cells[column[f"{tx}-{rx}-11"]] for tx in names), cells[0]]) + "\n"
+            for cells in lines
+            for rx in names
+        )
+    )
+    more = "--nodes", network / "nodes.csv", "--calibration-frames", EMPTY, "--fit-frames", 0, "--out"
+    for log, out in ((table, "one"), (rows, "two")):
+        layout = ("--layout", "receiver") if log is rows else ()
+        code, said = run(capsys, log, *layout, *more, tmp_path / out)
+        assert code == 0, said
+    one, two = ((tmp_path / out / "tracks.csv").read_text() for out in ("one", "two"))
+    assert one.count("confirmed") > 10
+    assert one == two
+
+
 def test_an_empty_room_recorded_at_another_time_calibrates(network, tmp_path, capsys):
     """The log cut in two, the first part's clock three hours off: the same tracks."""
 
