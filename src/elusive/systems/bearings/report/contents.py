@@ -1,59 +1,24 @@
-"""What a report of a track from bearings is made from: plain arrays in metres, x east and y north."""
+"""What a report of one track from bearings, or of several, is made from: plain arrays in metres, x east and y north."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from elusive.contracts import Array
-from elusive.results import Scored
+from elusive.results import Scored, TrackLog
+from elusive.results.table import STATUSES
+
+if TYPE_CHECKING:
+    from elusive.results.spool import Records
 
 Extent = tuple[float, float, float, float]  # west, east, south, north [m]
 MARGIN = 0.07  # of the longer side, round what is shown
+CONFIRMED = STATUSES.index("confirmed")
 STRAY = 0.01  # share of the path at either end that may lie outside of what is shown
-
-
-class HeardBearings(Protocol):
-    """What is drawn of the bearings themselves, whatever was tracked by them."""
-
-    @property
-    def names(self) -> Sequence[str]:
-        """Names of the sensors."""
-
-    @property
-    def sensors(self) -> Array:
-        """Places of the sensors, ``(n, 2)`` [m]."""
-
-    @property
-    def times_s(self) -> Array:
-        """Times, ``(K,)``."""
-
-    @property
-    def first(self) -> NDArray[np.intp]:
-        """Bearings of time k are rows ``first[k]`` to ``first[k + 1]``, ``(K + 1,)``."""
-
-    @property
-    def sensor(self) -> NDArray[np.intp]:
-        """Sensor of each bearing, ``(M,)``."""
-
-    @property
-    def starts(self) -> Array | None:
-        """Where each bearing was taken, ``(M, 2)`` [m], of sensors that move; None: where they stand."""
-
-    @property
-    def azimuth_rad(self) -> Array:
-        """Each bearing, clockwise from north, ``(M,)``."""
-
-    @property
-    def known(self) -> NDArray[np.bool_]:
-        """Times whose bearings are worth drawing, ``(K,)``."""
-
-    @property
-    def extent(self) -> Extent:
-        """What of the ground is shown."""
 
 
 class BearingsTracked(NamedTuple):
@@ -100,6 +65,69 @@ class BearingsTracked(NamedTuple):
         true = np.empty((0, 2)) if self.truth is None else self.truth[:, :2]
         stood = self.sensors[np.unique(self.sensor)] if self.starts is None else self.starts
         return extent_of(stood, self.places[self.known], true)
+
+
+class SeveralTracked(NamedTuple):
+    """A tracked recording of several emitters; plain arrays in metres, x east and y north."""
+
+    title: str
+    verdict: str
+    names: Sequence[str]  # of the sensors
+    sensors: Array  # (n, 2) [m]
+    times_s: Array  # (K,)
+    paths: dict[int, Records]  # rows of each track that was confirmed
+    labels: dict[int, str]  # what to call a track, where the lines name emitters
+    first: NDArray[np.intp]  # (K + 1,) bearings of time k are rows first[k] to first[k + 1]
+    sensor: NDArray[np.intp]  # (M,)
+    azimuth_rad: Array  # (M,) clockwise from north
+    residual_deg: Array  # (M,) measured less that of the nearest confirmed track; NaN where there is none
+    truth: Array | None  # (K, P, 2) true places, NaN where one is absent; None without
+    rows: Sequence[tuple[str, str]]  # what the table says
+    starts: Array | None = None  # (M, 2) where each bearing was taken, of sensors that move; None: where they stand
+
+    @classmethod
+    def paths_of(cls, log: TrackLog) -> dict[int, Records]:
+        """Return the rows of each track that was confirmed, until it was deleted."""
+        kept = {number: rows[rows["status"] < STATUSES.index("deleted")] for number, rows in log.by_track()}
+        return {number: rows for number, rows in kept.items() if (rows["status"] == CONFIRMED).any()}
+
+    @property
+    def extent(self) -> Extent:
+        """What of the ground is shown: the sensors that report, the truth and nearly all of the tracks."""
+        places = [rows["position"][rows["status"] == CONFIRMED, :2] for rows in self.paths.values()]
+        true = np.empty((0, 2)) if self.truth is None else self.truth.reshape(-1, 2)
+        return extent_of(self.sensors[np.unique(self.sensor)], np.concatenate([np.empty((0, 2)), *places]), true)
+
+    @property
+    def known(self) -> NDArray[np.bool_]:
+        """Whether anything is heard at each time, ``(K,)``."""
+        return np.asarray(np.diff(self.first) > 0)
+
+    def name(self, number: int) -> str:
+        """Return what a track is called."""
+        return self.labels.get(number, f"track {number}")
+
+    @property
+    def tracks(self) -> list[tuple[str, ...]]:
+        """The lines of the table of tracks."""
+        lines = list[tuple[str, ...]]()
+        for number, rows in self.paths.items():
+            existence = rows["existence"][-1]
+            lines.append(
+                (
+                    str(number), f"{rows['time_s'][0]:g} s", f"{rows['time_s'][-1]:g} s",
+                    f"{existence:.3f}" if np.isfinite(existence) else "known", f"{np.median(deviation_of(rows)):.2g}",
+                )
+            )  # fmt: skip
+        return lines
+
+
+def deviation_of(rows: Records) -> Array:
+    """Deviation over the ground, both axes together, ``(k,)`` [m]."""
+    return np.asarray(np.sqrt(np.trace(rows["covariance"][:, :2, :2], axis1=1, axis2=2)))
+
+
+HeardBearings: TypeAlias = BearingsTracked | SeveralTracked  # whose bearings are drawn alike
 
 
 def extent_of(sensors: Array, path: Array, truth: Array) -> Extent:

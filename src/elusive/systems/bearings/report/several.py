@@ -4,87 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from elusive.checks import Finding
-from elusive.contracts import Array
 from elusive.report import drawing as draw
 from elusive.report import plots
 from elusive.report.page import track_table, write_page
 from elusive.report.picture import write_picture
-from elusive.results import TrackLog
-from elusive.results.table import STATUSES
-from elusive.systems.bearings.report.contents import Extent, extent_of
+from elusive.systems.bearings.report.contents import CONFIRMED, SeveralTracked, deviation_of
 from elusive.systems.bearings.report.page import TIMES_SHOWN, bearing_layer, sensor_layer, truth_layer
 
-if TYPE_CHECKING:
-    from elusive.results.spool import Records
-
-CONFIRMED = STATUSES.index("confirmed")
 HEADER = ("track", "from", "to", "existence at the end", "deviation [m]")
-
-
-class SeveralTracked(NamedTuple):
-    """A tracked recording of several emitters; plain arrays in metres, x east and y north."""
-
-    title: str
-    verdict: str
-    names: Sequence[str]  # of the sensors
-    sensors: Array  # (n, 2) [m]
-    times_s: Array  # (K,)
-    paths: dict[int, Records]  # rows of each track that was confirmed
-    labels: dict[int, str]  # what to call a track, where the lines name emitters
-    first: NDArray[np.intp]  # (K + 1,) bearings of time k are rows first[k] to first[k + 1]
-    sensor: NDArray[np.intp]  # (M,)
-    azimuth_rad: Array  # (M,) clockwise from north
-    residual_deg: Array  # (M,) measured less that of the nearest confirmed track; NaN where there is none
-    truth: Array | None  # (K, P, 2) true places, NaN where one is absent; None without
-    rows: Sequence[tuple[str, str]]  # what the table says
-    starts: Array | None = None  # (M, 2) where each bearing was taken, of sensors that move; None: where they stand
-
-    @classmethod
-    def paths_of(cls, log: TrackLog) -> dict[int, Records]:
-        """Return the rows of each track that was confirmed, until it was deleted."""
-        kept = {number: rows[rows["status"] < STATUSES.index("deleted")] for number, rows in log.by_track()}
-        return {number: rows for number, rows in kept.items() if (rows["status"] == CONFIRMED).any()}
-
-    @property
-    def extent(self) -> Extent:
-        """What of the ground is shown: the sensors that report, the truth and nearly all of the tracks."""
-        places = [rows["position"][rows["status"] == CONFIRMED, :2] for rows in self.paths.values()]
-        true = np.empty((0, 2)) if self.truth is None else self.truth.reshape(-1, 2)
-        return extent_of(self.sensors[np.unique(self.sensor)], np.concatenate([np.empty((0, 2)), *places]), true)
-
-    @property
-    def known(self) -> NDArray[np.bool_]:
-        """Whether anything is heard at each time, ``(K,)``."""
-        return np.asarray(np.diff(self.first) > 0)
-
-    def name(self, number: int) -> str:
-        """Return what a track is called."""
-        return self.labels.get(number, f"track {number}")
-
-    @property
-    def tracks(self) -> list[tuple[str, ...]]:
-        """The lines of the table of tracks."""
-        lines = list[tuple[str, ...]]()
-        for number, rows in self.paths.items():
-            existence = rows["existence"][-1]
-            lines.append(
-                (
-                    str(number), f"{rows['time_s'][0]:g} s", f"{rows['time_s'][-1]:g} s",
-                    f"{existence:.3f}" if np.isfinite(existence) else "known", f"{np.median(deviation_of(rows)):.2g}",
-                )
-            )  # fmt: skip
-        return lines
-
-
-def deviation_of(rows: Records) -> Array:
-    """Deviation over the ground, both axes together, ``(k,)`` [m]."""
-    return np.asarray(np.sqrt(np.trace(rows["covariance"][:, :2, :2], axis1=1, axis2=2)))
 
 
 def write_several_html(path: Path, tracked: SeveralTracked, findings: Sequence[Finding] = ()) -> None:
