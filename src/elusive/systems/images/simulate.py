@@ -55,7 +55,7 @@ class ImageSimulation(Model):
     rows: int = Field(20, ge=8, le=512, description="Rows of a frame")
     columns: int = Field(20, ge=8, le=512, description="Columns of a frame")
     sensor: ImageSensor = Field(ImageSensor(), description="What a frame is made of")
-    seed: int = Field(1, ge=0, description="Root of the paths' and the frames' random numbers")
+    seed: int = Field(0, ge=0, description="Root of the paths' and the frames' random numbers")
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
