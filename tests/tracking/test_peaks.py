@@ -340,8 +340,18 @@ def test_what_became_of_sure_tracks_is_counted_beyond_chance() -> None:
     assert (share, number) == (pytest.approx((22 / 40 - 0.2) / 0.8), 40)
 
 
-def test_too_few_tracks_make_no_null() -> None:
-    assert np.isnan(EmpiricalNull().moves(np.array([50.0]), np.array([2.0]), np.zeros(5), np.zeros(5))).all()
+def test_where_there_is_no_clutter_several_targets_do_not_hide_each_other() -> None:
+    """Most of a clean recording's few tracks are targets and what is left of them where they crossed."""
+    moved, rate = np.array([60.0, 50.0, 55.0, 45.0, 1.0]), np.array([3.0, 2.5, 2.8, 2.6, 0.4])
+    of_all = np.append(moved, [50.0, 40.0]), np.append(rate, [2.6, 2.4])
+    moves = EmpiricalNull().moves(moved, rate, *of_all)
+    assert (moves[:4] > 0.5).all()
+    assert moves[4] < 0.01
+
+
+def test_little_evidence_is_no_motion_before_anything_is_known_of_the_clutter() -> None:
+    moves = EmpiricalNull().moves(np.array([3.0, 6.0]), np.array([2.0, 2.0]), np.zeros(0), np.zeros(0))
+    assert (moves < 0.5).all()
 
 
 def test_the_null_keeps_its_promise() -> None:

@@ -128,16 +128,13 @@ def _scores(scores: Scored | None) -> list[tuple[str, str]]:
 
 
 def _besides(log: ImageLog) -> list[tuple[str, str]]:
-    """Say how much is followed that is not shown, and whether it could be told what moves."""
+    """Say how much is followed that is not shown, and whether it could be told how far existence holds."""
     if log.shown is log:
         return []
     sure, shown = (set(rows["track"][rows["status"] == CONFIRMED].tolist()) for rows in (log.rows, log.shown.rows))
     said = [
         ("Followed, not shown", f"{len(sure - shown)} confirmed tracks at rest, or hardly told from it (--show all)")
     ]
-    moves = log.rows["added"][:, log.columns.added.index("moves")]
-    if len(moves) and not np.isfinite(moves).any():
-        said.append(("What moves?", "too few tracks, or frames, to tell what moves from what rests"))
     existence = log.rows["existence"]
     if len(existence) and not np.isfinite(existence).any():
         said.append(("Existence", "empty: too few tracks, or frames, to tell how often such tracks are there again"))
