@@ -14,6 +14,7 @@ from elusive.contracts import Array
 from elusive.errors import DataError, ParameterError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.preprocess.clutter_map import ClutterMap, ClutterState
+from elusive.preprocess.turn_evidence import as_in_turn
 from elusive.sensors.echo_extent import EchoExtent, echo_extent, first_turn
 from elusive.sensors.radar_video import EvidenceTurn, RadarVideo, TurnGatherer, VideoTurn
 from elusive.sensors.spokes import Spokes
@@ -160,7 +161,8 @@ def heard(
 
 
 def _judged(clutter: ClutterMap, state: ClutterState, turn: VideoTurn, held: float) -> Heard:
-    evidence = EvidenceTurn(turn.time_s, turn.row_s, clutter.evidence(state, turn.power), turn.place)
+    cells = as_in_turn(clutter.evidence(state, turn.power))
+    evidence = EvidenceTurn(turn.time_s, turn.row_s, cells, turn.place)
     return Heard(evidence, turn.power, state, held)
 
 

@@ -1,0 +1,36 @@
+"""What a turn's evidence is worth by the turn itself: gain that changes, rain that comes, interference.
+
+What clutter was is learnt over many turns. Where one turn's exceeds that over more cells than a ship has, it is no
+ship: evidence is divided by its mean about each cell (cell averaging; Finn and Johnson, 1968, RCA Rev. 29, 414-464).
+Where a turn has many strong cells each says no more than their rarity (an empirical null; Efron, 2004, J. Am. Stat.
+Assoc. 99, 96-104).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter
+
+AROUND = 21  # rows and columns over which evidence is averaged
+MOST = 10.0  # evidence that counts in that mean: a ship's few cells are not to be more than a part of it
+FROM, FULLY = 1.3, 1.6  # mean from which evidence is divided by it a little, and wholly
+STRONG = 8.0  # evidence that clutter hardly has
+OF_SHIPS = 45  # cells of such evidence that are thought to be ships'
+
+
+def as_in_turn(evidence: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the evidence of a turn's cells ``(A, R)``, where what is not learnt stands out less; NaN stays."""
+    known = np.isfinite(evidence)
+    counted = np.where(known, np.minimum(evidence, np.float32(MOST)), np.float32(0.0))
+    mode = ("wrap", "nearest")
+    share = np.maximum(uniform_filter(known.astype(np.float32), AROUND, mode=mode), np.float32(1e-6))
+    mean = np.maximum(uniform_filter(counted, AROUND, mode=mode) / share, np.float32(1e-6))
+    wholly = np.clip((mean - FROM) / (FULLY - FROM), 0.0, 1.0)
+    found = (evidence / mean**wholly).astype(np.float32)
+    cells, strong = int(known.sum()), int((found[known] > STRONG).sum())
+    if strong > OF_SHIPS + 2 * cells * math.exp(-STRONG):
+        found = np.minimum(found, np.float32(-math.log(strong / cells)))
+    return found
