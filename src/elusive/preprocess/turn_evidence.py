@@ -33,4 +33,4 @@ def as_in_turn(evidence: NDArray[np.float32]) -> NDArray[np.float32]:
     cells, strong = int(known.sum()), int((found[known] > STRONG).sum())
     if strong > OF_SHIPS + 2 * cells * math.exp(-STRONG):
         found = np.minimum(found, np.float32(-math.log(strong / cells)))
-    return found
+    return np.asarray(found)
