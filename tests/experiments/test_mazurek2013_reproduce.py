@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -118,7 +119,7 @@ def test_all_figures_and_the_table(tmp_path: Path) -> None:
     assert visible(out) == sorted(
         ["campaign-size3-size5-size7-alpha0.95-alpha0.98-2-seed2013.zarr", "campaign-table-2-seed2013.zarr"]
         + [f"{name}.{kind}" for name in PAPER for kind in ("csv", "png")]
-        + ["table.csv"]
+        + ["table.csv", "boundaries.csv", "boundaries.png"]
     )
     assert {name: tuple(figure) for name, figure in FIGURES.items()} == PAPER
     results = open_campaign(out / "campaign-size3-size5-size7-alpha0.95-alpha0.98-2-seed2013.zarr").load()
@@ -173,7 +174,7 @@ def test_a_named_target_runs_only_what_it_shows(tmp_path: Path) -> None:
 def test_unknown_targets_are_named_and_nothing_is_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    said = "'fig2': mazurek2013 has no such figure; known are fig3, fig4, fig5, fig6, fig7, fig8, table."
+    said = "'fig2': mazurek2013 has no such figure; known are fig3, fig4, fig5, fig6, fig7, fig8, table, boundaries."
     with pytest.raises(ParameterError, match=said):
         reproduce(tmp_path / "out", ["fig3", "fig2"], trials=2)
     monkeypatch.setenv("COLUMNS", "300")
@@ -252,3 +253,17 @@ def test_the_command_shows_the_table(
 )
 def test_transition_is_where_half_the_chance_level_is_first_reached(errors: list[float], expected: float) -> None:
     np.testing.assert_equal(transition(np.arange(4.0), np.array(errors, dtype=float)), expected)
+
+
+def test_boundaries_at_the_quartiles_are_next_to_chance(tmp_path: Path) -> None:
+    done = reproduce(tmp_path, ["boundaries"])
+    found = {(row.statistic, row.layout, row.outermost): row.contrast for row in done.boundaries}
+    best = found["llr", "none", 0.0]
+    # a window of five sums chi-squares: (E1 - E0) / sd0 = (u^2 / s^2 - 1) sqrt(5 / 2), the frame's own deviation for s
+    assert best == pytest.approx(math.sqrt(5 / 2), abs=0.1)
+    assert found["dot", "quartiles", 0.6745] < 0.2 * best
+    assert found["chi2", "quartiles", 0.6745] < 0.2 * best
+    assert found["dot", "two", 2.0] > 0.9 * best > found["dot", "five", 2.0]
+    with Image.open(tmp_path / "boundaries.png") as image:
+        assert image.width > 800
+    assert len((tmp_path / "boundaries.csv").read_text().splitlines()) == 1 + len(done.boundaries)

@@ -94,6 +94,12 @@ def test_alarms_are_counted_unless_they_are_believed(ends: str) -> None:
         (lambda: noise("bursts", 1, times=300), [], "signals.bursts", True),
         (lambda: noise("bursts", 1, times=300), ["--clip", "2"], "signals.drift", False),
         (lambda: noise("fast", 1), [], "signals.bursts", False),
+        (
+            lambda: noise("white", 1),
+            ["--statistic", "dot", "--boundaries", "-0.674", "--boundaries", "0", "--boundaries", "0.674"],
+            "signals.boundaries",
+            True,
+        ),
         (lambda: np.sign(noise("white", 1)), [], "signals.even", True),
         (lambda: noise("silent", 1), [], "signals.silent", False),
         (lambda: np.where(np.arange(TIMES)[:, None] < 100, 0.0, noise("white", 1)), [], "signals.silent", True),

@@ -21,7 +21,7 @@ def reproduce_mazurek2013_command(
     workers: Workers = None,
     scheduler: Scheduler = None,
 ) -> None:
-    """Figures 3 to 8 and a table with check values: noise objects through four statistics."""
+    """Figures 3 to 8, a table with check values, and what boundaries do: noise objects through four statistics."""
     with make_executor(workers, scheduler) as executor, campaign_bar() as report:
         done = reproduce(out, targets or (), trials=trials, seed=seed, executor=executor, on_progress=report)
     if done.cells:
@@ -36,4 +36,5 @@ def reproduce_mazurek2013_command(
         ]
         show("Mean distance error", ("search", "background", "error, samples", "check"), rows)
     written = [*(f"{name}.csv, {name}.png" for name in done.curves), *(["table.csv"] if done.cells else [])]
+    written += ["boundaries.csv, boundaries.png"] if done.boundaries else []
     console.print(f"Written to {out}: {', '.join(written)}")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from elusive.campaign import CampaignConfig, Progress, run_campaign
 from elusive.errors import ParameterError
+from elusive.experiments.mazurek2013.boundaries import Contrast, contrasts, draw_boundaries
 from elusive.experiments.mazurek2013.figures import FIGURES, Point, curves, draw
 from elusive.experiments.mazurek2013.table import METHODS, SIGMAS, SIZES, Cell, summarise
 from elusive.experiments.mazurek2013.trial import METHODS as EVERY_METHOD
@@ -20,15 +21,16 @@ if TYPE_CHECKING:
     import xarray as xr
 
 DEFAULT_TRIALS, DEFAULT_TABLE_TRIALS = 1000, 200
-TARGETS = (*FIGURES, "table")
+TARGETS = (*FIGURES, "table", "boundaries")
 CHUNK = 8  # cases between two looks at the progress, and at an interrupt
 
 
 class Reproduced(NamedTuple):
-    """What was written: the curves by the figure's name, and the table."""
+    """What was written: the curves by the figure's name, the table, and what boundaries do."""
 
     curves: dict[str, list[Point]]
     cells: list[Cell]
+    boundaries: list[Contrast]
 
 
 def reproduce(
@@ -49,7 +51,7 @@ def reproduce(
     out
         Folder for the results; the cases themselves stay in ``campaign-*.zarr`` there.
     targets
-        Some of ``fig3`` to ``fig8`` and ``table``; none means all of them.
+        Some of ``fig3`` to ``fig8``, ``table`` and ``boundaries``; none means all of them.
     trials
         Cases of a figure (1000 by default, as in the paper), and of a point of the table (200, as its check values).
 
@@ -87,10 +89,14 @@ def reproduce(
         grid = {"object_size": list(SIZES), "background_deviation": list(SIGMAS)}
         runs = DEFAULT_TABLE_TRIALS if trials is None else trials
         cells = summarise(results("table", runs, grid, {"methods": METHODS, "smoothings": SMOOTHINGS}))
+    rows = contrasts() if not targets or "boundaries" in targets else []
     with atomic_folder(out) as folder:
         for name, points in curves_of.items():
             write_results(folder / f"{name}.csv", Point._fields, points)
             draw(folder / f"{name}.png", points, chosen[name], cases)
         if cells:
             write_results(folder / "table.csv", Cell._fields, cells)
-    return Reproduced(curves_of, cells)
+        if rows:
+            write_results(folder / "boundaries.csv", Contrast._fields, rows)
+            draw_boundaries(folder / "boundaries.png", rows)
+    return Reproduced(curves_of, cells, rows)

@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from elusive.checks import Fact, Finding
+from elusive.preprocess.contrast import contrast
 from elusive.preprocess.standardise import LEAST_FRAMES
+from elusive.preprocess.windows import ChiSquare, DotProduct, LikelihoodRatio
 from elusive.systems.signals.facts import MEMORY, SignalFacts
 from elusive.systems.signals.parameters import SignalTracking
 
 FEW = 20  # frames in which hardly anything accumulates
+LEAST_SHARE = 0.25  # of the likelihood ratio's contrast, four times: sixteen times the frames
+OWN = {made.model_fields["kind"].default: made.model_fields["boundaries"].default for made in (ChiSquare, DotProduct)}
 WINDOWS = 8  # of a frame at least, for its noise to be known
 SILENT = 0.5  # share of frames that are gaps, from which a run says little
 TURN = "Save the array as (time, sample): signal.T in NumPy."
@@ -28,6 +34,7 @@ def findings_of(parameters: SignalTracking, facts: SignalFacts) -> tuple[Finding
         *_length(parameters, facts),
         _silent(facts),
         _even(facts),
+        _boundaries(parameters, facts),
     )
 
 
@@ -101,6 +108,21 @@ def _even(facts: SignalFacts) -> Finding:
         f"All samples are about as large: their squares vary by {fact.seen:.2g}, those of noise by 2. The signal was "
         "limited or rounded to its sign, and an object that is louder leaves no trace.",
         "Record with more bits, or before the limiter.",
+    )
+
+
+def _boundaries(parameters: SignalTracking, facts: SignalFacts) -> Finding:
+    """Say where the boundaries told leave next to nothing of what tells an object."""
+    statistic, kind = parameters.statistic, parameters.statistic.kind
+    share = 1.0
+    if isinstance(statistic, ChiSquare | DotProduct) and statistic.boundaries != OWN[kind] and facts.levels:
+        level = math.exp(0.5 * float(np.median(facts.levels)))
+        share = contrast(statistic, level) / contrast(LikelihoodRatio(window=statistic.window))
+    return Fact(1.0, share, share >= LEAST_SHARE, facts.frames).finding(
+        "signals.boundaries",
+        f"With the boundaries told, {kind} tells an object as loud as the noise {share:.0%} as far from it as its "
+        "likelihood ratio does, by chance nearly: louder samples must cross a boundary, and these lie where noise is.",
+        "Leave --boundaries out, or put the outermost at two deviations; --statistic llr needs none.",
     )
 
 
