@@ -131,6 +131,19 @@ def test_a_stuck_pixel_is_no_point_once_the_camera_has_moved():
     assert all(nearest(peaks, (70, 33), 1.5) is None for peaks in found[15:])
 
 
+def test_a_stuck_pair_and_a_blinking_pixel_are_no_points_either():
+    frames = recording(n=60, defect=(70, 33)).frames
+    frames[:, 33, 71] = 400.0
+    frames[np.random.default_rng(3).random(60) < 0.7, 60, 40] += 300.0
+    found = found_in(frames)
+    for place in ((70, 33), (71, 33), (40, 60)):
+        strength = [
+            peaks.strength[np.hypot(*(peaks.places_px - place).T) < 1.5].max(initial=0.0).item() for peaks in found
+        ]
+        assert max(strength[:6]) > 6
+        assert np.mean(np.array(strength[45:]) > 4) < 0.2  # chance: what is there of the texture
+
+
 def test_offsets_of_rows_and_columns_hide_nothing():
     rng = np.random.default_rng(9)
     paths = np.stack([20 + 0.9 * np.arange(30), 40 + 0.6 * np.arange(30)], axis=1)

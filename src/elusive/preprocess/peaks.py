@@ -131,8 +131,9 @@ class PeakFinder(Model):
             tails = peak_tails.begin(np.array([scales.log_rate(k) for k in range(len(maps))]), groups.scale, 4)
         step = np.zeros(2) if cut else offset - state.offset_px
         tails, peaks = self._rated(tails, [spatial, *found], image.shape)
-        suspects = (spatial.table[8] == 0) & (spatial.table[2] > SUSPECT)
-        stuck = watch(image, self.stuck, state.stuck, spatial.table[:2, suspects], float(np.abs(step).max()))
+        table = np.concatenate([one.table for one in (spatial, *found)], axis=1)
+        suspects = table[:2, (table[8] == 0) & (table[2] > SUSPECT)]
+        stuck = watch(image, self.stuck, state.stuck, suspects, offset)
         output = Peaks(state.frames_seen, *peaks, offset, step, cut, noise, pedestal, quantiles)
         last = maps[scene.chosen()[1]]
         return PeakState(state.frames_seen + 1, image.shape, pasts, last, offset, step, usual, stuck, tails, output)

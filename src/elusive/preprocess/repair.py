@@ -16,7 +16,9 @@ from elusive.preprocess.stuck import StuckPixels
 
 FILL_PX = 4.0  # width of the surroundings from which gaps are filled
 SUSPECT = 4.0  # deviations from which a point may be a stuck pixel
-DOUBT, FORGOTTEN = 0.1, 1e-3  # share of its path from which a pixel is watched, and below which it is none
+FORGIVEN, FORGET_PX = 2.0, 5.0  # deviations of its mean height below which a pixel is none, after such a path
+
+BESIDE = (0, 1, 2, 5, 6, 7), (0, 3, 5, 2, 4, 7)  # of the eight neighbours, those in other rows; in other columns
 
 Mask = NDArray[np.bool_]
 
@@ -39,48 +41,72 @@ def fill_gaps(image: Image, number: int) -> tuple[Image, list[Mask] | None]:
 
 
 class Watched(NamedTuple):
-    """Pixels that were spikes, by their number in the frame, increasing; the others' share is zero."""
+    """Pixels that may be stuck, by their number in the frame, increasing, and their means since they were suspected.
+
+    They are looked at whenever the scene has gone by a pixel: it leaves little in a mean, and what is stuck stays.
+    """
 
     pixels: NDArray[np.int64]  # (n,)
-    share: Array  # (n,) of the scene's path over which each was a spike
-    travelled_px: float  # length of that path, each step counted as one pixel at most
+    height: Array  # (n,) over the median of the eight about it, mean over the scene's path
+    square: Array  # (n,) the same of the height's square
+    about: Array  # (8, n) heights of the eight
+    looks: Array  # (n,) each after the scene went a pixel
+    scene_px: Array  # (2,) x, y: the scene's offset at the last look
 
 
-NONE_WATCHED = Watched(np.zeros(0, np.int64), np.zeros(0), 0.0)
+NONE_WATCHED = Watched(np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros((8, 0)), np.zeros(0), np.zeros(2))
 
 
 def without_stuck(image: Image, judge: StuckPixels, state: Watched) -> Image:
     """Replace pixels that are known to be stuck by the median of their neighbours."""
-    stuck = state.pixels[state.share > judge.share]
-    if state.travelled_px < judge.path_px or not len(stuck):
+    stuck = state.pixels[_stuck(judge, state)]
+    if not len(stuck):
         return image
     whole = image.copy()
     whole.ravel()[stuck] = np.median(_neighbours(image, stuck), axis=0)
     return whole
 
 
-def watch(image: Image, judge: StuckPixels, state: Watched, places_px: Array, moved_px: float) -> Watched:
-    """Judge pixels at ``(2, m)`` places of points, and those watched, by a frame as recorded after the scene moved."""
-    if not moved_px:
+def watch(image: Image, judge: StuckPixels, state: Watched, places_px: Array, scene_px: Array) -> Watched:
+    """Judge pixels at ``(2, m)`` places of points, and those watched, by a frame as recorded and its scene's offset."""
+    if np.abs(scene_px - state.scene_px).max() < 1.0:
         return state
     column, row = np.round(places_px).astype(int)
     rows, columns = image.shape
     points = np.clip(row, 0, rows - 1) * columns + np.clip(column, 0, columns - 1)
     pixels, which = np.unique(np.concatenate([state.pixels, points]), return_inverse=True)
-    share, looked_at = np.zeros(len(pixels)), np.zeros(len(pixels), np.bool_)
-    share[which[: len(state.pixels)]] = state.share
-    looked_at[which[len(state.pixels) :]] = True
-    looked_at |= share > DOUBT
-    about = _neighbours(image, pixels[looked_at])
-    level = np.median(about, axis=0)
-    spike = np.zeros(len(pixels))
-    spike[looked_at] = np.abs(image.ravel()[pixels[looked_at]] - level) > judge.neighbour_ratio * np.abs(
-        about - level
-    ).max(axis=0)
-    travelled_px = state.travelled_px + min(moved_px, 1.0)
-    share += judge.gain(travelled_px, moved_px) * (spike - share)
-    kept = share > FORGOTTEN
-    return Watched(pixels[kept], share[kept], travelled_px)
+    known = which[: len(state.pixels)]
+    looks = np.ones(len(pixels))
+    looks[known] += state.looks
+    gain = 1.0 / np.minimum(looks, judge.memory_px)
+    near = _neighbours(image, pixels).astype(np.float64)
+    level = np.median(near, axis=0)
+    height = image.ravel()[pixels] - level
+    means = []
+    for before, now in ((state.height, height), (state.square, height**2), (state.about, near - level)):
+        mean = np.zeros_like(now)
+        mean[..., known] = before
+        means.append(mean + gain * (now - mean))
+    height, square, about = means
+    kept = (looks <= FORGET_PX) | (_sureness(judge, height, square, looks) > FORGIVEN)
+    return Watched(pixels[kept], height[kept], square[kept], about[:, kept], looks[kept], scene_px)
+
+
+def _sureness(judge: StuckPixels, height: Array, square: Array, looks: Array) -> Array:
+    """Mean height of each pixel in deviations of that mean."""
+    spread = np.maximum(square - height**2, 1e-12)
+    found: Array = np.abs(height) * np.sqrt(np.minimum(looks, judge.memory_px) / spread)
+    return found
+
+
+def _stuck(judge: StuckPixels, state: Watched) -> Mask:
+    """Say which are stuck: surely high, and narrower than optics let a point be, each way or, of a pair, one way."""
+    height, about = np.abs(state.height), np.abs(state.about)
+    each_way = height > judge.neighbour_ratio * about.max(axis=0)
+    one_way = [height > judge.neighbour_ratio**2 * about[list(line)].max(axis=0) for line in BESIDE]
+    narrow = each_way | one_way[0] | one_way[1]
+    sure = _sureness(judge, state.height, state.square, state.looks) > judge.spike
+    return np.asarray(narrow & sure & (state.looks > judge.path_px))
 
 
 def _neighbours(image: Image, pixels: NDArray[np.int64]) -> Image:

@@ -14,7 +14,7 @@ from elusive.tracking.peak_targets import PeakTargets
 FRESH = 10  # frames up to which a target has just begun
 SURE = 0.9  # existence from which it counts
 REACH_PX = 16.0  # how far a target may have jumped, and a third as far again for each frame's way it has
-ALIKE = 0.6  # share of a strength that another has at least, and its inverse at most
+ALIKE = 0.6  # share of a strength that another has at least; more it may have, where little is known of a place
 
 
 def rejoined(targets: PeakTargets, level_spread: float) -> PeakTargets:
@@ -32,7 +32,7 @@ def rejoined(targets: PeakTargets, level_spread: float) -> PeakTargets:
     for old in lost[np.argsort(-targets.evidence[lost], kind="stable")]:
         near = np.hypot(*(place[fresh] - place[old]).T) < REACH_PX + 3 * speed[old]
         ratio = targets.strength[fresh] / targets.strength[old]
-        like = near & (targets.bright[fresh] == targets.bright[old]) & (ratio > ALIKE) & (ratio < 1 / ALIKE)
+        like = near & (targets.bright[fresh] == targets.bright[old]) & (ratio > ALIKE)
         like &= np.abs(targets.level[fresh] - targets.level[old]) < 2 * level_spread
         if like.sum() != 1:
             continue
