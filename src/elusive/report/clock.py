@@ -40,8 +40,12 @@ class Clock(NamedTuple):
         if self.kind == "s":
             return f"{time:.{self.digits}f} s"
         if self.kind == "hours":
-            return self._hours(time)
-        return f"{datetime.fromtimestamp(time, UTC):%Y-%m-%d} {self._hours(time % DAY_S)} UTC"
+            return self.of_day(time)
+        return f"{datetime.fromtimestamp(time, UTC):%Y-%m-%d} {self.of_day(time)} UTC"
+
+    def of_day(self, time: float) -> str:
+        """Return hours, minutes and seconds, of ``hours`` since the beginning, of ``utc`` since midnight."""
+        return self._hours(time % DAY_S if self.kind == "utc" else time)
 
     @property
     def unit(self) -> str:

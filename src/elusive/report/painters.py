@@ -24,6 +24,7 @@ POINTS = 0.75  # of a pixel of the page
 SURE = 2.4477  # deviations of an ellipse that holds 95 %
 SAME_S = 2e-6  # times apart that are one
 MARKERS = {"ring": "o", "square": "s", "diamond": "D", "triangle": "^", "cross": "x", "plus": "+", "box": "s"}
+WHITE = ("#fff", "#ffffff", "white")  # which a legend would not show
 LABELS = ("#e8590c", "#4c8dff", "#a371f7", "#e64980", "#12b886", "#f2b705", "#15aabf", "#94a3b8")
 RAMPS: dict[str, tuple[str, ...]] = {  # as in static/base.js
     "grey": ("#000000", "#ffffff"),
@@ -159,17 +160,19 @@ def _points(axes: Axes, layer: Layer, at: At, depth: float) -> None:
     each = [layer["colours"][k] for k in seen] if "colours" in layer else [layer["colour"]] * len(seen)
     for number, colour in enumerate(dict.fromkeys(each)):
         mine = [k for k, of in zip(seen, each, strict=True) if of == colour]
-        name = _name(axes, layer) if number == 0 else None
-        axes.plot(x[mine], y[mine], color=at.ink(colour), label=name, **style)
+        name, ink = _name(axes, layer) if number == 0 else None, at.ink(colour)
+        edge = plots.MUTED if ink.lower() in WHITE else ink
+        axes.plot(x[mine], y[mine], color=ink, markeredgecolor=edge, label=name, **style)
     for k, colour in zip(seen, each, strict=True) if "texts" in layer else ():
         _word(axes, (x[k], y[k]), layer["texts"][k], at.ink(colour), 8)
 
 
 def _word(axes: Axes, place: Any, text: str, colour: str, size: float) -> None:
-    axes.annotate(
+    word = axes.annotate(
         text, tuple(place), (4, 3), textcoords="offset points", color=colour, size=size, weight="bold", zorder=90,
         annotation_clip=True,
     )  # fmt: skip
+    word.set_in_layout(False)  # it stands inside its panel; asked for its size, each costs as much as an axis
 
 
 def _segments(axes: Axes, layer: Layer, at: At, depth: float) -> None:

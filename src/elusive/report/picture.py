@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from elusive.report import plots
+from elusive.report.clock import Clock
 from elusive.report.drawing import Drawing, Panel
 from elusive.report.painters import PAINTERS, At
 
@@ -36,6 +37,7 @@ def write_picture(path: Path, drawn: Drawing, title: str, verdict: str = "") -> 
     rows = max(row + high for row, _, high, _ in places)
     head = HEAD_IN + 0.17 * len(lines)
     height = head + rows * ROW_IN + KEY_IN
+    clock = Clock.of(drawn["times"], drawn["unit"])
     start = drawn["times"][drawn.get("start", 0)] if drawn["times"] else 0.0
     with plots.figure(path, WIDTH_IN, height) as (figure, ((only,),)):
         only.remove()
@@ -44,7 +46,7 @@ def write_picture(path: Path, drawn: Drawing, title: str, verdict: str = "") -> 
         grid, key = figure.add_gridspec(rows, COLUMNS), dict[str, Any]()
         for panel, (row, column, high, wide) in zip(panels, places, strict=True):
             axes = figure.add_subplot(grid[row : row + high, column : column + wide])
-            _draw(axes, panel, float(panel.get("at", start)), drawn["unit"])
+            _draw(axes, panel, float(panel.get("at", start)), clock)
             letters = round(LETTERS_IN * WIDTH_IN * wide / COLUMNS)
             axes.set_title("\n".join(textwrap.wrap(panel["title"], letters)))
             if panel.get("plane"):
@@ -72,7 +74,9 @@ def _places(panels: list[Panel]) -> list[Place]:
     return [(0, 0, 2, wide), *right, *below][: len(panels)]
 
 
-def _draw(axes: Axes, panel: Panel, time: float, unit: str) -> None:
+def _draw(axes: Axes, panel: Panel, time: float, clock: Clock) -> None:
+    from matplotlib.patheffects import withStroke
+
     layers, night = panel["layers"], bool(panel.get("night"))
     tracks = sum(layer["type"] == "track" for layer in layers)
     along = 0 if "at" in panel else ELLIPSES // max(1, tracks)
@@ -92,11 +96,16 @@ def _draw(axes: Axes, panel: Panel, time: float, unit: str) -> None:
         bar.set_label(scales[number], color=ink)
         bar.outline.set_visible(False)
         beside.tick_params(colors=ink)
+        halo: Any = [withStroke(linewidth=2.5, foreground=at.ink("--dusk") if night else "white")]
+        for word in (beside.yaxis.label, *beside.get_yticklabels()):  # whatever lies behind
+            word.set_path_effects(halo)
     axes.grid(visible=not any(layer["type"] in ("image", "area") for layer in layers))
     for name in "xy":
         shown = panel[name]
-        of = unit if shown.get("time") else shown.get("unit", "")
+        of = (clock.unit or "UTC" * (clock.kind == "utc")) if shown.get("time") else shown.get("unit", "")
         axes.set(**{f"{name}label": f"{shown['title']} [{of}]" if of else shown["title"]})
+        if shown.get("time") and not clock.unit:
+            getattr(axes, f"{name}axis").set_major_formatter(lambda time, _: clock.of_day(time))
     names = axes.get_legend_handles_labels()[1]
     if not panel.get("plane") and 0 < len(names) <= LEGEND_AT_MOST:
         axes.legend(loc="best", labelcolor="white" if night else None)
