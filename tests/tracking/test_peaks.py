@@ -216,6 +216,20 @@ def test_what_never_went_far_does_not_move_however_it_sways() -> None:
     assert targets.moving(leash)[0] <= 1.5**2 / 2
 
 
+def test_what_has_not_rested_for_long_moves_by_all_its_evidence() -> None:
+    leash, kinds, rests = MOTIONS.leash, len(MOTIONS.table), len(MOTIONS.leash)
+    targets = PeakTargets.none(kinds, rests)._replace(
+        place=np.full((1, kinds, 2), 60.0),
+        origin=np.zeros((1, 2)),
+        evidence=np.array([2000.0]),
+        resting=np.full((1, rests), -3000.0),  # its likelihood is less than a number can be
+        farthest=np.array([85.0]),
+        age=np.array([1800]),
+        hop=np.zeros(1),
+    )
+    assert targets.moving(leash)[0] == 2000.0
+
+
 def shown_of(beliefs: list[PeakBelief]) -> list[set[int]]:
     return [{track.track for track in belief.tracks if track.extra["shown"]} for belief in beliefs]
 

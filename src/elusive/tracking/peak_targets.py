@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from elusive.contracts import Array
 
+LEAST = np.finfo(np.float64).tiny  # of a likelihood, after a minute in which nothing rested
 HOP = 6  # frames within which what rests is taken for what rests beside it
 
 
@@ -75,7 +76,7 @@ class PeakTargets(NamedTuple):
         away = self.place[:, : len(leash)] - self.origin[:, None]
         resting = self.resting - np.einsum("nra,nra->nr", away, away) * (0.5 / leash**2)
         top = resting.max(axis=1, initial=0.0)
-        still = top + np.log(np.exp(resting - top[:, None]).mean(axis=1))
+        still = top + np.log(np.exp(resting - top[:, None]).mean(axis=1) + LEAST)
         even = self.farthest * np.minimum(HOP / np.maximum(self.age, 1), 1.0)
         way = self.farthest - np.clip(self.hop - even - leash.min(), 0.0, self.farthest)
         found: Array = np.minimum(self.evidence - np.maximum(still, 0.0), 0.5 * (way / leash.min()) ** 2)
