@@ -62,7 +62,7 @@ def settle(drawn: Figure) -> None:
     engine = drawn.get_layout_engine()
     if engine is not None:
         engine.execute(drawn)
-        drawn.set_layout_engine("none")
+        drawn.set_layout_engine(None)
 
 
 def frame(axes: Axes, pixels: Array, title: str = "", shrink: int = 1) -> None:
