@@ -56,8 +56,7 @@ def look(mean, covariance, weights, evidence, grid, sd, ratios, gate, claimed):
     inverse = np.linalg.inv(innovation)
     pitch = 2 * np.pi / rows
     at = (np.arctan2(off[0], off[1]) - first) / pitch
-    moves, shares, likely = [], [], []
-    whole = 0.0
+    moves, weighed, shares, likely = [], [], [], []
     for a in range(int(np.round(at)) - rows // 2 + 1, int(np.round(at)) + rows // 2):
         for c in range(-columns, 2 * columns):
             d = np.array([start + c * step - r, (a - at) * pitch * r])
@@ -65,19 +64,21 @@ def look(mean, covariance, weights, evidence, grid, sd, ratios, gate, claimed):
             if squared > gate**2:
                 continue
             weight = np.exp(-0.5 * squared)
-            whole += weight
             e, q = (evidence[a % rows, c], claimed[a % rows, c]) if 0 <= c < columns else (np.nan, 0.0)
             ratio = np.ones(len(ratios)) if np.isnan(e) else ratio_of(e, ratios)
             ratio = ratio / (q * np.maximum(ratio, 1) + 1 - q)
             moves.append(d)
+            weighed.append(weight)
             shares.append(weight * (weights @ ratio))
             likely.append(weight * ratio)
-    moves, shares = np.array(moves), np.array(shares) / sum(shares)
+    whole = sum(weighed)
+    moves, shares, weighed = np.array(moves), np.array(shares) / sum(shares), np.array(weighed) / whole
     gain = covariance @ observed.T @ inverse
     middle = shares @ moves
     spread = np.einsum("k,ki,kj->ij", shares, moves - middle, moves - middle)
+    within = np.einsum("k,ki,kj->ij", weighed, moves, moves)
     after = weights * sum(likely) / (weights @ sum(likely))
-    covariance = covariance - gain @ innovation @ gain.T + gain @ spread @ gain.T
+    covariance = covariance - gain @ within @ gain.T + gain @ spread @ gain.T
     return np.log(weights @ sum(likely) / whole), mean + gain @ middle, covariance, after
 
 

@@ -92,8 +92,11 @@ def test_what_has_sailed_out_of_reach_is_no_target_in_view():
     covariance = np.tile(np.diag([900.0, 25.0, 900.0, 25.0]), (3, 1, 1))
     levels = np.full((3, len(RADAR.ratios)), 1 / len(RADAR.ratios))
     unknown = np.full(RADAR.shape, np.nan)
-    said = RADAR.look(mean, covariance, levels, np.full(3, 0.9), turn_of(unknown), 2.5).log_ratio
-    np.testing.assert_allclose(said, [0, 0, -np.inf], atol=1e-9)
+    looked = RADAR.look(mean, covariance, levels, np.full(3, 0.9), turn_of(unknown), 2.5)
+    np.testing.assert_allclose(looked.log_ratio, [0, 0, -np.inf], atol=1e-9)
+    np.testing.assert_allclose(
+        looked.covariance, covariance, rtol=0.02, atol=2.0
+    )  # where nothing is seen, nothing is learnt
 
 
 def test_turns_are_told_apart_and_a_point_is_where_it_is():

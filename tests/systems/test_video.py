@@ -19,7 +19,7 @@ from elusive.systems.video.checks import findings_of
 from elusive.systems.video.parameters import PlotFinding, VideoTracking
 from elusive.systems.video.plots import write_video_plots
 from elusive.systems.video.registration import register
-from elusive.systems.video.scene import VideoScene
+from elusive.systems.video.scene import VideoScene, track_video_scene
 from elusive.systems.video.sea import Sea, SeaState, Still, VideoRadar, cell_places
 from elusive.systems.video.simulate import (
     RADAR_DEG,
@@ -69,6 +69,17 @@ def test_ships_are_found_and_nothing_else(tracked):
     with (out / "resting.csv").open() as file:
         rocks = list(csv.DictReader(file))
     assert len(rocks) >= 5
+
+
+def test_a_small_scene_has_as_many_ships_and_rocks_as_it_has(tmp_path):
+    """One ship was two, 38 m apart and both sure; the coast's edge was fifteen echoes more."""
+    small = {"spokes": 512, "samples": 256}
+    outcome = track_video_scene(
+        VideoScene(simulation=VideoSimulation(turns=20, ships=2, seed=0, radar=small)), tmp_path
+    )
+    assert len(outcome.tracked.paths) == 2
+    assert len(outcome.resting) == 10
+    assert outcome.scored.confirmed.strays == 0
 
 
 def test_a_harbour_at_rest_holds_no_ship_under_way():

@@ -111,7 +111,8 @@ def look(
         near = int(np.ceil((r - gate * np.sqrt(s_rr) - start) / step))
         far = int(np.floor((r + gate * np.sqrt(s_rr) - start) / step))
         middle = int(np.round(at))
-        whole, total, m_r, m_t, m_rr, m_tt, m_rt = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        whole, w_rr, w_tt, w_rt = 0.0, 0.0, 0.0, 0.0
+        total, m_r, m_t, m_rr, m_tt, m_rt = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         likely[:] = 0.0
         for a in range(middle - half, middle + half + 1):
             d_t = (a - at) * pitch * r
@@ -122,6 +123,9 @@ def look(
                     continue
                 weight = np.exp(-0.5 * squared)
                 whole += weight
+                w_rr += weight * d_r * d_r
+                w_tt += weight * d_t * d_t
+                w_rt += weight * d_r * d_t
                 seen = 0 <= c < columns
                 e = evidence[a % rows, c] if seen else 0.0
                 claim = claimed[a % rows, c] if seen else 0.0
@@ -147,8 +151,10 @@ def look(
             levels[t, k] = (1 - RENEWED) * levels[t, k] * likely[k] / total + RENEWED / kinds
         log_ratio[t] = np.log(ratio)
         m_r, m_t = m_r / total, m_t / total
-        v_rr, v_tt, v_rt = m_rr / total - m_r * m_r - s_rr, m_tt / total - m_t * m_t - s_tt, m_rt / total - m_r * m_t
-        v_rt -= s_rt
+        # against what lies within the gate: cells that say nothing leave the belief as it was
+        v_rr = m_rr / total - m_r * m_r - w_rr / whole
+        v_tt = m_tt / total - m_t * m_t - w_tt / whole
+        v_rt = m_rt / total - m_r * m_t - w_rt / whole
         for d in range(4):
             c_r = covariance[t, d, 0] * ux + covariance[t, d, 2] * uy
             c_t = covariance[t, d, 0] * uy - covariance[t, d, 2] * ux

@@ -26,7 +26,7 @@ from elusive.sensors.spokes import Spokes
 TURN_RAD = 2 * math.pi
 MOST_PEAKS = 50_000
 MISSED = -3.0  # log ratio of a target that is nowhere in reach of a cell
-PART = 5  # of a beam and a pulse: deviation of a place in one
+PART = 4  # of a beam and a pulse: deviation of a place in one, as peaks are about ships
 NEAR = 1e-4  # strengths this close to 1 are taken as that far from it
 LEAST_ROWS = 16
 LEAST_POWER = 0.1  # of quantised samples: what is below a step is not told apart

@@ -16,6 +16,7 @@ from elusive.preprocess.clutter_map import ClutterState
 from elusive.sensors.radar_video import RadarVideo
 
 WET = 0.9  # P(water) from which something that lies still is no land
+REACH = 5  # rows and columns that land's echo takes: a beam and a pulse, and what comes and goes beside it
 LONGEST_M = 400.0  # of what lies still and is not land, beside the beam
 STANDS_OUT_DB = 6.0  # of what lies still, over the clutter
 
@@ -35,7 +36,7 @@ def resting_of(
 ) -> tuple[Resting, ...]:  # fmt: skip
     """Return what is fixed and no charted land, its neighbouring cells one; the strongest first."""
     fixed, level = clutter.fixed, clutter.level - _spread(clutter.mean, sensor)
-    wet = fixed if water is None else fixed & (water >= WET)
+    wet = fixed if water is None else fixed & (ndimage.minimum_filter(water, REACH, mode=("wrap", "nearest")) >= WET)
     labels, count = ndimage.label(wet, np.ones((3, 3)))
     for above, below in zip(labels[-1], labels[0], strict=True):  # round the turn
         if above and below and above != below:
