@@ -7,6 +7,7 @@ nodes in another order, does not do. Units are told by sizes that no room and no
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Sequence
 from itertools import combinations
 
@@ -35,7 +36,9 @@ INTERVALS_S = 0.005, 60.0  # between frames
 IMPOSSIBLE = 0.5  # share of the links that is louder than radios can be
 COARSE_DB = 2.5  # steps of readings
 MISFIT, LEARNED_FRAMES = 2.0, 20
-ONE_MORE = 1.3  # log likelihood a frame of one more person: -10 to .9 where all are tracked, 1.4 to 40 with one more
+# log likelihood a frame of one more person: to 2.2 where all are tracked by few nodes, else below .9; 3 to 40 with one
+ONE_MORE = 3.0
+FOUND_S = 5.0  # within which somebody who comes is found
 NODES_REMEDY = "Give --nodes in the order of the log's columns, every node once, and check --layout."
 
 
@@ -48,6 +51,8 @@ class LinkFacts:
         self._confirmed = 0
         self._misfit = math.nan
         self._one_more, self._looked = 0.0, 0
+        self._late: deque[tuple[float, float]] = deque()  # time and what was left over, of the last seconds
+        self._found: frozenset[int] = frozenset()
         self._stays: tuple[float, float, float] | None = None  # when and where something was first seen to
         self._still = math.nan
         self._step_db = math.nan
@@ -69,9 +74,20 @@ class LinkFacts:
             if people.standing.place is not None and self._stays is None:
                 self._stays = step.time_s, *people.standing.place.tolist()
             self._still = float(np.fmax(self._still, people.standing.log_ratio))
-            if math.isfinite(people.unexplained.log_ratio):
-                self._one_more += people.unexplained.log_ratio
-                self._looked += 1
+            self._left_over(step)
+
+    def _left_over(self, step: Step) -> None:
+        """Sum up what is left over, but for the seconds before somebody is found: that was theirs."""
+        found = frozenset(track.track for track in step.tracks if track.status == "confirmed")
+        if found - self._found:
+            self._late.clear()
+        self._found |= found
+        log_ratio = step.state.people.unexplained.log_ratio
+        if math.isfinite(log_ratio):
+            self._late.append((step.time_s, log_ratio))
+        while self._late and step.time_s - self._late[0][0] > FOUND_S:
+            self._one_more += self._late.popleft()[1]
+            self._looked += 1
 
     def findings(self) -> tuple[Finding, ...]:
         """Return what was checked."""
@@ -122,8 +138,10 @@ class LinkFacts:
         )
 
     def _people(self) -> Finding:
-        mean = self._one_more / self._looked if self._looked >= LEARNED_FRAMES else math.nan
-        return Fact(0.0, mean, not mean > ONE_MORE, self._looked).finding(
+        looked = self._looked + len(self._late)
+        summed = self._one_more + sum(log_ratio for _, log_ratio in self._late)
+        mean = summed / looked if looked >= LEARNED_FRAMES else math.nan
+        return Fact(0.0, mean, not mean > ONE_MORE, looked).finding(
             "links.people",
             f"What the tracked people leave over is likelier with one more person, by {mean:.2g} a frame (log "
             "likelihood): two may be tracked as one, or somebody is not tracked, and ellipses are too sure.",
