@@ -13,9 +13,10 @@ from elusive.errors import DataError, ParameterError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io import open_radar_plots
 from elusive.io.radar_video import open_radar_video
+from elusive.preprocess.clutter_map import ClutterMap
 from elusive.sensors.echo_extent import EchoExtent
-from elusive.sensors.radar_video import RadarVideo
-from elusive.systems.video.checks import findings_of
+from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
+from elusive.systems.video.checks import Judged, findings_of
 from elusive.systems.video.parameters import PlotFinding, VideoTracking
 from elusive.systems.video.plots import write_video_plots
 from elusive.systems.video.registration import register
@@ -30,7 +31,8 @@ from elusive.systems.video.simulate import (
     spokes_of,
 )
 from elusive.systems.video.track import track_video, track_video_recording
-from elusive.systems.video.turns import VideoStart, heard, start_of, turns_of
+from elusive.systems.video.turns import Heard, VideoStart, heard, start_of, turns_of
+from elusive.tracking.track import Track
 from tests.recordings import DATA
 
 SMALL = {"spokes": 256, "samples": 160, "step_m": 20.0, "pulse_m": 40.0, "beam_deg": 6.0, "start_m": 200.0}
@@ -216,6 +218,27 @@ def test_findings_say_what_does_not_hold():
         "video.turns", "video.heading", "video.scale", "video.clutter", "video.moving-radar", "video.crowded",
         "video.extent",
     }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("ships", "off_m", "broken"), [(1, 10.0, {"beside"}), (1, 300.0, set()), (60, 300.0, {"many"})]
+)
+def test_ships_that_are_a_coasts_edge_or_too_many_are_named(ships, off_m, broken):
+    sensor = RadarVideo(step_m=12.5)
+    fixed = np.zeros(sensor.shape, bool)
+    row, column = 89, 200
+    fixed[row, column] = True
+    place = sensor.places()[row, column] + [0.0, off_m]
+    mean = np.array([place[0], 1.0, place[1], 0.0])
+    tracks = [Track(k, "confirmed", 1.0, mean, np.eye(4)) for k in range(ships)]
+    power = np.ones(sensor.shape, np.float32)
+    state = ClutterMap().learnt(None, power)._replace(fixed=fixed)
+    turn = EvidenceTurn(0.0, np.zeros(len(power)), power, (0.0, 0.0))
+    judged = Judged(sensor)
+    judged.add(Heard(turn, power, state, 1.0), tracks)
+    start = VideoStart(sensor, None, 0.0, 0.0, EchoExtent(np.nan, np.nan))
+    found = judged.findings(Counter({"spokes": 1, "turns": 20}), start, None)[1]
+    assert {one.name for one in found if not one.holds and one.grave} == {f"video.{name}" for name in broken}
 
 
 def test_a_radar_that_is_not_told_of_is_read_from_its_echoes():

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import math
 from collections import Counter, deque
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from elusive.charts import Water
 from elusive.checks import Finding
+from elusive.contracts import X, Y
 from elusive.sensors.echo_extent import EchoExtent
 from elusive.sensors.radar_video import RadarVideo
 from elusive.systems.video.registration import Registration, register
 from elusive.systems.video.turns import Heard, VideoStart
+from elusive.tracking.track import Track
 
 FEW_TURNS = 10
 LATEST = 2000  # turns by whose clutter a run is checked
@@ -24,22 +27,42 @@ FIXES_M = 10.0  # of a position that jitters
 SPIKY = 2.0  # share of the clutter beyond what its law lets expect, to that
 OTHER_EXTENT = 2.0  # factor by which echoes reach further or less far than told
 CROWDED = 0.1  # share of the cells that are fixed
+EDGE = 2  # cells about a ship in which what is fixed shows as well
+MANY = 50  # ships at once
 
 
 class Judged:
     """Gathers, turn by turn, what a run is checked by; of the clutter, the latest turns."""
 
-    def __init__(self) -> None:
+    def __init__(self, sensor: RadarVideo) -> None:
+        self._sensor = sensor
+        self._beside = dict[int, bool]()  # whether a ship has never left what is fixed
+        self._at_once = 0
         self._held = deque[float](maxlen=LATEST)
         self._least, self._most = np.full(2, math.inf), np.full(2, -math.inf)
         self._last: Heard | None = None
 
-    def add(self, heard: Heard) -> None:
-        """Take in a turn."""
+    def add(self, heard: Heard, tracks: Sequence[Track]) -> None:
+        """Take in a turn, and the tracks after it."""
+        ships = [track for track in tracks if track.status == "confirmed"]
+        self._at_once = max(self._at_once, len(ships))
+        for ship in ships:
+            if self._beside.get(ship.track, True):
+                self._beside[ship.track] = self._is_beside(ship, heard)
         place = np.array(heard.turn.place)
         self._least, self._most = np.minimum(self._least, place), np.maximum(self._most, place)
         self._held.append(heard.held)
         self._last = heard
+
+    def _is_beside(self, ship: Track, heard: Heard) -> bool:
+        """Whether something fixed lies within an echo of a ship."""
+        x, y = ship.mean[[X, Y]] - np.array(heard.turn.place)
+        first, step, pitch = self._sensor.grid
+        rows = np.arange(-EDGE, EDGE + 1) + round(math.atan2(x, y) / pitch - 1)
+        columns = np.arange(-EDGE, EDGE + 1) + round((math.hypot(x, y) - first) / step)
+        fixed = heard.clutter.fixed
+        columns = np.clip(columns, 0, fixed.shape[1] - 1)
+        return bool(fixed[np.ix_(rows % fixed.shape[0], columns)].any())
 
     def findings(
         self, counts: Counter[str], start: VideoStart, water: Water | None
@@ -51,8 +74,12 @@ class Judged:
         if water is not None and moved <= _still_m(start.sensor):
             itself = fixed & ~clutter.beside
             registration = register(itself, start.sensor, water.probability, self._last.turn.place)
-        return registration, findings_of(
-            counts, registration, list(self._held), moved, start, fixed, charted=water is not None
+        ships = [_many(self._at_once)]
+        if water is None and self._beside:
+            ships.append(_beside(sum(self._beside.values()), len(self._beside)))
+        return registration, (
+            *findings_of(counts, registration, list(self._held), moved, start, fixed, charted=water is not None),
+            *ships,
         )
 
 
@@ -116,6 +143,24 @@ def _registered(registration: Registration, start: VideoStart) -> list[Finding]:
             )
         )  # fmt: skip
     return found
+
+
+def _many(at_once: int) -> Finding:
+    return Finding(
+        "video.many", at_once <= MANY, MANY, at_once,
+        f"{at_once} ships under way were told at once: more than are likely. Strong spots of no ship that come in each "
+        "turn, as another radar's interference leaves them, are tracked sure and wrong.",
+        "Turn the radar's interference rejection on; look at the report.",
+    )  # fmt: skip
+
+
+def _beside(beside: int, ships: int) -> Finding:
+    return Finding(
+        "video.beside", beside == 0, 0.0, beside,
+        f"{beside} of {ships} ships under way never left what is fixed by more than an echo: a coast in strong sea "
+        "clutter makes such tracks, slow ones along it, sure and wrong.",
+        "Give --chart, so that land is known; else take them for the coast.", grave=2 * beside > ships,
+    )  # fmt: skip
 
 
 def _turns(turns: int) -> Finding:

@@ -75,7 +75,7 @@ def follow_video(
         start = start_of(first, parameters, radar_lon_deg, radar_lat_deg, needs_place or ("chart" if charts else ""))
         memory.first = start
     tracker, laid = lay(start, charts, parameters)
-    counts, judged = Counter[str](), Judged()
+    counts, judged = Counter[str](), Judged(start.sensor)
     turns = turns_of(
         chain(first, spokes), start, parameters.azimuth_bias_deg, counts, moves=radar_lon_deg is None
     )  # fmt: skip
@@ -85,7 +85,7 @@ def follow_video(
         nonlocal last
         tracked = heard(turns, parameters.clutter, parameters.learning_turns, laid.open_water, memory=memory)
         for last in track_video(tracked, tracker, parameters.seed, start.frame, memory):
-            judged.add(last.state.heard)
+            judged.add(last.state.heard, last.tracks)
             yield last
 
     with (

@@ -64,7 +64,7 @@ class VideoRun:
         log: TrackLog,
     ) -> None:  # fmt: skip
         self._parameters, self._start, self._charted, self._water, self._log = parameters, start, charted, water, log
-        self._judged = Judged()
+        self._judged = Judged(start.sensor)
         self._places: list[tuple[float, float]] = []
         self._kept: list[tuple[float, NDArray[np.uint8], NDArray[np.uint8]]] = []
         self._stride = 1
@@ -76,7 +76,7 @@ class VideoRun:
         """Take in a turn's result."""
         self._log.append(step)
         turn: EvidenceTurn = step.measurement
-        self._judged.add(step.state.heard)
+        self._judged.add(step.state.heard, step.tracks)
         self._places.append(turn.place)
         if self._steps % self._stride == 0:
             self._kept.append((step.time_s, *self._raster.pictures(step.state.heard.power)))
