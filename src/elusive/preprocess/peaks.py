@@ -20,6 +20,7 @@ from elusive.errors import DataError
 from elusive.model import Model
 from elusive.preprocess import _summit_kernels, peak_tails, scales
 from elusive.preprocess._scale_kernels import Image
+from elusive.preprocess.drawn import Drawn, drawn, without_drawn
 from elusive.preprocess.peak_maps import Found, Groups, PeakMaps, find, groups_of, in_space, in_time
 from elusive.preprocess.peak_tails import TailState
 from elusive.preprocess.repair import NONE_WATCHED, SUSPECT, Mask, Watched, fill_gaps, watch, without_stuck
@@ -64,6 +65,7 @@ class PeakState(NamedTuple):
     offset_px: Array
     step_px: Array
     usual: float  # correlation of a frame with its past
+    drawn: Drawn | None
     stuck: Watched
     tails: TailState | None
     output: Peaks | None
@@ -78,7 +80,7 @@ class PeakFinder(Model):
 
     def init(self) -> PeakState:
         """Return the state before the first frame."""
-        return PeakState(0, (), (), None, np.zeros(2), np.zeros(2), 0.0, NONE_WATCHED, None, None)
+        return PeakState(0, (), (), None, np.zeros(2), np.zeros(2), 0.0, None, NONE_WATCHED, None, None)
 
     def step(self, state: PeakState, frame: Array) -> PeakState:
         """Return the state after one more frame.
@@ -100,7 +102,9 @@ class PeakFinder(Model):
             )
         if state.shape and frame.shape != state.shape:
             raise DataError(f"frame {state.frames_seen}: shape {frame.shape}, must be {state.shape} as before.")
-        image, hidden = fill_gaps(np.ascontiguousarray(frame, dtype=np.float32), state.frames_seen)
+        image = np.ascontiguousarray(frame, dtype=np.float32)
+        over = drawn(state.drawn, image)
+        image, hidden = fill_gaps(without_drawn(image, over.mask), state.frames_seen)
         pedestal, quantum = _levels(image)
         whole = without_stuck(image, self.stuck, state.stuck)
         maps = scales.responses(whole - np.float32(pedestal), scales.count_of(image.shape))
@@ -136,7 +140,9 @@ class PeakFinder(Model):
         stuck = watch(image, self.stuck, state.stuck, suspects, offset)
         output = Peaks(state.frames_seen, *peaks, offset, step, cut, noise, pedestal, quantiles)
         last = maps[scene.chosen()[1]]
-        return PeakState(state.frames_seen + 1, image.shape, pasts, last, offset, step, usual, stuck, tails, output)
+        return PeakState(
+            state.frames_seen + 1, image.shape, pasts, last, offset, step, usual, over, stuck, tails, output
+        )
 
     def _rated(
         self, tails: TailState, found: list[Found], shape: tuple[int, ...]
@@ -183,10 +189,17 @@ def _found_in_space(scene: Scene, groups: Groups, hidden: list[Mask] | None) -> 
 
 
 def _found(maps: PeakMaps, groups: Groups, hidden: list[Mask] | None) -> Found:
-    if hidden is not None:
-        for white, gap in zip(maps.white, hidden, strict=True):
-            white[gap] = 0.0
-    return find(maps, groups)
+    found = find(maps, groups)
+    if hidden is None:
+        return found
+    # not taken out of the maps before: what is cut off at a gap's edge would be an extremum there
+    x, y, level = found.table[[0, 1, 8]]
+    seen = np.ones(len(x), dtype=bool)
+    for k, gap in enumerate(hidden):
+        here = level == k
+        at = (np.clip(np.round(p[here] / 2.0**k).astype(int), 0, n - 1) for p, n in zip((y, x), gap.shape, strict=True))
+        seen[here] = ~gap[*at]
+    return found._replace(table=found.table[:, seen])
 
 
 def _levels(image: Image) -> tuple[float, float]:

@@ -36,7 +36,7 @@ def fill_gaps(image: Image, number: int) -> tuple[Image, list[Mask] | None]:
     hidden, gap = [], gaps
     for k in range(scales.count_of(image.shape)):
         gap = gap if k == 0 else ndimage.maximum_filter(gap, 3)[::2, ::2]
-        hidden.append(ndimage.maximum_filter(gap, 5))
+        hidden.append(ndimage.maximum_filter(gap, 7))
     return np.where(gaps, fill, image).astype(np.float32), hidden
 
 

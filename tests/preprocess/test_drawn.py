@@ -1,0 +1,66 @@
+"""What a camera draws over its scene is found by its values, and moves neither the registration nor anything shown."""
+
+import numpy as np
+import pytest
+
+from elusive.preprocess.drawn import FIRST, FRAMES, PASSED_PX, drawn, without_drawn
+from elusive.preprocess.peaks import PeakFinder
+from tests.preprocess.scenes import recording
+
+
+def masks(frames):
+    state = None
+    for frame in frames:
+        state = drawn(state, frame.astype(np.float32))
+        yield state.mask
+
+
+def test_bars_and_lines_are_found_and_little_else():
+    frames = recording(n=12).frames
+    over = np.zeros(frames.shape[1:], bool)
+    over[:9] = over[-9:] = True
+    over[40, 20:34] = over[50:64, 60] = True
+    frames[:, over] = 16.0
+    for k, mask in enumerate(masks(frames)):
+        assert (mask is not None) == (k >= FIRST)
+        if mask is not None:
+            np.testing.assert_array_equal(mask, over)
+            assert np.isnan(without_drawn(frames[k], mask)[over]).all()
+
+
+def test_short_pieces_stay_and_a_flat_part_is_seen_where_something_passes():
+    frames = recording(n=20).frames
+    frames[:, 60:64, 50:54] = 255.0  # a saturated target that the camera follows
+    frames[:, :30] = 0.0  # a sky below the least grey level
+    frames[14, 15, 55] = 9.0
+    found = list(masks(frames))
+    assert not any(mask[60:64, 50:54].any() for mask in found[FIRST:])
+    assert found[13][15, 55]
+    reach = PASSED_PX // 2
+    assert not any(mask[:30, 55 - reach : 55 + reach + 1].any() for mask in found[14:])
+    assert found[19][10, 5]
+
+
+def test_nothing_is_drawn_where_most_stays_the_same():
+    frames = np.repeat(recording(n=1).frames, 2 * FRAMES, axis=0)
+    assert all(mask is None for mask in masks(frames))
+
+
+@pytest.mark.parametrize("bar", [0, 14])
+def test_bars_do_not_hold_the_registration(bar):
+    scene = recording(n=16, camera=(0.4, 0.7))
+    frames = scene.frames.copy()
+    if bar:
+        frames[:, :bar] = frames[:, -bar:] = 0.0
+    finder = PeakFinder()
+    state = finder.init()
+    offsets = []
+    for frame in frames:
+        state = finder.step(state, frame)
+        offsets.append(state.output.offset_px)
+        if bar and len(offsets) > FIRST:
+            y = state.output.places_px[:, 1]
+            assert (np.abs(y - bar) > 1).all()
+            assert (np.abs(y - (80 - bar)) > 1).all()
+    moved = np.diff(offsets, axis=0)[FIRST + 1 :]
+    np.testing.assert_allclose(moved.mean(axis=0), [0.4, 0.7], atol=0.05)
