@@ -96,6 +96,26 @@ def failing(out):
     return {row["name"]: row for row in json.loads((out / "checks.json").read_text()) if not row["holds"]}
 
 
+def rounded(seed, step_deg=10.0):
+    """Azimuths to the nearest step."""
+    step = np.deg2rad(step_deg)
+    return [one._replace(azimuth_rad=step * np.round(one.azimuth_rad / step)) for one in flown(seed)]
+
+
+def turning(seed, interval_s=12.0):
+    """An emitter of 12 m/s that turns by 1.5 to 2.6 rad at once, again and again."""
+    rng, times = np.random.default_rng([seed, 6]), 0.5 * np.arange(120)
+    states, heading = np.zeros((120, 4)), 1.0
+    states[0, [0, 2]] = -20.0, 20.0
+    for k in range(120):
+        heading += rng.uniform(1.5, 2.6) if k and times[k] % interval_s == 0 else 0.0
+        states[k, 1], states[k, 3] = 12 * math.sin(heading), 12 * math.cos(heading)
+        if k:
+            states[k, [0, 2]] = states[k - 1, [0, 2]] + 0.5 * states[k - 1, [1, 3]]
+    sensors = BearingSensors(positions_m=[(x, y, 0) for x, y in SITES_M], sigma_deg=SIGMA_DEG / 2)
+    return sensors.simulate(states, times, np.random.default_rng([seed, 7]))
+
+
 WRONG = {
     "two emitters": (two_alternating, SITES_M, SIGMA_DEG, "more than one emitter"),
     "mathematical": (lambda seed: mathematical(flown(seed)), SITES_M, SIGMA_DEG, "anticlockwise from east"),
@@ -105,6 +125,8 @@ WRONG = {
     "north": (lambda seed: erring(seed, turned_deg=6.0), SITES_M, SIGMA_DEG, "azimuths of sensor 2 are"),
     "clock": (lambda seed: erring(seed, late=3), SITES_M, SIGMA_DEG, "sensor 2"),
     "imprecise": (imprecise, SITES_M, SIGMA_DEG, "sensor 2 reports lies"),
+    "rounded": (rounded, SITES_M, SIGMA_DEG, "whole multiples of 10 degrees"),
+    "turning": (turning, SITES_M, SIGMA_DEG / 2, "turns harder than the motion allows"),
     "misplaced": (flown, np.add(SITES_M, [(0, 0), (15, 0), (0, 0)]), SIGMA_DEG, "sensor 2"),
 }
 

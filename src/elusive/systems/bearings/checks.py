@@ -13,7 +13,8 @@ from elusive.report.clock import moment
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.systems.bearings.causes import cause_of
 from elusive.systems.bearings.choices import FLAT, BatchMap, Estimation, GraphFilter
-from elusive.systems.bearings.faults import fault_finding, fault_of
+from elusive.systems.bearings.faults import fault_finding, fault_of, motion_finding
+from elusive.systems.bearings.given import rounding_finding, units_finding
 from elusive.systems.bearings.heard import sensors_of
 from elusive.systems.bearings.leftovers import FAR, FEW, Leftovers, Scale, least_precise, leftovers, scale_of
 from elusive.systems.bearings.parameters import BearingTracking
@@ -22,7 +23,6 @@ from elusive.tracking.track import Step
 NARROW = 0.7  # residuals in the median, to those expected, beyond their own error
 COVERED = 0.7  # of a deviation, within which it covers errors that persist: from the one such recording, a drone's
 AT_SENSOR, OFTEN = 0.02, 0.2  # distance to a sensor, of the sensors' extent, and share of the times that near
-DEGREES_MOST, DEGREES_APART = 5.0, 5.0  # extent of sensors in degrees, and how much further off (0, 0) is
 TOO_SURE = 0.5  # of the deviation that all bearings together allow
 NOW_AND_THEN, SELDOM = 3, 0.02  # manoeuvres beyond the motion that are none too many, and their share of the times
 
@@ -43,7 +43,7 @@ def track_findings(
     """
     known = [step for step in steps if step.tracks and step.state.started]
     said = f"{who}: " if who else ""
-    found = [units_finding(sites)]
+    found = [units_finding(sites), rounding_finding(steps, parameters, sites, said)]
     if not known or isinstance(parameters.filter, GraphFilter):  # whose ellipses are said to be too small
         return tuple(found)
     flt = parameters.filter
@@ -89,21 +89,6 @@ def _alone(steps: Sequence[Step], parameters: BearingTracking, solid: bool, said
     )  # fmt: skip
 
 
-def units_finding(sites: SensorSites) -> Finding:
-    """Check that the sensors' places look like metres."""
-    places = sites.positions_m[:, :2]
-    extent, centre = float(np.ptp(places, axis=0).max()), np.abs(places.mean(axis=0))
-    degrees = bool(
-        (np.abs(places) <= (180, 90)).all() and 0 < extent <= DEGREES_MOST and centre.max() > DEGREES_APART * extent
-    )
-    return Finding(
-        "bearings.units", not degrees, math.nan, extent,
-        f"The sensors' places are read as metres and look like longitudes and latitudes: they lie within {extent:.3g} "
-        f"of each other about ({places[:, 0].mean():.4g}, {places[:, 1].mean():.4g}).",
-        "Convert them to metres east and north, or name the columns lon_deg and lat_deg.",
-    )  # fmt: skip
-
-
 def _residuals(
     scale: Scale, steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites, said: str
 ) -> list[Finding]:
@@ -139,7 +124,10 @@ def _residuals(
             "elusive fit bearings finds both as far as the bearings tell them.",
         )
     )  # fmt: skip
-    found.append(fault_finding(fault_of(steps, parameters, sites), said))
+    fault = fault_of(steps, parameters, sites)
+    found.append(fault_finding(fault, said))
+    if fault is None and not persists:
+        found.append(motion_finding(steps, parameters, sites, said))
     return found
 
 

@@ -17,7 +17,8 @@ from elusive.checks import Finding
 from elusive.contracts import VX, VY, Array, X, Y
 from elusive.errors import ElusiveError
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
-from elusive.systems.bearings.choices import Cruise, Estimation, Interacting, OneEmitter
+from elusive.sensors.bearing_table import PlaceSet
+from elusive.systems.bearings.choices import Cruise, Estimation, Interacting, OneEmitter, Turn
 from elusive.systems.bearings.leftovers import leftovers, scale_of
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.track import track
@@ -28,6 +29,9 @@ LEAST_TIMES = 12
 GAIN = 15.0  # of log evidence, by chance 4e-8 each, and 1e-3 where errors persist a little
 MOVED = 1.0  # deviations that the path moves, from which its ellipses are wrong
 ALIKE = 0.7  # of the gain, with which another error may be it as well
+LONGEST = 2000  # times, of a motion that is tried
+FREER = 4.0  # times the power of the motion's noise that is tried
+MANOEUVRES, HARDLY = 20.0, 0.5  # of log evidence (flights with sharp corners reach 14), and deviations of the path
 ROUNDS = 2  # steps of the search for a size
 
 Heard = list[BearingSet]
@@ -89,6 +93,26 @@ def fault_of(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSi
     fits = not scale_of(leftovers(path, sensor, asked.filter)).wide
     fault = Fault(", or ".join([what, *others[:1]]), remedy, gain, _apart(base, path), fits)
     return fault if fault.moved > MOVED else None
+
+
+def motion_finding(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites, said: str) -> Finding:
+    """Check that the emitter moves as it may, by the evidence of its path where it may manoeuvre more."""
+    heard = [step.measurement for step in steps[:LONGEST]]
+    motion = parameters.motion
+    gain = moved = 0.0
+    if len(heard) >= LEAST_TIMES and not isinstance(motion, Interacting | Turn):
+        asked = parameters.replace(emitters=OneEmitter()).by("map")
+        freer = asked.replace(motion=motion.replace(q=FREER * motion.q))
+        base, other = _path(heard, asked, sites), _path(heard, freer, sites)
+        if base is not None and other is not None:
+            gain, moved = _evidence(other) - _evidence(base), _apart(base, other)
+    return Finding(
+        "bearings.motion", gain <= MANOEUVRES or moved <= HARDLY, 0.0, gain,
+        f"{said}The emitter turns harder than the motion allows: with {FREER:g} times the --q the bearings' log "
+        f"evidence rises by {gain:.0f}, and the path moves by {moved:.1f} of its deviations. Corners are cut, and the "
+        "ellipses there too small.", f"Tell --q {FREER * getattr(motion, 'q', math.nan):.3g} or more; "
+        "elusive fit bearings finds it.",
+    )  # fmt: skip
 
 
 def fault_finding(fault: Fault | None, said: str) -> Finding:
@@ -195,7 +219,7 @@ def _of(trial: _Trial, size: float, asked: BearingTracking) -> tuple[Heard, Bear
     return heard, asked, sites
 
 
-def _path(heard: Heard, asked: BearingTracking, sites: SensorSites) -> list[Step] | None:
+def _path(heard: Sequence[PlaceSet], asked: BearingTracking, sites: SensorSites) -> list[Step] | None:
     try:
         steps = list(track(heard, asked, sites))
     except ElusiveError:

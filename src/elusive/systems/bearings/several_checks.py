@@ -13,7 +13,8 @@ from elusive.contracts import Array, X, Y
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearings import wrapped
 from elusive.systems.bearings.causes import CONVENTIONS, reread
-from elusive.systems.bearings.checks import geometry_findings, units_finding
+from elusive.systems.bearings.checks import geometry_findings
+from elusive.systems.bearings.given import rounding_finding, units_finding
 from elusive.systems.bearings.leftovers import HALF
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.several import track_several
@@ -155,6 +156,7 @@ def several_findings(steps: Sequence[Step], parameters: BearingTracking, sites: 
     sentence, remedy = _cause(steps, parameters, sites, scale) if bad else ("", "")
     found = [
         units_finding(sites),
+        rounding_finding(steps, parameters, sites),
         Finding(
             "bearings.residuals", not wide, 1.0, scale.half,
             f"Bearings near the tracks are {scale.half:.2g} times as far from them as --sigma-deg "
