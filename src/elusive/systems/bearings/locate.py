@@ -19,8 +19,8 @@ from elusive.sensors.arrival_times import ArrivalSet
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearing_table import PlaceSet
 from elusive.sensors.bearings import wrapped
-from elusive.systems.bearings.checks import units_finding
 from elusive.systems.bearings.choices import Arrivals, BatchMap, Cruise
+from elusive.systems.bearings.given import units_finding
 from elusive.systems.bearings.heard import bearings_of, sensors_of, starts_of
 from elusive.systems.bearings.locate_checks import place_findings
 from elusive.systems.bearings.located_files import Located, write_located
