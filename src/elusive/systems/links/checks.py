@@ -36,8 +36,8 @@ INTERVALS_S = 0.005, 60.0  # between frames
 IMPOSSIBLE = 0.5  # share of the links that is louder than radios can be
 COARSE_DB = 2.5  # steps of readings
 MISFIT, LEARNED_FRAMES = 2.0, 20
-# log likelihood a frame of one more person: to 2.2 where few nodes track all, else below .9; above 3 in four of six runs
-# in which two were one, in the two others 1.6 and less
+# log likelihood a frame of one more person: to 2.2 where few nodes track all, else below .9; where two were one, above
+# 3 in four of six runs, 1.6 and less in two
 ONE_MORE = 3.0
 FOUND_S = 5.0  # within which somebody who comes is found
 NODES_REMEDY = "Give --nodes in the order of the log's columns, every node once, and check --layout."
