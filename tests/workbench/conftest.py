@@ -85,14 +85,8 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
     ended(server)
 
 
-@pytest.fixture(scope="session")
-def profile(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Where the browser keeps scripts as it has compiled them."""
-    return tmp_path_factory.mktemp("browser")
-
-
 @pytest.fixture(scope="module")  # no longer: its event loop would stand in the way of tests that run one
-def browser(profile: Path) -> Iterator[Any]:
+def browser() -> Iterator[Any]:
     if CHROMIUM is None:
         pytest.skip("there is no chromium on this machine")
     if find_spec("playwright") is None:
@@ -100,9 +94,7 @@ def browser(profile: Path) -> Iterator[Any]:
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as driver:
-        opened = driver.chromium.launch_persistent_context(
-            profile, executable_path=CHROMIUM, args=ARGUMENTS, accept_downloads=True
-        )
+        opened = driver.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
         yield opened
         opened.close()
 
@@ -110,13 +102,14 @@ def browser(profile: Path) -> Iterator[Any]:
 @pytest.fixture
 def open_tab(browser: Any) -> Iterator[Callable[..., Tab]]:
     """Give what opens a tab; at the end no request has left the machine and no script has failed."""
-    browser.clear_cookies()  # nobody has been here before
-    tabs = []
+    contexts, tabs = [], []
 
     def opened(width: int = 1280, scheme: str = "light") -> Tab:
-        tab = Tab(browser.new_page(), [], [])
-        tab.page.set_viewport_size({"width": width, "height": 900})
-        tab.page.emulate_media(color_scheme=scheme)
+        context = browser.new_context(
+            viewport={"width": width, "height": 900}, color_scheme=scheme, accept_downloads=True
+        )
+        contexts.append(context)
+        tab = Tab(context.new_page(), [], [])
         tab.page.on(
             "request",
             lambda request: (
@@ -131,6 +124,6 @@ def open_tab(browser: Any) -> Iterator[Callable[..., Tab]]:
 
     yield opened
     told = [(tab.strangers, tab.errors) for tab in tabs]
-    for tab in tabs:
-        tab.page.close()
+    for context in contexts:
+        context.close()
     assert told == [([], [])] * len(told)

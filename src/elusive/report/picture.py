@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -15,15 +15,25 @@ from elusive.report.painters import PAINTERS, At
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.gridspec import SubplotSpec
 
-COLUMNS, WIDTH_IN = 12, 11.0
+WIDTH_IN = 11.0
+PLANE_ROWS, PLANE_WIDE = 2, 7 / 12  # of a plane that leads, and its share of the width beside others
 ROW_IN, HEAD_IN, KEY_IN = 2.45, 0.55, 0.3
 ROOM_IN = 0.75  # that the labels of an axis take, about
 LETTERS, LETTERS_IN = 150, 10.5  # of a verdict's line; of a title, an inch
 NAMED_AT_MOST = 12  # tracks with their numbers beside them
 ELLIPSES = 12  # along all tracks of a panel
 LEGEND_AT_MOST = 8  # curves of a chart
-Place = tuple[int, int, int, int]  # row, column, rows, columns
+
+
+class Slot(NamedTuple):
+    """Where a panel stands."""
+
+    spec: SubplotSpec
+    rows: int
+    wide: float  # share of the figure's width
 
 
 def write_picture(path: Path, drawn: Drawing, title: str, verdict: str = "") -> None:
@@ -33,8 +43,9 @@ def write_picture(path: Path, drawn: Drawing, title: str, verdict: str = "") -> 
     """
     panels = drawn["panels"]
     planes: list[Axes] = []
-    lines, places = textwrap.wrap(verdict, LETTERS), _places(panels)
-    rows = max(row + high for row, _, high, _ in places)
+    lines = textwrap.wrap(verdict, LETTERS)
+    plane = bool(panels[0].get("plane"))
+    rows = PLANE_ROWS + max(0, len(panels) - 2) // 2 if plane else len(panels)
     head = HEAD_IN + 0.17 * len(lines)
     height = head + rows * ROW_IN + KEY_IN
     clock = Clock.of(drawn["times"], drawn["unit"])
@@ -43,15 +54,15 @@ def write_picture(path: Path, drawn: Drawing, title: str, verdict: str = "") -> 
         only.remove()
         engine: Any = figure.get_layout_engine()
         engine.set(rect=(0.0, 0.0, 1.0, 1.0 - head / height))
-        grid, key = figure.add_gridspec(rows, COLUMNS), dict[str, Any]()
-        for panel, (row, column, high, wide) in zip(panels, places, strict=True):
-            axes = figure.add_subplot(grid[row : row + high, column : column + wide])
+        key = dict[str, Any]()
+        for panel, (slot, high, wide) in zip(panels, _slots(figure, panels, rows), strict=True):
+            axes = figure.add_subplot(slot)
             _draw(axes, panel, float(panel.get("at", start)), clock)
-            letters = round(LETTERS_IN * WIDTH_IN * wide / COLUMNS)
+            letters = round(LETTERS_IN * WIDTH_IN * wide)
             axes.set_title("\n".join(textwrap.wrap(panel["title"], letters)))
             if panel.get("plane"):
                 planes.append(axes)
-                _fill(axes, wide * WIDTH_IN / COLUMNS - ROOM_IN, high * ROW_IN - ROOM_IN)
+                _fill(axes, wide * WIDTH_IN - ROOM_IN, high * ROW_IN - ROOM_IN)
                 key |= dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
         if key:
             figure.legend(key.values(), key.keys(), loc="outside lower left", ncols=8)
@@ -62,16 +73,26 @@ def write_picture(path: Path, drawn: Drawing, title: str, verdict: str = "") -> 
             _fill(axes, *axes.get_window_extent().size)
 
 
-def _places(panels: list[Panel]) -> list[Place]:
+def _slots(figure: Figure, panels: list[Panel], rows: int) -> list[Slot]:
     """Return where panels stand: below each other, or a plane with two beside it and the others in pairs."""
     if not panels[0].get("plane"):
-        return [(row, 0, 1, COLUMNS) for row in range(len(panels))]
-    beside, wide = (0, COLUMNS) if len(panels) == 1 else (2, 7)
-    right: list[Place] = [(row, wide, 2 if len(panels) == 2 else 1, COLUMNS - wide) for row in range(beside)]
-    below: list[Place] = [(2 + k // 2, 6 * (k % 2), 1, 6) for k in range(len(panels) - 1 - beside)]
-    if len(below) % 2:
-        below[-1] = (*below[-1][:3], COLUMNS)
-    return [(0, 0, 2, wide), *right, *below][: len(panels)]
+        grid = figure.add_gridspec(rows, 1)
+        return [Slot(grid[row, 0], 1, 1.0) for row in range(rows)]
+    several = rows > PLANE_ROWS
+    outer = figure.add_gridspec(1 + several, 1, height_ratios=(PLANE_ROWS, rows - PLANE_ROWS)[: 1 + several])
+    if len(panels) == 1:
+        return [Slot(outer[0], PLANE_ROWS, 1.0)]
+    top = outer[0].subgridspec(PLANE_ROWS, 2, width_ratios=(PLANE_WIDE, 1 - PLANE_WIDE))
+    slots = [Slot(top[:, 0], PLANE_ROWS, PLANE_WIDE)]
+    if len(panels) == 2:
+        return [*slots, Slot(top[:, 1], PLANE_ROWS, 1 - PLANE_WIDE)]
+    slots += [Slot(top[row, 1], 1, 1 - PLANE_WIDE) for row in range(PLANE_ROWS)]
+    below = len(panels) - len(slots)
+    if several:
+        pairs = outer[1].subgridspec(rows - PLANE_ROWS, 2)
+        slots += [Slot(pairs[k // 2, k % 2], 1, 0.5) for k in range(below - below % 2)]
+        slots += [Slot(pairs[-1, :], 1, 1.0)] * (below % 2)
+    return slots
 
 
 def _draw(axes: Axes, panel: Panel, time: float, clock: Clock) -> None:

@@ -137,4 +137,6 @@ def _live(key: str) -> Response:
 
 def _kept(run: str, name: str) -> Response:
     path = served_file(SETTINGS.folder, run, name)
-    return Response("There is no such file of a run.", 404) if path is None else FileResponse(path)
+    if path is None:
+        return Response("There is no such file of a run.", 404)
+    return FileResponse(path, headers={"Cache-Control": "no-cache"})  # a run of this name may be another tomorrow

@@ -10,6 +10,7 @@ import numpy as np
 
 from elusive.checks import Finding
 from elusive.report import drawing as draw
+from elusive.report.clock import moment
 from elusive.report.page import track_table, write_page
 from elusive.report.picture import write_picture
 from elusive.report.plots import track_colour
@@ -46,7 +47,7 @@ def _close_to(cloud: Cloud) -> dict[str, Any]:
     x, y = (float(middle) for middle in cloud.mean)
     places = np.concatenate([cloud.particles, near]) - cloud.mean
     half = max(0.5 * CLOSEST_M, 1.2 * float(np.abs(places).max(initial=0.0)))
-    when = f"{cloud.time_s:.10g} s" if float(cloud.time_s).is_integer() else f"{cloud.time_s:.1f} s"
+    when = moment(float(cloud.time_s))
     title = f"{when}, P(water) {cloud.water:.2f}" if np.isfinite(cloud.water) else when
     return {"title": title, "extent": [x - half, x + half, y - half, y + half], "at": cloud.time_s}
 
