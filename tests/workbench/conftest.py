@@ -17,6 +17,8 @@ from urllib.request import urlopen
 
 import pytest
 
+from elusive.workbench.kept_runs import forget, kept_runs
+
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 ARGUMENTS = [
     "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
@@ -70,7 +72,7 @@ def ended(server: subprocess.Popen[str]) -> None:
 
 
 @pytest.fixture(scope="session")
-def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
     if find_spec("nicegui") is None:
         pytest.skip("NiceGUI is not installed: pip install 'elusive[workbench]'")
     folder = tmp_path_factory.mktemp("workbench") / "folder"
@@ -83,6 +85,14 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
             time.sleep(0.1)
     yield Served(address.rstrip("/"), folder)
     ended(server)
+
+
+@pytest.fixture
+def served(server: Served) -> Served:
+    """Give the workbench, in whose folder no run of another test is left."""
+    for run in kept_runs(server.folder):
+        forget(run)
+    return server
 
 
 @pytest.fixture(scope="module")  # no longer: its event loop would stand in the way of tests that run one
