@@ -74,6 +74,21 @@ def told(page: Any, text: str) -> None:
     page.get_by_text(text).first.wait_for()
 
 
+def report(page: Any, name: str, part: str = ".drawing[data-ready=yes]") -> Any:
+    """The report of a run, once a part of it is there."""
+    from playwright.sync_api import TimeoutError as TooLate  # not everyone who runs the tests has it
+
+    frame = page.frame_locator(f'iframe[title$="{name}"]')
+    for left in reversed(range(45)):
+        try:  # what waits in a frame while that is put in place may never hear of it
+            frame.locator(part).first.wait_for(timeout=2_000)
+            break
+        except TooLate:
+            if not left:
+                raise
+    return frame
+
+
 def picture(page: Any, name: str, frame: int | None = None) -> None:
     """Take a screenshot for the documentation, into the folder that WORKBENCH_PICTURES names."""
     if "WORKBENCH_PICTURES" in os.environ:

@@ -14,7 +14,7 @@ from elusive.cli import main
 from elusive.systems.registry import SYSTEMS
 from elusive.workbench.guessing import kind_of, system_of
 from tests.workbench.conftest import Served
-from tests.workbench.test_links_page import OpenTab, field, told
+from tests.workbench.test_links_page import OpenTab, field, report, told
 
 PICTURES = Path(__file__).parents[2] / "src" / "elusive" / "workbench" / "static"
 
@@ -129,13 +129,13 @@ def test_anything_in_the_folder_is_opened_as_what_it_is(served: Served, open_tab
     page.wait_for_function("document.querySelector('input[data-field=bearings]')?.value === 'heard.csv'")
     page.goto(served.address)
     choose(page, "old result")
-    page.frame_locator('iframe[title="Report of old result"]').locator(".drawing[data-ready=yes]").wait_for()
+    report(page, "old result")
     assert field(page, "sigma_deg").input_value() == "2"
-    page.frame_locator("iframe").locator("body.body--dark").wait_for()
+    report(page, "old result", "body.body--dark")
     page.get_by_label("Colours").click()  # those chosen by hand are the report's, too, and stay so
     page.get_by_role("option", name="light", exact=True).click()
-    page.frame_locator("iframe").locator("body.body--light").wait_for()
+    report(page, "old result", "body.body--light")
     page.reload()
-    page.frame_locator("iframe").locator("body.body--light").wait_for()
+    report(page, "old result", "body.body--light")
     page.goto(f"{served.address}/own?run=009-gone.csv")
     told(page, "'009-gone.csv': is no run that is kept here; it may have been deleted.")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -12,7 +11,7 @@ from elusive.systems.video.scene import SETTLED, VideoScene
 from elusive.systems.video.simulate import VideoSimulation, simulate_video
 from elusive.workbench.forms import controls
 from tests.workbench.conftest import Served
-from tests.workbench.test_links_page import OpenTab, button, download, field, picture, told
+from tests.workbench.test_links_page import OpenTab, button, download, field, picture, report, told
 from tests.workbench.test_own_page import main_quietly
 from tests.workbench.test_start_page import choose
 
@@ -20,13 +19,6 @@ SMALL = VideoSimulation(
     turns=12, ships=1, snr_db=(18, 18), coast_north_m=1500, coast_rough_m=100, rocks=2, seed=4,
     radar={"spokes": 128, "samples": 96, "start_m": 200.0, "step_m": 25.0, "pulse_m": 50.0, "beam_deg": 8.0},
 )  # fmt: skip
-
-
-def report(page: Any, name: str) -> Any:
-    """The report of a run, once it is drawn."""
-    frame = page.frame_locator(f'iframe[title="Report of {name}"]')
-    frame.locator(".drawing[data-ready=yes]").wait_for()
-    return frame
 
 
 def test_a_scene_is_opened_run_changed_exported_and_opened_again(

@@ -14,7 +14,7 @@ from elusive.tracking import Step, Track
 from elusive.workbench.asking import Recording, asking
 from elusive.workbench.why_none import tries, why_none
 from tests.workbench.conftest import Served
-from tests.workbench.test_links_page import OpenTab, button, field, told
+from tests.workbench.test_links_page import OpenTab, button, field, report, told
 
 
 def result(folder: Path, existences: list[float], status: str = "candidate", *, timed: bool = True) -> Path:
@@ -107,6 +107,5 @@ def test_noise_says_why_it_has_no_track_and_a_press_tries_more(served: Served, o
     choose("kind", "A sequence of frames")
     choose("source", "turned.npy")
     button(page, "Run").click()
-    report = page.frame_locator('iframe[title$="turned.npy"]')
-    report.get_by_text("frames.axes", exact=True).wait_for()  # 64 frames of 64 x 40 are not taken without a word
-    report.get_by_text("another order of axes").first.wait_for()
+    # 64 frames of 64 x 40 are not taken without a word
+    told(report(page, "turned.npy", "text=frames.axes"), "another order of axes")
