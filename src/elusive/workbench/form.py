@@ -20,8 +20,6 @@ class Form:
 
     Parameters
     ----------
-    model
-        What stands now.
     only
         Fields, or models whose fields are all shown.
     on_change

@@ -32,8 +32,6 @@ class Guard:
 
     Parameters
     ----------
-    app
-        What is guarded.
     token
         What a browser has to show once, as ``?token=``; None where only this machine is served.
     most_bytes

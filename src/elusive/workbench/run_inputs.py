@@ -23,8 +23,6 @@ class RunInputs:
 
     Parameters
     ----------
-    state
-        What the tab holds.
     without
         Fields that are not shown, of a kind, as something else sets them.
     """

@@ -115,8 +115,6 @@ class Steps:
 
     Parameters
     ----------
-    state
-        What the tab holds.
     steps
         Title of each, and what builds it.
     first

@@ -95,8 +95,6 @@ class TrackWindow:
 
     Parameters
     ----------
-    state
-        What the tab holds.
     ways
         The system's.
     go_on

@@ -49,13 +49,7 @@ class Routes(Model):
         return self
 
     def curves(self, chart: Chart, frame: LocalFrame) -> Geometries:
-        """Return the curves that routes are taken from, x and y [m].
-
-        Raises
-        ------
-        DataError
-            If none is long enough.
-        """
+        """Return the curves that routes are taken from, x and y [m]. Raises DataError if none is long enough."""
         import shapely
 
         land = shapely.union_all(barred(chart, frame, ChartedAreaParameters()))

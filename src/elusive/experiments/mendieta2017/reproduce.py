@@ -43,7 +43,8 @@ def reproduce(
 ) -> Reproduced:
     """Write a CSV and figures of each experiment named, into ``out``; all by default.
 
-    Run i has the same paths at every point where as many people walk, and every method sees the same run.
+    Run i has the same paths at every point where as many people walk, and every method sees the same run. Raises
+    ParameterError if a target or method is unknown. Raises DataError if ``out`` is a file or cannot be made.
 
     Parameters
     ----------
@@ -57,13 +58,6 @@ def reproduce(
         out.
     trials
         Runs of each point, from 2.
-
-    Raises
-    ------
-    ParameterError
-        If a target or method is unknown.
-    DataError
-        If ``out`` is a file or cannot be made.
     """
     unknown = [target for target in targets if target not in TARGETS]
     if unknown:

@@ -44,8 +44,6 @@ class HeldOutlet:
 
     Parameters
     ----------
-    name
-        For sentences.
     opened
         Opens what is behind it, and returns what sends and what closes; OSError: it is not there.
     say
@@ -137,10 +135,7 @@ class HeldOutlet:
 def file_outlet(path: str, say: Callable[[str], None]) -> HeldOutlet:
     """Add to a file; a message of which a full disk took a part is completed later.
 
-    Raises
-    ------
-    DataError
-        If the file cannot be written to from the start.
+    Raises DataError if the file cannot be written to from the start.
     """
     try:
         with Path(path).open("ab"):

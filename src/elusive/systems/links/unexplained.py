@@ -50,8 +50,6 @@ class OneMore:
 
     Parameters
     ----------
-    sensor
-        The links.
     births
         Where newcomers are looked for.
     area

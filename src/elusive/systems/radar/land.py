@@ -49,8 +49,6 @@ class LandEchoes:
 
     Parameters
     ----------
-    sensor
-        What sees them.
     water
         Where land is.
     plots

@@ -62,10 +62,7 @@ class AisShips(NamedTuple):
 def reports_beside(source: str, ais: Path | None, times_s: Array) -> list[AisPosition]:
     """Return reports of a file, or of the capture that the video is of; none where neither holds any.
 
-    Raises
-    ------
-    DataError
-        If a file is given and cannot be used.
+    Raises DataError if a file is given and cannot be used.
     """
     dated = bool(times_s[0] > UNIX_S)
     if ais is not None:
@@ -91,8 +88,6 @@ def compare_ais(
     ----------
     reports
         On the recording's clock.
-    frame, log, sensor
-        Of the run.
     places
         ``(T, 2)`` of the radar at the log's times [m].
     fixed

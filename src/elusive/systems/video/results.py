@@ -51,13 +51,7 @@ class VideoOutcome(NamedTuple):
 
 
 class VideoRun:
-    """Takes the steps of a recording and writes what they came to.
-
-    Parameters
-    ----------
-    parameters, start, charted, water, log
-        Of the run.
-    """
+    """Takes the steps of a recording and writes what they came to."""
 
     def __init__(
         self, parameters: VideoTracking, start: VideoStart, charted: ChartedArea | None, water: Water | None,
@@ -91,10 +85,7 @@ class VideoRun:
     ) -> VideoOutcome:  # fmt: skip
         """Return the tracks, what lies still, what was checked, and what the report shows.
 
-        Raises
-        ------
-        DataError
-            If the truth is of other times.
+        Raises DataError if the truth is of other times.
         """
         assert self._last is not None
         turn: EvidenceTurn = self._last.measurement

@@ -67,8 +67,6 @@ class RadarKeeper:
 
         Parameters
         ----------
-        track
-            Its number.
         water
             P(water) where it is; NaN without a chart.
         draw
