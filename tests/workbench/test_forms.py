@@ -16,7 +16,7 @@ from elusive.systems.links.scene import LinkScene
 from elusive.systems.links.simulate import LinkSimulation
 from elusive.workbench.forms import controls, faults, laid_over, text_of, usual_text
 from tests.workbench.conftest import Served
-from tests.workbench.test_links_page import OpenTab, button, field
+from tests.workbench.test_links_page import OpenTab, button, choose, field
 
 TRACKER = ("tracking", "method", "tracker")
 
@@ -147,8 +147,7 @@ DRAWN_OVER = """() => [...document.querySelectorAll(".ew-field .q-field__bottom"
 def test_settings_are_found_marked_set_back_and_undone(served: Served, open_tab: OpenTab) -> None:
     page = open_tab(width=800, scheme="dark").page
     page.goto(f"{served.address}/own")
-    page.locator('[data-field="kind"]').first.click()
-    page.get_by_role("option", name="Bearings from a few places", exact=True).click()
+    choose(page, "kind", "Bearings from a few places")
     vertical = page.get_by_text("Power of the white vertical acceleration.").first
     sigma = field(page, "sigma_deg")
     sigma.fill("0.5")

@@ -20,7 +20,7 @@ from elusive.systems.images.scene import ImageScene, held_frames
 from elusive.systems.images.simulate import draw_images
 from elusive.systems.images.track import track_images
 from tests.workbench.conftest import Served, Tab
-from tests.workbench.test_links_page import READY, SHOWN, button, download, field, picture, titles, told
+from tests.workbench.test_links_page import READY, SHOWN, button, choose, download, field, picture, titles, told
 
 OpenTab = Callable[..., Tab]
 # times of the drawing, of the truth and of what was found: the first each
@@ -142,8 +142,7 @@ def test_another_snr_is_compared_a_wrong_value_marked_a_run_called_off(served: S
     assert page.evaluate("document.documentElement.scrollWidth") <= 800
     page.get_by_text("The filter", exact=True).click()
     for kind, own in (("recurrent", "threshold_from"), ("existence", "initial_existence")):
-        page.locator('[data-field="tracking.filter.kind"]').first.click()
-        page.get_by_role("option", name=kind, exact=True).click()
+        choose(page, "tracking.filter.kind", kind)
         page.locator(f'[data-field="tracking.filter.{own}"]').first.wait_for()
     button(page, "Run").click()  # the one that is left: existence
     page.get_by_text("This run: SNR 12 dB, existence").wait_for()

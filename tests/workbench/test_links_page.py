@@ -74,18 +74,17 @@ def told(page: Any, text: str) -> None:
     page.get_by_text(text).first.wait_for()
 
 
-def report(page: Any, name: str, part: str = ".drawing[data-ready=yes]") -> Any:
-    """The report of a run, once a part of it is there."""
-    from playwright.sync_api import TimeoutError as TooLate  # not everyone who runs the tests has it
+def choose(page: Any, key: str, name: str) -> None:
+    """Choose an option of a field; wait until its list is gone, or the next click could hit an option of that."""
+    page.locator(f'[data-field="{key}"]').first.click()
+    page.get_by_role("option", name=name, exact=True).click()
+    page.get_by_role("listbox").locator("visible=true").first.wait_for(state="hidden")
 
+
+def report(page: Any, name: str) -> Any:
+    """The report of a run, once it is drawn."""
     frame = page.frame_locator(f'iframe[title$="{name}"]')
-    for left in reversed(range(45)):
-        try:  # what waits in a frame while that is put in place may never hear of it
-            frame.locator(part).first.wait_for(timeout=2_000)
-            break
-        except TooLate:
-            if not left:
-                raise
+    frame.locator(".drawing[data-ready=yes]").wait_for()
     return frame
 
 

@@ -18,7 +18,7 @@ from elusive.cli.seen import Seeing
 from elusive.report.live import MOST, LiveDrawing
 from elusive.workbench.live import PICTURES, Live
 from tests.workbench.conftest import Served
-from tests.workbench.test_links_page import OpenTab, button, field, told
+from tests.workbench.test_links_page import OpenTab, button, choose, field, told
 
 FIRST, MORE = 30, 20  # times written before the page is open, and at each further look
 
@@ -47,15 +47,11 @@ def test_a_recording_that_is_written_is_watched_paused_resumed_and_kept(served: 
     page = open_tab().page
     page.goto(f"{served.address}/own")
 
-    def choose(key: str, name: str) -> None:
-        page.locator(f'[data-field="{key}"]').first.click()
-        page.get_by_role("option", name=name, exact=True).click()
-
-    choose("kind", "Bearings from a few places")
+    choose(page, "kind", "Bearings from a few places")
     page.get_by_text("It comes live").click()
     page.get_by_text("Bearings: a file that grows, or an address").wait_for()
-    choose("bearings", "growing.csv")
-    choose("sensors", "live sensors.csv")
+    choose(page, "bearings", "growing.csv")
+    choose(page, "sensors", "live sensors.csv")
     field(page, "sigma_deg").fill("0.5")
     button(page, "Run").click()
     page.locator('[data-live="live"]').wait_for(timeout=300_000)  # on a new machine kernels are compiled first

@@ -22,7 +22,7 @@ from elusive.workbench.jobs import CancelledError, Job
 from elusive.workbench.kept_runs import differences, forget, kept_runs, read, results, served_file, track
 from elusive.workbench.run_state import RunState
 from tests.workbench.conftest import Served
-from tests.workbench.test_links_page import OpenTab, button, download, field, report, told
+from tests.workbench.test_links_page import OpenTab, button, choose, download, field, report, told
 
 
 def main_quietly(*words: object) -> None:
@@ -225,20 +225,16 @@ def test_a_recording_is_refused_then_tracked_kept_compared_and_deleted(
     told(page, "What do you have? Choose the kind of recording first.")
     assert colours(button(page, "Close")) == ["rgb(255, 255, 255)", "rgb(180, 35, 24)"]
 
-    def choose(key: str, name: str) -> None:
-        page.locator(f'[data-field="{key}"]').first.click()
-        page.get_by_role("option", name=name, exact=True).click()
-
-    choose("kind", "Bearings from a few places")
+    choose(page, "kind", "Bearings from a few places")
     button(page, "Run").click()
     told(page, "Bearings: is needed; choose a file.")
-    choose("bearings", "empty.csv")
-    choose("sensors", "sensors.csv")
+    choose(page, "bearings", "empty.csv")
+    choose(page, "sensors", "sensors.csv")
     button(page, "Run").click()
     told(page, "empty.csv, line 1: the columns are")
-    choose("bearings", "bearings.csv")
+    choose(page, "bearings", "bearings.csv")
     button(page, "Run").click()
-    report(page, "001-bearings.csv", "text=bearings.residuals")
+    report(page, "001-bearings.csv").get_by_text("bearings.residuals").first.wait_for()
     field(page, "sigma_deg").fill("2")
     button(page, "Run").click()
     page.locator("button:enabled", has_text="Cancel").wait_for()

@@ -14,7 +14,7 @@ from elusive.cli import main
 from elusive.systems.registry import SYSTEMS
 from elusive.workbench.guessing import kind_of, system_of
 from tests.workbench.conftest import Served
-from tests.workbench.test_links_page import OpenTab, field, report, told
+from tests.workbench.test_links_page import OpenTab, choose, field, report, told
 
 PICTURES = Path(__file__).parents[2] / "src" / "elusive" / "workbench" / "static"
 
@@ -90,20 +90,14 @@ def test_a_scene_of_any_system_is_opened_on_its_page(served: Served, open_tab: O
     page = open_tab().page
     for name in changed:
         page.goto(served.address)
-        choose(page, f"{name}.yaml")
+        choose(page, "anything", f"{name}.yaml")
         told(page, f"{name}.yaml is open: press")
         if name in shown:
             key, value = shown[name]
             assert field(page, key).input_value() == value
     page.goto(served.address)
-    choose(page, "wrong.yaml")
+    choose(page, "anything", "wrong.yaml")
     told(page, "Frames: ")
-
-
-def choose(page: Any, name: str) -> None:
-    """Open anything of the folder."""
-    page.locator('[data-field="anything"]').first.click()
-    page.get_by_role("option", name=name, exact=True).click()
 
 
 def test_anything_in_the_folder_is_opened_as_what_it_is(served: Served, open_tab: OpenTab, tmp_path: Path) -> None:
@@ -124,18 +118,18 @@ def test_anything_in_the_folder_is_opened_as_what_it_is(served: Served, open_tab
     )
     assert page.evaluate("document.documentElement.scrollWidth") <= 800
 
-    choose(page, "heard.csv")
+    choose(page, "anything", "heard.csv")
     told(page, "Bearings from a few places")
     page.wait_for_function("document.querySelector('input[data-field=bearings]')?.value === 'heard.csv'")
     page.goto(served.address)
-    choose(page, "old result")
+    choose(page, "anything", "old result")
     report(page, "old result")
     assert field(page, "sigma_deg").input_value() == "2"
-    report(page, "old result", "body.body--dark")
+    report(page, "old result").locator("body.body--dark").wait_for()
     page.get_by_label("Colours").click()  # those chosen by hand are the report's, too, and stay so
     page.get_by_role("option", name="light", exact=True).click()
-    report(page, "old result", "body.body--light")
+    report(page, "old result").locator("body.body--light").wait_for()
     page.reload()
-    report(page, "old result", "body.body--light")
+    report(page, "old result").locator("body.body--light").wait_for()
     page.goto(f"{served.address}/own?run=009-gone.csv")
     told(page, "'009-gone.csv': is no run that is kept here; it may have been deleted.")

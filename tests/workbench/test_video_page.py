@@ -11,9 +11,8 @@ from elusive.systems.video.scene import SETTLED, VideoScene
 from elusive.systems.video.simulate import VideoSimulation, simulate_video
 from elusive.workbench.forms import controls
 from tests.workbench.conftest import Served
-from tests.workbench.test_links_page import OpenTab, button, download, field, picture, report, told
+from tests.workbench.test_links_page import OpenTab, button, choose, download, field, picture, report, told
 from tests.workbench.test_own_page import main_quietly
-from tests.workbench.test_start_page import choose
 
 SMALL = VideoSimulation(
     turns=12, ships=1, snr_db=(18, 18), coast_north_m=1500, coast_rough_m=100, rocks=2, seed=4,
@@ -57,7 +56,7 @@ def test_a_scene_is_opened_run_changed_exported_and_opened_again(
     report(page, "002-video_scene")
     field(page, "simulation.ships").fill("1")
     page.goto(served.address)
-    choose(page, "sea result")
+    choose(page, "anything", "sea result")
     report(page, "sea result")
     assert field(page, "simulation.ships").input_value() == "0"
     for one in (*(served.folder / "runs").iterdir(), served.folder / "sea result"):
@@ -87,14 +86,10 @@ def test_a_recording_of_ones_own_a_wrong_file_first(served: Served, open_tab: Op
     button(page, "Run").click()
     told(page, "Video: is needed; choose a file.")
 
-    def give(name: str) -> None:
-        page.locator('[data-field="video"]').first.click()
-        page.get_by_role("option", name=name, exact=True).click()
-
-    give("wrong.pcap")
+    choose(page, "video", "wrong.pcap")
     button(page, "Run").click()
     told(page, "wrong.pcap: ")
-    give("sea.pcap")
+    choose(page, "video", "sea.pcap")
     field(page, "radar.pulse_m").fill("50")
     field(page, "radar.beam_deg").fill("8")
     button(page, "Run").click()

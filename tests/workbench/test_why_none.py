@@ -14,7 +14,7 @@ from elusive.tracking import Step, Track
 from elusive.workbench.asking import Recording, asking
 from elusive.workbench.why_none import tries, why_none
 from tests.workbench.conftest import Served
-from tests.workbench.test_links_page import OpenTab, button, field, report, told
+from tests.workbench.test_links_page import OpenTab, button, choose, field, report, told
 
 
 def result(folder: Path, existences: list[float], status: str = "candidate", *, timed: bool = True) -> Path:
@@ -76,36 +76,32 @@ def test_noise_says_why_it_has_no_track_and_a_press_tries_more(served: Served, o
     page = open_tab(width=800, scheme="dark").page
     page.goto(f"{served.address}/own")
 
-    def choose(key: str, name: str) -> None:
-        page.locator(f'[data-field="{key}"]').first.click()
-        page.get_by_role("option", name=name, exact=True).click()
-
-    choose("kind", "A signal over time")
-    choose("recording", "long noise.npy")
+    choose(page, "kind", "A signal over time")
+    choose(page, "recording", "long noise.npy")
     button(page, "Run").click()
     page.locator("button:enabled", has_text="Cancel").click()
     told(page, "Cancelled.")  # at once, whatever the command was at: nothing is kept of it
     page.locator("button:enabled", has_text="Run").first.wait_for()
     assert not [one.name for one in (served.folder / "runs").glob("*-long_noise.npy")]
-    choose("recording", "noise.npy")
+    choose(page, "recording", "noise.npy")
     button(page, "Run").click()
     told(page, "No track was confirmed.")
     page.locator(".ew-none .drawing[data-ready=yes]").wait_for()
     assert page.evaluate("document.documentElement.scrollWidth") <= 800
     field(page, "object_size").fill("7")
     told(page, "Changed since this run: Object size 5 -> 7.")
-    choose("kind", "Bearings from a few places")  # what is seen stays what it is
+    choose(page, "kind", "Bearings from a few places")  # what is seen stays what it is
     field(page, "sigma_deg").fill("2")
     page.locator(".ew-field.ew-set").first.wait_for()
     assert page.get_by_text("Changed since this run").inner_text().endswith("run: Object size 5 -> 7.")
-    choose("kind", "A signal over time")
+    choose(page, "kind", "A signal over time")
     field(page, "object_size").fill("5")
     page.get_by_text("Changed since this run").wait_for(state="hidden")
     page.get_by_role("button", name="Try Object size 5 -> 10").click()
     told(page, "Settings: object_size 10")
     assert any(one.name.endswith("noise.npy") for one in (served.folder / "runs").iterdir())
-    choose("kind", "A sequence of frames")
-    choose("source", "turned.npy")
+    choose(page, "kind", "A sequence of frames")
+    choose(page, "source", "turned.npy")
     button(page, "Run").click()
     # 64 frames of 64 x 40 are not taken without a word
-    told(report(page, "turned.npy", "text=frames.axes"), "another order of axes")
+    told(report(page, "turned.npy"), "another order of axes")
