@@ -191,7 +191,10 @@ class Filter(Protocol[State, Measurement]):
 def interval_since(before_s: float, time_s: float) -> float:
     """Seconds from the time of a state to that of a measurement; 0 where the state's is not known yet (NaN).
 
-    Raises DataError if time runs backwards, or the measurement's is not finite.
+    Raises
+    ------
+    DataError
+        If time runs backwards, or the measurement's is not finite.
     """
     if not math.isfinite(time_s):
         raise DataError(f"time_s: a measurement's time must be finite (got {time_s}); give its seconds.")

@@ -33,8 +33,10 @@ FROM_RECORDING: dict[str, JsonValue] = {"from_recording": True}
 class Model(BaseModel):
     """A set of parameters, checked once and never changed.
 
-    Raises ParameterError if a field is missing, unknown or out of its bounds; the message names the model and the
-    field.
+    Raises
+    ------
+    ParameterError
+        If a field is missing, unknown or out of its bounds; the message names the model and the field.
     """
 
     main_options: ClassVar[tuple[str, ...]] = ()  # of a command's parameters: the options that help shows first
@@ -73,16 +75,22 @@ class Model(BaseModel):
     def from_yaml(cls, path: str | Path) -> Self:
         """Read the model from a YAML file.
 
-        Raises DataError if the file cannot be read or is no mapping. Raises ParameterError if a key is misspelt or a
-        value out of bounds.
+        Raises
+        ------
+        DataError
+            If the file cannot be read or is no mapping.
+        ParameterError
+            If a key is misspelt or a value out of bounds.
         """
         return cls(**read_yaml(path))
 
     def to_yaml(self) -> str:
         """Write every field, defaults too, so that the file alone repeats the run.
 
-        Raises ParameterError if a part cannot be read back from a file: an object of a class that is no model, or of no
-        ``kind``.
+        Raises
+        ------
+        ParameterError
+            If a part cannot be read back from a file: an object of a class that is no model, or of no ``kind``.
         """
         try:
             data = self.model_dump(mode="json")

@@ -30,19 +30,23 @@ def run(
 ) -> Iterator[State]:
     """Yield the filter's state after each measurement; lazy, so a live stream and a file are the same.
 
-    Raises DataError if there are fewer times than measurements, or a missing measurement among some that have a time
-    has none.
-
     Parameters
     ----------
     filter
         Anything with ``init(rng, time_s)`` and ``step(state, time_s, measurement, rng)``.
     measurements
         Any iterable; ``None`` stands for a missing measurement. Those with a ``time_s`` are taken at it.
+    rng
+        Source of all randomness.
     times_s
         Times of the measurements that have none of their own, in the order of all; without, 0, 1, 2, ... [s].
     start_s
         Time at which the filter's prior holds [s]; that of the first measurement by default.
+
+    Raises
+    ------
+    DataError
+        If there are fewer times than measurements, or a missing measurement among some that have a time has none.
     """
     state = filter.init(rng, start_s)
     for measurement, time_s in timed(measurements, times_s):
@@ -73,8 +77,6 @@ def collect(
 ) -> xr.Dataset:
     """Gather what states report (existence, mean, covariance) along time; particles are not kept.
 
-    Raises DataError if no state came, or the names or times do not fit.
-
     Parameters
     ----------
     states
@@ -88,6 +90,11 @@ def collect(
     -------
     xarray.Dataset
         ``existence (time)``, ``mean (time, state)``, ``covariance (time, state, state_)``, those that the states have.
+
+    Raises
+    ------
+    DataError
+        If no state came, or the names or times do not fit.
     """
     import xarray as xr
 

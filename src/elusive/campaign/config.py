@@ -20,8 +20,11 @@ TRIAL, DONE = "trial", "done"  # dimension and record of every store: no paramet
 class CampaignConfig(Model):
     """A Monte Carlo campaign, complete: two equal configurations give two equal stores.
 
-    Raises ParameterError if a field is missing, unknown or out of its bounds, a parameter is no plain value (number,
-    text, list, mapping), an axis of the grid is empty or repeats a value, or one axis lies inside another.
+    Raises
+    ------
+    ParameterError
+        If a field is missing, unknown or out of its bounds, a parameter is no plain value (number, text, list,
+        mapping), an axis of the grid is empty or repeats a value, or one axis lies inside another.
     """
 
     scenario: str = Field(min_length=1, description="Registered name, or import string 'package.module:function'")

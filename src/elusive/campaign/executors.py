@@ -38,8 +38,6 @@ def make_executor(
 ) -> Iterator[Executor | None]:
     """Open what :func:`run_campaign` runs on, and close it afterwards.
 
-    Raises ParameterError if both are given, ``workers`` is below 1, Dask is not installed, or no scheduler answers.
-
     Parameters
     ----------
     workers
@@ -55,6 +53,11 @@ def make_executor(
     ------
     concurrent.futures.Executor or None
         None stands for this process.
+
+    Raises
+    ------
+    ParameterError
+        If both are given, ``workers`` is below 1, Dask is not installed, or no scheduler answers.
     """
     if workers is not None and workers < 1:
         raise ParameterError(f"workers: must be at least 1 (got {workers}).")

@@ -45,11 +45,7 @@ def run_campaign(
     Trial ``i`` draws from ``SeedSequence(seed, spawn_key=(i,))`` at every point of the grid: points are compared on
     common random numbers, so that their differences carry less noise than either, and trials at two points are not
     independent. The files in the store are the same byte for byte from any executor and after any interruption: this
-    process does all the writing, and a block of trials counts only once it is recorded as done. Raises ParameterError
-    if a parameter of any point of the grid is misspelt or out of bounds, or the trial cannot reach other processes;
-    nothing has been started then. Raises StoreError if the path holds something else, another campaign, or cannot be
-    written. Raises TrialError if a trial fails; the sentence says which. What was done stays, and the next run goes on
-    from it.
+    process does all the writing, and a block of trials counts only once it is recorded as done.
 
     Parameters
     ----------
@@ -72,6 +68,16 @@ def run_campaign(
     -------
     xarray.Dataset
         As :func:`open_campaign` gives it.
+
+    Raises
+    ------
+    ParameterError
+        If a parameter of any point of the grid is misspelt or out of bounds, or the trial cannot reach other
+        processes; nothing has been started then.
+    StoreError
+        If the path holds something else, another campaign, or cannot be written.
+    TrialError
+        If a trial fails; the sentence says which. What was done stays, and the next run goes on from it.
     """
     if in_flight < 1:
         raise ParameterError(f"in_flight: must be at least 1 (got {in_flight}).")

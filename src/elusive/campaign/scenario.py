@@ -42,17 +42,22 @@ class GridPoint(NamedTuple):
 def resolve(name: str, scenarios: Mapping[str, Scenario] = MappingProxyType({})) -> Scenario:
     """Find a scenario by its registered name or by import string.
 
-    Raises ParameterError if there is no such name, or it cannot be imported or called.
-
     Parameters
     ----------
     name
         A key of ``scenarios``, or ``"package.module:name"`` of a :class:`Scenario` or of a trial.
+    scenarios
+        The registered ones.
 
     Returns
     -------
     Scenario
         Of a bare trial, with the model that annotates its first parameter, where one does.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such name, or it cannot be imported or called.
     """
     if name in scenarios:
         return scenarios[name]
@@ -89,7 +94,11 @@ def grid_points(configuration: CampaignConfig, model: type[Model] | None) -> lis
     """Combine and check the parameters of every point of the grid, the last axis fastest.
 
     A dotted path changes one field of what would be used without it: the fixed parameter, else the model's default.
-    Raises ParameterError if the model refuses any of them; the sentence names the field and the point.
+
+    Raises
+    ------
+    ParameterError
+        If the model refuses any of them; the sentence names the field and the point.
     """
     points = []
     axes = configuration.grid

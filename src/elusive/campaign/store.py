@@ -37,7 +37,10 @@ class Block(NamedTuple):
 class CampaignStore:
     """The store of one configuration, made when the first block shows what the outputs are.
 
-    Raises StoreError if the path holds something else, or another configuration's store.
+    Raises
+    ------
+    StoreError
+        If the path holds something else, or another configuration's store.
     """
 
     def __init__(self, path: Path, configuration: CampaignConfig, dims: Mapping[str, tuple[str, ...]]) -> None:
@@ -63,8 +66,12 @@ class CampaignStore:
     def write(self, block: Block, outputs: Mapping[str, NDArray[Any]]) -> None:
         """Write a block's outputs, ``(n, ...)`` each, and then record it as done.
 
-        Raises StoreError if the disk refuses. Raises TrialError if the outputs differ from the other blocks' in names,
-        shapes or types.
+        Raises
+        ------
+        StoreError
+            If the disk refuses.
+        TrialError
+            If the outputs differ from the other blocks' in names, shapes or types.
         """
         where = trial_name(block.numbers[0], block.point)
         with _writing(self.path):
@@ -165,14 +172,17 @@ class CampaignStore:
 def open_campaign(store: str | Path) -> xr.Dataset:
     """Open a campaign's results lazily, finished or not.
 
-    Raises StoreError if there is no campaign's store.
-
     Returns
     -------
     xarray.Dataset
         Each output with dims ``(grid axes..., trial, its own...)``, the grid's values as coordinates, and the
         coordinate ``done (grid axes..., trial)``: what is not done reads as NaN, 0 or False. The attribute
         ``configuration`` is JSON that :class:`CampaignConfig` takes.
+
+    Raises
+    ------
+    StoreError
+        If there is no campaign's store.
     """
     import xarray as xr
 

@@ -32,13 +32,17 @@ class TrialError(ElusiveError):
 def run_block(trial: Trial, point: GridPoint, seed: int, numbers: range) -> dict[str, NDArray[Any]]:
     """Run consecutive trials at one point of the grid.
 
-    Trial ``i`` draws from ``SeedSequence(seed, spawn_key=(i,))`` whatever the point and whoever runs it. Raises
-    TrialError if a trial raises, or its outputs differ from the trial before in names, shapes or types.
+    Trial ``i`` draws from ``SeedSequence(seed, spawn_key=(i,))`` whatever the point and whoever runs it.
 
     Returns
     -------
     dict
         Each output, ``(n, ...)``, one row a trial, by name in alphabetical order.
+
+    Raises
+    ------
+    TrialError
+        If a trial raises, or its outputs differ from the trial before in names, shapes or types.
     """
     rows: list[dict[str, NDArray[Any]]] = []
     for number in numbers:
@@ -70,7 +74,10 @@ def block_layout(outputs: Mapping[str, NDArray[Any]]) -> Layout:
 def require_equal(found: Layout, expected: Layout, where: str) -> None:
     """Refuse outputs that cannot stand in one array with the others.
 
-    Raises TrialError if names, shapes or types differ.
+    Raises
+    ------
+    TrialError
+        If names, shapes or types differ.
     """
     if found != expected:
         raise TrialError(

@@ -35,8 +35,6 @@ class CoastBias(NamedTuple):
 class BiasedWater:
     """Where water is likely while the chart's bias is being learnt; never changed, learning gives another one.
 
-    Raises ParameterError if the deviation is not positive and finite.
-
     Parameters
     ----------
     model
@@ -45,6 +43,11 @@ class BiasedWater:
         Land and the imprecision that it has beside the bias.
     bias_sd_m
         Deviation of the bias on each axis before anything is measured [m].
+
+    Raises
+    ------
+    ParameterError
+        If the deviation is not positive and finite.
     """
 
     def __init__(self, model: WaterModel, coast: Coast, bias_sd_m: float) -> None:
@@ -82,8 +85,6 @@ class BiasedWater:
     def learn(self, particles: Array, weights: Array, kept: float = 0.0) -> Self:
         """Return what is known after a ship was at sea.
 
-        Raises ParameterError if the correlation is not between 0 and 1.
-
         Parameters
         ----------
         particles, weights
@@ -91,6 +92,11 @@ class BiasedWater:
         kept
             Correlation of the coast's own error here with that where a ship was last: evidence against a bias counts
             as far as it is stronger than what remains of the evidence before. At rest the same counts once.
+
+        Raises
+        ------
+        ParameterError
+            If the correlation is not between 0 and 1.
         """
         if not 0.0 <= kept <= 1.0:
             raise ParameterError(f"kept: must lie between 0 and 1 (got {kept!r}).")

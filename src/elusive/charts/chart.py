@@ -93,7 +93,10 @@ class Chart:
 def valid_polygons(shapes: Iterable[Any], where: str) -> Geometries:
     """Return the polygons of polygons and multi-polygons, one each, after a look at each.
 
-    Raises DataError if one is no polygon, crosses itself or has a coordinate that is no longitude or latitude.
+    Raises
+    ------
+    DataError
+        If one is no polygon, crosses itself or has a coordinate that is no longitude or latitude.
     """
     import shapely
 

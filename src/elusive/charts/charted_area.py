@@ -62,8 +62,12 @@ class ChartedArea(NamedTuple):
 def read_charts(*paths: str | Path) -> tuple[Chart, ...]:
     """Read charts of any kind, S-57 cells, GeoJSON or shapefiles; finest first, those without a scale last.
 
-    Of a folder, such as an ENC_ROOT, all cells in it and below are read. Raises DataError if there is none, one is
-    given twice, or one cannot be read.
+    Of a folder, such as an ENC_ROOT, all cells in it and below are read.
+
+    Raises
+    ------
+    DataError
+        If there is none, one is given twice, or one cannot be read.
     """
     if not paths:
         raise DataError("charts: none was given; give at least one.")
@@ -92,8 +96,6 @@ def lay_charts(
 ) -> ChartedArea:
     """Lay charts over each other.
 
-    Raises DataError if the charts are too far apart, or have neither land nor shoals that a target cannot enter.
-
     Parameters
     ----------
     charts
@@ -102,6 +104,11 @@ def lay_charts(
         Imprecision, draught.
     frame
         Its origin; None: the middle of the charts.
+
+    Raises
+    ------
+    DataError
+        If the charts are too far apart, or have neither land nor shoals that a target cannot enter.
     """
     parameters = parameters or ChartedAreaParameters()
     charts = tuple(sorted(charts, key=lambda chart: chart.scale or np.inf))

@@ -77,13 +77,18 @@ class Coast:
     def of(cls, *charts: CoastPart) -> Coast:
         """Unite charts, finest first: where two overlap, the later says nothing.
 
-        Raises DataError if there is no chart, a shape is no polygon, crosses itself or has a coordinate that is not
-        finite, or shapely is not installed. Raises ParameterError if an imprecision is not positive.
-
         Parameters
         ----------
         charts
             One for each chart; only the last may do without a coverage.
+
+        Raises
+        ------
+        DataError
+            If there is no chart, a shape is no polygon, crosses itself or has a coordinate that is not finite, or
+            shapely is not installed.
+        ParameterError
+            If an imprecision is not positive.
         """
         try:
             import shapely

@@ -24,8 +24,6 @@ FURTHEST = 5.0  # a particle's error is cut here: one in two million is beyond o
 class DisplacedWater:
     """Where water is likely for states that carry the error of the coast.
 
-    Raises ParameterError if a displacement is negative or not finite, or a remaining deviation not positive.
-
     Parameters
     ----------
     model
@@ -39,6 +37,11 @@ class DisplacedWater:
         Deviation of what the states do not carry, ``(K,)`` or one number [m].
     columns
         Components of the state that hold the error, east and north.
+
+    Raises
+    ------
+    ParameterError
+        If a displacement is negative or not finite, or a remaining deviation not positive.
 
     Notes
     -----
@@ -75,7 +78,10 @@ class DisplacedWater:
     ) -> DisplacedWater:
         """Let states carry a share of the coast's own variance, all of it for a hard coast.
 
-        Raises ParameterError if the share is not between 0 and 1, both excluded.
+        Raises
+        ------
+        ParameterError
+            If the share is not between 0 and 1, both excluded.
         """
         if not 0.0 < share < 1.0:
             raise ParameterError(f"share: must lie between 0 and 1, both excluded (got {share!r}).")

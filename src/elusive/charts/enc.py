@@ -65,13 +65,16 @@ class Layer(NamedTuple):
 def read_cell(path: str | Path) -> Chart:
     """Read an S-57 cell with the updates beside it.
 
-    Raises DataError if the file is missing, not S-57 or damaged, an update is missing or out of place, an outline
-    crosses itself, there is neither land nor coverage, or the extra ``charts`` is not installed.
-
     Parameters
     ----------
     path
         The base cell, ``NAME.000``; updates ``NAME.001`` and on are applied from the same folder.
+
+    Raises
+    ------
+    DataError
+        If the file is missing, not S-57 or damaged, an update is missing or out of place, an outline crosses itself,
+        there is neither land nor coverage, or the extra ``charts`` is not installed.
     """
     path = Path(path)
     identity, last = check_sequence(path)

@@ -35,8 +35,6 @@ class EdgeIndex(NamedTuple):
 def index_edges(rings: Rings, reach_m: float, cell_m: float | None = None, within: Array | None = None) -> EdgeIndex:
     """Index the edges of rings.
 
-    Raises DataError if cells of the given width would be too many.
-
     Parameters
     ----------
     rings
@@ -47,6 +45,11 @@ def index_edges(rings: Rings, reach_m: float, cell_m: float | None = None, withi
         Width of a cell; not given: one that keeps both lists and their number short.
     within
         ``(2, 2)`` least and greatest x and y of the positions that will be asked for [m]; not given: any.
+
+    Raises
+    ------
+    DataError
+        If cells of the given width would be too many.
     """
     vertices = np.ascontiguousarray(rings.vertices)
     lengths = edge_lengths(rings)

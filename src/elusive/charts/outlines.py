@@ -26,13 +26,16 @@ DEEPEST = 4
 def read_outline(path: str | Path) -> Chart:
     """Read a coast from polygons.
 
-    Raises DataError if the file is missing or neither of the two, holds no polygon or one that crosses itself, a level
-    is not 1 to 4, or the extra ``charts`` is not installed.
-
     Parameters
     ----------
     path
         ``.geojson``, ``.json`` or ``.shp``; a shapefile's own coordinate system is turned into WGS 84.
+
+    Raises
+    ------
+    DataError
+        If the file is missing or neither of the two, holds no polygon or one that crosses itself, a level is not 1 to
+        4, or the extra ``charts`` is not installed.
     """
     path = Path(path)
     _check_kind(path)

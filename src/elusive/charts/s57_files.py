@@ -32,15 +32,18 @@ class Identity(NamedTuple):
 def check_sequence(base: Path) -> tuple[Identity, int]:
     """Check that a cell and the updates beside it are whole and belong together.
 
-    Raises DataError if the file is missing or no S-57 base cell, an update is missing, of another edition or out of
-    place, or the cell is cancelled.
-
     Returns
     -------
     identity
         Of the base.
     last
         Number of the last update beside it; that of the base where there is none.
+
+    Raises
+    ------
+    DataError
+        If the file is missing or no S-57 base cell, an update is missing, of another edition or out of place, or the
+        cell is cancelled.
     """
     if base.suffix != ".000":
         hint = "give the base cell, .000, beside it" if base.suffix[1:].isdigit() else "its name must end with .000"
@@ -77,7 +80,10 @@ def check_sequence(base: Path) -> tuple[Identity, int]:
 def read_identity(path: Path) -> Identity:
     """Read the data set identification of a cell or an update.
 
-    Raises DataError if the file cannot be read or is not S-57.
+    Raises
+    ------
+    DataError
+        If the file cannot be read or is not S-57.
     """
     try:
         with path.open("rb") as file:

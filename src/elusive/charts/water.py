@@ -47,6 +47,8 @@ class Water(abc.ABC):
 
     Parameters
     ----------
+    model
+        The method and its parameters.
     coast
         Land, imprecision and what the charts cover.
     """
@@ -75,7 +77,10 @@ class Water(abc.ABC):
     def probability(self, points: ArrayLike) -> Array:
         """P(water) at each of ``(N, 2)`` points [m], ``(N,)``; ``unknown`` where no chart covers them.
 
-        Raises DataError if the points are not ``(N, 2)`` or not finite.
+        Raises
+        ------
+        DataError
+            If the points are not ``(N, 2)`` or not finite.
         """
         x, y = _columns(points)
         out = np.full(len(x), self.unknown)

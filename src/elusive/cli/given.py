@@ -61,8 +61,13 @@ def parameters_of(model: type[AnyModel], given: Mapping[str, Any], config: Path 
 def nested(model: type[Model], given: Mapping[str, Any], base: Mapping[str, Any]) -> dict[str, Any]:
     """Lay option values over a configuration's nested mapping; None means the option was not given.
 
-    Wherever one of several models is meant, its ``kind`` is written: the one chosen, else the usual one, else the first
-    that has all the options given. Raises ParameterError if an option is given that the chosen kind does not have.
+    Wherever one of several models is meant, its ``kind`` is written: the one chosen, else the usual one, else the
+    first that has all the options given.
+
+    Raises
+    ------
+    ParameterError
+        If an option is given that the chosen kind does not have.
     """
     result = copied(base)
     options = options_of(model)

@@ -53,16 +53,21 @@ def health_page(
 ) -> Iterator[int]:
     """Serve ``/``, ``/health.json`` and ``/steps.ndjson`` while the block runs; gives the port.
 
-    Raises DataError if the port is taken.
-
     Parameters
     ----------
     host, port
         Where to listen; port 0: any that is free.
     token
         Asked for as ``?token=`` or in ``Authorization: Bearer``; without it nothing is said but 401.
+    health
+        What to show.
     watched
         Gives the lines of the steps, as they come, to one who watches.
+
+    Raises
+    ------
+    DataError
+        If the port is taken.
     """
 
     class Page(BaseHTTPRequestHandler):

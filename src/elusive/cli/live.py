@@ -75,8 +75,14 @@ def sinks_of(
 ) -> Sinks:
     """Open the sinks that were asked for; ``located``: the tracks say longitude and latitude themselves.
 
-    Those that show what is there now are refused for a recording. Raises ParameterError if a place is given that
-    nothing needs, or a sink is of what is live. Raises DataError if a sink has no meaning, or does not fit the tracks.
+    Those that show what is there now are refused for a recording.
+
+    Raises
+    ------
+    ParameterError
+        If a place is given that nothing needs, or a sink is of what is live.
+    DataError
+        If a sink has no meaning, or does not fit the tracks.
     """
     if y_axis_deg is not None and origin is None:
         raise ParameterError("--y-axis-deg: has no meaning without --origin; give that, or leave it out.")
@@ -119,7 +125,10 @@ def send_recording(sinks: Sinks, folder: Path) -> None:
 def feed_of(source: str, follow: bool, idle_s: float | None, hold_s: float | None = None) -> Feed | None:
     """Return how a source is followed, told on the terminal; None where it is a recording.
 
-    Raises ParameterError if an option has no meaning for a recording.
+    Raises
+    ------
+    ParameterError
+        If an option has no meaning for a recording.
     """
     if not follow and not is_address(source):
         if hold_s is not None:
@@ -141,7 +150,13 @@ def tell(sentence: str) -> None:
 
 
 def check_live(follow: bool, idle_s: float | None, truth: Path | None, *, strict: bool = False) -> None:
-    """Refuse options that mean nothing live, or nothing of a recording. Raises ParameterError if one is given."""
+    """Refuse options that mean nothing live, or nothing of a recording.
+
+    Raises
+    ------
+    ParameterError
+        If one is given.
+    """
     if idle_s is not None and not follow:
         raise ParameterError("--idle-s: has no meaning without --follow; leave it out.")
     if strict and follow:
@@ -162,18 +177,25 @@ def run_live(
 ) -> None:
     """Run until the source ends, fails, or Ctrl-C is pressed, each step's line told as it is known.
 
-    Raises DataError if the source fails before the first step.
-
     Parameters
     ----------
+    coming
+        The source.
     run
         Follows it, and calls what it is given after each step.
     out, files
         Folder of the results, and what stands in it then.
+    sinks
+        Where tracks go besides.
     strict
         End with 3 where a finding is grave.
     sites
         Where the sensors stand, for who draws what is told.
+
+    Raises
+    ------
+    DataError
+        If the source fails before the first step.
     """
     seeing = Seeing(sites)
 

@@ -45,8 +45,12 @@ class Recording(NamedTuple):
 def track_many(place: str, source: str, given: Mapping[str, Any], workers: int | None, scheduler: str | None) -> None:
     """Track every recording that a pattern names; what an earlier, interrupted run has done is kept.
 
-    Raises ParameterError if an option is of one recording alone. Raises DataError if the pattern names none, or the
-    folder holds results of other settings.
+    Raises
+    ------
+    ParameterError
+        If an option is of one recording alone.
+    DataError
+        If the pattern names none, or the folder holds results of other settings.
     """
     from elusive.campaign import make_executor
 
@@ -82,7 +86,10 @@ def track_many(place: str, source: str, given: Mapping[str, Any], workers: int |
 def found(pattern: str) -> list[Recording]:
     """Return the recordings that a pattern names, or a folder holds, in natural order, each with a name of its own.
 
-    Raises DataError if there is none.
+    Raises
+    ------
+    DataError
+        If there is none.
     """
     whole = os.path.join(pattern, "*") if os.path.isdir(pattern) else pattern
     paths = sorted((path for path in glob.glob(whole, recursive=True)), key=natural_key)

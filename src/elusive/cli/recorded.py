@@ -66,12 +66,18 @@ def tell_run(
 
     Parameters
     ----------
+    outcome
+        Its scores and findings.
     table
         Of the run: a title, and rows.
     out, files
         Folder of the results, and what stands in it besides the scores.
+    sinks
+        Where the tracks go too.
     strict
         End with 3 where a finding is grave.
+    verdict, remarks
+        In words.
     tracks
         Header of their table, and lines.
     """

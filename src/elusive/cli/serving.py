@@ -37,6 +37,10 @@ class Served:
 
     Parameters
     ----------
+    title
+        Of the page.
+    folder
+        Where the checkpoint is kept.
     what
         What is run: the checkpoint of something else is refused.
     """

@@ -104,7 +104,10 @@ def known_truth(path: Path | None, unit: Unit, *, one_based: bool = False, cutof
 def check_scores(truth: Path | None, **given: object) -> None:
     """Refuse options, by their names, that have a meaning for scores alone where no truth is told.
 
-    Raises ParameterError if one is given.
+    Raises
+    ------
+    ParameterError
+        If one is given.
     """
     for name, value in given.items():
         if truth is None and value is not None and value is not False:

@@ -39,7 +39,10 @@ class Area(Model):
     def rectangle(cls, x0: float, x1: float, y0: float, y1: float) -> Area:
         """Return the rectangle from ``(x0, y0)`` to ``(x1, y1)`` [m].
 
-        Raises ParameterError if it has no width or no height.
+        Raises
+        ------
+        ParameterError
+            If it has no width or no height.
         """
         if not (x0 < x1 and y0 < y1):
             raise ParameterError(

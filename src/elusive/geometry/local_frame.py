@@ -44,7 +44,10 @@ class LocalFrame(NamedTuple):
     def at(cls, lon_deg: float, lat_deg: float) -> LocalFrame:
         """Put the origin at a place.
 
-        Raises DataError if the longitude is not within 360 degrees, or the latitude not within 90.
+        Raises
+        ------
+        DataError
+            If the longitude is not within 360 degrees, or the latitude not within 90.
         """
         if not (abs(lon_deg) <= 360 and abs(lat_deg) <= 90):
             raise DataError(f"({lon_deg:g}, {lat_deg:g}): is no longitude and latitude in degrees.")
@@ -54,8 +57,10 @@ class LocalFrame(NamedTuple):
     def about(cls, charts: Sequence[Covering]) -> LocalFrame:
         """Put the origin in the middle of some charts; they may lie on both sides of the antimeridian.
 
-        Raises DataError if a chart reaches further than 500 km from the middle: the frame would stretch it by a
-        thousandth.
+        Raises
+        ------
+        DataError
+            If a chart reaches further than 500 km from the middle: the frame would stretch it by a thousandth.
         """
         import shapely
 

@@ -23,7 +23,10 @@ def with_place(
 ) -> tuple[NamedPlace, ...]:
     """Return the places and a further one; where its name is taken or not given, the next free number is its name.
 
-    Raises DataError if a sensor stands there already.
+    Raises
+    ------
+    DataError
+        If a sensor stands there already.
     """
     taken = {place.name for place in places}
     for place in places:

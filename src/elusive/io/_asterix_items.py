@@ -43,7 +43,10 @@ class TargetReport(NamedTuple):
 def decode(data: bytes, start: int) -> tuple[TargetReport, int]:
     """Decode the record that begins at an octet; also return where the next begins.
 
-    Raises MalformedError if the record runs past the end, has no item or an unknown one, or its time of day is none.
+    Raises
+    ------
+    MalformedError
+        If the record runs past the end, has no item or an unknown one, or its time of day is none.
     """
     present, at = [], start
     more = True

@@ -74,6 +74,8 @@ class VideoMessages:
         ----------
         packet
             Data blocks, one after the other.
+        came_s
+            When it was received.
         counts
             Is added to: ``malformed`` messages, ``lost`` ones by their numbers, ``summaries``, ``category N`` blocks of
             others, ``other packets``.

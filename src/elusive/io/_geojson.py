@@ -15,7 +15,10 @@ GEOJSON = (".geojson", ".json")
 def geometries(path: Path, kind: str, otherwise: str) -> list[tuple[Any, dict[str, Any]]]:
     """Return coordinates and properties of each geometry of a kind; a feature's ``id`` is one of them.
 
-    Raises DataError if the file cannot be read or is no JSON; ``otherwise`` says what else it may be.
+    Raises
+    ------
+    DataError
+        If the file cannot be read or is no JSON; ``otherwise`` says what else it may be.
     """
     try:
         found = json.loads(path.read_text(encoding="utf-8"))

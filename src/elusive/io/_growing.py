@@ -38,15 +38,21 @@ class _Seen(NamedTuple):
 class GrowingFolder:
     """Images that are written to a folder.
 
-    Names tell the order. A name that comes before one that has been read is too late, and is left out. Raises DataError
-    if there is no such folder.
+    Names tell the order. A name that comes before one that has been read is too late, and is left out.
 
     Parameters
     ----------
+    folder
+        Where they are written.
     pattern
         Which names are frames; None: those of images, all of the first's kind.
     idle_s
         End after this time without a new one; None waits for ever.
+
+    Raises
+    ------
+    DataError
+        If there is no such folder.
     """
 
     def __init__(self, folder: Path, pattern: str | None = None, idle_s: float | None = None) -> None:
@@ -69,7 +75,10 @@ class GrowingFolder:
     def __iter__(self) -> Iterator[ArrivedFrame]:
         """Yield the frames; without pixels, and with the reason, where a file stays unreadable.
 
-        Raises DataError if the folder vanishes.
+        Raises
+        ------
+        DataError
+            If the folder vanishes.
         """
         number, active_s = 0, time.monotonic()
         self._started_s = self._looked_s = active_s

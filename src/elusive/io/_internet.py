@@ -60,7 +60,10 @@ class _Parts:
     def whole(self, packet: _Packet) -> bytes | None:
         """Add a fragment; return the datagram once it is complete.
 
-        Raises ValueError if the fragments contradict each other.
+        Raises
+        ------
+        ValueError
+            If the fragments contradict each other.
         """
         end = packet.offset + len(packet.payload)
         fits = not packet.more or (packet.payload and len(packet.payload) % 8 == 0)
@@ -89,6 +92,8 @@ def datagrams(frames: Iterable[Frame], counts: Counter[str] | None = None) -> It
 
     Parameters
     ----------
+    frames
+        Of the capture.
     counts
         Where given, is added to: ``incomplete`` datagrams, of which fragments are missing or contradict each other.
     """

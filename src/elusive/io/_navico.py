@@ -68,6 +68,8 @@ class NavicoPackets:
         ----------
         packet
             Such as :func:`is_navico` says.
+        came_s
+            When it was received.
         source, destination
             Addresses; the second is the radar's name, since a radar with two ranges sends to two groups.
         counts

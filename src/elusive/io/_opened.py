@@ -37,7 +37,10 @@ class _Unpacked(io.RawIOBase):
 def opened(path: str | os.PathLike[str]) -> io.BufferedReader:
     """Open a file to read its octets; of one that gzip compressed, those that it holds.
 
-    Raises OSError if it cannot be opened.
+    Raises
+    ------
+    OSError
+        If it cannot be opened.
     """
     file = Path(path).open("rb")  # noqa: SIM115 - who asks for it closes it
     return io.BufferedReader(_Unpacked(file)) if file.peek(2)[:2] == GZIP else file

@@ -87,10 +87,10 @@ def own_way(
 ) -> OwnWay:
     """Return what is told of the radar's way.
 
-    Raises DataError if the two contradict each other, or places in degrees have no origin.
-
     Parameters
     ----------
+    name
+        Of the recording.
     start
         Of its table; None: it is none.
     place_deg
@@ -99,6 +99,11 @@ def own_way(
         Log beside it.
     since_1970
         Says when its times begin to count; NaN: not known.
+
+    Raises
+    ------
+    DataError
+        If the two contradict each other, or places in degrees have no origin.
     """
     columns = None if start is None else start.columns
     told = columns is not None and columns.own is not None

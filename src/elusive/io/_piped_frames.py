@@ -33,7 +33,13 @@ class Piped:
         """Do nothing: a reader that waits for a pipe ends with the program."""
 
     def __iter__(self) -> Iterator[ArrivedFrame]:
-        """Yield the frames. Raises DataError if they are of no known kind, or cannot be decoded."""
+        """Yield the frames.
+
+        Raises
+        ------
+        DataError
+            If they are of no known kind, or cannot be decoded.
+        """
         rate_hz = None
         start = self._stream.peek(len(MAGIC))
         if start.startswith(MAGIC):

@@ -28,7 +28,10 @@ class RadarColumns(NamedTuple):
     def of(cls, line: TableLine) -> RadarColumns:
         """Return the columns of a line; beside range and bearing a place is the radar's.
 
-        Raises DataError if it has one column of a pair alone.
+        Raises
+        ------
+        DataError
+            If it has one column of a pair alone.
         """
         there = line.cells
         clock = "time_s" if "time_s" in there else "time"

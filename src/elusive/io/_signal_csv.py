@@ -39,8 +39,10 @@ class Table(NamedTuple):
     def lines(self) -> Generator[tuple[int, float | None, Array], None, None]:
         """Yield each line's number in the file, from 1, its time and its samples; live, spoilt lines are left out.
 
-        Raises DataError if a cell that is not empty is no number, a line has another number of cells, or time does not
-        go forwards.
+        Raises
+        ------
+        DataError
+            If a cell that is not empty is no number, a line has another number of cells, or time does not go forwards.
         """
         before = -math.inf
 
@@ -79,8 +81,12 @@ class Table(NamedTuple):
 def open_table(path: Path, live: NumberedLines | None = None, feed: Feed = STRICT) -> Table:
     """Find out from the first lines how a text of numbers is laid out.
 
-    ``live`` are its lines as they come, which are read once; none: those of the file. Raises DataError if it holds no
-    number, or its first column is named as something other than a sample or ``time_s``.
+    ``live`` are its lines as they come, which are read once; none: those of the file.
+
+    Raises
+    ------
+    DataError
+        If it holds no number, or its first column is named as something other than a sample or ``time_s``.
     """
     names: list[str] | None = None
     named_at = 0

@@ -69,7 +69,13 @@ def open_array(path: Path, cut: Cut) -> tuple[Reading, bool]:
 
 
 def channel_of(wav: Wav, channel: int | None, name: str) -> int:
-    """Return which channel is read. Raises DataError if there are several and none is chosen, or there is no such."""
+    """Return which channel is read.
+
+    Raises
+    ------
+    DataError
+        If there are several and none is chosen, or there is no such.
+    """
     if (channel is None and wav.channels > 1) or (channel is not None and not 0 <= channel < wav.channels):
         raise DataError(f"{name}: has {wav.channels} channels; choose one with channel= (--channel), from 0.")
     return channel or 0

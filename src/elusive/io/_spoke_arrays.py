@@ -43,7 +43,10 @@ def is_arrays(head: bytes) -> bool:
 def spokes_of_arrays(path: Path, rotation_s: float | None) -> Iterator[Spokes]:
     """Yield the spokes that arrays hold; see :mod:`elusive.io.radar_video_arrays` for their names.
 
-    Raises DataError if the file cannot be read, an array is missing, or arrays contradict each other.
+    Raises
+    ------
+    DataError
+        If the file cannot be read, an array is missing, or arrays contradict each other.
     """
     with ExitStack() as stack:
         with decoding(str(path), "write it again, without pickled objects."):

@@ -143,7 +143,10 @@ class Assembly:
     def _stamp(self, part: SpokeParts) -> float:
         """Return the time of a part's last spoke, as exactly as the part or its packet says it.
 
-        Raises UntimedError if nothing does.
+        Raises
+        ------
+        UntimedError
+            If nothing does.
         """
         azimuth_rad, latest_s, came_s = float(part.azimuth_rad[-1]), self._stamp_s, part.came_s
         if not math.isnan(part.day_s):

@@ -35,7 +35,10 @@ class Stack:
 def checked_times(times: Any, length: int, where: str) -> NDArray[np.float64]:
     """Return the times of frames that a file holds.
 
-    Raises DataError if they are not one for each frame, finite and increasing.
+    Raises
+    ------
+    DataError
+        If they are not one for each frame, finite and increasing.
     """
     found = np.asarray(times, dtype=np.float64)
     if found.shape != (length,) or not np.isfinite(found).all() or (np.diff(found) <= 0).any():
@@ -81,7 +84,10 @@ def check_same(shape: tuple[int, int], first: tuple[int, int], where: str) -> No
 def layout(shape: tuple[int, ...], dtype: np.dtype[Any], where: str) -> tuple[int, tuple[int, int]]:
     """Return the frame count and the frames' (rows, cols) of an array, ``(T, rows, cols)`` or with 3 or 4 colours last.
 
-    Raises DataError if the array is no sequence of numeric frames.
+    Raises
+    ------
+    DataError
+        If the array is no sequence of numeric frames.
     """
     if dtype.kind not in "buif":
         raise DataError(f"{where}: holds {dtype} values, not real numbers; save a numeric array (T, rows, cols).")

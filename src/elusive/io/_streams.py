@@ -35,14 +35,17 @@ def is_stream(source: str) -> bool:
 class Stream:
     """A camera or network stream, opened once.
 
-    Raises DataError if ffmpeg is not installed or there is no such camera.
-
     Parameters
     ----------
     source
         ``camera:0``, or an address such as ``rtsp://host/path``.
     idle_s
         End after this time without a frame; None waits for ever.
+
+    Raises
+    ------
+    DataError
+        If ffmpeg is not installed or there is no such camera.
     """
 
     def __init__(self, source: str, idle_s: float | None = None) -> None:
@@ -70,7 +73,10 @@ class Stream:
     def __iter__(self) -> Iterator[ArrivedFrame]:
         """Yield the frames.
 
-        Raises DataError if there is no video in it, or it breaks off; the sentence gives ffmpeg's own words.
+        Raises
+        ------
+        DataError
+            If there is no video in it, or it breaks off; the sentence gives ffmpeg's own words.
         """
         log = threading.Thread(target=self._listen, name="ffmpeg's log", daemon=True)
         log.start()
@@ -126,7 +132,13 @@ class Stream:
 
 
 def _input(source: str) -> list[str]:
-    """Return ffmpeg's options for what is read. Raises DataError if there is no such camera."""
+    """Return ffmpeg's options for what is read.
+
+    Raises
+    ------
+    DataError
+        If there is no such camera.
+    """
     if not source.startswith(CAMERA):
         transport = ["-rtsp_flags", "prefer_tcp"] if source.lower().startswith("rtsp") else []
         return [*transport, "-protocol_whitelist", PROTOCOLS, "-i", source]

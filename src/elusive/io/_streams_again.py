@@ -18,14 +18,17 @@ ENDS = ("http", "https")  # a file that is fetched: its end is its end
 class StreamAgain:
     """Frames of a stream, tried again with longer and longer waits; what does not come at all is refused at once.
 
-    Raises DataError if ffmpeg is not installed or there is no such camera.
-
     Parameters
     ----------
     source, idle_s
         As of :class:`~elusive.io._streams.Stream`.
     say
         Told when it goes and comes back.
+
+    Raises
+    ------
+    DataError
+        If ffmpeg is not installed or there is no such camera.
     """
 
     def __init__(self, source: str, idle_s: float | None, say: Callable[[str], None]) -> None:
@@ -42,7 +45,10 @@ class StreamAgain:
     def __iter__(self) -> Iterator[ArrivedFrame]:
         """Yield the frames; their times go on over the time for which nothing came.
 
-        Raises DataError if there is no video in it at the first time.
+        Raises
+        ------
+        DataError
+            If there is no video in it at the first time.
         """
         number, latest = 0, ArrivedFrame("", None, time.monotonic())
         wait_s, gone = FIRST_S, False

@@ -27,7 +27,10 @@ class TableLine(NamedTuple):
     def number(self, column: str, *, most: float = math.inf, absent: float | None = None) -> float:
         """Return a cell's number; ``absent`` where there is none, if that may be.
 
-        Raises DataError if it is no finite number, or greater than ``most`` either way.
+        Raises
+        ------
+        DataError
+            If it is no finite number, or greater than ``most`` either way.
         """
         cell = self.cells.get(column, "")
         if absent is not None and cell.lower() in ("", "nan"):
@@ -43,7 +46,10 @@ class TableLine(NamedTuple):
     def moment(self, column: str) -> float:
         """Return a cell's date and time as seconds since 1970; UTC where it names no offset.
 
-        Raises DataError if it is no date and time as ISO 8601 writes them.
+        Raises
+        ------
+        DataError
+            If it is no date and time as ISO 8601 writes them.
         """
         cell = self.cells[column]
         try:
@@ -64,8 +70,6 @@ def table_lines(
 ) -> Generator[TableLine, None, None]:
     """Yield the lines of a table; blank lines and those that begin with ``#`` are passed over.
 
-    Raises DataError if the file cannot be read, is empty, or a line does not fit the header.
-
     Parameters
     ----------
     path
@@ -77,6 +81,11 @@ def table_lines(
         What a line holds: ``one bearing a line``.
     feed
         Live: whether to wait for more, and what is done with lines that cannot be used.
+
+    Raises
+    ------
+    DataError
+        If the file cannot be read, is empty, or a line does not fit the header.
     """
     table = _Table(str(path), needed, perhaps)
     with closing(lines_of(str(path), feed)) as lines:

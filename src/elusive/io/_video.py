@@ -99,7 +99,13 @@ def complaint(line: str) -> str:
 
 
 def ffmpeg(source: str) -> str:
-    """Return the path of the program. Raises DataError if it is not installed."""
+    """Return the path of the program.
+
+    Raises
+    ------
+    DataError
+        If it is not installed.
+    """
     try:
         import imageio_ffmpeg
 

@@ -59,7 +59,10 @@ class Wav(NamedTuple):
 def open_wav(path: Path) -> Wav:
     """Read the header of a WAVE file.
 
-    Raises DataError if it is no WAVE file, is compressed, cut short, or holds no sample.
+    Raises
+    ------
+    DataError
+        If it is no WAVE file, is compressed, cut short, or holds no sample.
     """
     with decoding(str(path), ADVICE), path.open("rb") as file:
         wav = wav_header(file.read, path)
@@ -77,7 +80,12 @@ def open_wav(path: Path) -> Wav:
 def wav_header(read: Callable[[int], bytes], path: Path) -> Wav:
     """Read a header up to the first sample; a length that it does not tell is -1.
 
-    Raises DataError if samples are compressed. Raises ValueError if it is no WAVE file.
+    Raises
+    ------
+    DataError
+        If samples are compressed.
+    ValueError
+        If it is no WAVE file.
     """
     offset = 0
 

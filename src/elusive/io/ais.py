@@ -39,8 +39,6 @@ def read_ais(
 ) -> Iterator[AisPosition]:
     r"""Read the positions in a log of AIS sentences one by one, in the order of the file.
 
-    Raises DataError if pyais is not installed, the file cannot be read, or there is no position in it.
-
     Parameters
     ----------
     path
@@ -58,6 +56,11 @@ def read_ais(
     ------
     AisPosition
         A position of any ship, or of the one asked for.
+
+    Raises
+    ------
+    DataError
+        If pyais is not installed, the file cannot be read, or there is no position in it.
     """
     try:
         from pyais import decode

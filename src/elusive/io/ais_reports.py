@@ -24,8 +24,6 @@ FASTEST_MPS, FURTHEST_M = 60.0, 200_000.0
 def read_ais_reports(path: str | os.PathLike[str], since_1970_s: float) -> list[AisPosition]:
     """Read what ships report, with times that count as the recording's do.
 
-    Raises DataError if the file cannot be read, a report is none, or times of day meet a recording without a date.
-
     Parameters
     ----------
     path
@@ -34,6 +32,11 @@ def read_ais_reports(path: str | os.PathLike[str], since_1970_s: float) -> list[
         :func:`~elusive.io.ais.read_ais` takes it.
     since_1970_s
         When the recording's times begin to count, after 1970 began; NaN: it does not say.
+
+    Raises
+    ------
+    DataError
+        If the file cannot be read, a report is none, or times of day meet a recording without a date.
     """
     file = Path(path)
     table = file.suffix.lower() in TABLES and _named(file)
@@ -72,7 +75,10 @@ def read_ais_reports(path: str | os.PathLike[str], since_1970_s: float) -> list[
 def in_frame(reports: list[AisPosition], frame: LocalFrame, name: str) -> list[tuple[AisPosition, Array, Array]]:
     """Return reports with place and velocity, ``(2,)`` each [m, m/s], NaN where it is not told; far ones are left out.
 
-    Raises DataError if all are far.
+    Raises
+    ------
+    DataError
+        If all are far.
     """
     places = frame.to_local(np.array([(one.lon_deg, one.lat_deg) for one in reports]))
     away = np.hypot(*places.T)

@@ -14,13 +14,16 @@ from elusive.io.csv_files import read_lines
 def read_area(path: str | os.PathLike[str]) -> Area:
     """Read a polygon: a corner a line, x and y [m], in turn.
 
-    Raises DataError if a line is no corner, or the corners make no polygon; the sentence says where.
-
     Parameters
     ----------
     path
         Text with commas or white space between the two numbers; a first line ``x_m,y_m``, blank lines and lines from
         ``#`` are left out. A last corner that repeats the first is as well.
+
+    Raises
+    ------
+    DataError
+        If a line is no corner, or the corners make no polygon; the sentence says where.
     """
     corners: list[tuple[float, float]] = []
     for line, text in enumerate(read_lines(path), 1):

@@ -112,7 +112,10 @@ class Arrivals(Generic[Item]):
     def __iter__(self) -> Iterator[Item]:
         """Yield the items in the order in which they came.
 
-        Raises ElusiveError what the iterable raised, after all that came before it.
+        Raises
+        ------
+        ElusiveError
+            What the iterable raised, after all that came before it.
         """
         self.start()
         return self._taken()

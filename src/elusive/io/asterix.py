@@ -41,7 +41,10 @@ class AsterixSummary(NamedTuple):
 def summarize_asterix(path: str | os.PathLike[str]) -> AsterixSummary:
     """Read a recording once and say what is in it.
 
-    Raises DataError if it cannot be read, or holds no record of category 048.
+    Raises
+    ------
+    DataError
+        If it cannot be read, or holds no record of category 048.
     """
     counts, radars, midnight = Counter[str](), Counter[tuple[int, int] | None](), math.nan
     for unix_s, _, report in _records(Path(path), counts):
@@ -55,8 +58,6 @@ def summarize_asterix(path: str | os.PathLike[str]) -> AsterixSummary:
 def read_asterix(path: str | os.PathLike[str], counts: Counter[str] | None = None) -> Iterator[TargetReport]:
     """Read the records of category 048 one by one, in the order of the file.
 
-    Raises DataError if the file cannot be read, or holds no record of category 048.
-
     Parameters
     ----------
     path
@@ -69,6 +70,11 @@ def read_asterix(path: str | os.PathLike[str], counts: Counter[str] | None = Non
     ------
     TargetReport
         A record; its time counts from the midnight (UTC) before it.
+
+    Raises
+    ------
+    DataError
+        If the file cannot be read, or holds no record of category 048.
     """
     for _, _, report in _records(Path(path), Counter() if counts is None else counts):
         yield report
@@ -82,8 +88,7 @@ def asterix_plots(
     Left out and counted are records that came twice (a capture of both of two networks), reports of no detection (a
     radar's own extrapolation), simulated and test targets and fixed transponders, and what has no time, no position or
     is beyond 256 NM. A report may come up to 10 s late. The Doppler is item 120's calculated one where the radar does
-    not doubt it, taken as the range rate: the specification leaves its sign to the radar. Raises DataError if the file
-    cannot be read or holds no plot of that radar, or several radars report and none was chosen.
+    not doubt it, taken as the range rate: the specification leaves its sign to the radar.
 
     Parameters
     ----------
@@ -99,6 +104,11 @@ def asterix_plots(
     ------
     RadarPlot
         A plot; its time counts from the midnight (UTC) before the first report, over the next midnights too.
+
+    Raises
+    ------
+    DataError
+        If the file cannot be read or holds no plot of that radar, or several radars report and none was chosen.
     """
     file, counts = Path(path), Counter() if counts is None else counts
     chosen = _chosen(file, radar)

@@ -24,7 +24,12 @@ def live_asterix_plots(source: str, feed: Feed, radar: tuple[int, int] | None = 
     """Yield the plots that come to ``asterix+udp://host:port``, of one radar (SAC, SIC), else that which reports first.
 
     Left out and counted is what :func:`~elusive.io.asterix.asterix_plots` leaves out, and reports of ``other radars``.
-    Times count from the midnight (UTC) before the first report. Raises DataError if it is no such address.
+    Times count from the midnight (UTC) before the first report.
+
+    Raises
+    ------
+    DataError
+        If it is no such address.
     """
 
     def plots() -> Iterator[tuple[bytes, RadarPlot]]:

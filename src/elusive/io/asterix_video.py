@@ -42,8 +42,6 @@ def write_asterix_video(
 ) -> int:
     """Write radar video as category 240, whole or not at all.
 
-    Raises DataError if spokes contradict themselves or cannot be written so, or the file cannot be written.
-
     Parameters
     ----------
     path
@@ -61,6 +59,11 @@ def write_asterix_video(
     -------
     int
         Spokes written.
+
+    Raises
+    ------
+    DataError
+        If spokes contradict themselves or cannot be written so, or the file cannot be written.
     """
     is_capture = str(path).lower().endswith(CAPTURES)
     with atomic_path(path) as temporary, temporary.open("wb") as file:
@@ -87,8 +90,6 @@ def send_asterix_video(
 ) -> int:
     """Send radar video as category 240 over UDP, each spoke when its time has come; sentences go to the same place.
 
-    Raises DataError if the address is none, spokes cannot be written so, or the system refuses.
-
     Parameters
     ----------
     address
@@ -104,6 +105,11 @@ def send_asterix_video(
     -------
     int
         Spokes sent.
+
+    Raises
+    ------
+    DataError
+        If the address is none, spokes cannot be written so, or the system refuses.
     """
     place = address_of(address, OPTIONS)
     started_s, first_s = time.monotonic(), math.nan
@@ -152,7 +158,10 @@ def _each(spokes: Iterable[Spokes], radar: tuple[int, int], compress: bool, send
 def _checked(part: Spokes, name: str) -> tuple[int, int]:
     """Return the code of the amplitudes' bits, and how many steps from the radar the first sample lies.
 
-    Raises DataError if they cannot be written.
+    Raises
+    ------
+    DataError
+        If they cannot be written.
     """
     if part.bits == 0:
         raise DataError(f"{name}: category 240 holds whole numbers, and amplitudes are real; quantise them first.")

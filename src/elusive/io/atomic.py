@@ -17,8 +17,12 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Give a temporary path beside ``path`` to write to; it takes its name when the block ends well.
 
     If the block raises (Ctrl-C too), the temporary file is removed and an earlier file of that name stays as it was.
-    What is there but no regular file (``/dev/stdout``, a pipe) is written to directly. Raises DataError if the folder
-    does not exist, the path is a folder, or the system refuses to write.
+    What is there but no regular file (``/dev/stdout``, a pipe) is written to directly.
+
+    Raises
+    ------
+    DataError
+        If the folder does not exist, the path is a folder, or the system refuses to write.
     """
     target = Path(os.path.realpath(path))
     with _refused(path):
@@ -43,7 +47,11 @@ def atomic_folder(out: str | os.PathLike[str]) -> Iterator[Path]:
 
     A new ``out`` appears in one rename. Into one that exists, the files are moved one by one, each replacing the file
     of its name; other files stay. If the block raises (Ctrl-C too), nothing is left behind, not even a new ``out``.
-    Raises DataError if ``out`` is a file, a file would replace a folder or the reverse, or the system refuses to write.
+
+    Raises
+    ------
+    DataError
+        If ``out`` is a file, a file would replace a folder or the reverse, or the system refuses to write.
     """
     target = Path(os.path.realpath(out))
     with _refused(out):
@@ -73,7 +81,10 @@ def atomic_folder(out: str | os.PathLike[str]) -> Iterator[Path]:
 def existing_folder(out: str | os.PathLike[str]) -> Path:
     """Return a folder, made if need be, for results that are added to it one by one.
 
-    Raises DataError if it is a file or cannot be made.
+    Raises
+    ------
+    DataError
+        If it is a file or cannot be made.
     """
     folder = Path(out)
     if folder.exists() and not folder.is_dir():

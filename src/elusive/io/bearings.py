@@ -49,13 +49,18 @@ class BearingSource:
         """Yield what is reported at each time.
 
         A time is complete once a later one comes, or at the end. The columns decide what is yielded: a BearingSet, an
-        ArrivalSet, or with both kinds of column a HybridSet. Raises DataError if a line cannot be read, names an
-        unknown sensor or goes back in time, or there is none, or the lines name emitters; the sentence says where.
+        ArrivalSet, or with both kinds of column a HybridSet.
 
         Warns
         -----
         UserWarning
             If the azimuths look like radians, or all are of one sensor, which gives no distance.
+
+        Raises
+        ------
+        DataError
+            If a line cannot be read, names an unknown sensor or goes back in time, or there is none, or the lines name
+            emitters; the sentence says where.
         """
         for label, measurement in self.labelled():
             if label:
@@ -149,8 +154,6 @@ def open_bearings(
 ) -> BearingSource:
     """Open a table of bearings, of times of arrival, or of both, without reading it.
 
-    Raises DataError if there is no such file, or no sensor has a place.
-
     Parameters
     ----------
     path
@@ -166,6 +169,11 @@ def open_bearings(
         From :func:`read_sensors`; None: those that the lines themselves name and place.
     feed
         Live: how it is followed. A late or repeated line, or one that cannot be used, is left out and counted.
+
+    Raises
+    ------
+    DataError
+        If there is no such file, or no sensor has a place.
     """
     if not comes_once(str(path)) and not Path(path).is_file():
         raise DataError(f"{path}: {'is a folder' if Path(path).is_dir() else 'there is no such file'}; check the path.")
@@ -218,15 +226,17 @@ class _Placing:
 def read_sensors(path: str | os.PathLike[str]) -> SensorSites:
     """Read where sensors stand.
 
-    Raises DataError if the file cannot be read, a line is no place, a name comes twice, or there is none; the sentence
-    says where.
-
     Parameters
     ----------
     path
         CSV, its first line ``sensor,x_m,y_m`` and perhaps ``z_m``, a sensor a line [m east, north, up]; or
         ``sensor,lon_deg,lat_deg``, which become metres about the first sensor; or GeoJSON of Points, each named by the
         property ``sensor`` or ``name``, or its ``id``, its third coordinate the height, where there is one.
+
+    Raises
+    ------
+    DataError
+        If the file cannot be read, a line is no place, a name comes twice, or there is none; the sentence says where.
     """
     needed, placed = ("sensor", *GEOGRAPHIC), _Placing(None)
     if Path(path).suffix.lower() in GEOJSON:

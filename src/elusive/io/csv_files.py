@@ -24,7 +24,13 @@ def csv_text(header: Sequence[str], rows: Iterable[Row]) -> str:
 
 
 def write_csv(path: str | os.PathLike[str], header: Sequence[str], rows: Iterable[Row]) -> None:
-    """Write a table as CSV. Raises DataError if the file cannot be written."""
+    """Write a table as CSV.
+
+    Raises
+    ------
+    DataError
+        If the file cannot be written.
+    """
     with atomic_path(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
         _write(file, header, rows)
 
@@ -32,7 +38,10 @@ def write_csv(path: str | os.PathLike[str], header: Sequence[str], rows: Iterabl
 def write_results(path: str | os.PathLike[str], header: Sequence[str], rows: Iterable[Row]) -> None:
     """Write results as CSV, floats with four significant digits, those that are no number left empty.
 
-    Raises DataError if the file cannot be written.
+    Raises
+    ------
+    DataError
+        If the file cannot be written.
     """
     write_csv(path, header, ([_short(value) for value in row] for row in rows))
 
@@ -69,7 +78,10 @@ def read_lines(path: str | os.PathLike[str]) -> list[str]:
 def records_of(path: str | os.PathLike[str]) -> Iterator[tuple[int, list[str]]]:
     """Yield the number of each line and its cells, the header's too.
 
-    Raises DataError if the file is no CSV; the sentence gives the line.
+    Raises
+    ------
+    DataError
+        If the file is no CSV; the sentence gives the line.
     """
     reader = csv.reader(read_lines(path), strict=True)
     try:

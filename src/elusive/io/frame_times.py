@@ -21,8 +21,10 @@ FORMATS = ("%Y:%m:%d %H:%M:%S", "%Y-%m-%d %H:%M:%S", "%Y-%m-%dT%H:%M:%S")  # TIF
 def read_frame_times(path: str | os.PathLike[str]) -> NDArray[np.float64]:
     """Read the times of frames, ``(T,)`` [s]: CSV whose first line names ``time_s``, a frame a line.
 
-    Raises DataError if the header lacks the column, a line is no time, or times do not increase; the sentence gives the
-    line.
+    Raises
+    ------
+    DataError
+        If the header lacks the column, a line is no time, or times do not increase; the sentence gives the line.
     """
     times: list[float] = []
     for line in table_lines(path, ("time_s",), None, "a frame's time a line"):
@@ -52,7 +54,10 @@ def counted(read: Reader, times: NDArray[np.float64], name: str, frames: str) ->
 def tagged_times(pages: Iterable[tuple[str, Any]]) -> NDArray[np.float64] | None:
     """Return seconds after the first page by TIFF's DateTime; None where one has none, or two are of the same second.
 
-    Raises DataError if time runs backwards.
+    Raises
+    ------
+    DataError
+        If time runs backwards.
     """
     found: list[datetime] = []
     for where, page in pages:

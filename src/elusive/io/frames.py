@@ -54,8 +54,11 @@ class FrameSource:
     def __iter__(self) -> Iterator[Array]:
         """Yield the frames.
 
-        Raises DataError if a frame cannot be decoded, differs in size, has more than half of its pixels NaN or
-        infinite, or has all pixels equal.
+        Raises
+        ------
+        DataError
+            If a frame cannot be decoded, differs in size, has more than half of its pixels NaN or infinite, or has
+            all pixels equal.
         """
         number = self.start
         with closing(self._stack.read(self.start, self._stop)) as raws:  # type: ignore[type-var]
@@ -107,8 +110,6 @@ def open_frames(
 ) -> FrameSource:
     """Open an image sequence without reading its frames.
 
-    Raises DataError if there is no such sequence, or its header is broken, or an argument does not fit it.
-
     Parameters
     ----------
     source
@@ -132,6 +133,11 @@ def open_frames(
     -------
     FrameSource
         Colour is turned to grey by Rec. 601 luma (alpha is ignored); 16 bits stay 16 bits.
+
+    Raises
+    ------
+    DataError
+        If there is no such sequence, or its header is broken, or an argument does not fit it.
     """
     text = os.fspath(source)
     stem, separator, inner = text.partition("::")
@@ -213,7 +219,10 @@ def _open(text: str, dataset: str | None, pattern: str | None) -> Stack:
 def clean_frame(raw: Any, shape: tuple[int, int], where: str, skip: str) -> Array:
     """Return a raw frame as grey float64 of the right size, with NaN for what is not finite; ``skip``: what to do else.
 
-    Raises DataError if it differs in size, has more than half of its pixels NaN or infinite, or has all pixels equal.
+    Raises
+    ------
+    DataError
+        If it differs in size, has more than half of its pixels NaN or infinite, or has all pixels equal.
     """
     frame = _grey(raw, where)
     check_same((frame.shape[0], frame.shape[1]), shape, where)

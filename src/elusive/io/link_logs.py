@@ -41,8 +41,12 @@ class LinkLog:
     def after(self, empty: LinkLog) -> tuple[LinkLog, int]:
         """Return this log behind the recording of an empty room, and how many frames that has.
 
-        The recording's times are moved so that it ends an interval of its own before this log begins. Raises DataError
-        if the recording cannot be read, has fewer than two frames, or other channels.
+        The recording's times are moved so that it ends an interval of its own before this log begins.
+
+        Raises
+        ------
+        DataError
+            If the recording cannot be read, has fewer than two frames, or other channels.
         """
         if empty.channels != self.channels or not empty.again:
             known = ", ".join(self.channels)
@@ -65,7 +69,10 @@ class LinkLog:
     def __iter__(self) -> Iterator[RssFrame]:
         """Yield the frames.
 
-        Raises DataError if a line cannot be read, times do not go forwards, or nothing was heard in the whole log.
+        Raises
+        ------
+        DataError
+            If a line cannot be read, times do not go forwards, or nothing was heard in the whole log.
         """
         before, heard, above = -math.inf, False, set[float]()
         with closing(self._read()) as rows:  # type: ignore[type-var]
@@ -103,8 +110,6 @@ def open_link_log(
 ) -> LinkLog:
     """Open a log without reading it all.
 
-    Raises DataError if there is no such log, its first line is none of the above, or an argument does not fit it.
-
     Parameters
     ----------
     source
@@ -115,6 +120,8 @@ def open_link_log(
         - *wide*, under a header of ``time_s`` and ``tx-rx-channel`` (node names): a frame a line;
         - numbers only, a frame a line, and then ``layout`` says what they are; separated by white space they are
           taken for ``listenx``.
+    nodes
+        The network.
     layout
         Of numbers without a header: ``channel-link`` (the time [s], then all links of the first channel, and so on),
         ``link-channel`` (the time, then all channels of the first link, and so on), or ``listenx`` (all links of the
@@ -135,6 +142,11 @@ def open_link_log(
     -------
     LinkLog
         The frames. In a long log one is known to be complete when the next begins.
+
+    Raises
+    ------
+    DataError
+        If there is no such log, its first line is none of the above, or an argument does not fit it.
     """
     name = os.fspath(source)
     path = Path(name)

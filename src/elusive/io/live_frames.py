@@ -119,7 +119,13 @@ class LiveFrames:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Rows and columns of every frame; waits for the first. Raises DataError if the source fails or ends before."""
+        """Rows and columns of every frame; waits for the first.
+
+        Raises
+        ------
+        DataError
+            If the source fails or ends before.
+        """
         return self._known[0]
 
     @property
@@ -133,7 +139,13 @@ class LiveFrames:
         return self._known[2]
 
     def __iter__(self) -> Iterator[TimedFrame]:
-        """Yield the frames. Raises DataError if the source fails."""
+        """Yield the frames.
+
+        Raises
+        ------
+        DataError
+            If the source fails.
+        """
         shape, interval_s, timed = self._known
         latest_s = -math.inf
         for (number, frame), came_s in chain(self._ahead, ((item, self._coming.came_s) for item in self._frames)):
@@ -173,8 +185,6 @@ def open_live_frames(
 ) -> LiveFrames:
     """Open a source of frames that are still to come.
 
-    Raises DataError if there is no such folder or camera, or the argument does not fit the source.
-
     Parameters
     ----------
     source
@@ -189,6 +199,11 @@ def open_live_frames(
         How long, and how many, frames wait for the tracker at most, before the oldest are dropped.
     on_fault
         Told why a frame cannot be used, and when a stream goes and is back.
+
+    Raises
+    ------
+    DataError
+        If there is no such folder or camera, or the argument does not fit the source.
     """
     text = os.fspath(source)
     if rate_hz is not None and not 0 < rate_hz < math.inf:

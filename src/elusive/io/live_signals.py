@@ -84,8 +84,6 @@ def follow_signal(
 ) -> SignalSource:
     """Open a signal that is being written; waits for what says how it is laid out. Its frames are read once.
 
-    Raises DataError if it is of no kind that can be followed, or an argument does not fit it.
-
     Parameters
     ----------
     source
@@ -94,6 +92,11 @@ def follow_signal(
         When it ends, and what cannot be used.
     frame_samples, hop_samples, channel, rate_hz, raw
         As :func:`~elusive.io.signals.open_signal` has them.
+
+    Raises
+    ------
+    DataError
+        If it is of no kind that can be followed, or an argument does not fit it.
     """
     if is_address(source):
         raise DataError(f"{source}: a signal is followed in a file or on standard input; pipe it, and give -.")

@@ -41,7 +41,10 @@ class OwnFix(NamedTuple):
 def read_own_fixes(path: str | os.PathLike[str]) -> Iterator[OwnFix]:
     """Read a log of a ship's own instruments, a sentence a line; see :func:`own_fixes`.
 
-    Raises DataError if the file cannot be read, or holds no place with a time.
+    Raises
+    ------
+    DataError
+        If the file cannot be read, or holds no place with a time.
     """
     found = False
     for fix in own_fixes((received_s(line, SENTENCE.search(line)), line) for line in text_lines(path)):
@@ -148,7 +151,12 @@ def text_lines(path: str | os.PathLike[str]) -> Iterator[str]:
     """Yield a log's lines; receivers log noise too: an octet that is no ASCII spoils its own sentence only.
 
     Of a network capture (pcap, pcapng), the sentences that its packets carry, each after the time of its capture.
-    Either may be compressed by gzip. Raises DataError if the file cannot be read.
+    Either may be compressed by gzip.
+
+    Raises
+    ------
+    DataError
+        If the file cannot be read.
     """
     try:
         with opened(path) as file:

@@ -19,9 +19,6 @@ COLUMNS = ("node", "x_m", "y_m")
 def read_nodes(path: str | os.PathLike[str]) -> RadioNodes:
     """Read where the nodes stand.
 
-    Raises DataError if a line is no node, or the nodes are not at least two in different places; the sentence says
-    where.
-
     Parameters
     ----------
     path
@@ -32,6 +29,11 @@ def read_nodes(path: str | os.PathLike[str]) -> RadioNodes:
     -------
     RadioNodes
         The nodes in the file's order, which is the order of their numbers.
+
+    Raises
+    ------
+    DataError
+        If a line is no node, or the nodes are not at least two in different places; the sentence says where.
     """
     names: list[str] = []
     positions: list[tuple[float, float]] = []

@@ -36,7 +36,10 @@ class OwnShipLog(NamedTuple):
     def track(self, frame: LocalFrame, since_s: float) -> OwnTrack:
         """Return the way in a frame, by times that count from ``since_s`` after 1970 began.
 
-        Raises DataError if no ship moves like that.
+        Raises
+        ------
+        DataError
+            If no ship moves like that.
         """
         track = OwnTrack(self.name)
         for time_s, (x, y) in zip(self.time_s - since_s, frame.to_local(self.lonlat_deg), strict=True):
@@ -55,13 +58,16 @@ class OwnShipLog(NamedTuple):
 def read_own_ship(path: str | os.PathLike[str]) -> OwnShipLog:
     """Read a log.
 
-    Raises DataError if the file cannot be read or tells no place.
-
     Parameters
     ----------
     path
         NMEA sentences (:mod:`elusive.io.nmea`), or a table of ``time`` (ISO 8601) or ``time_s`` (after 1970 began),
         ``lon_deg``, ``lat_deg`` and perhaps ``heading_deg``.
+
+    Raises
+    ------
+    DataError
+        If the file cannot be read or tells no place.
     """
     if any(ANY.search(line) for line in islice(text_lines(path), FIRST_LINES)):
         fixes = list(read_own_fixes(path))

@@ -46,6 +46,11 @@ def frames_of(file: BinaryIO) -> Iterator[Frame]:
 def udp_payloads(file: BinaryIO) -> Iterator[tuple[float, bytes]]:
     """Yield what each UDP packet of a capture carries, put together from its fragments.
 
+    Parameters
+    ----------
+    file
+        The capture, at its start.
+
     Yields
     ------
     float

@@ -55,7 +55,10 @@ class RadarSource:
     def __iter__(self) -> Iterator[RadarScan]:
         """Yield the scans in the order of time.
 
-        Raises DataError if a plot cannot be read, times go backwards, or there is no plot; the sentence says where.
+        Raises
+        ------
+        DataError
+            If a plot cannot be read, times go backwards, or there is no plot; the sentence says where.
         """
         plots = 0
         self.counts.clear()
@@ -76,9 +79,6 @@ def open_radar_plots(
     own_ship: str | os.PathLike[str] | None = None,
 ) -> RadarSource:
     """Open a radar's plots without reading them all.
-
-    Raises DataError if there is no such file, an argument does not fit it, or plots have times of their own that say no
-    period.
 
     Parameters
     ----------
@@ -107,6 +107,11 @@ def open_radar_plots(
     -------
     RadarSource
         The scans. ASTERIX times are seconds after the midnight (UTC) before the first report, ISO times after 1970.
+
+    Raises
+    ------
+    DataError
+        If there is no such file, an argument does not fit it, or plots have times of their own that say no period.
     """
     file = Path(path)
     if not file.is_file():
@@ -174,8 +179,6 @@ def follow_radar_plots(
 ) -> Iterator[RadarScan]:
     """Yield the scans of a table as it is written: each once a later plot has come.
 
-    Raises DataError if plots have times of their own and no period is given, or no place where it is needed.
-
     Parameters
     ----------
     source
@@ -185,6 +188,11 @@ def follow_radar_plots(
         How it is followed; late, repeated and spoilt lines are left out and counted.
     rotation_s, place_deg, radar
         As :func:`open_radar_plots` takes them; none is estimated. Without ``radar`` it is the one that reports first.
+
+    Raises
+    ------
+    DataError
+        If plots have times of their own and no period is given, or no place where it is needed.
     """
     frame, track = None if place_deg is None else LocalFrame.at(*place_deg), OwnTrack(source)
     if is_asterix(source):

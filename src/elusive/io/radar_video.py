@@ -44,7 +44,10 @@ class RadarVideoSource:
     def __iter__(self) -> Iterator[Spokes]:
         """Yield the spokes in the order of time.
 
-        Raises DataError if the source cannot be read or holds no radar video; the sentence says what it holds.
+        Raises
+        ------
+        DataError
+            If the source cannot be read or holds no radar video; the sentence says what it holds.
         """
         self.counts.clear()
         self._said.clear()
@@ -90,9 +93,6 @@ def open_radar_video(
 ) -> RadarVideoSource:
     """Open a radar's video without reading it.
 
-    Raises DataError if there is no such file, or it is known to hold something else; the sentence says what, and what
-    to do. Raises ParameterError if ``radar`` or ``from_bow`` is given for arrays.
-
     Parameters
     ----------
     source
@@ -116,6 +116,13 @@ def open_radar_video(
     RadarVideoSource
         The spokes. Azimuths of category 240 count from north, as the standard has it; those of a Navico count from
         north where the heading is known. Times are after 1970 where the source says the day.
+
+    Raises
+    ------
+    DataError
+        If there is no such file, or it is known to hold something else; the sentence says what, and what to do.
+    ParameterError
+        If ``radar`` or ``from_bow`` is given for arrays.
     """
     name = str(source)
 

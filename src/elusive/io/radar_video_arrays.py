@@ -35,8 +35,6 @@ UNITS |= {"lon_deg": "degrees_east", "lat_deg": "degrees_north"}
 def write_radar_video_arrays(path: str | os.PathLike[str], spokes: Iterable[Spokes]) -> int:
     """Write radar video of one range scale as arrays, whole or not at all.
 
-    Raises DataError if there are none, they contradict themselves or differ in scale, or the file cannot be written.
-
     Parameters
     ----------
     path
@@ -48,6 +46,11 @@ def write_radar_video_arrays(path: str | os.PathLike[str], spokes: Iterable[Spok
     -------
     int
         Spokes written.
+
+    Raises
+    ------
+    DataError
+        If there are none, they contradict themselves or differ in scale, or the file cannot be written.
     """
     with atomic_path(path) as temporary:
         if str(path).lower().endswith(".npz"):

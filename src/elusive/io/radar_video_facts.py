@@ -73,12 +73,15 @@ def describe_radar_video(
 ) -> RadarVideoFacts:
     """Read a recording of radar video once and say what is in it.
 
-    Raises DataError if it cannot be read or holds no radar video.
-
     Parameters
     ----------
     source, radar, rotation_s
         As for :func:`~elusive.io.radar_video.open_radar_video`; a file.
+
+    Raises
+    ------
+    DataError
+        If it cannot be read or holds no radar video.
     """
     video = open_radar_video(source, radar=radar, rotation_s=rotation_s)
     tally = _Tally()

@@ -21,14 +21,19 @@ from elusive.sensors.radar_scans import TURN_RAD, RadarScan
 def write_radar_plots_csv(path: str | os.PathLike[str], scans: Iterable[RadarScan], *, moving: bool = False) -> None:
     """Write scans as CSV, whole or not at all; :func:`~elusive.io.open_radar_plots` reads back the same numbers.
 
-    Raises DataError if a scan contradicts itself or comes before another, or the file cannot be written.
-
     Parameters
     ----------
+    path
+        File to write.
     scans
         In the order of time, taken one by one. Each plot is written with its own time.
     moving
         Whether the radar's own places are written, at each plot's time.
+
+    Raises
+    ------
+    DataError
+        If a scan contradicts itself or comes before another, or the file cannot be written.
     """
     before = -math.inf
     with atomic_path(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:

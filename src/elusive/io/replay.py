@@ -45,8 +45,6 @@ def replay(
 ) -> Sent:
     """Play a recording.
 
-    Raises DataError if the recording has no times, or the address has no meaning.
-
     Parameters
     ----------
     source
@@ -62,6 +60,11 @@ def replay(
         Told when what is sent to goes.
     stopped
         Ends it.
+
+    Raises
+    ------
+    DataError
+        If the recording has no times, or the address has no meaning.
     """
     if not 0 < speed < math.inf:
         raise DataError(f"speed={speed:g}: must be positive; 1 is the pace of the recording.")

@@ -29,15 +29,18 @@ class Route(NamedTuple):
 def read_route(path: str | os.PathLike[str]) -> Route:
     """Read a route.
 
-    Raises DataError if the file cannot be read, a waypoint is no place or a speed not positive, or there are fewer than
-    two; the sentence says where.
-
     Parameters
     ----------
     path
         A table whose first line names ``lon_deg,lat_deg`` and perhaps ``speed_mps``, the speed from that waypoint to
         the next, a waypoint a line; or ``.geojson`` that holds one LineString, its speed as the property
         ``speed_mps``.
+
+    Raises
+    ------
+    DataError
+        If the file cannot be read, a waypoint is no place or a speed not positive, or there are fewer than two; the
+        sentence says where.
     """
     file = Path(path)
     table = _line(file) if file.suffix.lower() in GEOJSON else _table(file)
@@ -57,7 +60,10 @@ def read_route(path: str | os.PathLike[str]) -> Route:
 def read_way(path: str | os.PathLike[str]) -> Array:
     """Read the corners of a path, ``(n, 2)`` east and north [m]: CSV under a header that names ``x_m`` and ``y_m``.
 
-    Raises DataError if the header lacks a column, a line is no place, or there is none.
+    Raises
+    ------
+    DataError
+        If the header lacks a column, a line is no place, or there is none.
     """
     corners = [[line.number(name) for name in CORNER] for line in table_lines(path, CORNER, None, "a corner a line")]
     if not corners:

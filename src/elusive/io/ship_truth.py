@@ -27,9 +27,6 @@ def read_ship_truth(
 ) -> Truth:
     """Read ships' places in the frame of a radar's tracks.
 
-    Raises DataError if the file cannot be read, a number is missing, out of its bounds or a ship's times do not
-    increase; the sentence says where.
-
     Parameters
     ----------
     path
@@ -47,6 +44,12 @@ def read_ship_truth(
     -------
     Truth
         By the ship's name or MMSI.
+
+    Raises
+    ------
+    DataError
+        If the file cannot be read, a number is missing, out of its bounds or a ship's times do not increase; the
+        sentence says where.
     """
     path = Path(path)
     names = _names(path)

@@ -56,7 +56,13 @@ class SignalSource:
     """Samples from the start of a frame to the next, of a long recording."""
 
     def __iter__(self) -> Iterator[SignalFrame]:
-        """Yield the frames. Raises DataError if a frame cannot be read, or there are fewer than two."""
+        """Yield the frames.
+
+        Raises
+        ------
+        DataError
+            If a frame cannot be read, or there are fewer than two.
+        """
         number = self.start
         with closing(self._read(self.start, self._stop)) as frames:  # type: ignore[type-var]
             for time_s, raw in frames:
@@ -80,8 +86,6 @@ def open_signal(
     raw: RawForm | None = None,
 ) -> SignalSource:
     """Open a signal without reading its frames.
-
-    Raises DataError if there is no such signal, or its layout is not as above, or an argument does not fit it.
 
     Parameters
     ----------
@@ -108,6 +112,11 @@ def open_signal(
     -------
     SignalSource
         The frames, each read when it is due.
+
+    Raises
+    ------
+    DataError
+        If there is no such signal, or its layout is not as above, or an argument does not fit it.
     """
     path = Path(source)
     if start < 0 or (stop is not None and stop <= start):
@@ -129,7 +138,13 @@ def open_signal(
 
 
 def cut_of(frame_samples: int | None, hop_samples: int | None) -> Cut:
-    """Return how a long recording is cut. Raises DataError if a frame would have no samples."""
+    """Return how a long recording is cut.
+
+    Raises
+    ------
+    DataError
+        If a frame would have no samples.
+    """
     size = FRAME_SAMPLES if frame_samples is None else frame_samples
     cut = Cut(size, size if hop_samples is None else hop_samples)
     if cut.size < 2 or cut.hop < 1:
@@ -141,7 +156,13 @@ def cut_of(frame_samples: int | None, hop_samples: int | None) -> Cut:
 
 
 def source_of(name: str, reading: Reading, rate_hz: float | None, hop: int | None) -> SignalSource:
-    """Return all the frames of a reading. Raises DataError if their size or the rate cannot be."""
+    """Return all the frames of a reading.
+
+    Raises
+    ------
+    DataError
+        If their size or the rate cannot be.
+    """
     if rate_hz is not None and not 0 < rate_hz < float("inf"):
         raise DataError(f"rate_hz={rate_hz}: must be a positive number of frames a second.")
     if not 2 <= reading.samples <= MAX_PIXELS:
@@ -154,7 +175,13 @@ def source_of(name: str, reading: Reading, rate_hz: float | None, hop: int | Non
 
 
 def check_long(name: str, reading: Reading, *, is_long: bool, long_only: bool) -> None:
-    """Refuse to cut what holds frames already. Raises DataError if that is asked."""
+    """Refuse to cut what holds frames already.
+
+    Raises
+    ------
+    DataError
+        If that is asked.
+    """
     if long_only and not is_long:
         raise DataError(
             f"{name}: holds frames already, of {reading.samples} samples; leave frame_samples and hop_samples out, "

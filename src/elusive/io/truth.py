@@ -74,7 +74,10 @@ class Truth(NamedTuple):
     def aligned(self, times_s: ArrayLike, start: int = 0, *, whole: bool = True) -> Array:
         """Return all places at a recording's times, as :meth:`at`; ``whole``: the recording was used to its end.
 
-        Raises DataError if the truth is not of this recording: frames beyond its last, too few lines, or other times.
+        Raises
+        ------
+        DataError
+            If the truth is not of this recording: frames beyond its last, too few lines, or other times.
         """
         times = np.asarray(times_s, np.float64)
         self.check_frames(start, len(times), whole=whole)
@@ -89,7 +92,10 @@ class Truth(NamedTuple):
     def check_frames(self, start: int, frames: int, *, whole: bool = True) -> None:
         """Refuse a truth of other frames than ``frames`` from number ``start`` on; one by times passes.
 
-        Raises DataError if so.
+        Raises
+        ------
+        DataError
+            If so.
         """
         count = start + frames
         if self.lines is not None and self.lines < count:
@@ -112,8 +118,7 @@ def read_truth(path: str | os.PathLike[str], unit: Unit, *, one_based: bool = Fa
     The table's first line names ``frame`` or ``time_s``, ``track`` where there are several targets, and the place:
     ``x_px, y_px`` in frames, ``x_samples`` along a signal; else ``x_m, y_m`` and perhaps ``z_m``, or ``lon_deg,
     lat_deg``, always with a time. Other columns are passed over. Lines without a time are a frame each: the place of
-    each target one after the other, ``nan`` where it is absent. Raises DataError if the columns are others, a line is
-    no such row, a target's times do not increase, or there is none; the sentence gives the line.
+    each target one after the other, ``nan`` where it is absent.
 
     Parameters
     ----------
@@ -123,6 +128,12 @@ def read_truth(path: str | os.PathLike[str], unit: Unit, *, one_based: bool = Fa
         Of the system's places.
     one_based
         Whether frames of a table, and pixels or samples, count from 1; what is returned counts from 0.
+
+    Raises
+    ------
+    DataError
+        If the columns are others, a line is no such row, a target's times do not increase, or there is none; the
+        sentence gives the line.
     """
     first = next((line for line in map(_bare, read_lines(path)) if line), "")
     names = [name.strip().strip('"') for name in re.split(r"[,;\t]", first)]

@@ -48,6 +48,8 @@ def share_of(hits: Array, counts: Array, interval: str, confidence: float) -> Es
         corrected for its degrees of freedom (Korn and Graubard 1998); where every draw agrees, so that no effect
         can be estimated, the number of trials takes its place. ``wilson``, ``exact`` (Clopper-Pearson): as if all
         draws were independent.
+    confidence
+        Level of the interval.
 
     Returns
     -------

@@ -33,9 +33,6 @@ def calibration_curve(
 ) -> Calibration:
     """Compare existence with the share of frames that have a target, bin by bin.
 
-    Raises DataError if the shapes do not fit, existence is no probability, or all of it is missing. Raises
-    ParameterError if the bins do not rise from 0 to 1, or the confidence is no probability.
-
     Parameters
     ----------
     existence
@@ -51,6 +48,13 @@ def calibration_curve(
     Returns
     -------
     Calibration
+
+    Raises
+    ------
+    DataError
+        If the shapes do not fit, existence is no probability, or all of it is missing.
+    ParameterError
+        If the bins do not rise from 0 to 1, or the confidence is no probability.
     """
     p, there = existence_and_truth(existence, present)
     edges = _edges(bins)

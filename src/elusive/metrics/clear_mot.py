@@ -57,9 +57,6 @@ def clear_mot(
 ) -> ClearMot:
     """Compare tracks with the truth, frame by frame.
 
-    Raises ParameterError if the gate is not positive. Raises DataError if truth and tracks have places of different
-    dimension, or a row lies beyond the frames given.
-
     Parameters
     ----------
     truth, tracks
@@ -76,6 +73,13 @@ def clear_mot(
     ClearMot
         A target that is taken over by another track than the one that stood for it last, however long ago, is a
         mismatch.
+
+    Raises
+    ------
+    ParameterError
+        If the gate is not positive.
+    DataError
+        If truth and tracks have places of different dimension, or a row lies beyond the frames given.
     """
     if not gate > 0:
         raise ParameterError(f"gate: must be above zero (got {gate}).")

@@ -25,9 +25,6 @@ class Nees(NamedTuple):
 def nees(errors: Any, covariances: Any, *, confidence: float = 0.95) -> Nees:
     """Normalised estimation error squared, ``e' P^-1 e``, with the chi-square band of its mean over trials.
 
-    Raises DataError if the shapes do not fit or a covariance is not positive definite. Raises ParameterError if the
-    confidence is no probability.
-
     Parameters
     ----------
     errors
@@ -41,6 +38,13 @@ def nees(errors: Any, covariances: Any, *, confidence: float = 0.95) -> Nees:
     -------
     Nees
         Bar-Shalom et al. (2001), eqs. 5.4.2-3 to 5.4.2-6. Above the band the filter is over-confident.
+
+    Raises
+    ------
+    DataError
+        If the shapes do not fit or a covariance is not positive definite.
+    ParameterError
+        If the confidence is no probability.
     """
     array = as_array(errors, "errors", DIMS)
     claimed = as_array(covariances, "covariances", (*DIMS, "axes"))

@@ -55,9 +55,6 @@ def posterior_bound(
 ) -> Bound:
     """Bound on the error of a target that is known to be present from its first frame on.
 
-    Raises DataError if the states are no finite ``(N, d)`` array or ``measurement_information`` returns another shape.
-    Raises ParameterError if the motion is not linear, F or Q or the prior do not fit, or ``n_frames`` is not positive.
-
     Parameters
     ----------
     motion
@@ -82,6 +79,13 @@ def posterior_bound(
     -------
     Bound
         In the states' units.
+
+    Raises
+    ------
+    DataError
+        If the states are no finite ``(N, d)`` array or ``measurement_information`` returns another shape.
+    ParameterError
+        If the motion is not linear, F or Q or the prior do not fit, or ``n_frames`` is not positive.
     """
     F, root = _transition(motion, interval_s)
     d = len(F)
@@ -108,11 +112,10 @@ def posterior_bound(
 def uniform_prior_information(low: Any, high: Any) -> Array:
     """Information of a Gaussian with the variance of a uniform prior: ``diag(12 / (high - low)^2)``.
 
-    A uniform density has no Fisher information (it does not vanish at its ends), so that no posterior Cramer-Rao bound
-    exists for it, strictly. Matching its variance is right where the frames tell nothing (the bound is then the prior's
-    variance) and of no weight once they tell much; in between, neither it nor zeros (nothing known, a pessimistic
-    reading) is a proven bound; compute both to see how much the prior matters. Raises ParameterError if the shapes
-    differ or ``high`` is not above ``low`` everywhere.
+    A uniform density has no Fisher information (it does not vanish at its ends), so that no posterior Cramer-Rao
+    bound exists for it, strictly. Matching its variance is right where the frames tell nothing (the bound is then the
+    prior's variance) and of no weight once they tell much; in between, neither it nor zeros (nothing known, a
+    pessimistic reading) is a proven bound; compute both to see how much the prior matters.
 
     Parameters
     ----------
@@ -123,6 +126,11 @@ def uniform_prior_information(low: Any, high: Any) -> Array:
     -------
     ndarray
         ``(d, d)``.
+
+    Raises
+    ------
+    ParameterError
+        If the shapes differ or ``high`` is not above ``low`` everywhere.
     """
     lower, upper = np.asarray(low, dtype=np.float64), np.asarray(high, dtype=np.float64)
     if lower.ndim != 1 or lower.shape != upper.shape or not (upper > lower).all():

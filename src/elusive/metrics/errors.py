@@ -24,8 +24,6 @@ DIMS = ("trials", "frames", "axes")
 def position_errors(estimates: Any, truth: Any) -> Array:
     """Subtract the truth from the estimates.
 
-    Raises DataError if the shapes do not fit or a value is infinite.
-
     Parameters
     ----------
     estimates
@@ -37,6 +35,11 @@ def position_errors(estimates: Any, truth: Any) -> Array:
     -------
     ndarray
         Errors ``(trials, frames, axes)``; every axis is NaN where one is.
+
+    Raises
+    ------
+    DataError
+        If the shapes do not fit or a value is infinite.
     """
     guess = as_array(estimates, "estimates", DIMS)
     true = as_array(truth, "truth", DIMS[1:] if np.ndim(truth) == 2 else DIMS)
@@ -57,23 +60,31 @@ def rmse_by_frame(
 ) -> Estimate[Array]:
     """Root of the mean squared length of the error over trials, at each frame.
 
-    Raises DataError if the errors have another shape. Raises ParameterError if the confidence or interval is unknown,
-    or the bootstrap is without ``rng``.
-
     Parameters
     ----------
     errors
         ``(trials, frames, axes)``; NaN where an estimate is missing, which leaves that trial out of that frame.
+    confidence
+        Level of the interval.
     interval
         ``t``: Student's on the logarithm, right for many trials whatever the errors' distribution; ``chi2``: exact
         for independent Gaussian errors without bias and of one variance on every axis; ``bootstrap``: percentile.
     rng
         Source of randomness, for the bootstrap alone.
+    n_resamples
+        Bootstrap samples.
 
     Returns
     -------
     Estimate
         Arrays ``(frames,)`` in the errors' unit; NaN at a frame without estimates.
+
+    Raises
+    ------
+    DataError
+        If the errors have another shape.
+    ParameterError
+        If the confidence or interval is unknown, or the bootstrap is without ``rng``.
     """
     array = as_array(errors, "errors", DIMS)
     squares, present = _squares(array)
@@ -101,9 +112,6 @@ def rmse_over_window(
 ) -> Estimate[float]:
     """One root-mean-square error for a window of frames.
 
-    Raises DataError if the errors have another shape, the window is empty, or a frame of it has no estimate in any
-    trial (``mean`` alone). Raises ParameterError as in :func:`rmse_by_frame`.
-
     Parameters
     ----------
     errors
@@ -120,6 +128,14 @@ def rmse_over_window(
     -------
     Estimate
         Floats in the errors' unit; the standard error is NaN where one trial alone reaches a frame (``mean``).
+
+    Raises
+    ------
+    DataError
+        If the errors have another shape, the window is empty, or a frame of it has no estimate in any trial
+        (``mean`` alone).
+    ParameterError
+        As in :func:`rmse_by_frame`.
     """
     squares, present = _squares(_window(errors, frames))
     width = squares.shape[1]
@@ -158,9 +174,6 @@ def bias(
 ) -> Estimate[Array]:
     """Mean error vector over trials, of a window of frames or at each of them.
 
-    Raises DataError if the errors have another shape or the window is empty. Raises ParameterError as in
-    :func:`rmse_by_frame`.
-
     Parameters
     ----------
     errors
@@ -176,6 +189,13 @@ def bias(
     -------
     Estimate
         Arrays ``(axes,)``, or ``(frames, axes)`` by frame, in the errors' unit. Intervals hold axis by axis.
+
+    Raises
+    ------
+    DataError
+        If the errors have another shape or the window is empty.
+    ParameterError
+        As in :func:`rmse_by_frame`.
     """
     array = _window(errors, frames)
     missing = np.isnan(array).any(axis=2, keepdims=True)

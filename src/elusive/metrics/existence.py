@@ -42,11 +42,9 @@ def time_to_detection(
 ) -> DetectionDelay:
     """Time from the first appearance of a target to its declaration.
 
-    A trial whose target leaves (or whose recording ends) undeclared is censored: its delay is known only to be at least
-    as long as it was followed. Means are therefore restricted to a horizon that every trial reached, within which no
-    delay is unknown. A declaration that began before the appearance counts as a delay of 0. Raises DataError if the
-    shapes do not fit, existence is no probability, no trial has a target, or the horizon is longer than a trial was
-    followed. Raises ParameterError if the threshold, ``hold`` or confidence is out of bounds.
+    A trial whose target leaves (or whose recording ends) undeclared is censored: its delay is known only to be at
+    least as long as it was followed. Means are therefore restricted to a horizon that every trial reached, within
+    which no delay is unknown. A declaration that began before the appearance counts as a delay of 0.
 
     Parameters
     ----------
@@ -61,10 +59,20 @@ def time_to_detection(
         None: until the target leaves.
     horizon
         Longest delay told apart, in frames; by default the longest that every trial allows.
+    confidence
+        Level of the intervals.
 
     Returns
     -------
     DetectionDelay
+
+    Raises
+    ------
+    DataError
+        If the shapes do not fit, existence is no probability, no trial has a target, or the horizon is longer
+        than a trial was followed.
+    ParameterError
+        If the threshold, ``hold`` or confidence is out of bounds.
     """
     p, there = existence_and_truth(existence, present)
     check_confidence(confidence)
@@ -114,9 +122,6 @@ def false_alarm_rate(
 ) -> Estimate[float]:
     """Share of the frames without a target that are declared.
 
-    Raises DataError if the shapes do not fit, existence is no probability, or no frame is without a target. Raises
-    ParameterError if the threshold, interval or confidence is out of bounds.
-
     Parameters
     ----------
     existence
@@ -129,11 +134,20 @@ def false_alarm_rate(
     interval
         ``clustered`` (default): frames of a trial may depend on each other, trials may not; ``wilson``, ``exact``:
         every frame independent, which a filter's frames are not: too narrow over many frames of few trials.
+    confidence
+        Level of the interval.
 
     Returns
     -------
     Estimate
         Floats, per frame.
+
+    Raises
+    ------
+    DataError
+        If the shapes do not fit, existence is no probability, or no frame is without a target.
+    ParameterError
+        If the threshold, interval or confidence is out of bounds.
     """
     p, there = existence_and_truth(existence, present)
     rate = _rate(p >= check_threshold(threshold), ~there & ~np.isnan(p), interval, confidence)

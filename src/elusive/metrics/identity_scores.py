@@ -46,15 +46,19 @@ class Identity(NamedTuple):
 def identity(truth: Sightings, tracks: Sightings, gate: float = 2.0) -> Identity:
     """Pair targets and tracks once, and count.
 
-    Raises ParameterError if the gate is not positive. Raises DataError if truth and tracks have places of different
-    dimension.
-
     Parameters
     ----------
     truth, tracks
         From :func:`~elusive.metrics.target_table.sightings`.
     gate
         Distance up to which a track can stand for a target, in the places' unit.
+
+    Raises
+    ------
+    ParameterError
+        If the gate is not positive.
+    DataError
+        If truth and tracks have places of different dimension.
     """
     return paired(near_rows(truth, tracks, gate), len(truth.frame), len(tracks.frame))
 

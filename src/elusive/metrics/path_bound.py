@@ -30,9 +30,6 @@ def path_bound(
 ) -> PathBound:
     """Bounds of filter and smoother along a path, or over paths drawn from the motion.
 
-    Raises DataError if shapes do not fit, a noise is not positive definite, or the path stays unknown in some
-    direction.
-
     Parameters
     ----------
     transitions
@@ -52,6 +49,11 @@ def path_bound(
     PathBound
         The expectation is over the paths; a single path gives the bound conditional on it, which depends on where
         the target in fact was.
+
+    Raises
+    ------
+    DataError
+        If shapes do not fit, a noise is not positive definite, or the path stays unknown in some direction.
     """
     F, Q = (np.asarray(part, np.float64) for part in (transitions, noises))
     measured, prior = np.asarray(measurement_information, np.float64), np.asarray(prior_information, np.float64)

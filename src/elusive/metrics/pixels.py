@@ -16,10 +16,8 @@ def pixel_information(
     """Fisher information of one frame of Gaussian noise at each state: sum over pixels of ``grad h grad h' / sigma^2``.
 
     The sum runs over every pixel of the frame, exactly: the spot is a product of a row and a column, and so is each
-    sum. Far from the border, for a spot wider than a pixel and with ``rho`` the peak's amplitude over ``sigma``, ``J_xx
-    = J_yy = pi rho^2 / (2 dx dy)`` whatever the blur, ``J_II = pi (rho psf_sigma / I)^2 / (dx dy)``, rest zero. Raises
-    DataError if the states are no finite ``(N, d)`` array with d of 5 or more. Raises ParameterError if a length,
-    ``sigma`` or ``shape`` is not positive.
+    sum. Far from the border, for a spot wider than a pixel and with ``rho`` the peak's amplitude over ``sigma``,
+    ``J_xx = J_yy = pi rho^2 / (2 dx dy)`` whatever the blur, ``J_II = pi (rho psf_sigma / I)^2 / (dx dy)``, rest zero.
 
     Parameters
     ----------
@@ -38,6 +36,13 @@ def pixel_information(
     -------
     ndarray
         ``(N, d, d)``; zero in the components that the frame does not show (velocities).
+
+    Raises
+    ------
+    DataError
+        If the states are no finite ``(N, d)`` array with d of 5 or more.
+    ParameterError
+        If a length, ``sigma`` or ``shape`` is not positive.
     """
     for name, number in (("sigma", sigma), ("psf_sigma", psf_sigma), ("dx", dx), ("dy", dy)):
         if not (number > 0 and np.isfinite(number)):

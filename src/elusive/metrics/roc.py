@@ -28,13 +28,12 @@ class Roc(NamedTuple):
 def roc_curve(existence: Any, present: Any, *, confidence: float = 0.95) -> Roc:
     """Sweep the threshold over existence, frames pooled over trials.
 
-    Raises DataError if the shapes do not fit, existence is no probability, or one of the two kinds of frames is
-    missing. Raises ParameterError if the confidence is no probability.
-
     Parameters
     ----------
     existence, present
         As in :func:`~elusive.metrics.calibration.calibration_curve`.
+    confidence
+        Level of the area's interval.
 
     Returns
     -------
@@ -42,6 +41,13 @@ def roc_curve(existence: Any, present: Any, *, confidence: float = 0.95) -> Roc:
         Frames of equal existence enter together, so that the area under the straight lines between the points is
         the Mann-Whitney statistic. The area's interval is Student's with trials as clusters, cut at 0 and 1; where
         the two kinds of frames are wholly apart it has no width, which says nothing of its error.
+
+    Raises
+    ------
+    DataError
+        If the shapes do not fit, existence is no probability, or one of the two kinds of frames is missing.
+    ParameterError
+        If the confidence is no probability.
     """
     p, there = existence_and_truth(existence, present)
     check_confidence(confidence)

@@ -30,9 +30,6 @@ def ospa(
 ) -> Array:
     """OSPA of each frame, ``(T,)`` in the places' unit: 0 where both are empty, the cutoff where one is.
 
-    Raises ParameterError if the cutoff is not positive or the order below 1. Raises DataError if truth and tracks have
-    places of different dimension, or a row lies beyond the frames given.
-
     Parameters
     ----------
     truth, tracks
@@ -43,6 +40,13 @@ def ospa(
         p, from 1.
     frames
         Frames to score; all up to the last in which there is something, by default.
+
+    Raises
+    ------
+    ParameterError
+        If the cutoff is not positive or the order below 1.
+    DataError
+        If truth and tracks have places of different dimension, or a row lies beyond the frames given.
     """
     _check(cutoff, order)
     count = frames_of(truth, tracks, frames)

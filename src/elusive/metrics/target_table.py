@@ -30,8 +30,6 @@ class Sightings(NamedTuple):
 def sightings(frame: ArrayLike, identity: ArrayLike, place: ArrayLike, name: str = "tracks") -> Sightings:
     """Make a table of rows in any order.
 
-    Raises DataError if lengths differ, a number is not finite, a frame is below zero, or a target is twice in a frame.
-
     Parameters
     ----------
     frame
@@ -40,6 +38,13 @@ def sightings(frame: ArrayLike, identity: ArrayLike, place: ArrayLike, name: str
         ``(R,)`` number of each row's target.
     place
         ``(R, k)``.
+    name
+        For the sentences of failures.
+
+    Raises
+    ------
+    DataError
+        If lengths differ, a number is not finite, a frame is below zero, or a target is twice in a frame.
     """
     frames, identities = np.asarray(frame), np.asarray(identity)
     places = np.asarray(place, dtype=np.float64)
@@ -70,7 +75,10 @@ def sightings(frame: ArrayLike, identity: ArrayLike, place: ArrayLike, name: str
 def sightings_of(places: ArrayLike, name: str = "truth") -> Sightings:
     """Make a table of a dense array ``(frames, targets, k)``, NaN where a target is absent; targets count from 0.
 
-    Raises DataError if the array has another shape.
+    Raises
+    ------
+    DataError
+        If the array has another shape.
     """
     dense = np.asarray(places, dtype=np.float64)
     if dense.ndim != 3:
@@ -82,7 +90,10 @@ def sightings_of(places: ArrayLike, name: str = "truth") -> Sightings:
 def frames_of(truth: Sightings, tracks: Sightings, frames: int | None) -> int:
     """Return how many frames are scored: as many as given, else up to the last in which something is.
 
-    Raises DataError if truth and tracks have places of different dimension, or a row lies beyond the frames given.
+    Raises
+    ------
+    DataError
+        If truth and tracks have places of different dimension, or a row lies beyond the frames given.
     """
     if truth.place.shape[1] != tracks.place.shape[1] and len(truth.frame) and len(tracks.frame):
         raise DataError(

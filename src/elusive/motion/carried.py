@@ -26,19 +26,24 @@ def kinematic_names(motion: Motion) -> tuple[str, ...]:
 def complete(motion: Motion, states: Array, rng: Generator) -> Array:
     """Append to states what the motion carries beside them, drawn from what holds before anything is measured.
 
-    Raises DataError if the states have other components.
-
     Parameters
     ----------
     motion
         Any; one that carries nothing leaves the states as they are.
     states
         ``(N, d)``, of the components that :func:`kinematic_names` gives.
+    rng
+        Source of the draws.
 
     Returns
     -------
     Array
         ``(N, D)``, of all the motion's components.
+
+    Raises
+    ------
+    DataError
+        If the states have other components.
     """
     names = kinematic_names(motion)
     if states.ndim != 2 or states.shape[1] != len(names):

@@ -91,13 +91,15 @@ class Whitener(Model):
     def step(self, state: WhitenerState, frame: Array) -> WhitenerState:
         """Return the state after one more frame; its ``output`` is None for the first.
 
-        Raises DataError if the frame's shape changed or is too small, a value is infinite, or too little was seen
-        before.
-
         Parameters
         ----------
         frame
             ``(rows, columns)`` of 16 or more, grey levels; NaN where a pixel is masked.
+
+        Raises
+        ------
+        DataError
+            If the frame's shape changed or is too small, a value is infinite, or too little was seen before.
         """
         frame = np.ascontiguousarray(frame, dtype=float)
         if frame.ndim != 2 or min(frame.shape) < 16 or (state.ring and frame.shape != state.ring[-1].shape):

@@ -44,12 +44,15 @@ class BinaryLinks(Model):
     def calibrate(self, changes: ArrayLike) -> LinkTests:
         """Return each link's test for the wanted rate of false alarms.
 
-        Raises DataError if there are fewer than two frames, or a change is infinite.
-
         Parameters
         ----------
         changes
             ``(T, L)`` changes of frames in which nobody is there [dB], NaN where missing.
+
+        Raises
+        ------
+        DataError
+            If there are fewer than two frames, or a change is infinite.
         """
         empty = np.asarray(changes, dtype=np.float64)
         if empty.ndim != 2 or len(empty) < 2 or np.isinf(empty).any():
@@ -67,19 +70,24 @@ class BinaryLinks(Model):
     def decide(self, change: ArrayLike, tests: LinkTests, rng: Generator) -> Array:
         """Return each link's decision as the centre receives it.
 
-        Raises DataError if there are not as many changes as tests.
-
         Parameters
         ----------
         change
             ``(L,)`` or ``(T, L)`` changes [dB], NaN where missing.
         tests
             From :meth:`calibrate`.
+        rng
+            Source of the bit errors.
 
         Returns
         -------
         ndarray
             1 where somebody is in the way, else 0; NaN where there is no change or no test.
+
+        Raises
+        ------
+        DataError
+            If there are not as many changes as tests.
         """
         values = np.asarray(change, dtype=np.float64)
         _check_links(values, tests)
@@ -90,14 +98,17 @@ class BinaryLinks(Model):
     def fuse(self, decisions: ArrayLike, tests: LinkTests) -> Array:
         """Return the log likelihood ratio of somebody in the way of each link, given its decision.
 
-        Raises DataError if there are not as many decisions as tests, or one is neither 0, 1 nor NaN.
-
         Parameters
         ----------
         decisions
             ``(L,)`` or ``(T, L)`` of 0, 1 or NaN.
         tests
             From :meth:`calibrate`.
+
+        Raises
+        ------
+        DataError
+            If there are not as many decisions as tests, or one is neither 0, 1 nor NaN.
         """
         values = np.asarray(decisions, dtype=np.float64)
         _check_links(values, tests)
@@ -115,7 +126,7 @@ class BinaryLinks(Model):
 
         Whoever is there is in the way of every link whose ellipse holds the voxel, and of no other: their ratios add
         up. Regularised least squares are no better here, for decisions are no sums over voxels (median error of one
-        person in the thesis's network 1.4 m, so .7 m). Raises DataError if there are not as many ratios as links.
+        person in the thesis's network 1.4 m, so .7 m).
 
         Parameters
         ----------
@@ -128,6 +139,11 @@ class BinaryLinks(Model):
         -------
         ndarray
             ``(V,)`` or ``(T, V)``; zero where no link passes.
+
+        Raises
+        ------
+        DataError
+            If there are not as many ratios as links.
         """
         values = np.asarray(ratios, dtype=np.float64)
         held = sparse.csr_array(weights != 0, dtype=np.float64)

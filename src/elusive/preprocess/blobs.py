@@ -67,7 +67,10 @@ class Clusters(Model):
     def label(self, positions_m: ArrayLike) -> NDArray[np.int64]:
         """Return the cluster of each of ``(n, 2)`` positions [m], numbered from 0; eq. 3.20.
 
-        Raises DataError if the positions are not finite or not pairs.
+        Raises
+        ------
+        DataError
+            If the positions are not finite or not pairs.
         """
         points = np.ascontiguousarray(positions_m, dtype=np.float64)
         if points.ndim != 2 or points.shape[1] != 2 or not np.isfinite(points).all():
@@ -88,12 +91,12 @@ class Clusters(Model):
     def heads(self, image: ArrayLike, grid: VoxelGrid, threshold: float, gain: ArrayLike | None = None) -> Heads:
         """Return the heads of the clusters of all voxels above a threshold.
 
-        Raises DataError if the image is of another grid or not finite, or the threshold is NaN.
-
         Parameters
         ----------
         image
             ``(V,)`` [dB].
+        grid
+            Its voxels.
         threshold
             Value that a voxel must exceed [dB].
         gain
@@ -103,6 +106,11 @@ class Clusters(Model):
         -------
         Heads
             The brightest first.
+
+        Raises
+        ------
+        DataError
+            If the image is of another grid or not finite, or the threshold is NaN.
         """
         values = np.asarray(image, dtype=np.float64)
         if values.shape != (math.prod(grid.shape),) or not np.isfinite(values).all():

@@ -13,8 +13,7 @@ def contrast(statistic: Window, deviation: float = 1.0, seed: int = 0) -> float:
     """Return how much higher evidence is at an object than at noise, in deviations of noise's, to about .03.
 
     The objects are as long as the window and as loud as the background, to which they add; accumulation over k frames
-    raises the contrast by the root of k. Raises DataError if the statistic refuses the frame, as where all samples lie
-    in one region.
+    raises the contrast by the root of k.
 
     Parameters
     ----------
@@ -24,6 +23,11 @@ def contrast(statistic: Window, deviation: float = 1.0, seed: int = 0) -> float:
         Of the background, for boundaries in the signal's units.
     seed
         Of the frame that is simulated.
+
+    Raises
+    ------
+    DataError
+        If the statistic refuses the frame, as where all samples lie in one region.
     """
     rng, half = np.random.default_rng(seed), statistic.window // 2
     frame, at = rng.standard_normal(SAMPLES), np.arange(EVERY // 2, SAMPLES, EVERY)

@@ -60,7 +60,10 @@ class RssChange(Model):
     def init(self, calibration: Calibration) -> RssState:
         """Return the state before the first frame.
 
-        Raises DataError if the calibration is not that of the directed links of a network.
+        Raises
+        ------
+        DataError
+            If the calibration is not that of the directed links of a network.
         """
         if calibration.mean_dbm.ndim != 2:
             raise DataError(f"calibration: has shape {calibration.mean_dbm.shape}; give (directed links, channels).")
@@ -72,10 +75,10 @@ class RssChange(Model):
     def step(self, state: RssState, frame: RssFrame, *, empty: bool = False, away: Flags | None = None) -> RssState:
         """Return the state after one more frame; its ``change`` is what an image is made of.
 
-        Raises DataError if the frame is not of the calibration's links and channels, or a level is infinite.
-
         Parameters
         ----------
+        state
+            The last one.
         frame
             Levels, NaN where missing. Links and nodes may fall silent and come back.
         empty
@@ -83,6 +86,11 @@ class RssChange(Model):
         away
             ``(D,)`` directed links that run by nobody who is known of: where many have settled at other levels, the
             calibration takes them; none: it does not.
+
+        Raises
+        ------
+        DataError
+            If the frame is not of the calibration's links and channels, or a level is infinite.
         """
         level = np.asarray(frame.rss_dbm, dtype=np.float64)
         if level.shape != state.calibration.mean_dbm.shape or np.isinf(level).any():

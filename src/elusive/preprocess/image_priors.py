@@ -63,7 +63,10 @@ class ExponentialCovariance(Model):
     def roughness(self, grid: VoxelGrid, number: Any = np.float64) -> NDArray[Any]:
         """Return the lower triangle of Q, ``(V, V)``, in numbers of the given type.
 
-        Raises ParameterError if the voxels are so alike that the covariance has no inverse in double precision.
+        Raises
+        ------
+        ParameterError
+            If the voxels are so alike that the covariance has no inverse in double precision.
         """
         rows, columns = grid.shape
         table = self._covariance(np.arange(rows)[:, None], np.arange(columns), grid.voxel_m)

@@ -43,12 +43,15 @@ class Calibrate(Model):
     def over(self, frames: Iterable[RssFrame]) -> Calibration:
         """Return the calibration over frames, read one at a time.
 
-        Raises DataError if there are fewer than two frames, they differ in shape, or nothing was heard in any of them.
-
         Parameters
         ----------
         frames
             Frames in which nobody is there; at least two.
+
+        Raises
+        ------
+        DataError
+            If there are fewer than two frames, they differ in shape, or nothing was heard in any of them.
         """
         count, mean, squares = np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0))
         read, time_s = 0, math.nan

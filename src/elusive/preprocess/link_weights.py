@@ -52,7 +52,13 @@ class EllipseWeights(Model):
         return VoxelGrid.over(area, self.voxel_m)
 
     def sparse(self, nodes: RadioNodes, grid: VoxelGrid) -> Any:
-        """Return the weights as a ``scipy.sparse.csr_array`` ``(L, V)``. Raises DataError as :meth:`matrix` does."""
+        """Return the weights as a ``scipy.sparse.csr_array`` ``(L, V)``.
+
+        Raises
+        ------
+        DataError
+            As :meth:`matrix` does.
+        """
         network = radio_nodes(nodes.positions_m, nodes.names)
         links = links_of(len(network.names))
         first = np.zeros(len(links) + 1, dtype=np.int64)
@@ -85,11 +91,10 @@ class EllipseWeights(Model):
     def matrix(self, nodes: RadioNodes, grid: VoxelGrid) -> Array:
         """Return the weights, W.
 
-        Raises DataError if the nodes are no network (see :func:`elusive.sensors.radio_network.radio_nodes`), or none of
-        its links passes the area.
-
         Parameters
         ----------
+        nodes
+            The network.
         grid
             The voxels; those out of its area have no weight.
 
@@ -97,6 +102,12 @@ class EllipseWeights(Model):
         -------
         ndarray
             ``(L, V)``, a row for each undirected link in the order of :func:`elusive.sensors.radio_network.links_of`.
+
+        Raises
+        ------
+        DataError
+            If the nodes are no network (see :func:`elusive.sensors.radio_network.radio_nodes`), or none of its links
+            passes the area.
         """
         dense: Array = self.sparse(nodes, grid).toarray()
         return dense

@@ -85,12 +85,15 @@ class PeakFinder(Model):
     def step(self, state: PeakState, frame: Array) -> PeakState:
         """Return the state after one more frame.
 
-        Raises DataError if the frame is too small, its shape changed, or nothing in it is finite.
-
         Parameters
         ----------
         frame
             ``(rows, columns)`` of 32 or more, grey levels of any type; NaN where a pixel is masked.
+
+        Raises
+        ------
+        DataError
+            If the frame is too small, its shape changed, or nothing in it is finite.
         """
         frame = np.asarray(frame)
         if frame.ndim != 2 or min(frame.shape) < LEAST_SIDE:

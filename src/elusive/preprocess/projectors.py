@@ -31,6 +31,8 @@ class Projector(abc.ABC):
     ----------
     weights
         ``(L, V)`` sparse W.
+    grid
+        The voxels.
     prior
         Its term Q.
     by_links
@@ -49,8 +51,6 @@ class Projector(abc.ABC):
     def image(self, change: ArrayLike) -> Array:
         """Return the image of the changes of all links.
 
-        Raises DataError if there are not as many changes as links, or one is infinite.
-
         Parameters
         ----------
         change
@@ -60,6 +60,11 @@ class Projector(abc.ABC):
         -------
         ndarray
             ``(V,)`` attenuation of each voxel, zero out of the area and where all changes are missing.
+
+        Raises
+        ------
+        DataError
+            If there are not as many changes as links, or one is infinite.
         """
         y = np.asarray(change, dtype=np.float64)
         if y.ndim != 1:
@@ -70,8 +75,6 @@ class Projector(abc.ABC):
     def images(self, changes: ArrayLike) -> Array:
         """Return the images of many frames at once.
 
-        Raises DataError if there are not as many changes as links, or one is infinite.
-
         Parameters
         ----------
         changes
@@ -81,6 +84,11 @@ class Projector(abc.ABC):
         -------
         ndarray
             ``(T, V)``.
+
+        Raises
+        ------
+        DataError
+            If there are not as many changes as links, or one is infinite.
         """
         y = np.asarray(changes, dtype=np.float64)
         if y.ndim != 2 or y.shape[1] != self.weights.shape[0]:

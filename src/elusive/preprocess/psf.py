@@ -30,9 +30,6 @@ class PointSpread(NamedTuple):
 def estimate_psf(frames: Iterable[Array], threshold: float = 10.0, half_px: int = 5) -> PointSpread:
     """Fit every bright, isolated point and return the median width.
 
-    Raises DataError if no point can be fitted. Raises ParameterError if the threshold or the half-width is not above
-    zero.
-
     Parameters
     ----------
     frames
@@ -41,6 +38,13 @@ def estimate_psf(frames: Iterable[Array], threshold: float = 10.0, half_px: int 
         Height from which a peak counts [noise deviations of its frame].
     half_px
         Half-width of the patch fitted, and the distance within which no higher peak may lie [px].
+
+    Raises
+    ------
+    DataError
+        If no point can be fitted.
+    ParameterError
+        If the threshold or the half-width is not above zero.
     """
     if not (threshold > 0 and half_px > 0):
         raise ParameterError("threshold and half_px: must be above zero.")

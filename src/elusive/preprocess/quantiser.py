@@ -46,12 +46,17 @@ class Quantiser(Model):
     def send(self, changes: ArrayLike, rng: Generator) -> Array:
         """Return the changes as the centre receives them.
 
-        Raises DataError if a change is infinite.
-
         Parameters
         ----------
         changes
             Of any shape [dB]; NaN is not sent, and stays missing.
+        rng
+            Source of the bit errors.
+
+        Raises
+        ------
+        DataError
+            If a change is infinite.
         """
         values = np.asarray(changes, dtype=np.float64)
         if np.isinf(values).any():

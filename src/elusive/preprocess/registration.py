@@ -36,8 +36,6 @@ class Registration(Model):
     def offset(self, reference: Array, frame: Array, previous: Array | None = None) -> Array:
         """Return the offset of ``frame`` against ``reference``; zero where the scene has too little to tell it by.
 
-        Raises DataError if the shapes differ or a value is not finite.
-
         Parameters
         ----------
         reference, frame
@@ -50,6 +48,11 @@ class Registration(Model):
         -------
         ndarray
             ``(2,)`` x, y in pixels.
+
+        Raises
+        ------
+        DataError
+            If the shapes differ or a value is not finite.
         """
         for name, image in (("reference", reference), ("frame", frame)):
             if image.ndim != 2 or image.shape != frame.shape or min(image.shape) < 16:

@@ -50,9 +50,6 @@ class Window(Model):
     def statistic(self, frame: ArrayLike) -> Array:
         """Return the source's quantity X at each place.
 
-        Raises DataError if the frame has another shape, is not real and finite, holds one value only, or has a side
-        shorter than the window; if its mean is farther from zero than its deviation where zero mean is assumed.
-
         Parameters
         ----------
         frame
@@ -62,6 +59,12 @@ class Window(Model):
         -------
         ndarray
             Of the frame's shape, float64.
+
+        Raises
+        ------
+        DataError
+            If the frame has another shape, is not real and finite, holds one value only, or has a side shorter than
+            the window; if its mean is farther from zero than its deviation where zero mean is assumed.
         """
         return self._of(*self._checked(frame))
 
@@ -105,9 +108,6 @@ class Window(Model):
 def window_sums(values: ArrayLike, half: int, border: Border = "circular", axes: int = 1) -> Array:
     """Sum of the window of ``2 half + 1`` samples about each place (a square's for two axes).
 
-    Raises DataError if the values are not real, have fewer axes, or an axis is shorter than the window. Raises
-    ParameterError if ``half`` is negative or the border unknown.
-
     Parameters
     ----------
     values
@@ -124,6 +124,13 @@ def window_sums(values: ArrayLike, half: int, border: Border = "circular", axes:
     -------
     ndarray
         Of the values' shape, float64.
+
+    Raises
+    ------
+    DataError
+        If the values are not real, have fewer axes, or an axis is shorter than the window.
+    ParameterError
+        If ``half`` is negative or the border unknown.
     """
     sums = _laid_out(values, half, border, axes)
     for _ in range(axes):

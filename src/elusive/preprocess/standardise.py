@@ -36,9 +36,6 @@ class Standard(NamedTuple):
 def learn_standard(frames: Sequence[ArrayLike]) -> Standard:
     """Learn each sample's mean and deviation.
 
-    Raises DataError if there are too few frames, they are not finite or of several sizes, or a sample never changes in
-    them.
-
     Parameters
     ----------
     frames
@@ -49,6 +46,11 @@ def learn_standard(frames: Sequence[ArrayLike]) -> Standard:
     Standard
         With log variances ``m + (1 - w) (l_i - m)``, where ``l_i`` are the unbiased logarithms, m is their mean, and
         w is trigamma((N - 1) / 2) over their variance, at most one.
+
+    Raises
+    ------
+    DataError
+        If there are too few frames, they are not finite or of several sizes, or a sample never changes in them.
     """
     if len({np.shape(frame) for frame in frames}) > 1:
         raise DataError("frames: are of several sizes; each must have the same samples.")

@@ -47,6 +47,8 @@ class StuckPixels(Model):
         ----------
         residual
             ``(rows, columns)`` frame less background, in sensor coordinates, finite.
+        deviation
+            Noise deviation of the residual.
         moved_px
             How far the scene moved over the sensor since the last frame [px].
         """

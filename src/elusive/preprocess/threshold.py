@@ -50,13 +50,15 @@ class Threshold(Model):
     def init(self, images: ArrayLike) -> ThresholdState:
         """Return the threshold after calibration.
 
-        Raises DataError if there is no image, one is not finite, or all are zero: then any noise would exceed the
-        threshold.
-
         Parameters
         ----------
         images
             ``(T, V)`` images of frames in which nobody is there [dB].
+
+        Raises
+        ------
+        DataError
+            If there is no image, one is not finite, or all are zero: then any noise would exceed the threshold.
         """
         empty = np.asarray(images, dtype=np.float64)
         if empty.ndim != 2 or not empty.size or not np.isfinite(empty).all():
@@ -70,14 +72,19 @@ class Threshold(Model):
     def step(self, state: ThresholdState, intensities: ArrayLike, people: int) -> ThresholdState:
         """Return the threshold for the next frame.
 
-        Raises DataError if an intensity is not finite.
-
         Parameters
         ----------
+        state
+            The last one.
         intensities
             Of the heads that confirmed tracks were given in this frame [dB]; none: it stays as it is.
         people
             Number of confirmed tracks.
+
+        Raises
+        ------
+        DataError
+            If an intensity is not finite.
         """
         heads = np.asarray(intensities, dtype=np.float64)
         if not np.isfinite(heads).all():

@@ -52,18 +52,24 @@ class RegularisedImage(Model):
     def projection(self, weights: Any, grid: VoxelGrid) -> Projector:
         """Prepare for a network: what costs much is done once, here.
 
-        Raises DataError if the weights are of another grid, not finite, or all zero. Raises ParameterError if the prior
-        has no Woodbury form, or the system is too large.
-
         Parameters
         ----------
         weights
             ``(L, V)`` weights W, an array or sparse.
+        grid
+            The voxels.
 
         Returns
         -------
         Projector
             Turns changes of links into images.
+
+        Raises
+        ------
+        DataError
+            If the weights are of another grid, not finite, or all zero.
+        ParameterError
+            If the prior has no Woodbury form, or the system is too large.
         """
         matrix = self._checked(weights, grid)
         links, voxels = matrix.shape

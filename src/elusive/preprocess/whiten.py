@@ -64,14 +64,19 @@ def no_noise_model(samples: int, window: int) -> NoiseModel:
 def whitened(state: NoiseModel, frame: Array, rng: Generator) -> tuple[NoiseModel, Array]:
     """Return what is known after one more frame, and the frame as white noise, in the signal's units.
 
-    Raises DataError if the frame has another size than those before.
-
     Parameters
     ----------
+    state
+        After the frames so far.
     frame
         ``(n,)``, real or complex, finite; not constant.
     rng
         Draws what stands where nothing can be said.
+
+    Raises
+    ------
+    DataError
+        If the frame has another size than those before.
     """
     if frame.shape != state.offsets.shape:
         raise DataError(

@@ -139,6 +139,8 @@ def track(
 
     Parameters
     ----------
+    number
+        Its number.
     times, places
         ``(k,)`` ascending; ``(k, 2)``.
     colour
@@ -194,6 +196,10 @@ def chart(
     ----------
     title, axis, unit
         Of the panel and of its y axis.
+    times
+        Whose span is shown.
+    layers
+        What is drawn.
     reach
         Of the y axis; None: from zero to where the bulk of the lines is.
     """

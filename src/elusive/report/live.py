@@ -19,7 +19,13 @@ AT_LEAST = {"m": 5.0, "px": 16.0}
 
 
 class LiveDrawing:
-    """Draws the records of a live run, as its standard output tells them."""
+    """Draws the records of a live run, as its standard output tells them.
+
+    Parameters
+    ----------
+    title
+        Of the run.
+    """
 
     def __init__(self, title: str) -> None:
         self._title = title

@@ -30,6 +30,8 @@ def write_page(
 
     Parameters
     ----------
+    path
+        File to write.
     title, verdict
         What it is of; what it came to, in a sentence.
     drawn

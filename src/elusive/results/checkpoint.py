@@ -36,8 +36,7 @@ class Checkpoint:
     """Keeps a run's memory in a folder that is this user's alone.
 
     A number that was told is in the state that stands in the file, for that is written before it is told; and a time
-    that was told is not told again. Raises DataError if it holds another run's, belongs to another user, or cannot be
-    read or written.
+    that was told is not told again.
 
     Parameters
     ----------
@@ -45,6 +44,11 @@ class Checkpoint:
         Made if need be.
     what
         What is run; the checkpoint of something else is refused.
+
+    Raises
+    ------
+    DataError
+        If it holds another run's, belongs to another user, or cannot be read or written.
     """
 
     def __init__(self, folder: Path, what: str) -> None:
@@ -68,7 +72,13 @@ class Checkpoint:
         return Memory(saved.held, saved.first, saved.time_s, max(0.0, time.time() - saved.unix_s))
 
     def keep(self, memory: Memory, record: Mapping[str, Any], told: Any) -> None:
-        """Save what is due, before a step is told. Raises DataError if the system refuses to write."""
+        """Save what is due, before a step is told.
+
+        Raises
+        ------
+        DataError
+            If the system refuses to write.
+        """
         tracks = {track["track"]: track["status"] for track in record["tracks"]}
         now_s = time.monotonic()
         if memory.held is not None and (tracks != self._tracks or now_s >= self._due_s):

@@ -27,11 +27,13 @@ def write_mot_csv(
     """Write tracks as MOTChallenge text: frame, id, bb_left, bb_top, bb_width, bb_height, conf, -1, -1, -1.
 
     Frames and pixels count from 1 there, from 0 here: a target at the centre of pixel (0, 0) gets a box round (1, 1).
-    The confidence is the existence, or the score where that alone is known. Lines go by frame, then id; a deleted track
-    has none. Raises DataError if the tracks are not in pixels, the box is not positive, or the file cannot be written.
+    The confidence is the existence, or the score where that alone is known. Lines go by frame, then id; a deleted
+    track has none.
 
     Parameters
     ----------
+    path
+        File to write.
     log
         Tracks in pixels, a step a frame.
     sigma_px
@@ -40,6 +42,11 @@ def write_mot_csv(
         Half the box's side in standard deviations.
     first_frame
         Number of the first step's frame, from 0.
+
+    Raises
+    ------
+    DataError
+        If the tracks are not in pixels, the box is not positive, or the file cannot be written.
     """
     half = n_sigma * sigma_px
     if not 0.0 < half < math.inf:
@@ -67,16 +74,22 @@ def write_mot_csv(
 def write_geojson(path: str | os.PathLike[str], log: TrackLog, to_lonlat: Callable[[Array], Array]) -> None:
     """Write tracks as a GeoJSON collection: a LineString a track (a Point, where it has one row).
 
-    Each feature's properties are ``track``, the last ``status``, and the lists ``time_s`` and ``existence`` (null where
-    it is not known), one value a vertex. Coordinates are WGS 84, as RFC 7946 has it. Raises DataError if the tracks are
-    not in metres, or the file cannot be written.
+    Each feature's properties are ``track``, the last ``status``, and the lists ``time_s`` and ``existence`` (null
+    where it is not known), one value a vertex. Coordinates are WGS 84, as RFC 7946 has it.
 
     Parameters
     ----------
+    path
+        File to write.
     log
         Tracks in metres.
     to_lonlat
         Makes ``(N, 2)`` longitude and latitude [degrees] of places ``(N, 2)`` [m].
+
+    Raises
+    ------
+    DataError
+        If the tracks are not in metres, or the file cannot be written.
     """
     if log.columns.unit != "m" or "y" not in log.columns.axes:
         raise DataError(f"{path}: the tracks are in {log.columns.unit}; GeoJSON needs places on the ground, in metres.")

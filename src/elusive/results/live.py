@@ -64,7 +64,10 @@ class LiveEnd(NamedTuple):
 def live_folder(out: Path, config: str, names: Iterable[str] = ("tracks.csv",)) -> Iterator[Path]:
     """Give the folder of a live run, with its configuration.
 
-    Raises DataError if it holds an earlier run's tables, or cannot be written to.
+    Raises
+    ------
+    DataError
+        If it holds an earlier run's tables, or cannot be written to.
     """
     for name in names:
         if (out / name).exists():
@@ -85,17 +88,25 @@ def follow_live(
 ) -> LiveEnd:
     """Take steps in as they come, until the source ends, fails, or is stopped.
 
-    Raises DataError if the source fails before the first step. What fails later ends the run, and is told in what is
-    returned.
-
     Parameters
     ----------
     steps
         Of a tracker that takes its measurements from ``coming``.
+    coming
+        The source.
+    log
+        Of the tracks.
+    on_step
+        Called after each.
     sink
         What takes the steps in, where that is more than the log.
     extra
         What a system adds to a step's record.
+
+    Raises
+    ------
+    DataError
+        If the source fails before the first step. What fails later ends the run, and is told in what is returned.
     """
     count, latencies, fault, gaps = 0, Latencies(), None, Gaps()
     into: Sink = log if sink is None else sink

@@ -38,8 +38,6 @@ class ByTrack(NamedTuple):
 class TrackLog:
     """Takes the steps of a recording and gives its tracks, as columns.
 
-    Raises ParameterError if the names do not make a table.
-
     Parameters
     ----------
     state_names
@@ -52,6 +50,11 @@ class TrackLog:
         Names, with their units, of what is known of every step, with tracks or without.
     path
         Of the CSV file that the rows are written to as they come; it is closed with the block.
+
+    Raises
+    ------
+    ParameterError
+        If the names do not make a table.
     """
 
     def __init__(
@@ -93,7 +96,10 @@ class TrackLog:
     def append(self, step: Step, **values: float) -> None:
         """Take in a step's tracks, and the values that were named for every step.
 
-        Raises DataError if time runs backwards, a track contradicts itself, or the system refuses to write.
+        Raises
+        ------
+        DataError
+            If time runs backwards, a track contradicts itself, or the system refuses to write.
         """
         if not step.time_s >= self._latest_s:
             raise DataError(f"tracks at {step.time_s} s: come after those at {self._latest_s:g} s; sort them by time.")
@@ -147,14 +153,23 @@ class TrackLog:
 
 
 def write_tracks_csv(path: str | os.PathLike[str], log: TrackLog) -> None:
-    """Write the tracks of a log as CSV, whole or not at all. Raises DataError if the file cannot be written."""
+    """Write the tracks of a log as CSV, whole or not at all.
+
+    Raises
+    ------
+    DataError
+        If the file cannot be written.
+    """
     write_csv(path, log.columns.names, log.columns.cells(log.rows))
 
 
 def read_tracks_csv(path: str | os.PathLike[str]) -> TrackLog:
     """Read a table of tracks, of any of the units; times without a track are not in it.
 
-    Raises DataError if the columns are others, or a line cannot be read; the sentence gives the line and its text.
+    Raises
+    ------
+    DataError
+        If the columns are others, or a line cannot be read; the sentence gives the line and its text.
     """
     lines = records_of(path)
     header = next(lines, (1, []))[1]

@@ -34,16 +34,23 @@ def write_result(
 ) -> None:
     """Write the tracks of a log, whole or not at all; the same log gives the same bytes.
 
-    Raises DataError if the file cannot be written.
-
     Parameters
     ----------
+    path
+        File to write.
+    log
+        What to write.
     title, config
         Global attributes: the recording, and what repeats the run.
     more
         What the system adds: by name its dimensions, values and attributes.
     timed
         Whether times are seconds; else they count frames, and have no unit.
+
+    Raises
+    ------
+    DataError
+        If the file cannot be written.
     """
     import h5netcdf  # type: ignore[import-untyped]
 

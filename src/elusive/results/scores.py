@@ -177,10 +177,10 @@ def score(
 ) -> Scores:
     """Score a log's tracks.
 
-    Raises DataError if the truth has another number of steps than the log, or more axes.
-
     Parameters
     ----------
+    log
+        The tracks.
     truth
         Places at the log's steps in its unit, ``(T, targets, axes)``, NaN where a target is absent: the log's first
         axes.
@@ -190,6 +190,11 @@ def score(
         Of the tracks that count.
     period
         Of a line whose ends meet. Distances are then chords of a circle, a fraction ``(cutoff / period)^2`` shorter.
+
+    Raises
+    ------
+    DataError
+        If the truth has another number of steps than the log, or more axes.
     """
     places = np.asarray(truth, dtype=np.float64)
     count, axes = len(log.steps), len(log.columns.axes)

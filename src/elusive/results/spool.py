@@ -22,6 +22,8 @@ class Spool:
 
     Parameters
     ----------
+    dtype
+        Of a record.
     folder
         Where the temporary file goes, which has no name and vanishes with the spool; None: where the system puts such.
     at_once
@@ -40,7 +42,13 @@ class Spool:
         return self._filed + self._held
 
     def extend(self, records: Records) -> None:
-        """Append records ``(n,)``. Raises DataError if the system refuses to write the temporary file."""
+        """Append records ``(n,)``.
+
+        Raises
+        ------
+        DataError
+            If the system refuses to write the temporary file.
+        """
         while len(records):
             room = len(self._newest) - self._held
             part, records = records[:room], records[room:]
@@ -71,6 +79,8 @@ class Spool:
 
         Parameters
         ----------
+        name
+            Of the number.
         numbers, sizes
             The numbers there are, ``(K,)`` increasing, and how many records have each.
         """

@@ -60,7 +60,13 @@ class Columns(NamedTuple):
         )
 
     def checked(self) -> Columns:
-        """Refuse names and units that make no table. Raises ParameterError if so."""
+        """Refuse names and units that make no table.
+
+        Raises
+        ------
+        ParameterError
+            If so.
+        """
         if self.unit not in SPEEDS:
             raise ParameterError(f"unit={self.unit!r}: tracks are in {', '.join(SPEEDS)}.")
         if "x" not in self.axes or len(set(self.names)) < len(self.names):
@@ -68,7 +74,13 @@ class Columns(NamedTuple):
         return self
 
     def rows(self, step: Step, number: int) -> Records:
-        """Lay the tracks of a step out as rows. Raises DataError if a track contradicts itself."""
+        """Lay the tracks of a step out as rows.
+
+        Raises
+        ------
+        DataError
+            If a track contradicts itself.
+        """
         at = [self.state_names.index(axis) for axis in self.axes]
         tracks, known = step.tracks, set(self.added)
         rows = np.empty(len(tracks), self.dtype)

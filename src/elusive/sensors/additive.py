@@ -71,7 +71,10 @@ class DenseAdditiveSensor(Model):
     def log_ratio(self, expected: DenseExpected, measurement: Array, others: Sequence[DenseEffect]) -> Array:
         """Log likelihood of one more target at each state, less that of the others alone, ``(N,)``.
 
-        Raises DataError if the measurement has another length or is infinite somewhere; NaN is a missing reading.
+        Raises
+        ------
+        DataError
+            If the measurement has another length or is infinite somewhere; NaN is a missing reading.
         """
         from elusive.sensors import _additive_kernels as kernels
 

@@ -53,8 +53,12 @@ class ArrivalTimeSensors(PlacedSensors):
     def simulate(self, states: Array, times_s: Array, rng: Generator) -> list[ArrivalSet]:
         """Draw what the sensors report of a path ``(T, d)`` at times ``(T,)`` [s].
 
-        Where the emission is unknown, times count from an instant of each time's own. Raises DataError if the arrays do
-        not fit each other.
+        Where the emission is unknown, times count from an instant of each time's own.
+
+        Raises
+        ------
+        DataError
+            If the arrays do not fit each other.
         """
         states, times = self.path(states, times_s)
         sets = []
@@ -68,8 +72,6 @@ class ArrivalTimeSensors(PlacedSensors):
     def contrasted(self, measurement: object) -> tuple[Array, Array, Array]:
         """Distances, or contrasts of distances, of independent noise.
 
-        Raises DataError if an arrival is not finite or its sensor unknown.
-
         Parameters
         ----------
         measurement
@@ -80,6 +82,11 @@ class ArrivalTimeSensors(PlacedSensors):
         tuple
             Weights of the sensors ``(r, n)``, the weighted sum of distances ``(r,)`` [m], and its variance
             ``(r,)`` [m^2]: a row for each sensor or, where the emission is unknown, one fewer.
+
+        Raises
+        ------
+        DataError
+            If an arrival is not finite or its sensor unknown.
         """
         if not isinstance(measurement, ArrivalSet):
             raise DataError(f"arrivals: measurement is {type(measurement).__name__}; give an ArrivalSet.")
@@ -100,7 +107,10 @@ class ArrivalTimeSensors(PlacedSensors):
     def residual(self, state: Array, measurement: ArrivalSet) -> Array:
         """Distances or their contrasts, measured less expected, ``(m,)`` [m].
 
-        Raises DataError if an arrival is not finite or its sensor unknown.
+        Raises
+        ------
+        DataError
+            If an arrival is not finite or its sensor unknown.
         """
         weights, reach, _ = self.contrasted(measurement)
         return np.asarray(reach - weights @ self._ranges(state[None])[0][0])
@@ -130,7 +140,10 @@ class ArrivalTimeSensors(PlacedSensors):
     def log_likelihood(self, states: Array, measurement: ArrivalSet) -> Array:
         """Log density of one time's arrivals at each state ``(N, d)``: ``(N,)``, of distances or their contrasts.
 
-        Raises DataError if an arrival is not finite or its sensor unknown.
+        Raises
+        ------
+        DataError
+            If an arrival is not finite or its sensor unknown.
         """
         weights, reach, variance = self.contrasted(measurement)
         error = reach - self._ranges(states)[0] @ weights.T

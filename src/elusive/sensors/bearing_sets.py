@@ -41,7 +41,10 @@ def checked_rows(
 ) -> tuple[NDArray[np.intp], Array]:
     """Sensors and what each reports at a time.
 
-    Raises DataError if the arrays differ in length, a number is not finite, or a sensor unknown.
+    Raises
+    ------
+    DataError
+        If the arrays differ in length, a number is not finite, or a sensor unknown.
     """
     rows, numbers = np.asarray(sensor, np.intp), np.asarray(values, np.float64)
     if rows.ndim != 1 or numbers.shape != rows.shape:
@@ -56,8 +59,10 @@ def checked_rows(
 def checked(measurement: object, sensors: int) -> tuple[NDArray[np.intp], Array, Array]:
     """Sensors, azimuths and elevations of a time.
 
-    Raises DataError if the arrays differ in length, an azimuth is not finite, an elevation infinite, or a sensor
-    unknown.
+    Raises
+    ------
+    DataError
+        If the arrays differ in length, an azimuth is not finite, an elevation infinite, or a sensor unknown.
     """
     if not isinstance(measurement, BearingSet):
         raise DataError(f"bearings: measurement is {type(measurement).__name__}; give a BearingSet.")
@@ -73,7 +78,10 @@ def checked(measurement: object, sensors: int) -> tuple[NDArray[np.intp], Array,
 def averaged(measurement: object, sensors: int) -> tuple[NDArray[np.intp], Array, Array, NDArray[np.intp]]:
     """Sensors, mean azimuths and elevations of a time, each sensor once, and how many samples it took.
 
-    Raises DataError as :func:`checked`.
+    Raises
+    ------
+    DataError
+        As :func:`checked`.
     """
     sensor, azimuth, elevation = checked(measurement, sensors)
     if len(set(sensor.tolist())) == len(sensor):

@@ -59,8 +59,6 @@ def tabulated(
 ) -> BearingTable:
     """Check measurements and write them one after another, a sensor's samples at a time averaged.
 
-    Raises DataError if a bearing or an arrival cannot be used, or times run backwards.
-
     Parameters
     ----------
     sets
@@ -69,6 +67,11 @@ def tabulated(
         Their places and deviations. In two dimensions elevations are passed over.
     times_s
         Their times; None: their own.
+
+    Raises
+    ------
+    DataError
+        If a bearing or an arrival cannot be used, or times run backwards.
     """
     times, counts, parts = list[float](), [0], list[Rows]()
     for number, measurement in enumerate(sets):

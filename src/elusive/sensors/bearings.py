@@ -60,7 +60,10 @@ class BearingSensors(PlacedSensors):
     def standing(self, measurement: BearingSet) -> BearingSensors:
         """Return the sensors where they stood as they took a measurement: themselves, unless they move.
 
-        Raises DataError if the places do not fit the bearings.
+        Raises
+        ------
+        DataError
+            If the places do not fit the bearings.
         """
         if measurement.places_m is None:
             return self
@@ -73,8 +76,6 @@ class BearingSensors(PlacedSensors):
 
     def simulate(self, states: Array, times_s: Array, rng: Generator) -> list[BearingSet]:
         """Draw what the sensors report of a path, a time after another.
-
-        Raises DataError if the arrays do not fit each other.
 
         Parameters
         ----------
@@ -89,6 +90,11 @@ class BearingSensors(PlacedSensors):
         -------
         list of BearingSet
             ``T`` of them, empty where no sensor reports; a sensor stands in one ``samples`` times.
+
+        Raises
+        ------
+        DataError
+            If the arrays do not fit each other.
         """
         states, times = self.path(states, times_s)
         bias = rng.standard_normal((2, len(self.positions_m))) * np.deg2rad(self.bias_sd_deg)
@@ -112,8 +118,6 @@ class BearingSensors(PlacedSensors):
     def log_likelihood(self, states: Array, measurement: BearingSet) -> Array:
         """Log density of the bearings of one time at each state: of directions on the circle or on the sphere.
 
-        Raises DataError if a bearing is not finite or its sensor unknown.
-
         Parameters
         ----------
         states
@@ -125,6 +129,11 @@ class BearingSensors(PlacedSensors):
         -------
         ndarray
             ``(N,)``, of a wrapped Gaussian and, with ``outlier_probability``, a uniform share of strays.
+
+        Raises
+        ------
+        DataError
+            If a bearing is not finite or its sensor unknown.
         """
         sensor, azimuth, elevation = checked(measurement, len(self.positions_m))
         east, north, up = (part[:, sensor] for part in self.standing(measurement).offsets(states))
@@ -144,7 +153,10 @@ class BearingSensors(PlacedSensors):
     def averaged(self, measurement: BearingSet) -> tuple[NDArray[np.intp], Array, Array, Array]:
         """Sensor, azimuth, elevation [rad] and variance [rad^2] of one time, each sensor once.
 
-        Raises DataError if a bearing cannot be used.
+        Raises
+        ------
+        DataError
+            If a bearing cannot be used.
         """
         sensor, azimuth, elevation, count = averaged(measurement, len(self.positions_m))
         if self.dimensions == 2:
@@ -154,7 +166,10 @@ class BearingSensors(PlacedSensors):
     def residual(self, state: Array, measurement: BearingSet) -> Array:
         """Angles between measured and expected directions, across and upwards of each sensor in turn, ``(m,)`` [rad].
 
-        Raises DataError if a bearing cannot be used.
+        Raises
+        ------
+        DataError
+            If a bearing cannot be used.
         """
         sensor, azimuth, elevation, _ = self.averaged(measurement)
         east, north, up = (part[0, sensor] for part in self.standing(measurement).offsets(state[None]))

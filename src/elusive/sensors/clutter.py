@@ -75,14 +75,17 @@ class ClutterSensor(ClutterEvidence):
     def log_likelihood(self, states: Array, measurement: Array) -> Array:
         """Log likelihood ratio of each state, the map read bilinearly; a miss off the frame.
 
-        Raises DataError if the map's shape is not the sensor's.
-
         Parameters
         ----------
         states
             ``(N, d)``; x, y in columns 0 and 2 [px].
         measurement
             ``(rows, columns)`` map of :meth:`evidence`.
+
+        Raises
+        ------
+        DataError
+            If the map's shape is not the sensor's.
         """
         self._check(measurement)
         return self._sampled(measurement, Box(0, 0, *self.shape), states[:, [X, Y]])
@@ -108,7 +111,11 @@ class ClutterSensor(ClutterEvidence):
 
         What a point of the map shows is explained once: with probability q by another target, where one more changes
         nothing, so that its ratio l becomes ``l / (q l + 1 - q)``. What is not seen is missed by each target alone.
-        Raises DataError if the map's shape is not the sensor's.
+
+        Raises
+        ------
+        DataError
+            If the map's shape is not the sensor's.
         """
         self._check(measurement)
         x, y = np.clip(expected.places, 0, [self.columns - 1, self.rows - 1]).T

@@ -97,10 +97,9 @@ class ClutterEvidence(Model):
     def evidence(self, response: Array, tail: NoiseTail, earlier: Array | None = None) -> Array:
         """Map of the log likelihood ratio of a target at each pixel's centre: the filter's measurement.
 
-        Off a peak it falls with the power ``sharpness`` of the response over the peak's, so that a bright point stays
-        one point. A response that the same place of the scene gave some frames before is clutter at rest and counts as
-        a miss, as does a pixel not seen: existence has to be earned. Raises DataError if a map's shape is not the
-        sensor's.
+        Off a peak it falls with the power ``sharpness`` of the response over the peak's, so that a bright point
+        stays one point. A response that the same place of the scene gave some frames before is clutter at rest and
+        counts as a miss, as does a pixel not seen: existence has to be earned.
 
         Parameters
         ----------
@@ -115,6 +114,11 @@ class ClutterEvidence(Model):
         -------
         ndarray
             ``(rows, columns)``, between ``log(missed)`` and about ``-log(lookalike)``.
+
+        Raises
+        ------
+        DataError
+            If a map's shape is not the sensor's.
         """
         for name, image in (("response", response), ("earlier", earlier)):
             if image is not None and image.shape != self.shape:

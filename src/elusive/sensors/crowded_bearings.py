@@ -69,7 +69,10 @@ class CrowdedBearings(Model):
     def scans(self, measurement: BearingSet) -> Iterator[BearingScan]:
         """Yield what each sensor that hears anything at a time hears: at most one bearing of an emitter.
 
-        Raises DataError if a bearing is not finite or its sensor unknown.
+        Raises
+        ------
+        DataError
+            If a bearing is not finite or its sensor unknown.
         """
         sensor, azimuth, _ = checked(measurement, len(self.bearings.positions_m))
         for number in np.unique(sensor).tolist():
@@ -160,6 +163,8 @@ def crowded(
     ----------
     heard
         Of each emitter, time by time.
+    sensors
+        How many there are.
     false_bearings
         Mean number of a sensor at a time.
     rng

@@ -61,13 +61,22 @@ class HybridSensors(Model):
     def simulate(self, states: Array, times_s: Array, rng: Generator) -> list[HybridSet]:
         """Draw what both report of a path ``(T, d)`` at times ``(T,)`` [s].
 
-        Raises DataError if the arrays do not fit each other.
+        Raises
+        ------
+        DataError
+            If the arrays do not fit each other.
         """
         both = (self.bearings.simulate(states, times_s, rng), self.arrivals.simulate(states, times_s, rng))
         return [HybridSet(angles.time_s, angles, times) for angles, times in zip(*both, strict=True)]
 
     def log_likelihood(self, states: Array, measurement: HybridSet) -> Array:
-        """Log density of both at each state ``(N, d)``: ``(N,)``. Raises DataError if one of them cannot be used."""
+        """Log density of both at each state ``(N, d)``: ``(N,)``.
+
+        Raises
+        ------
+        DataError
+            If one of them cannot be used.
+        """
         angles = self.bearings.log_likelihood(states, measurement.bearings)
         return angles + self.arrivals.log_likelihood(states, measurement.arrivals)
 

@@ -119,8 +119,8 @@ class ImageSensor(Model):
     def log_likelihood(self, states: Array, measurement: Array) -> Array:
         """Log likelihood ratio of target against none, eqs. 18-19, over the patch of cells around each state.
 
-        Cells that are NaN or infinite are masked: they say nothing. A state whose patch lies outside the frame has
-        ratio 0. Raises DataError if the frame has another shape, or an envelope is negative somewhere.
+        Cells that are NaN or infinite are masked: they say nothing. A state whose patch lies outside the frame
+        has ratio 0.
 
         Parameters
         ----------
@@ -133,6 +133,11 @@ class ImageSensor(Model):
         -------
         ndarray
             ``(N,)``.
+
+        Raises
+        ------
+        DataError
+            If the frame has another shape, or an envelope is negative somewhere.
         """
         if self.noise == "rayleigh":
             return self.log_ratio(self.expected(states), measurement, ())
@@ -163,7 +168,10 @@ class ImageSensor(Model):
     def log_ratio(self, expected: Patches, measurement: Array, others: Sequence[PatchEffect]) -> Array:
         """Log likelihood of one more target at each state, less that of the others alone, ``(N,)``.
 
-        Raises DataError if the frame has another shape, or an envelope is negative somewhere.
+        Raises
+        ------
+        DataError
+            If the frame has another shape, or an envelope is negative somewhere.
         """
         from elusive.sensors import _envelope_kernels, _patch_kernels
 

@@ -42,7 +42,10 @@ class LinearSensor(Model):
     def residual(self, state: Array, measurement: Array) -> Array:
         """Measured less expected, ``(m,)``.
 
-        Raises DataError if the measurement or the state has another length, or a number is not finite.
+        Raises
+        ------
+        DataError
+            If the measurement or the state has another length, or a number is not finite.
         """
         return np.asarray(self._residuals(np.asarray(state)[None], measurement)[0])
 
@@ -55,7 +58,13 @@ class LinearSensor(Model):
         return np.array(self.covariance)
 
     def log_likelihood(self, states: Array, measurement: Array) -> Array:
-        """Log density of a measurement at each state ``(N, d)``, ``(N,)``. Raises DataError as :meth:`residual`."""
+        """Log density of a measurement at each state ``(N, d)``, ``(N,)``.
+
+        Raises
+        ------
+        DataError
+            As :meth:`residual`.
+        """
         root = np.linalg.cholesky(np.array(self.covariance))
         white = np.linalg.solve(root, self._residuals(states, measurement).T)
         log_scale = np.log(np.diag(root)).sum() + 0.5 * len(root) * np.log(2 * np.pi)

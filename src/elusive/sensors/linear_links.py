@@ -47,8 +47,6 @@ class LinkRadiation(Model):
     def links(self, weights: Any, bounds: tuple[float, float, float, float], voxel_m: float) -> LinearLinks:
         """Set the model on a network's weights.
 
-        Raises DataError if the weights do not fit the voxels or are not finite.
-
         Parameters
         ----------
         weights
@@ -62,6 +60,11 @@ class LinkRadiation(Model):
         -------
         LinearLinks
             The sensor.
+
+        Raises
+        ------
+        DataError
+            If the weights do not fit the voxels or are not finite.
         """
         by_voxel = sparse.csc_array(weights, dtype=np.float64)
         shape = tuple(math.ceil((b - a) / voxel_m * (1 - 1e-12)) for a, b in ((bounds[2], bounds[3]), bounds[:2]))
@@ -136,7 +139,10 @@ class LinearLinks:
     def given(self, measurement: Array, others: Sequence[Effect]) -> Callable[[Array], Array]:
         """Return :meth:`log_ratio` as a function of what is expected: the rest is worked out once.
 
-        Raises DataError if the frame is not of this network's links, or a change is infinite.
+        Raises
+        ------
+        DataError
+            If the frame is not of this network's links, or a change is infinite.
         """
         from elusive.sensors._linear_link_kernels import log_ratio
 

@@ -38,7 +38,10 @@ class LinkBudget(Model):
     def free_space_loss_db(self, distance_m: ArrayLike) -> Array:
         """Return ``20 log10(4 pi R / lambda)`` for each distance, eq. 3.2.
 
-        Raises DataError if a distance is not above zero.
+        Raises
+        ------
+        DataError
+            If a distance is not above zero.
         """
         distance = np.asarray(distance_m, dtype=np.float64)
         if not (np.isfinite(distance).all() and (distance > 0).all()):
@@ -49,7 +52,10 @@ class LinkBudget(Model):
     def received_dbm(self, distance_m: ArrayLike) -> Array:
         """Return the received power at each distance, eq. 3.1 [dBm].
 
-        Raises DataError if a distance is not above zero.
+        Raises
+        ------
+        DataError
+            If a distance is not above zero.
         """
         gains = self.transmitter_gain_db + self.receiver_gain_db
         losses = self.transmitter_loss_db + self.receiver_loss_db + self.other_loss_db
@@ -58,7 +64,13 @@ class LinkBudget(Model):
 
 
 def exponential_attenuation(distance_m: ArrayLike, rate_per_m: float) -> Array:
-    """Return ``exp(-lambda x)``, eq. 3.3. Raises ParameterError if the rate is not above zero."""
+    """Return ``exp(-lambda x)``, eq. 3.3.
+
+    Raises
+    ------
+    ParameterError
+        If the rate is not above zero.
+    """
     _check_above_zero(rate_per_m=rate_per_m)
     attenuation: Array = np.exp(-rate_per_m * np.asarray(distance_m, dtype=np.float64))
     return attenuation
@@ -67,7 +79,10 @@ def exponential_attenuation(distance_m: ArrayLike, rate_per_m: float) -> Array:
 def power_law_attenuation(distance_m: ArrayLike, rate_per_m: float, exponent: float) -> Array:
     """Return ``1 / sqrt(1 + (lambda x)^alpha)``, eq. 3.4.
 
-    Raises ParameterError if the rate or the exponent is not above zero.
+    Raises
+    ------
+    ParameterError
+        If the rate or the exponent is not above zero.
     """
     _check_above_zero(rate_per_m=rate_per_m, exponent=exponent)
     attenuation: Array = 1.0 / np.sqrt(1.0 + (rate_per_m * np.asarray(distance_m, dtype=np.float64)) ** exponent)
@@ -75,7 +90,13 @@ def power_law_attenuation(distance_m: ArrayLike, rate_per_m: float, exponent: fl
 
 
 def gaussian_attenuation(distance_m: ArrayLike, sd_m: float, mean_m: float = 0.0) -> Array:
-    """Return ``exp(-(x - mu)^2 / (2 sigma^2))``, eq. 3.5. Raises ParameterError if the deviation is not above zero."""
+    """Return ``exp(-(x - mu)^2 / (2 sigma^2))``, eq. 3.5.
+
+    Raises
+    ------
+    ParameterError
+        If the deviation is not above zero.
+    """
     _check_above_zero(sd_m=sd_m)
     attenuation: Array = np.exp(-0.5 * ((np.asarray(distance_m, dtype=np.float64) - mean_m) / sd_m) ** 2)
     return attenuation

@@ -66,10 +66,10 @@ class LinkShadowing(Model):
     ) -> ShadowedLinks:
         """Set the model on a network whose empty room has been measured.
 
-        Raises DataError if the arrays do not fit the network, hold no reading, or a variance is negative.
-
         Parameters
         ----------
+        nodes
+            The network.
         empty_dbm, empty_variance_db2
             ``(D, C)`` mean and variance of each directed link's readings on each channel with nobody there; NaN where
             there were none.
@@ -78,6 +78,11 @@ class LinkShadowing(Model):
         -------
         ShadowedLinks
             The sensor.
+
+        Raises
+        ------
+        DataError
+            If the arrays do not fit the network, hold no reading, or a variance is negative.
         """
         size = len(nodes.names)
         mean, variance = np.asarray(empty_dbm, np.float64), np.asarray(empty_variance_db2, np.float64)
@@ -99,6 +104,8 @@ def fade_levels(nodes: RadioNodes, empty_dbm: Array) -> Array:
 
     Parameters
     ----------
+    nodes
+        The network.
     empty_dbm
         ``(D, C)``, NaN where nothing was heard.
 
@@ -192,7 +199,10 @@ class ShadowedLinks:
     def given(self, measurement: Array | TemperedRise, others: Sequence[Effect]) -> Callable[[Array], Array]:
         """Return :meth:`log_ratio` as a function of what is expected: the rest is worked out once.
 
-        Raises DataError if the frame is not of this network's links and channels, or a change is infinite.
+        Raises
+        ------
+        DataError
+            If the frame is not of this network's links and channels, or a change is infinite.
         """
         from elusive.sensors._shadowing_kernels import log_ratio, prepare
 

@@ -26,14 +26,17 @@ class NoiseTail(NamedTuple):
 def fit_tail(response: Array, share: float = 0.005) -> NoiseTail:
     """Fit the null to a frame's responses, robustly: a target's few pixels do not matter.
 
-    Raises DataError if fewer than 1000 responses are finite.
-
     Parameters
     ----------
     response
         Responses of any shape; NaN is left out.
     share
         Part of the pixels taken for the tail.
+
+    Raises
+    ------
+    DataError
+        If fewer than 1000 responses are finite.
     """
     seen = response[np.isfinite(response)]
     if seen.size < 1000:

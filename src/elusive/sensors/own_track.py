@@ -33,7 +33,13 @@ class OwnTrack:
         self.to_true_north = False  # whether bearings are from north at the radar, which is not the frame's
 
     def add(self, time_s: float, x_m: float, y_m: float) -> None:
-        """Take in a fix. Raises DataError if no ship gets there in time from the fix before."""
+        """Take in a fix.
+
+        Raises
+        ------
+        DataError
+            If no ship gets there in time from the fix before.
+        """
         if self._times:
             gap_s, (x, y) = time_s - self._times[-1], self._places[-1]
             away = math.hypot(x_m - x, y_m - y)
@@ -58,7 +64,12 @@ class OwnTrack:
     def at(self, time_s: float) -> OwnShip | None:
         """Return where the ship is: between two fixes, or ahead of the latest; None: there is none.
 
-        Its velocity is NaN where a single fix is known. Raises DataError if no fix is near that time.
+        Its velocity is NaN where a single fix is known.
+
+        Raises
+        ------
+        DataError
+            If no fix is near that time.
         """
         times, places = self._times, self._places
         if not times:

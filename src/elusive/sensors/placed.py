@@ -56,7 +56,10 @@ class PlacedSensors(Model):
     def path(self, states: ArrayLike, times_s: ArrayLike) -> tuple[Array, Array]:
         """Return a path's states ``(T, d)`` and times ``(T,)`` as arrays.
 
-        Raises DataError if they do not fit each other.
+        Raises
+        ------
+        DataError
+            If they do not fit each other.
         """
         path, times = np.asarray(states, np.float64), np.asarray(times_s, np.float64)
         if path.ndim != 2 or times.shape != (len(path),) or path.shape[1] < self.dimensions * 2:

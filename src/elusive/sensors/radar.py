@@ -67,10 +67,8 @@ class RadarSensor(RadarView):
     def log_likelihood(self, states: Array, measurement: RadarScan | RadarPlot) -> Array:
         """Log likelihood ratio of one target at each state against none; without false alarms, the log likelihood.
 
-        Without false alarms a scan has one plot at most, with density ``P_D g(z | x)``, or none, ``1 - P_D(x)``. Plots
-        out of the field of view are left out. A NaN Doppler says nothing. Raises DataError if a plot is no measurement,
-        a state not finite, or several plots come without false alarms. Raises ParameterError if a plot has a Doppler,
-        and that of false alarms is not known.
+        Without false alarms a scan has one plot at most, with density ``P_D g(z | x)``, or none, ``1 - P_D(x)``.
+        Plots out of the field of view are left out. A NaN Doppler says nothing.
 
         Parameters
         ----------
@@ -83,6 +81,13 @@ class RadarSensor(RadarView):
         -------
         ndarray
             ``(N,)``.
+
+        Raises
+        ------
+        DataError
+            If a plot is no measurement, a state not finite, or several plots come without false alarms.
+        ParameterError
+            If a plot has a Doppler, and that of false alarms is not known.
         """
         scan = self.detections_in_view(measurement)
         if scan.detections > 1 and not self.false_alarms:
@@ -147,8 +152,12 @@ class RadarSensor(RadarView):
     def log_uniform(self, measurement: RadarScan | RadarPlot) -> Array:
         """Log density of a plot that lies anywhere in view, with any Doppler, at each plot, ``(m,)``.
 
-        Minus infinity out of view, and everywhere where the view has no bounds. Raises ParameterError if a plot has a
-        Doppler, there are false alarms, and their greatest is not known.
+        Minus infinity out of view, and everywhere where the view has no bounds.
+
+        Raises
+        ------
+        ParameterError
+            If a plot has a Doppler, there are false alarms, and their greatest is not known.
         """
         scan, inside = self.judged(measurement)
         volume, doppler_volume = self._log_volumes(scan)
@@ -165,13 +174,21 @@ class RadarSensor(RadarView):
     def simulate(self, states: Array, rng: Generator, time_s: float = 0.0) -> RadarScan:
         """Draw a scan, its plots in the order of bearing and all at one time; targets out of view are not seen.
 
-        Raises DataError if a state is not finite. Raises ParameterError if false alarms have Doppler, and their
-        greatest is not known.
-
         Parameters
         ----------
         states
             ``(N, d)``, a row a target; ``(0, d)``: false alarms alone.
+        rng
+            Source of the noise.
+        time_s
+            Time of the scan.
+
+        Raises
+        ------
+        DataError
+            If a state is not finite.
+        ParameterError
+            If false alarms have Doppler, and their greatest is not known.
         """
         check_finite(states)
         low, high, half = self.limits

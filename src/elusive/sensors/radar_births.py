@@ -37,7 +37,10 @@ class ScanPrior(NamedTuple):
     def sample(self, n: int, rng: Generator) -> Array:
         """Draw ``n`` states at the scan's time, ``(n, 4)``: see :func:`drawn_about`.
 
-        Raises DataError if a plot is no measurement, or none lies in the field of view.
+        Raises
+        ------
+        DataError
+            If a plot is no measurement, or none lies in the field of view.
         """
         scan = self.radar.detections_in_view(self.scan)
         if not scan.detections:
@@ -63,8 +66,12 @@ class RadarBirth(Model):
     ) -> Births:
         """Draw ``n`` newborn states and the logarithm of ``p_b / q_b``; without a plot in view, uniformly.
 
-        Raises ParameterError if the sensor has no greatest range, or the state a component that is not known here.
-        Raises DataError if a plot is no measurement.
+        Raises
+        ------
+        ParameterError
+            If the sensor has no greatest range, or the state a component that is not known here.
+        DataError
+            If a plot is no measurement.
         """
         if sensor.max_range_m is None:
             raise ParameterError("max_range_m: is not given; newborns are drawn over the area in view, so give it.")

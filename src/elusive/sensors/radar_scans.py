@@ -76,18 +76,26 @@ def scan_of(time_s: float, plots: Iterable[RadarPlot] = ()) -> RadarScan:
 def scans_by_rotation(plots: Iterable[RadarPlot], rotation_s: float, name: str) -> Iterator[RadarScan]:
     """Gather the plots of each turn of an antenna that looks clockwise and turns at a constant rate.
 
-    A plot's turn is told by its time and its bearing together, so that a target is seen once a turn wherever it stands.
-    The antenna's phase is followed from plot to plot, so that the period may be inexact or drift. A turn without a plot
-    is a scan without one: what was missed is said too. Raises ParameterError if the period is no positive number.
-    Raises DataError if times and bearings do not fit an antenna of that period, or times go backwards or leave a gap of
-    more than 10 000 turns.
+    A plot's turn is told by its time and its bearing together, so that a target is seen once a turn wherever it
+    stands. The antenna's phase is followed from plot to plot, so that the period may be inexact or drift. A turn
+    without a plot is a scan without one: what was missed is said too.
 
     Parameters
     ----------
     plots
         In the order of time.
+    rotation_s
+        Period of the antenna.
     name
         Of the file, for the sentences of failures.
+
+    Raises
+    ------
+    ParameterError
+        If the period is no positive number.
+    DataError
+        If times and bearings do not fit an antenna of that period, or times go backwards or leave a gap of more than
+        10 000 turns.
     """
     if not (math.isfinite(rotation_s) and rotation_s > 0):
         raise ParameterError(f"rotation_s={rotation_s}: an antenna turns once in a positive number of seconds.")

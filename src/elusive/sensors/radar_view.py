@@ -62,8 +62,10 @@ class RadarView(Model):
     def residual(self, state: Array, measurement: RadarScan | RadarPlot) -> Array:
         """Range, bearing and Doppler, measured less expected, of a plot known to be the target's; without one, nothing.
 
-        Raises DataError if it is no measurement, or a scan of several plots: which is the target's is for a tracker to
-        say.
+        Raises
+        ------
+        DataError
+            If it is no measurement, or a scan of several plots: which is the target's is for a tracker to say.
         """
         z, _ = self._plot(measurement)
         error = z - np.array(self.measured(seen_from(measurement, state[None])))[: len(z), 0]
@@ -111,15 +113,21 @@ class RadarView(Model):
     def detections_in_view(self, measurement: RadarScan | RadarPlot) -> RadarScan:
         """Check a scan, or a plot alone, and leave out the plots that lie out of the field of view.
 
-        Raises DataError as :meth:`judged`.
+        Raises
+        ------
+        DataError
+            As :meth:`judged`.
         """
         return self.judged(measurement)[0]
 
     def judged(self, measurement: RadarScan | RadarPlot) -> tuple[RadarScan, NDArray[np.bool_]]:
         """Return a scan's plots in view, and which of all they are, ``(m,)``.
 
-        Raises DataError if the arrays differ in length, a number is not finite (a Doppler may be NaN), a range is below
-        zero or a bearing not from 0 to below 2 pi.
+        Raises
+        ------
+        DataError
+            If the arrays differ in length, a number is not finite (a Doppler may be NaN), a range is below zero or a
+            bearing not from 0 to below 2 pi.
         """
         from elusive.sensors._radar_kernels import judge
 

@@ -60,17 +60,24 @@ class Radiation(Model):
     def image(self, positions: ArrayLike, grid: Grid, rng: Generator) -> Array:
         """Return what each voxel attenuates in one frame.
 
-        Raises DataError if the positions are not pairs, or one is infinite or half missing.
-
         Parameters
         ----------
         positions
             ``(n, 2)`` x and y of the people [m]; rows of NaN are absent.
+        grid
+            The voxels.
+        rng
+            Source of the voxels' noise.
 
         Returns
         -------
         ndarray
             ``(V,)``, people and noise summed [dB].
+
+        Raises
+        ------
+        DataError
+            If the positions are not pairs, or one is infinite or half missing.
         """
         centres = np.asarray(grid.centres, dtype=np.float64)
         image = self.voxel_noise_db * rng.standard_normal(len(centres))
@@ -83,8 +90,6 @@ class Radiation(Model):
 
     def links(self, image: ArrayLike, weights: Any, rng: Generator) -> Array:
         """Return the change of each link in one frame, eq. 3.10.
-
-        Raises DataError if the image has not as many voxels as the weights.
 
         Parameters
         ----------
@@ -100,6 +105,11 @@ class Radiation(Model):
         ndarray
             ``(L,)`` changes [dB], positive where a link got weaker. Rayleigh fading adds what 20 log10 of the
             amplitude differs from its mean, for a calibrated link has that mean.
+
+        Raises
+        ------
+        DataError
+            If the image has not as many voxels as the weights.
         """
         voxels = np.asarray(image, dtype=np.float64)
         if voxels.shape != (weights.shape[1],):

@@ -35,8 +35,6 @@ class RssFrame(NamedTuple):
 def radio_nodes(positions_m: Array, names: Sequence[str] | None = None, name: str = "nodes") -> RadioNodes:
     """Check the nodes of a network.
 
-    Raises DataError if there are fewer than two nodes, two in one place or with one name, or a position is not finite.
-
     Parameters
     ----------
     positions_m
@@ -50,6 +48,11 @@ def radio_nodes(positions_m: Array, names: Sequence[str] | None = None, name: st
     -------
     RadioNodes
         The nodes in the order given.
+
+    Raises
+    ------
+    DataError
+        If there are fewer than two nodes, two in one place or with one name, or a position is not finite.
     """
     positions = np.array(positions_m, dtype=np.float64)
     if positions.ndim != 2 or positions.shape[1] != 2 or len(positions) < 2:

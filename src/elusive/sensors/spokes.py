@@ -75,14 +75,17 @@ class Spokes(NamedTuple):
 def check_spokes(spokes: Spokes, where: str = "spokes") -> Spokes:
     """Return spokes that hold what :class:`Spokes` says.
 
-    Raises DataError if shapes, types or values contradict each other.
-
     Parameters
     ----------
     spokes
         Of anyone's making.
     where
         They came from, for the sentence of a failure.
+
+    Raises
+    ------
+    DataError
+        If shapes, types or values contradict each other.
     """
     fault = _fault_of(spokes)
     if fault:
@@ -124,7 +127,10 @@ def _fault_of(spokes: Spokes) -> str:
 def join_spokes(parts: Sequence[Spokes]) -> Spokes:
     """Join spokes of one range scale that follow on each other.
 
-    Raises DataError if there are none, or scales, samples or bits differ.
+    Raises
+    ------
+    DataError
+        If there are none, or scales, samples or bits differ.
     """
     if not parts:
         raise DataError("There are no spokes to join; give one part at least.")

@@ -87,17 +87,23 @@ class NoiseObject(Model):
         """Draw one frame with an object for each row of ``states`` (``(0, d)``: the background alone).
 
         Where objects overlap, added noises add up; of those that take the background's place, the last one shows.
-        Raises DataError if the states have too few components, or a place is no finite number.
 
         Parameters
         ----------
         states
             ``(N, d)``; x in column 0 and, in two dimensions, y in column 2 [samples].
+        rng
+            Source of the noise.
 
         Returns
         -------
         ndarray
             Of the sensor's shape, float64.
+
+        Raises
+        ------
+        DataError
+            If the states have too few components, or a place is no finite number.
         """
         places = self._places(states)
         if not np.isfinite(places).all():
@@ -114,15 +120,21 @@ class NoiseObject(Model):
     def simulate_sequence(self, frames: int, paths: list[NoiseObjectPath], rng: Generator) -> NoiseRecording:
         """Draw a sequence of frames with objects that move on straight paths, appear and leave.
 
-        Raises ParameterError if a path's places have not as many numbers as a frame has dimensions. Raises DataError if
-        there is no frame to draw.
-
         Parameters
         ----------
         frames
             Number of frames, T.
         paths
             One an object; none at all gives the background alone.
+        rng
+            Source of the noise.
+
+        Raises
+        ------
+        ParameterError
+            If a path's places have not as many numbers as a frame has dimensions.
+        DataError
+            If there is no frame to draw.
         """
         if frames < 1:
             raise DataError(f"frames: must be at least 1 (got {frames}).")
@@ -145,8 +157,12 @@ class NoiseObject(Model):
     def log_ratio(self, measurement: Array) -> Array:
         """Log likelihood ratio of covered against not covered, sample by sample, of the frame's shape.
 
-        ``M^2/2 (1/s^2 - 1/u^2) - ln(u/s)``; samples that are NaN or infinite are masked: they say nothing. Raises
-        DataError if the frame has another shape than the sensor's.
+        ``M^2/2 (1/s^2 - 1/u^2) - ln(u/s)``; samples that are NaN or infinite are masked: they say nothing.
+
+        Raises
+        ------
+        DataError
+            If the frame has another shape than the sensor's.
         """
         frame = np.asarray(measurement, dtype=np.float64)
         if frame.shape != self.shape:
@@ -162,8 +178,6 @@ class NoiseObject(Model):
     def log_likelihood(self, states: Array, measurement: Array) -> Array:
         """Log likelihood ratio of one object at each state against none, exact: the sum over what it covers.
 
-        Raises DataError if the frame has another shape, or the states too few components.
-
         Parameters
         ----------
         states
@@ -175,6 +189,11 @@ class NoiseObject(Model):
         -------
         ndarray
             ``(N,)``; 0 where the object lies off a bounded frame.
+
+        Raises
+        ------
+        DataError
+            If the frame has another shape, or the states too few components.
         """
         from elusive.sensors import _waveform_kernels
 

@@ -44,9 +44,6 @@ def newborn(
 ) -> Newborn:
     """Draw a new target for each of some detections, and say how likely it is.
 
-    Raises DataError if the sensor's draws do not fit. Raises ParameterError if nothing says how to draw one of the
-    motion's components.
-
     Parameters
     ----------
     sensor, motion, measurement, which
@@ -59,6 +56,15 @@ def newborn(
         How many of each.
     spread
         Deviation of a velocity that is not measured, and of further components by name.
+    rng
+        Source of the draws.
+
+    Raises
+    ------
+    DataError
+        If the sensor's draws do not fit.
+    ParameterError
+        If nothing says how to draw one of the motion's components.
     """
     k = len(which)
     drawn = sensor.draw_births(measurement, which, particles, spread[0], rng)

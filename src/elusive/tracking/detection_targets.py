@@ -155,8 +155,6 @@ def evidence(
 ) -> Evidence:
     """Ask what each detection within reach says of each particle, and whether what is known can stand beside it.
 
-    Raises DataError if the sensor or what is known does not give one number a state, or gives NaN or plus infinity.
-
     Parameters
     ----------
     one
@@ -171,6 +169,11 @@ def evidence(
         Knowledge that allows what is measured with no more than this probability is left out.
     echo
         Probability that the target's echo is detected, and the log density of each detection as its, ``(k,)``.
+
+    Raises
+    ------
+    DataError
+        If the sensor or what is known does not give one number a state, or gives NaN or plus infinity.
     """
     n, k = len(one.weights), len(which)
     if measurement is None:

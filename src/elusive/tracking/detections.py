@@ -138,8 +138,12 @@ class DetectionTracker(DetectionRules):
     def step(self, state: DetectionState, time_s: float, measurement: Any | None, rng: Generator) -> DetectionState:
         """Return the belief at a scan's time and after it; without a scan (``None``), the prediction.
 
-        Over no time targets do not move, and what is known of places is not asked again. Raises DataError if the scan
-        comes before the last one, or the sensor refuses it.
+        Over no time targets do not move, and what is known of places is not asked again.
+
+        Raises
+        ------
+        DataError
+            If the scan comes before the last one, or the sensor refuses it.
         """
         interval_s = interval_since(state.time_s, time_s)
         survival = math.exp(-interval_s / self.mean_life_s)

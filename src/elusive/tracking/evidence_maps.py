@@ -131,7 +131,10 @@ class EvidenceTracker(EvidenceRules):
     def step(self, state: EvidenceState, time_s: float, measurement: Any | None, rng: Generator) -> EvidenceState:
         """Return the belief at a time and with the measurement made by then; without one (``None``), the prediction.
 
-        Raises DataError if time runs backwards.
+        Raises
+        ------
+        DataError
+            If time runs backwards.
         """
         interval_s = interval_since(state.time_s, time_s)
         targets = state.targets

@@ -75,10 +75,12 @@ class Follower:
     ) -> FollowedState:
         """Return the tracks at a time.
 
-        Raises DataError if time runs backwards, or the evidence is not finite or of another shape than before.
-
         Parameters
         ----------
+        state
+            The latest.
+        time_s
+            Of the evidence.
         evidence
             ``(n,)`` or ``(rows, columns)``, of mean zero without a target; None for a missing frame.
         threshold
@@ -87,6 +89,11 @@ class Follower:
             Not used: nothing is drawn.
         scene_px
             Where the scene of the first frame is now, x[, y].
+
+        Raises
+        ------
+        DataError
+            If time runs backwards, or the evidence is not finite or of another shape than before.
         """
         elapsed = interval_since(state.time_s, time_s)
         given = None if evidence is None else _checked(evidence)

@@ -114,8 +114,12 @@ class FrameBirths(Model):
     ) -> Iterator[BirthProposal]:
         """Yield ``n`` states about each peak of what others leave that promises an existence of ``least``, best first.
 
-        A target appears anywhere in the frame with a probability. Raises ParameterError if the sensor does not tell of
-        cells, or a state has a component that is not known here.
+        A target appears anywhere in the frame with a probability.
+
+        Raises
+        ------
+        ParameterError
+            If the sensor does not tell of cells, or a state has a component that is not known here.
         """
         if not isinstance(sensor, FrameSensor):
             raise ParameterError(f"birth 'frame': {type(sensor).__name__} has no cell_ratios; choose another birth.")

@@ -62,8 +62,12 @@ class Seeker:
 
     Parameters
     ----------
+    sensor
+        Through which they are seen.
     log_allowed
         Log probability of states ``(N, d)`` by all that is known, ``(N,)``.
+    particles
+        Of a target.
     effective
         Share of the particles that stays effective in a stage.
     separation

@@ -78,14 +78,17 @@ class SceneTracker(PeakRecursion):
     ) -> PeakBelief:
         """Return the belief after a frame's peaks; without any (``None``) the prediction.
 
-        Raises DataError if time runs backwards.
-
         Parameters
         ----------
         shape
             Rows and columns of the frames.
         interval_s
             Time between frames as a rule.
+
+        Raises
+        ------
+        DataError
+            If time runs backwards.
         """
         passed = interval_since(belief.time_s, time_s) / interval_s
         if peaks is not None and peaks.cut and peaks.number:

@@ -90,7 +90,10 @@ class Entrance(Model):
 def checked_heads(positions: Array, intensities: Array) -> tuple[Array, Array]:
     """Return heads of clusters as ``(H, 2)`` [m] and ``(H,)``.
 
-    Raises DataError if the shapes do not fit or a number is not finite.
+    Raises
+    ------
+    DataError
+        If the shapes do not fit or a number is not finite.
     """
     places = np.asarray(positions, dtype=np.float64)
     if not places.size:

@@ -57,12 +57,19 @@ class HungarianTracker(Model):
     def step(self, state: PeopleState, time_s: float, positions: Array, intensities: Array) -> PeopleState:
         """Return the state after a frame's heads.
 
-        Raises DataError if the shapes do not fit, a number is not finite, or time runs backwards.
-
         Parameters
         ----------
+        state
+            After the frame before.
+        time_s
+            Time of the frame.
         positions, intensities
             Of the heads, ``(H, 2)`` [m] and ``(H,)``.
+
+        Raises
+        ------
+        DataError
+            If the shapes do not fit, a number is not finite, or time runs backwards.
         """
         places, heights = checked_heads(positions, intensities)
         interval_s = interval_since(state.time_s, time_s)

@@ -25,14 +25,17 @@ class ReadBack(NamedTuple):
 def read_back(values: ArrayLike, positions: Array) -> ReadBack:
     """Find the frame in which a target appeared, from the evidence along its path.
 
-    Raises DataError if there is no evidence, it is not finite, or not as much as positions.
-
     Parameters
     ----------
     values
         ``(n,)`` evidence of each frame where the path stood, the oldest first.
     positions
         ``(n, ndim)`` those places; NaN where the path was outside the frame, and the target later than that.
+
+    Raises
+    ------
+    DataError
+        If there is no evidence, it is not finite, or not as much as positions.
     """
     given, places = np.asarray(values, dtype=float), np.asarray(positions, dtype=float)
     if given.ndim != 1 or not given.size or not np.isfinite(given).all() or len(places) != len(given):

@@ -43,6 +43,8 @@ def exchanged(
         The known targets as they were predicted, and as they were updated while nobody was newborn.
     newborn
         Whom that leaves over; the surest stands first.
+    update
+        Of the measurement.
     seek
         Looks for a newborn target.
     """
@@ -63,6 +65,8 @@ def corrected(found: list[Sought], update: Update, seek: Seek, sweeps: int, exis
 
     Parameters
     ----------
+    found
+        The targets.
     update, seek, sweeps
         As for :func:`exchanged`, and how often targets are updated at most.
     existence

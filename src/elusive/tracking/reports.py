@@ -52,6 +52,12 @@ def fused(
 
     Parameters
     ----------
+    state, tracker
+        Of the tracks.
+    report
+        To take in.
+    rng
+        Source of the draws.
     begins
         Whether a report that is no track's begins one: where no sensor looks.
     """

@@ -48,6 +48,8 @@ class VelocitySearch:
 
     Parameters
     ----------
+    flt
+        Accumulates the evidence.
     footprint
         What a target does to it.
     """
@@ -68,8 +70,12 @@ class VelocitySearch:
     ) -> SearchState:
         """Return the state at a time, after evidence ``(n,)`` or ``(rows, columns)`` that is left over, or none.
 
-        ``scene_px`` says where the scene is, x[, y]: how far from where it was in the first frame. Raises DataError as
-        :meth:`~elusive.filters.accumulate.recurrent.RecurrentFilter.step`.
+        ``scene_px`` says where the scene is, x[, y]: how far from where it was in the first frame.
+
+        Raises
+        ------
+        DataError
+            As :meth:`~elusive.filters.accumulate.recurrent.RecurrentFilter.step`.
         """
         recurrent = state.recurrent
         if recurrent.scene_px or any(scene_px):
@@ -88,6 +94,8 @@ class VelocitySearch:
 
         Parameters
         ----------
+        state
+            The latest.
         threshold
             Score above which a cell is an alarm; infinity finds nothing.
         rng

@@ -81,7 +81,10 @@ class SuperposedTracker(SuperposedSettings):
     def step(self, state: SuperposedState, time_s: float, measurement: Any | None, rng: Generator) -> SuperposedState:
         """Return the belief at a time, with the measurement made then; without one (``None``), the prediction.
 
-        Raises DataError if time runs backwards, or the sensor refuses the measurement.
+        Raises
+        ------
+        DataError
+            If time runs backwards, or the sensor refuses the measurement.
         """
         interval_s = interval_since(state.time_s, time_s)
         survival = 1 - within(self.death_probability, interval_s)

@@ -28,6 +28,8 @@ class Bench:
 
     Parameters
     ----------
+    state
+        What the tab holds.
     inputs
         Builds what is set; gives the forms in it, which must be right before a run.
     work

@@ -21,8 +21,6 @@ PLAIN = re.compile(r"[A-Za-z0-9][A-Za-z0-9 ._-]{0,99}")
 def inside(folder: Path, name: str, kinds: Sequence[str]) -> Path:
     """Return the file of that name in the folder.
 
-    Raises DataError if the name is no plain name of a file in the folder, or of another kind.
-
     Parameters
     ----------
     folder
@@ -31,6 +29,11 @@ def inside(folder: Path, name: str, kinds: Sequence[str]) -> Path:
         As the user gave it.
     kinds
         Endings that are allowed, ``.csv``.
+
+    Raises
+    ------
+    DataError
+        If the name is no plain name of a file in the folder, or of another kind.
     """
     if not PLAIN.fullmatch(name):
         raise DataError(f"{name!r:.60}: is no plain file name; use letters, digits, '.', '-' and '_', and no folder.")
@@ -45,14 +48,21 @@ def inside(folder: Path, name: str, kinds: Sequence[str]) -> Path:
 def read_upload(name: str, data: bytes, kinds: Sequence[str], read: Callable[[Path], Read]) -> Read:
     """Let a reader of the library judge what was sent.
 
-    Raises DataError if it is too large, of another kind, or cannot be read; the sentence is the reader's.
-
     Parameters
     ----------
     name
         As the browser gave it: its ending alone is used, and the name in sentences.
+    data
+        What was sent.
     kinds
         Endings that are allowed.
+    read
+        Reads a path.
+
+    Raises
+    ------
+    DataError
+        If it is too large, of another kind, or cannot be read; the sentence is the reader's.
     """
     shown = re.sub(r"[^A-Za-z0-9 ._-]", "_", Path(name.replace("\\", "/")).name)[-80:] or "upload"
     suffix = Path(shown).suffix.lower()
@@ -79,7 +89,10 @@ def stranger(folder: Path, path: Path) -> str:
 def scene_in(folder: Path, name: str) -> Path:
     """Return a scene of that name in the folder, or the one in a folder of results.
 
-    Raises DataError if there is none.
+    Raises
+    ------
+    DataError
+        If there is none.
     """
     path = inside(folder, name, (*SCENES, ""))
     path = path / SCENE if path.is_dir() else path

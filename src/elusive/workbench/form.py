@@ -20,6 +20,8 @@ class Form:
 
     Parameters
     ----------
+    model
+        What stands now.
     only
         Fields, or models whose fields are all shown.
     on_change

@@ -58,6 +58,8 @@ def controls(model: Model, only: Sequence[FieldPath] = ((),)) -> list[Control]:
 
     Parameters
     ----------
+    model
+        Whose fields.
     only
         Paths of fields, or of models whose fields are all taken, in the order they shall have.
     """
@@ -105,7 +107,10 @@ def usual_text(model: Model, path: FieldPath) -> str | bool | None:
 def laid_over(model: Model, typed: Mapping[FieldPath, str | bool]) -> Model:
     """Return the model with what was typed.
 
-    Raises ParameterError if a value is refused; the sentence is the library's.
+    Raises
+    ------
+    ParameterError
+        If a value is refused; the sentence is the library's.
     """
     tree = model.model_dump(mode="json")
     known = {one.path: one for one in _walk(model, (), "")}

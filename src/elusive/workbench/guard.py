@@ -32,6 +32,8 @@ class Guard:
 
     Parameters
     ----------
+    app
+        What is guarded.
     token
         What a browser has to show once, as ``?token=``; None where only this machine is served.
     most_bytes

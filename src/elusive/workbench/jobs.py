@@ -29,7 +29,13 @@ class Job:
         self.total: int | None = None
 
     def advance(self, done: int) -> None:
-        """Note how far it is; called by the work itself. Raises CancelledError if it was called off."""
+        """Note how far it is; called by the work itself.
+
+        Raises
+        ------
+        CancelledError
+            If it was called off.
+        """
         self.done = done
         if self._off.is_set():
             raise CancelledError

@@ -96,8 +96,14 @@ def shown_command(asking: Asking, given: Mapping[str, str | bool], settings: str
 def track(folder: Path, asking: Asking, given: Mapping[str, str | bool], model: Model, job: Job) -> Kept:
     """Run a command on a recording in the folder, or a scene, and keep what it writes.
 
-    It is a process of its own: a page goes on answering, and it ends as soon as it is called off. Raises DataError if
-    the command refuses; the sentence is its own. Raises CancelledError if it was called off.
+    It is a process of its own: a page goes on answering, and it ends as soon as it is called off.
+
+    Raises
+    ------
+    DataError
+        If the command refuses; the sentence is its own.
+    CancelledError
+        If it was called off.
     """
     runs = folder / FOLDER
     runs.mkdir(exist_ok=True)
@@ -195,7 +201,13 @@ def _number(run: Path) -> int:
 
 
 def read(folder: Path) -> Kept:
-    """Read a run that is kept here. Raises DataError if the folder is none of a run."""
+    """Read a run that is kept here.
+
+    Raises
+    ------
+    DataError
+        If the folder is none of a run.
+    """
     try:
         note = Note.model_validate_json((folder / NOTE).read_text(encoding="utf-8"))
         return Kept(folder.name, note.noun, note.given, note.settings, note.said, _doubted(folder), folder)
@@ -243,7 +255,13 @@ def kept_runs(folder: Path) -> list[Kept]:
 
 
 def forget(run: Kept) -> None:
-    """Delete a run, unless another tab did. Raises DataError if its files cannot be deleted."""
+    """Delete a run, unless another tab did.
+
+    Raises
+    ------
+    DataError
+        If its files cannot be deleted.
+    """
     try:
         shutil.rmtree(run.folder)
     except FileNotFoundError:

@@ -107,12 +107,17 @@ class Live(Job):
 def watch(address: str, live: Live) -> None:
     """Take in what an `elusive serve` tells until it ends, or watching is stopped.
 
-    Raises DataError if it cannot be reached, or refuses the token.
-
     Parameters
     ----------
     address
         Of its health page, with ``?token=``.
+    live
+        Is told the steps.
+
+    Raises
+    ------
+    DataError
+        If it cannot be reached, or refuses the token.
     """
     parts = urlsplit(address)
     try:

@@ -90,7 +90,10 @@ def open_scene(file: str, take: Callable[[Path], Any], then: str = "press Run") 
 def read_named(folder: Path, name: str, kinds: Sequence[str], read: Callable[[Path], Read]) -> Read:
     """Read a file of that name in the folder.
 
-    Raises DataError if it is not there, leads out of the folder, is of another kind, or cannot be read.
+    Raises
+    ------
+    DataError
+        If it is not there, leads out of the folder, is of another kind, or cannot be read.
     """
     path = inside(folder, name, kinds)
     if not path.exists():

@@ -33,7 +33,13 @@ COMPARED_MOST = 6
 
 @cache
 def asking_of(noun: str) -> Asking:
-    """Return what the command of a kind of recording asks for. Raises DataError if there is none of that kind."""
+    """Return what the command of a kind of recording asks for.
+
+    Raises
+    ------
+    DataError
+        If there is none of that kind.
+    """
     for one in SETTINGS.recordings:
         if one.noun == noun:
             return asking(one)
@@ -91,7 +97,13 @@ def all_runs(nouns: Collection[str]) -> list[Kept]:
 
 
 def run_named(name: str, nouns: Collection[str]) -> Kept:
-    """Return a run of some kinds. Raises DataError if there is none of that name."""
+    """Return a run of some kinds.
+
+    Raises
+    ------
+    DataError
+        If there is none of that name.
+    """
     for run in all_runs(nouns):
         if run.name == name:
             return run
@@ -105,6 +117,8 @@ class RunList:
     ----------
     nouns
         Kinds whose runs are listed.
+    open_run
+        Opens one.
     deleted
         Done after one is deleted.
     """

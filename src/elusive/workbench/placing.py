@@ -21,6 +21,8 @@ def placing(
     ----------
     label
         For who does not see it.
+    extent
+        What is shown at first.
     layers
         What lies beneath.
     mode

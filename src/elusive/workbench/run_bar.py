@@ -24,6 +24,8 @@ class RunBar:
 
     Parameters
     ----------
+    state
+        What the tab holds.
     start
         Done at a press of the first button.
     label

@@ -23,6 +23,8 @@ class RunInputs:
 
     Parameters
     ----------
+    state
+        What the tab holds.
     without
         Fields that are not shown, of a kind, as something else sets them.
     """

@@ -30,6 +30,8 @@ class RunWindow:
 
     Parameters
     ----------
+    state
+        What the tab holds.
     kinds
         What can be run, by the nouns of the kinds, and what each is called.
     without

@@ -46,8 +46,6 @@ def serve(
 ) -> None:
     """Serve until interrupted.
 
-    Raises ParameterError if the port is none. Raises DataError if the folder cannot be made, or the port is taken.
-
     Parameters
     ----------
     folder
@@ -58,8 +56,17 @@ def serve(
         Kinds of recording and the commands that track them.
     host
         Address to listen at. Other than this machine's own, a token is asked for; it is printed.
+    port
+        Port to listen at.
     show
         Whether to open a browser.
+
+    Raises
+    ------
+    ParameterError
+        If the port is none.
+    DataError
+        If the folder cannot be made, or the port is taken.
     """
     if not 1 <= port <= 65535:
         raise ParameterError(f"--port: must be from 1 to 65535 (got {port}).")

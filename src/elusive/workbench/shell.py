@@ -115,6 +115,8 @@ class Steps:
 
     Parameters
     ----------
+    state
+        What the tab holds.
     steps
         Title of each, and what builds it.
     first

@@ -95,6 +95,8 @@ class TrackWindow:
 
     Parameters
     ----------
+    state
+        What the tab holds.
     ways
         The system's.
     go_on

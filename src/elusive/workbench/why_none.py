@@ -35,7 +35,15 @@ class WhyNone(NamedTuple):
 
 
 def why_none(folder: Path, model: Model) -> WhyNone | None:
-    """Return why a run has no track; None where it has one, or does not say."""
+    """Return why a run has no track; None where it has one, or does not say.
+
+    Parameters
+    ----------
+    folder
+        Of its results.
+    model
+        Its parameters.
+    """
     if not (folder / RESULT).is_file():
         return None
     import h5netcdf  # type: ignore[import-untyped]

@@ -29,8 +29,7 @@ def reproduce(
 ) -> list[Cell]:
     """Write ``summary.csv`` and the figures named (all of them by default) into ``out``.
 
-    The near-optimal filter, 20 times as dear as the others, takes part only where no figure is named. Raises
-    ParameterError if a target is unknown. Raises DataError if ``out`` is a file or cannot be made.
+    The near-optimal filter, 20 times as dear as the others, takes part only where no figure is named.
 
     Parameters
     ----------
@@ -40,6 +39,13 @@ def reproduce(
         Some of ``fig1`` to ``fig8``; none means all of them and the whole table.
     trials
         Monte Carlo trials; the check values were made with 1000.
+
+    Raises
+    ------
+    ParameterError
+        If a target is unknown.
+    DataError
+        If ``out`` is a file or cannot be made.
     """
     unknown = [target for target in targets if target not in FIGURES]
     if unknown:

@@ -92,7 +92,10 @@ class Scenery(NamedTuple):
 def scenery(case: ShipCase) -> Scenery:
     """Lay out the chart and the ship's way, once for all cases that differ in their filters alone.
 
-    Raises DataError if the shoreline cannot be read, or no ship can be led along it.
+    Raises
+    ------
+    DataError
+        If the shoreline cannot be read, or no ship can be led along it.
     """
     return _scenery(_bare(case))
 

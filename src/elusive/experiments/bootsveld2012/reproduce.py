@@ -86,9 +86,14 @@ def reproduce(
     """Write the figures named, each as PNG and those of curves as CSV, and ``summary.csv``; all by default.
 
     ``targets`` are some of :data:`TARGETS`. The runs stay in ``campaign-*.zarr`` in ``out``; run i has the same plots
-    for every filter, and its filters the same random numbers. Raises ParameterError if a target is unknown, or charts
-    are wanted and not given both. Raises DataError if ``out`` is a file or cannot be made, or the shoreline cannot be
-    read or sailed along.
+    for every filter, and its filters the same random numbers.
+
+    Raises
+    ------
+    ParameterError
+        If a target is unknown, or charts are wanted and not given both.
+    DataError
+        If ``out`` is a file or cannot be made, or the shoreline cannot be read or sailed along.
     """
     settings = settings or Settings()
     unknown = [target for target in targets if target not in TARGETS]

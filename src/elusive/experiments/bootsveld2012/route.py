@@ -52,7 +52,11 @@ def find_route(land: Sequence[BaseGeometry], *, perfect: bool) -> Route:
     """Find the most winding stretch of shore along which a ship can keep the wanted distance.
 
     ``perfect``: it stays in charted water (the thesis's trial B); else it crosses charted land (its trials A and C).
-    Raises DataError if the shoreline has no such stretch.
+
+    Raises
+    ------
+    DataError
+        If the shoreline has no such stretch.
     """
     wanted = UNIT_M * PchipInterpolator(*(PERFECT if perfect else IMPRECISE))(np.clip(SECONDS, 0, STEPS - 1))
     coast = Coast.of(CoastPart(list(land), REACH_M))

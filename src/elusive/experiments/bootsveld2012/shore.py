@@ -23,8 +23,12 @@ PORT_FOURCHON = (-90.2, 29.13)  # longitude and latitude of the map's middle [de
 def shoreline(path: Path | None, seed: int) -> Sequence[BaseGeometry]:
     """Return the land of the map as polygons in metres about the map's middle; None draws the synthetic delta.
 
-    A file of land polygons is cut to 10 by 9 km: round Port Fourchon if it reaches there, else round its middle. Raises
-    DataError if the file cannot be read, or shows no land there.
+    A file of land polygons is cut to 10 by 9 km: round Port Fourchon if it reaches there, else round its middle.
+
+    Raises
+    ------
+    DataError
+        If the file cannot be read, or shows no land there.
     """
     import shapely
 

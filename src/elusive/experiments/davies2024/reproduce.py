@@ -75,18 +75,29 @@ def reproduce(
 ) -> list[Row]:
     """Write ``summary.csv``, ``gospa.csv`` and ``gospa.png``.
 
-    Raises ParameterError if there is no such scene. Raises DataError if a scene cannot be read.
-
     Parameters
     ----------
+    out
+        Folder for the results.
     data
         Folder of ``scene1.npz`` and ``scene2.npz``.
     scenes
         1, 2 or both; none means both.
+    particles
+        Particles of a target.
     anew
         Runs with noise drawn anew, beside the published ones.
+    seed
+        Root of all random numbers.
     on_run
         Called with the number of runs done.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such scene.
+    DataError
+        If a scene cannot be read.
     """
     unknown = [number for number in scenes if number not in SCENES]
     if unknown:

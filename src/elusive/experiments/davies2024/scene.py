@@ -78,7 +78,13 @@ class Scene:
 
 
 def read_scene(folder: Path, number: int) -> Scene:
-    """Read ``sceneN.npz`` of a folder. Raises DataError if the file cannot be read or is no such scene."""
+    """Read ``sceneN.npz`` of a folder.
+
+    Raises
+    ------
+    DataError
+        If the file cannot be read or is no such scene.
+    """
     path = folder / f"scene{number}.npz"
     try:
         with np.load(path, allow_pickle=False) as held:

@@ -34,7 +34,10 @@ class Case(NamedTuple):
 class ChartPair:
     """Both charts in a frame about the middle of the fine one; what is prepared of them is kept.
 
-    Raises DataError if a chart cannot be read, or they do not overlap.
+    Raises
+    ------
+    DataError
+        If a chart cannot be read, or they do not overlap.
     """
 
     def __init__(self, fine: str, coarse: str) -> None:

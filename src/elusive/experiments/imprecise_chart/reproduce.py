@@ -34,9 +34,13 @@ def imprecise_chart(
     """Write ``imprecise.csv`` and ``imprecise.png`` into ``out``, where the runs stay too, and return the table.
 
     The ship goes along the coast of the ``fine`` chart, which is taken for the truth; filters have the ``coarse`` one.
-    Run i has the same place on the coast, bearing of the radar and noise at each distance and for each filter. Raises
-    DataError if a chart cannot be read, the two do not overlap, the fine one has no coast long enough, or ``out`` is a
-    file or cannot be made.
+    Run i has the same place on the coast, bearing of the radar and noise at each distance and for each filter.
+
+    Raises
+    ------
+    DataError
+        If a chart cannot be read, the two do not overlap, the fine one has no coast long enough, or ``out`` is a file
+        or cannot be made.
     """
     both = charts(str(fine), str(coarse))
     ImpreciseChartTrial(fine=str(fine), coarse=str(coarse), offset_m=max(OFFSETS_M)).curves(both.fine, both.frame)

@@ -49,7 +49,13 @@ class Routes(Model):
         return self
 
     def curves(self, chart: Chart, frame: LocalFrame) -> Geometries:
-        """Return the curves that routes are taken from, x and y [m]. Raises DataError if none is long enough."""
+        """Return the curves that routes are taken from, x and y [m].
+
+        Raises
+        ------
+        DataError
+            If none is long enough.
+        """
         import shapely
 
         land = shapely.union_all(barred(chart, frame, ChartedAreaParameters()))

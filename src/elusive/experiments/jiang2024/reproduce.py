@@ -43,8 +43,7 @@ def reproduce(
 ) -> Reproduced:
     """Write ``table1.csv`` and the figures named into ``out``; all by default.
 
-    Every estimator sees the same flights. Raises ParameterError if a target is unknown. Raises DataError if ``out`` is
-    a file or cannot be made.
+    Every estimator sees the same flights.
 
     Parameters
     ----------
@@ -54,6 +53,13 @@ def reproduce(
         Some of ``fig2``, ``fig3``, ``fig4``, ``table1``; none means all of them.
     trials
         Runs of each motion and noise, from 2.
+
+    Raises
+    ------
+    ParameterError
+        If a target is unknown.
+    DataError
+        If ``out`` is a file or cannot be made.
     """
     unknown = [target for target in targets if target not in TARGETS]
     if unknown:

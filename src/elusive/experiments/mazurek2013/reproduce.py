@@ -44,8 +44,7 @@ def reproduce(
 ) -> Reproduced:
     """Write ``figN.csv`` and ``figN.png`` of the figures named, and ``table.csv``, into ``out``; all by default.
 
-    Case i has the same velocity, start and noise in every figure, statistic and window. Raises ParameterError if a
-    target is unknown. Raises DataError if ``out`` is a file or cannot be made.
+    Case i has the same velocity, start and noise in every figure, statistic and window.
 
     Parameters
     ----------
@@ -55,6 +54,13 @@ def reproduce(
         Some of ``fig3`` to ``fig8``, ``table`` and ``boundaries``; none means all of them.
     trials
         Cases of a figure (1000 by default, as in the paper), and of a point of the table (200, as its check values).
+
+    Raises
+    ------
+    ParameterError
+        If a target is unknown.
+    DataError
+        If ``out`` is a file or cannot be made.
     """
     unknown = [target for target in targets if target not in TARGETS]
     if unknown:

@@ -43,8 +43,7 @@ def reproduce(
 ) -> Reproduced:
     """Write a CSV and figures of each experiment named, into ``out``; all by default.
 
-    Run i has the same paths at every point where as many people walk, and every method sees the same run. Raises
-    ParameterError if a target or method is unknown. Raises DataError if ``out`` is a file or cannot be made.
+    Run i has the same paths at every point where as many people walk, and every method sees the same run.
 
     Parameters
     ----------
@@ -58,6 +57,13 @@ def reproduce(
         out.
     trials
         Runs of each point, from 2.
+
+    Raises
+    ------
+    ParameterError
+        If a target or method is unknown.
+    DataError
+        If ``out`` is a file or cannot be made.
     """
     unknown = [target for target in targets if target not in TARGETS]
     if unknown:

@@ -30,6 +30,8 @@ def method_of(
     ----------
     name
         ``thesis``: its algorithm (table 4.3); else this package's, with the nearest parameters.
+    simulation
+        What it tracks.
     memory_frames
         Tracking memory; of the default tracker, frames without a head that delete a track. None: as usual.
     radius_m

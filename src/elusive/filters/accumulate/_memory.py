@@ -10,12 +10,17 @@ from elusive.errors import DataError
 def refuse_beyond_half(needed: int, what: str, remedy: str, machine_bytes: int | None = None) -> None:
     """Refuse to take more than half of the machine's memory, or of ``machine_bytes``.
 
-    Raises DataError if it is more.
-
     Parameters
     ----------
+    needed
+        Bytes.
     what, remedy
         Begin and end of the sentence: "<what> need ... GB, more than half ...; <remedy>."
+
+    Raises
+    ------
+    DataError
+        If it is more.
     """
     total = psutil.virtual_memory().total if machine_bytes is None else machine_bytes
     if needed > total / 2:

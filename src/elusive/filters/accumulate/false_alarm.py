@@ -36,7 +36,10 @@ class ExtremeValue(NamedTuple):
     def threshold(self, probability: float) -> float:
         """Return the score that the largest of a target-free map exceeds with this probability.
 
-        Raises ParameterError if the probability is not between 0 and 1, both left out.
+        Raises
+        ------
+        ParameterError
+            If the probability is not between 0 and 1, both left out.
         """
         if not 0 < probability < 1:
             raise ParameterError(f"probability: must lie between 0 and 1, both left out (got {probability!r}).")
@@ -46,7 +49,10 @@ class ExtremeValue(NamedTuple):
     def probability(self, score: float) -> float:
         """Return the probability that the largest score of a target-free map exceeds this one.
 
-        Raises ParameterError if the score is NaN.
+        Raises
+        ------
+        ParameterError
+            If the score is NaN.
         """
         if math.isnan(score):
             raise ParameterError("score: is NaN; give the score of a finite map.")
@@ -94,8 +100,14 @@ class FalseAlarm(Model):
         """Return the threshold for a score map in which ``age`` frames have been accumulated.
 
         ``null`` is what :func:`~elusive.filters.accumulate.null_scores.simulate_null` or ``calibrated_null`` gave; it
-        is not needed where the source is the frame. Raises DataError if the source is the frame, and the map is not
-        finite or has too few blocks. Raises ParameterError if the source is the simulation and its result is not given.
+        is not needed where the source is the frame.
+
+        Raises
+        ------
+        DataError
+            If the source is the frame, and the map is not finite or has too few blocks.
+        ParameterError
+            If the source is the simulation and its result is not given.
         """
         if self.source == "frame":
             return frame_law(score).threshold(self.probability)
@@ -108,13 +120,18 @@ def frame_law(score: ArrayLike) -> ExtremeValue:
     """Fit the law of a map's maximum to the map's own blocks, for recordings whose clutter is not Gaussian noise.
 
     The rate scatters by .75 of itself with 256 blocks (256 x 256 cells); with 30 (1500 cells) it is twice the one
-    wanted on average, and can be several times that. Targets in 5 % of the blocks halve it, in 25 % of them hide
-    everything. Raises DataError if the map is not finite or has less than 20 blocks, of 48 cells.
+    wanted on average, and can be several times that.
+    Targets in 5 % of the blocks halve it, in 25 % of them hide everything.
 
     Parameters
     ----------
     score
         ``(n,)`` or ``(rows, columns)``.
+
+    Raises
+    ------
+    DataError
+        If the map is not finite or has less than 20 blocks, of 48 cells.
     """
     cells = min(FRAME_BLOCK_CELLS, max(LEAST_BLOCK_CELLS, np.size(score) // 64))
     return fit_robust(*block_maxima(score, cells))
@@ -122,9 +139,6 @@ def frame_law(score: ArrayLike) -> ExtremeValue:
 
 def fit(maxima: ArrayLike, blocks: float = 1.0, skewness: float = 0.0) -> ExtremeValue:
     """Fit the law to the maxima of target-free blocks by L-moments.
-
-    Raises DataError if there are fewer than 20 maxima, they are not finite or all equal. Raises ParameterError if
-    ``blocks`` is not positive or the skewness not finite.
 
     Parameters
     ----------
@@ -134,6 +148,13 @@ def fit(maxima: ArrayLike, blocks: float = 1.0, skewness: float = 0.0) -> Extrem
         How many such blocks the map has that the law is wanted for; need not be whole.
     skewness
         Of one trajectory's score: that of the evidence, less what averaging has taken away.
+
+    Raises
+    ------
+    DataError
+        If there are fewer than 20 maxima, they are not finite or all equal.
+    ParameterError
+        If ``blocks`` is not positive or the skewness not finite.
     """
     squares = np.sort(_checked(maxima, blocks, skewness))
     n = squares.size
@@ -159,8 +180,6 @@ def fit_robust(maxima: ArrayLike, blocks: float = 1.0, skewness: float = 0.0) ->
 def block_maxima(score: ArrayLike, cells: int = BLOCK_CELLS) -> tuple[Array, float]:
     """Return the maxima of the blocks of a map, about ``cells`` large, and how many of them make the whole map.
 
-    Raises DataError if the map is not finite, or has no or more than two axes.
-
     Parameters
     ----------
     score
@@ -174,6 +193,11 @@ def block_maxima(score: ArrayLike, cells: int = BLOCK_CELLS) -> tuple[Array, flo
         ``(n,)``.
     blocks
         ``n``, and a fraction for what is left over.
+
+    Raises
+    ------
+    DataError
+        If the map is not finite, or has no or more than two axes.
     """
     scores = np.asarray(score, dtype=float)
     if scores.ndim not in (1, 2) or scores.size == 0:

@@ -51,7 +51,10 @@ class WhiteEvidence:
     def evidence(self, frame: Array) -> Array:
         """Return the centred log likelihood ratio of a target on each cell; masked (NaN) cells say nothing.
 
-        Raises DataError if an envelope is negative somewhere.
+        Raises
+        ------
+        DataError
+            If an envelope is negative somewhere.
         """
         return self.measured(frame).centred
 
@@ -93,7 +96,13 @@ class WhiteEvidence:
 
 
 class ObjectEvidence:
-    """Evidence of noise objects: a statistic of a square window, of frames in units of their local noise."""
+    """Evidence of noise objects: a statistic of a square window, of frames in units of their local noise.
+
+    Parameters
+    ----------
+    statistic
+        What tells an object.
+    """
 
     def __init__(self, statistic: Statistic) -> None:
         self._statistic = statistic
@@ -102,7 +111,10 @@ class ObjectEvidence:
     def evidence(self, frame: Array) -> Array:
         """Return the centred statistic about each cell; masked (NaN) cells are as loud as noise is on the mean.
 
-        Raises DataError if the frame is smaller than the window or all equal; if it does not lie about zero.
+        Raises
+        ------
+        DataError
+            If the frame is smaller than the window or all equal; if it does not lie about zero.
         """
         masked = ~np.isfinite(frame)
         seen = np.where(masked, 0.0, frame)
@@ -141,7 +153,10 @@ class FromNormal(NamedTuple):
 def recorded_evidence(sensor: ClutterSensor, seen: Whitened) -> ImageEvidence:
     """Return the evidence of a whitened frame less its mean; masked pixels say nothing.
 
-    Raises DataError if the frame's shape is not the sensor's.
+    Raises
+    ------
+    DataError
+        If the frame's shape is not the sensor's.
     """
     ratio = sensor.evidence(seen.response, seen.tail, seen.earlier)
     mean = float(ratio[~seen.mask].mean())

@@ -53,21 +53,30 @@ def simulate_null(
     and the deviation on rings, .5 to 1.8 for chi-square and dot product, farthest off in the first two frames. It
     scatters from one simulation to the next by a fifth at 5 %. Reflected windows of images count samples at the border
     several times, and in the corners the scores are so much higher that it was 2 at 5 % and 3 at 1 %: cut them instead.
-    Raises ParameterError if a parameter is out of its bounds. Raises DataError if the statistic or the filter refuses a
-    frame of this shape, or there are less than 20 maxima.
 
     Parameters
     ----------
+    recurrent
+        The filter.
     statistic
         What makes evidence of a frame.
     shape
         Of the frames, ``(n,)`` or ``(rows, columns)``.
+    rng
+        Source of the frames.
     frames
         Age up to which the law is wanted; by default, and at most, until the filter has settled.
     maxima
         Blocks simulated.
     background_deviation
         Deviation of the frames, for statistics in the signal's units.
+
+    Raises
+    ------
+    ParameterError
+        If a parameter is out of its bounds.
+    DataError
+        If the statistic or the filter refuses a frame of this shape, or there are less than 20 maxima.
     """
     if len(shape) not in (1, 2) or min(shape) < 1:
         raise ParameterError(f"shape: must be (n,) or (rows, columns) (got {shape!r}).")
@@ -105,9 +114,8 @@ def simulate_null(
 def calibrated_null(maps: Sequence[ArrayLike], smoothing: float) -> NullScores:
     """Fit the law of the maximum to score maps of a recording's own target-free frames.
 
-    Maps of successive frames share most of what they have accumulated: one in ``1 / (1 - alpha)`` is taken, the last
-    first. Raises DataError if there is no map, maps differ in shape, or too few blocks are left. Raises ParameterError
-    if ``smoothing`` is out of its bounds.
+    Maps of successive frames share most of what they have accumulated: one in ``1 / (1 - alpha)`` is taken, the
+    last first.
 
     Parameters
     ----------
@@ -120,6 +128,13 @@ def calibrated_null(maps: Sequence[ArrayLike], smoothing: float) -> NullScores:
     -------
     NullScores
         The same for every age.
+
+    Raises
+    ------
+    DataError
+        If there is no map, maps differ in shape, or too few blocks are left.
+    ParameterError
+        If ``smoothing`` is out of its bounds.
     """
     if not 0 <= smoothing < 1:
         raise ParameterError(f"smoothing: must be at least 0 and less than 1 (got {smoothing!r}).")

@@ -99,7 +99,10 @@ class RecurrentFilter(VelocityBank):
     def check_memory(self, shape: tuple[int, ...], machine_bytes: int | None = None) -> int:
         """Return :meth:`memory_bytes`, refused beyond half of the machine's memory (``machine_bytes``, if given).
 
-        Raises DataError if it is more than half.
+        Raises
+        ------
+        DataError
+            If it is more than half.
         """
         needed = self.memory_bytes(shape)
         what = f"evidence: {self.count(len(shape))} velocities over {' x '.join(map(str, shape))} samples"
@@ -118,8 +121,12 @@ class RecurrentFilter(VelocityBank):
     def carried(self, state: RecurrentState, step_px: ArrayLike) -> RecurrentState:
         """Return the state with the whole scene moved by ``(dx[, dy])`` samples; fractions add up.
 
-        What has been accumulated moves with the next step; the maps stay those of the last frame. Raises DataError if
-        ``step_px`` has another length than the evidence has axes, or is not finite.
+        What has been accumulated moves with the next step; the maps stay those of the last frame.
+
+        Raises
+        ------
+        DataError
+            If ``step_px`` has another length than the evidence has axes, or is not finite.
         """
         step = np.asarray(step_px, dtype=np.float64)
         axes = state.score.ndim if state.belief is not None else len(state.scene_px) or min(step.size, 2)
@@ -137,6 +144,8 @@ class RecurrentFilter(VelocityBank):
 
         Parameters
         ----------
+        state
+            The latest state.
         time_s, scene_px
             Of the earlier frame.
         corner
@@ -154,18 +163,24 @@ class RecurrentFilter(VelocityBank):
         """Return the state at a time, after its map of evidence; without one (``None``), the prediction, eq. 7b.
 
         What has been accumulated is handed on in place: the state given keeps its maps, but cannot be stepped again.
-        Raises DataError if time runs backwards; if the evidence is not finite, has another shape than before or not one
-        or two axes; if the state has been stepped already; if the first evidence would need more than half of the
-        machine's memory.
 
         Parameters
         ----------
+        state
+            The latest state.
         time_s
             Of the evidence; trajectories go on for the time since the state's [s].
         measurement
             Evidence ``(n,)`` or ``(rows, columns)``: dimensionless, larger where a target is, of mean zero elsewhere.
         rng
             Not used: nothing is drawn.
+
+        Raises
+        ------
+        DataError
+            If time runs backwards; if the evidence is not finite, has another shape than before or not one or two
+            axes; if the state has been stepped already; if the first evidence would need more than half of the
+            machine's memory.
         """
         elapsed_s = interval_since(state.time_s, time_s)
         before_s, alpha = time_s - elapsed_s, self.smoothing**elapsed_s

@@ -86,8 +86,11 @@ class BatchMaximum(VelocityBank):
 def as_stack(evidence: Array, memory_bytes: Callable[[tuple[int, ...]], int]) -> Array:
     """Return evidence ``(T, samples)`` or ``(T, rows, columns)`` as a C-ordered stack for a search of so much memory.
 
-    Raises DataError if it is no stack of two or more 1-D or 2-D frames, or not finite; if a search of it needs more
-    than half of the machine's memory.
+    Raises
+    ------
+    DataError
+        If it is no stack of two or more 1-D or 2-D frames, or not finite; if a search of it needs more than half of
+        the machine's memory.
     """
     given = np.shape(evidence)
     if len(given) in (2, 3):

@@ -75,12 +75,15 @@ class VelocityBank(Model):
     def motion_vectors(self, ndim: int) -> Array:
         """Velocities of the bank for frames of ``ndim`` axes.
 
-        Raises DataError if ``velocities`` have another dimension.
-
         Returns
         -------
         Array
             ``(V, ndim)`` in the order x[, y], samples a frame; ``state.velocity`` counts its rows.
+
+        Raises
+        ------
+        DataError
+            If ``velocities`` have another dimension.
         """
         if self.velocities is not None:
             if len(self.velocities[0]) != ndim:

@@ -92,7 +92,10 @@ class FactorGraphFilter(FactorGraphFix):
     ) -> FactorGraphState:
         """Return the belief at a time, with its bearings; None: the prediction.
 
-        Raises DataError if a bearing cannot be used, or time does not run forwards.
+        Raises
+        ------
+        DataError
+            If a bearing cannot be used, or time does not run forwards.
         """
         azimuth, variance = self._by_sensor([] if measurement is None else [measurement])
         return self.advance(state, time_s, self.locate(azimuth[-1], variance[-1]))
@@ -100,7 +103,12 @@ class FactorGraphFilter(FactorGraphFix):
     def advance(self, state: FactorGraphState, time_s: float, fix: Fixes) -> FactorGraphState:
         """Return the beliefs of any number of tracks at a later time, ``fix`` with NaN where there is none.
 
-        At the same time a fix tells of the place alone. Raises DataError if time runs backwards.
+        At the same time a fix tells of the place alone.
+
+        Raises
+        ------
+        DataError
+            If time runs backwards.
         """
         T = interval_since(state.time_s, time_s)
         known: Flags = np.asarray(np.isfinite(fix.mean).all(axis=-1))
@@ -163,8 +171,6 @@ class FactorGraphFilter(FactorGraphFix):
     ) -> FactorGraphPath:
         """Filter any number of independent tracks in one call.
 
-        Raises DataError if the arrays do not fit the sensors, there is no time, or times do not run forwards.
-
         Parameters
         ----------
         azimuth_rad
@@ -173,6 +179,11 @@ class FactorGraphFilter(FactorGraphFix):
             Of each mean, ``(..., T, n)`` or ``(n,)``; None: the sensors' own over their number of samples.
         times_s
             ``(T,)``, increasing; None: 0, 1, 2, ... [s].
+
+        Raises
+        ------
+        DataError
+            If the arrays do not fit the sensors, there is no time, or times do not run forwards.
         """
         azimuth = np.asarray(azimuth_rad, np.float64)
         if azimuth.ndim < 2 or azimuth.shape[-2] == 0:
@@ -193,7 +204,10 @@ class FactorGraphFilter(FactorGraphFix):
     def track_sets(self, sets: Sequence[BearingSet]) -> FactorGraphPath:
         """Filter a recording, all of its fixes found at once.
 
-        Raises DataError if a bearing cannot be used, there is none, or times do not run forwards.
+        Raises
+        ------
+        DataError
+            If a bearing cannot be used, there is none, or times do not run forwards.
         """
         return self.track(*self._by_sensor(sets), times_s=np.array([heard.time_s for heard in sets]))
 

@@ -49,14 +49,17 @@ class FactorGraphFix(Model):
     def locate(self, azimuth_rad: Array, variance_rad2: Array | None = None) -> Fixes:
         """Fix places from one set of bearings each.
 
-        Raises DataError if the last axis is not one a sensor, an azimuth is infinite or a variance not positive.
-
         Parameters
         ----------
         azimuth_rad
             ``(..., n)``, circular mean at each sensor, clockwise from north; NaN where a sensor has none.
         variance_rad2
             Of each mean, ``(..., n)`` or ``(n,)``; None: the sensors' own over their number of samples.
+
+        Raises
+        ------
+        DataError
+            If the last axis is not one a sensor, an azimuth is infinite or a variance not positive.
 
         Notes
         -----

@@ -75,7 +75,10 @@ class FixedLagSmoother(Problem):
     def step(self, state: FixedLagState, time_s: float, measurement: Any | None, rng: Generator) -> FixedLagState:
         """Return the beliefs at a time and with its measurement; None: without.
 
-        Raises DataError if a measurement cannot be used or its time is before the state's.
+        Raises
+        ------
+        DataError
+            If a measurement cannot be used or its time is before the state's.
         """
         interval_s, window = interval_since(state.time_s, time_s), state.window
         if window is None:

@@ -82,15 +82,18 @@ class Geolocation(Model):
     def locate(self, azimuth_rad: Array, places_m: Array) -> Fix:
         """Estimate the place.
 
-        Raises DataError if the arrays do not fit; there are less than two bearings, or they are parallel or all of one
-        place, so that no distance is told; they diverge; or the descent does not settle.
-
         Parameters
         ----------
         azimuth_rad
             ``(n,)``, clockwise from north.
         places_m
             Where each was taken, ``(n, 2)``, east and north [m].
+
+        Raises
+        ------
+        DataError
+            If the arrays do not fit; there are less than two bearings, or they are parallel or all of one place, so
+            that no distance is told; they diverge; or the descent does not settle.
         """
         azimuth, places = _checked(azimuth_rad, places_m)
         start = _crossing(azimuth, places, np.ones(len(azimuth)))

@@ -117,7 +117,10 @@ class InteractingFilter(Setting):
     def step(self, state: InteractingState, time_s: float, measurement: Any | None, rng: Generator) -> InteractingState:
         """Return the belief at a time and with its measurement; None: without.
 
-        Raises DataError if a measurement cannot be used or its time is before the state's.
+        Raises
+        ------
+        DataError
+            If a measurement cannot be used or its time is before the state's.
         """
         interval_s = interval_since(state.time_s, time_s)
         if state.pending is not None:

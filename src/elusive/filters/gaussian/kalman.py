@@ -61,7 +61,10 @@ class KalmanFilter(Model):
     def step(self, state: GaussianState, time_s: float, measurement: Any | None, rng: Generator) -> GaussianState:
         """Return the belief at a time and after its measurement; None: the prediction.
 
-        Raises DataError if time runs backwards, or the measurement cannot be used.
+        Raises
+        ------
+        DataError
+            If time runs backwards, or the measurement cannot be used.
         """
         ahead = self.moved(state.mean, state.covariance, interval_since(state.time_s, time_s))
         mean, covariance = ahead.mean, ahead.covariance(state.covariance)
@@ -112,12 +115,17 @@ State = TypeVar("State", bound=Any)
 def smoothed(filter: Moves, states: Sequence[State]) -> list[State]:
     """Return the beliefs given all measurements, from those given the earlier ones (Rauch, Tung, Striebel 1965).
 
-    Raises DataError if there is none.
-
     Parameters
     ----------
     filter
         That which made them.
+    states
+        What the filter yielded.
+
+    Raises
+    ------
+    DataError
+        If there is none.
     """
     if not states:
         raise DataError("states: there is none to smooth; run the filter first.")

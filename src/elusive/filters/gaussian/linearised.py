@@ -46,7 +46,10 @@ class Rows(NamedTuple):
 def linearised(sensor: ResidualSensor, state: Array, measurement: Any, covariance: Array | None = None) -> Rows:
     """Linearise a measurement at a state; with the covariance of a belief, its bend is part of the noise.
 
-    Raises DataError if the sensor's arrays do not fit each other, a number is not finite or the noise no covariance.
+    Raises
+    ------
+    DataError
+        If the sensor's arrays do not fit each other, a number is not finite or the noise no covariance.
     """
     residual = np.asarray(sensor.residual(state, measurement), np.float64)
     H, noise = _slope(sensor, state, measurement), np.array(sensor.noise(measurement), np.float64)

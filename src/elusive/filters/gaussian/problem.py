@@ -215,14 +215,17 @@ class Problem(Setting):
     def recorded(self, measurements: Iterable[Any | None], times_s: Iterable[float] | None = None) -> Stretch:
         """Take a whole recording; measurements of equal times are taken together.
 
-        Raises DataError if a measurement cannot be used, times run backwards, or there is none at all.
-
         Parameters
         ----------
         measurements
             In the order of time.
         times_s
             Times of measurements that have none of their own [s].
+
+        Raises
+        ------
+        DataError
+            If a measurement cannot be used, times run backwards, or there is none at all.
         """
         stretch = self.stretch((time_s, measurement) for measurement, time_s in timed(measurements, times_s))
         if stretch.empty:

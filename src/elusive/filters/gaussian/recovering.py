@@ -95,7 +95,10 @@ class RecoveringFilter:
     ) -> RecoveringState:
         """Return the belief at a time and with its measurement; None: without.
 
-        Raises DataError if a measurement cannot be used or its time is before the state's.
+        Raises
+        ------
+        DataError
+            If a measurement cannot be used or its time is before the state's.
         """
         interval_since(state.time_s, time_s)
         likelier, other, log_odds, agreed_s = state[5:]

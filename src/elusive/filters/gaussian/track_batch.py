@@ -39,9 +39,6 @@ def filter_tracks(
 ) -> FilteredTracks:
     """Filter any number of independent tracks.
 
-    Raises DataError if the arrays do not fit the sensors, times do not increase, a number is infinite, or a track has
-    no bearing.
-
     Parameters
     ----------
     filter
@@ -56,6 +53,11 @@ def filter_tracks(
         Of each direction, one that broadcasts to ``(K, n)`` [rad^2]; None: the sensors' own, of a single sample.
     smooth
         Whether each belief is to be given all bearings of its track, later ones too.
+
+    Raises
+    ------
+    DataError
+        If the arrays do not fit the sensors, times do not increase, a number is infinite, or a track has no bearing.
     """
     sensor = filter.sensor
     if not (filter.compiled and isinstance(sensor, BearingSensors) and filter.prior is None):

@@ -62,8 +62,6 @@ def transitions_of(
 ) -> Transitions:
     """Tables of a motion between times.
 
-    Raises ParameterError if the motion has neither F and Q nor a turn rate.
-
     Parameters
     ----------
     motion
@@ -74,6 +72,11 @@ def transitions_of(
         Deviation of a white displacement at each step, on each axis of the ground (jiang2024, eq. 26) [m].
     bias
         Of the angles of each of ``sensors`` sensors, appended to the state; none: no biases.
+
+    Raises
+    ------
+    ParameterError
+        If the motion has neither F and Q nor a turn rate.
     """
     steps = np.diff(np.asarray(times_s, np.float64))
     intervals, which = np.unique(np.round(steps, STEP_DIGITS), return_inverse=True)

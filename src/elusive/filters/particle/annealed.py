@@ -52,6 +52,8 @@ def anneal(
         Log density of states ``(n, d)`` given the rows they descend from ``(n,)``.
     log_likelihood
         ``(n, d) -> (n,)``.
+    rng
+        Source of randomness.
     log_weight
         ``(n,)`` log of prior over proposal, where the states were not drawn from the prior.
     effective

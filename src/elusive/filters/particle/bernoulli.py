@@ -97,8 +97,10 @@ class BernoulliFilter(Detector):
     def step(self, state: BernoulliState, time_s: float, measurement: Any | None, rng: Generator) -> BernoulliState:
         """Return the belief at a frame's time and after it; without a frame (``None``), the prediction.
 
-        Raises DataError if time runs backwards, the sensor refuses the frame, or motion or birth give states of another
-        shape.
+        Raises
+        ------
+        DataError
+            If time runs backwards, the sensor refuses the frame, or motion or birth give states of another shape.
         """
         interval_s = interval_since(state.time_s, time_s)
         if interval_s == 0:

@@ -44,8 +44,12 @@ def with_coast(
 
     Parameters
     ----------
+    motion
+        How the target moves.
     water_model
         How the probability of water is computed.
+    coast
+        Land and its imprecision.
     parameters
         How the coast's error behaves.
 

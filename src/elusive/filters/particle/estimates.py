@@ -58,8 +58,6 @@ class CredibleRegion(NamedTuple):
 def mean_and_covariance(particles: ArrayLike, weights: ArrayLike) -> tuple[Array, Array]:
     """Weighted mean and covariance.
 
-    Raises DataError if the arrays do not fit, or hold NaN, or no weight is positive.
-
     Parameters
     ----------
     particles
@@ -71,6 +69,11 @@ def mean_and_covariance(particles: ArrayLike, weights: ArrayLike) -> tuple[Array
     -------
     mean, covariance
         ``(d,)`` and ``(d, d)``; the covariance divides by the sum of weights, not by ``N - 1``.
+
+    Raises
+    ------
+    DataError
+        If the arrays do not fit, or hold NaN, or no weight is positive.
     """
     from elusive.filters.particle import _kernels
 
@@ -79,8 +82,6 @@ def mean_and_covariance(particles: ArrayLike, weights: ArrayLike) -> tuple[Array
 
 def marginal_map(particles: ArrayLike, weights: ArrayLike) -> Array:
     """Mode of each component on its own: the highest point of its weighted kernel density.
-
-    Raises DataError as :func:`mean_and_covariance`.
 
     Parameters
     ----------
@@ -91,6 +92,11 @@ def marginal_map(particles: ArrayLike, weights: ArrayLike) -> Array:
     -------
     ndarray
         ``(d,)``, in the components' units.
+
+    Raises
+    ------
+    DataError
+        As :func:`mean_and_covariance`.
     """
     particles, weights = _checked(particles, weights)
     return np.array([_density.mode(column, weights) for column in particles.T])
@@ -98,8 +104,6 @@ def marginal_map(particles: ArrayLike, weights: ArrayLike) -> Array:
 
 def joint_map(particles: ArrayLike, weights: ArrayLike, components: tuple[int, ...] = POSITION) -> Array:
     """Return the particle where the weighted kernel density of the chosen components is greatest.
-
-    Raises DataError as :func:`mean_and_covariance`. Raises ParameterError if a component does not exist.
 
     Parameters
     ----------
@@ -112,6 +116,13 @@ def joint_map(particles: ArrayLike, weights: ArrayLike, components: tuple[int, .
     -------
     ndarray
         ``(d,)``: one of the particles, all its components.
+
+    Raises
+    ------
+    DataError
+        As :func:`mean_and_covariance`.
+    ParameterError
+        If a component does not exist.
     """
     particles, weights = _checked(particles, weights)
     points = _columns(particles, components)
@@ -126,9 +137,6 @@ def credible_ellipse(
 ) -> Ellipse:
     """Return the ellipse that holds ``level`` of a Gaussian's mass over two components, in closed form.
 
-    Raises DataError if mean and covariance do not fit, hold NaN, or a variance is negative. Raises ParameterError if
-    the level is not in (0, 1) or a component does not exist.
-
     Parameters
     ----------
     mean, covariance
@@ -142,6 +150,13 @@ def credible_ellipse(
     -------
     Ellipse
         Centre and half axes in the components' units, and the angle of the longer axis in radians.
+
+    Raises
+    ------
+    DataError
+        If mean and covariance do not fit, hold NaN, or a variance is negative.
+    ParameterError
+        If the level is not in (0, 1) or a component does not exist.
     """
     mean, covariance = np.asarray(mean, dtype=np.float64), np.asarray(covariance, dtype=np.float64)
     _check_level(level)
@@ -166,9 +181,8 @@ def credible_region(
 ) -> CredibleRegion:
     """Return the highest-density region: the smallest that holds ``level`` of the kernel density's mass.
 
-    Hyndman (1996), section 3.2: the threshold is a quantile of the density at the sample itself. It may be of several
-    pieces, and follows a bent or split belief where an ellipse cannot. Raises DataError as :func:`mean_and_covariance`.
-    Raises ParameterError if the level is not in (0, 1) or a component does not exist.
+    Hyndman (1996), section 3.2: the threshold is a quantile of the density at the sample itself. It may be of
+    several pieces, and follows a bent or split belief where an ellipse cannot.
 
     Parameters
     ----------
@@ -183,6 +197,13 @@ def credible_region(
     -------
     CredibleRegion
         Tells which points are inside, and its area.
+
+    Raises
+    ------
+    DataError
+        As :func:`mean_and_covariance`.
+    ParameterError
+        If the level is not in (0, 1) or a component does not exist.
     """
     particles, weights = _checked(particles, weights)
     _check_level(level)

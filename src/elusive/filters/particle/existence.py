@@ -57,7 +57,10 @@ class ExistenceParticleFilter(Detector):
     def step(self, state: ExistenceState, time_s: float, measurement: Any | None, rng: Generator) -> ExistenceState:
         """Return the belief at a frame's time and after it; without a frame (``None``), the prediction.
 
-        Raises DataError if time runs backwards, or the sensor refuses the frame.
+        Raises
+        ------
+        DataError
+            If time runs backwards, or the sensor refuses the frame.
         """
         interval_s = interval_since(state.time_s, time_s)
         if interval_s == 0:

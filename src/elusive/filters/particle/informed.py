@@ -97,6 +97,8 @@ def draw_informed(
         Their places in the state.
     n
         Particles to draw.
+    rng
+        Source of randomness.
     """
     linear = transition(motion, interval_s)
     if linear is None or interval_s == 0:

@@ -15,8 +15,6 @@ from elusive.errors import ParameterError
 def densest(states: Array, weights: Array, radius_px: float = 4.0) -> Array:
     """Return the mean state of the particles within a radius of the densest place.
 
-    Raises ParameterError if the radius is not above zero.
-
     Parameters
     ----------
     states
@@ -30,6 +28,11 @@ def densest(states: Array, weights: Array, radius_px: float = 4.0) -> Array:
     -------
     ndarray
         ``(d,)``.
+
+    Raises
+    ------
+    ParameterError
+        If the radius is not above zero.
     """
     if not radius_px > 0:
         raise ParameterError(f"radius_px: must be above zero (got {radius_px}).")

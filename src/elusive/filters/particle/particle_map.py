@@ -37,8 +37,7 @@ def map_estimate(
 
     A linear motion (one with ``F`` and ``Q``) has its transition density in closed form. A component without process
     noise, and every component of another motion, has none: there the prediction's density is a kernel estimate, of the
-    parents after one draw of their motion. Raises ParameterError if ``candidates`` or ``parents`` is not positive.
-    Raises DataError if the two states' components do not fit the motion.
+    parents after one draw of their motion.
 
     Parameters
     ----------
@@ -61,6 +60,13 @@ def map_estimate(
     -------
     ndarray
         ``(d,)``: one of the particles of ``after``.
+
+    Raises
+    ------
+    ParameterError
+        If ``candidates`` or ``parents`` is not positive.
+    DataError
+        If the two states' components do not fit the motion.
     """
     d = len(filter.state_names)
     if before.particles.shape[1] != d or after.particles.shape[1] != d:
@@ -113,7 +119,10 @@ def likeliest(
 def marginal_mode(state: ParticleState, component: int) -> float:
     """Mode of one component: the highest point of its weighted kernel density, in the component's unit.
 
-    Raises ParameterError if there is no such component.
+    Raises
+    ------
+    ParameterError
+        If there is no such component.
     """
     d = state.particles.shape[1]
     if not -d <= component < d:

@@ -70,7 +70,10 @@ class Known(NamedTuple):
 def allowed_by(members: Sequence[Knowledge], states: Array) -> Array:
     """Log probability that all of them, one at least, allow each state ``(N, d)``, ``(N,)``.
 
-    Raises DataError if there is not one number a state.
+    Raises
+    ------
+    DataError
+        If there is not one number a state.
     """
     total = a_number_a_state(members[0].log_probability(states), states, "log_probability")
     for member in members[1:]:
@@ -125,7 +128,10 @@ def posterior(prior: float, log_ratio: float) -> float:
 def check_amplitude(motion: Motion, birth: Birth | None, sensor: Sensor) -> None:
     """Refuse a missing intensity, and parameters of one where the sensor integrates it out: they have no effect.
 
-    Raises ParameterError if the motion has none that the sensor reads, or one of the parameters is not the usual one.
+    Raises
+    ------
+    ParameterError
+        If the motion has none that the sensor reads, or one of the parameters is not the usual one.
     """
     check_intensity(motion, sensor)
     if not isinstance(sensor, ClutterSensor):

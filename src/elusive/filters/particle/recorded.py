@@ -77,8 +77,11 @@ class RecordedFilter(RecordedFrames):
     def step(self, state: RecordedState, time_s: float, measurement: Array | None, rng: Generator) -> RecordedState:
         """Return the belief at a raw frame's time and after it; without a frame (``None``), the prediction.
 
-        Raises DataError if time runs backwards, or the frame cannot be whitened: another shape, too small, no overlap
-        with earlier frames.
+        Raises
+        ------
+        DataError
+            If time runs backwards, or the frame cannot be whitened: another shape, too small, no overlap with
+            earlier frames.
         """
         interval_since(state.time_s, time_s)
         evidence = None

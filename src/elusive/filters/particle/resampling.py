@@ -24,9 +24,6 @@ Indices = NDArray[np.int64]
 def resample(weights: Array, n: int, rng: Generator, scheme: Scheme = "systematic") -> Indices:
     """Draw the indices of ``n`` offspring, ascending, with expected counts ``n * weights``.
 
-    Raises DataError if a weight is negative or not finite, or all are zero. Raises ParameterError if the scheme is
-    unknown or ``n`` is negative.
-
     Parameters
     ----------
     weights
@@ -43,6 +40,13 @@ def resample(weights: Array, n: int, rng: Generator, scheme: Scheme = "systemati
     -------
     ndarray
         ``(n,)`` int64.
+
+    Raises
+    ------
+    DataError
+        If a weight is negative or not finite, or all are zero.
+    ParameterError
+        If the scheme is unknown or ``n`` is negative.
     """
     weights = np.ascontiguousarray(weights, dtype=np.float64)
     if n < 0:

@@ -83,14 +83,20 @@ class ParticleFilter(Model):
     def init(self, rng: Generator, time_s: float = math.nan) -> ParticleState:
         """Return the belief before the first measurement.
 
-        Raises DataError if the prior's states do not have the motion's components.
+        Raises
+        ------
+        DataError
+            If the prior's states do not have the motion's components.
         """
         return self.start(self.prior.sample(self.particles, rng), time_s)
 
     def start(self, particles: Array, time_s: float = math.nan) -> ParticleState:
         """Return the belief in states ``(N, d)`` of equal weight, under the map.
 
-        Raises DataError if they do not have the motion's components.
+        Raises
+        ------
+        DataError
+            If they do not have the motion's components.
         """
         expected = (self.particles, len(self.state_names))
         if particles.shape != expected:
@@ -103,8 +109,13 @@ class ParticleFilter(Model):
     def step(self, state: ParticleState, time_s: float, measurement: Any | None, rng: Generator) -> ParticleState:
         """Return the belief at a measurement's time and after it; without one (``None``), the prediction under the map.
 
-        The map is asked once at each time: a second measurement at the same time only updates. Raises DataError if time
-        runs backwards, or the sensor or the map does not give one logarithm a state, or gives NaN or plus infinity.
+        The map is asked once at each time: a second measurement at the same time only updates.
+
+        Raises
+        ------
+        DataError
+            If time runs backwards, or the sensor or the map does not give one logarithm a state, or gives NaN or plus
+            infinity.
         """
         interval_s = interval_since(state.time_s, time_s)
         particles, weights = self._moved(state, interval_s, rng)
@@ -113,7 +124,10 @@ class ParticleFilter(Model):
     def predict(self, state: ParticleState, time_s: float, rng: Generator) -> ParticleState:
         """Return the belief at a time, before its measurement and without the map: the first half of a step.
 
-        Raises DataError if time runs backwards.
+        Raises
+        ------
+        DataError
+            If time runs backwards.
         """
         interval_s = interval_since(state.time_s, time_s)
         particles, weights = self._moved(state, interval_s, rng)
@@ -123,7 +137,10 @@ class ParticleFilter(Model):
     def update(self, predicted: ParticleState, measurement: Any | None) -> ParticleState:
         """Return the belief after a measurement, under the map: the second half of a step.
 
-        Raises DataError as :meth:`step`.
+        Raises
+        ------
+        DataError
+            As :meth:`step`.
         """
         unasked = math.isnan(predicted.allowed)
         return self._posterior(predicted.time_s, predicted.particles, predicted.weights, measurement, mapped=unasked)

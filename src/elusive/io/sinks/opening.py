@@ -123,8 +123,6 @@ def open_sinks(
 ) -> Sinks:  # fmt: skip
     """Open sinks.
 
-    Raises DataError if a name has no meaning, or a format does not fit the tracks.
-
     Parameters
     ----------
     names
@@ -138,6 +136,11 @@ def open_sinks(
         Told what becomes of a sink.
     located
         Whether the tracks themselves say longitude and latitude, with y to north: no ground is needed then.
+
+    Raises
+    ------
+    DataError
+        If a name has no meaning, or a format does not fit the tracks.
     """
     opened: list[Sink] = []
     try:

@@ -44,6 +44,8 @@ class HeldOutlet:
 
     Parameters
     ----------
+    name
+        For sentences.
     opened
         Opens what is behind it, and returns what sends and what closes; OSError: it is not there.
     say
@@ -135,7 +137,10 @@ class HeldOutlet:
 def file_outlet(path: str, say: Callable[[str], None]) -> HeldOutlet:
     """Add to a file; a message of which a full disk took a part is completed later.
 
-    Raises DataError if the file cannot be written to from the start.
+    Raises
+    ------
+    DataError
+        If the file cannot be written to from the start.
     """
     try:
         with Path(path).open("ab"):

@@ -45,14 +45,17 @@ def is_address(source: str | os.PathLike[str]) -> bool:
 def address_of(text: str, known: Mapping[str, tuple[str, ...]]) -> Address:
     """Take an address apart.
 
-    Raises DataError if the scheme, the port or an option has no meaning.
-
     Parameters
     ----------
     text
         ``scheme://user:password@host:port/path?option=value``; a host that is left out is this machine's loopback.
     known
         The schemes that have a meaning here, and each one's options.
+
+    Raises
+    ------
+    DataError
+        If the scheme, the port or an option has no meaning.
     """
     try:
         parts = urlsplit(text)

@@ -78,7 +78,10 @@ class Feed:
     def each(self, items: Iterable[Item], read: Callable[[Item], Found]) -> Iterator[Found]:
         """Read each item; one that cannot be used is counted and left out, where the source is lenient.
 
-        Raises DataError where it is not.
+        Raises
+        ------
+        DataError
+            Where it is not.
         """
         for item in items:
             try:

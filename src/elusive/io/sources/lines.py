@@ -32,8 +32,7 @@ def comes_once(source: str) -> bool:
 def lines_of(source: str, feed: Feed | None = None) -> Lines:
     """Yield each line's number, from 1, and text; blank lines are left out.
 
-    A line that is a JSON object, or a list of such, becomes cells under a header made of the first one's keys. Raises
-    DataError if the source cannot be read or is no UTF-8 text.
+    A line that is a JSON object, or a list of such, becomes cells under a header made of the first one's keys.
 
     Parameters
     ----------
@@ -43,6 +42,11 @@ def lines_of(source: str, feed: Feed | None = None) -> Lines:
     feed
         Whether to wait for more where a file ends, and for how long; a line is yielded once it is complete. A file that
         is replaced by a shorter one is read from its start. None: to the end, once.
+
+    Raises
+    ------
+    DataError
+        If the source cannot be read or is no UTF-8 text.
     """
     if is_address(source):
         return _over_network(address_of(source, KNOWN), feed or Feed())
@@ -153,7 +157,13 @@ def _texts(address: Address, feed: Feed) -> Lines:
 
 
 def text_of(octets: bytes, number: int, name: str) -> str:
-    """Return a line's text. Raises DataError if it is not in UTF-8."""
+    """Return a line's text.
+
+    Raises
+    ------
+    DataError
+        If it is not in UTF-8.
+    """
     try:
         return octets.decode("utf-8-sig" if number == 1 else "utf-8").strip()
     except UnicodeDecodeError:

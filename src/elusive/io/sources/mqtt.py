@@ -19,7 +19,10 @@ LONGEST = 1 << 20  # octets of a message
 def client_for(address: Address) -> Any:
     """Return a client of a broker, not yet connected, that connects again by itself.
 
-    Raises DataError if paho-mqtt is not installed.
+    Raises
+    ------
+    DataError
+        If paho-mqtt is not installed.
     """
     try:
         from paho.mqtt.client import Client
@@ -38,7 +41,10 @@ def client_for(address: Address) -> Any:
 def mqtt_messages(address: Address, feed: Feed) -> Iterator[bytes]:
     """Yield the messages of a topic, which may hold ``+`` and ``#``, until the feed is over.
 
-    Raises DataError if no topic is named, or paho-mqtt is not installed.
+    Raises
+    ------
+    DataError
+        If no topic is named, or paho-mqtt is not installed.
     """
     if not address.path:
         raise DataError(f"{address.text}: names no topic; write {address.text.rstrip('/')}/site/links.")

@@ -24,8 +24,12 @@ def in_order(
 
     Parameters
     ----------
+    items
+        As they come.
     time_of, key_of
         An item's time [s], and what tells it from others of that time.
+    feed
+        Of the source.
     """
     waiting: list[tuple[float, int, Item]] = []
     seen: dict[float, set[Hashable]] = {}

@@ -29,20 +29,31 @@ class Packet(NamedTuple):
 def packets_of(source: str, feed: Feed) -> Iterator[Packet]:
     """Yield the packets that come to ``udp://host:port``, until the feed is over.
 
-    Raises DataError if it is no such address.
-
     Parameters
     ----------
     source
         The address to listen at: of this machine (loopback where the host is left out, ``0.0.0.0`` for all of its
         networks), or of a multicast group, joined on the network whose own address is the option ``interface``.
+    feed
+        Says when to end.
+
+    Raises
+    ------
+    DataError
+        If it is no such address.
     """
     address = address_of(source, OPTIONS)
     return feed.again(address.text, lambda: received(address, feed))
 
 
 def received(address: Address, feed: Feed) -> Iterator[Packet]:
-    """Yield what comes to one socket. Raises OSError if the system refuses it."""
+    """Yield what comes to one socket.
+
+    Raises
+    ------
+    OSError
+        If the system refuses it.
+    """
     with closing(_listening(address)) as ear:
         ear.settimeout(LOOK_S)
         while not feed.over:
@@ -54,7 +65,13 @@ def received(address: Address, feed: Feed) -> Iterator[Packet]:
 
 
 def _listening(address: Address) -> socket.socket:
-    """Return a socket that hears an address. Raises OSError if the system refuses."""
+    """Return a socket that hears an address.
+
+    Raises
+    ------
+    OSError
+        If the system refuses.
+    """
     family, _, _, _, where = socket.getaddrinfo(address.host, address.port, type=socket.SOCK_DGRAM)[0]
     ear = socket.socket(family, socket.SOCK_DGRAM)
     try:

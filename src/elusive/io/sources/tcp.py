@@ -18,7 +18,10 @@ LONGEST = 1 << 20  # octets of a line
 def tcp_lines(address: Address, feed: Feed) -> Iterator[bytes]:
     """Yield the whole lines of one connection; one that is too long is left out.
 
-    Raises OSError if there is no connection, or it breaks.
+    Raises
+    ------
+    OSError
+        If there is no connection, or it breaks.
     """
     with closing(connected(address, feed)) as connection:
         connection.settimeout(LOOK_S)
@@ -42,7 +45,13 @@ def tcp_lines(address: Address, feed: Feed) -> Iterator[bytes]:
 
 
 def connected(address: Address, feed: Feed) -> socket.socket:
-    """Connect, or wait for who connects. Raises OSError if that fails."""
+    """Connect, or wait for who connects.
+
+    Raises
+    ------
+    OSError
+        If that fails.
+    """
     if "listen" not in address.options:
         return socket.create_connection((address.host, address.port), CONNECT_S)
     with socket.create_server((address.host, address.port)) as server:

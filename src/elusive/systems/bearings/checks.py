@@ -36,6 +36,8 @@ def track_findings(
     ----------
     steps
         Of one emitter, one of each time; their states are of :class:`~elusive.systems.bearings.track.Emitter`.
+    parameters, sites
+        What it was tracked with.
     who
         What to call it, where there are several.
     """

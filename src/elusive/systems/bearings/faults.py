@@ -60,6 +60,8 @@ def fault_of(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSi
     ----------
     steps
         Of one emitter.
+    parameters, sites
+        What it was tracked with.
     """
     start = max(0, (len(steps) - TIMES) // 2)
     heard: Heard = [step.measurement for step in steps[start : start + TIMES]]

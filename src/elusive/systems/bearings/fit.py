@@ -48,7 +48,17 @@ class FittedBearings(NamedTuple):
 def fit_bearings(heard: Sequence[PlaceSet], sites: SensorSites) -> FittedBearings:
     """Fit the deviation of a bearing and the power of an emitter's acceleration.
 
-    Raises DataError if they are not of bearings alone, or of a single sensor, or too few.
+    Parameters
+    ----------
+    heard
+        Bearings of one emitter.
+    sites
+        Where the sensors stand.
+
+    Raises
+    ------
+    DataError
+        If they are not of bearings alone, or of a single sensor, or too few.
     """
     if not all(isinstance(times, BearingSet) for times in heard):
         raise DataError("fit: is of bearings; leave times of arrival out.")

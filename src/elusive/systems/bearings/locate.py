@@ -41,8 +41,12 @@ class EmitterLocation(Geolocation):
     def of_arrivals(self, heard: Sequence[PlaceSet], sites: SensorSites) -> Fix:
         """Estimate the place from times of arrival, with bearings or without: the path of an emitter that stays.
 
-        Raises ParameterError if the estimator is of bearings alone. Raises DataError if an arrival cannot be used, or
-        they are too few to tell a place.
+        Raises
+        ------
+        ParameterError
+            If the estimator is of bearings alone.
+        DataError
+            If an arrival cannot be used, or they are too few to tell a place.
         """
         if self.estimator == "stansfield":
             raise ParameterError(
@@ -79,13 +83,12 @@ def locate_recording(
 ) -> Located:
     """Locate the emitter of all bearings or times of arrival of a recording; elevations are passed over.
 
-    Raises DataError if a line cannot be used, or what is heard tells no place (bearings parallel, of one sensor,
-    diverging).
-
     Parameters
     ----------
     source
         From :func:`~elusive.io.bearings.open_bearings`.
+    parameters
+        How.
     out
         Folder for ``emitter.csv``, ``emitter.geojson``, ``emitter.png``, ``checks.json`` and ``config.yaml``; None
         writes nothing.
@@ -94,6 +97,11 @@ def locate_recording(
     origin_deg
         Longitude and latitude of the sensors' (0, 0); the GeoJSON is then geographic, as it is where the sensors have
         longitudes and latitudes.
+
+    Raises
+    ------
+    DataError
+        If a line cannot be used, or what is heard tells no place (bearings parallel, of one sensor, diverging).
     """
     with warnings_heard() as warned:
         heard = list(source)

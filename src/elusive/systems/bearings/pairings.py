@@ -46,6 +46,8 @@ def pairings(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSi
     ----------
     steps
         Of several emitters in unlabelled bearings.
+    parameters, sites
+        What they were tracked with.
     """
     used = sorted(set[int]().union(*(set(step.measurement.sensor.tolist()) for step in steps)))
     if len(used) != 2:

@@ -95,7 +95,13 @@ class BearingTracking(Model):
         return self.replace(emitters=OneEmitter(), filter={"kind": kind, **kept})
 
     def check(self, *, live: bool) -> None:
-        """Refuse a filter that does not take the motion or, live, needs all bearings. Raises ParameterError if so."""
+        """Refuse a filter that does not take the motion or, live, needs all bearings.
+
+        Raises
+        ------
+        ParameterError
+            If so.
+        """
         name = self.filter.kind
         if isinstance(self.emitters, SeveralEmitters):
             if isinstance(self.motion, Interacting):
@@ -126,12 +132,19 @@ class BearingTracking(Model):
     def bind(self, sites: SensorSites, heard: type[PlaceSet], *, elevations: bool) -> Estimator:
         """Make the estimator of a recording.
 
-        Raises ParameterError if the estimator cannot take what they report.
-
         Parameters
         ----------
+        sites
+            Where the sensors stand.
+        heard
+            What they report.
         elevations
             Whether a bearing has any.
+
+        Raises
+        ------
+        ParameterError
+            If the estimator cannot take what they report.
         """
         solid, flt = elevations and self._solid, self.filter
         sensor = self.sensor_of(sites, heard, solid)

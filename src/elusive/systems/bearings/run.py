@@ -59,14 +59,15 @@ def track_bearings_recording(
 ) -> BearingOutcome[Any]:
     """Track emitters through a recording and write ``tracks.csv``, ``result.nc`` and the report.
 
-    The report is ``report.html`` and ``report.png``; ``config.yaml`` repeats the run. Nothing is left in ``out`` if the
-    recording cannot be used. Raises ParameterError if the estimator cannot do what is asked. Raises DataError if a line
-    cannot be used.
+    The report is ``report.html`` and ``report.png``; ``config.yaml`` repeats the run. Nothing is left in ``out`` if
+    the recording cannot be used.
 
     Parameters
     ----------
     source
         From :func:`~elusive.io.bearings.open_bearings`.
+    parameters
+        What to do.
     out
         Folder for the results; None writes nothing.
     truth
@@ -76,6 +77,13 @@ def track_bearings_recording(
         distance between sensors.
     on_time
         Called with the number of times read.
+
+    Raises
+    ------
+    ParameterError
+        If the estimator cannot do what is asked.
+    DataError
+        If a line cannot be used.
     """
     parameters.check(live=False)
     by_label = dict[str, list[PlaceSet]]()
@@ -130,13 +138,20 @@ def follow_bearings(
     """Track emitters while their bearings come: a time's rows stand in the file before the next is taken.
 
     The first time decides whether there are elevations and, where that is left to what is heard, several emitters. A
-    time is complete when a later one comes. Raises ParameterError if the estimator cannot do what is asked. Raises
-    DataError if the folder holds an earlier run's track, or a line of the first times cannot be used.
+    time is complete when a later one comes.
 
     Parameters
     ----------
     coming
         :class:`~elusive.io.arrivals.Arrivals` of a table opened with ``follow``, or of standard input.
+    sites
+        Where the sensors stand.
+    parameters
+        What to do.
+    out
+        Folder for LIVE_FILES.
+    on_step
+        Called after each time.
     memory
         Where the tracker keeps its state.
 
@@ -145,6 +160,13 @@ def follow_bearings(
     LiveEnd
         How it ended, and what was checked of the latest times, in ``checks.json`` too. What does not hold is said while
         it is tracked.
+
+    Raises
+    ------
+    ParameterError
+        If the estimator cannot do what is asked.
+    DataError
+        If the folder holds an earlier run's track, or a line of the first times cannot be used.
     """
     parameters.check(live=True)
     with warnings_heard() as said:

@@ -81,7 +81,10 @@ class BearingScene(Model):
     def record(self, folder: Path, *, still: bool = False) -> BearingFiles:
         """Draw the bearings of the path, or of the still emitter, and write them as the commands read them.
 
-        Raises DataError if there is no sensor, or the path is too short.
+        Raises
+        ------
+        DataError
+            If there is no sensor, or the path is too short.
         """
         if not still:
             return self.simulation.record(folder, [self.simulation.flight()])
@@ -152,15 +155,20 @@ def track_bearing_scene(
 ) -> Flown:
     """Record the path and track it by every estimator that is chosen.
 
-    Raises DataError if there is no sensor or no path, or the recording cannot be used.
-
     Parameters
     ----------
+    scene
+        What to run.
     out
         Folder for the recording, ``scene.yaml`` and, of each estimator, a folder of what ``elusive track bearings``
         writes; None writes nothing.
     on_estimator
         Called with the number of estimators done.
+
+    Raises
+    ------
+    DataError
+        If there is no sensor or no path, or the recording cannot be used.
     """
     with (
         tempfile.TemporaryDirectory(prefix="elusive-") as aside,
@@ -221,7 +229,13 @@ class Found(NamedTuple):
 
 
 def locate_still(scene: BearingScene) -> Found:
-    """Locate the emitter that stands still. Raises DataError if its bearings tell no place."""
+    """Locate the emitter that stands still.
+
+    Raises
+    ------
+    DataError
+        If its bearings tell no place.
+    """
     with tempfile.TemporaryDirectory(prefix="elusive-") as folder:
         files = scene.record(Path(folder), still=True)
         source = open_bearings(files.bearings, read_sensors(files.sensors))

@@ -62,7 +62,10 @@ def decided(
 ) -> tuple[BearingTracking, str]:
     """Return the parameters with one emitter or several, and what that follows from.
 
-    Raises ParameterError if lines name their emitters, and several are to be told apart.
+    Raises
+    ------
+    ParameterError
+        If lines name their emitters, and several are to be told apart.
     """
     if labelled:
         if isinstance(parameters.emitters, SeveralEmitters):
@@ -83,7 +86,13 @@ def decided(
 
 
 def tracker_of(parameters: BearingTracking, sites: SensorSites) -> DetectionTracker:
-    """Make the tracker of several emitters. Raises ParameterError if it cannot do what is asked."""
+    """Make the tracker of several emitters.
+
+    Raises
+    ------
+    ParameterError
+        If it cannot do what is asked.
+    """
     emitters, motion = parameters.emitters, parameters.motion
     assert isinstance(emitters, SeveralEmitters)
     parameters.check(live=False)
@@ -145,8 +154,14 @@ def track_several(
 ) -> Iterator[Step]:
     """Yield a step for each time; its state is a :class:`~elusive.tracking.detections.DetectionState`.
 
-    It is kept in ``memory``, and gone on from. Raises ParameterError if the tracker cannot do what is asked. Raises
-    DataError if a measurement cannot be used.
+    It is kept in ``memory``, and gone on from.
+
+    Raises
+    ------
+    ParameterError
+        If the tracker cannot do what is asked.
+    DataError
+        If a measurement cannot be used.
     """
     assert isinstance(parameters.emitters, SeveralEmitters)
     memory = memory or Memory()

@@ -41,16 +41,22 @@ def several_outcome(
 
     Parameters
     ----------
+    name
+        Of the recording.
     steps
         One for each time.
     sites, parameters
         Where the sensors stand, and what was done.
     emitters
         Why they are taken for several.
+    remarks
+        What is to be heeded.
     truth, cutoff_m
         Where emitters truly were, and how far off a track may be; None: no scores, a tenth of the sensors' distance.
     labels
         What to call each track, where the lines name emitters.
+    findings
+        What was checked of them.
     """
     log = TrackLog(names_of(steps[0], parameters), "m")
     for step in steps:

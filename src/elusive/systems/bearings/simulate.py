@@ -78,13 +78,25 @@ class BearingSimulation(Model):
 
     @property
     def placed_sensors(self) -> BearingSensors:
-        """The sensors where they stand. Raises DataError if there is none."""
+        """The sensors where they stand.
+
+        Raises
+        ------
+        DataError
+            If there is none.
+        """
         if not self.sites:
             raise DataError("sensors: there is none; place one or more.")
         return self.sensors.replace(positions_m=tuple((site.x_m, site.y_m, 0.0) for site in self.sites))
 
     def flight(self, emitter: int = 0) -> Flight:
-        """Fly an emitter's path at constant speed. Raises DataError if the path is shorter than two steps."""
+        """Fly an emitter's path at constant speed.
+
+        Raises
+        ------
+        DataError
+            If the path is shorter than two steps.
+        """
         way, step_m = self.ways_m[emitter] if emitter < len(self.ways_m) else (), self.speed_mps * self.interval_s
         length = length_m(way)
         if length < 2 * step_m:
@@ -98,7 +110,10 @@ class BearingSimulation(Model):
     def record(self, folder: Path, flights: Sequence[Flight], stream: int = 0) -> BearingFiles:
         """Draw the bearings of flights and write them as the commands read them, the truth beside them.
 
-        Raises DataError if there is no sensor, or a file cannot be written.
+        Raises
+        ------
+        DataError
+            If there is no sensor, or a file cannot be written.
         """
         sensors, names = self.placed_sensors, [site.name for site in self.sites]
         heard = [
@@ -131,7 +146,10 @@ class BearingFiles(NamedTuple):
 def simulate_bearings(parameters: BearingSimulation, out: Path) -> BearingFiles:
     """Write ``bearings.csv`` of all emitters, ``truth.csv``, ``sensors.csv`` and ``simulation.yaml`` into a folder.
 
-    Raises DataError if there is no sensor, a path is too short, or a file cannot be written; then nothing is.
+    Raises
+    ------
+    DataError
+        If there is no sensor, a path is too short, or a file cannot be written; then nothing is.
     """
     with atomic_folder(out) as folder:
         (folder / "simulation.yaml").write_text(parameters.to_yaml(), encoding="utf-8")

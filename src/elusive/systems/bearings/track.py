@@ -58,17 +58,27 @@ def track(
 
     Filters go from time to time. Estimators of the whole (``map``, ``rts``) take all measurements first, and unless it
     is live ``fixed-lag`` and the factor graph, which finds all fixes at once. Live the first measurement decides
-    whether there are heights and, where ``parameters.emitters`` is left to what is heard, several emitters. Raises
-    ParameterError if the estimator cannot do what is asked. Raises DataError if a measurement cannot be used.
+    whether there are heights and, where ``parameters.emitters`` is left to what is heard, several emitters.
 
     Parameters
     ----------
     measurements
         In the order of time, all of one kind.
+    parameters
+        What to do.
+    sites
+        Where the sensors stand.
     live
         Whether a step is to be yielded before the next measurement is taken.
     memory
         Where a filter keeps its state, and goes on from.
+
+    Raises
+    ------
+    ParameterError
+        If the estimator cannot do what is asked.
+    DataError
+        If a measurement cannot be used.
     """
     parameters.check(live=live)
     memory = memory or Memory()

@@ -63,14 +63,17 @@ class _Seen(NamedTuple):
 def fit_images(source: FrameSource, on_frame: Callable[[int], None] | None = None) -> FittedImages:
     """Fit a recording.
 
-    Raises DataError if there are too few pixels, or a frame cannot be used.
-
     Parameters
     ----------
     source
         From :func:`elusive.io.open_frames`; it is read twice.
     on_frame
         Called with the number of frames done, over both readings.
+
+    Raises
+    ------
+    DataError
+        If there are too few pixels, or a frame cannot be used.
     """
     facts = FrameFacts()
     for number, frame in enumerate(source, 1):

@@ -117,8 +117,12 @@ class ImageTracking(RecordedFrames):
     def bind(self, shape: tuple[int, int], interval_s: float = 1.0) -> ImageTracking:
         """Return the same for frames of a size ``(rows, columns)``, so long apart as a rule.
 
-        Raises DataError if the frames have too few pixels to learn the noise from, or too few a side for their peaks to
-        be found. Raises ParameterError if filter ``several`` is to take frames as recorded.
+        Raises
+        ------
+        DataError
+            If the frames have too few pixels to learn the noise from, or too few a side for their peaks to be found.
+        ParameterError
+            If filter ``several`` is to take frames as recorded.
         """
         if isinstance(self.filter, SeveralImages) and isinstance(self.sensor, ClutterSensor):
             raise ParameterError(

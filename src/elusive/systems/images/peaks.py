@@ -74,7 +74,10 @@ class PeakFrames(NamedTuple):
     def step(self, state: PeaksState, time_s: float, measurement: Array | None, rng: Generator) -> PeaksState:
         """Return the belief at a raw frame's time and after it; without a frame (``None``), the prediction.
 
-        Raises DataError if time runs backwards, or no peaks can be found in the frame: another shape, or too small.
+        Raises
+        ------
+        DataError
+            If time runs backwards, or no peaks can be found in the frame: another shape, or too small.
         """
         images, found, peaks = self.images, state.found, None
         shape = (1, 1)

@@ -209,7 +209,10 @@ class SeveralTargets:
     def step(self, state: SeveralState, time_s: float, measurement: Array | None, rng: Generator) -> SeveralState:
         """Return the state after one more frame; without a frame (``None``), the prediction.
 
-        Raises DataError if time runs backwards, the frame has another shape than the sensor, or it cannot be whitened.
+        Raises
+        ------
+        DataError
+            If time runs backwards, the frame has another shape than the sensor, or it cannot be whitened.
         """
         interval_since(state.time_s, time_s)
         state = state._replace(time_s=time_s, start_s=state.start_s if state.followed.frames else time_s)

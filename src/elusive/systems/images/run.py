@@ -87,8 +87,7 @@ def track_recording(
 ) -> Outcome:
     """Track a recording and write FILES.
 
-    ``config.yaml`` repeats the run. Nothing is left in ``out`` if the recording cannot be used. Raises DataError if a
-    frame cannot be used, or the truth is of other frames.
+    ``config.yaml`` repeats the run. Nothing is left in ``out`` if the recording cannot be used.
 
     Parameters
     ----------
@@ -96,12 +95,19 @@ def track_recording(
         From :func:`elusive.io.open_frames`.
     parameters
         What to do; the sensor takes its size from the source, and time its unit.
+    out
+        Folder for the results.
     truth
         Where targets truly are in the frames of the file; scores only.
     cutoff_px
         Distance up to which a track can stand for a target, and c of GOSPA; None: 4 px.
     on_frame
         Called with the number of frames done.
+
+    Raises
+    ------
+    DataError
+        If a frame cannot be used, or the truth is of other frames.
     """
     bound = parameters.bind(source.shape, source.interval_s)
     config = bound.to_yaml()
@@ -140,9 +146,8 @@ def track_live(
 ) -> LiveEnd:
     """Track through frames as they come, until the source ends, fails, or is stopped; at constant memory.
 
-    A frame's rows stand in ``tracks.csv`` before the next is taken; ``result.nc`` and ``checks.json`` are written at
-    the end. Raises DataError if no frame comes, the folder holds an earlier run's tracks, or the first frame cannot be
-    used.
+    A frame's rows stand in ``tracks.csv`` before the next is taken; ``result.nc`` and ``checks.json`` are
+    written at the end.
 
     Parameters
     ----------
@@ -150,8 +155,17 @@ def track_live(
         From :func:`~elusive.io.live_frames.open_live_frames`.
     parameters
         What to do; the sensor takes its size from the source, and time its unit.
+    out
+        Folder for LIVE_FILES.
+    on_step
+        Called after each frame.
     memory
         Where the tracker keeps its state.
+
+    Raises
+    ------
+    DataError
+        If no frame comes, the folder holds an earlier run's tracks, or the first frame cannot be used.
     """
     _load_compiled(parameters)
     bound = parameters.bind(source.shape, source.interval_s)

@@ -69,8 +69,12 @@ def held_frames(name: str, frames: Array, rate_hz: float | None = None, times_s:
 def track_image_scene(scene: ImageScene, out: Path, *, on_frame: Callable[[int], None] | None = None) -> Outcome:
     """Run a scene and write what :func:`track_recording` writes, and ``frames.npy``, ``truth.csv``, ``scene.yaml``.
 
-    ``on_frame`` is called with the number of frames done. Raises DataError if the scene cannot be run, or a file cannot
-    be written; then nothing is.
+    ``on_frame`` is called with the number of frames done.
+
+    Raises
+    ------
+    DataError
+        If the scene cannot be run, or a file cannot be written; then nothing is.
     """
     drawn, settled = draw_images(scene), scene.settled
     with atomic_folder(out) as folder:

@@ -185,7 +185,10 @@ def _path(scene: ImageSimulation, target: _Target) -> Array:
 def simulate_images(simulation: ImageSimulation, out: Path) -> DrawnImages:
     """Draw frames and write ``frames.npy``, ``truth.csv`` (which ``--truth`` takes) and ``simulation.yaml``.
 
-    Raises DataError if a file cannot be written; then none is.
+    Raises
+    ------
+    DataError
+        If a file cannot be written; then none is.
     """
     drawn = draw_images(simulation)
     with atomic_folder(out) as folder:

@@ -36,8 +36,6 @@ def track_images(
 ) -> Iterator[Step]:
     """Track one target, or several, through frames, lazily; a live stream and a file are the same.
 
-    Raises DataError if a frame has another size than the sensor, or time runs backwards.
-
     Parameters
     ----------
     frames
@@ -54,6 +52,11 @@ def track_images(
     Step
         A frame's; a track's existence is a posterior probability, of filter ``peaks`` by how often tracks of this
         recording that were believed as much were there again; filter ``recurrent`` has a score alone.
+
+    Raises
+    ------
+    DataError
+        If a frame has another size than the sensor, or time runs backwards.
     """
     times = (number * parameters.interval_s for number in count()) if times_s is None else times_s
     memory = memory or Memory()

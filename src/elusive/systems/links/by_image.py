@@ -104,14 +104,21 @@ class ImageMethod(Stages):
     def bind(self, nodes: RadioNodes, area: Area, empty: Calibration | None = None) -> ImageChain:
         """Prepare for a network: what costs much is done once, here.
 
-        Raises ParameterError if the system of the image is too large. Raises DataError if no link passes the area.
-
         Parameters
         ----------
+        nodes
+            The network.
         area
             Where people can be.
         empty
             Levels of the empty room, which say how much links fade; none: they do not.
+
+        Raises
+        ------
+        ParameterError
+            If the system of the image is too large.
+        DataError
+            If no link passes the area.
         """
         fading = self.fading_db
         if fading is None:
@@ -149,12 +156,17 @@ class StagesChain(ABC):
     def init(self, empty: Array, rng: Generator) -> ImageState:
         """Return the state before the first frame.
 
-        Raises DataError if there is none, or they show no noise at all.
-
         Parameters
         ----------
         empty
             ``(T, L)`` changes of the links while nobody was there [dB].
+        rng
+            Source of randomness.
+
+        Raises
+        ------
+        DataError
+            If there is none, or they show no noise at all.
         """
         if not len(empty):
             raise DataError("calibration: has no frame; give at least one in which nobody is there.")
@@ -165,12 +177,21 @@ class StagesChain(ABC):
     def step(self, state: ImageState, time_s: float, change: Array, rng: Generator) -> ImageState:
         """Return the state after a frame.
 
-        Raises DataError if there are not as many changes as links, or time runs backwards.
-
         Parameters
         ----------
+        state
+            After the frame before.
+        time_s
+            Time of the frame.
         change
             ``(L,)`` change of each undirected link [dB], NaN where it was not heard.
+        rng
+            Source of randomness.
+
+        Raises
+        ------
+        DataError
+            If there are not as many changes as links, or time runs backwards.
         """
         image, heads = self._imaged(state, change, rng)
         people = self._tracker.step(state.people, time_s, heads.positions, heads.intensities)

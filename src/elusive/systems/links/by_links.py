@@ -100,14 +100,19 @@ class LinksMethod(Model):
     def bind(self, nodes: RadioNodes, area: Area, empty: Calibration | None = None) -> LinksChain:
         """Prepare for a network that has been calibrated.
 
-        Raises DataError if there is no calibration, it is not this network's, or no link passes the area.
-
         Parameters
         ----------
+        nodes
+            The network.
         area
             Where people can be.
         empty
             What its links read while nobody was there; radiation does without.
+
+        Raises
+        ------
+        DataError
+            If there is no calibration, it is not this network's, or no link passes the area.
         """
         effect = self.effect
         if isinstance(effect, VoxelRadiation):
@@ -154,12 +159,21 @@ class LinksChain:
     def step(self, state: LinksState, time_s: float, change: Array | None, rng: Generator) -> LinksState:
         """Return the state after a frame.
 
-        Raises DataError if the frame is not of the calibration's links and channels, or time runs backwards.
-
         Parameters
         ----------
+        state
+            After the frame before.
+        time_s
+            Time of the frame.
         change
             Change from the empty room [dB], NaN where missing, as :meth:`seen` gives it; None: no frame came.
+        rng
+            Source of randomness.
+
+        Raises
+        ------
+        DataError
+            If the frame is not of the calibration's links and channels, or time runs backwards.
         """
         sensor, likeness, bias_m2, unexplained = self._filter.sensor, state.likeness, 0.0, NOTHING
         standing = state.standing._replace(place=None)

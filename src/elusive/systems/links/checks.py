@@ -228,15 +228,20 @@ def _distances(nodes: RadioNodes, mean: Array) -> list[Finding]:
 def refuse_impossible(nodes: RadioNodes, mean_dbm: Array, times_s: Sequence[float]) -> None:
     """Refuse places and times that no network of radios has.
 
-    Raises DataError if the nodes stand too close together, most links are louder than radios can be at their distance,
-    or frames follow each other too fast or too slowly.
-
     Parameters
     ----------
+    nodes
+        The network.
     mean_dbm
         ``(D, C)`` levels of the empty room, NaN where nothing was heard.
     times_s
         Of the frames of the calibration.
+
+    Raises
+    ------
+    DataError
+        If the nodes stand too close together, most links are louder than radios can be at their distance, or frames
+        follow each other too fast or too slowly.
     """
     extent = float(np.ptp(nodes.positions_m, axis=0).max())
     if extent < LEAST_EXTENT_M:

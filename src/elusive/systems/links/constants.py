@@ -70,9 +70,6 @@ class LinkFitting(Model):
     ) -> LinkFit:
         """Fit the constants.
 
-        Raises DataError if there are too few frames, none has a reading, no cell lies in the area, or nobody seems to
-        have been there.
-
         Parameters
         ----------
         sensor
@@ -92,6 +89,12 @@ class LinkFitting(Model):
         -------
         LinkFit
             The constants of greatest likelihood found.
+
+        Raises
+        ------
+        DataError
+            If there are too few frames, none has a reading, no cell lies in the area, or nobody seems to have been
+            there.
         """
         changes = np.asarray(changes, dtype=np.float64)[: self.frames]
         if changes.ndim != 3 or len(changes) < LEAST_FRAMES:

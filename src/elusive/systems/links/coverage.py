@@ -26,6 +26,10 @@ def write_coverage(folder: Path, nodes: RadioNodes, grid: VoxelGrid, weights: An
 
     Parameters
     ----------
+    folder
+        Where to.
+    nodes, grid
+        The network and the voxels.
     weights
         ``(L, V)`` weights, an array or sparse.
 

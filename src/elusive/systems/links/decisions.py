@@ -46,7 +46,10 @@ class DecisionMethod(Stages):
     def bind(self, nodes: RadioNodes, area: Area, empty: Calibration | None = None) -> DecisionChain:
         """Prepare for a network and an area, as :meth:`ImageMethod.bind`; levels of the empty room have no part in it.
 
-        Raises DataError if no link passes the area.
+        Raises
+        ------
+        DataError
+            If no link passes the area.
         """
         return DecisionChain(self, nodes, area)
 

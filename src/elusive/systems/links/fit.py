@@ -90,15 +90,16 @@ def fit_links(
 ) -> FittedLinks:
     """Fit the constants of the links to frames that nobody has labelled.
 
-    Raises ParameterError if people are not tracked straight on the links. Raises DataError if a frame cannot be used,
-    there are too few, or nobody seems to have walked.
-
     Parameters
     ----------
     frames
         In the order of time; in the first ones nobody is there, in a part of the others one person at a time.
+    nodes
+        The network.
     tracking
         How people are tracked: calibration, area, and the constants from which the fit starts.
+    fitting
+        How to fit.
     on_iteration
         Called with the number of iterations done.
 
@@ -106,6 +107,13 @@ def fit_links(
     -------
     FittedLinks
         The parameters with the constants of greatest likelihood.
+
+    Raises
+    ------
+    ParameterError
+        If people are not tracked straight on the links.
+    DataError
+        If a frame cannot be used, there are too few, or nobody seems to have walked.
     """
     method = tracking.method
     if not isinstance(method, LinksMethod):

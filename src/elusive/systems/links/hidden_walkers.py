@@ -55,8 +55,6 @@ class Chain(NamedTuple):
 class Walkers:
     """People on a grid of cells who come, walk and go, in the frames of a log.
 
-    Raises DataError if no cell lies in the area.
-
     Parameters
     ----------
     area, pitch_m
@@ -67,6 +65,11 @@ class Walkers:
         Probabilities that somebody comes, and that they leave, in a second.
     times_s
         ``(T,)`` of the frames.
+
+    Raises
+    ------
+    DataError
+        If no cell lies in the area.
     """
 
     def __init__(self, area: Area, pitch_m: float, spread_m: float, rates: tuple[float, float], times_s: Array) -> None:
@@ -102,6 +105,8 @@ class Walkers:
 
         Parameters
         ----------
+        sensor
+            The links.
         changes
             ``(T, D, C)`` of the frames [dB], NaN where missing.
         people

@@ -39,7 +39,13 @@ class GridNodes(Model):
     columns: int = Field(3, ge=1, le=100, description="Columns, along x")
 
     def bind(self, area: Area) -> RadioNodes:
-        """Return the nodes that lie in an area. Raises ParameterError if fewer than two do."""
+        """Return the nodes that lie in an area.
+
+        Raises
+        ------
+        ParameterError
+            If fewer than two do.
+        """
         x0, x1, y0, y1 = area.bounds_m
         x = x0 + (x1 - x0) * (np.arange(self.columns) + 0.5) / self.columns
         y = y0 + (y1 - y0) * (np.arange(self.rows) + 0.5) / self.rows
@@ -60,7 +66,13 @@ class ListedNodes(Model):
     path: str = Field(min_length=1, description="CSV of the nodes: node,x_m,y_m, or two plain columns")
 
     def bind(self, area: Area) -> RadioNodes:
-        """Return the nodes; some may stand outside of the area. Raises DataError if the file holds no network."""
+        """Return the nodes; some may stand outside of the area.
+
+        Raises
+        ------
+        DataError
+            If the file holds no network.
+        """
         return read_nodes(Path(self.path))
 
 
@@ -73,7 +85,13 @@ class PlacedNodes(Model):
     )
 
     def bind(self, area: Area) -> RadioNodes:
-        """Return the nodes; some may stand outside of the area. Raises DataError if they are no network."""
+        """Return the nodes; some may stand outside of the area.
+
+        Raises
+        ------
+        DataError
+            If they are no network.
+        """
         places = np.array([(place.x_m, place.y_m) for place in self.places]).reshape(-1, 2)
         return radio_nodes(places, [place.name for place in self.places])
 

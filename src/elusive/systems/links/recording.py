@@ -29,15 +29,21 @@ def simulate_links(
 ) -> LinkSimulated:
     """Write ``log.csv``, ``nodes.csv``, ``truth.csv``, ``coverage.csv`` and ``.png``, and ``simulation.yaml``.
 
-    The log has a frame a line, under the header ``time_s`` and ``tx-rx-channel``; channels are numbered from 0. Raises
-    DataError if the nodes are no network, no link passes the area, or a file cannot be written.
+    The log has a frame a line, under the header ``time_s`` and ``tx-rx-channel``; channels are numbered from 0.
 
     Parameters
     ----------
+    parameters
+        What to simulate.
     out
         The folder; made if need be.
     on_frame
         Called with the number of frames done.
+
+    Raises
+    ------
+    DataError
+        If the nodes are no network, no link passes the area, or a file cannot be written.
     """
     network, truth = parameters.bind(), parameters.truth()
     nodes = network.nodes

@@ -53,16 +53,25 @@ class LinkOutcome(NamedTuple):
 class LinkRun:
     """Takes the steps of a log: tracks and events to files as they come, the rest at constant memory.
 
-    Raises DataError if the system refuses to write.
-
     Parameters
     ----------
+    name
+        Of the log.
+    nodes
+        The network.
+    parameters
+        How it is tracked.
     truth
         Where people truly were; scores only.
     cutoff_m
         Distance up to which a track can stand for somebody, and c of GOSPA; None: 2 m.
     folder
         Where ``tracks.csv`` and ``events.csv`` are written to; None: nowhere.
+
+    Raises
+    ------
+    DataError
+        If the system refuses to write.
     """
 
     def __init__(
@@ -110,7 +119,13 @@ class LinkRun:
             raise _refused(self._folder, refused) from None
 
     def append(self, step: Step) -> None:
-        """Take in a step. Raises DataError if a track contradicts itself, or the system refuses to write."""
+        """Take in a step.
+
+        Raises
+        ------
+        DataError
+            If a track contradicts itself, or the system refuses to write.
+        """
         state: RoomState = step.state
         self.log.append(step)
         self._facts.add(step)

@@ -40,20 +40,32 @@ def track_links_recording(
     """Track people through a log and write ``tracks.csv``, ``events.csv``, ``result.nc`` and the report.
 
     The effect is fitted to the log at first, where none is given. The report is ``report.html`` and ``report.png``;
-    ``config.yaml`` beside them repeats the run. Tables are written as the frames go, beside ``out`` or hidden in it:
-    nothing is left of them if the log cannot be used. Raises DataError if a frame cannot be used, or the calibration
-    takes all frames. Raises ParameterError if tracks are to be smoothed of a log that comes once.
+    ``config.yaml`` beside them repeats the run. Tables are written as
+    the frames go, beside ``out`` or hidden in it: nothing is left of them if the log cannot be used.
 
     Parameters
     ----------
     log
         From :func:`~elusive.io.link_logs.open_link_log`.
+    nodes
+        The network.
+    parameters
+        What to do.
+    out
+        Folder for the results.
     truth
         Where people truly were; scores only.
     cutoff_m
         Distance up to which a track can stand for somebody, and c of GOSPA; None: 2 m.
     on_frame
         Called with the number of frames done.
+
+    Raises
+    ------
+    DataError
+        If a frame cannot be used, or the calibration takes all frames.
+    ParameterError
+        If tracks are to be smoothed of a log that comes once.
     """
     parameters, fitted = fitted_at_the_start(log, nodes, parameters)
     smooth = isinstance(parameters.method, LinksMethod) and parameters.method.smooth
@@ -87,15 +99,27 @@ def follow_links(
 ) -> LiveEnd:
     """Track people while a log is being written: a frame's rows stand in the files before the next is taken.
 
-    Raises DataError if the folder holds an earlier run's tracks, or a frame of the calibration cannot be used. Raises
-    ParameterError if tracks are to be smoothed.
-
     Parameters
     ----------
     coming
         :class:`~elusive.io.arrivals.Arrivals` of a log opened with ``follow``, of standard input, or from elsewhere.
+    nodes
+        The network.
+    parameters
+        What to do.
+    out
+        Folder for LIVE_FILES.
+    on_step
+        Called after each frame.
     memory
         Where the tracker keeps its state.
+
+    Raises
+    ------
+    DataError
+        If the folder holds an earlier run's tracks, or a frame of the calibration cannot be used.
+    ParameterError
+        If tracks are to be smoothed.
     """
     if isinstance(parameters.method, LinksMethod) and parameters.method.smooth:
         raise ParameterError("smooth: tracks that are told live cannot know what comes later; leave it out.")

@@ -113,9 +113,6 @@ def run_scene(
 ) -> SceneRun:
     """Draw the log of a scene and track its people.
 
-    Raises DataError if the nodes are no network, no link passes the area, or the empty area shows no noise to calibrate
-    on.
-
     Parameters
     ----------
     scene
@@ -124,6 +121,11 @@ def run_scene(
         From :func:`radiate` with the same scene; by default it is drawn here.
     on_frame
         Called with the number of frames done. What it raises ends the run.
+
+    Raises
+    ------
+    DataError
+        If the nodes are no network, no link passes the area, or the empty area shows no noise to calibrate on.
     """
     radiated = radiate(scene) if radiated is None else radiated
     simulation = scene.simulation
@@ -145,16 +147,25 @@ def run_log(
 ) -> SceneRun:
     """Track people through a log of a scene's nodes, every step kept.
 
-    Raises DataError if the calibration takes all frames, or a frame is not of the scene's nodes.
-
     Parameters
     ----------
     scene
         Its paths and radiation have no part in it.
+    log
+        All frames.
+    tracking
+        How.
     truth
         Where people truly were; scores only.
+    name
+        Of the log.
     on_frame
         Called with the number of frames done. What it raises ends the run.
+
+    Raises
+    ------
+    DataError
+        If the calibration takes all frames, or a frame is not of the scene's nodes.
     """
     nodes = scene.simulation.network.bind(scene.area)
     rng = np.random.default_rng(tracking.seed)
@@ -178,12 +189,19 @@ def run_log(
 def track_scene(scene: LinkScene, out: Path, *, on_frame: Callable[[int], None] | None = None) -> LinkOutcome:
     """Simulate a scene's log into ``recording``, track it as any other, and write ``scene.yaml``.
 
-    Raises DataError if the scene cannot be run, or a file cannot be written.
-
     Parameters
     ----------
+    scene
+        What to run.
+    out
+        Folder for the results.
     on_frame
         Called with the number of frames done.
+
+    Raises
+    ------
+    DataError
+        If the scene cannot be run, or a file cannot be written.
     """
     network, tracking = scene.simulation.bind(), scene.calibrated
     folder = existing_folder(out)
@@ -204,7 +222,13 @@ class Coverage(NamedTuple):
 
 
 def coverage_of(scene: LinkScene) -> Coverage:
-    """Count the links that see each voxel. Raises DataError if the nodes are no network, or no link passes the area."""
+    """Count the links that see each voxel.
+
+    Raises
+    ------
+    DataError
+        If the nodes are no network, or no link passes the area.
+    """
     network = scene.simulation.bind()
     held = coverage(network.weights)
     inside = network.grid.inside

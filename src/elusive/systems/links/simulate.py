@@ -90,7 +90,10 @@ class LinkSimulation(Model):
     def bind(self) -> SimulatedNetwork:
         """Return the network, its grid and weights.
 
-        Raises DataError if the nodes are no network, or no link passes the area.
+        Raises
+        ------
+        DataError
+            If the nodes are no network, or no link passes the area.
         """
         nodes = self.network.bind(self.walks.area)
         places = tuple(map(tuple, nodes.positions_m.tolist()))
@@ -119,12 +122,15 @@ class LinkSimulation(Model):
     def draw(self, rng: Generator) -> SimulatedLinks:
         """Draw the paths and what the centre receives of them: eq. 3.10, quantised, with bit errors.
 
-        Raises DataError as :meth:`bind`.
-
         Parameters
         ----------
         rng
             Source of randomness. Paths are drawn first, so that they are the same whatever the network and the noise.
+
+        Raises
+        ------
+        DataError
+            As :meth:`bind`.
         """
         network, truth = self.bind(), self.walks.draw(rng)
         received = []

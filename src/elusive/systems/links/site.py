@@ -44,8 +44,6 @@ class Voxels(NamedTuple):
 def voxels_of(empty: Array, changes: Array, nodes: RadioNodes, area: Area, model: VoxelRadiation) -> Voxels:
     """Match changes of links with those that people make who attenuate voxels.
 
-    Raises DataError if no link passes the area.
-
     Parameters
     ----------
     empty, changes
@@ -54,6 +52,11 @@ def voxels_of(empty: Array, changes: Array, nodes: RadioNodes, area: Area, model
         The network, and where people can be.
     model
         Its bell and weights are kept.
+
+    Raises
+    ------
+    DataError
+        If no link passes the area.
     """
     unit = model.replace(amplitude_db=1.0)
     weights = unit.weights.sparse(nodes, unit.weights.grid(area))

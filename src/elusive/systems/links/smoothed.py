@@ -44,12 +44,15 @@ class _Walking(NamedTuple):
 def track_smoothed(frames: Iterable[RssFrame], nodes: RadioNodes, parameters: LinkTracking) -> Iterator[Step]:
     """Track people through a log that can be read twice; yield its steps with smoothed tracks.
 
-    Raises DataError if a frame cannot be used, or the calibration takes all frames.
-
     Parameters
     ----------
     frames, nodes, parameters
         As for :func:`~elusive.systems.links.track.track`, straight on the links.
+
+    Raises
+    ------
+    DataError
+        If a frame cannot be used, or the calibration takes all frames.
     """
     assert isinstance(parameters.method, LinksMethod)
     beliefs: dict[int, list[_Belief]] = {}

@@ -37,6 +37,10 @@ class Standing(NamedTuple):
 
         Parameters
         ----------
+        time_s, rise_db
+            Of the frame.
+        sensor
+            The links.
         places, expected
             ``(M, 2)`` places that are tried, and what is expected of somebody there.
         """

@@ -109,13 +109,16 @@ def track(
 ) -> Iterator[Step]:
     """Track people through a radio network's frames, lazily.
 
-    The steps of the calibration's frames come together, once a further frame has been seen. Raises DataError if a frame
-    cannot be used, or the calibration takes all frames.
+    The steps of the calibration's frames come together, once a further frame has been seen.
 
     Parameters
     ----------
     frames
         In the order of time.
+    nodes
+        The network.
+    parameters
+        What to do.
     memory
         Where the state is kept, and gone on from.
 
@@ -123,6 +126,11 @@ def track(
     ------
     Step
         One a frame; its state is a :class:`RoomState`.
+
+    Raises
+    ------
+    DataError
+        If a frame cannot be used, or the calibration takes all frames.
     """
     memory = memory or Memory()
     stream = memory.new(frames)

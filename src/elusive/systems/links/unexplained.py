@@ -50,6 +50,8 @@ class OneMore:
 
     Parameters
     ----------
+    sensor
+        The links.
     births
         Where newcomers are looked for.
     area

@@ -63,6 +63,11 @@ class Walks(Model):
     def draw(self, rng: Generator) -> Array:
         """Draw everybody's path.
 
+        Parameters
+        ----------
+        rng
+            Source of the paths.
+
         Returns
         -------
         ndarray

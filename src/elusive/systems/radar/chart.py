@@ -46,9 +46,15 @@ def describe_charts(
     """Say what is in some charts: S-57 base cells (``.000``), GeoJSON or shapefiles.
 
     They are drawn into ``figure`` (PNG, PDF or SVG), and the probability of water into ``water_map`` (GeoTIFF or
-    netCDF), whose cells are among the parameters; neither by default. Raises DataError if a chart cannot be read or
-    they lie too far apart. Raises ParameterError if the name of figure or map has another ending, the map would have
-    too many cells or hold nothing, or its cells are given and it is not.
+    netCDF), whose cells are among the parameters; neither by default.
+
+    Raises
+    ------
+    DataError
+        If a chart cannot be read or they lie too far apart.
+    ParameterError
+        If the name of figure or map has another ending, the map would have too many cells or hold nothing,
+        or its cells are given and it is not.
     """
     if figure is not None and figure.suffix.lower() not in FIGURES:
         raise ParameterError(f"{figure}: a figure's name must end with {', '.join(FIGURES)}.")

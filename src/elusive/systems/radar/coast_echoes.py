@@ -18,19 +18,28 @@ NEARLY = 0.95  # of its distance inland, that an echo is from any shore
 def draw_coast_echoes(coast: Coast, n: int, deepest_m: float, reach_m: float, rng: Generator) -> Array:
     """Draw places on land along a coast, each at a distance from the shore uniform up to the deepest.
 
-    Raises DataError if there is no shore, or no land so deep.
-
     Parameters
     ----------
+    coast
+        Of the charts.
+    n
+        How many.
     deepest_m
         Greatest distance from the shore.
     reach_m
         Greatest distance from the origin.
+    rng
+        Source of the draws.
 
     Returns
     -------
     ndarray
         ``(n, 4)`` states at rest.
+
+    Raises
+    ------
+    DataError
+        If there is no shore, or no land so deep.
     """
     import shapely
 

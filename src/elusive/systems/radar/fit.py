@@ -63,8 +63,6 @@ def fit_radar(
 ) -> FittedRadar:
     """Fit a recording.
 
-    Raises DataError if too few plots follow each other as those of a ship do.
-
     Parameters
     ----------
     scans
@@ -75,6 +73,11 @@ def fit_radar(
         ``(K, 2)`` places of fixed echoes from a chart [m]; None: no bias is fitted.
     water
         Where land is, whose echoes are no false alarms; None: anywhere at sea.
+
+    Raises
+    ------
+    DataError
+        If too few plots follow each other as those of a ship do.
     """
     seen = survey(scans)
     if seen.errors is None:

@@ -49,6 +49,8 @@ class LandEchoes:
 
     Parameters
     ----------
+    sensor
+        What sees them.
     water
         Where land is.
     plots

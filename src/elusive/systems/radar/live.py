@@ -42,8 +42,7 @@ def follow_radar(
     """Track ships while their plots come: a scan's rows stand in the file before the next is taken.
 
     A scan is complete when a later plot comes. With a chart the first ten scans are waited for, by which the land in
-    view is judged. Raises ParameterError if no greatest range is given, or a chart is to be used and there is none.
-    Raises DataError if a chart or the first scans cannot be used, or the folder holds an earlier run's tracks.
+    view is judged.
 
     Parameters
     ----------
@@ -51,8 +50,12 @@ def follow_radar(
         :class:`~elusive.io.arrivals.Arrivals` of :func:`~elusive.io.radar_plots.follow_radar_plots`.
     parameters
         What to do; the greatest range must be given.
+    out
+        Folder for LIVE_FILES.
     frame
         Its origin is that of places.
+    on_step
+        Called after each scan.
     charts
         As :func:`~elusive.systems.radar.track.track_radar_recording` takes them.
     memory
@@ -62,6 +65,13 @@ def follow_radar(
     -------
     LiveEnd
         How it ended, and what was checked, of the latest innovations.
+
+    Raises
+    ------
+    ParameterError
+        If no greatest range is given, or a chart is to be used and there is none.
+    DataError
+        If a chart or the first scans cannot be used, or the folder holds an earlier run's tracks.
     """
     if parameters.radar.max_range_m is None:
         raise ParameterError("max_range_m: a live run cannot look at all plots first; give --max-range-m.")

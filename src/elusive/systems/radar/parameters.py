@@ -210,7 +210,12 @@ class RadarTracking(Model):
         """Return the tracker for a radar and a coast, and for the mean number of plots that a scan has of land.
 
         The radar's ``way``, places ``(S, 2)`` [m] beside the sensor's own, says how much land it has seen. Ships have
-        ``hulls`` if nothing else is asked for. Raises ParameterError if a map is to be used and there is no coast.
+        ``hulls`` if nothing else is asked for.
+
+        Raises
+        ------
+        ParameterError
+            If a map is to be used and there is no coast.
         """
         motion: Motion = self.motion
         if isinstance(self.motion, ConstantVelocity) and self.extent != "point" and (hulls or self.extent == "hull"):

@@ -105,6 +105,10 @@ def tracks_of(
 
     Parameters
     ----------
+    tracker
+        That followed them.
+    scan
+        That they were seen in.
     ships
         From :func:`ships_of`.
     around
@@ -156,6 +160,10 @@ class RadarRun:
 
     Parameters
     ----------
+    parameters, sensor, around, seen
+        Of the run.
+    log
+        Of its tracks.
     ais
         What ships report; None: nothing is known.
     """
@@ -199,7 +207,13 @@ class RadarRun:
             )
 
     def outcome(self, source: RadarSource, truth: Truth | None, cutoff_m: float | None = None) -> RadarOutcome:
-        """Return the tracks and what the report shows. Raises DataError if the truth is of other times."""
+        """Return the tracks and what the report shows.
+
+        Raises
+        ------
+        DataError
+            If the truth is of other times.
+        """
         times_s = self._log.times_s
         scores = (
             None

@@ -131,7 +131,13 @@ class RadarScene(Model):
         return self.replace(tracking=self.tracking.replace(radar=self.tracking.radar.replace(**assumed)))
 
     def routes(self) -> list[Route]:
-        """Return the routes as a reader gives them. Raises DataError if there is none, or it has a single waypoint."""
+        """Return the routes as a reader gives them.
+
+        Raises
+        ------
+        DataError
+            If there is none, or it has a single waypoint.
+        """
         if not self.routes_deg or any(len(route) < 2 for route in self.routes_deg):
             raise DataError("routes_deg: has no route of two waypoints or more; draw or write a route.")
         return [Route(np.array(route, np.float64), np.full(len(route), np.nan)) for route in self.routes_deg]
@@ -147,7 +153,10 @@ class RadarScene(Model):
     def voyage(self) -> Voyage:
         """Return where the ships are at each scan, in the radar's frame.
 
-        Raises DataError if a route is too short or leads too far away.
+        Raises
+        ------
+        DataError
+            If a route is too short or leads too far away.
         """
         return voyage(self.routes(), self.frame, self.simulation)
 

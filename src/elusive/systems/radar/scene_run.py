@@ -89,7 +89,13 @@ class Recorded(NamedTuple):
 
 
 def chart_of(scene: RadarScene, folder: Path) -> ChartFile:
-    """Return a scene's chart, from the folder that its file lies in. Raises DataError if it cannot be read."""
+    """Return a scene's chart, from the folder that its file lies in.
+
+    Raises
+    ------
+    DataError
+        If it cannot be read.
+    """
     if not scene.chart:
         return ChartFile(EXAMPLE_NAME, example_chart())
     path = folder / scene.chart
@@ -102,7 +108,10 @@ def chart_of(scene: RadarScene, folder: Path) -> ChartFile:
 def lay(scene: RadarScene, chart: ChartFile, folder: Path) -> list[tuple[str, str]]:
     """Write chart, plots, truth and the scene into a folder, as the commands read and write them.
 
-    Raises DataError if there is no route, it cannot be sailed, or the chart cannot be read.
+    Raises
+    ------
+    DataError
+        If there is no route, it cannot be sailed, or the chart cannot be read.
     """
     routes = scene.routes()
     (folder / chart.name).write_bytes(chart.data)
@@ -122,14 +131,19 @@ def record(scene: RadarScene, chart: ChartFile) -> Recorded:
 def sail(scene: RadarScene, chart: ChartFile, advance: Callable[[int], None], out: Path | None = None) -> Sailed:
     """Record the voyage and track it with every use of the chart.
 
-    Raises DataError as :func:`lay`, or if every use is refused.
-
     Parameters
     ----------
+    scene, chart
+        What to run.
     advance
         Called with the number of scans done, those of all uses together.
     out
         Folder for the recording and, in a folder for each use of the chart, what `elusive track radar` writes.
+
+    Raises
+    ------
+    DataError
+        As :func:`lay`, or if every use is refused.
     """
     with tempfile.TemporaryDirectory(prefix="elusive-") if out is None else nullcontext(out) as name:
         folder = Path(name)
@@ -159,7 +173,10 @@ def track_radar_scene(
 ) -> Sailed:
     """Run a scene whose chart lies in a folder, and write everything: see :func:`sail`.
 
-    Raises DataError as :func:`sail`; then nothing is written.
+    Raises
+    ------
+    DataError
+        As :func:`sail`; then nothing is written.
     """
     with atomic_folder(out) as writing:
         return sail(scene, chart_of(scene, folder), on_scan or (lambda scans: None), writing)

@@ -19,7 +19,10 @@ from elusive.tracking.detections import DetectionTracker
 def frame_of(source: RadarSource, place_deg: tuple[float, float] | None = None) -> LocalFrame:
     """Return the frame of a recording: about a place, longitude and latitude, or about the source's own.
 
-    Raises ParameterError if there is none, or two.
+    Raises
+    ------
+    ParameterError
+        If there is none, or two.
     """
     if place_deg is None:
         place_deg = source.place_deg

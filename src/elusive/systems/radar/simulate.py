@@ -73,9 +73,7 @@ def simulate_radar(
 ) -> RadarSimulated:
     """Sail a ship along each route; write a radar's ``plots.csv``, ``truth.csv`` and ``simulation.yaml``.
 
-    Ships are numbered from 1. The legs are straight in the frame, and sailed at constant speed. Raises DataError if a
-    waypoint is further than 500 km from the radar, a voyage has no length or takes over a million scans, a chart cannot
-    be read or has no place for the echoes, or a file cannot be written.
+    Ships are numbered from 1. The legs are straight in the frame, and sailed at constant speed.
 
     Parameters
     ----------
@@ -83,6 +81,8 @@ def simulate_radar(
         From :func:`~elusive.io.routes.read_route`; all ships start at time 0, and are gone once they arrive.
     parameters
         The radar, the time between scans, the seed.
+    out
+        Folder for the files.
     radar_lon_deg, radar_lat_deg
         The origin of the frame, WGS 84: the radar's place, if it rests.
     charts
@@ -92,6 +92,12 @@ def simulate_radar(
         Of a ship that the radar stands on; it stays where it arrives. None: the radar rests.
     on_scan
         Called with the number of scans done.
+
+    Raises
+    ------
+    DataError
+        If a waypoint is further than 500 km from the radar, a voyage has no length or takes over a million scans, a
+        chart cannot be read or has no place for the echoes, or a file cannot be written.
     """
     frame = LocalFrame.at(radar_lon_deg, radar_lat_deg)
     times, ships = voyage(routes, frame, parameters)

@@ -41,14 +41,14 @@ def track_radar(
 ) -> Iterator[Step]:
     """Track ships through a radar's scans, lazily; a live stream and a file are the same.
 
-    Raises DataError if a scan cannot be used.
-
     Parameters
     ----------
     scans
         In the order of time; without a plot too.
     tracker
         What follows them: :meth:`RadarTracking.bind`.
+    parameters
+        Of the run.
     around
         What a track's longitude, latitude and water are known from.
     memory
@@ -60,6 +60,11 @@ def track_radar(
     ------
     Step
         After each scan; its state is :class:`~elusive.tracking.detections.DetectionState`.
+
+    Raises
+    ------
+    DataError
+        If a scan cannot be used.
     """
     memory = memory or Memory()
     rng = np.random.default_rng(parameters.seed)
@@ -96,14 +101,14 @@ def track_radar_recording(
     """Track ships through a recording and write ``tracks.csv``, ``tracks.geojson``, ``result.nc`` and a report.
 
     ``report.html``, ``report.png`` and ``config.yaml``, which repeats the run, stand beside them. Nothing is left in
-    ``out`` if the recording cannot be used. Raises DataError if a chart, a plot or the truth cannot be used, or no plot
-    falls on a chart. Raises ParameterError if a chart is to be used and none is given, or a ship of the truth is chosen
-    and there is none.
+    ``out`` if the recording cannot be used.
 
     Parameters
     ----------
     source
         From :func:`elusive.io.open_radar_plots`. It is read twice.
+    parameters
+        What to do.
     out
         Folder for the results; None writes nothing.
     radar_lon_deg, radar_lat_deg
@@ -120,6 +125,13 @@ def track_radar_recording(
         What ships report, see :func:`~elusive.io.ais_reports.read_ais_reports`; fused with the tracks.
     on_scan
         Called with the number of scans done.
+
+    Raises
+    ------
+    DataError
+        If a chart, a plot or the truth cannot be used, or no plot falls on a chart.
+    ParameterError
+        If a chart is to be used and none is given, or a ship of the truth is chosen and there is none.
     """
     if truth is None and (truth_mmsi is not None or cutoff_m is not None):
         name = "truth_mmsi" if truth_mmsi is not None else "cutoff_m"

@@ -48,8 +48,10 @@ def crossing_routes(frame: LocalFrame) -> list[Route]:
 def voyage(routes: Sequence[Route], frame: LocalFrame, sailing: Sailing) -> Voyage:
     """Return where the ships are at each scan, until the last of them arrives.
 
-    Raises DataError if a waypoint is further than 500 km from the radar, or a voyage has no length or takes over a
-    million scans.
+    Raises
+    ------
+    DataError
+        If a waypoint is further than 500 km from the radar, or a voyage has no length or takes over a million scans.
     """
     tracks = [_sailed(route, frame, sailing) for route in routes]
     states = np.full((len(tracks), max(map(len, tracks)), 4), np.nan)

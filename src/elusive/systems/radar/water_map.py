@@ -87,8 +87,13 @@ def write_water_map(
     """Write P(water) at the middles of the cells of a grid, 32 bits a cell; NaN where no chart says anything.
 
     The name says whether as GeoTIFF (``.tif``, ``.tiff``) or netCDF (``.nc``); the model is the field by default.
-    Raises ParameterError if the name has another ending, the cells would be too many, or no chart reaches into the
-    extent. Raises DataError if the charts lie too far apart, or the file cannot be written.
+
+    Raises
+    ------
+    ParameterError
+        If the name has another ending, the cells would be too many, or no chart reaches into the extent.
+    DataError
+        If the charts lie too far apart, or the file cannot be written.
     """
     check_map_name(path)
     charted = lay_charts(charts, parameters)

@@ -33,14 +33,17 @@ class FittedSignal(NamedTuple):
 def fit_signal(source: SignalSource, on_frame: Callable[[int], None] | None = None) -> FittedSignal:
     """Fit a recording: whether its noise is white, and the object's size whose evidence is least by chance.
 
-    Raises DataError if a frame cannot be used.
-
     Parameters
     ----------
     source
         From :func:`elusive.io.open_signal`; it is read once for each size that is tried.
     on_frame
         Called with the number of frames done, over all readings.
+
+    Raises
+    ------
+    DataError
+        If a frame cannot be used.
     """
     chances, done, noise = dict[int, float](), 0, None
     sizes = [size for size in SIZES if 8 * size <= source.samples] or [SIZES[0]]

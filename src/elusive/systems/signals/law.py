@@ -31,10 +31,16 @@ def noise_law(
 
     Parameters
     ----------
+    recurrent
+        The filter.
     whitened
         What makes evidence, calibrated if frames were.
     taken
         A frame of the signal, ``(n,)``, as it is taken: simulated noise has its deviation.
+    calibration
+        The frames taken for calibration.
+    rng
+        Source of the simulated frames.
     """
     evidence = whitened.evidence
     if "subtract_mean" in type(evidence.statistic).model_fields:

@@ -49,14 +49,18 @@ def follow_signal_live(
 ) -> tuple[LiveEnd, tuple[Finding, ...]]:
     """Track objects while their signal is written; where times alone tell the interval, the first 16 are waited for.
 
-    Raises DataError if the folder holds an earlier run's tracks, or a frame of the first cannot be used.
-
     Parameters
     ----------
     coming
         :class:`~elusive.io.arrivals.Arrivals` of the source's frames.
     source
         From :func:`~elusive.io.live_signals.follow_signal`.
+    parameters
+        What to do.
+    out
+        Folder for LIVE_FILES.
+    on_step
+        Called after each frame.
     memory
         Where the tracker keeps its state, and goes on from.
     starts_anew
@@ -66,6 +70,11 @@ def follow_signal_live(
     -------
     tuple
         How it ended, and what was checked, in ``checks.json`` too.
+
+    Raises
+    ------
+    DataError
+        If the folder holds an earlier run's tracks, or a frame of the first cannot be used.
     """
     frames, memory = iter(coming), memory or Memory()
     first = list(islice(frames, CLOCKED)) if untold(source) and memory.held is None else []

@@ -115,7 +115,10 @@ class SignalTracking(Model):
     def bind(self, samples: int, interval_s: float = 1.0) -> SignalTracking:
         """Return the same for frames of so many samples, so long apart as a rule.
 
-        Raises DataError if the frames are too short, or need more memory than half of the machine's.
+        Raises
+        ------
+        DataError
+            If the frames are too short, or need more memory than half of the machine's.
         """
         if samples < self.statistic.window:
             raise DataError(

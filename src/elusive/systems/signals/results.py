@@ -42,6 +42,8 @@ class SignalLog(TrackLog):
 
     Parameters
     ----------
+    source
+        Where the frames come from.
     parameters
         What is done, bound to the source.
     path
@@ -101,7 +103,10 @@ def tracked_of(
 ) -> tuple[SignalTracked, Scored | None]:
     """Gather a log for the report, and score it where the truth is known.
 
-    Raises DataError if the truth is of other frames.
+    Raises
+    ------
+    DataError
+        If the truth is of other frames.
     """
     source, parameters, count = log.source, log.parameters, len(log.steps)
     known = None if truth is None else truth.aligned(log.times_s, source.start, whole=source.whole)

@@ -39,7 +39,10 @@ class SignalOutcome(NamedTuple):
 def bound_to(source: SignalSource, parameters: SignalTracking, interval_s: float | None = None) -> SignalTracking:
     """Return the parameters for a source's frames and the time between them, where that is not given.
 
-    Raises DataError if the frames are too short, or need more memory than half of the machine's.
+    Raises
+    ------
+    DataError
+        If the frames are too short, or need more memory than half of the machine's.
     """
     try:
         bound = parameters.bind(source.samples, interval_of(source, source) if interval_s is None else interval_s)
@@ -83,8 +86,12 @@ def follow(
 ) -> Iterator[Step]:
     """Track through a source's frames at their times, with parameters bound to it; ``frames`` as they come, live.
 
-    The state is kept in ``memory``, and gone on from. Raises DataError if a frame cannot be used; the sentence says
-    which.
+    The state is kept in ``memory``, and gone on from.
+
+    Raises
+    ------
+    DataError
+        If a frame cannot be used; the sentence says which.
     """
     read = 0
 
@@ -111,19 +118,28 @@ def track_signal_recording(
 ) -> SignalOutcome:
     """Track objects through a recording and write FILES.
 
-    ``config.yaml`` repeats the run. Nothing is left in ``out`` if the recording cannot be used. Raises DataError if a
-    frame cannot be used, the recording needs more memory than half of the machine's, or the truth is of other frames.
+    ``config.yaml`` repeats the run. Nothing is left in ``out`` if the recording cannot be used.
 
     Parameters
     ----------
     source
         From :func:`elusive.io.open_signal`.
+    parameters
+        What to do.
+    out
+        Folder for the results.
     truth
         Where objects truly are in the frames of the file; scores only.
     cutoff_samples
         Distance up to which a track can stand for an object, and c of GOSPA; None: an object's size.
     on_frame
         Called with the number of frames done.
+
+    Raises
+    ------
+    DataError
+        If a frame cannot be used, the recording needs more memory than half of the machine's, or the truth is
+        of other frames.
     """
     bound = bound_to(source, parameters)
     config = bound.to_yaml()

@@ -147,7 +147,10 @@ def held_signal(name: str, frames: Array, rate_hz: float | None = None, times_s:
 def simulate_signal(simulation: SignalSimulation, out: Path) -> DrawnSignal:
     """Draw a signal and write ``signal.npy``, ``truth.csv`` (which ``--truth`` takes) and ``simulation.yaml``.
 
-    Raises DataError if a file cannot be written; then none is.
+    Raises
+    ------
+    DataError
+        If a file cannot be written; then none is.
     """
     drawn = draw_signal(simulation)
     with atomic_folder(out) as folder:
@@ -161,8 +164,12 @@ def track_signal_scene(
 ) -> SignalOutcome:
     """Run a scene and write what :func:`track_signal_recording` writes, and ``signal.npy``, ``truth.csv`` and itself.
 
-    ``on_frame`` is called with the number of frames done. Raises DataError if the scene cannot be run, or a file cannot
-    be written; then nothing is.
+    ``on_frame`` is called with the number of frames done.
+
+    Raises
+    ------
+    DataError
+        If the scene cannot be run, or a file cannot be written; then nothing is.
     """
     drawn, settled = draw_signal(scene), scene.settled
     with atomic_folder(out) as folder:

@@ -36,10 +36,14 @@ def line_of(
 
     Parameters
     ----------
+    number
+        Of the track.
     rows
         Of the track, confirmed at some time; what is added is score and evidence.
     earlier
         Step and place before it was found, ``(k, 2)``; None where it was not read back.
+    times
+        Of the steps.
     clock
         That says the times.
     period

@@ -70,9 +70,7 @@ def track_signal(
 ) -> Iterator[Step]:
     """Track objects through the frames of a signal, lazily; a live stream and a file are the same.
 
-    The results of calibration frames come together, once the last of them has been seen. Raises DataError if no frame
-    can be used, or one has another size or is shorter than the window; if the filter would need more than half of the
-    machine's memory; or if time runs backwards.
+    The results of calibration frames come together, once the last of them has been seen.
 
     Parameters
     ----------
@@ -91,6 +89,12 @@ def track_signal(
         A frame's, with a :class:`SignalState`. The score of a track is one minus the probability that noise alone
         holds as high a peak in a frame: no posterior probability of existence. ``extra`` has the evidence of its
         newest peak, in deviations of noise's.
+
+    Raises
+    ------
+    DataError
+        If no frame can be used, or one has another size or is shorter than the window; if the filter would need more
+        than half of the machine's memory; or if time runs backwards.
     """
     memory = memory or Memory()
     known, rng = memory.held or (None, np.random.default_rng(parameters.seed))

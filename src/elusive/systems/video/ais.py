@@ -62,7 +62,10 @@ class AisShips(NamedTuple):
 def reports_beside(source: str, ais: Path | None, times_s: Array) -> list[AisPosition]:
     """Return reports of a file, or of the capture that the video is of; none where neither holds any.
 
-    Raises DataError if a file is given and cannot be used.
+    Raises
+    ------
+    DataError
+        If a file is given and cannot be used.
     """
     dated = bool(times_s[0] > UNIX_S)
     if ais is not None:
@@ -88,6 +91,8 @@ def compare_ais(
     ----------
     reports
         On the recording's clock.
+    frame, log, sensor
+        Of the run.
     places
         ``(T, 2)`` of the radar at the log's times [m].
     fixed

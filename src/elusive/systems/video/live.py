@@ -39,16 +39,18 @@ def follow_video(
 ) -> LiveEnd:
     """Track ships while a radar's video comes: a turn's rows stand in the file before the next is taken.
 
-    The first turns are waited for, from which clutter is learnt; they are tracked in then. Raises DataError if a chart
-    or the first turns cannot be used, or the folder holds an earlier run's tracks. Raises ParameterError if the
-    parameters do not fit what comes.
+    The first turns are waited for, from which clutter is learnt; they are tracked in then.
 
     Parameters
     ----------
     coming
         :class:`~elusive.io.arrivals.Arrivals` of :func:`~elusive.io.radar_video.open_radar_video`.
+    parameters
+        What to do.
     out
         Folder for LIVE_FILES; what lies still and what was checked are written when the source has ended.
+    on_step
+        Called after each turn.
     radar_lon_deg, radar_lat_deg, charts, needs_place
         As :func:`~elusive.systems.video.track.track_video_recording` takes them.
     memory
@@ -58,6 +60,13 @@ def follow_video(
     -------
     LiveEnd
         How it ended, and what was checked.
+
+    Raises
+    ------
+    DataError
+        If a chart or the first turns cannot be used, or the folder holds an earlier run's tracks.
+    ParameterError
+        If the parameters do not fit what comes.
     """
     spokes, memory = iter(coming), memory or Memory()
     first = first_turn(spokes) if memory.held is None else []

@@ -86,9 +86,14 @@ def write_video_plots(
 
     ``on_start`` is told the memory that is needed, before it is taken.
 
-    ``snr_db`` is ten times the logarithm of the evidence: in Rayleigh clutter, of power to the clutter's mean. Raises
-    DataError if the recording or a chart cannot be used, or the file cannot be written. Raises ParameterError if the
-    parameters do not fit the recording.
+    ``snr_db`` is ten times the logarithm of the evidence: in Rayleigh clutter, of power to the clutter's mean.
+
+    Raises
+    ------
+    DataError
+        If the recording or a chart cannot be used, or the file cannot be written.
+    ParameterError
+        If the parameters do not fit the recording.
     """
     start = start_of(source, parameters, radar_lon_deg, radar_lat_deg, "chart" if charts else "")
     on_start(start.sentence)

@@ -51,7 +51,13 @@ class VideoOutcome(NamedTuple):
 
 
 class VideoRun:
-    """Takes the steps of a recording and writes what they came to."""
+    """Takes the steps of a recording and writes what they came to.
+
+    Parameters
+    ----------
+    parameters, start, charted, water, log
+        Of the run.
+    """
 
     def __init__(
         self, parameters: VideoTracking, start: VideoStart, charted: ChartedArea | None, water: Water | None,
@@ -85,7 +91,10 @@ class VideoRun:
     ) -> VideoOutcome:  # fmt: skip
         """Return the tracks, what lies still, what was checked, and what the report shows.
 
-        Raises DataError if the truth is of other times.
+        Raises
+        ------
+        DataError
+            If the truth is of other times.
         """
         assert self._last is not None
         turn: EvidenceTurn = self._last.measurement

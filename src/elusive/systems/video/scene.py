@@ -50,13 +50,20 @@ class VideoScene(Model):
 def track_video_scene(scene: VideoScene, out: Path, on_turn: Callable[[int], None] | None = None) -> VideoOutcome:
     """Simulate a scene's video into ``recording``, track it as any other, and write ``scene.yaml``.
 
-    Raises DataError as :func:`~elusive.systems.video.simulate.simulate_video` and
-    :func:`~elusive.systems.video.track.track_video_recording`.
-
     Parameters
     ----------
+    scene
+        What to run.
+    out
+        Folder for the results.
     on_turn
         Called with the number of turns done, of simulating and then of tracking.
+
+    Raises
+    ------
+    DataError
+        As :func:`~elusive.systems.video.simulate.simulate_video` and
+        :func:`~elusive.systems.video.track.track_video_recording`.
     """
     folder, turns = existing_folder(out), scene.simulation.turns
     recording = folder / "recording"

@@ -164,8 +164,12 @@ def simulate_video(
 ) -> VideoSimulated:  # fmt: skip
     """Write radar video, ``truth.csv``, the chart ``coast.geojson`` where there is a coast, and ``simulation.yaml``.
 
-    Raises ParameterError if category 240 is asked for of samples that are not quantised. Raises DataError if the video
-    takes more than 4 GB, ships find no way, or a file cannot be written.
+    Raises
+    ------
+    ParameterError
+        If category 240 is asked for of samples that are not quantised.
+    DataError
+        If the video takes more than 4 GB, ships find no way, or a file cannot be written.
     """
     radar = parameters.radar
     size = parameters.turns * radar.spokes * radar.samples * (1 if radar.bits else 4)

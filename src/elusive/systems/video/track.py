@@ -53,6 +53,8 @@ def track_video(
         From :func:`elusive.systems.video.turns.heard`.
     tracker
         What follows them: :meth:`VideoTracking.bind`.
+    seed
+        Root of all random numbers.
     frame
         What a track's longitude and latitude are known from.
     memory
@@ -93,7 +95,10 @@ def lay(
 ) -> tuple[EvidenceTracker, Laid]:  # fmt: skip
     """Lay charts under a radar, whose place is known then, and return the tracker.
 
-    Raises DataError if a chart cannot be read, or nothing that the radar sees is charted.
+    Raises
+    ------
+    DataError
+        If a chart cannot be read, or nothing that the radar sees is charted.
     """
     if not charts:
         return parameters.bind(start.sensor, None)[0], Laid(None, None, None, None)
@@ -131,13 +136,13 @@ def track_video_recording(
     ``tracks.geojson`` (where the radar's place is known), ``report.html``, ``report.png``, ``checks.json`` and
     ``config.yaml``, which repeats the run, stand beside them. Nothing is left in ``out`` if the recording cannot be
     used. A file's spokes stream: what is held is a turn's cells, and those of the turns that clutter is learnt from.
-    Raises DataError if the recording, a chart or the truth cannot be used. Raises ParameterError if the parameters do
-    not fit the recording.
 
     Parameters
     ----------
     source
         From :func:`elusive.io.radar_video.open_radar_video`.
+    parameters
+        What to do.
     out
         Folder for the results; None writes nothing.
     radar_lon_deg, radar_lat_deg
@@ -157,6 +162,13 @@ def track_video_recording(
         Called with a sentence on the memory that is needed, before it is taken.
     on_turn
         Called with the number of turns done.
+
+    Raises
+    ------
+    DataError
+        If the recording, a chart or the truth cannot be used.
+    ParameterError
+        If the parameters do not fit the recording.
     """
     start = start_of(source, parameters, radar_lon_deg, radar_lat_deg, needs_place or ("chart" if charts else ""))
     on_start(start.sentence)

@@ -59,8 +59,12 @@ def start_of(
 ) -> VideoStart:  # fmt: skip
     """Look at the first turn; ``needs_place`` is what is asked for that needs to know where the radar is.
 
-    Raises DataError if there are none, or they do not say where the radar is, and that is needed. Raises ParameterError
-    if one of longitude and latitude is given alone, or a turn of these spokes takes more memory than there is.
+    Raises
+    ------
+    DataError
+        If there are none, or they do not say where the radar is, and that is needed.
+    ParameterError
+        If one of longitude and latitude is given alone, or a turn of these spokes takes more memory than there is.
     """
     if (lon_deg is None) != (lat_deg is None):
         raise ParameterError("radar_lon_deg, radar_lat_deg: one was given without the other; give both or none.")
@@ -125,7 +129,11 @@ def heard(
     """Yield each turn with what it says; the first wait until clutter has been learnt from them.
 
     ``memory`` is that of :func:`~elusive.systems.video.track.track_video`: what it knows of clutter is gone on from.
-    Raises DataError if there is no whole turn.
+
+    Raises
+    ------
+    DataError
+        If there is no whole turn.
     """
     memory = memory or Memory()
     state: ClutterState | None = None if memory.held is None else memory.held[2]

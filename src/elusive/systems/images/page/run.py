@@ -23,7 +23,12 @@ ERROR = "Error there"
 def run_scene(scene: ImageScene, job: LiveJob) -> Run:
     """Draw a scene, track it and gather what is shown of it.
 
-    Raises DataError if the scene cannot be run. Raises CancelledError if it was called off.
+    Raises
+    ------
+    DataError
+        If the scene cannot be run.
+    CancelledError
+        If it was called off.
     """
     drawn, settled = draw_images(scene), scene.settled
     tracking, frames = settled.tracking, drawn.frames

@@ -33,7 +33,13 @@ class Recorded(NamedTuple):
     truth: Truth | None = None
 
     def frames(self, scene: LinkScene) -> list[RssFrame]:
-        """Return its frames. Raises DataError if it is no log of the scene's nodes."""
+        """Return its frames.
+
+        Raises
+        ------
+        DataError
+            If it is no log of the scene's nodes.
+        """
         nodes = scene.simulation.network.bind(scene.area)
         frames = read_upload(self.name, self.data, LOGS, lambda path: list(open_link_log(path, nodes)))
         links = directed_links_of(len(nodes.names))

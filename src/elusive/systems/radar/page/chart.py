@@ -110,7 +110,10 @@ class ChartWindow:
 def _description(state: ChartsState) -> tuple[list[tuple[str, list[tuple[str, ...]]]], list[str]]:
     """Return the tables and the sentences of the tab's chart; none where there is no chart.
 
-    Raises DataError if the chart cannot be used.
+    Raises
+    ------
+    DataError
+        If the chart cannot be used.
     """
     if state.chart is None:
         return [], []

@@ -31,7 +31,13 @@ class OpenedChart(NamedTuple):
 
 
 def opened(path: Path) -> OpenedChart:
-    """Read a chart whole, so that the file is not needed any more. Raises DataError if it cannot be read."""
+    """Read a chart whole, so that the file is not needed any more.
+
+    Raises
+    ------
+    DataError
+        If it cannot be read.
+    """
     charts = read_charts(path)
     return OpenedChart(ChartFile(path.name, path.read_bytes()), charts)
 
@@ -79,7 +85,10 @@ class ChartsState(TrackedState[RadarScene, Sailed]):
     def open_scene(self, path: Path) -> None:
         """Take a scene from its file, and the chart beside it.
 
-        Raises DataError if the scene or its chart cannot be read, or the chart lies elsewhere.
+        Raises
+        ------
+        DataError
+            If the scene or its chart cannot be read, or the chart lies elsewhere.
         """
         scene = RadarScene.from_yaml(path)
         if scene.chart:

@@ -26,7 +26,13 @@ NAMES = {
 
 
 def prepare(state: ChartsState) -> Callable[[Job], Sailed]:
-    """Return the work of a tab's scene. Raises DataError if no chart is open."""
+    """Return the work of a tab's scene.
+
+    Raises
+    ------
+    DataError
+        If no chart is open.
+    """
     scene = state.scene
     if state.chart is None:
         raise DataError("chart: none is open; open one under Chart.")

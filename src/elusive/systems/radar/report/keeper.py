@@ -67,6 +67,8 @@ class RadarKeeper:
 
         Parameters
         ----------
+        track
+            Its number.
         water
             P(water) where it is; NaN without a chart.
         draw

@@ -30,8 +30,6 @@ Probability = Callable[[Array], Array]
 def chart_map(land: Iterable[Array], water: Probability | None, tracked: RadarTracked, cell_m: float) -> ChartMap:
     """Prepare the chart for a report.
 
-    Raises ParameterError if the width of a cell is not positive and finite.
-
     Parameters
     ----------
     land
@@ -42,6 +40,11 @@ def chart_map(land: Iterable[Array], water: Probability | None, tracked: RadarTr
         The report without a chart: what the map is to show.
     cell_m
         Width of a cell where the tracks are [m]; a third of the coast's deviation shows it well.
+
+    Raises
+    ------
+    ParameterError
+        If the width of a cell is not positive and finite.
     """
     if not 0 < cell_m < math.inf:
         raise ParameterError(f"cell_m: must be positive and finite, not {cell_m}.")

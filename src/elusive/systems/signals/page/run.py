@@ -22,7 +22,12 @@ TRACKS_TOLD = 12
 def run_scene(scene: SignalScene, job: LiveJob) -> Run:
     """Draw a scene, track it and gather what is shown of it.
 
-    Raises DataError if the scene cannot be run. Raises CancelledError if it was called off.
+    Raises
+    ------
+    DataError
+        If the scene cannot be run.
+    CancelledError
+        If it was called off.
     """
     drawn, settled = draw_signal(scene), scene.settled
     source, tracking = held_signal(NAME, drawn.frames), settled.tracking
