@@ -67,10 +67,6 @@ TWINS: dict[str, dict[str, str]] = {
         "inverse_noise": "filters/gaussian/test_map_smoother.py::twin.least",
         "optimise": "filters/gaussian/test_map_smoother.py::twin.least",
     },
-    "filters.gaussian._start_kernels": {
-        "guessed": "filters/gaussian/test_map_smoother.py::twin.least",
-        "started": "filters/gaussian/test_map_smoother.py::twin.least",
-    },
     "filters.gaussian._window_kernels": {"summed_out": "filters/gaussian/test_fixed_lag.py::twin.residuals"},
     "filters.particle._informed_kernels": {
         "correct": "filters/particle/test_informed.py::reference.corrected",

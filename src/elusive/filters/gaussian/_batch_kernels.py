@@ -10,7 +10,7 @@ from elusive.contracts import Array
 from elusive.filters.gaussian._block_kernels import marginals
 from elusive.filters.gaussian._extended_kernels import filtered, smoothed, smoothed_start
 from elusive.filters.gaussian._map_kernels import Anchor, Loss
-from elusive.filters.gaussian._start_kernels import Start, started
+from elusive.filters.gaussian._start_kernels import Start, along_lines, started
 from elusive.filters.gaussian.transitions import Transitions
 from elusive.sensors.bearing_table import BearingTable
 
@@ -36,7 +36,8 @@ def tracked(
         table = _first(shared, azimuth_rad[track], elevation_rad[track], K)
         for k in range(K):
             first = _first(shared, azimuth_rad[track], elevation_rad[track], k + 1)
-            found, placed = started(first, T, anchor, loss, start)
+            path = along_lines(first, T, anchor, loss, start)
+            found, placed = started(path, first, T, anchor, loss, start)
             means[track, k], covariances[track, k] = found.path[-1], marginals(found.L, found.Y)[-1]
             since[track] = k
             if placed:

@@ -6,6 +6,7 @@ Constant turn rate and velocity: Bar-Shalom, Li and Kirubarajan (2001), section 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -15,6 +16,7 @@ from elusive.filters.gaussian.transitions import Transitions
 from elusive.sensors.bearing_table import BearingTable
 
 HEIGHT = 4
+FRONT: Any = np.int64(0)  # as a plain integer it would be a type of its own, and its kernels compiled again
 LEAST_RANGE2 = 1e-12  # of a place on a sensor [m^2]
 SERIES_BELOW = 1e-4  # angle under which the derivatives of a chord are taken from their series
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from elusive._kernels import add_product, add_rows, copy_row, copy_rows
 from elusive.contracts import Array, X, Y
-from elusive.filters.gaussian._bearing_kernels import HEIGHT, bearing_rows, curvature, loss_of, move
+from elusive.filters.gaussian._bearing_kernels import FRONT, HEIGHT, bearing_rows, curvature, loss_of, move
 from elusive.filters.gaussian._block_kernels import backward, cholesky, forward, marginals
 from elusive.filters.gaussian._map_kernels import Loss
 from elusive.filters.gaussian.transitions import Transitions
@@ -50,7 +50,7 @@ def update(
             spread += covariance[HEIGHT, HEIGHT]
         copy_row(mean, prior_mean)
         copy_rows(covariance, prior)
-        n = 0
+        n = FRONT
         for row in range(low, high):
             count = bearing_rows(table, row, at, transitions, residual, H, n)
             variance = table.variance[row] + curvature(table, row, at, spread, transitions.solid) ** 2

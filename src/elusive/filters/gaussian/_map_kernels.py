@@ -12,7 +12,7 @@ from numba import njit
 
 from elusive._kernels import add_product, add_rows, copy_rows
 from elusive.contracts import Array
-from elusive.filters.gaussian._bearing_kernels import bearing_rows, line_rows, loss_of, move
+from elusive.filters.gaussian._bearing_kernels import FRONT, bearing_rows, line_rows, loss_of, move
 from elusive.filters.gaussian._block_kernels import cholesky, factorise, inverse, solve
 from elusive.filters.gaussian.transitions import Transitions
 from elusive.sensors.bearing_table import BearingTable
@@ -71,7 +71,7 @@ def cost_of(
             if len(ranges):
                 count = line_rows(table, row, path[k], T, ranges[row], residual, H)
             else:
-                count = bearing_rows(table, row, path[k], T, residual, H, 0)
+                count = bearing_rows(table, row, path[k], T, residual, H, FRONT)
             squared = 0.0
             for i in range(count):
                 squared += residual[i] ** 2 / table.variance[row]
@@ -115,7 +115,7 @@ def linearise(
             if len(ranges):
                 count = line_rows(table, row, path[k], T, ranges[row], residual, H)
             else:
-                count = bearing_rows(table, row, path[k], T, residual, H, 0)
+                count = bearing_rows(table, row, path[k], T, residual, H, FRONT)
             squared = 0.0
             for i in range(count):
                 squared += residual[i] ** 2 / table.variance[row]

@@ -3,6 +3,9 @@
 Bearings as lines, each weighed by its range: Stansfield (1947); Nardone, Lindgren and Gong (1984), IEEE Trans. Automat.
 Contr. 29(9), the pseudolinear estimator, here with the motion between the times. With arrivals, alone or beside
 bearings: descents from places all around the sensors, and the filter from the best of them.
+
+What only calls kernels is plain Python, so that nothing is compiled but what a start needs and the filters have
+already; :mod:`~elusive.filters.gaussian._batch_kernels` compiles the rest into itself.
 """
 
 from __future__ import annotations
@@ -12,8 +15,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 
-from elusive._kernels import copy_row, copy_rows
+from elusive._kernels import copy_row
 from elusive.contracts import VX, VY, Array, X, Y
 from elusive.filters.gaussian._bearing_kernels import HEIGHT, curvature, distance
 from elusive.filters.gaussian._block_kernels import marginals
@@ -50,9 +54,7 @@ class Start(NamedTuple):
 
 @njit(cache=True, nogil=True)
 def straightened(T: Transitions, turned: float) -> Transitions:
-    """Return the motion itself or, where it turns, a straight one with the noise of a turn."""
-    if T.turn < 0:
-        return T
+    """Return instead of a motion that turns a straight one with the noise of a turn."""
     Q = T.Q.copy()
     for which in range(len(Q)):
         step = T.F[which, X, VX]
@@ -62,47 +64,54 @@ def straightened(T: Transitions, turned: float) -> Transitions:
     return Transitions(T.interval_s, T.which, T.F, Q, -1, T.q_speed, T.q_turn, T.solid, T.bias, T.bias_scale)
 
 
-@njit(cache=True, nogil=True)
 def guessed(table: BearingTable, T: Transitions, anchor: Anchor, loss: Loss, start: Start) -> Array:
     """First path ``(K, d)`` to descend from."""
-    K, d = len(table.times_s), len(anchor.at)
-    straight = straightened(T, start.turned)
-    if not np.isnan(table.range_m).all():
-        path = _from_arrivals(table, straight, anchor, start)
-    else:
-        path = np.empty((K, d))
-        copy_row(path[0], anchor.at)
-        for k in range(1, K):
-            copy_row(path[k], straight.F[straight.which[k - 1]] @ path[k - 1])
-        ranges = np.full(len(table.sensor), start.extent_m)
-        W, L, Y = inverse_noise(straight), np.empty((K, d, d)), np.empty((K - 1, d, d))
-        for _ in range(REWEIGHTED):
-            optimise(path, table, ranges, straight, W, anchor, loss, LINES_ITERATIONS, GUESSED, L, Y)
-            for k in range(K):
-                for row in range(table.first[k], table.first[k + 1]):
-                    # near a sensor a line is no better than its place is known
-                    ranges[row] = max(distance(path[k], table.places[row], T.solid), start.extent_m / 100)
+    if np.isnan(table.range_m).all():
+        return along_lines(table, T, anchor, loss, start)
+    path = _from_arrivals(table, T if T.turn < 0 else straightened(T, start.turned), anchor, start)
     if T.turn >= 0:
         path[:, T.turn] = _turn_rate(path, T, start.most_turn)
     return path
 
 
-@njit(inline="always")  # its one caller is compiled; by itself it would be once more
+@register_jitable
+def along_lines(table: BearingTable, T: Transitions, anchor: Anchor, loss: Loss, start: Start) -> Array:
+    """First path of bearings alone, each a line."""
+    straight = T if T.turn < 0 else straightened(T, start.turned)
+    path = _coasted(anchor.at, straight, len(table.times_s))
+    ranges = np.full(len(table.sensor), start.extent_m)
+    W, (K, d) = inverse_noise(straight), path.shape
+    L, Y = np.empty((K, d, d)), np.empty((K - 1, d, d))
+    for _ in range(REWEIGHTED):
+        optimise(path, table, ranges, straight, W, anchor, loss, LINES_ITERATIONS, GUESSED, L, Y)
+        _reweigh(ranges, path, table, T.solid, start.extent_m)
+    if T.turn >= 0:
+        path[:, T.turn] = _turn_rate(path, T, start.most_turn)
+    return path
+
+
+@njit(cache=True, nogil=True)
+def _coasted(at: Array, T: Transitions, times: int) -> Array:
+    path = np.empty((times, len(at)))
+    copy_row(path[0], at)
+    for k in range(1, times):
+        copy_row(path[k], T.F[T.which[k - 1]] @ path[k - 1])
+    return path
+
+
+@njit(cache=True, nogil=True)
+def _reweigh(ranges: Array, path: Array, table: BearingTable, solid: bool, extent_m: float) -> None:
+    """Write the distances of the places of bearings from a path."""
+    for k in range(len(path)):
+        for row in range(table.first[k], table.first[k + 1]):
+            # near a sensor a line is no better than its place is known
+            ranges[row] = max(distance(path[k], table.places[row], solid), extent_m / 100)
+
+
 def _from_arrivals(table: BearingTable, T: Transitions, anchor: Anchor, start: Start) -> Array:
     K, d = len(table.times_s), len(anchor.at)
     tried = min(K, TRIED)
-    first = BearingTable(
-        table.times_s[:tried],
-        table.first[: tried + 1],
-        table.sensor,
-        table.places,
-        table.azimuth_rad,
-        table.elevation_rad,
-        table.variance,
-        table.range_m,
-        table.weights,
-        table.stations,
-    )
+    first = table._replace(times_s=table.times_s[:tried], first=table.first[: tried + 1])
     W, root, side = inverse_noise(T), np.empty((tried, d, d)), np.empty((tried - 1, d, d))
     no_lines = np.empty(0)
     # far from the truth a robust loss has hardly a slope
@@ -121,10 +130,7 @@ def _from_arrivals(table: BearingTable, T: Transitions, anchor: Anchor, start: S
                 least, best = cost, path
     means, covariances = np.empty((K, d)), np.empty((K, d, d))
     optimise(best, first, no_lines, T, W, anchor, squares, TRIED_ITERATIONS, GUESSED, root, side)
-    copy_rows(means, best)
-    spread = marginals(root, side)
-    for k in range(tried):
-        copy_rows(covariances[k], spread[k])
+    means[:tried], covariances[:tried] = best, marginals(root, side)
     filtered(table, T, squares, FILTER_ITERATIONS, tried - 1, means, covariances, np.zeros(K))
     smoothed(T, tried - 1, means, covariances)
     return means
@@ -141,11 +147,12 @@ def _turn_rate(path: Array, T: Transitions, most: float) -> float:
     return min(max(rate, -most), most)
 
 
-@njit(cache=True, nogil=True)
-def started(table: BearingTable, T: Transitions, anchor: Anchor, loss: Loss, start: Start) -> tuple[Descent, bool]:
-    """Most probable path of the first bearings, and whether a filter can start with it."""
-    K, d = len(table.times_s), len(anchor.at)
-    path = guessed(table, T, anchor, loss, start)
+@register_jitable
+def started(
+    path: Array, table: BearingTable, T: Transitions, anchor: Anchor, loss: Loss, start: Start
+) -> tuple[Descent, bool]:
+    """Most probable path of the first bearings, from a guess and in place, and whether a filter can start with it."""
+    K, d = path.shape
     W, L, Y = inverse_noise(T), np.empty((K, d, d)), np.empty((K - 1, d, d))
     no_lines = np.empty(0)
     cost, taken, settled = optimise(path, table, no_lines, T, W, anchor, loss, START_ITERATIONS, START_TOLERANCE, L, Y)

@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from elusive.contracts import Array
-from elusive.filters.gaussian._bearing_kernels import bearing_rows, loss_of, move
+from elusive.filters.gaussian._bearing_kernels import FRONT, bearing_rows, loss_of, move
 from elusive.filters.gaussian._block_kernels import backward, cholesky, forward, inverse
 from elusive.filters.gaussian._map_kernels import Anchor, Loss
 from elusive.filters.gaussian.transitions import Transitions
@@ -31,7 +31,7 @@ def summed_out(path: Array, table: BearingTable, T: Transitions, W: Array, ancho
     A = anchor.information + F.T @ pushed
     g = anchor.pull - anchor.information @ (path[0] - anchor.at) + F.T @ error
     for row in range(table.first[0], table.first[1]):
-        count = bearing_rows(table, row, path[0], T, residual, H, 0)
+        count = bearing_rows(table, row, path[0], T, residual, H, FRONT)
         squared = 0.0
         for i in range(count):
             squared += residual[i] ** 2 / table.variance[row]

@@ -198,7 +198,9 @@ class Problem(Setting):
 
     def started(self, stretch: Any) -> tuple[Descent, bool]:
         """Most probable path of the first bearings, and whether they give a place: where a live filter starts."""
-        return started(stretch.table, stretch.transitions, self.anchor(), self.robust, self.start)
+        anchor = self.anchor()
+        path = self.guess(stretch, anchor)
+        return started(path, stretch.table, stretch.transitions, anchor, self.robust, self.start)
 
     def stretch(self, placed: Iterable[tuple[float, Any | None]]) -> Stretch:
         """Measurements, None where one is missing, with their times and what moves between."""
