@@ -49,11 +49,40 @@ def test_what_is_missing_says_nothing():
     assert learned(lambda: np.full((90, CHANNELS), 8.0)) <= GREATEST * ALIKE
 
 
-def test_less_is_made_of_a_frame_whose_readings_err_alike_and_of_frames_close_in_time():
+@pytest.mark.parametrize("kept", [0.0, 0.6, 1.0])
+def test_how_long_readings_err_alike_is_seen_as_the_correlation_with_the_frame_before(kept):
+    """A link keeps its scale from frame to frame with a probability, which is the correlation."""
+    rng, likeness = np.random.default_rng(3), Likeness()
+    spread = np.exp(0.5 * rng.standard_normal(45))
+    for _ in range(600):
+        spread = np.where(rng.random(45) < kept, spread, np.exp(0.5 * rng.standard_normal(45)))
+        frame = spread[:, None, None] * rng.standard_t(DEGREES, (45, 2, CHANNELS))
+        likeness = likeness.after(frame.reshape(90, CHANNELS), DEGREES, LINKS)
+    assert likeness.persistence == pytest.approx(kept, abs=0.05)
+
+
+@pytest.mark.parametrize(("kept", "persistence"), [(0.0, 0.9), (0.5, 0.0), (0.5, 0.8), (0.9, 0.6)])
+def test_frames_that_count_for_one_are_those_of_a_filter_whose_errors_last(kept, persistence):
+    """Against the variance of the weighted sum itself, over that of independent errors."""
+    weights, lags = kept ** np.arange(400.0), np.arange(400)
+    correlation = persistence ** np.abs(lags[:, None] - lags)
+    expected = weights @ correlation @ weights / (weights @ weights)
+    assert Likeness(1.0, 1.0, persistence, 1.0).over(kept) == pytest.approx(expected)
+
+
+def test_frames_that_do_not_follow_each_other_tell_nothing_of_how_long():
+    rng = np.random.default_rng(4)
+    apart = Likeness()._replace(last=None)
+    after = apart.after(rng.standard_t(DEGREES, (90, CHANNELS)), DEGREES, LINKS)
+    assert (after.later, after.pairs) == (apart.later, apart.pairs)
+    assert after.after(rng.standard_t(DEGREES, (90, CHANNELS)), DEGREES, LINKS).pairs == apart.pairs + 1
+
+
+def test_less_is_made_of_a_frame_whose_readings_err_alike_and_go_on_doing_so():
     sensor, rise = shadowed_links(), np.zeros((90, 4))
-    apart, alike = Likeness(0.0, 1.0), Likeness(ALIKE, 1.0)
-    assert sensor.tempered(rise, apart, 0.1).temper == 1.0
-    assert sensor.tempered(rise, alike, 1e9).temper == pytest.approx(1 / 8)  # the readings of a link count for one
-    assert sensor.tempered(rise, alike, 1.0).temper == pytest.approx(1 / 16)
+    apart, alike = Likeness(0.0, 1.0, 0.0, 1.0), Likeness(ALIKE, 1.0, 0.8 * ALIKE, 1.0)
+    assert sensor.tempered(rise, apart, 0.9).temper == 1.0
+    assert sensor.tempered(rise, alike, 0.0).temper == pytest.approx(1 / 8)  # the readings of a link count for one
+    assert sensor.tempered(rise, alike, 0.5).temper == pytest.approx(1 / 8 * 0.6 / 1.4)
     assert sensor.bias_variance(apart) == 0.0
     assert sensor.bias_variance(alike) == pytest.approx(0.2**2)

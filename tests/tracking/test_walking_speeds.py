@@ -1,7 +1,7 @@
 """People of any speed, in frames of any interval: against the filter that knows the speed, and the ellipses hold.
 
 In two worlds: readings independent of each other, as the model says; and a site, where the readings of a link err
-alike and places are bent by a smooth field, which the filter does not know.
+alike for seconds and places are bent by a smooth field, which the filter does not know.
 """
 
 from __future__ import annotations
@@ -28,9 +28,19 @@ LINK = undirected_of(NODES)
 class World(NamedTuple):
     alike: float  # share of a reading's variance that its link has in common, and of the links that share a scale
     bent_m: float
+    lasting_s: float = 0.0  # time for which a link goes on so: 4 to 5 in a basement
 
 
-INDEPENDENT, SITE = World(0.0, 0.0), World(0.4, 0.45)
+class Common(NamedTuple):
+    """What the readings of each link ``(L,)`` have in common, at a time."""
+
+    time_s: float
+    normal: np.ndarray
+    scale: np.ndarray
+    shared: np.ndarray
+
+
+INDEPENDENT, SITE = World(0.0, 0.0), World(0.4, 0.45, 4.0)
 
 
 def bending(rng, deviation_m, length_m=1.5, waves=60):
@@ -55,14 +65,22 @@ def walked(rng, speed_mps, interval_s, frames, half=HALF - 0.4):
     return places
 
 
-def drawn(world, sensor, places, rng):
+def in_common(world, time_s, rng, before=None):
+    """Draw what readings have in common, each link going on as before with a probability that falls with time."""
+    links = NODES * (NODES - 1) // 2
+    now = Common(time_s, rng.standard_normal(links), rng.chisquare(4, links), rng.random(links) < world.alike)
+    if before is None or not world.lasting_s:
+        return now
+    goes_on = rng.random(links) < np.exp(-(time_s - before.time_s) / world.lasting_s)
+    return Common(time_s, *(np.where(goes_on, old, new) for old, new in zip(before[1:], now[1:], strict=True)))
+
+
+def drawn(world, sensor, places, rng, common):
     """Draw a frame with people at the places."""
     people = [sensor.effect(sensor.expected(np.array([[x, 0, y, 0]])), np.ones(1), 1.0) for x, y in places]
     mean, variance = total(people, sensor.variance_db2 + sensor.model.floor_sd_db**2)
-    links = NODES * (NODES - 1) // 2
-    common, scale = rng.standard_normal(links)[LINK, None], rng.chisquare(4, links)[LINK, None]
-    shared = (rng.random(links) < world.alike)[LINK, None]
-    normal = np.sqrt(world.alike) * common + np.sqrt(1 - world.alike) * rng.standard_normal(variance.shape)
+    normal, scale, shared = (of_links[LINK, None] for of_links in common[1:])
+    normal = np.sqrt(world.alike) * normal + np.sqrt(1 - world.alike) * rng.standard_normal(variance.shape)
     noise = normal / np.sqrt(np.where(shared, scale, rng.chisquare(4, variance.shape)) / 4)
     return mean + np.sqrt(variance) * noise
 
@@ -75,10 +93,11 @@ def followed(world, method, speed_mps, interval_s, seed):
     sensor, bend = shadowed_links(seed, NODES, HALF, CHANNELS), bending(rng, world.bent_m)
     area = Area.rectangle(-HALF, HALF, -HALF, HALF)
     chain = LinksChain(method.tracker(sensor, area), area, 1.0, True)
-    state, errors, held, alone = chain.init(np.empty(0), rng), [], [], []
+    state, common, errors, held, alone = chain.init(np.empty(0), rng), None, [], [], []
     for number, place in enumerate(walked(rng, speed_mps, interval_s, frames)):
         bent = place + bend(place)
-        frame = drawn(world, sensor, [bent], rng)
+        common = in_common(world, number * interval_s, rng, common)
+        frame = drawn(world, sensor, [bent], rng, common)
         state = chain.step(state, number * interval_s, frame, rng)
         sure = [track for track in state.tracks if track.status == "confirmed"]
         if number < settled:

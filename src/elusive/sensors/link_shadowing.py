@@ -29,7 +29,6 @@ from elusive.sensors.radio_network import Indices, RadioNodes, directed_links_of
 FADE_SCALE_DB = 5.0  # of the sigmoid g
 FADE_UNIT_DB = 10.0  # of f
 LEAST_DISTANCE_M = 0.1
-LEAST_INTERVAL_S = 1e-3
 ROUNDING_SD_DB = 1 / math.sqrt(12)  # of readings in whole dB: a lesser spread would be that of no reading at all
 GREATEST_FADE_DB = 30.0  # beyond it a fade level says no more
 
@@ -53,7 +52,6 @@ class LinkShadowing(Model):
         le=1,
         description="Exponent of the likelihood; none: learned, one over the readings of a link where they err alike",
     )
-    alike_s: NonNegative = Field(1.0, description="Time for which readings that err alike go on doing so [s]")
     bias_m: NonNegative = Field(
         0.2, description="Deviation on each axis by which a site bends places, where its readings err alike [m]"
     )
@@ -236,14 +234,15 @@ class ShadowedLinks:
         draw = rng.standard_t(self.model.degrees, self._unheard.shape)
         return np.where(self._unheard, np.nan, mean + np.sqrt(variance) * draw)
 
-    def tempered(self, rise_db: Array, likeness: Likeness, interval_s: float) -> TemperedRise:
-        """Return a frame an interval after the last with as much made of it as its readings err apart.
+    def tempered(self, rise_db: Array, likeness: Likeness, kept: float) -> TemperedRise:
+        """Return a frame with as much made of it as its readings err apart, and its errors from those of the last.
 
-        Unless the exponent is given, it is one over how many readings count for one, of a link and in time.
+        Unless the exponent is given, it is one over how many readings count for one, of a link and in time; ``kept``
+        is the share of the error of a place that is kept from frame to frame.
         """
         if self.model.temper is not None:
             return TemperedRise(rise_db, self.temper)
-        readings = self._readings * (1 + self.model.alike_s / max(interval_s, LEAST_INTERVAL_S))
+        readings = self._readings * likeness.over(kept)
         return TemperedRise(rise_db, 1 / (1 + (readings - 1) * likeness.misfit))
 
     def bias_variance(self, likeness: Likeness) -> float:

@@ -10,7 +10,7 @@ from elusive.sensors.link_shadowing import TemperedRise
 from elusive.systems.links.by_links import LinksChain, LinksMethod
 from elusive.systems.links.checks import ONE_MORE
 from tests.tracking.link_scenes import shadowed_links, states_of
-from tests.tracking.test_walking_speeds import HALF, INDEPENDENT, SITE, drawn, walked
+from tests.tracking.test_walking_speeds import HALF, INDEPENDENT, SITE, drawn, in_common, walked
 
 AREA = Area.rectangle(-HALF, HALF, -HALF, HALF)
 INTERVAL_S, FRAMES, SETTLED = 0.5, 40, 15
@@ -21,9 +21,10 @@ def followed(seed, gaps, world=INDEPENDENT):
     rng = np.random.default_rng([seed, 7])
     sensor = shadowed_links(seed)
     chain = LinksChain(LinksMethod().tracker(sensor, AREA), AREA, 1.0, True)
-    state, many, more = chain.init(np.empty(0), rng), [], []
+    state, common, many, more = chain.init(np.empty(0), rng), None, [], []
     for number, place in enumerate(walked(rng, 0.7, INTERVAL_S, FRAMES, half=HALF - 1.5)):
-        frame = drawn(world, sensor, place + np.column_stack([gaps, np.zeros(len(gaps))]), rng)
+        common = in_common(world, number * INTERVAL_S, rng, common)
+        frame = drawn(world, sensor, place + np.column_stack([gaps, np.zeros(len(gaps))]), rng, common)
         state = chain.step(state, number * INTERVAL_S, frame, rng)
         many.append(sum(track.status == "confirmed" for track in state.tracks))
         more.append(state.unexplained.log_ratio)

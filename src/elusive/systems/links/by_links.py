@@ -26,11 +26,13 @@ from elusive.systems.links.standing import Standing
 from elusive.systems.links.unexplained import NOTHING, SOMEBODY, OneMore, Unexplained
 from elusive.tracking.birth_density import AreaBirths
 from elusive.tracking.people import Entrance, TrackEvent, events_between
+from elusive.tracking.sought import LOUD
 from elusive.tracking.superposed import FIRST_S, SuperposedTracker
 from elusive.tracking.superposed_settings import SuperposedSettings
 from elusive.tracking.superposed_state import SuperposedState
 from elusive.tracking.track import Track
 
+KEPT = 0.5  # share of the error of a place that is kept from frame to frame, while nobody is known
 EMPTY_BELOW = 0.1  # existence of everybody below which the room is taken for empty
 
 
@@ -181,7 +183,7 @@ class LinksChain:
             belief = self._filter.step(state.belief, time_s, change, rng)
         else:
             interval_s = FIRST_S if math.isnan(state.belief.time_s) else interval_since(state.belief.time_s, time_s)
-            tempered = sensor.tempered(change, likeness, interval_s)
+            tempered = sensor.tempered(change, likeness, self._kept(state.belief, interval_s))
             belief = self._filter.step(state.belief, time_s, tempered, rng)
             sure = [track.mean for track in belief.tracks if track.status == "confirmed"]
             if sure and self._one_more is not None:
@@ -193,9 +195,23 @@ class LinksChain:
                     n = self._filter.particles
                     belief = self._one_more.joined(belief, unexplained, tempered.temper, n, rng)
                     unexplained = unexplained._replace(summed=0.0)
+            else:
+                likeness = likeness._replace(last=None)
             if self._one_more is not None:
                 standing = standing.after(time_s, change, sensor, *self._one_more.places)
         if isinstance(sensor, ShadowedLinks):
             bias_m2 = sensor.bias_variance(likeness)
         events = events_between(time_s, state.belief.tracks, belief.tracks, self._entrance, self._near_m)
         return LinksState(belief, tuple(events), likeness, bias_m2, state.learns, unexplained, standing)
+
+    def _kept(self, belief: SuperposedState, interval_s: float) -> float:
+        """Return the share of the errors of places that the filter keeps until the next frame: what it has not lost."""
+        known = [target for target in belief.targets if target.existence > LOUD]
+        walk = self._filter.motion
+        if not known or not isinstance(walk, Walk):
+            return KEPT
+        F, Q = walk.moments(interval_s)
+        shares = np.array([target.existence for target in known])
+        before = np.tensordot(shares, [target.covariance for target in known], 1)
+        ahead = F @ before @ F.T + shares.sum() * Q
+        return float((before[X, X] + before[Y, Y]) / (ahead[X, X] + ahead[Y, Y]))

@@ -36,6 +36,7 @@ INTERVALS_S = 0.005, 60.0  # between frames
 IMPOSSIBLE = 0.5  # share of the links that is louder than radios can be
 COARSE_DB = 2.5  # steps of readings
 MISFIT, LEARNED_FRAMES = 2.0, 20
+FEWEST_PAIRS = 10  # frames with somebody, after each other, from which it is known how long readings err alike
 # log likelihood a frame of one more person: to 2.2 where few nodes track all, else below .9; where two were one, above
 # 3 in four of six runs, 1.6 and less in two
 ONE_MORE = 3.0
@@ -51,6 +52,7 @@ class LinkFacts:
         self._calibration: Calibration | None = None
         self._confirmed = 0
         self._misfit = math.nan
+        self._pairs = 0
         self._one_more, self._looked = 0.0, 0
         self._late: deque[tuple[float, float]] = deque()  # time and what was left over, of the last seconds
         self._found: frozenset[int] = frozenset()
@@ -72,6 +74,7 @@ class LinkFacts:
             sure = any(track.status == "confirmed" for track in step.tracks)
             self._confirmed += sure
             self._misfit = people.likeness.misfit
+            self._pairs = int(people.likeness.pairs)
             if people.standing.place is not None and self._stays is None:
                 self._stays = step.time_s, *people.standing.place.tolist()
             self._still = float(np.fmax(self._still, people.standing.log_ratio))
@@ -95,7 +98,7 @@ class LinkFacts:
         if self._calibration is None:
             return ()
         mean = self._calibration.mean_dbm
-        found = [self._rounding(), self._room(), self._model(), self._people(), self._rests()]
+        found = [self._rounding(), self._room(), self._model(), self._alike(), self._people(), self._rests()]
         misread = _reciprocity(self._nodes, mean)
         return (*found, misread, *([] if not misread.holds else _distances(self._nodes, mean)))
 
@@ -125,6 +128,16 @@ class LinkFacts:
             "as in a real basement: the model of what people change does not hold here, and tracks may be nobody's.",
             "Fit the site: elusive fit links, then --config; for sums over voxels, as simulated logs are, "
             "--effect radiation.",
+        )
+
+    def _alike(self) -> Finding:
+        few = self._confirmed > 0 and self._pairs < FEWEST_PAIRS
+        return Fact(float(FEWEST_PAIRS), float(self._pairs), not few, self._confirmed).finding(
+            "links.alike",
+            f"Only {self._pairs} frames tell how alike the readings of a link err here, and for how long: that is taken "
+            "from a basement instead, and ellipses may be too small or too large.",
+            "Track a log in which somebody walks for a minute.",
+            grave=False,
         )
 
     def _rests(self) -> Finding:

@@ -32,7 +32,7 @@ __all__ = ["FittedLinks", "LinkFitting", "fit_link_log", "fit_links", "fitted_at
 YAML = (".yaml", ".yml")
 SOMEBODY = 0.5  # probability from which somebody is counted as there
 HEADER = ("constant", "before", "after")
-UNFITTED = "degrees", "temper", "alike_s", "bias_m", "spread", "width_x_m", "width_y_m", "rotation_deg"
+UNFITTED = "degrees", "temper", "bias_m", "spread", "width_x_m", "width_y_m", "rotation_deg"
 QUICK = LinkFitting(pitch_m=0.5, iterations=4)
 READINGS = 150_000  # of links, directions apart, that a fit at the start takes: seconds
 THINNED = 8  # frames read for each that is fitted to, at most
