@@ -134,7 +134,7 @@ class LinkFacts:
         few = self._confirmed > 0 and self._pairs < FEWEST_PAIRS
         return Fact(float(FEWEST_PAIRS), float(self._pairs), not few, self._confirmed).finding(
             "links.alike",
-            f"Only {self._pairs} frames tell how alike the readings of a link err here, and for how long: that is taken "
+            f"Only {self._pairs} frames tell how alike the readings of a link err, and for how long: that is taken "
             "from a basement instead, and ellipses may be too small or too large.",
             "Track a log in which somebody walks for a minute.",
             grave=False,
