@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -38,6 +39,11 @@ class Rings(NamedTuple):
 
     vertices: Array  # (V, 2) x, y [m]
     starts: NDArray[np.int64]  # (R + 1,) ring r is vertices[starts[r]:starts[r + 1]]
+
+    @property
+    def each(self) -> list[Array]:
+        """Each ring's vertices, ``(V, 2)``."""
+        return [self.vertices[a:b] for a, b in pairwise(self.starts)]
 
     @property
     def edges(self) -> Array:

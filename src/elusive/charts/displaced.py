@@ -8,7 +8,6 @@ probability averages to that of the whole imprecision, since a Gaussian convolve
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 
@@ -126,7 +125,7 @@ def _alone(coast: Coast, number: int, sigma_m: float, reach_m: float) -> Coast:
     import shapely
 
     shapes = [
-        shapely.build_area(shapely.MultiLineString([rings.vertices[a:b] for a, b in pairwise(rings.starts)]))
+        shapely.build_area(shapely.MultiLineString(rings.each))
         for rings in (coast.areas[number], coast.border)
         if len(rings.vertices)
     ]

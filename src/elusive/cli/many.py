@@ -183,12 +183,11 @@ def _row(out: Path, recording: Recording, sentence: str | None) -> tuple[Any, ..
     if sentence is not None:
         return recording.path, "", "refused", "", "", "", "", "", sentence
     from elusive.results.log import read_tracks_csv  # loads what the commands' help does not need
-    from elusive.results.table import STATUSES
+    from elusive.results.table import CONFIRMED
 
-    confirmed_status = STATUSES.index("confirmed")
     folder = out / recording.name
     log = read_tracks_csv(folder / "tracks.csv")
-    confirmed = log.rows[log.rows["status"] == confirmed_status]
+    confirmed = log.rows[log.rows["status"] == CONFIRMED]
     if "shown" in log.columns.added:  # of images: what does not rest
         confirmed = confirmed[confirmed["added"][:, log.columns.added.index("shown")] != 0]
     span = (repr(float(confirmed["time_s"][0])), repr(float(confirmed["time_s"][-1]))) if len(confirmed) else ("", "")

@@ -57,6 +57,11 @@ def figure(
             drawn.savefig(temporary, metadata={"Software": None} if path.suffix == ".png" else None)
 
 
+def headline(drawn: Figure, text: str) -> None:
+    """Write a title over all panels, at the left."""
+    drawn.suptitle(text, x=0.01, ha="left", weight="bold", size=10)
+
+
 def settle(drawn: Figure) -> None:
     """Lay the panels out and leave them there: a figure saved unsettled is laid out twice and drawn twice."""
     engine = drawn.get_layout_engine()

@@ -16,9 +16,7 @@ from elusive.errors import DataError
 from elusive.io.atomic import atomic_path
 from elusive.results.log import TrackLog
 from elusive.results.spool import Records
-from elusive.results.table import STATUSES
-
-DELETED = STATUSES.index("deleted")
+from elusive.results.table import DELETED, STATUSES
 
 
 def write_mot_csv(

@@ -17,7 +17,7 @@ from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.io.csv_files import csv_text, records_of, write_csv
 from elusive.results.spool import Records, Spool
-from elusive.results.table import HEAD, STATUSES, Columns, Unit, columns_of
+from elusive.results.table import CONFIRMED, HEAD, STATUSES, Columns, Unit, columns_of
 from elusive.tracking.track import Step, Track
 
 
@@ -142,6 +142,10 @@ class TrackLog:
         """Return all rows track by track."""
         numbers, sizes = self._rows.counts("track")
         return ByTrack(numbers, sizes, self._rows.sorted_by("track", numbers, sizes))
+
+    def confirmed(self) -> dict[int, Records]:
+        """Return all rows of each track that was ever confirmed, by its number."""
+        return {number: rows for number, rows in self.by_track() if (rows["status"] == CONFIRMED).any()}
 
     def csv_text(self) -> str:
         """Return what stands in ``tracks.csv``."""

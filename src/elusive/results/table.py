@@ -17,6 +17,7 @@ from elusive.tracking.track import Status, Step, Track
 Unit = Literal["m", "px", "samples"]
 SPEEDS = {"m": "mps", "px": "pxps", "samples": "samplesps"}
 STATUSES: tuple[Status, ...] = ("candidate", "confirmed", "deleted")
+CONFIRMED, DELETED = 1, 2  # of them, as rows number them
 HEAD = ("time_s", "track", "status", "existence")
 
 

@@ -80,9 +80,7 @@ def draw_path(path: Path, results: xr.Dataset, motion: str) -> None:
             axes.set(xlabel="x [cells]", ylabel="y [cells]", xlim=(-0.5, 19.5), ylim=(-0.5, 19.5), aspect="equal")
             axes.set_title(FILTERS[name].label, fontsize=9)
             axes.legend(loc="upper right" if motion == "ct" else "lower right")
-        figure.suptitle(
-            f"Paths at 6.71 dB, {_words(motion)}; thin: 40 trials", x=0.01, ha="left", weight="bold", size=10
-        )
+        plots.headline(figure, f"Paths at 6.71 dB, {_words(motion)}; thin: 40 trials")
 
 
 def draw_rmse(path: Path, results: xr.Dataset, motion: str) -> None:
@@ -105,8 +103,7 @@ def draw_rmse(path: Path, results: xr.Dataset, motion: str) -> None:
             axes.set_title(FILTERS[name].label, fontsize=9)
             axes.plot([], [], color=plots.MUTED, linestyle=(0, (1, 1.5)), linewidth=1.2, label="bound, given presence")
             axes.legend(loc="upper right")
-        title = f"Position RMSE of {_trials(results)} trials with 95 % interval, {_words(motion)}"
-        figure.suptitle(title, x=0.01, ha="left", weight="bold", size=10)
+        plots.headline(figure, f"Position RMSE of {_trials(results)} trials with 95 % interval, {_words(motion)}")
 
 
 def draw_frames(path: Path, results: xr.Dataset, motion: str) -> None:

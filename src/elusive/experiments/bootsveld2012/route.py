@@ -7,7 +7,6 @@ water, the coast, charted land, open water. Of all stretches that lead south and
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -90,8 +89,7 @@ def _stretches(coast: Coast) -> tuple[Array, Array]:
     low, high = np.reshape(coast.bounds, (2, 2)) + np.array([[MARGIN_M], [-MARGIN_M]])
     ahead = np.round(SECONDS * SPEED_MPS / STEP_M).astype(int)
     shores, seawards = [np.zeros((0, len(SECONDS), 2))], [np.zeros((0, len(SECONDS), 2))]
-    for a, b in pairwise(coast.land.starts):
-        ring = shapely.LineString(coast.land.vertices[a:b])
+    for ring in map(shapely.LineString, coast.land.each):
         count = int(ring.length / STEP_M)
         if count < 1.5 * ahead[-1]:
             continue

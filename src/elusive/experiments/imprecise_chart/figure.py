@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -51,13 +50,10 @@ def draw(path: Path, rows: list[Row], parameters: ImpreciseChartTrial, seed: int
             axes.set_title(f"Radar {distance} away")
         _lost(grid[1, 0], [row for row in rows if row.range_m == ranges[0]])
         _map(grid[1, 1], parameters, seed, worst)
-        drawn.suptitle(
+        plots.headline(
+            drawn,
             f"A ship along the coast of {Path(parameters.fine).stem}, tracked with {Path(parameters.coarse).stem}: "
             f"{rows[0].runs} runs a point, ± 1 standard error",
-            x=0.01,
-            ha="left",
-            weight="bold",
-            size=10,
         )
         handles, labels = grid[0, 0].get_legend_handles_labels()
         for handle, label in zip(*grid[1, 1].get_legend_handles_labels(), strict=True):
@@ -146,5 +142,4 @@ def _outlines(land: Any, low: Array, high: Array) -> list[Array]:
     """Rings of the land about a rectangle, cut beyond its view."""
     import shapely
 
-    rings = rings_of(shapely.intersection(land, shapely.box(*(low - AROUND_M), *(high + AROUND_M))))
-    return [rings.vertices[a:b] for a, b in pairwise(rings.starts)]
+    return rings_of(shapely.intersection(land, shapely.box(*(low - AROUND_M), *(high + AROUND_M)))).each

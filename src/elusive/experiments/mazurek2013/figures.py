@@ -98,7 +98,7 @@ def draw(path: Path, points: list[Point], figure: Setting, cases: int) -> None:
         for axes in grid[:, 0]:
             axes.set_ylabel("mean distance error [samples]")
         title = f"Object of {figure.object_size} samples, α = {figure.smoothing:g}: {cases} cases, ± 1 standard error"
-        drawn.suptitle(title, x=0.01, ha="left", weight="bold", size=10)
+        plots.headline(drawn, title)
         drawn.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=len(WINDOWS) + 1)
 
 

@@ -54,10 +54,7 @@ def draw(path: Path, name: str, cells: list[Cell], awgn_db: float) -> None:
                 axes.set_ylim(-0.05, 1.6 * max(LINEAR_BELOW, axes.dataLim.y1))
         for axes in grid[-1]:
             axes.set_xlabel(experiment.label)
-        drawn.suptitle(
-            f"{experiment.title}: {told}mean and 10 to 90 %, AWGN {awgn_db:g} dB a voxel", x=0.01, ha="left",
-            weight="bold", size=10,
-        )  # fmt: skip
+        plots.headline(drawn, f"{experiment.title}: {told}mean and 10 to 90 %, AWGN {awgn_db:g} dB a voxel")
         drawn.legend(
             *grid[0, 0].get_legend_handles_labels(), loc="outside lower center",
             ncols=len(runs) + 1 if len(runs) <= 3 else 3, columnspacing=1.0, handletextpad=0.2,

@@ -9,12 +9,12 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
-from elusive.checks import Finding, grave, write_checks
+from elusive.checks import Finding, grave
 from elusive.contracts import Array
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io.truth import Truth
 from elusive.report.clock import Clock
-from elusive.results import Scored, TrackLog, scored, write_geojson, write_result, write_tracks_csv
+from elusive.results import Scored, TrackLog, scored, write_geojson, write_recording, write_tracks_csv
 from elusive.sensors.bearing_sets import SensorSites
 from elusive.systems.bearings.checks import track_findings
 from elusive.systems.bearings.heard import bearings_of, moving, sensors_of, starts_of
@@ -120,17 +120,13 @@ def write_outcome(folder: Path, outcome: BearingOutcome[Any], config: str, frame
     tracked = outcome.tracked
     if frame is not None:
         write_geojson(folder / "tracks.geojson", outcome.log, frame.to_lonlat)
-    write_checks(folder, outcome.findings)
     write_tracks_csv(folder / "tracks.csv", outcome.log)
-    (folder / "config.yaml").write_text(config, encoding="utf-8")
-    if outcome.scored is not None:
-        outcome.scored.write(folder)
     number = np.repeat(np.arange(len(tracked.times_s)), np.diff(tracked.first))
     meanings = {"flag_values": np.arange(len(tracked.names)), "flag_meanings": " ".join(tracked.names)}
     north = {"units": "degree", "long_name": "azimuth, clockwise from north"}
     left = {"units": "degree", "long_name": "bearing less that of the track"}
-    write_result(
-        folder / "result.nc", outcome.log, title=tracked.title, config=config,
+    write_recording(
+        folder, outcome.log, outcome.findings, outcome.scored, title=tracked.title, config=config,
         more={
             "bearing_step": (("bearing",), number, {"long_name": "number of the step, from 0"}),
             "bearing_sensor": (("bearing",), tracked.sensor, meanings),

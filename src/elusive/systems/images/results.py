@@ -14,7 +14,7 @@ from elusive.filters import BernoulliFilter, ExistenceParticleFilter
 from elusive.filters.particle.recorded import RecordedState
 from elusive.preprocess.background import LEVELS
 from elusive.report.clock import Clock
-from elusive.results import STATUSES, Scored, TrackLog
+from elusive.results import CONFIRMED, DELETED, Scored, TrackLog
 from elusive.results.spool import Records
 from elusive.sensors import ClutterSensor, ImageSensor
 from elusive.systems.images.parameters import ImageTracking
@@ -23,7 +23,6 @@ from elusive.systems.images.recurrent import RecurrentImages, SeveralState
 from elusive.systems.images.report import Tracked
 from elusive.tracking import Step
 
-CONFIRMED, DELETED = STATUSES.index("confirmed"), STATUSES.index("deleted")
 QUANTILES = tuple(f"whitened_at_{level:g}" for level in LEVELS)  # of the whitened pixels [noise deviations]
 
 
@@ -99,11 +98,10 @@ def tracked_of(
 def _over_time(log: TrackLog, name: str, frames: int) -> dict[int, Array]:
     """Place or existence in each frame of each track that was ever confirmed, NaN where it does not live."""
     found = {}
-    for number, rows in log.by_track():
-        if (rows["status"] == CONFIRMED).any():
-            found[number] = np.full((frames, *rows[name].shape[1:]), np.nan)
-            living = rows[rows["status"] != DELETED]
-            found[number][living["step"]] = living[name]
+    for number, rows in log.confirmed().items():
+        found[number] = np.full((frames, *rows[name].shape[1:]), np.nan)
+        living = rows[rows["status"] != DELETED]
+        found[number][living["step"]] = living[name]
     return found
 
 

@@ -16,7 +16,7 @@ from elusive.checks import Finding, grave, write_checks
 from elusive.errors import DataError
 from elusive.io import FrameSource, Truth, atomic_folder
 from elusive.io.live_frames import LiveFrames
-from elusive.results import Scored, scored, write_mot_csv, write_result
+from elusive.results import Scored, scored, write_mot_csv, write_recording, write_result
 from elusive.results.live import LiveEnd, LiveStep, follow_live, live_folder
 from elusive.systems.images.checks import FrameChecks
 from elusive.systems.images.parameters import ImageTracking
@@ -124,16 +124,12 @@ def track_recording(
         known = None if truth is None else truth.aligned(log.times_s, source.start, whole=source.whole)
         scores = None if known is None else scored(log.shown, known, NEAR_PX if cutoff_px is None else cutoff_px)
         tracked = tracked_of(source.name, log, source.shape, timed=source.timed, truth=known, scores=scores)
-        if scores is not None:
-            scores.write(folder)
         write_mot_csv(folder / "tracks_mot.csv", log.shown, sigma_px=bound.spread_px, first_frame=source.start)
-        write_result(folder / "result.nc", log, title=source.name, config=config, timed=source.timed)
-        (folder / "config.yaml").write_text(config, encoding="utf-8")
         findings = run.checks.findings(log.whitened)
+        write_recording(folder, log, findings, scores, title=source.name, config=config, timed=source.timed)
         tracked = tracked._replace(believed=not grave(findings))
         write_png(folder / "report.png", tracked, keeper)
         write_html(folder / "report.html", tracked, keeper, findings)
-        write_checks(folder, findings)
     return Outcome(log, tracked, scores, findings)
 
 

@@ -21,7 +21,7 @@ from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.io.csv_files import csv_text
 from elusive.io.truth import Truth
-from elusive.results import STATUSES, Scored, TrackLog, scored, spread
+from elusive.results import CONFIRMED, DELETED, Scored, TrackLog, scored, spread
 from elusive.results.spool import Records
 from elusive.sensors.radio_network import RadioNodes
 from elusive.systems.links.by_image import ImageState
@@ -35,7 +35,6 @@ STATE_NAMES = ("x", "vx", "y", "vy")
 EVENT_COLUMNS = ("time_s", "track", "event", "x_m", "y_m")
 HEADER = ("track", "from [s]", "to [s]", "confirmed [s]", "walked [m]", "mean existence")
 CUTOFF_M = 2.0  # of the thesis's scores, section 4.1
-CONFIRMED, DELETED = STATUSES.index("confirmed"), STATUSES.index("deleted")
 EVENTS_KEPT = 5000  # latest ones, for the report
 FRAMES_AT_MOST, POINTS_AT_MOST = 50_000, 200_000  # of the report; of all tracks together
 

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from elusive.checks import write_checks
 from elusive.errors import ParameterError
 from elusive.io import atomic_folder
 from elusive.io.arrivals import Coming
 from elusive.io.link_logs import LinkLog
 from elusive.io.truth import Truth
-from elusive.results import write_result
+from elusive.results import write_recording
 from elusive.results.live import LiveEnd, LiveStep, follow_live, live_folder
 from elusive.sensors.radio_network import RadioNodes, RssFrame
 from elusive.systems.links.by_links import LinksMethod
@@ -79,13 +78,10 @@ def track_links_recording(
                 on_frame(number)
         run.flush()
         outcome = run.outcome(fitted)
-        if outcome.scored is not None:
-            outcome.scored.write(folder)
-        write_result(folder / "result.nc", run.log, title=run.title, config=parameters.to_yaml())
+        config = parameters.to_yaml()
+        write_recording(folder, run.log, outcome.findings, outcome.scored, title=run.title, config=config)
         write_links_png(folder / "report.png", outcome.tracked)
         write_links_html(folder / "report.html", outcome.tracked, outcome.findings)
-        write_checks(folder, outcome.findings)
-        (folder / "config.yaml").write_text(parameters.to_yaml(), encoding="utf-8")
     return outcome
 
 

@@ -43,10 +43,10 @@ def draw_coast_echoes(coast: Coast, n: int, deepest_m: float, reach_m: float, rn
     """
     import shapely
 
-    rings = coast.land
-    lines = [rings.vertices[a:b] for a, b in zip(rings.starts[:-1], rings.starts[1:], strict=True)]
     disc = shapely.Point(0.0, 0.0).buffer(reach_m)
-    land = shapely.intersection(shapely.build_area(shapely.MultiLineString(lines)), disc.buffer(2 * deepest_m))
+    land = shapely.intersection(
+        shapely.build_area(shapely.MultiLineString(coast.land.each)), disc.buffer(2 * deepest_m)
+    )
     shapely.prepare(land)
     shore = shapely.intersection(shapely.boundary(land), disc)
     found = np.zeros((0, 2))

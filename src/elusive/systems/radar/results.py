@@ -13,13 +13,13 @@ import numpy as np
 from elusive.charts import Water
 from elusive.charts.biased import CoastBias
 from elusive.charts.charted_area import ChartedArea
-from elusive.checks import Finding, write_checks
+from elusive.checks import Finding
 from elusive.contracts import Array, X, Y, interval_since
 from elusive.filters.particle.coast_error import anchored_probability, coast_bias
 from elusive.filters.particle.particle_map import likeliest
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io import RadarSource, Truth
-from elusive.results import STATUSES, Scored, TrackLog, scored, write_geojson, write_result
+from elusive.results import CONFIRMED, DELETED, Scored, TrackLog, scored, write_geojson, write_recording
 from elusive.results.spool import Records
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_hulls import HullRadar
@@ -57,7 +57,6 @@ ADDED = (
     "breadth_m",
     "mmsi",
 )
-CONFIRMED, DELETED = STATUSES.index("confirmed"), STATUSES.index("deleted")
 
 
 class Surroundings(NamedTuple):
@@ -220,7 +219,7 @@ class RadarRun:
             if truth is None
             else scored(self._log, truth.aligned(times_s)[..., :2], CUTOFF_M if cutoff_m is None else cutoff_m)
         )
-        confirmed = {number: rows for number, rows in self._log.by_track() if (rows["status"] == CONFIRMED).any()}
+        confirmed = self._log.confirmed()
         paths = {number: self._path(number, rows) for number, rows in confirmed.items()}
         said = [
             sentence
@@ -262,13 +261,11 @@ class RadarRun:
             "radar_lon_deg": ((), np.array(frame.lon_deg), {"units": "degrees_east", "long_name": "of the origin"}),
             "radar_lat_deg": ((), np.array(frame.lat_deg), {"units": "degrees_north", "long_name": "of the origin"}),
         }
-        write_result(folder / "result.nc", self._log, title=tracked.title, config=config, more=place)
-        if outcome.scored is not None:
-            outcome.scored.write(folder)
-        (folder / "config.yaml").write_text(config, encoding="utf-8")
+        write_recording(
+            folder, self._log, outcome.findings, outcome.scored, title=tracked.title, config=config, more=place
+        )
         write_radar_png(folder / "report.png", tracked)
         write_radar_html(folder / "report.html", tracked, outcome.findings)
-        write_checks(folder, outcome.findings)
 
     def _added(self, rows: Records, name: str) -> Array:
         return np.asarray(rows["added"][:, self._log.columns.added.index(name)])
@@ -288,9 +285,8 @@ class RadarRun:
         if charted is None:
             return tracked
         land = charted.coast.land
-        rings = [land.vertices[a:b] for a, b in zip(land.starts[:-1], land.starts[1:], strict=True)]
         shading = None
         if water is not None:
             shading = lambda places: np.where(water.known(places), water.probability(places), np.nan)  # noqa: E731
         cell_m = SHOWN_CELL * float(charted.coast.sigma_m.min())
-        return tracked._replace(chart=chart_map(rings, shading, tracked, cell_m))
+        return tracked._replace(chart=chart_map(land.each, shading, tracked, cell_m))

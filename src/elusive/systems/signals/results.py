@@ -10,7 +10,7 @@ import numpy as np
 from elusive.contracts import Array
 from elusive.io import SignalSource, Truth
 from elusive.report.clock import Clock
-from elusive.results import STATUSES, Scored, TrackLog, scored
+from elusive.results import CONFIRMED, Scored, TrackLog, scored
 from elusive.results.netcdf import Variable
 from elusive.results.spool import Records
 from elusive.systems.signals.parameters import SignalTracking
@@ -20,7 +20,6 @@ from elusive.systems.signals.track import SignalState
 from elusive.tracking import ReadBack, Step
 
 KEPT = (2048, 2048)  # scores kept for result.nc, frames and samples; of more, the largest of each block
-CONFIRMED = STATUSES.index("confirmed")
 
 
 STATE, ADDED, OF_FRAMES = ("x", "vx"), ("score", "evidence"), ("highest", "threshold")
@@ -114,8 +113,7 @@ def tracked_of(
     times, unit = log.times_s.copy(), "s" if source.timed else "frame"
     clock = Clock.of(times, unit)
     highest, threshold = (np.array(log.steps[name]) for name in ("highest", "threshold"))
-    tracks = log.by_track()
-    sure = {number: rows for number, rows in tracks if (rows["status"] == CONFIRMED).any()}
+    sure = log.confirmed()
     earlier = log.earlier()
     lines = [line_of(number, rows, earlier.get(number), times, clock, log.period) for number, rows in sure.items()]
     rate = f", {1 / parameters.interval_s:g} a second" if source.timed else ""
@@ -124,7 +122,7 @@ def tracked_of(
         *parameters.described,
         ("Threshold", levels(threshold)),
         ("Frames with an alarm", f"{int(np.sum(highest > threshold))}"),
-        ("Candidates never confirmed", f"{len(tracks.numbers) - len(sure)}"),
+        ("Candidates never confirmed", f"{len(log.by_track().numbers) - len(sure)}"),
     ]
     if known is not None:
         scores = scored(log, known, parameters.object_size if cutoff_samples is None else cutoff_samples, log.period)

@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from elusive.checks import Finding, write_checks
+from elusive.checks import Finding
 from elusive.errors import DataError
 from elusive.io import SignalFrame, SignalSource, Truth, atomic_folder
-from elusive.results import Scored, write_result
+from elusive.results import Scored, write_recording
 from elusive.systems.signals.checks import findings_of
 from elusive.systems.signals.facts import SignalFacts
 from elusive.systems.signals.parameters import SignalTracking
@@ -154,16 +154,12 @@ def track_signal_recording(
                 if on_frame is not None:
                     on_frame(number)
         tracked, scores = tracked_of(log, truth, cutoff_samples)
-        if scores is not None:
-            scores.write(folder)
-        write_result(
-            folder / "result.nc", log, title=source.name, config=config, more=log.evidence_map(), timed=source.timed
-        )
-        (folder / "config.yaml").write_text(config, encoding="utf-8")
-        write_signal_png(folder / "report.png", tracked, log.signal, log.score)
         findings = findings_of(bound, facts)
+        write_recording(
+            folder, log, findings, scores, title=source.name, config=config, more=log.evidence_map(), timed=source.timed
+        )
+        write_signal_png(folder / "report.png", tracked, log.signal, log.score)
         write_signal_html(folder / "report.html", tracked, log.signal, log.score, findings)
-        write_checks(folder, findings)
     return SignalOutcome(log, tracked, scores, findings)
 
 

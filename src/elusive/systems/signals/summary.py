@@ -9,10 +9,9 @@ import numpy as np
 
 from elusive.contracts import Array
 from elusive.report.clock import Clock
-from elusive.results import STATUSES
+from elusive.results import CONFIRMED, DELETED
 from elusive.results.spool import Records
 
-CONFIRMED, DELETED = STATUSES.index("confirmed"), STATUSES.index("deleted")
 CHANCE_SHOWN = 1e-12  # smaller probabilities are not told apart
 
 

@@ -20,7 +20,7 @@ from elusive.io.ais import AisPosition, read_ais
 from elusive.io.ais_reports import read_ais_reports
 from elusive.io.pcap import is_capture
 from elusive.results import TrackLog
-from elusive.results.table import STATUSES
+from elusive.results.table import CONFIRMED
 from elusive.sensors.radar_video import RadarVideo
 
 MOVES_MPS = 0.5  # reported from which a ship is under way
@@ -106,7 +106,7 @@ def compare_ais(
             ships[one.mmsi].append(one)
     sure = [np.zeros((0, 3))]
     for _, rows in log.by_track():
-        confirmed = rows["status"] == STATUSES.index("confirmed")
+        confirmed = rows["status"] == CONFIRMED
         sure.append(np.column_stack([np.asarray(rows["time_s"])[confirmed], rows["position"][confirmed]]))
     tracked, cells = np.concatenate(sure), sensor.places()
     found = AisShips(len(ships), (), {}, {})

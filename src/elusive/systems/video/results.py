@@ -15,12 +15,10 @@ from scipy import ndimage
 from elusive.charts import Water
 from elusive.charts.charted_area import ChartedArea
 from elusive.checks import Finding
-from elusive.checks.files import write_checks
 from elusive.contracts import Array
 from elusive.io.radar_video import RadarVideoSource
 from elusive.io.truth import Truth
-from elusive.results import Scored, TrackLog, scored, write_geojson, write_result
-from elusive.results.table import STATUSES
+from elusive.results import CONFIRMED, Scored, TrackLog, scored, write_geojson, write_recording
 from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
 from elusive.systems.video.ais import compare_ais, reports_beside
 from elusive.systems.video.checks import Judged
@@ -34,7 +32,6 @@ FILES = ("tracks.csv", "resting.csv", "result.nc", "report.html", "report.png", 
 LOCATED = "tracks.geojson"  # among them where the radar's place is known
 ADDED = ("moves", "allowed", "level_db", "lon_deg", "lat_deg")
 CUTOFF_M = 100.0
-CONFIRMED = STATUSES.index("confirmed")
 SHOWN = 60  # turns that a report plays
 SIDE, ROWS, COLUMNS = 240, 180, 200  # of its pictures
 STEPS_DB = 6  # shades of a decibel
@@ -122,13 +119,9 @@ class VideoRun:
                 rows["status"] == CONFIRMED, rows["existence"],
                 np.asarray(rows["added"][:, self._log.columns.added.index("level_db")]),
             )
-            for number, rows in self._log.by_track()
-            if (rows["status"] == CONFIRMED).any()
+            for number, rows in self._log.confirmed().items()
         ]  # fmt: skip
-        land: Sequence[Array] = ()
-        if self._charted is not None:
-            outline = self._charted.coast.land
-            land = [outline.vertices[a:b] for a, b in zip(outline.starts[:-1], outline.starts[1:], strict=True)]
+        land = [] if self._charted is None else self._charted.coast.land.each
         shapes = self._parameters.clutter.shape_of(clutter.counts)
         shapes = shapes[np.isfinite(shapes)]
         tail = (
@@ -167,13 +160,10 @@ class VideoRun:
         if self._start.frame is not None:
             write_geojson(folder / LOCATED, self._log, self._start.frame.to_lonlat)
         write_resting(folder / "resting.csv", outcome.resting)
-        write_result(folder / "result.nc", self._log, title=outcome.tracked.title, config=config)
-        if outcome.scored is not None:
-            outcome.scored.write(folder)
-        (folder / "config.yaml").write_text(config, encoding="utf-8")
+        title = outcome.tracked.title
+        write_recording(folder, self._log, outcome.findings, outcome.scored, title=title, config=config)
         write_video_png(folder / "report.png", outcome.tracked)
         write_video_html(folder / "report.html", outcome.tracked, outcome.findings)
-        write_checks(folder, outcome.findings)
 
     def _turn_s(self) -> float:
         times = self._log.times_s

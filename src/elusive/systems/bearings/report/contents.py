@@ -10,14 +10,13 @@ from numpy.typing import NDArray
 
 from elusive.contracts import Array
 from elusive.results import Scored, TrackLog
-from elusive.results.table import STATUSES
+from elusive.results.table import CONFIRMED, DELETED
 
 if TYPE_CHECKING:
     from elusive.results.spool import Records
 
 Extent = tuple[float, float, float, float]  # west, east, south, north [m]
 MARGIN = 0.07  # of the longer side, round what is shown
-CONFIRMED = STATUSES.index("confirmed")
 STRAY = 0.01  # share of the path at either end that may lie outside of what is shown
 
 
@@ -88,8 +87,7 @@ class SeveralTracked(NamedTuple):
     @classmethod
     def paths_of(cls, log: TrackLog) -> dict[int, Records]:
         """Return the rows of each track that was confirmed, until it was deleted."""
-        kept = {number: rows[rows["status"] < STATUSES.index("deleted")] for number, rows in log.by_track()}
-        return {number: rows for number, rows in kept.items() if (rows["status"] == CONFIRMED).any()}
+        return {number: rows[rows["status"] < DELETED] for number, rows in log.confirmed().items()}
 
     @property
     def extent(self) -> Extent:

@@ -13,7 +13,8 @@ from elusive.report import drawing as draw
 from elusive.report import plots
 from elusive.report.page import track_table, write_page
 from elusive.report.picture import write_picture
-from elusive.systems.bearings.report.contents import CONFIRMED, SeveralTracked, deviation_of
+from elusive.results import CONFIRMED
+from elusive.systems.bearings.report.contents import SeveralTracked, deviation_of
 from elusive.systems.bearings.report.page import TIMES_SHOWN, bearing_layer, sensor_layer, truth_layer
 
 HEADER = ("track", "from", "to", "existence at the end", "deviation [m]")
