@@ -26,6 +26,7 @@ from elusive.systems.video.simulate import (
     RADAR_DEG,
     START_S,
     VideoSimulation,
+    contains,
     scenario_of,
     simulate_video,
     spokes_of,
@@ -287,3 +288,29 @@ def test_a_scene_tells_the_tracker_of_its_radar():
     assert told.radar.beam_deg == 6.0
     assert told.charted.imprecision.coast_sigma_m == 10.0
     assert json.dumps(VideoScene(simulation=SIMULATION).model_dump(mode="json"))
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_spiky_sea_keeps_its_law_beside_an_uncharted_coast_and_rocks(seed):
+    """Land was counted as sea until it was known as fixed: half of strong clutter was told.
+
+    Sea beside a rock was held to how rocks fluctuate, which is less: evidence of 1.5 on the mean, slow sure tracks.
+    """
+    simulation = VideoSimulation(
+        turns=24, ships=0, rocks=20, seed=seed, sea={"shape": 0.5}, radar={"spokes": 512, "samples": 256}
+    )
+    rng = np.random.default_rng(seed)
+    scenario = scenario_of(simulation, rng)
+    told = VideoTracking(radar={"beam_deg": 2.0, "pulse_m": 25.0})
+    spokes = list(spokes_of(scenario, simulation, rng))
+    start = start_of(spokes, told, None, None)
+    turns = list(heard(turns_of(spokes, start, 0.0, Counter()), told.clutter, told.learning_turns, None))[6:]
+    evidence = np.array([one.turn.evidence for one in turns])
+    sea = ~contains(scenario.coast.true.buffer(300.0), start.sensor.places())
+    clutter = turns[-1].clutter
+    share = (evidence[:, sea & ~clutter.fixed] > 5).mean() / np.exp(-5)
+    assert share == pytest.approx(1.0, abs=0.15)
+    beside = evidence[:, sea & clutter.beside]
+    assert beside.shape[1] > 200
+    assert beside.mean() < 1.05
+    assert (beside > 8).mean() < 2 * np.exp(-8)  # one such is in sight for some turns

@@ -13,6 +13,7 @@ from elusive.experiments.amrouche2018.trial import SCENARIO as AMROUCHE2018
 from elusive.experiments.jiang2024.trial import SCENARIO as JIANG2024
 from elusive.experiments.mazurek2013.trial import SCENARIO as MAZUREK2013
 from elusive.experiments.mendieta2017.trial import SCENARIO as MENDIETA2017
+from elusive.experiments.ships_in_video.trial import SCENARIO as SHIPS
 from elusive.experiments.targets_in_frames import SCENARIO as TARGETS
 
 SCENARIOS = {
@@ -20,6 +21,7 @@ SCENARIOS = {
     "jiang2024": JIANG2024,
     "mazurek2013": MAZUREK2013,
     "mendieta2017": MENDIETA2017,
+    "ships_in_video": SHIPS,
     "targets": TARGETS,
 }
 

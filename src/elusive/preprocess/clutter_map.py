@@ -104,6 +104,18 @@ class ClutterMap(Model):
             state = state._replace(fixed=fixed, beside=fixed & ~itself)
         return state
 
+    def relearnt(self, state: ClutterState) -> ClutterState:
+        """Return what is known before the same turns are learnt from anew, now that it is known what is fixed.
+
+        Before it was, land was counted as sea, whose law it made spiky: evidence of ships was told too low for long.
+        """
+        nothing = state._asdict() | {
+            "turns": 0,
+            "mean": np.zeros_like(state.mean),
+            "counts": np.zeros_like(state.counts),
+        }
+        return ClutterState(**nothing)
+
     def evidence(self, state: ClutterState, power: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return the evidence of each cell ``(A, R)``, exponential of mean 1 in clutter; NaN where nothing is known."""
         return self._evidence(state, np.log(np.maximum(power, FAINTEST)))
@@ -111,9 +123,13 @@ class ClutterMap(Model):
     def _evidence(self, state: ClutterState, level: NDArray[np.float32]) -> NDArray[np.float32]:
         from elusive.preprocess import _clutter_map_kernels as kernels
 
-        block = self._blocks(state)
+        table, blocks = self.laws(state.counts), self.sectors * self.bands
+        block = np.where(state.beside, self._everywhere(state) + np.int16(blocks + 2), self._blocks(state))
+        sea, still = table[:blocks], table[-1]
+        # what is beside a fixed echo may be the sea itself, which can be spikier than any of them
+        beside = np.where(sea[:, -1:] > 0, np.minimum(sea, still), still)
         found = np.empty_like(level)
-        kernels.judge(level, self._middle(state), block, LOW, WIDTH, self.laws(state.counts), found)
+        kernels.judge(level, self._middle(state), block, LOW, WIDTH, np.concatenate([table, beside]), found)
         return found
 
     def laws(self, counts: Array) -> Array:
@@ -177,14 +193,19 @@ class ClutterMap(Model):
         )
         return np.where(state.fixed, state.level, state.mean.astype(np.float32)[rows])
 
-    def _blocks(self, state: ClutterState) -> NDArray[np.int16]:
+    def _everywhere(self, state: ClutterState) -> NDArray[np.int16]:
+        """Block of sector and band of each cell, ``(A, R)``."""
         rows, columns = state.fixed.shape
         sector, band = np.empty(rows, np.int16), np.empty(columns, np.int16)
         for k, part in enumerate(np.array_split(np.arange(rows), self.sectors)):
             sector[part] = k
         for k, part in enumerate(np.array_split(np.arange(columns), self.bands)):
             band[part] = k
-        block = np.asarray(sector[:, None] * np.int16(self.bands) + band)
+        return np.asarray(sector[:, None] * np.int16(self.bands) + band)
+
+    def _blocks(self, state: ClutterState) -> NDArray[np.int16]:
+        """Block that each cell is counted in: of sector and band, or one of the last two."""
+        block = self._everywhere(state)
         block[state.fixed] = len(state.counts) - 1
         block[state.beside] = len(state.counts) - 2
         return block

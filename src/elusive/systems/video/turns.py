@@ -148,6 +148,10 @@ def heard(
         waiting.append(turn)
         if state.turns < learning_turns:
             continue
+        if len(waiting) > 1:
+            state = clutter.relearnt(state)
+            for one in waiting:
+                state = clutter.learnt(state, one.power, None if open_water is None else open_water(one.place))
         for one in waiting:
             yield _judged(clutter, state, one, held)
             done += 1
