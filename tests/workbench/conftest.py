@@ -23,6 +23,7 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shuti
 ARGUMENTS = [
     "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
     "--disable-component-update", "--disable-sync",
+    "--disable-site-isolation-trials",  # a report's sandboxed frame is no process of its own, to start and wait for
 ]  # fmt: skip
 LOCAL = ("127.0.0.1", "localhost", "")  # the last: data: and blob:
 
