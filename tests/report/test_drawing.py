@@ -12,6 +12,8 @@ import pytest
 
 from elusive.report import drawing as draw
 from elusive.report.clock import Clock, moment
+from elusive.report.extents import lonlat_fit, top_of
+from elusive.report.packing import dumps
 from elusive.report.page import track_table, write_page
 from tests.browsing import browse, data_in, layers, numbers, pixels, stands_alone
 
@@ -68,7 +70,7 @@ def test_two_layers_share_their_bytes_which_may_be_held_elsewhere() -> None:
     values = draw.scaled(np.eye(3))
     panel = draw.plane("x", EXTENT, [draw.image(values, EXTENT), draw.image(values, EXTENT, "dim")])
     held: list[bytes] = []
-    told = json.loads(draw.dumps(draw.drawing("x", [0.0], [panel]), lambda data: held.append(data) or "/blocks/1"))
+    told = json.loads(dumps(draw.drawing("x", [0.0], [panel]), lambda data: held.append(data) or "/blocks/1"))
     assert told["blocks"] == [{"url": "/blocks/1"}]
     assert [layer["block"] for layer in layers(told)] == [0, 0]
     assert held == [bytes([255, 0, 0, 0, 255, 0, 0, 0, 255])]
@@ -86,9 +88,9 @@ def test_spans_are_as_long_as_what_is_so() -> None:
 
 
 def test_the_bulk_of_the_values_says_where_an_axis_ends() -> None:
-    assert draw.top_of([np.ones(99), [1000.0]]) == pytest.approx(3.3)
-    assert draw.top_of([[2.0, np.nan]]) == pytest.approx(2.2)
-    assert draw.top_of([]) == 1.0
+    assert top_of([np.ones(99), [1000.0]]) == pytest.approx(3.3)
+    assert top_of([[2.0, np.nan]]) == pytest.approx(2.2)
+    assert top_of([]) == 1.0
 
 
 def test_many_events_are_cut_and_those_left_out_counted() -> None:
@@ -103,7 +105,7 @@ def test_longitude_and_latitude_are_right_to_a_metre(longitude: float, scale: fl
         lon = longitude + places[:, 0] / scale * (1 + 1e-7 * places[:, 1])
         return np.column_stack([(lon + 180) % 360 - 180, 38.95 + places[:, 1] / 111_000.0])
 
-    fit: dict[str, Any] = draw.lonlat_fit(lonlat, (-900.0, 1200.0, -300.0, 800.0))
+    fit: dict[str, Any] = lonlat_fit(lonlat, (-900.0, 1200.0, -300.0, 800.0))
     places = [fit["x"], fit["y"]] + 0.5 * fit["half"] * np.random.default_rng(0).uniform(-1, 1, (200, 2))
     u, v = ((places - [fit["x"], fit["y"]]) / fit["half"]).T
     powers = [(i, j) for i in range(4) for j in range(4 - i)]

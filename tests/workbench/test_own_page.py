@@ -174,7 +174,7 @@ def test_runs_that_end_at_once_have_numbers_of_their_own(tmp_path: Path, monkeyp
     def one(_: int) -> str:
         return track(tmp_path, of("bearings"), {"bearings": "b.csv"}, BearingTracking(), Job()).name
 
-    monkeypatch.setattr("elusive.workbench.kept_runs._done", done)
+    monkeypatch.setattr("elusive.workbench.kept_runs.run_command", done)
     (tmp_path / "runs" / "998-b.csv").mkdir(parents=True)
     with ThreadPoolExecutor(8) as pool:
         names = sorted(pool.map(one, range(8)))

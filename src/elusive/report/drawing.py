@@ -7,25 +7,19 @@ A layer is one of the kinds in ``static/layers.js``. Its ``name`` is that of its
 
 from __future__ import annotations
 
-import base64
-import json
-import math
-import zlib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elusive.contracts import Array
+from elusive.report.extents import top_of
 
 Layer = dict[str, Any]
 Panel = dict[str, Any]
 Drawing = dict[str, Any]
-Extent = tuple[float, float, float, float]  # least and greatest x, least and greatest y
 UNKNOWN = 255  # of the bytes of an image in which not all is known
-DEGREE = 3  # of the polynomial that gives longitude and latitude: right to a metre over 100 km
-BULK = 3.0  # an axis reaches so many times the 90 % quantile, where a first moment would flatten the rest
 EVENTS_SHOWN = 1000
 
 
@@ -215,16 +209,6 @@ def chart(
     return {"title": title, "extent": [*ends, *reach], "x": x, "y": y, "layers": shown, **more}
 
 
-def top_of(curves: Iterable[ArrayLike], least: float = 1e-3) -> float:
-    """Return where an axis ends: the bulk of the values decides, for a first moment would flatten all that follows."""
-    found = [np.asarray(one, dtype=np.float64).ravel() for one in curves]
-    known = np.abs(np.concatenate([np.zeros(0), *found]))
-    known = known[np.isfinite(known)]
-    if not len(known):
-        return 1.0
-    return max(least, 1.1 * min(float(known.max()), BULK * float(np.quantile(known, 0.9))))
-
-
 def graph(title: str, extent: Sequence[float], layers: Iterable[Layer | None], x: str, y: str, **more: Any) -> Panel:
     """Return a panel of anything over anything else, ``"name [unit]"``."""
     axes = [dict(zip(("title", "unit"), (*axis.rstrip("]").split(" ["), ""), strict=False)) for axis in (x, y)]
@@ -261,51 +245,3 @@ def drawing(
     }  # fmt: skip
     unlisted = len(events) - len(listed) + more.pop("unlisted", 0)
     return told | more | ({"unlisted": unlisted} if unlisted else {})
-
-
-def dumps(drawn: Drawing, hold: Callable[[bytes], str] | None = None) -> str:
-    """Return a drawing as JSON; its images packed into it, or held elsewhere, ``hold`` giving their address."""
-    blocks: list[Any] = []
-    known: dict[int, int] = {}
-
-    def numbered(values: Any) -> Any:
-        if not isinstance(values, np.ndarray):
-            raise TypeError(f"{type(values).__name__} in a drawing")
-        if id(values) not in known:
-            known[id(values)] = len(blocks)
-            data = np.ascontiguousarray(values, dtype=np.uint8).tobytes()
-            packed = {"deflate": base64.b64encode(zlib.compress(data, 9)).decode("ascii")} if hold is None else None
-            blocks.append({"url": hold(data)} if hold is not None else packed)
-        return known[id(values)]
-
-    rest = json.dumps(drawn, separators=(",", ":"), allow_nan=False, default=numbered)
-    return f'{rest[:-1]},"blocks":{json.dumps(blocks, separators=(",", ":"))}}}'
-
-
-def lonlat_fit(lonlat: Callable[[Array], Array], extent: Extent) -> dict[str, object]:
-    """Fit polynomials of x and y to longitude and latitude over four times what is shown."""
-    west, east, south, north = extent
-    x0, y0, half = 0.5 * (west + east), 0.5 * (south + north), 2.0 * max(east - west, north - south)
-    u, v = (axis.ravel() for axis in np.meshgrid(*[np.linspace(-1.0, 1.0, 9)] * 2))
-    degrees = lonlat(np.column_stack([x0 + half * u, y0 + half * v]))
-    lon = degrees[len(u) // 2, 0] + np.mod(degrees[:, 0] - degrees[len(u) // 2, 0] + 180.0, 360.0) - 180.0
-    terms = np.column_stack([u**i * v**j for i in range(DEGREE + 1) for j in range(DEGREE + 1 - i)])
-    fitted, *_ = np.linalg.lstsq(terms, np.column_stack([lon, degrees[:, 1]]), rcond=None)
-    ends = {"lon": fitted[:, 0].tolist(), "lat": fitted[:, 1].tolist()}
-    return {"x": x0, "y": y0, "half": half, "degree": DEGREE, **ends}
-
-
-def about(places: ArrayLike, margin: float = 0.08, least: float = 1.0) -> Extent:
-    """Return what shows all places ``(k, 2)``, with a margin of the longer side."""
-    found = np.asarray(places, dtype=np.float64).reshape(-1, 2)
-    found = found[np.isfinite(found).all(axis=1)]
-    if not len(found):
-        return -least, least, -least, least
-    (west, south), (east, north) = found.min(axis=0), found.max(axis=0)
-    room = margin * max(east - west, north - south, least)
-    return float(west - room), float(east + room), float(south - room), float(north + room)
-
-
-def stride_of(count: int, most: int) -> int:
-    """Return each how-manyth is drawn so that no more than so many are."""
-    return max(1, math.ceil(count / most))

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from elusive.report import drawing as draw
+from elusive.report.extents import Extent, about
 from elusive.report.plots import track_colour
 
 MOST = 3000  # steps that a page holds
@@ -32,7 +33,7 @@ class LiveDrawing:
         self._sites: Mapping[str, Any] = {"names": [], "x": [], "y": []}
         self._unit = ""
         self._size: Sequence[int] | None = None  # rows and columns of what is seen, at the resolution it was taken
-        self._extent: draw.Extent | None = None
+        self._extent: Extent | None = None
         self._status: dict[int, str] = {}
         self._slowest = 1.0  # to be seen on the axis [ms]
 
@@ -70,9 +71,9 @@ class LiveDrawing:
             more: dict[str, Any] = {"down": True, "night": True, "bare": True}
         else:
             if places:
-                self._extent = draw.about(places, 0.1, AT_LEAST[self._unit])
+                self._extent = about(places, 0.1, AT_LEAST[self._unit])
             more = {}
-        extent = self._extent or draw.about([], least=AT_LEAST[self._unit])
+        extent = self._extent or about([], least=AT_LEAST[self._unit])
         plane = draw.plane("Tracks", extent, [sites], unit=self._unit, span=7, rows=2, **more)
         panels = [
             plane,
@@ -158,7 +159,7 @@ class LiveDrawing:
                 return
             known += [(west, south), (east, north)]
         if known:
-            self._extent = draw.about(known, ROOM, AT_LEAST[self._unit])
+            self._extent = about(known, ROOM, AT_LEAST[self._unit])
 
     def _events(
         self, record: Mapping[str, Any], tracks: Sequence[Mapping[str, Any]], time_s: float

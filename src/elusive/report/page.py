@@ -10,8 +10,9 @@ from string import Template
 
 from elusive.checks import Finding, doubted
 from elusive.io.atomic import atomic_path
-from elusive.report.drawing import Drawing, dumps
+from elusive.report.drawing import Drawing
 from elusive.report.findings import findings_html
+from elusive.report.packing import dumps
 
 SCRIPTS = ("base", "layers", "tracks", "axes", "panel", "events", "surface", "controls", "player")  # of any drawing
 LIVE_SCRIPTS = (*SCRIPTS, "place", "live")  # of the workbench: what is placed, what goes on

@@ -9,6 +9,7 @@ import numpy as np
 from elusive.contracts import Array
 from elusive.metrics import Gospa
 from elusive.report import drawing as draw
+from elusive.report.extents import stride_of
 from elusive.report.plots import SERIES
 
 TIMES_SHOWN = 2000
@@ -27,7 +28,7 @@ def gospa_chart(times: Array, found: Gospa, cutoff: float, unit: str, **more: An
     cutoff, unit
         c, and what it is in.
     """
-    shown = slice(None, None, draw.stride_of(len(times), TIMES_SHOWN))
+    shown = slice(None, None, stride_of(len(times), TIMES_SHOWN))
     lines = [
         draw.line(times[shown], np.sqrt(getattr(found, part))[shown], colour, width=1.2, name=name)
         for name, part, colour in PARTS

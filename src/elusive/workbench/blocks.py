@@ -8,7 +8,8 @@ import secrets
 from collections import OrderedDict
 from typing import Any
 
-from elusive.report.drawing import Drawing, dumps
+from elusive.report.drawing import Drawing
+from elusive.report.packing import dumps
 
 HELD_MOST_BYTES = 512 * 1024 * 1024
 TOLD_MOST = 50_000  # letters of a drawing that goes without being asked for

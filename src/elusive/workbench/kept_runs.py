@@ -7,9 +7,6 @@ import os
 import re
 import shlex
 import shutil
-import signal
-import subprocess
-import sys
 import tempfile
 import threading
 from collections.abc import Iterator, Mapping, Sequence
@@ -21,18 +18,14 @@ from pydantic import BaseModel
 
 from elusive.errors import DataError, ElusiveError
 from elusive.model import Model, read_yaml
-from elusive.options import PROGRESS, SHOWN
 from elusive.workbench.asking import Asking
 from elusive.workbench.files import CONFIG, FOLDER, PLAIN
-from elusive.workbench.jobs import CancelledError, Job
-from elusive.workbench.live import Live
+from elusive.workbench.jobs import Job
+from elusive.workbench.running import run_command
 
 NOTE, REPORT, CHECKS = "run.json", "report.html", "checks.json"
 NAME = re.compile(r"(\d{3,})-[A-Za-z0-9._-]{1,60}")
 NAMING = threading.Lock()  # runs of several tabs may end at once
-POLL_S, PATIENCE_S = 0.1, 5.0  # between looks at a command; how long it may take to heed being called off
-SUMMARY = '{"summary"'
-TOLD_LAST = 20  # lines of a refused command that are shown
 
 
 class Note(BaseModel):
@@ -115,78 +108,13 @@ def track(folder: Path, asking: Asking, given: Mapping[str, str | bool], model: 
             text = model.to_yaml() if asking.is_scene else yaml.safe_dump(settings, sort_keys=False)
             config = str(Path(hidden) / asking.file)
             Path(config).write_text(text, encoding="utf-8")
-        said = _done([*asking.words(given, config), "--out", str(made)], folder, job).replace(str(made), "result")
+        said = run_command([*asking.words(given, config), "--out", str(made)], folder, job).replace(str(made), "result")
         note = Note(noun=asking.noun, given=dict(given), settings=settings, said=said)
         (made / NOTE).write_text(note.model_dump_json(), encoding="utf-8")
         with NAMING:
             target = runs / _next_name(runs, given[asking.asked[0].name] if asking.asked else asking.noun)
             os.rename(made, target)
     return read(target)
-
-
-def _done(words: Sequence[str], folder: Path, job: Job) -> str:
-    """Run a command to its end; return what it printed."""
-    plain = {**os.environ, PROGRESS: "1", "COLUMNS": "100", "NO_COLOR": "1", "PYTHONUNBUFFERED": "1"}
-    live = job if isinstance(job, Live) else None
-    if live is not None:
-        plain[SHOWN] = "1"
-    process = subprocess.Popen(
-        [sys.executable, "-m", "elusive", *words], cwd=folder, env=plain, text=True, stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-    )  # fmt: skip
-    told: list[str] = []
-    printed: list[str] = []
-
-    def listen() -> None:
-        assert process.stderr is not None
-        for line in process.stderr:
-            if line.startswith(PROGRESS):
-                _, done, total, *_ = line.split()
-                job.done, job.total = int(done), int(total) or None
-            else:
-                told.append(line.rstrip())
-
-    def gather() -> None:
-        assert process.stdout is not None
-        for line in process.stdout:
-            if live is None or line.startswith(SUMMARY):
-                printed.append(line)
-            else:
-                live.take(line)
-
-    listeners = [threading.Thread(target=one, daemon=True) for one in (listen, gather)]
-    for one in listeners:
-        one.start()
-    asked_to_end = False
-    with process:
-        try:
-            while process.poll() is None:
-                job.advance(job.done)
-                if live is not None and live.stopping.is_set() and not asked_to_end:
-                    asked_to_end = True
-                    process.send_signal(signal.SIGINT)
-                threading.Event().wait(POLL_S)
-        except CancelledError:
-            _end(process)
-            raise
-        finally:
-            for one in listeners:
-                one.join()
-            if live is not None:
-                live.is_over = True
-    if process.returncode != 0:
-        sentence = " ".join(line.strip(" │╭╮╰╯─") for line in told[-TOLD_LAST:]).strip()
-        raise DataError(sentence.removeprefix("Error:").strip() or f"It ended with {process.returncode}.")
-    return "".join(printed)
-
-
-def _end(process: subprocess.Popen[str]) -> None:
-    process.send_signal(signal.SIGINT)
-    try:
-        process.wait(PATIENCE_S)
-    except subprocess.TimeoutExpired:
-        process.kill()
-        process.wait()
 
 
 def _next_name(runs: Path, recording: str | bool) -> str:

@@ -14,6 +14,7 @@ from elusive.model import Model
 from elusive.options import options_of
 from elusive.report import drawing as draw
 from elusive.report.clock import Clock
+from elusive.report.extents import stride_of, top_of
 from elusive.workbench.forms import changed_since, laid_over, text_of
 
 RESULT = "result.nc"
@@ -94,14 +95,14 @@ def _sentence(times: Array, best: Array, levels: Array, what: str, unit: str) ->
 
 
 def _drawn(times: Array, best: Array, levels: Array, what: str, unit: str) -> draw.Drawing:
-    every = draw.stride_of(len(times), 2000)
+    every = stride_of(len(times), 2000)
     starts = np.arange(0, len(times), every)
     highest, shown = np.fmax.reduceat(best, starts), levels[starts]
     layers = [
         draw.line(times[starts], highest, "--accent", name=f"best {what}", width=2.0),
         draw.line(times[starts], shown, "--soft", name="asked for a track", dash=[5, 4]),
     ]
-    top = 1.02 if what == "existence" else draw.top_of([highest, shown])
+    top = 1.02 if what == "existence" else top_of([highest, shown])
     panel = draw.chart(f"Best {what} against what is asked", times[starts], layers, reach=(0.0, top), span=12)
     return draw.drawing(f"Best {what} over time, and the threshold", times[starts], [panel], unit=unit)
 

@@ -17,6 +17,7 @@ from elusive.geometry.local_frame import LocalFrame
 from elusive.io.csv_files import write_csv
 from elusive.report import drawing as draw
 from elusive.report import plots
+from elusive.report.extents import about
 from elusive.report.picture import write_picture
 from elusive.sensors.bearing_sets import SensorSites
 from elusive.sensors.bearing_table import PlaceSet
@@ -93,7 +94,7 @@ def _draw(path: Path, located: Located, heard: Sequence[PlaceSet], sites: Sensor
     outline, (x, y) = _outline(located), located.fix.position_m
     used = np.unique(np.concatenate([sensors_of(times) for times in heard]))
     places = sites.positions_m[used, :2]
-    whole = draw.about(np.vstack([places, [x, y]]))
+    whole = about(np.vstack([places, [x, y]]))
     near = 0.05 * (whole[1] - whole[0]) if outline is None else 1.4 * float(np.abs(outline - [x, y]).max())
     layers = _lines(located, heard, starts_of(heard, sites), 4 * math.hypot(whole[1] - whole[0], whole[3] - whole[2]))
     if outline is not None:

@@ -14,6 +14,7 @@ from elusive.io.csv_files import write_csv
 from elusive.preprocess.link_weights import coverage
 from elusive.preprocess.voxels import VoxelGrid
 from elusive.report import drawing as draw
+from elusive.report.extents import about
 from elusive.report.picture import write_picture
 from elusive.sensors.radio_network import RadioNodes
 
@@ -61,5 +62,5 @@ def _draw(path: Path, nodes: RadioNodes, grid: VoxelGrid, links: Any) -> None:
         draw.image(seen, edges, "glow"),
         draw.points(nodes.positions_m, "--wall", marker="square", size=3.5, name="node", **names),
     ]
-    extent = draw.about([edges[::2], edges[1::2], *nodes.positions_m])
+    extent = about([edges[::2], edges[1::2], *nodes.positions_m])
     write_picture(path, draw.drawing("", [0.0], [draw.plane("", extent, layers)]), "Links through each voxel")

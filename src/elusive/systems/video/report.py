@@ -13,6 +13,7 @@ from elusive.checks import Finding
 from elusive.contracts import Array
 from elusive.io.truth import Truth
 from elusive.report import drawing as draw
+from elusive.report.extents import lonlat_fit
 from elusive.report.page import track_table, write_page
 from elusive.report.picture import write_picture
 from elusive.report.plots import track_colour
@@ -109,7 +110,7 @@ def video_drawing(tracked: VideoTracked) -> draw.Drawing:
         *(_track(one) for one in tracked.paths),
         draw.points([list(shown.place)], RADAR, marker="triangle", size=6, name="radar"),
     ]
-    degrees: dict[str, Any] = {} if tracked.lonlat is None else {"degrees": draw.lonlat_fit(tracked.lonlat, extent)}
+    degrees: dict[str, Any] = {} if tracked.lonlat is None else {"degrees": lonlat_fit(tracked.lonlat, extent)}
     axes = ("east of the radar", "north of the radar")
     marks = []
     for one in tracked.paths:

@@ -8,6 +8,7 @@ import numpy as np
 
 from elusive.contracts import Array
 from elusive.report import drawing as draw
+from elusive.report.extents import Extent, about
 from elusive.report.plots import SERIES
 from elusive.sensors.bearing_sets import BearingSet
 from elusive.systems.bearings.report.page import heard_layers, track_layer
@@ -23,14 +24,14 @@ def scene_floor(scene: BearingScene, mode: str, selected: set[str]) -> draw.Draw
     ways = [np.reshape(way, (-1, 2)) for way in scene.simulation.ways_m]
     label = "Map of the sensors and the path: arrow keys move a cross, Enter places"
     nodes = [(site.name, site.x_m, site.y_m, site.name in selected) for site in scene.simulation.sites]
-    extent = draw.about(np.concatenate([scene.simulation.places, ways[0], AROUND_M]))
+    extent = about(np.concatenate([scene.simulation.places, ways[0], AROUND_M]))
     return placing(label, extent, path_layers(ways, SERIES), mode=mode, nodes=nodes)
 
 
 def still_floor(scene: BearingScene, found: Found | None) -> draw.Drawing:
     """Return a map of the sensors, the emitter and, once it is located, its ellipse."""
     emitter = (scene.still.x_m, scene.still.y_m)
-    extent = draw.about(np.concatenate([scene.simulation.places, [emitter], AROUND_M]))
+    extent = about(np.concatenate([scene.simulation.places, [emitter], AROUND_M]))
     nodes = [(site.name, site.x_m, site.y_m, False) for site in scene.simulation.sites]
     layers = []
     if found is not None:
@@ -54,7 +55,7 @@ def _lines(scene: BearingScene, sets: list[BearingSet], length: float) -> draw.L
 
 def watch_spec(flown: Flown) -> draw.Drawing:
     """Return the bearings and each estimator's track; the emitter's true place can be followed."""
-    times, extent = _times(flown), draw.about(np.concatenate([flown.scene.simulation.places, flown.truth]))
+    times, extent = _times(flown), about(np.concatenate([flown.scene.simulation.places, flown.truth]))
     every = np.arange(len(times))
     panels = []
     for number, (name, outcome) in enumerate(flown.shown):
@@ -72,7 +73,7 @@ def _times(flown: Flown) -> Array:
     return np.array([one.time_s for one in flown.sets])
 
 
-def _near(flown: Flown, extent: draw.Extent) -> float:
+def _near(flown: Flown, extent: Extent) -> float:
     """How many times nearer the emitter is followed: six of the usual deviations and errors fill a panel."""
     usual = [10.0]
     for _, outcome in flown.shown:

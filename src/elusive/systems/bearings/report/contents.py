@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elusive.contracts import Array
+from elusive.report.extents import Extent
 from elusive.results import Scored, TrackLog
 from elusive.results.table import CONFIRMED, DELETED
 
 if TYPE_CHECKING:
     from elusive.results.spool import Records
 
-Extent = tuple[float, float, float, float]  # west, east, south, north [m]
 MARGIN = 0.07  # of the longer side, round what is shown
 STRAY = 0.01  # share of the path at either end that may lie outside of what is shown
 

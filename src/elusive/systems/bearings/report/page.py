@@ -11,6 +11,7 @@ import numpy as np
 from elusive.checks import Finding
 from elusive.report import drawing as draw
 from elusive.report import plots
+from elusive.report.extents import stride_of, top_of
 from elusive.report.page import write_page
 from elusive.report.picture import write_picture
 from elusive.report.scored import gospa_chart
@@ -31,7 +32,7 @@ def write_bearings_png(path: Path, tracked: BearingsTracked) -> None:
 
 def bearings_drawing(tracked: BearingsTracked) -> draw.Drawing:
     """Return what a report draws."""
-    shown = np.arange(0, len(tracked.times_s), draw.stride_of(len(tracked.times_s), TIMES_SHOWN))
+    shown = np.arange(0, len(tracked.times_s), stride_of(len(tracked.times_s), TIMES_SHOWN))
     known = np.flatnonzero(tracked.known[shown])
     # a page that opens before there is a track shows nothing: the middle of it
     start = int(known[len(known) // 2]) if len(known) else 0
@@ -127,7 +128,7 @@ def _residuals(tracked: BearingsTracked, shown: np.ndarray) -> draw.Panel:
         )
         for row in np.unique(tracked.sensor)
     ]  # fmt: skip
-    reach = draw.top_of([tracked.residual_deg])
+    reach = top_of([tracked.residual_deg])
     return draw.chart(
         "What did the bearings leave?", tracked.times_s, layers, axis="bearing less track", unit="°", span=5,
         reach=(-reach, reach),

@@ -11,6 +11,7 @@ import numpy as np
 from elusive.checks import Finding
 from elusive.report import drawing as draw
 from elusive.report import plots
+from elusive.report.extents import stride_of
 from elusive.report.page import track_table, write_page
 from elusive.report.picture import write_picture
 from elusive.results import CONFIRMED
@@ -28,7 +29,7 @@ def write_several_html(path: Path, tracked: SeveralTracked, findings: Sequence[F
 
 def several_drawing(tracked: SeveralTracked) -> draw.Drawing:
     """Return what a report draws."""
-    shown = np.arange(0, len(tracked.times_s), draw.stride_of(len(tracked.times_s), TIMES_SHOWN))
+    shown = np.arange(0, len(tracked.times_s), stride_of(len(tracked.times_s), TIMES_SHOWN))
     times = tracked.times_s[shown]
     layers = [bearing_layer(tracked, shown)]
     for person in range(0 if tracked.truth is None else tracked.truth.shape[1]):

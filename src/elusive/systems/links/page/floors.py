@@ -10,6 +10,7 @@ import numpy as np
 from elusive.contracts import Array
 from elusive.geometry.places import NamedPlace
 from elusive.report import drawing as draw
+from elusive.report.extents import Extent, about
 from elusive.report.plots import SERIES
 from elusive.sensors.radio_network import links_of
 from elusive.systems.links.page.state import LinksState
@@ -48,9 +49,9 @@ def node_floor(state: LinksState, nodes: tuple[NamedPlace, ...], coverage: Cover
     return placing(label, _extent(scene), layers, mode="node", nodes=placed, ground="--shade")
 
 
-def _extent(scene: LinkScene) -> draw.Extent:
+def _extent(scene: LinkScene) -> Extent:
     x0, x1, y0, y1 = scene.area.bounds_m
-    return draw.about(
+    return about(
         [(x0, y0), (x1, y1), *((node.x_m, node.y_m) for node in getattr(scene.simulation.network, "places", ()))], 0.05
     )
 

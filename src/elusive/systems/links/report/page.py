@@ -11,6 +11,7 @@ import numpy as np
 from elusive.checks import Finding
 from elusive.contracts import Array
 from elusive.report import drawing as draw
+from elusive.report.extents import stride_of
 from elusive.report.page import track_table, write_page
 from elusive.report.picture import write_picture
 from elusive.report.plots import track_colour
@@ -38,7 +39,7 @@ def write_links_png(path: Path, tracked: LinksTracked) -> None:
 def links_drawing(tracked: LinksTracked) -> draw.Drawing:
     """Return what a report draws."""
     points = sum(len(one.frames) for one in tracked.paths)
-    stride = max(draw.stride_of(len(tracked.times_s), TIMES_SHOWN), draw.stride_of(points, POINTS_SHOWN))
+    stride = max(stride_of(len(tracked.times_s), TIMES_SHOWN), stride_of(points, POINTS_SHOWN))
     times, people = tracked.times_s[::stride], tracked.people[::stride]
     drawn = {one.track for one in tracked.paths}
     events = [

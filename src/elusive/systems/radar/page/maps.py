@@ -11,6 +11,7 @@ from elusive.charts.charted_area import barred, lay_charts
 from elusive.charts.quality import GRADES
 from elusive.contracts import Array
 from elusive.report import drawing as draw
+from elusive.report.extents import about
 from elusive.report.plots import SERIES
 from elusive.systems.radar.page.state import ChartsState, Extent
 from elusive.workbench.placing import path_layers, placing
@@ -25,7 +26,7 @@ MARGIN = 0.02
 def whole_chart(state: ChartsState) -> Extent:
     """Return what shows the whole chart, x and y [m]."""
     x0, x1, y0, y1 = state.chart_extent
-    return draw.about([(x0, y0), (x1, y1)], MARGIN)
+    return about([(x0, y0), (x1, y1)], MARGIN)
 
 
 def about_route(state: ChartsState) -> Extent:

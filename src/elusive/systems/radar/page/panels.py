@@ -6,6 +6,7 @@ import numpy as np
 
 from elusive.charts import ExactWater, GridWater, HardWater, Water, WaterModel
 from elusive.report import drawing as draw
+from elusive.report.extents import about
 from elusive.report.plots import SERIES
 from elusive.systems.radar.page.maps import raster_of
 from elusive.systems.radar.report.page import radar_layers
@@ -21,7 +22,7 @@ def watch_spec(sailed: Sailed) -> draw.Drawing:
     shown = [(one, one.outcome.tracked) for one in sailed.each if one.outcome is not None]
     spreads = [np.median(path.spread) for _, tracked in shown for path in tracked.paths]
     close = max(NARROWEST_M, SPREADS * float(np.median(spreads)) if spreads else NARROWEST_M)
-    extent = draw.about(np.concatenate([sailed.truth, sailed.truth + 0.5 * close, sailed.truth - 0.5 * close]))
+    extent = about(np.concatenate([sailed.truth, sailed.truth + 0.5 * close, sailed.truth - 0.5 * close]))
     panels = []
     for one, tracked in shown:
         water = draw.shares(raster_of(_water(one, sailed), extent, SIDE)[0])

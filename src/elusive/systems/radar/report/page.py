@@ -11,6 +11,7 @@ import numpy as np
 from elusive.checks import Finding
 from elusive.report import drawing as draw
 from elusive.report.clock import moment
+from elusive.report.extents import lonlat_fit, stride_of
 from elusive.report.page import track_table, write_page
 from elusive.report.picture import write_picture
 from elusive.report.plots import track_colour
@@ -55,13 +56,13 @@ def _close_to(cloud: Cloud) -> dict[str, Any]:
 def radar_drawing(tracked: RadarTracked) -> draw.Drawing:
     """Return what a report draws."""
     points = sum(len(one.times_s) for one in tracked.paths)
-    stride = max(draw.stride_of(len(tracked.times_s), SCANS_SHOWN), draw.stride_of(points, POINTS_SHOWN))
+    stride = max(stride_of(len(tracked.times_s), SCANS_SHOWN), stride_of(points, POINTS_SHOWN))
     times = tracked.times_s[::stride]
     layers = radar_layers(tracked, times)
     axes = ("east of the radar", "north of the radar")
     degrees: dict[str, Any] = {}
     if tracked.lonlat is not None:
-        degrees["degrees"] = draw.lonlat_fit(tracked.lonlat, tracked.extent)
+        degrees["degrees"] = lonlat_fit(tracked.lonlat, tracked.extent)
     ground: dict[str, Any] = {"ground": "--water"} if tracked.chart is not None else {}
     spread = [one.deviation.max(axis=1) for one in tracked.paths]
     near = max(CLOSEST_M, CLOSE * float(np.median(np.concatenate(spread)))) if spread else CLOSEST_M
