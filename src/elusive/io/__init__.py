@@ -1,4 +1,4 @@
-"""Readers of recordings and of truth: images, signals, radar plots and video; files that appear whole or not at all."""
+"""Recordings, live sources and truth read, of every system; tracks sent on; files that appear whole or not at all."""
 
 from elusive.io._asterix_items import TargetReport
 from elusive.io.ais import AisPosition, read_ais

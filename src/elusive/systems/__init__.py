@@ -1,1 +1,1 @@
-"""The five kinds of recording, a folder each: parameters, track, fit, scene, report, page."""
+"""The six kinds of recording, a folder each: parameters, track, fit, scene, report, page."""
