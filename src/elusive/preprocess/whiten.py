@@ -16,6 +16,7 @@ from elusive.errors import DataError
 from elusive.preprocess.level_trend import Trend, flattened, no_trend
 from elusive.preprocess.levels import MEMORIES, Levels, hidden_mean, levelled, levels_after, mean_log_level, no_levels
 from elusive.preprocess.linear_prediction import LinearPrediction, innovations, learnt, no_prediction
+from elusive.preprocess.repeated import Repeated, nothing_repeated, without_repeated
 
 JUDGED_FRAMES = 50.0  # over which what stays at a place is judged
 STAYS = 1.1  # variance of what stays, to that of noise, from which levels are followed fast
@@ -36,6 +37,7 @@ class NoiseModel(NamedTuple):
     stays: Array  # (n,) mean over the latest frames of the squares, less one
     swift: Levels  # of the whitened frames: what their levels still drift
     trend: Trend
+    repeated: Repeated  # in the frames without spectrum and levels
 
     @property
     def memory_frames(self) -> float:
@@ -58,7 +60,8 @@ def no_noise_model(samples: int, window: int) -> NoiseModel:
     """Return what is known before the first frame of so many samples."""
     level, spectrum = no_levels(samples, window), no_prediction()
     nothing = np.zeros(samples)
-    return NoiseModel(0, nothing, spectrum, level, level, spectrum, 0.0, nothing, level, no_trend(samples, window))
+    trend, repeated = no_trend(samples, window), nothing_repeated(samples, window)
+    return NoiseModel(0, nothing, spectrum, level, level, spectrum, 0.0, nothing, level, trend, repeated)
 
 
 def whitened(state: NoiseModel, frame: Array, rng: Generator) -> tuple[NoiseModel, Array]:
@@ -101,6 +104,7 @@ def whitened(state: NoiseModel, frame: Array, rng: Generator) -> tuple[NoiseMode
         first += (gain - first) / JUDGED_FRAMES
         fresh = other if first >= 0 else alike * _rms(fresh)
     levels = _after(state.levels, _parts(centred / scale))
+    repeated, fresh = without_repeated(state.repeated, fresh)
     power = _rms(fresh)
     parts = _parts(fresh / power)
     swift = _after(state.swift, parts)
@@ -109,7 +113,7 @@ def whitened(state: NoiseModel, frame: Array, rng: Generator) -> tuple[NoiseMode
     if state.judged.chosen is not None and state.staying > STAYS:
         parts = levelled(state.swift._replace(chosen=FOLLOWED), parts)
     trend, parts = flattened(state.trend, parts)
-    after = NoiseModel(frames, offsets, plain, judged, levels, even, first, stays, swift, trend)
+    after = NoiseModel(frames, offsets, plain, judged, levels, even, first, stays, swift, trend, repeated)
     return after, scale * power * _joined(parts)
 
 
