@@ -120,7 +120,7 @@ def test_mot_boxes_are_centred_and_count_from_one(tmp_path):
 
 
 def test_mot_refusals(tmp_path):
-    with pytest.raises(DataError, match="both must be positive"):
+    with pytest.raises(DataError, match="must be positive"):
         write_mot_csv(tmp_path / "m.txt", still([]), sigma_px=0)
     with pytest.raises(DataError, match="the tracks are in m; MOTChallenge needs x and y in pixels"):
         write_mot_csv(tmp_path / "m.txt", still([], unit="m"), sigma_px=1)

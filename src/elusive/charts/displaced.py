@@ -72,9 +72,7 @@ class DisplacedWater:
         ]
 
     @classmethod
-    def persistent(
-        cls, model: WaterModel, coast: Coast, share: float, columns: tuple[int, int] = (-2, -1)
-    ) -> DisplacedWater:
+    def persistent(cls, model: WaterModel, coast: Coast, share: float) -> DisplacedWater:
         """Let states carry a share of the coast's own variance, all of it for a hard coast.
 
         Raises
@@ -86,7 +84,7 @@ class DisplacedWater:
             raise ParameterError(f"share: must lie between 0 and 1, both excluded (got {share!r}).")
         carried = 1.0 if isinstance(model, HardWater) else share
         remaining = coast.sigma_m * (1.0 - share) ** 0.5
-        return cls(model, coast, coast.sigma_m * carried**0.5, remaining, columns)
+        return cls(model, coast, coast.sigma_m * carried**0.5, remaining)
 
     @property
     def nbytes(self) -> int:

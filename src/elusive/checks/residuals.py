@@ -17,6 +17,8 @@ from scipy.special import betainc, chdtri, ndtri
 from elusive.checks.finding import LEVEL, Fact
 from elusive.contracts import Array
 
+CLIP = 3.0  # deviations beyond which a residual counts as that in a correlation: an outlier is none
+
 
 class Scale(NamedTuple):
     """How wide residuals are against their claimed deviations; 1 is right."""
@@ -81,10 +83,7 @@ def _quantile(
     return Fact(expected, float(np.quantile(known, probability)), not off, count)
 
 
-def share_of(
-    hits: float, samples: float, expected: float, *, tolerance: float = 0.05, independent: float = 1.0,
-    level: float = LEVEL,
-) -> Fact:  # fmt: skip
+def share_of(hits: float, samples: float, expected: float, *, tolerance: float = 0.05, level: float = LEVEL) -> Fact:
     """Compare the share of samples of a kind with what is expected, by the binomial law.
 
     Parameters
@@ -95,18 +94,15 @@ def share_of(
         Probability of a hit.
     tolerance
         Addend; 0 on a side where it would leave [0, 1].
-    independent, level
+    level
         See the module.
     """
-    count, hit = samples * independent, hits * independent
-    many = at_least(hit, count, min(expected + tolerance, 1.0)) < level / 2
-    few = at_least(count - hit, count, min(1 - expected + tolerance, 1.0)) < level / 2
-    return Fact(expected, hits / samples if samples else math.nan, not (many or few), count)
+    many = at_least(hits, samples, min(expected + tolerance, 1.0)) < level / 2
+    few = at_least(samples - hits, samples, min(1 - expected + tolerance, 1.0)) < level / 2
+    return Fact(expected, hits / samples if samples else math.nan, not (many or few), samples)
 
 
-def lag_of(
-    residuals: Array, *, expected: float = 0.0, tolerance: float = 0.2, clip: float = 3.0, level: float = LEVEL
-) -> Fact:
+def lag_of(residuals: Array, *, expected: float = 0.0, tolerance: float = 0.2, level: float = LEVEL) -> Fact:
     """Compare the correlation of residuals with those just before with what is expected, by Fisher's transform.
 
     Parameters
@@ -117,12 +113,10 @@ def lag_of(
         Correlation of a right model.
     tolerance
         Correlation that is as good as right.
-    clip
-        Deviations beyond which a residual counts as that: an outlier is no correlation.
     level
         See the module.
     """
-    series = np.clip(np.asarray(residuals, dtype=np.float64), -clip, clip)
+    series = np.clip(np.asarray(residuals, dtype=np.float64), -CLIP, CLIP)
     before, after = series[:-1].ravel(), series[1:].ravel()
     both = np.isfinite(before) & np.isfinite(after)
     before, after, count = before[both], after[both], int(both.sum())

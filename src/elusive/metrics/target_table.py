@@ -72,7 +72,7 @@ def sightings(frame: ArrayLike, identity: ArrayLike, place: ArrayLike, name: str
     return Sightings(frames, identities, places)
 
 
-def sightings_of(places: ArrayLike, name: str = "truth") -> Sightings:
+def sightings_of(places: ArrayLike) -> Sightings:
     """Make a table of a dense array ``(frames, targets, k)``, NaN where a target is absent; targets count from 0.
 
     Raises
@@ -82,9 +82,9 @@ def sightings_of(places: ArrayLike, name: str = "truth") -> Sightings:
     """
     dense = np.asarray(places, dtype=np.float64)
     if dense.ndim != 3:
-        raise DataError(f"{name}: has shape {dense.shape}; give (frames, targets, axes), NaN where a target is absent.")
+        raise DataError(f"truth: has shape {dense.shape}; give (frames, targets, axes), NaN where a target is absent.")
     frame, identity = np.nonzero(~np.isnan(dense).any(axis=2))
-    return sightings(frame, identity, dense[frame, identity], name)
+    return sightings(frame, identity, dense[frame, identity], "truth")
 
 
 def frames_of(truth: Sightings, tracks: Sightings, frames: int | None) -> int:

@@ -9,7 +9,7 @@ from elusive.preprocess.sliding import Window
 SAMPLES, EVERY = 2**17, 64  # of the frame that is simulated; from one object to the next
 
 
-def contrast(statistic: Window, deviation: float = 1.0, seed: int = 0) -> float:
+def contrast(statistic: Window, deviation: float = 1.0) -> float:
     """Return how much higher evidence is at an object than at noise, in deviations of noise's, to about .03.
 
     The objects are as long as the window and as loud as the background, to which they add; accumulation over k frames
@@ -21,15 +21,13 @@ def contrast(statistic: Window, deviation: float = 1.0, seed: int = 0) -> float:
         Of a sliding window.
     deviation
         Of the background, for boundaries in the signal's units.
-    seed
-        Of the frame that is simulated.
 
     Raises
     ------
     DataError
         If the statistic refuses the frame, as where all samples lie in one region.
     """
-    rng, half = np.random.default_rng(seed), statistic.window // 2
+    rng, half = np.random.default_rng(0), statistic.window // 2
     frame, at = rng.standard_normal(SAMPLES), np.arange(EVERY // 2, SAMPLES, EVERY)
     inside = at[:, None] + np.arange(-half, half + 1)
     frame[inside] += rng.standard_normal(inside.shape)

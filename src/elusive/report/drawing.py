@@ -32,10 +32,10 @@ def rounded(values: ArrayLike, digits: int = 2) -> list[Any]:
     return listed
 
 
-def xy(places: ArrayLike, digits: int = 2) -> dict[str, Any]:
+def xy(places: ArrayLike) -> dict[str, Any]:
     """Return places ``(k, 2)`` by column."""
     found = np.asarray(places, dtype=np.float64).reshape(-1, 2)
-    return {"x": rounded(found[:, 0], digits), "y": rounded(found[:, 1], digits)}
+    return {"x": rounded(found[:, 0]), "y": rounded(found[:, 1])}
 
 
 def scaled(values: Array, low: float | None = None, high: float | None = None) -> dict[str, Any]:

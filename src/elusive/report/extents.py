@@ -26,14 +26,14 @@ def about(places: ArrayLike, margin: float = 0.08, least: float = 1.0) -> Extent
     return float(west - room), float(east + room), float(south - room), float(north + room)
 
 
-def top_of(curves: Iterable[ArrayLike], least: float = 1e-3) -> float:
+def top_of(curves: Iterable[ArrayLike]) -> float:
     """Return where an axis ends: the bulk of the values decides, for a first moment would flatten all that follows."""
     found = [np.asarray(one, dtype=np.float64).ravel() for one in curves]
     known = np.abs(np.concatenate([np.zeros(0), *found]))
     known = known[np.isfinite(known)]
     if not len(known):
         return 1.0
-    return max(least, 1.1 * min(float(known.max()), BULK * float(np.quantile(known, 0.9))))
+    return max(1e-3, 1.1 * min(float(known.max()), BULK * float(np.quantile(known, 0.9))))
 
 
 def stride_of(count: int, most: int) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -70,12 +70,10 @@ def settle(drawn: Figure) -> None:
         drawn.set_layout_engine(None)
 
 
-def frame(axes: Axes, pixels: Array, title: str = "", shrink: int = 1) -> None:
-    """Draw one frame in grey, between its first and last half per cent; each ``shrink``-th pixel is given."""
+def frame(axes: Axes, pixels: Array, title: str = "") -> None:
+    """Draw one frame in grey, between its first and last half per cent."""
     low, high = np.nanpercentile(pixels, [0.5, 99.5])
-    rows, columns = pixels.shape
-    edges = (-0.5 * shrink, (columns - 0.5) * shrink, (rows - 0.5) * shrink, -0.5 * shrink)
-    axes.imshow(pixels, cmap="gray", vmin=low, vmax=high, interpolation="nearest", extent=edges)
+    axes.imshow(pixels, cmap="gray", vmin=low, vmax=high, interpolation="nearest")
     axes.set(title=title, xlabel="x [px]", ylabel="y [px]")
     axes.grid(visible=False)
 
@@ -94,7 +92,7 @@ def shade(axes: Axes, times: Array, present: NDArray[Any]) -> None:
         axes.axvspan(times[first] - half, times[after - 1] + half, color=TRUTH, alpha=0.12, linewidth=0, label=label)
 
 
-def land(axes: Axes, rings: Iterable[Array], colour: str = LAND) -> None:
+def land(axes: Axes, rings: Iterable[Array]) -> None:
     """Fill charted land, rings ``(V, 2)`` of which holes turn the other way, and draw its shore."""
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path as Outline
@@ -102,7 +100,7 @@ def land(axes: Axes, rings: Iterable[Array], colour: str = LAND) -> None:
     outlines = [Outline(np.concatenate([ring, ring[:1]]), closed=True) for ring in rings]
     if outlines:
         whole = Outline.make_compound_path(*outlines)
-        axes.add_patch(PathPatch(whole, facecolor=colour, edgecolor="none", zorder=0.1))
+        axes.add_patch(PathPatch(whole, facecolor=LAND, edgecolor="none", zorder=0.1))
         axes.add_patch(PathPatch(whole, facecolor="none", edgecolor=SHORE, linewidth=0.7, zorder=1.5))
 
 
@@ -121,10 +119,8 @@ def ellipse(
     )
 
 
-def band(
-    axes: Axes, times: Array, trials: Array, colour: str, label: str, quantiles: Sequence[float] = (0.1, 0.9)
-) -> None:
-    """Draw the mean over trials ``(K, T)`` and the band between two quantiles."""
-    low, high = np.nanquantile(trials, quantiles, axis=0)
+def band(axes: Axes, times: Array, trials: Array, colour: str, label: str) -> None:
+    """Draw the mean over trials ``(K, T)`` and the band of 80 % of them."""
+    low, high = np.nanquantile(trials, (0.1, 0.9), axis=0)
     axes.fill_between(times, low, high, color=colour, alpha=0.15, linewidth=0)
     axes.plot(times, np.nanmean(trials, axis=0), color=colour, label=label)

@@ -19,9 +19,7 @@ from elusive.results.spool import Records
 from elusive.results.table import DELETED, STATUSES
 
 
-def write_mot_csv(
-    path: str | os.PathLike[str], log: TrackLog, *, sigma_px: float, n_sigma: float = 2.0, first_frame: int = 0
-) -> None:
+def write_mot_csv(path: str | os.PathLike[str], log: TrackLog, *, sigma_px: float, first_frame: int = 0) -> None:
     """Write tracks as MOTChallenge text: frame, id, bb_left, bb_top, bb_width, bb_height, conf, -1, -1, -1.
 
     Frames and pixels count from 1 there, from 0 here: a target at the centre of pixel (0, 0) gets a box round (1, 1).
@@ -35,9 +33,7 @@ def write_mot_csv(
     log
         Tracks in pixels, a step a frame.
     sigma_px
-        Standard deviation of the point spread; the box reaches ``n_sigma`` of them to each side.
-    n_sigma
-        Half the box's side in standard deviations.
+        Standard deviation of the point spread; the box reaches two of them to each side.
     first_frame
         Number of the first step's frame, from 0.
 
@@ -46,9 +42,9 @@ def write_mot_csv(
     DataError
         If the tracks are not in pixels, the box is not positive, or the file cannot be written.
     """
-    half = n_sigma * sigma_px
+    half = 2.0 * sigma_px
     if not 0.0 < half < math.inf:
-        raise DataError(f"sigma_px={sigma_px}, n_sigma={n_sigma}: both must be positive.")
+        raise DataError(f"sigma_px={sigma_px}: must be positive.")
     if log.columns.unit != "px" or log.columns.axes != ("x", "y"):
         raise DataError(f"{path}: the tracks are in {log.columns.unit}; MOTChallenge needs x and y in pixels.")
     score = log.columns.added.index("score") if "score" in log.columns.added else None

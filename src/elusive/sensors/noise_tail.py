@@ -12,6 +12,8 @@ import numpy as np
 from elusive.contracts import Array
 from elusive.errors import DataError
 
+TAIL = 0.005  # part of the pixels taken for the tail
+
 
 class NoiseTail(NamedTuple):
     """Null distribution of the response: a Gaussian core with an exponential upper tail."""
@@ -23,15 +25,13 @@ class NoiseTail(NamedTuple):
     share: float  # probability beyond the knee
 
 
-def fit_tail(response: Array, share: float = 0.005) -> NoiseTail:
+def fit_tail(response: Array) -> NoiseTail:
     """Fit the null to a frame's responses, robustly: a target's few pixels do not matter.
 
     Parameters
     ----------
     response
         Responses of any shape; NaN is left out.
-    share
-        Part of the pixels taken for the tail.
 
     Raises
     ------
@@ -41,6 +41,6 @@ def fit_tail(response: Array, share: float = 0.005) -> NoiseTail:
     seen = response[np.isfinite(response)]
     if seen.size < 1000:
         raise DataError(f"response: {seen.size} finite values, at least 1000 are needed to fit the noise.")
-    median, upper, knee = np.quantile(seen, [0.5, 0.841344746, 1 - share])
+    median, upper, knee = np.quantile(seen, [0.5, 0.841344746, 1 - TAIL])
     excess = np.median(seen[seen > knee] - knee) / np.log(2) if (seen > knee).any() else 0.0
-    return NoiseTail(float(median), max(float(upper - median), 1e-6), float(knee), max(float(excess), 1e-3), share)
+    return NoiseTail(float(median), max(float(upper - median), 1e-6), float(knee), max(float(excess), 1e-3), TAIL)

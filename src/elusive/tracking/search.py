@@ -22,6 +22,7 @@ from elusive.tracking.trail import Seen, Trail, cut, frame_deviation
 
 MEMORIES = 4  # of 1 / (1 - alpha) frames that are remembered
 REMEMBERED_BYTES = 2**27  # at most
+AT_ONCE = 8  # targets taken out of a frame; what is left is found in the next
 TRIED = 8  # peaks of a map that are looked at, until one is a target
 LEAST_FRAMES = 1.8  # that a path's evidence must come from: one frame tells no velocity
 RECUT = 2  # times that patches are cut about a better path
@@ -87,9 +88,7 @@ class VelocitySearch:
         seen = Seen(time_s, np.array([*scene_px, 0.0][:2]), kept, frame_deviation(kept))
         return SearchState(recurrent, (*state.past, seen)[-self.remembered(kept.size) :])
 
-    def candidates(
-        self, state: SearchState, threshold: float, rng: Generator, most: int = 8
-    ) -> tuple[SearchState, list[Candidate]]:
+    def candidates(self, state: SearchState, threshold: float, rng: Generator) -> tuple[SearchState, list[Candidate]]:
         """Take the targets that stand out of the map out of the state, the strongest first, and return both.
 
         Parameters
@@ -100,11 +99,9 @@ class VelocitySearch:
             Score above which a cell is an alarm; infinity finds nothing.
         rng
             Not used: nothing is drawn.
-        most
-            Targets at most; what is left is found in the next frame.
         """
         found: list[Candidate] = []
-        while len(found) < most:
+        while len(found) < AT_ONCE:
             candidate = self._strongest(state, threshold)
             if candidate is None:
                 break

@@ -23,6 +23,8 @@ TARGET_SD_M = 5.0  # of the belief before the chart, section 5.3
 ISLE_M, ISLE_SIGMA_M, ISLE_BELIEF_M, ISLE_BELIEF_SD_M = (-8.0, 8.0), 3.0, 2.0, 10.0  # figure 5.2
 PARTICLES = 6000
 CAPE_SIGMA_M = 5.0
+GRID_SIGMA_M, GRID_CELL_M = 5.0, 1.0  # figure 6.9
+SEED = 2012
 LONG_M = 1000.0  # of the banks: their ends are out of reach
 SIGMAS_M = (7.0, 20.0)  # those of the thesis's figures, and of its text
 RED, GREEN, BLUE = "#dc2626", "#15803d", "#1d4ed8"
@@ -37,17 +39,17 @@ class MapRow(NamedTuple):
     map_m: float
 
 
-def map_under(mean_m: float, water: IntervalWater, sd_m: float = TARGET_SD_M) -> float:
+def map_under(mean_m: float, water: IntervalWater) -> float:
     """Return where a Gaussian belief times Phi is greatest (section 5.3) [m]."""
     if water.sigma_m == 0:
         return float(np.clip(mean_m, water.lower_m, water.upper_m))
 
     def cost(x: float) -> float:
         allowed = float(water.log_probability(np.array([[x, 0.0, 0.0, 0.0]]))[0])
-        return 0.5 * ((x - mean_m) / sd_m) ** 2 - allowed
+        return 0.5 * ((x - mean_m) / TARGET_SD_M) ** 2 - allowed
 
     # minus the logarithm of a Gaussian times one of a concave function: one minimum
-    far = sd_m + water.sigma_m + water.upper_m - water.lower_m + abs(mean_m)
+    far = TARGET_SD_M + water.sigma_m + water.upper_m - water.lower_m + abs(mean_m)
     return float(minimize_scalar(cost, bounds=(-far, far), method="bounded", options={"xatol": 1e-7}).x)
 
 
@@ -72,13 +74,13 @@ class Peaks(NamedTuple):
     mode: float  # highest point of the particles' kernel density
 
 
-def parted(seed: int = 2012) -> Peaks:
+def parted() -> Peaks:
     """Weigh particles of a belief by an isle."""
     x = np.linspace(-40.0, 40.0, 1601)
     isle = IntervalWater(lower_m=ISLE_M[0], upper_m=ISLE_M[1], sigma_m=ISLE_SIGMA_M)
     before = norm.pdf(x, ISLE_BELIEF_M, ISLE_BELIEF_SD_M)
     after = before * (1 - isle.probability(np.column_stack([x, x])))
-    drawn = np.random.default_rng(seed).normal(ISLE_BELIEF_M, ISLE_BELIEF_SD_M, PARTICLES)
+    drawn = np.random.default_rng(SEED).normal(ISLE_BELIEF_M, ISLE_BELIEF_SD_M, PARTICLES)
     weights = 1 - isle.probability(np.column_stack([drawn, drawn]))
     weights /= weights.sum()
     mode = float(marginal_map(drawn[:, None], weights)[0])
@@ -103,9 +105,7 @@ def across(model: WaterModel, coast: Coast, x: Array) -> Array:
     return water.probability(np.column_stack([x, np.zeros_like(x)]))
 
 
-def convolved_error(
-    x: Array, sigma_m: float = 5.0, cell_m: float = 1.0, off_edge: float = 0.0
-) -> tuple[Array, Array, Array]:
+def convolved_error(x: Array, off_edge: float = 0.0) -> tuple[Array, Array, Array]:
     """P(water) by a straight coast at zero: its true value, and the grid's by its nearest cell and between cells.
 
     The coast runs along the cells' edges, or ``off_edge`` of a cell beside them: half a cell is the worst.
@@ -113,12 +113,12 @@ def convolved_error(
     import shapely
 
     # the grid puts the middle of a cell on the westernmost land
-    west = -(round(0.2 * LONG_M / cell_m) + 0.5 - off_edge) * cell_m
+    west = -(round(0.2 * LONG_M / GRID_CELL_M) + 0.5 - off_edge) * GRID_CELL_M
     land = shapely.box(west, -0.2 * LONG_M, 0.0, 0.2 * LONG_M)
-    coast = Coast.of(CoastPart(land, sigma_m))
-    cell = cell_m / sigma_m
+    coast = Coast.of(CoastPart(land, GRID_SIGMA_M))
+    cell = GRID_CELL_M / GRID_SIGMA_M
     nearest = across(GridWater(cell=cell, look_up="nearest"), coast, x)
-    return ndtr(x / sigma_m), nearest, across(GridWater(cell=cell), coast, x)
+    return ndtr(x / GRID_SIGMA_M), nearest, across(GridWater(cell=cell), coast, x)
 
 
 def draw_influence(folder: Path, name: str) -> None:

@@ -7,7 +7,6 @@ MATLAB; ratios between methods are what can be compared.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -64,17 +63,13 @@ class Timed:
         return found
 
 
-def run_times(
-    case: ShipTrial, seed: int, enough_s: float = ENOUGH_S, on_method: Callable[[str], None] | None = None
-) -> list[RunTime]:
+def run_times(case: ShipTrial, seed: int, enough_s: float = ENOUGH_S) -> list[RunTime]:
     """Time every method on the same run past the port; one over ``enough_s`` is broken off and its rest reckoned."""
     coast = Coast.of(CoastPart(list(shoreline(case.shoreline, case.delta_seed)), case.sigma))
     run = draw(case, default_rng(SeedSequence(seed, spawn_key=(0,))))
     scene = scenery(case)
     rows = []
     for name, (model, thesis) in METHODS.items():
-        if on_method is not None:
-            on_method(name)
         if model is not None:
             model.bind(scene.coast)  # so that compilation is not timed, nor that of a step below
         started = time.process_time()

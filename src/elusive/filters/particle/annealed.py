@@ -40,7 +40,6 @@ def anneal(
     *,
     log_weight: Array | None = None,
     effective: float = 0.5,
-    moves: int = MOVES,
 ) -> Annealed:
     """Bring particles from their prior to their posterior.
 
@@ -58,8 +57,6 @@ def anneal(
         ``(n,)`` log of prior over proposal, where the states were not drawn from the prior.
     effective
         Share of the particles that stays effective in a stage.
-    moves
-        Metropolis moves of each particle between stages.
 
     Returns
     -------
@@ -86,7 +83,7 @@ def anneal(
             break
         prior = log_prior(states, origin)
         root = np.linalg.cholesky(np.cov(states.T) + LEAST_SPREAD**2 * np.eye(d))
-        for _ in range(moves):
+        for _ in range(MOVES):
             there = states + MOVE / math.sqrt(d) * rng.standard_normal((n, d)) @ root.T
             prior_there, level_there = log_prior(there, origin), log_likelihood(there)
             accept = np.log(rng.random(n)) < taken * (level_there - level) + prior_there - prior
