@@ -73,6 +73,7 @@ def test_noise_says_why_it_has_no_track_and_a_press_tries_more(served: Served, o
     np.save(served.folder / "long noise.npy", rng.normal(size=(2000, 1200)).astype(np.float32))
     turned = 100 + 20 * rng.normal(size=(64, 64, 1)) + rng.normal(size=(64, 64, 40))
     np.save(served.folder / "turned.npy", turned)
+    (served.folder / "broken.npy").write_bytes(b"no array")
     page = open_tab(width=800, scheme="dark").page
     page.goto(f"{served.address}/own")
 
@@ -101,7 +102,13 @@ def test_noise_says_why_it_has_no_track_and_a_press_tries_more(served: Served, o
     told(page, "Settings: object_size 10")
     assert any(one.name.endswith("noise.npy") for one in (served.folder / "runs").iterdir())
     choose(page, "kind", "A sequence of frames")
+    choose(page, "source", "broken.npy")
+    told(page, "broken.npy: ")
     choose(page, "source", "turned.npy")
+    # 64 frames of 64 x 40 are not taken without a word: before a run, and in its report
+    told(page, "64 frames of 40 x 64 pixels.")
+    told(page, "look like an array in another order of axes. Save the array as (time, row, column)")
+    assert page.get_by_text("broken.npy: ").count() == 0
+    page.locator(".ew-look .drawing[data-ready=yes]").wait_for()
     button(page, "Run").click()
-    # 64 frames of 64 x 40 are not taken without a word
     told(report(page, "turned.npy"), "another order of axes")

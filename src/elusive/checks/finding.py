@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
+from elusive.contracts import Array
+
 LEVEL = 1e-3  # probability that one test remarks on a right model: some dozens of tests make 1 in 20
 
 
@@ -18,6 +20,14 @@ class Finding(NamedTuple):
     sentence: str  # what was expected, what was seen, what that means
     remedy: str  # what to do, naming the option
     grave: bool = True  # False: a remark, for which --strict does not exit with 3
+
+
+class Looked(NamedTuple):
+    """What a recording is, from a look at it before it is tracked."""
+
+    said: str  # its size, as one says it
+    findings: tuple[Finding, ...]
+    picture: Array | None = None  # ``(rows, columns)``, of what may be shown of it
 
 
 class Fact(NamedTuple):

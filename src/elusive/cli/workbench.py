@@ -34,7 +34,13 @@ def workbench_command(
         for system in SYSTEMS
     ]
     recordings = [
-        Recording(system.noun, system.recording, f"elusive.cli.{system.name}:track_{system.name}_command", system.tries)
+        Recording(
+            system.noun,
+            system.recording,
+            f"elusive.cli.{system.name}:track_{system.name}_command",
+            system.tries,
+            look=system.look,
+        )
         for system in SYSTEMS
     ]
     pages = [system.page for system in SYSTEMS]

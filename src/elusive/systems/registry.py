@@ -19,6 +19,7 @@ class System(NamedTuple):
     command: str  # the shortest that does it
     page: str  # module of its page in the workbench, which holds a PAGE
     fits: bool = False  # to a recording without labels: ``elusive fit <noun>``
+    look: str = ""  # place of what tells what a recording is before it is tracked
     tries: tuple[tuple[str, str], ...] = ()  # where nothing is found: options, and what they become; x2: twice as much
 
 
@@ -41,6 +42,7 @@ SYSTEMS = (
         "elusive track images frames/ --out result",
         "elusive.systems.images.page",
         fits=True,
+        look="elusive.systems.images.look:look",
         tries=(("show", "all"), ("confirm_from", "x0.7"), ("confirm_frames", "x0.5")),
     ),
     System(

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from importlib import import_module
 from pathlib import Path
 from types import NoneType
 from typing import Any, Literal, NamedTuple, get_args, get_origin
 
+from elusive.checks import Looked
 from elusive.model import Model
 from elusive.options import options_of
 from elusive.workbench.files import CONFIG, PLAIN, SCENE, stranger
@@ -22,6 +23,8 @@ from elusive.workbench.forms import FieldPath
 LEFT_OUT = ("out", "config", "follow", "idle_s", "hold_s", "strict", "to", "given", "origin", "y_axis_deg")
 FOLLOW = "follow"  # among what is given: whether the source is followed as it comes
 
+
+Look = Callable[[Path], Looked]  # at a recording, before it is tracked
 
 LIVE = re.compile(r"[a-z][a-z0-9+]*://\S|camera:\d+$")  # a live source that is no file
 
@@ -48,6 +51,7 @@ class Asking(NamedTuple):
     follows: bool  # whether a source can be followed as it comes
     tries: tuple[tuple[str, str], ...]
     is_scene: bool
+    look: Look | None = None
 
     @property
     def file(self) -> str:
@@ -102,12 +106,12 @@ class Recording(NamedTuple):
     place: str  # ``package.module:name`` of the command's function, or of a scene's model
     tries: tuple[tuple[str, str], ...] = ()  # where nothing is found: options, and what they become
     is_scene: bool = False
+    look: str = ""  # place of what looks at a recording before it is tracked; empty: nothing does
 
 
 def asking(recording: Recording) -> Asking:
     """Read off a command, or a scene's model, what it asks for."""
-    module, _, name = recording.place.partition(":")
-    command = getattr(import_module(module), name)
+    command = _placed(recording.place)
     if recording.is_scene:
         return Asking(recording.noun, (), command, False, recording.tries, True)
     asked = []
@@ -117,7 +121,13 @@ def asking(recording: Recording) -> Asking:
         if parameter.name not in LEFT_OUT and told.rich_help_panel is None:
             asked.append(_asked(parameter, told))
     asked.sort(key=lambda one: (not one.is_file, not one.needed, bool(one.flag)))
-    return Asking(recording.noun, tuple(asked), command.parameters, FOLLOW in known, recording.tries, False)
+    look = _placed(recording.look) if recording.look else None
+    return Asking(recording.noun, tuple(asked), command.parameters, FOLLOW in known, recording.tries, False, look)
+
+
+def _placed(place: str) -> Any:
+    module, _, name = place.partition(":")
+    return getattr(import_module(module), name)
 
 
 def _asked(parameter: inspect.Parameter, told: Any) -> Asked:

@@ -12,6 +12,7 @@ from elusive.workbench.asking import FOLLOW, Asked, Asking, listed
 from elusive.workbench.files import SCENES, in_folder
 from elusive.workbench.form import Form, FormTools
 from elusive.workbench.forms import FieldPath
+from elusive.workbench.look import Look
 from elusive.workbench.opener import opener, sender
 from elusive.workbench.own_runs import asking_of
 from elusive.workbench.run_state import RunState
@@ -32,12 +33,13 @@ class RunInputs:
     def __init__(self, state: RunState, without: Mapping[str, Sequence[FieldPath]]) -> None:
         self._state, self._without = state, without
         self.forms: list[Form] = []
+        self._look: Look | None = None
         self._box = ui.column().classes("w-full gap-2 ew-wide")
 
     def show(self) -> None:
         """Build them anew."""
         self._box.clear()
-        self.forms = []
+        self.forms, self._look = [], None
         if not self._state.noun:
             return
         asked = asking_of(self._state.noun)
@@ -60,6 +62,8 @@ class RunInputs:
             ] = FOLLOW
         for one in needed:
             self._ask(one)
+            if not one.flag and asked.look is not None:
+                self._look = Look(asked, state.given[state.noun])
         sender("Send files from this computer to the workbench's folder", self._sent)
         rest = [one for one in asked.asked if one not in needed]
         with ui.expansion("How it is read").props("dense").classes("w-full"):
@@ -98,6 +102,8 @@ class RunInputs:
             def take(event: Any) -> None:
                 parts = event.value if isinstance(event.value, list) else [event.value] if event.value else []
                 given[one.name] = ", ".join(parts)
+                if not one.flag and self._look is not None:
+                    self._look.again()
 
             made = ui.select(
                 names, value=chosen if several else (chosen[0] if chosen else None), on_change=take, multiple=several,

@@ -8,11 +8,13 @@ from html import unescape
 import numpy as np
 import pytest
 
+from elusive.checks import broken
 from elusive.cli import main
 from elusive.cli.terminal import NOT_BELIEVED
 from elusive.sensors import ImageSensor
 from elusive.systems.images.checks import FrameChecks
 from elusive.systems.images.frame_facts import FrameFacts
+from elusive.systems.images.look import look
 from elusive.systems.images.parameters import ImageTracking
 from elusive.systems.images.recorded_checks import again_finding, recorded_findings
 from elusive.systems.images.scene_facts import SceneFacts
@@ -247,3 +249,14 @@ def test_what_is_kept_does_not_grow():
     assert max(len(facts.medians), len(facts.steps)) <= 65
     assert len(seen.likeness) <= 257
     assert facts.law.sigma == pytest.approx(1, abs=0.03)
+
+
+@pytest.mark.parametrize("axis", [0, 2])
+def test_a_look_before_the_run_tells_the_order_of_axes(tmp_path, axis):
+    rng = np.random.default_rng(5)
+    frames = 100 + 20 * rng.normal(size=(1, 48, 64)) + rng.normal(size=(40, 48, 64))
+    np.save(tmp_path / "frames.npy", np.moveaxis(frames, 0, axis))
+    looked = look(tmp_path / "frames.npy")
+    assert looked.said == ("40 frames of 64 x 48 pixels." if axis == 0 else "48 frames of 40 x 64 pixels.")
+    assert [one.name for one in broken(looked.findings)] == ([] if axis == 0 else ["frames.axes"])
+    assert looked.picture.shape == np.moveaxis(frames, 0, axis).shape[1:]

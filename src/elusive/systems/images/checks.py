@@ -71,7 +71,7 @@ class FrameChecks:
         whitened
             Mean quantile of the whitened pixels, by its probability, where frames were whitened.
         """
-        found = [_order(self.noise), *_repeats(self.noise)]
+        found = [order_finding(self.noise, self.noise.count), *_repeats(self.noise)]
         if isinstance(self._sensor, ImageSensor):
             found += white_findings(self._sensor, self.parameters, self.noise)
             if self._left is not None and all(one.holds for one in found):  # else noise itself may stand out
@@ -93,13 +93,21 @@ def places_of(step: Step) -> Iterator[tuple[float, float]]:
             yield float(track.mean[0]), float(track.mean[2])
 
 
-def _order(facts: FrameFacts) -> Finding:
-    """Find time among a frame's own axes: along it a scene changes least; few frames look like a narrow picture."""
+def order_finding(facts: FrameFacts, count: int) -> Finding:
+    """Find time among a frame's own axes: along it a scene changes least; few frames look like a narrow picture.
+
+    Parameters
+    ----------
+    facts
+        Of the frames that were looked at.
+    count
+        Frames of the whole recording.
+    """
     rows, columns = facts.shape
     time, x, y = np.median(np.array(facts.steps).reshape(-1, 3), axis=0).tolist() if facts.steps else (math.nan,) * 3
     ratio = min(x, y) / time if time > 0 else math.nan
     least, most = sorted(facts.shape)
-    alike = facts.count == most > least  # as many frames as rows: of a square camera's
+    alike = count == most > least  # as many frames as rows: of a square camera's
     odd = ratio < ODD or (ratio < SUSPECT and (alike or most > ASPECT * least))
     axis = f"{columns} columns" if least == columns else f"{rows} rows"
     if ratio < ODD:
@@ -108,7 +116,7 @@ def _order(facts: FrameFacts) -> Finding:
     fact = Fact(1.0, ratio, not (odd or alike), len(facts.steps))
     return fact.finding(
         "frames.axes",
-        f"A frame's {axis} {why}, as if they were times: {facts.count} frames of {columns} x {rows} pixels look like "
+        f"A frame's {axis} {why}, as if they were times: {count} frames of {columns} x {rows} pixels look like "
         "an array in another order of axes.",
         ORDER,
         grave=odd,
