@@ -118,7 +118,12 @@ def test_twenty_recordings_are_equal_from_everywhere(tmp_path):
         assert not (out / "summary.csv").exists()
         assert track(flights, out, "--workers", count) == 2
         assert files(out) == expected, count
-    test_a_cluster_writes_the_same_bytes(flights, tmp_path / "one_by_one", tmp_path)
+    out = tmp_path / "on a cluster"
+    with cluster() as address:
+        killed(flights, out, 7, "--scheduler", address)
+        assert not (out / "summary.csv").exists()
+        assert track(flights, out, "--scheduler", address) == 2
+    assert files(out) == expected
 
 
 @pytest.mark.parametrize(

@@ -60,8 +60,6 @@ def track_many(place: str, source: str, given: Mapping[str, Any], workers: int |
     recordings = found(str(given[source]))
     out = existing_folder(given["out"])
     _same_settings(out, place, source, given)
-    for left in out.glob(".*.part"):  # of a run that was killed
-        shutil.rmtree(left)
     missing = [each for each in recordings if not (out / each.name).is_dir()]
     done = len(recordings) - len(missing)
     if done:
@@ -70,10 +68,14 @@ def track_many(place: str, source: str, given: Mapping[str, Any], workers: int |
     with make_executor(workers, scheduler) as executor:
         for count, (recording, sentence) in enumerate(_outcomes(executor, place, source, given, missing), done + 1):
             heed_interrupt()
+            if sentence and (out / recording.name).is_dir():  # of a killed run: a cluster goes on with what it was at
+                sentence = ""
             if sentence:
                 failed[recording.name] = sentence
             said = f"[{count}/{len(recordings)}] {recording.path}" + (f": {sentence}" if sentence else "")
             console.print(escape(said), highlight=False, soft_wrap=True)
+    for left in out.glob(".*.part"):  # of a run that was killed; sooner, a cluster might still be writing there
+        shutil.rmtree(left, ignore_errors=True)
     rows = [_row(out, each, failed.get(each.name)) for each in recordings]
     with atomic_path(out / SUMMARY) as path, path.open("w", encoding="utf-8", newline="") as file:
         csv.writer(file, lineterminator="\n").writerows([HEADER, *rows])
@@ -169,6 +171,8 @@ def track_one(place: str, given: Mapping[str, Any]) -> str:
     command = getattr(import_module(module), name)
     said = io.StringIO()
     with _alone, contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+        if Path(given["out"]).is_dir():  # by now: a cluster goes on with what a killed run gave it
+            return ""
         try:
             command(**given)
         except ElusiveError as error:
