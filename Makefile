@@ -12,6 +12,8 @@ INSTALL := $(PIP) install --only-binary=:all: --constraint constraints.txt
 PINS := pyproject.toml constraints.txt
 
 export PIP_NO_INPUT = 1
+# What is compiled once is kept, whatever the shell says: tests start many processes of the same modules.
+export PYTHONDONTWRITEBYTECODE =
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test validate bench lint docs figures clean
@@ -22,6 +24,9 @@ help:
 
 demo: $(VENV)/.core
 	$(BIN)/elusive demo --out demo
+
+# as many processes as cores: threads of linear algebra would only wait for each other
+test validate: export OPENBLAS_NUM_THREADS = 1
 
 test: $(VENV)/.dev
 	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal
