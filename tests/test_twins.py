@@ -212,7 +212,6 @@ TWINS: dict[str, dict[str, str]] = {
 }
 
 
-@cache
 def tree(path: Path) -> ast.Module:
     return ast.parse(path.read_text(encoding="utf-8"))
 
@@ -221,6 +220,7 @@ def module_of(path: Path) -> str:
     return ".".join(path.relative_to(SOURCE).with_suffix("").parts)
 
 
+@cache
 def kernels() -> dict[str, set[str]]:
     """Compiled functions by module."""
     found: dict[str, set[str]] = {}
@@ -233,6 +233,7 @@ def kernels() -> dict[str, set[str]]:
     return found
 
 
+@cache
 def called() -> dict[str, set[str]]:
     """Names taken from modules of kernels, in code that is none: the kernel is called from Python there."""
     taken: dict[str, set[str]] = {module: set() for module in kernels()}
