@@ -185,6 +185,7 @@ def test_a_subprocess_finds_it_too(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.usefixtures("painted")
 def test_the_demo_is_the_same_for_the_same_seed(elusive_in: Callable[..., Ran], tmp_path: Path) -> None:
     ran = elusive_in("demo", "--seed", "4")
     assert ran.code == 0, ran.err

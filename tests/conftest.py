@@ -1,0 +1,49 @@
+"""What all tests share: what was collected is no garbage, and pictures are painted where they are looked at."""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from matplotlib.figure import Figure
+from PIL import Image
+
+from elusive.report import plots
+
+SETTLE, SAVEFIG = plots.settle, Figure.savefig
+COMPOSED = {"cli", "systems"}  # rooms of many short runs, of whose time painting takes more than half
+PAINTED = {"test_chart", "test_report", "test_scenes", "test_several", "test_simulate"}  # their modules that look
+
+gc.disable()  # while thousands of tests are collected nothing is left behind
+
+
+def pytest_collection_finish() -> None:
+    """What is there now stays: no collection need look through it again."""
+    gc.freeze()
+    gc.enable()
+
+
+def blank(figure: Figure, path: Any, **_: Any) -> None:
+    """Write a picture of the figure's size without painting what it holds."""
+    width, height = (figure.get_size_inches() * figure.dpi).astype(int)
+    Image.new("L", (width, height), 255).save(path, format="png")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def composed(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Let pictures of runs be composed to the last line, and neither laid out nor painted."""
+    path = request.path
+    with pytest.MonkeyPatch.context() as patch:
+        if path.stem not in PAINTED and COMPOSED & {folder.name for folder in path.parents}:
+            patch.setattr(plots, "settle", lambda figure: None)
+            patch.setattr(Figure, "savefig", blank)
+        yield
+
+
+@pytest.fixture
+def painted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Paint the pictures of a single test."""
+    monkeypatch.setattr(plots, "settle", SETTLE)
+    monkeypatch.setattr(Figure, "savefig", SAVEFIG)
