@@ -9,6 +9,8 @@ import zlib
 from pathlib import Path
 from typing import Any
 
+from elusive.errors import DataError
+
 GZIP = b"\x1f\x8b"
 
 
@@ -32,6 +34,14 @@ class _Unpacked(io.RawIOBase):
     def close(self) -> None:
         self._packed.close()
         super().close()
+
+
+def existing_file(path: str | os.PathLike[str]) -> Path:
+    """Return a file that is there; else a DataError says what is wrong with its name."""
+    file = Path(path)
+    if not file.is_file():
+        raise DataError(f"{path}: {'is a folder' if file.is_dir() else 'there is no such file'}; check the path.")
+    return file
 
 
 def opened(path: str | os.PathLike[str]) -> io.BufferedReader:

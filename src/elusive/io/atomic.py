@@ -25,7 +25,7 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
         If the folder does not exist, the path is a folder, or the system refuses to write.
     """
     target = Path(os.path.realpath(path))
-    with _refused(path):
+    with refused(path):
         if target.is_dir():
             raise DataError(f"{path}: is a folder; give the name of a file.")
         if not target.parent.is_dir():
@@ -54,7 +54,7 @@ def atomic_folder(out: str | os.PathLike[str]) -> Iterator[Path]:
         If ``out`` is a file, a file would replace a folder or the reverse, or the system refuses to write.
     """
     target = Path(os.path.realpath(out))
-    with _refused(out):
+    with refused(out):
         if target.exists() and not target.is_dir():
             raise DataError(f"{out}: is a file; give the name of a folder.")
         existed = target.is_dir()
@@ -62,10 +62,10 @@ def atomic_folder(out: str | os.PathLike[str]) -> Iterator[Path]:
     # Inside an existing folder, because its parent may be read-only or another disk (a home, a mount).
     temporary = (target if existed else target.parent) / f".{secrets.token_hex(4)}.part"
     try:
-        with _refused(out):
+        with refused(out):
             temporary.mkdir(parents=True)
         yield temporary
-        with _refused(out):
+        with refused(out):
             if existed:
                 _move_into(temporary, target)
             else:
@@ -89,14 +89,14 @@ def existing_folder(out: str | os.PathLike[str]) -> Path:
     folder = Path(out)
     if folder.exists() and not folder.is_dir():
         raise DataError(f"{out}: is a file; give the name of a folder.")
-    with _refused(out):
+    with refused(out):
         folder.mkdir(parents=True, exist_ok=True)
     return folder
 
 
 @contextmanager
-def _refused(out: str | os.PathLike[str]) -> Iterator[None]:
-    """Turn a refusal of the system into a sentence."""
+def refused(out: str | os.PathLike[str] | None) -> Iterator[None]:
+    """Turn a refusal of the system to write there into a sentence: a DataError."""
     try:
         yield
     except OSError as error:

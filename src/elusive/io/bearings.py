@@ -16,6 +16,7 @@ import numpy as np
 from elusive.errors import DataError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io._geojson import GEOJSON, geometries
+from elusive.io._opened import existing_file
 from elusive.io._table_lines import TableLine, table_lines
 from elusive.io.sources.feed import Feed
 from elusive.io.sources.lines import STRICT, comes_once, lines_of
@@ -175,8 +176,8 @@ def open_bearings(
     DataError
         If there is no such file, or no sensor has a place.
     """
-    if not comes_once(str(path)) and not Path(path).is_file():
-        raise DataError(f"{path}: {'is a folder' if Path(path).is_dir() else 'there is no such file'}; check the path.")
+    if not comes_once(str(path)):
+        existing_file(path)
     if feed is not None or str(path) == "-":
         if sites is None:
             raise DataError(

@@ -17,6 +17,7 @@ from elusive.errors import DataError
 from elusive.io import _link_formats as formats
 from elusive.io._link_formats import LAYOUTS, LISTENX, LONG, Row
 from elusive.io._link_rows import receiver_rows
+from elusive.io._opened import existing_file
 from elusive.io.sources.feed import Feed
 from elusive.io.sources.lines import STRICT, Lines, after, chained, comes_once, lines_of
 from elusive.sensors.radio_network import RadioNodes, RssFrame
@@ -154,8 +155,8 @@ def open_link_log(
         raise DataError(f"layout={layout!r}: is unknown; choose one of {', '.join(LAYOUTS)}.")
     if period_s is not None and not 0 < period_s < math.inf:
         raise DataError(f"period_s={period_s}: must be a positive time in seconds.")
-    if not comes_once(name) and not path.is_file():
-        raise DataError(f"{name}: {'is a folder' if path.is_dir() else 'there is no such file'}; check the path.")
+    if not comes_once(name):
+        existing_file(path)
     if path.suffix.lower() == ".npy":
         return _open_array(path, nodes, layout, missing_above_dbm)
 

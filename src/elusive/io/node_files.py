@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import csv
-import math
 import os
-import re
 
 import numpy as np
 
 from elusive.errors import DataError
+from elusive.io._table_lines import TableLine
 from elusive.io.csv_files import read_lines
 from elusive.sensors.radio_network import RadioNodes, radio_nodes
 
@@ -54,9 +53,9 @@ def read_nodes(path: str | os.PathLike[str]) -> RadioNodes:
                 f"{where}: has {len(cells)} cells, not {len(wanted)}: {text.strip()!r:.60}; write "
                 f"{','.join(wanted)}{', or begin with the line ' + ','.join(COLUMNS) if header is None else ''}."
             )
-        record = dict(zip(wanted, cells, strict=True))
-        names.append(record.get("node", str(len(names))))
-        positions.append((_metres(record, "x_m", where), _metres(record, "y_m", where)))
+        node = TableLine(where, dict(zip(wanted, cells, strict=True)))
+        names.append(node.cells.get("node", str(len(names))))
+        positions.append((node.number("x_m"), node.number("y_m")))
     if len(positions) < 2:
         raise DataError(f"{path}: holds {len(positions)} nodes; a link needs two, one a line: {','.join(COLUMNS)}.")
     return radio_nodes(np.array(positions), names, str(path))
@@ -66,15 +65,3 @@ def _cells(text: str) -> list[str]:
     mark = next((mark for mark in ";," if mark in text), None)
     cells = text.split() if mark is None else next(csv.reader([text], delimiter=mark))
     return [cell.strip() for cell in cells]
-
-
-def _metres(record: dict[str, str], column: str, where: str) -> float:
-    try:
-        value = float(record[column])
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        comma = re.fullmatch(r"[-+]?\d+,\d+", record[column]) is not None
-        advice = "write a decimal point" if comma else "give metres"
-        raise DataError(f"{where}, column {column}: {record[column]!r:.60} is no number; {advice}.")
-    return value

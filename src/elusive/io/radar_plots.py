@@ -8,10 +8,10 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from itertools import islice
-from pathlib import Path
 
 from elusive.errors import DataError
 from elusive.geometry.local_frame import LocalFrame
+from elusive.io._opened import existing_file
 from elusive.io._own_way import OwnWay, own_way
 from elusive.io._radar_columns import COLUMNS
 from elusive.io._radar_lines import PlotTable
@@ -113,9 +113,7 @@ def open_radar_plots(
     DataError
         If there is no such file, an argument does not fit it, or plots have times of their own that say no period.
     """
-    file = Path(path)
-    if not file.is_file():
-        raise DataError(f"{path}: {'is a folder' if file.is_dir() else 'there is no such file'}; check the path.")
+    file = existing_file(path)
     name = str(path)
     table = file.suffix.lower() in TABLES
     if table and radar is not None:

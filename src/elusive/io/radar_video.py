@@ -10,14 +10,13 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import cast
 
 from elusive.errors import DataError, ParameterError
 from elusive.io._asterix_blocks import raw_blocks
 from elusive.io._file_kinds import is_asterix, kind_of
 from elusive.io._internet import Datagram, datagrams
-from elusive.io._opened import is_cut_short, opened
+from elusive.io._opened import existing_file, is_cut_short, opened
 from elusive.io._spoke_arrays import is_arrays, spokes_of_arrays
 from elusive.io._spoke_assembly import Assembly, UntimedError
 from elusive.io._standard_input import STANDARD_INPUT, standard_input
@@ -138,9 +137,7 @@ def open_radar_video(
         return RadarVideoSource(
             "standard input", lambda counts, said: _of_file(_standard_input, assembly(counts), counts, said)
         )
-    path = Path(source)
-    if not path.is_file():
-        raise DataError(f"{source}: {'is a folder' if path.is_dir() else 'there is no such file'}; check the path.")
+    path = existing_file(source)
     with _reading(name), opened(path) as file:
         head = file.peek(16)[:16]
     if is_arrays(head):

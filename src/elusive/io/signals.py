@@ -13,6 +13,7 @@ import numpy as np
 
 from elusive.contracts import Array
 from elusive.errors import DataError
+from elusive.io._opened import existing_file
 from elusive.io._raw_samples import Raw, RawForm
 from elusive.io._signal_readings import Cut, Reading, open_array, open_raw, open_recording, open_text
 from elusive.io._stack import MAX_PIXELS
@@ -191,8 +192,7 @@ def check_long(name: str, reading: Reading, *, is_long: bool, long_only: bool) -
 
 def _open(path: Path, cut: Cut, channel: int | None, raw: RawForm | None, *, long_only: bool) -> tuple[Reading, bool]:
     suffix = path.suffix.lower()
-    if not path.is_file():
-        raise DataError(f"{path}: {'is a folder' if path.is_dir() else 'there is no such file'}; check the path.")
+    existing_file(path)
     if raw is not None:
         if channel is not None or suffix in SUPPORTED:
             what = "channel chooses in a WAVE file" if channel is not None else f"{suffix} says itself what it holds"

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from elusive.contracts import Array
 from elusive.errors import DataError
+from elusive.io.atomic import refused
 from elusive.io.csv_files import csv_text, records_of, write_csv
 from elusive.results.spool import Records, Spool
 from elusive.results.table import CONFIRMED, HEAD, STATUSES, Columns, Unit, columns_of
@@ -76,11 +77,9 @@ class TrackLog:
         self._file: TextIO | None = None
         self._path = path
         if path is not None:
-            try:
+            with refused(path):
                 self._file = path.open("w", encoding="utf-8", newline="")
                 self._write([self.columns.names])
-            except OSError as error:
-                raise _refused(path, error) from None
 
     def __enter__(self) -> Self:
         """Return the log."""
@@ -112,11 +111,9 @@ class TrackLog:
             return
         self._rows.extend(rows)
         if self._file is not None:
-            try:
+            with refused(self._path):
                 self.latest = list(self.columns.cells(rows))
                 self._write(self.latest)
-            except OSError as error:
-                raise _refused(self._path, error) from None
 
     def flush(self) -> None:
         """Hand what has been written to the system, for others to read."""
@@ -226,7 +223,3 @@ def _track(columns: Columns, record: dict[str, str], where: str) -> tuple[float,
     extra = {name: numbers[name] for name in columns.added if name != "score"}
     score = numbers.get("score", math.nan)
     return numbers["time_s"], Track(int(record["track"]), status, numbers["existence"], mean, covariance, score, extra)
-
-
-def _refused(path: Path | None, error: OSError) -> DataError:
-    return DataError(f"{path}: cannot be written ({error.strerror or error}); check space and permissions.")

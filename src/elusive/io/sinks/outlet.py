@@ -14,7 +14,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Protocol
 
-from elusive.errors import DataError
+from elusive.io.atomic import refused
 from elusive.io.sources.address import Address
 from elusive.io.sources.feed import FIRST_S, LOOK_S
 
@@ -142,13 +142,8 @@ def file_outlet(path: str, say: Callable[[str], None]) -> HeldOutlet:
     DataError
         If the file cannot be written to from the start.
     """
-    try:
-        with Path(path).open("ab"):
-            pass
-    except OSError as error:
-        raise DataError(
-            f"{path}: cannot be written ({error.strerror or error}); check space and permissions."
-        ) from None
+    with refused(path), Path(path).open("ab"):
+        pass
     left: list[bytes] = []  # of a message that was begun
 
     def opened() -> tuple[Callable[[bytes], None], Callable[[], None]]:

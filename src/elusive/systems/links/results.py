@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from elusive.checks import Finding
 from elusive.contracts import Array
-from elusive.errors import DataError
+from elusive.io.atomic import refused
 from elusive.io.csv_files import csv_text
 from elusive.io.truth import Truth
 from elusive.results import CONFIRMED, DELETED, Scored, TrackLog, scored, spread
@@ -96,12 +96,10 @@ class LinkRun:
             self.log = stack.enter_context(TrackLog(STATE_NAMES, "m", added, path=tracks))
             self._file = None
             if folder is not None:
-                try:
+                with refused(folder):
                     path = folder / "events.csv"
                     self._file = stack.enter_context(path.open("w", encoding="utf-8", newline=""))
                     csv.writer(self._file, lineterminator="\n").writerow(EVENT_COLUMNS)
-                except OSError as error:
-                    raise _refused(folder, error) from None
             self._open = stack.pop_all()
 
     def __enter__(self) -> Self:
@@ -112,10 +110,8 @@ class LinkRun:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Close the files."""
-        try:
+        with refused(self._folder):
             self._open.close()
-        except OSError as refused:
-            raise _refused(self._folder, refused) from None
 
     def append(self, step: Step) -> None:
         """Take in a step.
@@ -139,10 +135,8 @@ class LinkRun:
         self._events.extend(state.events)
         self._befell += len(state.events)
         if self._file is not None and state.events:
-            try:
+            with refused(self._folder):
                 csv.writer(self._file, lineterminator="\n").writerows(map(event_row, state.events))
-            except OSError as error:
-                raise _refused(self._folder, error) from None
 
     def flush(self) -> None:
         """Hand what has been written to the system, for others to read."""
@@ -233,7 +227,3 @@ def _verdict(people: NDArray[np.int64], tracks: int) -> str:
     most = "one person" if people.max() == 1 else f"{people.max()} people"
     share = 100 * (people > 0).mean()
     return f"At most {most} at a time, in {among}; somebody was there in {share:.0f} % of the frames."
-
-
-def _refused(path: Path | None, error: OSError) -> DataError:
-    return DataError(f"{path}: cannot be written ({error.strerror or error}); check space and permissions.")
