@@ -12,8 +12,9 @@ import pytest
 
 from elusive.cli import main
 from elusive.errors import DataError
-from elusive.io.bearings import open_bearings, read_sensors
+from elusive.io.bearings import open_bearings
 from elusive.io.replay import replay
+from elusive.io.sensor_files import read_sensors
 from elusive.io.sources import Feed
 from tests.bearing_flight import STEPS, write_flight
 from tests.brokers import free_port

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from elusive.errors import DataError
-from elusive.io.bearings import open_bearings, read_sensors
+from elusive.io.bearings import open_bearings
+from elusive.io.sensor_files import read_sensors
 from elusive.io.sources import Feed
 from elusive.sensors.arrival_times import ArrivalSet
 from elusive.sensors.hybrid import HybridSet

@@ -27,7 +27,8 @@ from elusive.cli.recorded import cutoff_in, tell_run, truth_of
 from elusive.cli.terminal import Config, Out, Strict, bar, check_scores, known_truth
 from elusive.errors import ParameterError
 from elusive.io.arrivals import fed
-from elusive.io.bearings import open_bearings, read_sensors
+from elusive.io.bearings import open_bearings
+from elusive.io.sensor_files import read_sensors
 from elusive.model import read_yaml
 from elusive.systems.bearings.parameters import BearingTracking, usual_filter
 from elusive.systems.bearings.run import LIVE_FILES, follow_bearings, track_bearings_recording

@@ -12,7 +12,8 @@ from elusive.cli.bearings import HEARD, SENSORS
 from elusive.cli.given import accepts, parameters_of
 from elusive.cli.terminal import Config, Strict, console, show, tell_findings
 from elusive.errors import ParameterError
-from elusive.io.bearings import open_bearings, read_sensors
+from elusive.io.bearings import open_bearings
+from elusive.io.sensor_files import read_sensors
 from elusive.systems.bearings.locate import EmitterLocation, locate_recording
 
 

@@ -1,4 +1,4 @@
-"""Bearings and times of arrival from files, gathered by time, and the places of the sensors: read lazily."""
+"""Bearings and times of arrival from files, gathered by time: read lazily."""
 
 from __future__ import annotations
 
@@ -6,20 +6,18 @@ import difflib
 import math
 import os
 import warnings
-from collections.abc import Generator, Iterable, Iterator
+from collections.abc import Generator, Iterator
 from contextlib import closing
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from elusive.errors import DataError
-from elusive.geometry.local_frame import LocalFrame
-from elusive.io._geojson import GEOJSON, geometries
 from elusive.io._opened import existing_file
 from elusive.io._table_lines import TableLine, table_lines
+from elusive.io.sensor_files import GEOGRAPHIC, PLACES, Place, Placing
 from elusive.io.sources.feed import Feed
-from elusive.io.sources.lines import STRICT, comes_once, lines_of
+from elusive.io.sources.lines import STRICT, comes_once
 from elusive.io.sources.order import in_order
 from elusive.sensors.arrival_times import ArrivalSet
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
@@ -29,10 +27,8 @@ from elusive.sensors.hybrid import HybridSet
 AZIMUTH, ELEVATION, ARRIVAL = "azimuth_deg", "elevation_deg", "arrival_s"
 NEEDED = ("time_s|time", "sensor", f"{AZIMUTH}|{ARRIVAL}")
 LABEL = "emitter"
-PLACES, GEOGRAPHIC = ("x_m", "y_m"), ("lon_deg", "lat_deg")  # of sensors that move, in the bearings' own lines
 BEARING_A_LINE = "one bearing a line"
 SUSPECT_AFTER = 50  # azimuths, none of them above 2 pi, after which radians are suspected
-Place = tuple[float, float, float]
 Row = tuple[int, float, float, float, Place | None]  # sensor, azimuth, elevation [rad], arrival [s] or NaN; its place
 
 
@@ -117,7 +113,7 @@ class _Reading:
     """Reads lines into rows."""
 
     def __init__(self, sites: SensorSites, *, ordered: bool) -> None:
-        self._placed, self._names, self._ordered = _Placing(sites.frame), sites.names, ordered
+        self._placed, self._names, self._ordered = Placing(sites.frame), sites.names, ordered
         self._index = {name: row for row, name in enumerate(sites.names)}
         self._before = -math.inf
 
@@ -167,7 +163,7 @@ def open_bearings(
         ``x_m``, ``y_m`` and perhaps ``z_m``, or ``lon_deg`` and ``lat_deg``, say where a line's sensor was
         that moves. ``-``: standard input; live also ``tcp://``, ``udp://``, ``mqtt://``, lines or JSON objects.
     sites
-        From :func:`read_sensors`; None: those that the lines themselves name and place.
+        From :func:`~elusive.io.sensor_files.read_sensors`; None: those that the lines themselves name and place.
     feed
         Live: how it is followed. A late or repeated line, or one that cannot be used, is left out and counted.
 
@@ -194,7 +190,7 @@ def _none_placed() -> SensorSites:
 
 def _named_sites(path: str, sites: SensorSites | None) -> SensorSites | None:
     """Return the sensors that the lines of a file name, each at its mean place; None if they tell no places."""
-    placed, places = _Placing(sites.frame if sites else None), dict[str, list[Place]]()
+    placed, places = Placing(sites.frame if sites else None), dict[str, list[Place]]()
     perhaps = (ELEVATION, LABEL, *PLACES, "z_m", *GEOGRAPHIC)
     for line in table_lines(path, NEEDED, perhaps, BEARING_A_LINE):
         place = placed.of(line)
@@ -203,70 +199,6 @@ def _named_sites(path: str, sites: SensorSites | None) -> SensorSites | None:
         places.setdefault(line.cells["sensor"], []).append(place)
     means = np.array([np.mean(of, axis=0) for of in places.values()]).reshape(-1, 3)
     return SensorSites(tuple(places), means, placed.frame) if places else None
-
-
-class _Placing:
-    """Places of lines in local metres: as they are, or of longitudes and latitudes about the first one."""
-
-    def __init__(self, frame: LocalFrame | None) -> None:
-        self.frame = frame
-
-    def of(self, line: TableLine) -> Place | None:
-        """Return the place that a line tells, if it does."""
-        if GEOGRAPHIC[0] in line.cells and GEOGRAPHIC[1] in line.cells:
-            lon, lat = (line.number(name, most=most) for name, most in zip(GEOGRAPHIC, (360, 90), strict=True))
-            self.frame = self.frame or LocalFrame.at(lon, lat)
-            x, y = self.frame.to_local(np.array([[lon, lat]]))[0].tolist()
-        elif PLACES[0] in line.cells and PLACES[1] in line.cells:
-            x, y = (line.number(name) for name in PLACES)
-        else:
-            return None
-        return x, y, line.number("z_m", absent=0.0)
-
-
-def read_sensors(path: str | os.PathLike[str]) -> SensorSites:
-    """Read where sensors stand.
-
-    Parameters
-    ----------
-    path
-        CSV, its first line ``sensor,x_m,y_m`` and perhaps ``z_m``, a sensor a line [m east, north, up]; or
-        ``sensor,lon_deg,lat_deg``, which become metres about the first sensor; or GeoJSON of Points, each named by the
-        property ``sensor`` or ``name``, or its ``id``, its third coordinate the height, where there is one.
-
-    Raises
-    ------
-    DataError
-        If the file cannot be read, a line is no place, a name comes twice, or there is none; the sentence says where.
-    """
-    needed, placed = ("sensor", *GEOGRAPHIC), _Placing(None)
-    if Path(path).suffix.lower() in GEOJSON:
-        rows: Iterable[TableLine] = _points(Path(path))
-    else:
-        with closing(lines_of(str(path))) as lines:
-            header = next((line for _, line in lines if not line.startswith("#")), "")
-        needed = ("sensor", *(GEOGRAPHIC if GEOGRAPHIC[0] in header else PLACES))
-        rows = table_lines(path, needed, ("z_m",), "one sensor a line")
-    places = dict[str, Place]()
-    for line in rows:
-        name = line.cells["sensor"]
-        if not name or name in places:
-            raise DataError(f"{line.where}: the sensor's name {name!r:.60} is empty or taken; give another.")
-        if (place := placed.of(line)) is not None:
-            places[name] = place
-    if not places:
-        raise DataError(f"{path}: holds no sensor; write {','.join(needed)}, one sensor a line.")
-    return SensorSites(tuple(places), np.array(list(places.values())), placed.frame)
-
-
-def _points(path: Path) -> Iterator[TableLine]:
-    """Yield the Points of a GeoJSON file as the lines of a table."""
-    for number, (place, told) in enumerate(geometries(path, "Point", "a table of sensor,lon_deg,lat_deg"), start=1):
-        name = next((told[key] for key in ("sensor", "name", "id") if told.get(key) is not None), "")
-        cells = dict(zip((*GEOGRAPHIC, "z_m"), map(str, place), strict=False))
-        if len(cells) < 2:
-            raise DataError(f"{path}, Point {number}: has no longitude and latitude; write [longitude, latitude].")
-        yield TableLine(f"{path}, Point {number}", {"sensor": str(name), **cells})
 
 
 def radians_suspected(name: str, which: str, greatest: float) -> str:

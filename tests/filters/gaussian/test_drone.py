@@ -10,7 +10,8 @@ import pytest
 from elusive.filters.gaussian.extended_kalman import ExtendedKalmanFilter
 from elusive.filters.gaussian.fixed_lag import FixedLagSmoother
 from elusive.filters.gaussian.map_smoother import MapSmoother
-from elusive.io.bearings import open_bearings, read_sensors
+from elusive.io.bearings import open_bearings
+from elusive.io.sensor_files import read_sensors
 from elusive.motion import ConstantVelocity
 from elusive.motion.altitude import WithAltitude
 from elusive.sensors.bearings import BearingSensors

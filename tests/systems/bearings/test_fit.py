@@ -7,7 +7,8 @@ import pytest
 import yaml
 
 from elusive.errors import DataError
-from elusive.io.bearings import open_bearings, read_sensors
+from elusive.io.bearings import open_bearings
+from elusive.io.sensor_files import read_sensors
 from elusive.io.truth import read_truth
 from elusive.motion import ConstantVelocity
 from elusive.sensors.bearing_sets import SensorSites

@@ -12,8 +12,8 @@ from rich.markup import escape
 from elusive.cli.given import accepts, parameters_of
 from elusive.cli.terminal import Config, Out, bar, console, show
 from elusive.geometry.places import NamedPlace
-from elusive.io.bearings import read_sensors
 from elusive.io.routes import read_way
+from elusive.io.sensor_files import read_sensors
 from elusive.systems.bearings.scene import BearingScene, track_bearing_scene
 from elusive.systems.bearings.simulate import BearingSimulation, simulate_bearings
 

@@ -16,7 +16,8 @@ from elusive.contracts import Array
 from elusive.errors import ElusiveError, ParameterError
 from elusive.filters.gaussian.map_smoother import MapSmoother
 from elusive.io import atomic_folder
-from elusive.io.bearings import open_bearings, read_sensors
+from elusive.io.bearings import open_bearings
+from elusive.io.sensor_files import read_sensors
 from elusive.io.truth import read_truth
 from elusive.metrics.path_bound import path_bound
 from elusive.model import Model
