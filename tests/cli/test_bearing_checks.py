@@ -17,6 +17,8 @@ from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.simulate import BearingSimulation
 from elusive.systems.bearings.track import track
 from tests.cli.test_bearings import run
+from tests.filters.gaussian.test_range_bank import SIGMA_DEG as OWN_SIGMA_DEG
+from tests.filters.gaussian.test_range_bank import past
 from tests.systems.bearings.crowd import PLACES, crowd
 
 SIGMA_DEG = 2.0
@@ -193,6 +195,25 @@ def test_right_inputs_of_several_emitters_have_no_finding(tmp_path, capsys):
         assert code == 0, said
         remarks += len(failing(tmp_path / f"out{seed}"))
     assert remarks <= 1
+
+
+def test_of_a_lone_receiver_it_is_said_what_a_wrong_heading_would_do():
+    _, places, _, sets = past(1)
+    sites = SensorSites(("own",), places.mean(axis=0)[None])
+    parameters = BearingTracking(sigma_deg=OWN_SIGMA_DEG)
+    paths = {}
+    for off_deg in (0.0, OWN_SIGMA_DEG, -OWN_SIGMA_DEG):
+        turned = [one._replace(azimuth_rad=one.azimuth_rad + np.deg2rad(off_deg)) for one in sets]
+        paths[off_deg] = list(track(turned, parameters, sites))
+    (found,) = [one for one in track_findings(paths[0.0], parameters, sites) if one.name == "bearings.receiver"]
+    means, (spreads, *_) = (
+        [np.array([part(step.tracks[0]) for step in steps]) for steps in paths.values()]
+        for part in (lambda of: of.mean[[0, 2]], lambda of: of.covariance[np.ix_([0, 2], [0, 2])])
+    )
+    squares = [np.einsum("ki,kij,kj->k", way - means[0], np.linalg.inv(spreads), way - means[0]) for way in means[1:]]
+    assert found.seen == pytest.approx(max(np.sqrt(np.mean(square) / 2) for square in squares), rel=1e-6)
+    assert found.grave
+    assert not found.holds
 
 
 def of_two_sensors(sets):

@@ -436,6 +436,7 @@ def test_a_sensor_that_moves_tells_its_places_in_its_lines(tmp_path, capsys, geo
     code, said = run(capsys, file, "--sigma-deg", "0.5", "--out", out)
     assert code == 0, said
     assert "one sensor alone" not in said
+    assert "were all azimuths 0.5 degrees off" in said
     log = read_tracks_csv(out / "tracks.csv")
     off = log.rows["position"][:, :2] - (truth - places[0, :2] * geographic)
     assert np.median(np.hypot(*off.T)) < 0.35 * 6000

@@ -18,6 +18,7 @@ from elusive.systems.bearings.given import rounding_finding, units_finding
 from elusive.systems.bearings.heard import sensors_of
 from elusive.systems.bearings.leftovers import FAR, FEW, Leftovers, Scale, least_precise, leftovers, scale_of
 from elusive.systems.bearings.parameters import BearingTracking
+from elusive.systems.bearings.receiver import receiver_finding
 from elusive.tracking.track import Step
 
 NARROW = 0.7  # residuals in the median, to those expected, beyond their own error
@@ -57,6 +58,8 @@ def track_findings(
         _convergence(known, parameters, said),
     ]
     found += [_manoeuvres(known, said), _alone(known, parameters, solid, said)]
+    receiver = receiver_finding(known, parameters, sites, said)
+    found += [] if receiver is None else [receiver]
     places = np.array([step.tracks[0].mean[[X, Y]] for step in known])
     spread = np.array([step.tracks[0].covariance[np.ix_([X, Y], [X, Y])] for step in known])
     found += geometry_findings(places, spread, [step.measurement for step in known], parameters, sites, said)

@@ -74,7 +74,7 @@ def fault_of(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSi
     asked = parameters.replace(motion=motion, emitters=OneEmitter()).by("map")
     if not isinstance(asked.filter, Estimation) or asked.filter.bias is not None:
         return None
-    base = _path(heard, asked, sites)
+    base = path_of(heard, asked, sites)
     if base is None:
         return None
     found = list[tuple[float, float, list[Step], _Trial]]()
@@ -91,7 +91,7 @@ def fault_of(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSi
     others = [one[-1].said(one[0])[0] for one in found[1:] if one[1] > ALIKE * gain]
     sensor = asked.sensor_of(trial.heard(size)[1], BearingSet, "z" in base[0].state.state_names)
     fits = not scale_of(leftovers(path, sensor, asked.filter)).wide
-    fault = Fault(", or ".join([what, *others[:1]]), remedy, gain, _apart(base, path), fits)
+    fault = Fault(", or ".join([what, *others[:1]]), remedy, gain, apart_by(base, path), fits)
     return fault if fault.moved > MOVED else None
 
 
@@ -103,9 +103,9 @@ def motion_finding(steps: Sequence[Step], parameters: BearingTracking, sites: Se
     if len(heard) >= LEAST_TIMES and not isinstance(motion, Interacting | Turn):
         asked = parameters.replace(emitters=OneEmitter()).by("map")
         freer = asked.replace(motion=motion.replace(q=FREER * motion.q))
-        base, other = _path(heard, asked, sites), _path(heard, freer, sites)
+        base, other = path_of(heard, asked, sites), path_of(heard, freer, sites)
         if base is not None and other is not None:
-            gain, moved = _evidence(other) - _evidence(base), _apart(base, other)
+            gain, moved = evidence_of(other) - evidence_of(base), apart_by(base, other)
     return Finding(
         "bearings.motion", gain <= MANOEUVRES or moved <= HARDLY, 0.0, gain,
         f"{said}The emitter turns harder than the motion allows: with {FREER:g} times the --q the bearings' log "
@@ -136,11 +136,11 @@ def _trials(heard: Heard, base: list[Step], sites: SensorSites, used: list[int],
     for name, rows in [*whose, ("", used)]:
 
         def turned(size: float, rows: list[int] = rows) -> tuple[Heard, SensorSites]:
-            return [_shifted(times, rows, np.full(len(times.sensor), -math.radians(size))) for times in heard], sites
+            return [shifted(times, rows, np.full(len(times.sensor), -math.radians(size))) for times in heard], sites
 
         def clocked(size: float, rows: list[int] = rows) -> tuple[Heard, SensorSites]:
             later = zip(heard, turning, strict=True)
-            return [_shifted(times, rows, size * rate) for times, rate in later], sites
+            return [shifted(times, rows, size * rate) for times, rate in later], sites
 
         who = f"the azimuths of sensor {name}" if name else "all azimuths"
         trials.append(_Trial(sigma_deg, lambda size, who=who: _says_turned(who, size), turned))  # type: ignore[misc]
@@ -179,7 +179,8 @@ def _says_clocked(name: str, size: float) -> tuple[str, str]:
     )
 
 
-def _shifted(times: BearingSet, rows: list[int], by: Array) -> BearingSet:
+def shifted(times: BearingSet, rows: list[int], by: Array) -> BearingSet:
+    """Turn the bearings of some sensors by angles ``(n,)`` [rad], one of each bearing."""
     return times._replace(azimuth_rad=times.azimuth_rad + np.where(np.isin(times.sensor, rows), by, 0.0))
 
 
@@ -194,22 +195,22 @@ def _rates(times: BearingSet, step: Step, sites: SensorSites) -> Array:
 
 def _sized(trial: _Trial, asked: BearingTracking, base: list[Step]) -> tuple[float, float, list[Step]] | None:
     """Return the size of most evidence, what is gained by it, and the path with it."""
-    at, unit, begun = 0.0, trial.unit, _evidence(base)
+    at, unit, begun = 0.0, trial.unit, evidence_of(base)
     level, best = begun, base
     for _ in range(ROUNDS):
-        sides = [_path(*_of(trial, at + way * unit, asked)) for way in (1.0, -1.0)]
+        sides = [path_of(*_of(trial, at + way * unit, asked)) for way in (1.0, -1.0)]
         if sides[0] is None or sides[1] is None:
             return None
-        up, down = _evidence(sides[0]), _evidence(sides[1])
+        up, down = evidence_of(sides[0]), evidence_of(sides[1])
         bend = 2 * level - up - down
         step = 0.5 * (up - down) / bend if bend > 0 else math.copysign(3.0, up - down)
         if bend > 0 and level - begun + 0.5 * step**2 * bend < 0.5 * GAIN:
             return None
         at += min(max(step, -6.0), 6.0) * unit
-        there = _path(*_of(trial, at, asked))
+        there = path_of(*_of(trial, at, asked))
         if there is None:
             return None
-        level, best = _evidence(there), there
+        level, best = evidence_of(there), there
         unit *= 0.5
     return at, level - begun, best
 
@@ -219,19 +220,21 @@ def _of(trial: _Trial, size: float, asked: BearingTracking) -> tuple[Heard, Bear
     return heard, asked, sites
 
 
-def _path(heard: Sequence[PlaceSet], asked: BearingTracking, sites: SensorSites) -> list[Step] | None:
+def path_of(heard: Sequence[PlaceSet], asked: BearingTracking, sites: SensorSites) -> list[Step] | None:
+    """Track one emitter; None where that cannot be done."""
     try:
         steps = list(track(heard, asked, sites))
     except ElusiveError:
         return None
-    return steps if math.isfinite(_evidence(steps)) and all(step.tracks for step in steps) else None
+    return steps if math.isfinite(evidence_of(steps)) and all(step.tracks for step in steps) else None
 
 
-def _evidence(steps: list[Step]) -> float:
+def evidence_of(steps: list[Step]) -> float:
+    """Log evidence of a path."""
     return float(steps[-1].state.log_evidence)
 
 
-def _apart(base: list[Step], other: list[Step]) -> float:
+def apart_by(base: list[Step], other: list[Step]) -> float:
     """How far two paths lie apart, in deviations of the first."""
     ground = np.ix_([X, Y], [X, Y])
     off = np.array([a.tracks[0].mean[[X, Y]] - b.tracks[0].mean[[X, Y]] for a, b in zip(base, other, strict=True)])

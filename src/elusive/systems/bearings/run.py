@@ -10,8 +10,6 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from elusive.checks import Finding, broken, write_checks
 from elusive.errors import DataError
 from elusive.io import atomic_folder
@@ -25,7 +23,7 @@ from elusive.sensors.bearing_sets import SensorSites
 from elusive.sensors.bearing_table import PlaceSet
 from elusive.systems.bearings.checks import track_findings
 from elusive.systems.bearings.choices import SeveralEmitters
-from elusive.systems.bearings.heard import have_elevations, moving, sensors_of
+from elusive.systems.bearings.heard import have_elevations
 from elusive.systems.bearings.pairings import lowered, pairings, pairings_finding
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.results import BearingOutcome, outcome_of, write_outcome
@@ -40,10 +38,6 @@ LIVE_FILES = ("tracks.csv", "checks.json", "config.yaml")
 ONE_OF_MANY = (
     "bearings of a sensor lie apart, and are averaged as of one emitter. Do not rely on the track; --emitters several "
     "follows more than one."
-)
-ONE_MOVES = (
-    "One receiver alone moves: its heading and its own places are taken as exact. Nothing here contradicts them, and "
-    "an error of either goes into the distance, beyond the ellipse."
 )
 LATEST, FIRST_CHECKED = 2000, 50  # times that are checked live, and after how many for the first time
 
@@ -99,8 +93,6 @@ def track_bearings_recording(
     if isinstance(emitters, SeveralEmitters):
         parameters = fitted(parameters, sites, heard)
     remarks = [*said(), *parameters.remarks(elevations=elevated)]
-    if moving(heard) and len(np.unique(np.concatenate([sensors_of(one) for one in heard]))) == 1:
-        remarks.append(ONE_MOVES)
     with nullcontext() if out is None else atomic_folder(out) as folder:
         outcome: BearingOutcome[Any]
         findings: tuple[Finding, ...]
