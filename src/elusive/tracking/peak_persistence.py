@@ -20,6 +20,7 @@ from elusive.contracts import Array
 from elusive.model import Model, Positive
 from elusive.preprocess.peaks import Peaks
 from elusive.tracking.peak_targets import PeakTargets
+from elusive.tracking.peak_warp import Warp
 
 EDGES = np.array([0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.97, 0.99, 0.998])  # of groups of alike existence
 SURE = 0.9  # existence from which the filter is sure
@@ -45,6 +46,12 @@ class Reliability(NamedTuple):
 
     outcomes: Array  # (G, 4) how many, their existence, there again, there by chance; sums
     watch: Watch | None
+
+    def carried(self, warp: Warp) -> Reliability:
+        """Return it where the scene is deformed, and what is watched with it."""
+        if self.watch is None or not warp.deforms:
+            return self
+        return self._replace(watch=self.watch._replace(place=self.watch.place + warp.way(self.watch.place)))
 
 
 class Persistence(Model):

@@ -19,6 +19,7 @@ from elusive.tracking.peak_null import EmpiricalNull
 from elusive.tracking.peak_persistence import Persistence, Reliability
 from elusive.tracking.peak_recursion import LIKELY, PeakRecursion
 from elusive.tracking.peak_targets import PeakTargets
+from elusive.tracking.peak_warp import Warp, carried, warp_of
 from elusive.tracking.track import Track
 
 REMEMBERED = 4000  # tracks that have ended and are part of the null distribution
@@ -46,6 +47,7 @@ class PeakBelief(NamedTuple):
     numbered: int  # tracks so far
     ended: Array  # (E, 2) evidence of moving, and evidence a frame, of tracks that have ended
     reliability: Reliability  # what became of tracks of an existence
+    warp: Warp  # how the scene was deformed since the frame before
     tracks: tuple[Track, ...]
 
     @property
@@ -71,7 +73,7 @@ class SceneTracker(PeakRecursion):
         """Return the belief before any frame."""
         motions = self.motions
         none = PeakTargets.none(len(motions.table), int(motions.rests.sum()))
-        return PeakBelief(time_s, none, {}, 0, 0, np.zeros((0, 2)), self.persistence.begin(), ())
+        return PeakBelief(time_s, none, {}, 0, 0, np.zeros((0, 2)), self.persistence.begin(), Warp.none(), ())
 
     def follow(
         self, belief: PeakBelief, time_s: float, peaks: Peaks | None, shape: tuple[int, int], interval_s: float
@@ -97,6 +99,10 @@ class SceneTracker(PeakRecursion):
         if peaks is None:
             return belief._replace(time_s=time_s, targets=targets)
         clutter = self.clutter(peaks, shape)
+        bright = peaks.bright[: self.most_peaks]
+        warp = warp_of(belief.targets, targets, clutter.places, clutter.level, bright, belief.warp)
+        if warp.deforms:
+            targets = self.predicted(carried(belief.targets, targets, warp), passed)
         targets, unclaimed = self.updated(targets, peaks, clutter)
         newborn = self.newborn(peaks, clutter, unclaimed, belief.born)
         targets = rejoined(targets.joined(newborn), self.level_spread)
@@ -104,8 +110,9 @@ class SceneTracker(PeakRecursion):
         over = ~kept & (targets.age >= OLD) & ~_on_sensor(targets)
         ended = np.concatenate([belief.ended, self._reached(targets)[over]])[-REMEMBERED:]
         belief = belief._replace(
-            time_s=time_s, targets=targets.kept(kept), born=belief.born + len(newborn.number), ended=ended
-        )
+            time_s=time_s, targets=targets.kept(kept), born=belief.born + len(newborn.number), ended=ended,
+            reliability=belief.reliability.carried(warp), warp=warp,
+        )  # fmt: skip
         return self._judged(belief, peaks, interval_s)
 
     def _judged(self, belief: PeakBelief, peaks: Peaks, interval_s: float) -> PeakBelief:
