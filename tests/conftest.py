@@ -14,7 +14,7 @@ from elusive.report import plots
 
 SETTLE, SAVEFIG = plots.settle, Figure.savefig
 COMPOSED = {"cli", "systems"}  # rooms of many short runs, of whose time painting takes more than half
-PAINTED = {"test_chart", "test_report", "test_scenes", "test_several", "test_simulate"}  # their modules that look
+PAINTED = {"test_chart", "test_many", "test_report", "test_scenes", "test_several", "test_simulate"}  # they look
 
 gc.disable()  # while thousands of tests are collected nothing is left behind
 
