@@ -221,6 +221,39 @@ def test_findings_say_what_does_not_hold():
     }  # fmt: skip
 
 
+def test_a_range_scale_that_changes_is_told_and_ends_what_is_live():
+    """A turn that was begun before it changed is not gone on with when it changes back."""
+    radar = VideoRadar(**SMALL)
+    sea, none = Sea(radar, SeaState(), Still(np.zeros(cell_places(radar).shape[:2]))), (np.zeros((0, 4)), np.zeros(0))
+
+    def spokes(*scales):
+        """Yield a quarter of a turn in each."""
+        for quarter, scale in enumerate(scales):
+            whole = sea.turn(2.5 * (quarter // 4), *none, np.random.default_rng(quarter // 4))
+            rows = np.array_split(np.arange(len(whole.time_s)), 4)[quarter % 4]
+            arrays = {
+                name: value[rows] for name, value in whole._asdict().items() if isinstance(value, np.ndarray)
+            }  # fmt: skip
+            yield whole._replace(**arrays, step_m=scale * whole.step_m)
+
+    start = start_of(spokes(*[1] * 8), TOLD, None, None)
+    counts = Counter()
+    turns = list(turns_of(spokes(*[1] * 9, *[2] * 12, *[1] * 9), start, 0.0, counts))
+    assert counts["turns away"] == 0
+    assert len(turns) == 4  # two whole ones; of a turn and what came after, three quarters and a whole one
+    for turn in turns:
+        assert np.nanmax(turn.row_s) - np.nanmin(turn.row_s) < 2.5
+    there_and_back = [*[1] * 9, *[2] * 20, *[1] * 9]
+    assert len(list(turns_of(spokes(*there_and_back), start, 0.0, Counter(), live=True))) == 2
+    counts = Counter()
+    list(turns_of(spokes(*[1] * 9, *[2] * 20), start, 0.0, counts))
+    assert counts["turns away"] == 4  # and all but the gaps between quarters of a fifth
+    told = next(one for one in findings_of(counts, None, [], 0.0, start, np.zeros((4, 4), bool)) if "scale" in one.name)
+    assert not told.holds
+    assert told.grave
+    assert "nothing was tracked from then on" in told.sentence
+
+
 @pytest.mark.parametrize(
     ("ships", "off_m", "broken"), [(1, 10.0, {"beside"}), (1, 300.0, set()), (60, 300.0, {"many"})]
 )

@@ -19,6 +19,7 @@ from elusive.systems.video.turns import Heard, VideoStart
 from elusive.tracking.track import Track
 
 FEW_TURNS = 10
+CHANGED = 3  # turns at the end in another range scale
 LATEST = 2000  # turns by whose clutter a run is checked
 SURE = 3.0  # errors of a registration beyond which it is told
 WIDE_DEG, PART = 1.0, 0.3  # of a bias of north that matters: in degrees, and in beams
@@ -90,7 +91,11 @@ def findings_of(
     """Return what a recording says of what was told of it."""
     spokes, sensor = max(counts["spokes"], 1), start.sensor
     still_m = _still_m(sensor)
-    found = [_turns(counts["turns"]), _north(counts["no heading"] / spokes), _scale(counts["other scale"] / spokes)]
+    found = [
+        _turns(counts["turns"]),
+        _north(counts["no heading"] / spokes),
+        _scale(counts["other scale"] / spokes, counts["turns away"]),
+    ]
     found += [_clutter(held), _extent(sensor, start.extent)]
     found.append(
         Finding(
@@ -179,11 +184,19 @@ def _north(share: float) -> Finding:
     )  # fmt: skip
 
 
-def _scale(share: float) -> Finding:
+def _scale(share: float, away: int) -> Finding:
+    """Whether all spokes have the first one's range scale; ``away`` turns at the end did not."""
+    name, remedy = "video.scale", "Record one range scale at a time, or start anew where it changes."
+    if away >= CHANGED:
+        return Finding(
+            name, False, 0.0, share,
+            f"The radar's range scale changed, and did not change back in {away} turns: nothing was tracked from then "
+            "on.", remedy,
+        )  # fmt: skip
     return Finding(
-        "video.scale", share == 0, 0.0, share,
-        f"{100 * share:.0f} % of the spokes have another range scale than the first and were left out.",
-        "Record one range scale at a time.", grave=share > 0.5,
+        name, share == 0, 0.0, share,
+        f"{100 * share:.0f} % of the spokes have another range scale than the first and were left out.", remedy,
+        grave=share > 0.5,
     )  # fmt: skip
 
 

@@ -39,7 +39,8 @@ def follow_video(
 ) -> LiveEnd:
     """Track ships while a radar's video comes: a turn's rows stand in the file before the next is taken.
 
-    The first turns are waited for, from which clutter is learnt; they are tracked in then.
+    The first turns are waited for, from which clutter is learnt; they are tracked in then. It ends, and ``video.scale``
+    says so, where the radar's range scale changes for good.
 
     Parameters
     ----------
@@ -77,7 +78,8 @@ def follow_video(
     tracker, laid = lay(start, charts, parameters)
     counts, judged = Counter[str](), Judged(start.sensor)
     turns = turns_of(
-        chain(first, spokes), start, parameters.azimuth_bias_deg, counts, moves=radar_lon_deg is None
+        chain(first, spokes), start, parameters.azimuth_bias_deg, counts, moves=radar_lon_deg is None,
+        live=True,
     )  # fmt: skip
     last: Step | None = None
 

@@ -22,6 +22,8 @@ from elusive.systems.video.parameters import MOST_BYTES, PlotFinding, VideoTrack
 from elusive.tracking.memory import Memory
 
 BEYOND = 5.0  # evidence at which the clutter's law is tried
+GONE = 3.0  # turns in another range scale after which a live radar is taken to stay in it
+TURN_RAD = 2 * math.pi
 
 
 class VideoStart(NamedTuple):
@@ -92,18 +94,29 @@ def start_of(
 
 
 def turns_of(
-    spokes: Iterable[Spokes], start: VideoStart, bias_deg: float, counts: Counter[str], *, moves: bool = True
-) -> Iterator[VideoTurn]:
+    spokes: Iterable[Spokes], start: VideoStart, bias_deg: float, counts: Counter[str], *, moves: bool = True,
+    live: bool = False,
+) -> Iterator[VideoTurn]:  # fmt: skip
     """Yield the turns of spokes; those of another range scale are left out, and counted.
 
-    ``moves`` says whether the radar's place is that of the spokes; else it stands at the frame's origin.
+    ``moves`` says whether the radar's place is that of the spokes; else it stands at the frame's origin. ``live`` ends
+    them once the range scale has changed for good; ``counts`` tells the turns of another one since.
     """
-    sensor, gatherer, place = start.sensor, TurnGatherer(start.sensor), (0.0, 0.0)
+    sensor, gatherer, place, away = start.sensor, TurnGatherer(start.sensor), (0.0, 0.0), 0.0
     for part in spokes:
         counts["spokes"] += len(part.time_s)
         if (part.start_m, part.step_m, part.amplitude.shape[1]) != (sensor.start_m, sensor.step_m, sensor.samples):
             counts["other scale"] += len(part.time_s)
+            steps = np.diff(part.azimuth_rad) % TURN_RAD
+            away += float(steps[steps < math.pi].sum()) / TURN_RAD
+            counts["turns away"] = int(away)
+            if live and away > GONE:
+                return
             continue
+        if away > 0.5:  # of a turn: what was begun before is of another one
+            gatherer = TurnGatherer(sensor)
+        away = 0.0
+        counts["turns away"] = 0
         azimuth = part.azimuth_rad + math.radians(bias_deg)
         if not part.from_north:
             known = np.isfinite(part.heading_rad)
