@@ -110,4 +110,4 @@ def _draw(path: Path, rows: Sequence[Row]) -> None:
                         linewidth=1.2, elinewidth=0.7, label=f"{way}; others {line[0].others:.2g}",
                     )  # fmt: skip
                 axes.set(title=f"{place}, shape {shape:g}", xlabel="SNR [dB]", ylabel="found", ylim=(-0.03, 1.03))
-                axes.legend(loc="upper left")
+                axes.legend(loc="lower right")
