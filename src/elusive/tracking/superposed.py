@@ -21,7 +21,7 @@ from pydantic import ConfigDict, Field, SerializeAsAny
 
 from elusive.contracts import AdditiveSensor, Array, X, Y, interval_since
 from elusive.filters.particle import _kernels
-from elusive.filters.particle.informed import smoothed
+from elusive.filters.particle.cells import cell_side
 from elusive.filters.particle.parts import AnyKnowledge, AnyMotion, Known, allowed_by
 from elusive.filters.particle.resampling import resample
 from elusive.model import Probability, or_own
@@ -34,7 +34,7 @@ from elusive.tracking.predicted import Predictor
 from elusive.tracking.reassigned import BESIDE, Seek, corrected, exchanged, places_of, told
 from elusive.tracking.sought import LOUD, Sought, Update
 from elusive.tracking.superposed_settings import SuperposedSettings
-from elusive.tracking.superposed_state import SuperposedState, Target, judged
+from elusive.tracking.superposed_state import SuperposedState, Target, judged, spread_over
 
 FIRST_S = 1.0  # time before the first measurement in which its targets may have appeared
 PILOTS = 0.25  # of the particles: plain predictions that tell where to draw the particles
@@ -88,9 +88,10 @@ class SuperposedTracker(SuperposedSettings):
         """
         interval_s = interval_since(state.time_s, time_s)
         survival = 1 - within(self.death_probability, interval_s)
-        living = [target for target in state.targets if target.life.status != "deleted"]
-        if interval_s > 0 and self.kernel > 0:
-            living = [self._smoothed(target, rng) for target in living]
+        # a track that has been deleted is no more shown, but what is believed of its target stays
+        living = [target for target in state.targets if target.existence >= self.forget_below]
+        if interval_s > 0 and self._side > 0:
+            living = [spread_over(target, self._side, rng) for target in living]
         informed = self.informed and measurement is not None and interval_s > 0
         informed = informed and transition(self.motion, interval_s) is not None
         priors = [survival * target.existence for target in living]
@@ -217,9 +218,9 @@ class SuperposedTracker(SuperposedSettings):
         particles = _kernels.gather(target.particles, resample(target.weights, n, rng), n)
         return target._replace(particles=target.unseen(particles, rng), weights=np.full(n, 1 / n))
 
-    def _smoothed(self, target: Target, rng: Generator) -> Target:
-        particles = smoothed(target.particles, target.weights, self.kernel, rng)
-        return target._replace(particles=particles, weights=np.full(len(particles), 1 / len(particles)))
+    @cached_property
+    def _side(self) -> float:
+        return cell_side(self.spread_within, self.sensor)
 
     @cached_property
     def _predictor(self) -> Predictor:

@@ -16,8 +16,10 @@ class SuperposedSettings(Model):
     faint_particles: int | None = Field(
         None, ge=10, description="Particles of a target that hardly exists; by default as many as of the others"
     )
-    kernel: float = Field(
-        0.0, ge=0, lt=1, description="Width of the kernel that a cloud is smoothed with, h [deviations of the cloud]"
+    spread_within: NonNegative | None = Field(
+        None,
+        description="Side of the cells of place in which a cloud is spread over what it stands for, mean and "
+        "covariance kept; 0: it stays as resampled; not given: three point spreads, 0 for a sensor without [px]",
     )
     sweeps: int = Field(2, ge=1, le=20, description="Updates of a target given the others, a measurement, at most")
     forget_below: float = Field(1e-3, gt=0, lt=1, description="Existence below which a target is forgotten")

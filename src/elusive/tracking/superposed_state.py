@@ -7,9 +7,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.random import Generator
 
 from elusive.contracts import Array
 from elusive.filters.particle import _kernels
+from elusive.filters.particle.cells import spread
 from elusive.tracking.lifecycle import Life
 from elusive.tracking.sought import SUREST, Sought
 from elusive.tracking.superposed_settings import SuperposedSettings
@@ -27,6 +29,12 @@ class Target(NamedTuple):
     weights: Array  # (N,) summing to one
     mean: Array  # (d,)
     covariance: Array  # (d, d)
+
+
+def spread_over(target: Target, side: float, rng: Generator) -> Target:
+    """Spread a target's particles over what they stand for, in cells of place of that side."""
+    n = len(target.particles)
+    return target._replace(particles=spread(target.particles, target.weights, side, rng), weights=np.full(n, 1 / n))
 
 
 class SuperposedState(NamedTuple):

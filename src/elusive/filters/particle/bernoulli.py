@@ -20,7 +20,8 @@ from elusive.errors import DataError
 from elusive.filters.particle import _kernels, _step_kernels
 from elusive.filters.particle._prediction_kernels import by_cell, predict
 from elusive.filters.particle._step_kernels import Masses, Plan
-from elusive.filters.particle.births import MeasurementBirth, Optics, UniformBirth
+from elusive.filters.particle.births import MeasurementBirth, UniformBirth
+from elusive.filters.particle.cells import cell_side
 from elusive.filters.particle.detector import Detector
 from elusive.filters.particle.parts import allowed_by, step_matrices, switching
 from elusive.filters.particle.resampling import resample
@@ -28,7 +29,6 @@ from elusive.model import NonNegative
 from elusive.sensors.image import ImageSensor
 
 DRAWS = 5  # uniform numbers that a step takes of the generator
-SPREADS = 3.0  # of the point: side of the cells in which survivors are smoothed
 LEAST_LOG_ODDS = -700.0  # of existence, below which it is zero
 
 
@@ -61,8 +61,7 @@ class BernoulliFilter(Detector):
 
     @cached_property
     def _side(self) -> float:
-        spread = float(getattr(self.sensor, "spread_px", 0.0)) * Optics.of(self.sensor).dx
-        return SPREADS * spread if self.spread_within is None else self.spread_within
+        return cell_side(self.spread_within, self.sensor)
 
     @cached_property
     def _plan(self) -> Plan | None:

@@ -32,9 +32,6 @@ class SeveralImages(SuperposedTracker):
     birth_probability: Probability = Field(0.02, description="Probability that a target appears in 1 s, P_b")
     newborns: int = Field(500, ge=10, description="Particles of a newborn target, N_b")
     faint_particles: int | None = Field(500, ge=10, description="Particles of a target that hardly exists")
-    kernel: float = Field(
-        0.6, ge=0, lt=1, description="Width of the kernel that a cloud is smoothed with, h [deviations of the cloud]"
-    )
 
     @model_validator(mode="after")
     def _uses_all(self) -> Self:
