@@ -56,4 +56,5 @@ def receiver_finding(
         "hundredth in the receiver's own way is a hundredth of the distance.",
         "Take the ellipses for those of an exact heading; measure it on an emitter whose place is known, or add a "
         "second receiver.",
+        grave=False,  # a right heading is told from a wrong one by no bearing
     )  # fmt: skip
