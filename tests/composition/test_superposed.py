@@ -46,7 +46,7 @@ def births(names):
 
 def tracker(motion, sensor, knowledge=()):
     return SuperposedTracker(
-        motion=motion, sensor=sensor, birth=births(tuple(motion.state_names)), knowledge=knowledge, particles=60
+        motion=motion, sensor=sensor, birth=births(tuple(motion.state_names)), knowledge=knowledge, particles=120
     )
 
 
