@@ -19,6 +19,7 @@ from elusive.systems.images.parameters import ImageTracking
 from elusive.systems.images.recorded_checks import again_finding, recorded_findings
 from elusive.systems.images.scene_facts import SceneFacts
 from elusive.systems.images.simulate import ImageSimulation, draw_images
+from elusive.systems.images.track import track_images
 
 SIGMA = 3.0
 WHITE = ("--noise-sigma", SIGMA)
@@ -227,6 +228,31 @@ def test_sure_tracks_that_are_not_there_again_are_named(share, number, holds):
     found = again_finding(share if number else np.nan, number)
     assert found.holds == holds
     assert holds or f"{100 * share:.0f} %" in found.sentence
+
+
+def dotted(fall, size=96, frames=36):
+    """Frames of a scene with points in it, of which a third fall through it."""
+    rng = np.random.default_rng(4)
+    (x, y), drawn = rng.uniform(4, size - 4, (2, 36)), scene(size=size, frames=frames)
+    yy, xx = np.mgrid[:size, :size]
+    speed = np.where(np.arange(36) < 12, fall, 0.0)
+    for k, frame in enumerate(drawn):
+        for across, down in zip(x, (y + speed * k) % size, strict=True):
+            frame += 50 * np.exp(-((xx - across) ** 2 + (yy - down) ** 2) / 2)
+    return drawn
+
+
+@pytest.mark.parametrize(("fall", "holds"), [(0.0, True), (1.0, False)])
+def test_a_scene_much_of_which_moves_is_named(fall, holds):
+    frames = dotted(fall)
+    parameters = ImageTracking().bind(frames.shape[1:])
+    checks = FrameChecks(parameters)
+    for step in track_images(frames, parameters):
+        checks.take(step)
+    (found,) = (one for one in checks.findings() if one.name == "images.movers")
+    assert found.holds == holds
+    assert not found.grave
+    assert found.seen < 0.02 if holds else 0.15 < found.seen < 0.45
 
 
 def test_whitened_pixels_are_compared_with_a_gaussian():

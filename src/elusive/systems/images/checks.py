@@ -14,6 +14,7 @@ from elusive.preprocess.peaks import LEVELS
 from elusive.sensors import ImageSensor
 from elusive.systems.images.frame_facts import FrameFacts
 from elusive.systems.images.left_over import LeftOver
+from elusive.systems.images.movers import Movers
 from elusive.systems.images.parameters import ImageTracking
 from elusive.systems.images.peaks import PeakImages, PeaksState
 from elusive.systems.images.recorded_checks import again_finding, recorded_findings
@@ -38,6 +39,7 @@ class FrameChecks:
         self._sensor = sensor = parameters.sensor
         self._quantiles, self._whitened = np.zeros(len(LEVELS)), 0  # of whitened pixels, summed over so many frames
         self._left: LeftOver | None = None
+        self._movers = Movers()
         self._again = math.nan, 0  # share of sure tracks that were there again, and of how many
         if isinstance(sensor, ImageSensor) and sensor.noise == "gaussian":
             self._left = LeftOver(sensor)
@@ -49,6 +51,7 @@ class FrameChecks:
         if isinstance(step.state, PeaksState) and step.state.peaks is not None:
             self._quantiles += step.state.peaks.quantiles
             self._whitened += 1
+            self._movers.take(step.state.belief.targets)
             if isinstance(self.parameters.filter, PeakImages):
                 self._again = self.parameters.filter.persistence.sure_again(step.state.belief.reliability)
 
@@ -82,7 +85,7 @@ class FrameChecks:
                 whitened = dict(zip(LEVELS, (self._quantiles / self._whitened).tolist(), strict=True))
             found += recorded_findings(self.scene, whitened, by_peaks=peaks)
             if peaks:
-                found.append(again_finding(*self._again))
+                found += [again_finding(*self._again), self._movers.finding()]
         return tuple(found)
 
 
