@@ -187,7 +187,7 @@ def test_the_six_windows_from_paths_to_scores(
     page.locator("input[type=file]").set_input_files(
         {"name": "bad.csv", "mimeType": "text/csv", "buffer": b"node,x_m,y_m\n1,a,2\n"}
     )
-    told(page, "bad.csv, line 2, column x_m: 'a' is no number; give metres.")
+    told(page, "bad.csv, line 2, column x_m: 'a' is no number; write a finite one.")
     dismiss(page)
     page.mouse.move(*at(page, 10, 10))
     page.mouse.down()
