@@ -142,8 +142,6 @@ class LinksChain:
     def __init__(self, people: SuperposedTracker, area: Area, near_m: float, by_reading: bool) -> None:
         self._filter, self._near_m, self._by_reading = people, near_m, by_reading
         self._entrance = Entrance(area=area, width_m=near_m)
-        west, east, south, north = area.bounds_m
-        self._anywhere_m2 = ((east - west) ** 2 + (north - south) ** 2) / 12  # of a place of which nothing is known
         self._one_more: OneMore | None = None
         if isinstance(people.sensor, ShadowedLinks) and isinstance(people.birth, AreaBirths):
             self._one_more = OneMore(people.sensor, people.birth.components[0], area, people.separation)
@@ -209,7 +207,7 @@ class LinksChain:
     def _kept(self, belief: SuperposedState, interval_s: float) -> float:
         """Return the share of readings' errors in places that the filter keeps until the next frame.
 
-        What it has not lost, as far as readings placed people: who may be anywhere has no error of theirs.
+        What it has not lost, as far as people are there: a place where hardly anybody is has no error of theirs.
         """
         known = [target for target in belief.targets if target.existence > LOUD]
         walk = self._filter.motion
@@ -219,6 +217,5 @@ class LinksChain:
         shares = np.array([target.existence for target in known])
         before = np.tensordot(shares, [target.covariance for target in known], 1)
         ahead = F @ before @ F.T + shares.sum() * Q
-        held_m2 = float(before[X, X] + before[Y, Y])
-        placed = max(0.0, 1 - held_m2 / (float(shares.sum()) * self._anywhere_m2))
-        return placed * held_m2 / float(ahead[X, X] + ahead[Y, Y])
+        there = float(shares @ shares / shares.sum())
+        return there * float((before[X, X] + before[Y, Y]) / (ahead[X, X] + ahead[Y, Y]))
