@@ -149,6 +149,16 @@ def test_a_room_with_somebody_is_right(network, tmp_path, capsys):
     assert (code, names) == (0, set()), said
 
 
+def test_a_log_that_ends_too_soon_to_tell_how_long_readings_err_alike_says_so(network, tmp_path, capsys):
+    lines = (network / "log.csv").read_text().splitlines()
+    log = tmp_path / "short.csv"
+    log.write_text("\n".join(lines[: 1 + EMPTY + 16]) + "\n")  # somebody comes in after ten
+    quick = "--fit-frames", 0
+    code, names, said = told(capsys, log, network / "nodes.csv", tmp_path / "out", *quick, empty=EMPTY)
+    assert (code, names) == (0, {"links.alike"}), said
+    assert "frames tell how alike the readings of a link err" in said
+
+
 @pytest.mark.parametrize("most", [1, 2])
 def test_two_people_are_two_or_are_named(tmp_path, capsys, most):
     """Eight nodes of two channels; the site is fitted to both."""

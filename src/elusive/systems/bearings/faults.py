@@ -53,6 +53,13 @@ class _Trial(NamedTuple):
     heard: Callable[[float], tuple[Heard, SensorSites]]
 
 
+def tried_with(parameters: BearingTracking) -> BearingTracking | None:
+    """Return what a path is estimated with to try an error of a sensor; None: a bias is estimated already."""
+    motion = Cruise() if isinstance(parameters.motion, Interacting) else parameters.motion
+    asked = parameters.replace(motion=motion, emitters=OneEmitter()).by("map")
+    return asked if isinstance(asked.filter, Estimation) and asked.filter.bias is None else None
+
+
 def fault_of(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites) -> Fault | None:
     """Return the error of a sensor that explains an emitter's bearings best, if one does and matters.
 
@@ -70,9 +77,8 @@ def fault_of(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSi
     used = np.unique(np.concatenate([times.sensor for times in heard])).tolist()
     if not 3 <= len(used) <= SENSORS:
         return None
-    motion = Cruise() if isinstance(parameters.motion, Interacting) else parameters.motion
-    asked = parameters.replace(motion=motion, emitters=OneEmitter()).by("map")
-    if not isinstance(asked.filter, Estimation) or asked.filter.bias is not None:
+    asked = tried_with(parameters)
+    if asked is None or not isinstance(asked.filter, Estimation):
         return None
     base = path_of(heard, asked, sites)
     if base is None:

@@ -13,8 +13,7 @@ import numpy as np
 from elusive.checks import Finding
 from elusive.contracts import X, Y
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
-from elusive.systems.bearings.choices import Cruise, Estimation, Interacting, OneEmitter
-from elusive.systems.bearings.faults import apart_by, evidence_of, path_of, shifted
+from elusive.systems.bearings.faults import apart_by, evidence_of, path_of, shifted, tried_with
 from elusive.systems.bearings.heard import moving, sensors_of
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.tracking.track import Step
@@ -33,9 +32,8 @@ def receiver_finding(
     used = set[int]().union(*(set(sensors_of(times).tolist()) for times in heard))
     if len(heard) < LEAST_TIMES or len(used) != 1 or not moving(heard):
         return None
-    motion = Cruise() if isinstance(parameters.motion, Interacting) else parameters.motion
-    asked = parameters.replace(motion=motion, emitters=OneEmitter()).by("map")
-    if not isinstance(asked.filter, Estimation) or asked.filter.bias is not None:
+    asked = tried_with(parameters)
+    if asked is None:
         return None
     base = path_of(heard, asked, sites)
     moved = away_m = lost = 0.0
