@@ -110,6 +110,17 @@ def browser() -> Iterator[Any]:
         opened.close()
 
 
+def heard(page: Any, load: Callable[..., Any]) -> Callable[..., Any]:
+    """Wait, after a page is loaded, until the server hears it: what is done before that is lost."""
+
+    def loaded(*given: Any, **named: Any) -> Any:
+        answer = load(*given, **named)
+        page.wait_for_function("window.did_handshake !== false")  # of NiceGUI's pages; others have none
+        return answer
+
+    return loaded
+
+
 @pytest.fixture
 def open_tab(browser: Any) -> Iterator[Callable[..., Tab]]:
     """Give what opens a tab; at the end no request has left the machine and no script has failed."""
@@ -130,6 +141,7 @@ def open_tab(browser: Any) -> Iterator[Callable[..., Tab]]:
         tab.page.on("console", lambda said: tab.errors.append(said.text) if said.type == "error" else None)
         tab.page.on("pageerror", lambda error: tab.errors.append(str(error)))
         tab.page.set_default_timeout(90_000)  # a machine that does much else is slow
+        tab.page.goto, tab.page.reload = heard(tab.page, tab.page.goto), heard(tab.page, tab.page.reload)
         tabs.append(tab)
         return tab
 
