@@ -5,7 +5,7 @@ effect and the uncertainty of it, in turn, and again while the others change: Na
 Sel. Topics Signal Process. 7(3), 370-380; Davies and Garcia-Fernandez (2024), IEEE Trans. Signal Process. 72, 607-620.
 Its particles are drawn with the measurement in view (:mod:`elusive.filters.particle.informed`,
 :mod:`elusive.tracking.by_place`), those of newborn targets from what the known ones leave over
-(:mod:`elusive.tracking.newborn`).
+(:mod:`elusive.tracking.newborn`), beside those too weak to be told apart (:mod:`elusive.tracking.unseen`).
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ from elusive.tracking.predicted import Predictor
 from elusive.tracking.reassigned import BESIDE, Seek, corrected, exchanged, places_of, told
 from elusive.tracking.sought import LOUD, Sought, Update
 from elusive.tracking.superposed_settings import SuperposedSettings
-from elusive.tracking.superposed_state import SuperposedState, Target, judged, spread_over
+from elusive.tracking.superposed_state import SuperposedState, Target, Unseen, judged, spread_over
+from elusive.tracking.unseen import CLOUDS, Hidden
 
 FIRST_S = 1.0  # time before the first measurement in which its targets may have appeared
 PILOTS = 0.25  # of the particles: plain predictions that tell where to draw the particles
 LEAST_PILOTS = 200
 SPREAD = 4  # particles of a newborn target, over those of others
 REDRAWN = 3  # times at most
-
 
 if TYPE_CHECKING:
     AnyAdditive: TypeAlias = AdditiveSensor
@@ -88,8 +88,7 @@ class SuperposedTracker(SuperposedSettings):
         """
         interval_s = interval_since(state.time_s, time_s)
         survival = 1 - within(self.death_probability, interval_s)
-        # a track that has been deleted is no more shown, but what is believed of its target stays
-        living = [target for target in state.targets if target.existence >= self.forget_below]
+        living, unseen = self._hidden.parted(state, survival, interval_s, rng)
         if interval_s > 0 and self._side > 0:
             living = [spread_over(target, self._side, rng) for target in living]
         informed = self.informed and measurement is not None and interval_s > 0
@@ -107,7 +106,7 @@ class SuperposedTracker(SuperposedSettings):
             if informed:
                 found = self._drawn(living, priors, pilots, interval_s, update)
             seek = self._anybody(update, interval_s)
-            newborn = self._newborn(found, update, FIRST_S if math.isnan(state.time_s) else interval_s)
+            newborn, unseen = self._newborn(found, update, FIRST_S if math.isnan(state.time_s) else interval_s, unseen)
             if not any(target.existence > LOUD for target in newborn):
                 found = found + newborn
             elif informed:  # what the known targets were drawn for was partly the newborn's
@@ -117,7 +116,7 @@ class SuperposedTracker(SuperposedSettings):
                 found = update.of(exchanged(predicted, found, newborn, update, seek), self.sweeps)
             found = corrected(found, update, seek, self.sweeps, 0.5 * self.forget_below)
         arrived = [self._spread(self._arrived(target, rng), rng) for target in found]
-        return judged(time_s, arrived, state.numbered, self)
+        return judged(time_s, arrived, state.numbered, self)._replace(unseen=unseen)
 
     def _drawn(
         self,
@@ -149,15 +148,14 @@ class SuperposedTracker(SuperposedSettings):
             return target
         return target._replace(particles=self._by_place.arrived(target.placed, rng))
 
-    def _newborn(self, found: list[Sought], update: Update, interval_s: float) -> list[Sought]:
-        """Look for targets that the known ones do not explain, one after the other."""
+    def _newborn(
+        self, found: list[Sought], update: Update, interval_s: float, unseen: Unseen | None
+    ) -> tuple[list[Sought], Unseen | None]:
+        """Look for targets that the known ones do not explain, one after the other; and who still is unseen."""
         newborn: list[Sought] = []
         effects = told(found)
-        for target in self._candidates(found, newborn, effects, update, interval_s):
-            newborn.append(target)
-            if target.existence > LOUD:
-                effects.append(target.effect)
-        return newborn
+        candidates = self._candidates(found, newborn, effects, update, interval_s)
+        return self._hidden.parted_from(candidates, newborn, effects, unseen, update)
 
     def _candidates(
         self, found: list[Sought], newborn: list[Sought], effects: list[Any], update: Update, interval_s: float
@@ -188,8 +186,7 @@ class SuperposedTracker(SuperposedSettings):
                 vain.add(id(component))
 
     def _births(self, update: Update) -> Newborn:
-        asked = self.forget_below, update.measurement, update.rng
-        return Newborn(self._seeker, self.sensor, self._log_allowed, *asked)
+        return Newborn(self._seeker, self.sensor, self._log_allowed, self.forget_below, update.measurement, update.rng)
 
     def _anybody(self, update: Update, interval_s: float) -> Seek:
         """Return how a newborn target of each component is looked for: given others, of more evidence than is asked."""
@@ -223,10 +220,15 @@ class SuperposedTracker(SuperposedSettings):
         return cell_side(self.spread_within, self.sensor)
 
     @cached_property
+    def _hidden(self) -> Hidden:
+        side = self._side if isinstance(self.birth, ProposedBirths) else 0.0
+        least = LOUD if side > 0 else self.forget_below
+        return Hidden(self.motion, self.sensor, self._log_allowed, side, least, CLOUDS * self.particles)
+
+    @cached_property
     def _predictor(self) -> Predictor:
         observed = tuple(getattr(self.sensor, "observed", (X, Y)))
-        many = self.particles, self.faint_particles
-        return Predictor(self.motion, self.sensor, self._known, self._by_place, observed, *many)
+        return Predictor(self.motion, self.sensor, self._known, self._by_place, observed, self.particles)
 
     @cached_property
     def _known(self) -> Known:

@@ -13,16 +13,15 @@ class SuperposedSettings(Model):
 
     death_probability: Probability = Field(0.01, description="Probability that a target disappears in 1 s")
     particles: int = Field(1000, ge=10, le=1_000_000, description="Particles of a target, N")
-    faint_particles: int | None = Field(
-        None, ge=10, description="Particles of a target that hardly exists; by default as many as of the others"
-    )
     spread_within: NonNegative | None = Field(
         None,
         description="Side of the cells of place in which a cloud is spread over what it stands for, mean and "
         "covariance kept; 0: it stays as resampled; not given: three point spreads, 0 for a sensor without [px]",
     )
     sweeps: int = Field(2, ge=1, le=20, description="Updates of a target given the others, a measurement, at most")
-    forget_below: float = Field(1e-3, gt=0, lt=1, description="Existence below which a target is forgotten")
+    forget_below: float = Field(
+        1e-3, gt=0, lt=1, description="Existence below which a target is not sought, or forgotten"
+    )
     merge_within: Positive = Field(
         0.5, description="Two targets nearer than this that are together one at most are one [deviations]"
     )

@@ -31,6 +31,13 @@ class Target(NamedTuple):
     covariance: Array  # (d, d)
 
 
+class Unseen(NamedTuple):
+    """Intensity of targets that are too weak to be told apart."""
+
+    particles: Array  # (N, d)
+    masses: Array  # (N,) targets that each stands for
+
+
 def spread_over(target: Target, side: float, rng: Generator) -> Target:
     """Spread a target's particles over what they stand for, in cells of place of that side."""
     n = len(target.particles)
@@ -43,11 +50,13 @@ class SuperposedState(NamedTuple):
     time_s: float  # NaN before the first measurement, where no time was given
     targets: tuple[Target, ...]
     numbered: int  # tracks so far
+    unseen: Unseen | None = None
 
     @property
     def existence(self) -> float:
         """Probability that anything is there."""
-        return 1.0 - math.prod(1.0 - target.existence for target in self.targets)
+        unseen = 0.0 if self.unseen is None else float(self.unseen.masses.sum())
+        return 1.0 - math.exp(-unseen) * math.prod(1.0 - target.existence for target in self.targets)
 
     @property
     def tracks(self) -> tuple[Track, ...]:

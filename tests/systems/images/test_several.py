@@ -92,16 +92,20 @@ def test_no_more_targets_are_followed_than_asked_for():
 
 
 @pytest.mark.validate
-@pytest.mark.parametrize(("targets", "snr_db"), MOST)
-def test_the_full_grid_of_crossings(targets, snr_db):
-    ran = [runs.run_scene(targets, "crossing", snr_db, seed) for seed in range(50)]
+@pytest.mark.parametrize(
+    ("layout", "targets", "snr_db"),
+    [("crossing", *case) for case in MOST]
+    + [(layout, 2, snr_db) for layout in ("head-on", "parallel") for snr_db in (7, 9, 11)],
+)
+def test_the_full_grid(layout, targets, snr_db):
+    ran = [runs.run_scene(targets, layout, snr_db, seed) for seed in range(50)]
     assert np.mean([one.gospa for one in ran]) <= MOST[targets, snr_db]
     if snr_db == 9:
         assert np.mean([one.found for one in ran]) >= 0.9
         assert np.mean([one.switches for one in ran]) <= 0.3
     rmse_px = np.mean([one.rmse_px for one in ran])
     if (targets, snr_db) == (5, 7) and rmse_px > 0.35:
-        pytest.xfail(f"five of 7 dB in one place: {rmse_px:.2f} px for .35 (.38 measured)")
+        pytest.xfail(f"five of 7 dB in one place: {rmse_px:.2f} px for .35 (.36 measured)")
     assert rmse_px <= 0.35
 
 
