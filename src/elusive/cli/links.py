@@ -25,14 +25,13 @@ from elusive.cli.live import (
     tell,
 )
 from elusive.cli.recorded import cutoff_in, tell_run, truth_of
-from elusive.cli.terminal import Config, Out, Strict, bar, check_scores, console, known_truth, show
+from elusive.cli.terminal import Config, Out, Strict, bar, check_scores, known_truth, say, show
 from elusive.errors import ParameterError
 from elusive.geometry.areas import Area
 from elusive.io._link_formats import LAYOUTS
-from elusive.io.area_files import read_area
 from elusive.io.arrivals import fed
 from elusive.io.link_logs import MISSING_ABOVE_DBM, open_link_log
-from elusive.io.node_files import read_nodes
+from elusive.io.placed_files import read_area, read_nodes
 from elusive.model import read_yaml
 from elusive.systems.links.fit import HEADER, LinkFitting, fit_link_log
 from elusive.systems.links.run import FILES, LIVE_FILES, follow_links, track_links_recording
@@ -107,7 +106,7 @@ def track_links_command(
         parameters = parameters.replace(calibration_frames=frames)
     if feed is not None:
         frames = parameters.calibration_frames
-        console.print(f"Calibrating on the first {frames} frames, with nobody inside. Ctrl-C ends.", highlight=False)
+        say(f"Calibrating on the first {frames} frames, with nobody inside. Ctrl-C ends.")
         coming = fed(source, feed)
         run = partial(follow_links, coming, network, parameters, out, memory=memory_of_run())
         run_live(coming, run, out, LIVE_FILES, sinks, sites=network)
@@ -165,7 +164,7 @@ def fit_links_command(
         tell(remark)
     show("Constants", HEADER, [tuple(map(escape, row)) for row in fitted.constants])
     show(source.name, ("", ""), fitted.rows)
-    console.print(f"Written to {out}; use it with: elusive track links ... --config", highlight=False)
+    say(f"Written to {out}; use it with: elusive track links ... --config")
 
 
 def _within(parameters: LinkTracking, area: tuple[float, ...] | None, file: Path | None) -> LinkTracking:

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from pydantic import Field
 from scipy import sparse
 
-from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.geometry.areas import Area
 from elusive.model import Model, NonNegative, Positive
@@ -52,12 +51,25 @@ class EllipseWeights(Model):
         return VoxelGrid.over(area, self.voxel_m)
 
     def sparse(self, nodes: RadioNodes, grid: VoxelGrid) -> Any:
-        """Return the weights as a ``scipy.sparse.csr_array`` ``(L, V)``.
+        """Return the weights W as a ``scipy.sparse.csr_array``.
+
+        Parameters
+        ----------
+        nodes
+            The network.
+        grid
+            The voxels; those out of its area have no weight.
+
+        Returns
+        -------
+        scipy.sparse.csr_array
+            ``(L, V)``, a row for each undirected link in the order of :func:`elusive.sensors.radio_network.links_of`.
 
         Raises
         ------
         DataError
-            As :meth:`matrix` does.
+            If the nodes are no network (see :func:`elusive.sensors.radio_network.radio_nodes`), or none of its links
+            passes the area.
         """
         network = radio_nodes(nodes.positions_m, nodes.names)
         links = links_of(len(network.names))
@@ -87,30 +99,6 @@ class EllipseWeights(Model):
                 weights,
             )
         return sparse.csr_array((weights, columns, first), shape=(len(links), len(grid.centres)))
-
-    def matrix(self, nodes: RadioNodes, grid: VoxelGrid) -> Array:
-        """Return the weights, W.
-
-        Parameters
-        ----------
-        nodes
-            The network.
-        grid
-            The voxels; those out of its area have no weight.
-
-        Returns
-        -------
-        ndarray
-            ``(L, V)``, a row for each undirected link in the order of :func:`elusive.sensors.radio_network.links_of`.
-
-        Raises
-        ------
-        DataError
-            If the nodes are no network (see :func:`elusive.sensors.radio_network.radio_nodes`), or none of its links
-            passes the area.
-        """
-        dense: Array = self.sparse(nodes, grid).toarray()
-        return dense
 
 
 def coverage(weights: Any) -> NDArray[np.int64]:

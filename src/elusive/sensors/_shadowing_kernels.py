@@ -186,3 +186,66 @@ def mean_profiles(
                 sums[1, link] += weights[n] * near * near
                 sums[2, link] += weights[n] * decay(excess, lengths[1])
     return sums
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
+def slopes(
+    distances: Array,
+    weights: Array,
+    ends: Indices,
+    straight: Array,
+    ways: Indices,
+    lengths: tuple[float, float, float],
+    degrees: float,
+    residual: Array,
+    variance: Array,
+    loss: Array,
+    near_variance: Array,
+    far_variance: Array,
+    by_reading: Array,
+    by_constant: Array,
+) -> float:
+    """Mean log likelihood of the readings over places that a person may be at, and nowhere, and add its slopes.
+
+    ``by_reading`` ``(3, D, C)`` takes the slopes by the squared scale and by the mean of each reading without the
+    person, and by the logarithm of the spread that the person adds; ``by_constant`` ``(6,)`` those by the logarithms of
+    loss, its length, near spread, its length, far spread and its length. Residuals are finite where a reading is heard.
+    """
+    nobody, total, more = 1.0 - weights.sum(), 0.0, degrees + 1.0
+    places, channels = len(weights), residual.shape[1]
+    for link in range(len(ends)):
+        one, other = distances[ends[link, 0]], distances[ends[link, 1]]
+        for place in range(places + 1):
+            weight, near, wide, far, excess = nobody, 0.0, 0.0, 0.0, 0.0
+            if place < places:
+                weight = weights[place]
+                excess = max(one[place] + other[place] - straight[link], 0.0)
+                near, wide, far = decay(excess, lengths[0]), decay(excess, lengths[1]), decay(excess, lengths[2])
+            for way in range(2):
+                row, scales, residuals = ways[link, way], 1.0, 1.0
+                for c in range(channels):
+                    if np.isnan(residual[row, c]):
+                        continue
+                    turn = near * loss[row, c]
+                    near_part, far_part = wide * near_variance[row, c], far * far_variance[row, c]
+                    scale = variance[row, c] + near_part + far_part
+                    off = residual[row, c] + turn
+                    heavy = degrees * scale + off * off
+                    scales *= scale
+                    residuals *= heavy
+                    if c % CHUNK == CHUNK - 1:
+                        total += 0.5 * weight * (degrees * np.log(scales) - more * np.log(residuals))
+                        scales, residuals = 1.0, 1.0
+                    by_scale = 0.5 * weight * degrees * (1.0 / scale - more / heavy)
+                    by_mean = weight * more * off / heavy
+                    by_reading[0, row, c] += by_scale
+                    by_reading[1, row, c] += by_mean
+                    by_reading[2, row, c] += by_scale * (near_part + far_part)
+                    by_constant[0] -= by_mean * turn
+                    by_constant[1] -= by_mean * turn * excess / lengths[0]
+                    by_constant[2] += 2.0 * by_scale * near_part
+                    by_constant[3] += by_scale * near_part * excess / lengths[1]
+                    by_constant[4] += 2.0 * by_scale * far_part
+                    by_constant[5] += by_scale * far_part * excess / lengths[2]
+                total += 0.5 * weight * (degrees * np.log(scales) - more * np.log(residuals))
+    return total

@@ -53,7 +53,7 @@ class LinkShadowing(Model):
         description="Exponent of the likelihood; none: learned, one over the readings of a link where they err alike",
     )
     bias_m: NonNegative = Field(
-        0.2, description="Deviation on each axis by which a site bends places, where its readings err alike [m]"
+        0.21, description="Deviation on each axis by which a site bends places, where its readings err alike [m]"
     )
 
     def links(
@@ -129,7 +129,7 @@ class TemperedRise(NamedTuple):
     temper: float  # exponent of the likelihood
 
 
-class _Tables(NamedTuple):
+class Tables(NamedTuple):
     """What the kernels need: of each undirected link, and ``(D, C)`` of each reading."""
 
     ends: Indices  # (L, 2) nodes
@@ -152,20 +152,20 @@ class ShadowedLinks:
         self.model, self.nodes, self.fade_db, self.variance_db2 = model, nodes, fade_db, variance_db2
         fade = np.nan_to_num(fade_db)
         deep = np.exp(-2 * model.fade_slope * fade / FADE_UNIT_DB)
-        pairs, self._link = links_of(len(nodes.names)), undirected_of(len(nodes.names))
-        self._tables = _Tables(
+        pairs, self.link = links_of(len(nodes.names)), undirected_of(len(nodes.names))
+        self.tables = Tables(
             pairs,
             np.linalg.norm(nodes.positions_m[pairs[:, 0]] - nodes.positions_m[pairs[:, 1]], axis=1),
-            np.argsort(self._link, kind="stable").reshape(-1, 2),
+            np.argsort(self.link, kind="stable").reshape(-1, 2),
             model.loss_db / (1 + np.exp(-fade / FADE_SCALE_DB)),
             model.near_sd_db**2 * deep,
             model.far_sd_db**2 * deep,
             np.nan_to_num(variance_db2) + model.floor_sd_db**2,
         )
-        self._lengths = float(model.loss_length_m), float(model.near_length_m), float(model.far_length_m)
+        self.lengths = float(model.loss_length_m), float(model.near_length_m), float(model.far_length_m)
         heard = np.isfinite(fade_db)
-        self._unheard = ~heard
-        of_link = heard.sum(axis=1)[self._tables.ways].sum(axis=1)
+        self.unheard = ~heard
+        of_link = heard.sum(axis=1)[self.tables.ways].sum(axis=1)
         self._readings = float(of_link.sum() / np.sum(of_link > 0))  # of a link
         self.temper = 1 / self._readings if model.temper is None else float(model.temper)
 
@@ -187,9 +187,9 @@ class ShadowedLinks:
         """Effect of a person that exists with a probability, at one of the weighted states."""
         from elusive.sensors._shadowing_kernels import mean_profiles
 
-        tables = self._tables
-        means = mean_profiles(expected, weights, tables.ends, tables.straight, self._lengths)
-        near, square, wide, far = means[:, self._link, None]
+        tables = self.tables
+        means = mean_profiles(expected, weights, tables.ends, tables.straight, self.lengths)
+        near, square, wide, far = means[:, self.link, None]
         spread = wide * tables.near_variance + far * tables.far_variance
         moved = (square - existence * near**2) * tables.loss**2
         return Effect(-existence * near * tables.loss, existence * (spread + moved))
@@ -204,14 +204,12 @@ class ShadowedLinks:
         """
         from elusive.sensors._shadowing_kernels import log_ratio, prepare
 
-        tables, (residual, variance, temper) = self._tables, self._less(measurement, others)
+        tables, (residual, variance, temper) = self.tables, self._less(measurement, others)
         degrees = float(self.model.degrees)
         said = prepare(
             residual, variance, tables.loss, tables.near_variance, tables.far_variance, degrees, tables.ways
         )  # fmt: skip
-        return lambda expected: (
-            temper * log_ratio(expected, tables.ends, tables.straight, self._lengths, degrees, *said)
-        )
+        return lambda expected: temper * log_ratio(expected, tables.ends, tables.straight, self.lengths, degrees, *said)
 
     def log_ratio(self, expected: Array, measurement: Array | TemperedRise, others: Sequence[Effect]) -> Array:
         """Log likelihood of one more person at each state less that of the others alone, ``(N,)``, tempered."""
@@ -230,9 +228,9 @@ class ShadowedLinks:
     def simulate(self, states: Array, rng: Generator) -> Array:
         """Draw the changes ``(D, C)`` with people at the states ``(P, d)``; ``(0, d)``: nobody."""
         people = [self.effect(self.expected(state[None]), np.ones(1), 1.0) for state in states]
-        mean, variance = total(people, self._tables.floor)
-        draw = rng.standard_t(self.model.degrees, self._unheard.shape)
-        return np.where(self._unheard, np.nan, mean + np.sqrt(variance) * draw)
+        mean, variance = total(people, self.tables.floor)
+        draw = rng.standard_t(self.model.degrees, self.unheard.shape)
+        return np.where(self.unheard, np.nan, mean + np.sqrt(variance) * draw)
 
     def tempered(self, rise_db: Array, likeness: Likeness, kept: float) -> TemperedRise:
         """Return a frame with as much made of it as its readings err apart, and its errors from those of the last.
@@ -246,8 +244,11 @@ class ShadowedLinks:
         return TemperedRise(rise_db, 1 / (1 + (readings - 1) * likeness.misfit))
 
     def bias_variance(self, likeness: Likeness) -> float:
-        """Variance on each axis by which the site bends places [m^2]."""
-        return float((self.model.bias_m * likeness.misfit) ** 2)
+        """Variance on each axis by which the site bends places [m^2].
+
+        What readings have in common bends them; how alike they are is the share of that in their variance.
+        """
+        return float(self.model.bias_m**2 * likeness.misfit)
 
     def standardised(self, rise_db: Array, states: Array) -> Array:
         """Return what each reading differs from what people at the states ``(P, d)`` let expect, in deviations.
@@ -260,7 +261,7 @@ class ShadowedLinks:
 
     def likeness_after(self, likeness: Likeness, rise_db: Array, states: Array) -> Likeness:
         """Learn from a frame how alike readings err, given where people are."""
-        return likeness.after(self.standardised(rise_db, states), self.model.degrees, self._tables.ways)
+        return likeness.after(self.standardised(rise_db, states), self.model.degrees, self.tables.ways)
 
     def _less(self, measurement: Array | TemperedRise, others: Sequence[Effect]) -> tuple[Array, Array, float]:
         """Return what others leave over of the changes, its variance, ``(D, C)``, and the exponent."""
@@ -268,9 +269,9 @@ class ShadowedLinks:
         if isinstance(measurement, TemperedRise):
             measurement, temper = measurement
         change = np.asarray(measurement, dtype=np.float64)
-        if change.shape != self._unheard.shape or np.isinf(change).any():
+        if change.shape != self.unheard.shape or np.isinf(change).any():
             raise DataError(
-                f"frame: has shape {change.shape}, not {self._unheard.shape}, or an infinite change; missing is NaN."
+                f"frame: has shape {change.shape}, not {self.unheard.shape}, or an infinite change; missing is NaN."
             )
-        mean, variance = total(others, self._tables.floor)
-        return np.where(self._unheard, np.nan, change - mean), variance, temper
+        mean, variance = total(others, self.tables.floor)
+        return np.where(self.unheard, np.nan, change - mean), variance, temper

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from elusive.io.link_logs import open_link_log
-from elusive.io.node_files import read_nodes
+from elusive.io.placed_files import read_nodes
 from elusive.preprocess.link_calibration import Calibrate
 from elusive.systems.links.by_image import FADED_DB, channel_deviation
 from elusive.systems.links.track import ImageMethod, LinkTracking, track

@@ -9,7 +9,7 @@ import pytest
 
 from elusive.errors import DataError
 from elusive.io.link_logs import open_link_log
-from elusive.io.node_files import read_nodes
+from elusive.io.placed_files import read_nodes
 from elusive.results import read_tracks_csv, score
 from elusive.systems.links import results
 from elusive.systems.links.results import EVENTS_KEPT, LinkRun

@@ -15,7 +15,7 @@ from elusive.errors import DataError, ParameterError
 from elusive.geometry.areas import Area
 from elusive.io import read_truth
 from elusive.io.link_logs import open_link_log
-from elusive.io.node_files import read_nodes
+from elusive.io.placed_files import read_nodes
 from elusive.preprocess.link_calibration import Calibrate
 from elusive.sensors.radio_network import directed_links_of, links_of
 from elusive.systems.links.by_links import VoxelRadiation

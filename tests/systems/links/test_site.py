@@ -10,7 +10,7 @@ import pytest
 from elusive.geometry.areas import Area
 from elusive.io import read_truth
 from elusive.io.link_logs import open_link_log
-from elusive.io.node_files import read_nodes
+from elusive.io.placed_files import read_nodes
 from elusive.sensors.link_shadowing import LinkShadowing
 from elusive.sensors.radio_network import RssFrame, directed_links_of, undirected_of
 from elusive.systems.links.by_links import VoxelRadiation

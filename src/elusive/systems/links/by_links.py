@@ -22,7 +22,6 @@ from elusive.sensors.linear_links import LinkRadiation
 from elusive.sensors.link_likeness import Likeness
 from elusive.sensors.link_shadowing import LinkShadowing, ShadowedLinks
 from elusive.sensors.radio_network import RadioNodes
-from elusive.systems.links.standing import Standing
 from elusive.systems.links.unexplained import NOTHING, SOMEBODY, OneMore, Unexplained
 from elusive.tracking.birth_density import AreaBirths
 from elusive.tracking.people import Entrance, TrackEvent, events_between
@@ -45,7 +44,6 @@ class LinksState(NamedTuple):
     bias_m2: float  # variance on each axis of the site's bias of places
     learns: bool = True  # whether the likeness is learned: of shadowed links
     unexplained: Unexplained = NOTHING  # what the tracked people leave over
-    standing: Standing = Standing()  # what does not move
 
     @property
     def tracks(self) -> tuple[Track, ...]:
@@ -178,7 +176,6 @@ class LinksChain:
             If the frame is not of the calibration's links and channels, or time runs backwards.
         """
         sensor, likeness, bias_m2, unexplained = self._filter.sensor, state.likeness, 0.0, NOTHING
-        standing = state.standing._replace(place=None)
         if not isinstance(sensor, ShadowedLinks) or change is None:
             belief = self._filter.step(state.belief, time_s, change, rng)
         else:
@@ -197,12 +194,10 @@ class LinksChain:
                     unexplained = unexplained._replace(summed=0.0)
             else:
                 likeness = likeness._replace(last=None)
-            if self._one_more is not None:
-                standing = standing.after(time_s, change, sensor, *self._one_more.places)
         if isinstance(sensor, ShadowedLinks):
             bias_m2 = sensor.bias_variance(likeness)
         events = events_between(time_s, state.belief.tracks, belief.tracks, self._entrance, self._near_m)
-        return LinksState(belief, tuple(events), likeness, bias_m2, state.learns, unexplained, standing)
+        return LinksState(belief, tuple(events), likeness, bias_m2, state.learns, unexplained)
 
     def _kept(self, belief: SuperposedState, interval_s: float) -> float:
         """Return the share of readings' errors in places that the filter keeps until the next frame.

@@ -20,7 +20,9 @@ from elusive.preprocess.link_calibration import Calibration
 from elusive.preprocess.link_settled import ANOTHER_ROOM
 from elusive.report.clock import moment
 from elusive.sensors.radio_network import RadioNodes, links_of, undirected_of
+from elusive.systems.links.beside import BESIDE, Pairs
 from elusive.systems.links.by_links import LinksState
+from elusive.systems.links.standing import Stays
 from elusive.tracking.track import Step
 
 UNRECIPROCAL = 0.6  # difference of a link's directions over that of unrelated ones: .3 in a basement, 1.07 misread
@@ -56,8 +58,7 @@ class LinkFacts:
         self._one_more, self._looked = 0.0, 0
         self._late: deque[tuple[float, float]] = deque()  # time and what was left over, of the last seconds
         self._found: frozenset[int] = frozenset()
-        self._stays: tuple[float, float, float] | None = None  # when and where something was first seen to
-        self._still = math.nan
+        self._stays, self._pairs_there = Stays(), Pairs()
         self._step_db = math.nan
         self._settled, self._settled_s = 0.0, math.nan
 
@@ -75,9 +76,8 @@ class LinkFacts:
             self._confirmed += sure
             self._misfit = people.likeness.misfit
             self._pairs = int(people.likeness.pairs)
-            if people.standing.place is not None and self._stays is None:
-                self._stays = step.time_s, *people.standing.place.tolist()
-            self._still = float(np.fmax(self._still, people.standing.log_ratio))
+            self._stays.add(step)
+            self._pairs_there.add(step)
             self._left_over(step)
 
     def _left_over(self, step: Step) -> None:
@@ -100,7 +100,7 @@ class LinkFacts:
         mean = self._calibration.mean_dbm
         found = [self._rounding(), self._room(), self._model(), self._alike(), self._people(), self._rests()]
         misread = _reciprocity(self._nodes, mean)
-        return (*found, misread, *([] if not misread.holds else _distances(self._nodes, mean)))
+        return (*found, self._beside(), misread, *([] if not misread.holds else _distances(self._nodes, mean)))
 
     def _rounding(self) -> Finding:
         return Fact(1.0, self._step_db, not self._step_db > COARSE_DB, math.nan).finding(
@@ -141,14 +141,28 @@ class LinkFacts:
         )
 
     def _rests(self) -> Finding:
-        when_s, x, y = self._stays or (math.nan, math.nan, math.nan)
-        return Fact(0.0, self._still, self._stays is None, math.nan).finding(
+        least, first = self._stays.least, self._stays.first
+        when_s, (x, y) = (math.nan, (math.nan, math.nan)) if first is None else (first.time_s, first.place)
+        seen = math.nan if least is None else least.spread
+        return Fact(1.0, seen, first is None, math.nan).finding(
             "links.rests",
-            f"Something has stayed at x {x:.1f}, y {y:.1f} m for half a minute, at {moment(when_s)}. Links do not tell "
-            "who stands there from furniture that was moved, or from somebody who stood there in the calibration and "
-            "has gone: then a track there is nobody.",
-            "Look who is there; calibrate on frames in which nobody is (--empty FILE).",
+            f"A track has stayed at x {x:.1f}, y {y:.1f} m for half a minute, at {moment(when_s)}. Links do not tell "
+            "who stands there from furniture or a node that was moved, a door that was opened, or somebody who stood "
+            "there in the calibration and has gone: then the track is nobody.",
+            "Look who is there; calibrate on frames of the room as it is, with nobody in it (--empty FILE).",
             grave=False,
+        )
+
+    def _beside(self) -> Finding:
+        pair = self._pairs_there.closest
+        share, frames = (0.0, 0) if pair is None else (pair.share, pair.frames)
+        when_s, (x, y) = (math.nan, (math.nan, math.nan)) if pair is None else (pair.began_s, pair.place)
+        return Fact(0.0, share, not share > BESIDE, frames).finding(
+            "links.beside",
+            f"Two tracks that were there together from {moment(when_s)}, last at x {x:.1f}, y {y:.1f} m, are not told "
+            f"apart in {share:.0%} of {frames} frames: they may be one person, who is counted twice.",
+            "Track as many as there are (--most-targets), or each second or fifth frame alone: what errs in the "
+            "levels for seconds is then not taken for somebody.",
         )
 
     def _people(self) -> Finding:

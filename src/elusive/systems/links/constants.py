@@ -23,12 +23,9 @@ from elusive.errors import DataError
 from elusive.geometry.areas import Area
 from elusive.model import Model, Positive, Probability
 from elusive.sensors.link_shadowing import ROUNDING_SD_DB, LinkShadowing, ShadowedLinks
+from elusive.sensors.shadowing_slopes import POSITIVE, SLOPE, log_likelihood
 from elusive.systems.links.hidden_walkers import LEAST_MASS, Chain, Walkers
 
-POSITIVE = (
-    "loss_db", "loss_length_m", "near_sd_db", "near_length_m", "far_sd_db", "far_length_m", "floor_sd_db",
-)  # fmt: skip
-SLOPE = "fade_slope"
 LEAST_FRAMES = 20
 MOST_FACTOR = 3.0  # by which a constant changes in one iteration
 LESSER = 0.5  # spreads of a further start, over the given ones
@@ -163,28 +160,23 @@ class _Fitting:
 
 def _maximise(sensor: ShadowedLinks, changes: Array, walkers: Walkers, people: Sequence[Chain]) -> LinkShadowing:
     """Return the constants under which the readings are likeliest, given where people were."""
-    start, (first, *rest) = sensor.model, people
+    start, places = sensor.model, [walkers.placed(sensor, chain) for chain in people]
     origin = np.append([math.log(max(getattr(start, name), LEAST_MASS)) for name in POSITIVE], start.fade_slope)
 
     def model_at(point: Array) -> LinkShadowing:
         constants = dict(zip(POSITIVE, np.exp(point[:-1]).tolist(), strict=True))
         return start.replace(**constants, **{SLOPE: float(point[-1])})
 
-    def loss(point: Array) -> float:
+    def loss(point: Array) -> tuple[float, Array]:
         trial = sensor.with_model(model_at(point))
-        total = 0.0
-        for change, where, others in zip(changes, first.frames, walkers.effects(trial, rest), strict=True):
-            total += trial.log_without(change, others)
-            if len(where.cells):
-                places = trial.expected_at(walkers.centres[where.cells])
-                total += float(where.weights @ trial.log_ratio(places, change, others))
-        return -total
+        total, slopes = 0.0, np.zeros(len(point))
+        for change, first, *rest in zip(changes, *places, strict=True):
+            told = log_likelihood(trial, change, first, [one for one in rest if len(one.weights)])
+            total, slopes = total + told[0], slopes + told[1]
+        return -total, -slopes
 
     reach = math.log(MOST_FACTOR)
     bounds = [(x - reach, x + reach) for x in origin[:-1]] + [(-3.0, 3.0)]
     bounds[POSITIVE.index("floor_sd_db")] = (math.log(ROUNDING_SD_DB), math.log(30.0))
     origin = np.clip(origin, *np.transpose(bounds))
-    found = minimize(
-        loss, origin, method="L-BFGS-B", bounds=bounds, options={"maxiter": 5, "eps": 1e-4},
-    )  # fmt: skip
-    return model_at(found.x if found.fun < loss(origin) else origin)
+    return model_at(minimize(loss, origin, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": 5}).x)

@@ -20,6 +20,7 @@ from elusive.filters.particle.parts import switching
 from elusive.geometry.areas import Area
 from elusive.sensors.link_effects import Effect
 from elusive.sensors.link_shadowing import ShadowedLinks
+from elusive.sensors.shadowing_slopes import Placed
 
 LEAST_MASS = 1e-3  # of a cell that counts
 APART_M = 1.0  # of people: a nearer one explains what the cells blur of another
@@ -86,6 +87,10 @@ class Walkers:
     def nobody(self) -> Chain:
         """Return a person who was never there."""
         return Chain([Where(np.empty(0, np.int64), np.empty(0))] * len(self._chances), 0.0, 0.0)
+
+    def placed(self, sensor: ShadowedLinks, chain: Chain) -> list[Placed]:
+        """Return where somebody was in each frame, as distances to the nodes."""
+        return [Placed(sensor.expected_at(self.centres[one.cells]), one.weights) for one in chain.frames]
 
     def effects(self, sensor: ShadowedLinks, people: Sequence[Chain]) -> list[list[Effect]]:
         """Return what people are expected to do to each frame."""

@@ -14,7 +14,7 @@ from pydantic import Field
 from elusive.errors import ParameterError
 from elusive.geometry.areas import Area
 from elusive.geometry.places import NamedPlace
-from elusive.io.node_files import read_nodes
+from elusive.io.placed_files import read_nodes
 from elusive.model import FROM_RECORDING, Model
 from elusive.sensors.radio_network import RadioNodes, radio_nodes
 

@@ -15,7 +15,7 @@ from elusive.results.live import LiveEnd, LiveStep, follow_live, live_folder
 from elusive.sensors.radio_network import RadioNodes, RssFrame
 from elusive.systems.links.by_links import LinksMethod
 from elusive.systems.links.fit import fitted_at_the_start
-from elusive.systems.links.report import write_links_html, write_links_png
+from elusive.systems.links.report import links_report
 from elusive.systems.links.results import EVENT_COLUMNS, LinkOutcome, LinkRun
 from elusive.systems.links.smoothed import track_smoothed
 from elusive.systems.links.track import LinkTracking, track
@@ -80,8 +80,7 @@ def track_links_recording(
         outcome = run.outcome(fitted)
         config = parameters.to_yaml()
         write_recording(folder, run.log, outcome.findings, outcome.scored, title=run.title, config=config)
-        write_links_png(folder / "report.png", outcome.tracked)
-        write_links_html(folder / "report.html", outcome.tracked, outcome.findings)
+        links_report(outcome.tracked, outcome.findings).write(folder)
     return outcome
 
 

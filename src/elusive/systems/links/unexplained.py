@@ -67,11 +67,6 @@ class OneMore:
         self._sensor, self._births, self._apart_m = sensor, births, apart_m
         self._expected = sensor.expected_at(self._centres)
 
-    @property
-    def places(self) -> tuple[Array, Array]:
-        """Places ``(M, 2)`` that are looked at [m], and what is expected of somebody there."""
-        return self._centres, self._expected
-
     def sought(self, before: Unexplained, belief: SuperposedState, rise_db: Array, temper: float) -> Unexplained:
         """Return what a frame's changes ``(D, C)`` say of one more person, after the frame before."""
         known = [target for target in belief.targets if target.existence > LOUD]

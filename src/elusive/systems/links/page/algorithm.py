@@ -16,6 +16,7 @@ from elusive.systems.links.page.state import LinksState
 from elusive.systems.links.presets import presets
 from elusive.systems.links.scene import LinkScene, Radiated, SceneRun, radiate, run_log, run_scene
 from elusive.workbench.form import Form, FormTools, are_right
+from elusive.workbench.forms import in_plain_words
 from elusive.workbench.jobs import CancelledError, Job, away
 from elusive.workbench.parts import Changed
 from elusive.workbench.run_bar import RunBar
@@ -137,7 +138,7 @@ class AlgorithmWindow:
         state = self._state
         if not are_right((self._form, self._more)):
             return
-        state.job = job = Job()
+        state.job, state.message, state.refused = (job := Job()), "", ""
         self._show()
         try:
             done = await apply(state, job)
@@ -145,7 +146,7 @@ class AlgorithmWindow:
             if done and not self._fields.is_deleted:
                 self._go_on()
         except ElusiveError as error:
-            state.message = str(error)
+            state.refused = in_plain_words(str(error))
         finally:
             # the window may have been left meanwhile: whichever is open now sees it in the state
             state.job = None

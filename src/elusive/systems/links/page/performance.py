@@ -22,7 +22,7 @@ from elusive.report.plots import SERIES
 from elusive.systems.links.by_image import ImageState
 from elusive.systems.links.page.sensors import nodes_csv
 from elusive.systems.links.page.state import LinksState
-from elusive.systems.links.report import write_links_html, write_links_png
+from elusive.systems.links.report import links_report
 from elusive.systems.links.results import CUTOFF_M
 from elusive.systems.links.scene import LinkScene, SceneRun
 from elusive.workbench.exports import give_made, table_html, written
@@ -111,13 +111,18 @@ class PerformanceWindow:
         }
         for label, (text, name) in texts.items():
             ui.button(label, on_click=partial(ui.download.content, text, name)).props("outline no-caps")
-        report = partial(write_links_html, tracked=run.outcome.tracked, findings=run.outcome.findings)
-        give = partial(give_made, partial(written, report), "report.html")
+
+        def page(path: Path) -> None:
+            links_report(run.outcome.tracked, run.outcome.findings).write_page(path)
+
+        def figure(path: Path) -> None:
+            links_report(run.outcome.tracked).write_figure(path)
+
+        give = partial(give_made, partial(written, page), "report.html")
         ui.button("Report (HTML)", on_click=give).props("outline no-caps")
         if run.outcome.scored:
-            drawn = partial(write_links_png, tracked=run.outcome.tracked)
-            figure = partial(give_made, partial(written, drawn, "report.png"), "report.png")
-            ui.button("Figure as PNG", on_click=figure).props("outline no-caps")
+            give = partial(give_made, partial(written, figure, "report.png"), "report.png")
+            ui.button("Figure as PNG", on_click=give).props("outline no-caps")
 
     def _scene(self) -> None:
         """Give the scene of the run that is shown."""

@@ -12,7 +12,7 @@ from nicegui import ui
 from elusive.errors import DataError, ElusiveError
 from elusive.geometry.places import NamedPlace, with_place
 from elusive.io.csv_files import csv_text
-from elusive.io.node_files import read_nodes
+from elusive.io.placed_files import read_nodes
 from elusive.sensors.radio_network import COLUMNS as NODE_COLUMNS
 from elusive.systems.links.networks import BorderNodes, GridNodes, PlacedNodes
 from elusive.systems.links.page.floors import node_floor

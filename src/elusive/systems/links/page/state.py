@@ -67,7 +67,7 @@ class LinksState:
         self.tracking_spec: dict[str, Any] | None = None
         self.log: Recorded | None = None  # in place of paths and radiation
         self.job: Job | None = None
-        self.message = ""  # what the latest run came to
+        self.message = self.refused = ""  # what the latest run came to; why it was none
         self.step: str | None = None
         self.selected: set[str] = set()  # names of nodes
         self.before: list[tuple[LinkScene, Array | None]] = []  # scenes and paths, that can be had back

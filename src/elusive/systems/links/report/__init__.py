@@ -2,13 +2,12 @@
 
 from elusive.systems.links.report.contents import LinkPath, LinksTracked, Scene
 from elusive.systems.links.report.keeper import SceneKeeper
-from elusive.systems.links.report.page import write_links_html, write_links_png
+from elusive.systems.links.report.page import links_report
 
 __all__ = [
     "LinkPath",
     "LinksTracked",
     "Scene",
     "SceneKeeper",
-    "write_links_html",
-    "write_links_png",
+    "links_report",
 ]

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from elusive.contracts import Array
 from elusive.io.truth import Truth
+from elusive.report.extents import Extent, about
 from elusive.results import Scored
 from elusive.tracking.people import TrackEvent
 
-Extent = tuple[float, float, float, float]  # west, east, south, north [m]
 MARGIN = 0.06  # of the longer side, round what is shown
 
 
@@ -89,7 +89,4 @@ class LinksTracked(NamedTuple):
     @property
     def extent(self) -> Extent:
         """What of the floor is shown: the area and the nodes, with a margin."""
-        points = np.concatenate([self.corners, self.nodes])
-        (west, south), (east, north) = points.min(axis=0), points.max(axis=0)
-        margin = MARGIN * max(east - west, north - south)
-        return float(west - margin), float(east + margin), float(south - margin), float(north + margin)
+        return about(np.concatenate([self.corners, self.nodes]), MARGIN)

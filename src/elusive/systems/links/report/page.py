@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,8 +11,7 @@ from elusive.checks import Finding
 from elusive.contracts import Array
 from elusive.report import drawing as draw
 from elusive.report.extents import stride_of
-from elusive.report.page import track_table, write_page
-from elusive.report.picture import write_picture
+from elusive.report.page import Report, track_table
 from elusive.report.plots import track_colour
 from elusive.report.scored import gospa_chart
 from elusive.systems.links.report.contents import LinkPath, LinksTracked
@@ -25,15 +23,10 @@ NODES_NAMED = 60
 TRAIL_FRAMES, TRAIL_S = 20, 30.0  # of the way that is drawn strongly
 
 
-def write_links_html(path: Path, tracked: LinksTracked, findings: Sequence[Finding] = ()) -> None:
-    """Write a page with the floor over time, the number of people, their existence, the error, and the events."""
+def links_report(tracked: LinksTracked, findings: Sequence[Finding] = ()) -> Report:
+    """Return the floor over time, the number of people, their existence, the error, and the events."""
     table = track_table(tracked.header, tracked.tracks, {str(one.track) for one in tracked.paths})
-    write_page(path, tracked.title, tracked.verdict, links_drawing(tracked), table, tracked.rows, findings=findings)
-
-
-def write_links_png(path: Path, tracked: LinksTracked) -> None:
-    """Draw the same as a figure."""
-    write_picture(path, links_drawing(tracked), tracked.title, tracked.verdict)
+    return Report(tracked.title, tracked.verdict, links_drawing(tracked), tracked.rows, findings, table)
 
 
 def links_drawing(tracked: LinksTracked) -> draw.Drawing:
