@@ -12,7 +12,19 @@ import pytest
 from elusive.cli import main
 from elusive.systems.bearings.page.state import BearingsState
 from tests.workbench.conftest import Served
-from tests.workbench.test_links_page import READY, OpenTab, at, button, download, field, picture, step, titles, told
+from tests.workbench.test_links_page import (
+    READY,
+    OpenTab,
+    at,
+    button,
+    download,
+    field,
+    picture,
+    show_map,
+    step,
+    titles,
+    told,
+)
 
 
 def unpacked(path: Path) -> Path:
@@ -70,7 +82,7 @@ def test_a_scene_of_ones_own_and_a_still_emitter(
     told(page, "Must be greater than 0")
     sigma.fill("1")
     told(page, "3 sensors; a path of 256 m")
-    page.locator(".drawing canvas").scroll_into_view_if_needed()
+    show_map(page)
     page.mouse.click(*at(page, 60, 90))
     told(page, "4 sensors")
     page.mouse.click(*at(page, 60, 90))
@@ -78,7 +90,7 @@ def test_a_scene_of_ones_own_and_a_still_emitter(
     told(page, "3 sensors")
     button(page, "Draw the path").click()
     told(page, "Draw with the pointer held down")
-    page.locator(".drawing canvas").scroll_into_view_if_needed()
+    show_map(page)
     page.mouse.move(*at(page, -50, 0))
     page.mouse.down()
     page.mouse.move(*at(page, 0, 30), steps=6)
@@ -95,7 +107,7 @@ def test_a_scene_of_ones_own_and_a_still_emitter(
     assert titles(page) == ["Bearings", "map"]
 
     step(page, "5 A still emitter")
-    page.locator(".drawing canvas").scroll_into_view_if_needed()
+    show_map(page)
     page.mouse.click(*at(page, 0, 20))
     told(page, "Press Locate.")
     button(page, "Locate").click()

@@ -92,7 +92,7 @@ def fit_bearings_command(
     source = open_bearings(bearings, None if sensors is None else read_sensors(sensors))
     heard = list(source)
     fitted = fit_bearings(heard, source.sites)
-    tell_fitted("bearings", source.name, [value.cells for value in fitted.values], fitted.to_yaml(), out)
+    tell_fitted("bearings", source.name, fitted, out)
 
 
 def _tracking(given: dict[str, Any], base: dict[str, Any], *, live: bool) -> BearingTracking:

@@ -10,7 +10,7 @@ from rich.markup import escape
 
 from elusive.cli.bearings import HEARD, SENSORS
 from elusive.cli.given import accepts, parameters_of
-from elusive.cli.terminal import Config, Strict, console, show, tell_findings
+from elusive.cli.terminal import Config, Strict, console, say, show, tell_findings
 from elusive.errors import ParameterError
 from elusive.io.bearings import open_bearings
 from elusive.io.sensor_files import read_sensors
@@ -47,5 +47,5 @@ def locate_command(
         console.print(f"[yellow]{escape(remark)}[/]", highlight=False, soft_wrap=True)
     show("Emitter", ("", ""), located.table)
     if out is not None:
-        console.print(f"Written to {out}: emitter.csv, emitter.geojson, emitter.png, checks.json, config.yaml")
+        say(f"Written to {out}: emitter.csv, emitter.geojson, emitter.png, checks.json, config.yaml")
     tell_findings(located.findings, strict=strict)

@@ -40,7 +40,7 @@ def test_deviation_and_manoeuvres_are_found():
     sigma, q = found.values
     assert float(sigma.value) == pytest.approx(SIGMA_DEG, abs=max(4 * sigma.deviation, 0.15 * SIGMA_DEG))
     assert np.log(float(q.value) / Q) == pytest.approx(0, abs=4 * q.deviation / float(q.value))
-    assert BearingTracking(**yaml.safe_load(found.to_yaml())) == found.parameters
+    assert yaml.safe_load(found.to_yaml()) == found.tree
 
 
 def test_the_command_writes_what_track_takes(tmp_path, capsys):
@@ -69,7 +69,7 @@ def test_a_drone_whose_noise_is_not_told():
     source = open_bearings(folder / "bearings.csv", read_sensors(folder / "sensors.csv"))
     heard = list(source)
     true = read_truth(folder / "truth.csv", "m").aligned(np.array([times.time_s for times in heard]))[:, 0]
-    for parameters in (fit_bearings(heard, source.sites).parameters, BearingTracking()):
+    for parameters in (BearingTracking(**fit_bearings(heard, source.sites).tree), BearingTracking()):
         steps = list(track(heard, parameters, source.sites))
         off = np.array([step.tracks[0].mean[[0, 2, 4]] for step in steps]) - true
         spread = np.array([step.tracks[0].covariance[np.ix_([0, 2, 4], [0, 2, 4])] for step in steps])

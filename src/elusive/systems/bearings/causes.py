@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -21,7 +22,8 @@ from elusive.systems.bearings.track import track
 from elusive.tracking.track import Step
 
 TRIED_TIMES = 400  # of a recording's beginning, on which causes are tried
-BETTER = 3.0  # times by which another convention must fit better
+BETTER = 3.0  # times by which another reading must fit better, or lie far less often
+FEWEST, MOST = 3, 5  # sensors of which one alone may be read otherwise
 FITS_HALF, FITS_FAR = 1.8, 0.15  # residuals in the median to what is expected, and share of those that lie far
 TOGETHER, EXPLAINED, NEAR = 0.3, 0.7, 4.0  # share of the times with two tracks, of the bearings near one; deviations
 HEARD_AT_TIMES, FALSE_AT_TIMES = 0.4, 0.5  # probability, and number
@@ -64,26 +66,47 @@ CONVENTIONS = (
 )
 
 
-def reread(heard: Sequence[object], convention: Convention) -> list[BearingSet]:
-    """Return bearings as another convention has them."""
+def reread(heard: Sequence[object], convention: Convention, sensor: int | None = None) -> list[BearingSet]:
+    """Return bearings as another convention has them, of one sensor or of all."""
     return [
-        times._replace(azimuth_rad=convention.meant(times.azimuth_rad))
+        times._replace(
+            azimuth_rad=np.where(
+                (times.sensor == sensor) | (sensor is None), convention.meant(times.azimuth_rad), times.azimuth_rad
+            )
+        )
         for times in heard
         if isinstance(times, BearingSet)
     ]
+
+
+def _readings(heard: Sequence[BearingSet], sites: SensorSites) -> Iterator[tuple[Cause, list[BearingSet]]]:
+    """Other ways to read bearings: all of them, those of one sensor, or two sensors under each other's names."""
+    for convention in CONVENTIONS:
+        yield Cause(f"the azimuths are read {convention.name}", convention.remedy), reread(heard, convention)
+    used = np.unique(np.concatenate([times.sensor for times in heard])).tolist()
+    if not FEWEST <= len(used) <= MOST or any(times.places_m is not None for times in heard):
+        return
+    for number in used:
+        for convention in CONVENTIONS:
+            which = f"the azimuths of sensor {sites.names[number]} alone are read {convention.name}"
+            yield Cause(which, convention.remedy), reread(heard, convention, number)
+    for one, other in combinations(used, 2):
+        names = f"sensors {sites.names[one]} and {sites.names[other]}"
+        rows = np.arange(len(sites.names))
+        rows[[one, other]] = other, one
+        exchanged = [times._replace(sensor=rows[times.sensor]) for times in heard]
+        yield Cause(f"{names} are exchanged", f"Exchange the names of {names}, or their places."), exchanged
 
 
 def cause_of(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites, scale: Scale) -> Cause:
     """Say why one emitter's track leaves its bearings further than their deviation allows."""
     heard = [step.measurement for step in steps[:TRIED_TIMES]]
     if all(isinstance(times, BearingSet) for times in heard):
-        for convention in CONVENTIONS:
-            other = _fit(reread(heard, convention), parameters, sites)
-            if other is not None and other.half < scale.half / BETTER and _fits(other):
-                return Cause(
-                    f"they fit, to {other.half:.2g} times, if the azimuths are read {convention.name}",
-                    convention.remedy,
-                )
+        read = [(_fit(other, parameters, sites), cause) for cause, other in _readings(heard, sites)]
+        fitting = [(one, cause) for one, cause in read if one is not None and _better(one, scale)]
+        if fitting:
+            other, cause = min(fitting, key=lambda one: one[0].half)
+            return Cause(f"they fit, to {other.half:.2g} times, if {cause.sentence}", cause.remedy)
         fault = fault_of(steps, parameters, sites)
         if fault is not None and fault.fits:
             return Cause(f"they fit if {fault.what}", fault.remedy)
@@ -137,8 +160,9 @@ def _likeliest(heard: Sequence[object], parameters: BearingTracking, sites: Sens
     return sigma_deg * max(scale.half, 1.0) if scale is not None and not scale.wide else None
 
 
-def _fits(scale: Scale) -> bool:
-    return scale.half < FITS_HALF and scale.far < FITS_FAR
+def _better(scale: Scale, than: Scale) -> bool:
+    fits = scale.half < FITS_HALF and scale.far < FITS_FAR
+    return fits and (scale.half < than.half / BETTER or (than.far > FITS_FAR and scale.far < than.far / BETTER))
 
 
 def _fit(heard: Sequence[object], parameters: BearingTracking, sites: SensorSites) -> Scale | None:

@@ -14,7 +14,7 @@ from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.systems.bearings.causes import cause_of
 from elusive.systems.bearings.choices import FLAT, BatchMap, Estimation, GraphFilter
 from elusive.systems.bearings.faults import fault_finding, fault_of, motion_finding
-from elusive.systems.bearings.given import rounding_finding, units_finding
+from elusive.systems.bearings.given import clock_finding, repeated_finding, rounding_finding, units_finding
 from elusive.systems.bearings.heard import sensors_of
 from elusive.systems.bearings.leftovers import FAR, FEW, Leftovers, Scale, least_precise, leftovers, scale_of
 from elusive.systems.bearings.parameters import BearingTracking
@@ -45,6 +45,7 @@ def track_findings(
     known = [step for step in steps if step.tracks and step.state.started]
     said = f"{who}: " if who else ""
     found = [units_finding(sites), rounding_finding(steps, parameters, sites, said)]
+    found.append(repeated_finding([step.measurement for step in steps], sites, parameters.sigma_deg, said))
     if not known or isinstance(parameters.filter, GraphFilter):  # whose ellipses are said to be too small
         return tuple(found)
     flt = parameters.filter
@@ -58,6 +59,7 @@ def track_findings(
         _convergence(known, parameters, said),
     ]
     found += [_manoeuvres(known, said), _alone(known, parameters, solid, said)]
+    found.append(clock_finding(known, parameters, sites, said))
     receiver = receiver_finding(known, parameters, sites, said)
     found += [] if receiver is None else [receiver]
     places = np.array([step.tracks[0].mean[[X, Y]] for step in known])

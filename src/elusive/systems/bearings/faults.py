@@ -14,11 +14,13 @@ from typing import NamedTuple
 import numpy as np
 
 from elusive.checks import Finding
-from elusive.contracts import VX, VY, Array, X, Y
+from elusive.contracts import Array, X, Y
 from elusive.errors import ElusiveError
+from elusive.metrics.consistency import squared_deviations
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearing_table import PlaceSet
 from elusive.systems.bearings.choices import Cruise, Estimation, Interacting, OneEmitter, Turn
+from elusive.systems.bearings.given import turning
 from elusive.systems.bearings.leftovers import leftovers, scale_of
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.track import track
@@ -135,8 +137,8 @@ def fault_finding(fault: Fault | None, said: str) -> Finding:
 def _trials(heard: Heard, base: list[Step], sites: SensorSites, used: list[int], sigma_deg: float) -> list[_Trial]:
     """Return all errors that are tried."""
     spread = float(np.median([math.sqrt(step.tracks[0].covariance[X, X]) for step in base]))
-    turning = [_rates(times, step, sites) for times, step in zip(heard, base, strict=True)]
-    fastest = float(np.median(np.abs(np.concatenate(turning)))) or 1e-9
+    rates = [turning(times, step.tracks[0].mean, sites) for times, step in zip(heard, base, strict=True)]
+    fastest = float(np.median(np.abs(np.concatenate(rates)))) or 1e-9
     trials = []
     whose: list[tuple[str, list[int]]] = [(sites.names[row], [row]) for row in used]
     for name, rows in [*whose, ("", used)]:
@@ -145,7 +147,7 @@ def _trials(heard: Heard, base: list[Step], sites: SensorSites, used: list[int],
             return [shifted(times, rows, np.full(len(times.sensor), -math.radians(size))) for times in heard], sites
 
         def clocked(size: float, rows: list[int] = rows) -> tuple[Heard, SensorSites]:
-            later = zip(heard, turning, strict=True)
+            later = zip(heard, rates, strict=True)
             return [shifted(times, rows, size * rate) for times, rate in later], sites
 
         who = f"the azimuths of sensor {name}" if name else "all azimuths"
@@ -188,15 +190,6 @@ def _says_clocked(name: str, size: float) -> tuple[str, str]:
 def shifted(times: BearingSet, rows: list[int], by: Array) -> BearingSet:
     """Turn the bearings of some sensors by angles ``(n,)`` [rad], one of each bearing."""
     return times._replace(azimuth_rad=times.azimuth_rad + np.where(np.isin(times.sensor, rows), by, 0.0))
-
-
-def _rates(times: BearingSet, step: Step, sites: SensorSites) -> Array:
-    """How fast the directions of a time's bearings turn [rad/s]."""
-    places = sites.positions_m[times.sensor] if times.places_m is None else times.places_m
-    mean = step.tracks[0].mean
-    east, north = mean[X] - places[:, 0], mean[Y] - places[:, 1]
-    rate: Array = (mean[VX] * north - mean[VY] * east) / np.maximum(east**2 + north**2, 1.0)
-    return rate
 
 
 def _sized(trial: _Trial, asked: BearingTracking, base: list[Step]) -> tuple[float, float, list[Step]] | None:
@@ -245,4 +238,4 @@ def apart_by(base: list[Step], other: list[Step]) -> float:
     ground = np.ix_([X, Y], [X, Y])
     off = np.array([a.tracks[0].mean[[X, Y]] - b.tracks[0].mean[[X, Y]] for a, b in zip(base, other, strict=True)])
     spread = np.array([step.tracks[0].covariance[ground] for step in base])
-    return math.sqrt(float(np.mean((off * np.linalg.solve(spread, off[..., None])[..., 0]).sum(axis=1))) / 2)
+    return math.sqrt(float(np.mean(squared_deviations(off, spread))) / 2)

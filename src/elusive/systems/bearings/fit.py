@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-import yaml
 from scipy.optimize import minimize
 
-from elusive.checks.fitted import Fitted
+from elusive.checks.fitted import Fit, Fitted
 from elusive.contracts import Array
 from elusive.errors import DataError, ElusiveError
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
@@ -33,19 +32,7 @@ COVER, ROUNDS = 0.6, 4  # what is left of a deviation by errors that persist, an
 STEP = 0.3  # of logarithms, over which curvature is taken
 
 
-class FittedBearings(NamedTuple):
-    """What a recording says of itself."""
-
-    values: tuple[Fitted, ...]
-    parameters: BearingTracking
-    tree: dict[str, Any]  # what was fitted alone, as a configuration nests it
-
-    def to_yaml(self) -> str:
-        """Return the configuration; all else keeps its defaults."""
-        return yaml.safe_dump(self.tree, sort_keys=False)
-
-
-def fit_bearings(heard: Sequence[PlaceSet], sites: SensorSites) -> FittedBearings:
+def fit_bearings(heard: Sequence[PlaceSet], sites: SensorSites) -> Fit:
     """Fit the deviation of a bearing and the power of an emitter's acceleration.
 
     Parameters
@@ -106,7 +93,7 @@ def fit_bearings(heard: Sequence[PlaceSet], sites: SensorSites) -> FittedBearing
     }
     if solid:
         tree["elevations"] = {"kind": "use", "q_vertical": float(f"{powers[1]:.3g}")}
-    return FittedBearings(tuple(values), BearingTracking(**tree), tree)
+    return Fit(tuple(values), tree)
 
 
 def _parameters(logs: Array, solid: bool) -> BearingTracking:

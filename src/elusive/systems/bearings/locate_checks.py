@@ -18,7 +18,7 @@ from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearings import wrapped
 from elusive.systems.bearings.causes import CONVENTIONS
 from elusive.systems.bearings.checks import geometry_findings
-from elusive.systems.bearings.given import units_finding
+from elusive.systems.bearings.given import repeated_finding, units_finding
 from elusive.systems.bearings.heard import starts_of
 from elusive.systems.bearings.parameters import BearingTracking
 
@@ -59,6 +59,7 @@ def place_findings(
     sigma = fix.sigma_rad if math.isfinite(fix.sigma_rad) else math.nan
     if n < FEW or not sigma > 0:
         return tuple(found)
+    found.append(repeated_finding(heard, sites, math.degrees(sigma)))
     free = math.sqrt((n - 2) / n)
     scale = scale_of(fix.residuals_rad / (sigma * free), tolerance=TOLERANCE, independent=free**2)
     ratio = float(np.median(np.abs(fix.residuals_rad))) / (0.67449 * sigma * free)

@@ -13,6 +13,7 @@ from elusive.checks import Finding, grave
 from elusive.contracts import Array
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io.truth import Truth
+from elusive.metrics.consistency import squared_deviations
 from elusive.report.clock import Clock
 from elusive.results import Scored, TrackLog, scored, write_geojson, write_recording, write_tracks_csv
 from elusive.sensors.bearing_sets import SensorSites
@@ -22,10 +23,8 @@ from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.report import (
     BearingsTracked,
     SeveralTracked,
-    write_bearings_html,
-    write_bearings_png,
-    write_several_html,
-    write_several_png,
+    bearings_report,
+    several_report,
 )
 from elusive.tracking.track import Step
 
@@ -134,12 +133,8 @@ def write_outcome(folder: Path, outcome: BearingOutcome[Any], config: str, frame
             "bearing_residual": (("bearing",), tracked.residual_deg, left),
         },
     )  # fmt: skip
-    if isinstance(tracked, SeveralTracked):
-        write_several_png(folder / "report.png", tracked)
-        write_several_html(folder / "report.html", tracked, outcome.findings)
-    else:
-        write_bearings_png(folder / "report.png", tracked)
-        write_bearings_html(folder / "report.html", tracked, outcome.findings)
+    report = several_report if isinstance(tracked, SeveralTracked) else bearings_report
+    report(tracked, outcome.findings).write(folder)
 
 
 def _verdict(tracked: BearingsTracked, *, alone: bool, unsure: bool) -> str:
@@ -220,11 +215,6 @@ def nees(tracked: BearingsTracked) -> Array:
         known = tracked.known & np.isfinite(off).all(axis=1)
         squared[known] = squared_deviations(off[known], tracked.covariances[known])
     return squared
-
-
-def squared_deviations(off: Array, spread: Array) -> Array:
-    """Squared errors ``(K, d)`` in deviations of covariances ``(K, d, d)``: ``(K,)``."""
-    return np.asarray((off * np.linalg.solve(spread, off[..., None])[..., 0]).sum(axis=1))
 
 
 def _rms(values: Array) -> float:

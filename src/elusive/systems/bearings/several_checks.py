@@ -14,7 +14,7 @@ from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearings import wrapped
 from elusive.systems.bearings.causes import CONVENTIONS, reread
 from elusive.systems.bearings.checks import geometry_findings
-from elusive.systems.bearings.given import rounding_finding, units_finding
+from elusive.systems.bearings.given import repeated_finding, rounding_finding, units_finding
 from elusive.systems.bearings.leftovers import HALF
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.several import track_several
@@ -157,6 +157,7 @@ def several_findings(steps: Sequence[Step], parameters: BearingTracking, sites: 
     found = [
         units_finding(sites),
         rounding_finding(steps, parameters, sites),
+        repeated_finding([step.measurement for step in steps], sites, parameters.sigma_deg),
         Finding(
             "bearings.residuals", not wide, 1.0, scale.half,
             f"Bearings near the tracks are {scale.half:.2g} times as far from them as --sigma-deg "

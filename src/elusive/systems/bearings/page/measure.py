@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 from nicegui import ui
@@ -12,9 +13,9 @@ from elusive.report import drawing as draw
 from elusive.report.plots import SERIES
 from elusive.systems.bearings.page.state import BearingsState
 from elusive.systems.bearings.page.track import archive
-from elusive.systems.bearings.report.page import write_bearings_html
+from elusive.systems.bearings.report.page import bearings_report
 from elusive.systems.bearings.results import nees
-from elusive.systems.bearings.scene import Flown
+from elusive.systems.bearings.scene import Estimated, Flown
 from elusive.workbench.exports import Export, export_buttons, table_html
 from elusive.workbench.parts import Drawing
 from elusive.workbench.side_by_side import changed
@@ -75,13 +76,18 @@ def _charts(flown: Flown) -> None:
     Drawing(draw.drawing("Errors and their squares in deviations, by estimator", times, [far, right]))
 
 
+def _write_page(used: Estimated, path: Path) -> None:
+    assert used.outcome is not None
+    bearings_report(used.outcome.tracked, used.outcome.findings).write_page(path)
+
+
 def _exports(flown: Flown) -> None:
     each = [
         Export(
             used.name,
             used.outcome.log.csv_text,
             used.parameters.to_yaml,
-            partial(write_bearings_html, tracked=used.outcome.tracked, findings=used.outcome.findings),
+            partial(_write_page, used),
         )
         for used in flown.each
         if used.outcome is not None

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from nicegui import ui
 
+from elusive.metrics.consistency import squared_deviations
 from elusive.systems.bearings.page.panels import still_floor
 from elusive.systems.bearings.page.place import HEARD
 from elusive.systems.bearings.page.state import BearingsState
 from elusive.systems.bearings.page.track import archive
-from elusive.systems.bearings.results import squared_deviations
 from elusive.systems.bearings.scene import BearingScene, locate_still
 from elusive.workbench.exports import table_html
 from elusive.workbench.form import Form, are_right

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elusive.contracts import Array
-from elusive.report.extents import Extent
+from elusive.report.extents import Extent, about
 from elusive.results import Scored, TrackLog
 from elusive.results.table import CONFIRMED, DELETED
 
@@ -130,10 +130,5 @@ HeardBearings: TypeAlias = BearingsTracked | SeveralTracked  # whose bearings ar
 
 def extent_of(sensors: Array, path: Array, truth: Array) -> Extent:
     """Return bounds of sensors ``(n, 2)``, nearly all of the tracks' places ``(N, 2)`` and the truth, NaN or not."""
-    shown, known = [sensors], truth[np.isfinite(truth[:, 0])]
-    if len(path):
-        shown.append(np.quantile(path, [STRAY, 1 - STRAY], axis=0))
-    points = np.concatenate([*shown, known])
-    (west, south), (east, north) = points.min(axis=0), points.max(axis=0)
-    margin = MARGIN * max(east - west, north - south, 1e-3)
-    return float(west - margin), float(east + margin), float(south - margin), float(north + margin)
+    usual = np.quantile(path, [STRAY, 1 - STRAY], axis=0) if len(path) else path
+    return about(np.concatenate([sensors, usual, truth]), MARGIN)

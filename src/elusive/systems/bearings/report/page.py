@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,22 +11,16 @@ from elusive.checks import Finding
 from elusive.report import drawing as draw
 from elusive.report import plots
 from elusive.report.extents import stride_of, top_of
-from elusive.report.page import write_page
-from elusive.report.picture import write_picture
+from elusive.report.page import Report
 from elusive.report.scored import gospa_chart
 from elusive.systems.bearings.report.contents import BearingsTracked, HeardBearings
 
 TIMES_SHOWN = 4000
 
 
-def write_bearings_html(path: Path, tracked: BearingsTracked, findings: Sequence[Finding] = ()) -> None:
-    """Write a page with the ground over time, the error or deviation, and the residuals of each sensor."""
-    write_page(path, tracked.title, tracked.verdict, bearings_drawing(tracked), rows=tracked.rows, findings=findings)
-
-
-def write_bearings_png(path: Path, tracked: BearingsTracked) -> None:
-    """Draw the same as a figure."""
-    write_picture(path, bearings_drawing(tracked), tracked.title, tracked.verdict)
+def bearings_report(tracked: BearingsTracked, findings: Sequence[Finding] = ()) -> Report:
+    """Return the ground over time, the error or deviation, and the residuals of each sensor."""
+    return Report(tracked.title, tracked.verdict, bearings_drawing(tracked), tracked.rows, findings)
 
 
 def bearings_drawing(tracked: BearingsTracked) -> draw.Drawing:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,8 +11,7 @@ from elusive.checks import Finding
 from elusive.report import drawing as draw
 from elusive.report import plots
 from elusive.report.extents import stride_of
-from elusive.report.page import track_table, write_page
-from elusive.report.picture import write_picture
+from elusive.report.page import Report, track_table
 from elusive.results import CONFIRMED
 from elusive.systems.bearings.report.contents import SeveralTracked, deviation_of
 from elusive.systems.bearings.report.page import TIMES_SHOWN, bearing_layer, sensor_layer, truth_layer
@@ -21,10 +19,10 @@ from elusive.systems.bearings.report.page import TIMES_SHOWN, bearing_layer, sen
 HEADER = ("track", "from", "to", "existence at the end", "deviation [m]")
 
 
-def write_several_html(path: Path, tracked: SeveralTracked, findings: Sequence[Finding] = ()) -> None:
-    """Write a page with the ground over time, and the probability and deviation of each track."""
+def several_report(tracked: SeveralTracked, findings: Sequence[Finding] = ()) -> Report:
+    """Return the ground over time, and the probability and deviation of each track."""
     table = track_table(HEADER, tracked.tracks, {str(number) for number in tracked.paths})
-    write_page(path, tracked.title, tracked.verdict, several_drawing(tracked), table, tracked.rows, findings=findings)
+    return Report(tracked.title, tracked.verdict, several_drawing(tracked), tracked.rows, findings, table)
 
 
 def several_drawing(tracked: SeveralTracked) -> draw.Drawing:
@@ -63,8 +61,3 @@ def several_drawing(tracked: SeveralTracked) -> draw.Drawing:
         "The ground with sensors, bearings and the tracks", times, [ground, *charts], start=len(times) // 2,
         note="Dotted while it is not confirmed.",
     )  # fmt: skip
-
-
-def write_several_png(path: Path, tracked: SeveralTracked) -> None:
-    """Draw the same as a figure."""
-    write_picture(path, several_drawing(tracked), tracked.title, tracked.verdict)
