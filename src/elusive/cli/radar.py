@@ -11,11 +11,12 @@ import typer
 from elusive.cli.fit import FittedOut, tell_fitted
 from elusive.cli.given import accepts, parameters_of
 from elusive.cli.live import Follow, HoldS, IdleS, To, check_live, feed_of, memory_of_run, run_live, sinks_of
-from elusive.cli.recorded import SHIPS, bare, cutoff_in, tell_run, truth_of
+from elusive.cli.recorded import SHIPS, Charts, bare, cutoff_in, tell_run, truth_of
 from elusive.cli.terminal import Config, Out, Strict, bar, check_scores
 from elusive.errors import ParameterError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io import RadarSource, open_radar_plots
+from elusive.io.ais_reports import GrowingReports
 from elusive.io.arrivals import fed
 from elusive.io.asterix_live import is_asterix
 from elusive.io.radar_plots import follow_radar_plots
@@ -59,12 +60,7 @@ def track_radar_command(
     radar_lat: Latitude = None,
     radar_lon: Longitude = None,
     own_ship: OwnShipFile = None,
-    chart: Annotated[
-        list[Path] | None,
-        typer.Option(
-            "--chart", help="S-57 base cells (.000) or a folder of them, GeoJSON or shapefiles of land, one or several."
-        ),
-    ] = None,
+    chart: Charts = None,
     config: Config = None,
     truth: Annotated[Path | None, truth_of("ships", SHIPS)] = None,
     truth_cutoff: Annotated[float | None, cutoff_in("m", "50")] = None,
@@ -90,8 +86,6 @@ def track_radar_command(
     feed = feed_of(plots, follow, idle_s, hold_s)
     check_live(feed is not None, idle_s, truth, strict=strict)
     check_scores(truth, truth_cutoff=truth_cutoff, truth_mmsi=truth_mmsi)
-    if feed is not None and ais is not None:
-        raise ParameterError("ais: is taken into recordings, not into live plots; leave --ais or --follow out.")
     if feed is not None:
         place = _place(radar_lat, radar_lon)
         if place is None or own_ship is not None or (radar_code is not None and not is_asterix(plots)):
@@ -102,7 +96,9 @@ def track_radar_command(
         sinks = sinks_of(to, "radar", "m", place if to else None, live=True)
         scans = follow_radar_plots(plots, feed, rotation_s=rotation_s, place_deg=place, radar=radar_code)
         coming, memory = fed(scans, feed), memory_of_run()
-        run = partial(follow_radar, coming, parameters, out, LocalFrame.at(*place), charts=chart or (), memory=memory)
+        frame = LocalFrame.at(*place)
+        told = None if ais is None else GrowingReports(ais, frame, feed)
+        run = partial(follow_radar, coming, parameters, out, frame, charts=chart or (), ais=told, memory=memory)
         run_live(coming, run, out, LIVE_FILES, sinks)
         return
     source = _opened(Path(plots), rotation_s, radar_code, radar_lat, radar_lon, own_ship)
@@ -136,7 +132,7 @@ def fit_radar_command(
     source = _opened(plots, rotation_s, radar_code, radar_lat, radar_lon, own_ship)
     known, water = charted(chart, frame_of(source)) if chart else (None, None)
     fitted = fit_radar(source, source.name, known, water)
-    tell_fitted("radar", source.name, [value.cells for value in fitted.values], fitted.to_yaml(), out)
+    tell_fitted("radar", source.name, fitted, out)
 
 
 def _opened(

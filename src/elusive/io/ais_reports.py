@@ -12,8 +12,10 @@ import numpy as np
 from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.geometry.local_frame import LocalFrame
-from elusive.io._table_lines import table_lines
+from elusive.io._opened import existing_file
+from elusive.io._table_lines import Table, TableLine, table_lines
 from elusive.io.ais import KNOT_MPS, AisPosition, read_ais
+from elusive.io.sources import Feed
 
 TABLES = (".csv", ".tsv", ".txt")
 NEEDED = ("time|time_s", "mmsi", "lon_deg", "lat_deg")
@@ -45,19 +47,7 @@ def read_ais_reports(path: str | os.PathLike[str], since_1970_s: float) -> list[
         with closing(table_lines(file, NEEDED, PERHAPS, "a report a line")) as lines:
             for line in lines:
                 dated = "time" in line.cells
-                time_s = line.moment("time") if dated else line.number("time_s")
-                number = line.number("mmsi")
-                if not (number == int(number) and 0 < number < 1e9):
-                    raise DataError(f"{line.where}: mmsi {number:g} is none; write its nine digits.")
-                speed = line.number("sog_mps", absent=math.nan)
-                speed = KNOT_MPS * line.number("sog_kn", absent=math.nan) if math.isnan(speed) else speed
-                if speed < 0 or speed > FASTEST_MPS:
-                    raise DataError(
-                        f"{line.where}: a speed of {speed:.3g} m/s is no ship's; write sog_mps, or sog_kn in knots."
-                    )
-                course = math.radians(line.number("cog_deg", most=360, absent=math.nan))
-                lon, lat = line.number("lon_deg", most=360), line.number("lat_deg", most=90)
-                found.append(AisPosition(time_s, int(number), lon, lat, speed, course))
+                found.append(_report(line))
         if not found:
             raise DataError(f"{path}: holds no report; write {','.join(NEEDED[1:])} and time, a report a line.")
     else:
@@ -70,6 +60,78 @@ def read_ais_reports(path: str | os.PathLike[str], since_1970_s: float) -> list[
             "plots' column time, as 2026-05-01T12:00:00Z, or reports as a table of time_s."
         )
     return [one._replace(time_s=one.time_s - since_1970_s) for one in found]
+
+
+def _report(line: TableLine) -> AisPosition:
+    """Read a line of a table."""
+    time_s = line.moment("time") if "time" in line.cells else line.number("time_s")
+    number = line.number("mmsi")
+    if not (number == int(number) and 0 < number < 1e9):
+        raise DataError(f"{line.where}: mmsi {number:g} is none; write its nine digits.")
+    speed = line.number("sog_mps", absent=math.nan)
+    speed = KNOT_MPS * line.number("sog_kn", absent=math.nan) if math.isnan(speed) else speed
+    if speed < 0 or speed > FASTEST_MPS:
+        raise DataError(f"{line.where}: a speed of {speed:.3g} m/s is no ship's; write sog_mps, or sog_kn in knots.")
+    course = math.radians(line.number("cog_deg", most=360, absent=math.nan))
+    lon, lat = line.number("lon_deg", most=360), line.number("lat_deg", most=90)
+    return AisPosition(time_s, int(number), lon, lat, speed, course)
+
+
+class GrowingReports:
+    """A table as :func:`read_ais_reports` takes it that is written while it is read, on the clock of live plots.
+
+    Parameters
+    ----------
+    path
+        The table.
+    frame
+        Of places.
+    feed
+        Counts the lines that cannot be used, which are left out.
+
+    Raises
+    ------
+    DataError
+        If there is no such table.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], frame: LocalFrame, feed: Feed) -> None:
+        self._path, self._frame, self._feed = existing_file(path), frame, feed
+        if self._path.suffix.lower() not in TABLES or not _named(self._path):
+            raise DataError(f"{path}: live, reports are read of a table; write {','.join(NEEDED[1:])} and time.")
+        self._table, self._octets, self._lines = Table(str(path), NEEDED, PERHAPS), 0, 0
+
+    def since(self) -> list[tuple[AisPosition, Array, Array]]:
+        """Return the reports of the lines that were completed since the last look, as :func:`in_frame` does.
+
+        Raises
+        ------
+        DataError
+            If the table cannot be read, or its columns are others.
+        """
+        try:
+            with self._path.open("rb") as file:
+                file.seek(self._octets)
+                octets = file.read()
+        except OSError as error:
+            raise DataError(f"{self._path}: cannot be read ({error.strerror}); check the path.") from None
+        octets = octets[: octets.rfind(b"\n") + 1]
+        self._octets += len(octets)
+        found = list[AisPosition]()
+        for line in octets.decode("utf-8-sig", errors="replace").splitlines():
+            self._lines += 1
+            if not line.strip() or line.startswith("#"):
+                continue
+            if self._table.header is None:
+                self._table.read_header(self._lines, line.strip())
+                continue
+            found += self._feed.each([(self._lines, line)], lambda one: _report(self._table.read(one)))
+        near = [one for one in found if np.hypot(*self._placed(one)) < FURTHEST_M]
+        return in_frame(near, self._frame, str(self._path)) if near else []
+
+    def _placed(self, report: AisPosition) -> Array:
+        (place,) = self._frame.to_local(np.array([(report.lon_deg, report.lat_deg)]))
+        return np.asarray(place)
 
 
 def in_frame(reports: list[AisPosition], frame: LocalFrame, name: str) -> list[tuple[AisPosition, Array, Array]]:

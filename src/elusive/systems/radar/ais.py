@@ -7,8 +7,8 @@ reports is a track as long as it does.
 from __future__ import annotations
 
 import math
-from collections import Counter, defaultdict
-from collections.abc import Sequence
+from collections import Counter, defaultdict, deque
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +26,7 @@ SILENT_S = 200.0  # somewhat longer than between the reports of a ship at anchor
 FEW, MOST = 5, 0.5  # reports from which something is said, and the share of them that fits
 FAR_M, STRAY, OTHER_MPS = 3000.0, 4.0, 1.5
 GONE = 1e-9
+LATEST = 2000  # of a ship's reports, by which it is judged
 
 
 class Misfit(NamedTuple):
@@ -41,16 +42,22 @@ class AisFusion:
     Parameters
     ----------
     reports
-        In the order of time, on the clock of the scans.
+        On the clock of the scans.
+    more
+        Live: returns what has come since it was called last; what it tells of a time before the latest scan is late,
+        and left out.
     """
 
-    def __init__(self, reports: Sequence[Report]) -> None:
+    def __init__(self, reports: Sequence[Report] = (), more: Callable[[], Sequence[Report]] | None = None) -> None:
         self._reports, self._next = sorted(reports, key=lambda report: report.time_s), 0
+        self._more, self._told = more, len(reports)
         self._names: dict[int, Counter[int]] = defaultdict(Counter)  # of each track
         self._latest: dict[int, float] = {}  # report of each track
         self._counts: dict[int, Counter[str]] = defaultdict(Counter)
-        self._paces: dict[int, list[tuple[Array, Array]]] = defaultdict(list)  # velocities seen and told
-        self._misfits: dict[int, list[Misfit]] = defaultdict(list)
+        self._paces: dict[int, deque[tuple[Array, Array]]] = defaultdict(
+            lambda: deque(maxlen=LATEST)
+        )  # velocities seen and told
+        self._misfits: dict[int, deque[Misfit]] = defaultdict(lambda: deque(maxlen=LATEST))
 
     def name_of(self, track: int | None) -> float:
         """MMSI of a track; NaN of one that nobody reports to be."""
@@ -61,6 +68,11 @@ class AisFusion:
         self, scan: RadarScan, state: DetectionState, tracker: DetectionTracker, rng: Generator
     ) -> DetectionState:
         """Take in what was reported before a scan and after the one before; none before the first."""
+        if self._more is not None:
+            came = self._more()
+            self._told += len(came)
+            waiting = [*self._reports[self._next :], *came]
+            self._reports, self._next = sorted(waiting, key=lambda report: report.time_s), 0
         while self._next < len(self._reports) and self._reports[self._next].time_s <= scan.time_s:
             report = self._reports[self._next]
             self._next += 1
@@ -111,7 +123,7 @@ class AisFusion:
         said = [self._said(name) for name in wrong] + [pace for name in self._counts if (pace := self._pace(name))]
         return Finding(
             "radar.ais", heard and not said, 0.0, len(said),
-            f"None of {len(self._reports)} reports of AIS falls between the first and the last scan: the clocks differ."
+            f"None of {self._told} reports of AIS falls between the first and the last scan: the clocks differ."
             if not heard
             else f"AIS does not fit the radar: {'; '.join(said)}. No track follows that."
             if said

@@ -17,7 +17,9 @@ from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_hulls import HullRadar
 from elusive.sensors.radar_scans import TURN_RAD, RadarScan
 from elusive.systems.radar.bunches import MOST, NEAR_M, Bunches
+from elusive.systems.radar.given import given_findings, seen_finding
 from elusive.systems.radar.parameters import RadarSurvey
+from elusive.systems.radar.registered import fixed_finding
 from elusive.tracking.detection_targets import Target
 
 KEPT = 0.9  # P(the constraints allow a track), at the median, of one that keeps to them
@@ -31,7 +33,7 @@ INNOVATIONS = 1.6  # of their scale: a particle filter's own
 INDEPENDENT = 0.5
 WHOLE_EARTH = math.hypot(180.0, 90.0)  # reach of degrees
 DEGREE_M = 111_000.0
-CREEPING_MPS, ASTRAY = 0.01, 0.5
+CREEPING_MPS, ASTRAY = 0.01, 1 / 3
 
 
 def findings_of(
@@ -70,7 +72,11 @@ def findings_of(
         if not seen.errors.crowded:
             found += [_error(seen, name, *one, sd) for name, one, sd in zip(names, told, shown, strict=True)]
         found += [] if water is None else [_on_land(seen, water)]
-    scale = scale_of(np.array(list(innovations)), 2, tolerance=INNOVATIONS, independent=INDEPENDENT)
+    found += given_findings(seen.given, seen.way, sensor)
+    found += [] if water is None else [fixed_finding(seen.fixed, seen.way[0, 1:], water)]
+    known = list(innovations)
+    found += [seen_finding(known, sensor)] if found[0].holds and found[1].holds else []
+    scale = scale_of(np.array(known), 2, tolerance=INNOVATIONS, independent=INDEPENDENT)
     worst = scale.worst
     found.append(
         worst.finding(

@@ -10,15 +10,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-import yaml
 
 from elusive.charts import HardWater, Water
 from elusive.charts.chart import as_geometries
 from elusive.charts.charted_area import lay_charts, read_charts
-from elusive.checks.fitted import Fitted
+from elusive.checks.fitted import Fit, Fitted
 from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.geometry.local_frame import LocalFrame
@@ -37,17 +36,6 @@ KNOWN = 0.9  # existence from which a miss is one
 LEAST_SEA = 0.05  # share of the view that is taken to be sea at least
 
 
-class FittedRadar(NamedTuple):
-    """What a recording says of its radar."""
-
-    values: tuple[Fitted, ...]
-    tree: dict[str, Any]  # parameters of `elusive track radar`, as a configuration nests them
-
-    def to_yaml(self) -> str:
-        """Return the configuration: what was fitted alone."""
-        return yaml.safe_dump(self.tree, sort_keys=False)
-
-
 class Bias(NamedTuple):
     """How far plots lie from where they should, each with its standard error."""
 
@@ -58,9 +46,7 @@ class Bias(NamedTuple):
     places: int  # that have plots
 
 
-def fit_radar(
-    scans: Iterable[RadarScan], name: str, known: Array | None = None, water: Water | None = None
-) -> FittedRadar:
+def fit_radar(scans: Iterable[RadarScan], name: str, known: Array | None = None, water: Water | None = None) -> Fit:
     """Fit a recording.
 
     Parameters
@@ -108,7 +94,7 @@ def fit_radar(
     }
     if known is not None and len(known):
         values += _told(bias_of(scans, known, range_sd, bearing_sd / 1000))
-    return FittedRadar(tuple(values), {"radar": radar})
+    return Fit(tuple(values), {"radar": radar})
 
 
 def charted(charts: Sequence[str | Path], frame: LocalFrame) -> tuple[Array, Water]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import deque
+from collections import defaultdict, deque
 from collections.abc import Callable, Iterator, Sequence
 from itertools import chain, islice
 from pathlib import Path
@@ -10,17 +10,20 @@ from pathlib import Path
 from elusive.checks import write_checks
 from elusive.errors import DataError, ParameterError
 from elusive.geometry.local_frame import LocalFrame
+from elusive.io.ais_reports import GrowingReports
 from elusive.io.arrivals import Coming
 from elusive.results import TrackLog
 from elusive.results.live import LiveEnd, LiveStep, follow_live, live_folder
 from elusive.sensors.radar_scans import RadarScan
+from elusive.systems.radar.ais import AisFusion
 from elusive.systems.radar.bunches import Bunches
-from elusive.systems.radar.checks import findings_of, innovation
+from elusive.systems.radar.checks import constraints_kept, findings_of, innovation
 from elusive.systems.radar.parameters import RadarTracking, survey
 from elusive.systems.radar.results import ADDED
 from elusive.systems.radar.setting import bind_all, charts_in, check_place
 from elusive.systems.radar.track import track_radar
 from elusive.tracking.memory import Memory
+from elusive.tracking.reports import Report
 from elusive.tracking.track import Step
 
 LOOK = 10  # scans by which the land in view is judged, where there is a chart
@@ -37,6 +40,7 @@ def follow_radar(
     on_step: Callable[[LiveStep], None],
     *,
     charts: Sequence[str | Path] = (),
+    ais: GrowingReports | None = None,
     memory: Memory | None = None,
 ) -> LiveEnd:
     """Track ships while their plots come: a scan's rows stand in the file before the next is taken.
@@ -58,8 +62,10 @@ def follow_radar(
         Called after each scan.
     charts
         As :func:`~elusive.systems.radar.track.track_radar_recording` takes them.
+    ais
+        What ships report meanwhile, fused with the tracks.
     memory
-        Where the tracker keeps its state.
+        Where the tracker keeps its state; the names that ships reported are learned anew.
 
     Returns
     -------
@@ -87,13 +93,22 @@ def follow_radar(
         parameters, seen._replace(max_doppler_mps=max(DOPPLER_MPS, seen.max_doppler_mps)), around, outline
     )
     innovations, bunches = deque[float](maxlen=LATEST), Bunches()
+    allowed = defaultdict[int, deque[float]](lambda: deque(maxlen=LATEST))  # of each track, while it is confirmed
+
+    def reported() -> list[Report]:
+        assert ais is not None
+        return [Report(one.time_s, one.mmsi, place, velocity) for one, place, velocity in ais.since()]
+
+    fusion = None if ais is None else AisFusion(more=reported)
 
     def steps() -> Iterator[Step]:
-        for step in track_radar(chain(first, heard), tracker, parameters, around, memory):
+        for step in track_radar(chain(first, heard), tracker, parameters, around, memory, fusion):
             beliefs = {target.life.track: target for target in step.state.targets}
-            sure = (beliefs[track.track] for track in step.tracks if track.status == "confirmed")
+            sure = [beliefs[track.track] for track in step.tracks if track.status == "confirmed"]
             bunches.add_left_over(step.measurement, sensor, step.state.targets, around.water)
             innovations.extend(innovation(target, step.measurement, sensor) for target in sure)
+            for target in sure if parameters.constraints else ():
+                allowed[target.life.track or 0].append(target.allowed)
             yield step
 
     with (
@@ -102,5 +117,7 @@ def follow_radar(
     ):
         end = follow_live(steps(), coming, log, on_step)
     findings = findings_of(seen, sensor, around.water, innovations, bunches)
+    findings += (constraints_kept(allowed),) if parameters.constraints else ()
+    findings += () if fusion is None else (fusion.finding(),)
     write_checks(out, findings)
     return end._replace(findings=findings)

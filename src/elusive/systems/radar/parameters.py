@@ -23,7 +23,9 @@ from elusive.sensors.radar_hulls import HullRadar
 from elusive.sensors.radar_scans import RadarScan
 from elusive.systems.radar import bunches
 from elusive.systems.radar.bunches import Bunches, at_sea
+from elusive.systems.radar.given import Gathered, Given
 from elusive.systems.radar.land import LandEchoes, land_share
+from elusive.systems.radar.registered import FixedPlaces
 from elusive.systems.radar.triples import PlotErrors, Triples
 from elusive.tracking.detections import DetectionRules, DetectionTracker
 
@@ -77,6 +79,8 @@ class RadarSurvey(NamedTuple):
     bearings_deg: tuple[float, float] = (math.nan, math.nan)  # least and greatest
     errors: PlotErrors | None = None  # that the plots show; None: too few follow each other
     way: Array = np.zeros((1, 3))  # (S, 3) times and places of the radar itself [s, m]; one row where it rests
+    given: Given = Given()
+    fixed: Array = np.zeros((0, 2))  # (n, 2) places of echoes that stay, where the radar rests and there is a chart [m]
     bunched: float = math.nan  # plots near a plot, off charted land, that chance does not explain; NaN: not known
 
     @property
@@ -95,15 +99,17 @@ def survey(scans: Iterable[RadarScan], water: Water | None = None) -> RadarSurve
     """Look through a radar's scans, and where its plots fall on a chart."""
     count, plots, furthest, fastest, on_chart, on_land = 0, 0, 0.0, 0.0, 0, 0
     triples, low, high, way = Triples(), math.inf, -math.inf, list[tuple[float, float, float]]()
-    bunched = Bunches()
+    bunched, gathered, fixed = Bunches(), Gathered(), FixedPlaces()
     for scan in scans:
         count, plots = count + 1, plots + scan.detections
         if not way or way[-1][1:] != (scan.own.x_m, scan.own.y_m):
             way.append((scan.time_s, scan.own.x_m, scan.own.y_m))
         triples.add(scan)
+        gathered.add(scan)
         low, high = float(scan.bearing_rad.min(initial=low)), float(scan.bearing_rad.max(initial=high))
         places = RadarSensor().places(scan)[0]
         if water is not None:
+            fixed.add(places)
             known = water.known(places)
             on_chart += int(known.sum())
             on_land += int((known & (water.probability(places) < HALF)).sum())
@@ -115,8 +121,9 @@ def survey(scans: Iterable[RadarScan], water: Water | None = None) -> RadarSurve
     itself = water is not None and bool(water.known(where[:, 1:]).any())
     bearings = math.degrees(low), math.degrees(high)
     return RadarSurvey(
-        count, plots, furthest, fastest, on_chart, on_land, itself, bearings, triples.fit(), where, bunched.share
-    )
+        count, plots, furthest, fastest, on_chart, on_land, itself, bearings, triples.fit(), where, gathered.given,
+        fixed.places if len(where) == 1 else np.zeros((0, 2)), bunched.share,
+    )  # fmt: skip
 
 
 class RecordedRadar(RadarSensor):

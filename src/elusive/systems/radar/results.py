@@ -34,8 +34,7 @@ from elusive.systems.radar.report import (
     RadarPath,
     RadarTracked,
     chart_map,
-    write_radar_html,
-    write_radar_png,
+    radar_report,
 )
 from elusive.systems.radar.summary import bias_row, header, line_of, remarks, run_facts, verdict
 from elusive.tracking.detection_targets import Target
@@ -264,8 +263,7 @@ class RadarRun:
         write_recording(
             folder, self._log, outcome.findings, outcome.scored, title=tracked.title, config=config, more=place
         )
-        write_radar_png(folder / "report.png", tracked)
-        write_radar_html(folder / "report.html", tracked, outcome.findings)
+        radar_report(tracked, outcome.findings).write(folder)
 
     def _added(self, rows: Records, name: str) -> Array:
         return np.asarray(rows["added"][:, self._log.columns.added.index(name)])

@@ -20,6 +20,7 @@ from elusive.charts.charted_area import ChartedArea, lay_charts, read_charts
 from elusive.contracts import Array, X, Y
 from elusive.errors import DataError, ElusiveError
 from elusive.io import Truth, atomic_folder, open_radar_plots
+from elusive.metrics.consistency import squared_deviations
 from elusive.sensors.radar import RadarSensor
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.report import RadarTracked
@@ -209,7 +210,7 @@ def _away(tracked: RadarTracked, truth: Truth, ship: int) -> NDArray[np.bool_]:
         spread = path.deviation[:, :, None] ** 2 * np.eye(2) + 1e-6 * np.eye(2)
         if path.covariance is not None:
             spread += path.covariance[:, None, None] * np.eye(2)[::-1]
-        squared = (off * np.linalg.solve(spread, off[..., None])[..., 0]).sum(axis=1)
+        squared = squared_deviations(off, spread)
         held[at[path.confirmed & (squared < REGION_999)]] = True
         started = min(started, int(at[path.confirmed].min(initial=started)))
     away = ~held

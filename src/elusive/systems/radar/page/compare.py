@@ -11,7 +11,7 @@ from nicegui import ui
 from elusive.report.drawing import drawing
 from elusive.systems.radar.page.panels import errors_chart
 from elusive.systems.radar.page.state import ChartsState
-from elusive.systems.radar.report import write_radar_html
+from elusive.systems.radar.report import radar_report
 from elusive.systems.radar.scene_run import HEADER, Used, archive
 from elusive.workbench.exports import Export, export_buttons, table_html
 from elusive.workbench.parts import Drawing
@@ -89,7 +89,7 @@ def command(state: ChartsState, method: str) -> str:
 def write_report(one: Used, path: Path) -> None:
     """Write the report that the command writes."""
     assert one.outcome is not None
-    write_radar_html(path, one.outcome.tracked, one.outcome.findings)
+    radar_report(one.outcome.tracked, one.outcome.findings).write_page(path)
 
 
 def tracks_csv(one: Used) -> bytes:

@@ -11,9 +11,9 @@ from elusive.charts.charted_area import barred, lay_charts
 from elusive.charts.quality import GRADES
 from elusive.contracts import Array
 from elusive.report import drawing as draw
-from elusive.report.extents import about
+from elusive.report.extents import Extent, about
 from elusive.report.plots import SERIES
-from elusive.systems.radar.page.state import ChartsState, Extent
+from elusive.systems.radar.page.state import ChartsState
 from elusive.workbench.placing import path_layers, placing
 
 ZONES = {"A1": "#1b7f4b", "A2": "#4c9f38", "B": "#a3a500", "C": "#e08a00", "D": "#d1495b", "U": "#8a94a3"}

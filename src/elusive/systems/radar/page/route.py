@@ -9,9 +9,10 @@ from nicegui import ui
 
 from elusive.geometry.local_frame import LocalFrame
 from elusive.geometry.places import along_path
+from elusive.report.extents import Extent
 from elusive.systems.radar.page.chart import EMPTY
 from elusive.systems.radar.page.maps import about_route, ashore_m, chart_floor
-from elusive.systems.radar.page.state import ChartsState, Extent
+from elusive.systems.radar.page.state import ChartsState
 from elusive.systems.radar.scene import RadarScene
 from elusive.systems.radar.scene_run import record
 from elusive.workbench.exports import table_html

@@ -13,6 +13,7 @@ from elusive.charts.chart import Chart
 from elusive.charts.charted_area import read_charts
 from elusive.geometry.local_frame import LocalFrame
 from elusive.report.drawing import Layer
+from elusive.report.extents import Extent
 from elusive.systems.radar.scene import EXAMPLE_NAME, RadarScene, example_chart
 from elusive.systems.radar.scene_run import ChartFile, Recorded, Sailed
 from elusive.workbench.files import PLAIN
@@ -20,7 +21,6 @@ from elusive.workbench.opener import read_named
 from elusive.workbench.side_by_side import TrackedState
 
 KINDS = (".000", ".geojson", ".json")
-Extent = tuple[float, float, float, float]
 
 
 class OpenedChart(NamedTuple):

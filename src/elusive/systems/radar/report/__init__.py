@@ -2,7 +2,7 @@
 
 from elusive.systems.radar.report.contents import ChartMap, Cloud, RadarPath, RadarTracked, WaterRaster
 from elusive.systems.radar.report.keeper import RadarKeeper
-from elusive.systems.radar.report.page import write_radar_html, write_radar_png
+from elusive.systems.radar.report.page import radar_report
 from elusive.systems.radar.report.shading import chart_map
 
 __all__ = [
@@ -13,6 +13,5 @@ __all__ = [
     "RadarTracked",
     "WaterRaster",
     "chart_map",
-    "write_radar_html",
-    "write_radar_png",
+    "radar_report",
 ]

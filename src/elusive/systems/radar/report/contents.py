@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from elusive.contracts import Array
 from elusive.io.truth import Truth
+from elusive.report.extents import Extent
 from elusive.results import Scored
 
-Extent = tuple[float, float, float, float]  # west, east, south, north [m]
 AT_COAST = 0.95  # P(water) below which a cloud counts as being at the coast
 NARROWEST_M = 40.0  # of what is shown
 

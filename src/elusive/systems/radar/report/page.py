@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,8 +11,7 @@ from elusive.checks import Finding
 from elusive.report import drawing as draw
 from elusive.report.clock import moment
 from elusive.report.extents import lonlat_fit, stride_of
-from elusive.report.page import track_table, write_page
-from elusive.report.picture import write_picture
+from elusive.report.page import Report, track_table
 from elusive.report.plots import track_colour
 from elusive.report.scored import gospa_chart
 from elusive.systems.radar.report.contents import AT_COAST, ChartMap, Cloud, RadarPath, RadarTracked
@@ -25,20 +23,18 @@ CLOSE = 9.0  # deviations that the close view is wide
 CLOSEST_M = 12.0
 
 
-def write_radar_html(path: Path, tracked: RadarTracked, findings: Sequence[Finding] = ()) -> None:
-    """Write a page with the map, the tracks and clouds over time, and their speed, deviation and error."""
-    drawn = {str(one.track) for one in tracked.paths}
-    table = track_table(tracked.header, tracked.tracks, drawn)
-    write_page(path, tracked.title, tracked.verdict, radar_drawing(tracked), table, tracked.rows, findings=findings)
+def radar_report(tracked: RadarTracked, findings: Sequence[Finding] = ()) -> Report:
+    """Return the map, the tracks and clouds over time, and their speed, deviation and error.
 
-
-def write_radar_png(path: Path, tracked: RadarTracked) -> None:
-    """Draw the same as a figure, with close views of the clouds nearest the coast."""
-    drawn = radar_drawing(tracked)
-    panels: list[draw.Panel] = drawn["panels"]
+    The figure has close views of the clouds nearest the coast.
+    """
+    drawn, figure = radar_drawing(tracked), None
     if tracked.paths:
-        panels[1:2] = [panels[1] | _close_to(cloud) for cloud in tracked.telling_clouds(BESIDE)]
-    write_picture(path, drawn, tracked.title, tracked.verdict)
+        whole, close, *others = drawn["panels"]
+        near = [close | _close_to(cloud) for cloud in tracked.telling_clouds(BESIDE)]
+        figure = drawn | {"panels": [whole, *near, *others]}
+    table = track_table(tracked.header, tracked.tracks, {str(one.track) for one in tracked.paths})
+    return Report(tracked.title, tracked.verdict, drawn, tracked.rows, findings, table, figure=figure)
 
 
 def _close_to(cloud: Cloud) -> dict[str, Any]:

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from elusive.contracts import Array
 from elusive.errors import ParameterError
-from elusive.systems.radar.report.contents import ChartMap, Extent, RadarTracked, WaterRaster
+from elusive.report.extents import Extent
+from elusive.systems.radar.report.contents import ChartMap, RadarTracked, WaterRaster
 
 SIDE = 448  # cells a side of the rasters of all that is shown
 TILE = 64  # cells a side of a tile along the tracks
