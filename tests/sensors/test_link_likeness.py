@@ -85,4 +85,4 @@ def test_less_is_made_of_a_frame_whose_readings_err_alike_and_go_on_doing_so():
     assert sensor.tempered(rise, alike, 0.0).temper == pytest.approx(1 / 8)  # the readings of a link count for one
     assert sensor.tempered(rise, alike, 0.5).temper == pytest.approx(1 / 8 * 0.6 / 1.4)
     assert sensor.bias_variance(apart) == 0.0
-    assert sensor.bias_variance(alike) == pytest.approx(0.2**2)
+    assert sensor.bias_variance(alike) == pytest.approx(sensor.model.bias_m**2)

@@ -28,9 +28,9 @@ def test_it_is_a_sensor_of_maps():
 def test_spokes_are_gathered_as_by_the_twin(kind):
     rng = np.random.default_rng(1)
     amplitude, rows = rng.integers(0, 200, (50, 13)).astype(kind), rng.integers(0, 8, 50)
-    total = np.zeros((8, 4), np.float32)
-    kernels.gather(amplitude, rows, 3, total)
-    np.testing.assert_allclose(total, twin.gathered(amplitude, rows, 3, total.shape), rtol=1e-5)
+    total, roots = np.zeros((2, 8, 4), np.float32)
+    kernels.gather(amplitude, rows, 3, total, roots)
+    np.testing.assert_allclose([total, roots], twin.gathered(amplitude, rows, 3, total.shape), rtol=1e-5)
     spokes = np.bincount(rows, minlength=8)
     spokes[3] = 0
     found = kernels.overlap(total, spokes, 2, 2)
@@ -120,10 +120,59 @@ def test_turns_are_told_apart_and_a_point_is_where_it_is():
     assert turns[0].place == (5.0, 6.0)
     np.testing.assert_allclose(turns[1].row_s - turns[0].row_s, period)
     assert turns[0].time_s < period <= turns[1].row_s[0] + 0.1
-    row, column = np.unravel_index(turns[0].power.argmax(), turns[0].power.shape)
     s_r, s_t = radar.deviations
-    assert abs(radar.range_m[column] - distance) < 1.5 * s_r
-    assert abs(radar.azimuth_rad[row] - towards) < 1.5 * s_t
+    for power in (turns[0].power, turns[0].even):
+        row, column = np.unravel_index(power.argmax(), power.shape)
+        assert abs(radar.range_m[column] - distance) < 1.5 * s_r
+        assert abs(radar.azimuth_rad[row] - towards) < 1.5 * s_t
+    assert (turns[0].even <= turns[0].power * (1 + 1e-5)).all()  # Jensen's inequality
+
+
+def test_a_blanked_sector_is_not_received():
+    """It was taken for calm, and its edges were sure ships; where others have no noise either it may be calm."""
+    azimuth = 2 * np.pi * (np.arange(360) + 0.5) / 360
+    for noise in (True, False):
+        gatherer, turns = TurnGatherer(RADAR), []
+        for number in range(2):
+            amplitude = np.random.default_rng(number).integers(0 if noise else 1, 4, (360, 128)).astype(np.uint8)
+            amplitude *= noise
+            amplitude[:, 60] = 9
+            amplitude[60:120] = 0
+            times, nothing = 2.0 * (number + azimuth), np.full(360, np.nan)
+            read = Spokes(
+                times, azimuth, True, RADAR.start_m, 10.0, amplitude, 8, nothing, np.stack([nothing] * 2, 1)
+            )  # fmt: skip
+            turns += gatherer.add(read, azimuth, (0.0, 0.0))
+        blank = (RADAR.azimuth_rad > np.radians(66)) & (RADAR.azimuth_rad < np.radians(114))
+        assert (np.isnan(turns[0].power).all(axis=1) == (blank & noise)).mean() > 0.95
+        assert not np.isnan(turns[0].power[~blank & (np.abs(RADAR.azimuth_rad - np.pi / 2) > 0.6)]).any()
+        assert np.isnan(turns[0].even[blank]).all() == noise
+        assert np.isfinite(turns[0].row_s).all()
+
+
+def test_spokes_full_of_another_radars_pulses_are_not_received():
+    """They hid ships. A coast that fills a sector, or a ship, is received."""
+    azimuth = 2 * np.pi * (np.arange(720) + 0.5) / 720
+    gatherer, turns = TurnGatherer(RADAR), []
+    for number in range(2):
+        rng = np.random.default_rng(number)
+        amplitude = rng.integers(0, 6, (720, 128)).astype(np.uint8)
+        amplitude[200:300] *= 8
+        amplitude[500:508, 60] = 200
+        for spoke in (100, 400, 650):
+            amplitude[spoke, rng.random(128) < 0.5] = 200
+        nothing = np.full(720, np.nan)
+        read = Spokes(
+            2.0 * (number + azimuth), azimuth, True, RADAR.start_m, 10.0, amplitude, 8, nothing,
+            np.stack([nothing] * 2, 1),
+        )  # fmt: skip
+        turns += gatherer.add(read, azimuth, (0.0, 0.0))
+    assert turns[0].spoilt == 3
+    lost = np.isnan(turns[0].power).all(axis=1)
+    near = np.abs(RADAR.azimuth_rad[:, None] - azimuth[[100, 400, 650]]).min(axis=1)
+    assert lost.any()
+    assert near[lost].max() < 2 * RADAR.grid[2]
+    assert np.isfinite(turns[0].row_s).all()
 
 
 def test_a_map_of_another_size_is_refused():

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from elusive.errors import DataError
-from elusive.io.node_files import read_nodes
+from elusive.io.placed_files import read_nodes
 from elusive.sensors.radio_network import directed_links_of, links_of, radio_nodes, undirected_of
 
 

@@ -16,10 +16,10 @@ from elusive.io.radar_video import open_radar_video
 from elusive.preprocess.clutter_map import ClutterMap
 from elusive.sensors.echo_extent import EchoExtent
 from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
-from elusive.systems.video.checks import Judged, findings_of
+from elusive.systems.video.checks import Judged, findings_of, swings
 from elusive.systems.video.parameters import PlotFinding, VideoTracking
 from elusive.systems.video.plots import write_video_plots
-from elusive.systems.video.registration import register
+from elusive.systems.video.registration import register, turned
 from elusive.systems.video.scene import VideoScene, track_video_scene
 from elusive.systems.video.sea import Sea, SeaState, Still, VideoRadar, cell_places
 from elusive.systems.video.simulate import (
@@ -32,7 +32,7 @@ from elusive.systems.video.simulate import (
     spokes_of,
 )
 from elusive.systems.video.track import track_video, track_video_recording
-from elusive.systems.video.turns import Heard, VideoStart, heard, start_of, turns_of
+from elusive.systems.video.turns import Heard, Learnt, VideoStart, heard, start_of, turns_of
 from elusive.tracking.track import Track
 from tests.recordings import DATA
 
@@ -198,7 +198,7 @@ def test_a_radar_is_laid_on_its_chart(turned_deg, east_m, north_m):
     assert found.likeness > 0.5
     assert abs(found.azimuth_deg - turned_deg) < 3 * found.azimuth_se_deg < 2.0
     assert np.hypot(*np.subtract(found.shift_m, (east_m, north_m))) < 3 * found.shift_se_m < 60.0
-    start = VideoStart(sensor, LocalFrame.at(5.0, 53.0), 0.0, 0.0, EchoExtent(25.0, 2.0))
+    start = VideoStart(sensor, LocalFrame.at(5.0, 53.0), 0.0, 0.0, EchoExtent(25.0, 2.0), 256)
     told = {one.name: one.holds for one in findings_of(Counter(), found, [], 0.0, start, fixed, charted=True)}
     assert told["video.azimuth"] == (abs(turned_deg) < 1)
     assert told["video.place"] == (east_m == 0)
@@ -211,13 +211,13 @@ def test_findings_say_what_does_not_hold():
         None,
         [5.0] * 12,
         500.0,
-        VideoStart(RadarVideo(), None, 0.0, 0.0, EchoExtent(10.0, 1.9)),
+        VideoStart(RadarVideo(), None, 0.0, 0.0, EchoExtent(10.0, 1.9), 2),
         np.ones((4, 4), bool),
     )
     broken = {one.name for one in found if not one.holds}
     assert broken == {
         "video.turns", "video.heading", "video.scale", "video.clutter", "video.moving-radar", "video.crowded",
-        "video.extent",
+        "video.extent", "video.levels",
     }  # fmt: skip
 
 
@@ -269,8 +269,8 @@ def test_ships_that_are_a_coasts_edge_or_too_many_are_named(ships, off_m, broken
     state = ClutterMap().learnt(None, power)._replace(fixed=fixed)
     turn = EvidenceTurn(0.0, np.zeros(len(power)), power, (0.0, 0.0))
     judged = Judged(sensor)
-    judged.add(Heard(turn, power, state, 1.0), tracks)
-    start = VideoStart(sensor, None, 0.0, 0.0, EchoExtent(np.nan, np.nan))
+    judged.add(Heard(turn, power, Learnt(state, state), 1.0), tracks)
+    start = VideoStart(sensor, None, 0.0, 0.0, EchoExtent(np.nan, np.nan), 256)
     found = judged.findings(Counter({"spokes": 1, "turns": 20}), start, None)[1]
     assert {one.name for one in found if not one.holds and one.grave} == {f"video.{name}" for name in broken}
 
@@ -347,3 +347,26 @@ def test_a_spiky_sea_keeps_its_law_beside_an_uncharted_coast_and_rocks(seed):
     assert beside.shape[1] > 200
     assert beside.mean() < 1.05
     assert (beside > 8).mean() < 2 * np.exp(-8)  # one such is in sight for some turns
+
+
+@pytest.mark.parametrize("swing", [0.0, 1.0, 3.0])
+def test_headings_that_lag_are_told_by_what_is_fixed(swing):
+    """Swinging edges of what is fixed were sure ships, and nothing said so."""
+    rng, sensor, pairs, truth = np.random.default_rng(7), RadarVideo(beam_deg=2.0, samples=240), [], []
+    fixed = np.zeros(sensor.shape, bool)
+    for row, column in zip(rng.integers(0, 360, 40), rng.integers(0, 110, 40), strict=True):
+        fixed[row : row + 8, column : column + 5] = True
+    for k in range(40):
+        truth.append(swing * np.sin(2 * np.pi * k / 24))
+        rows = np.arange(360) - truth[-1]
+        lower = np.floor(rows).astype(int)
+        part = (rows - lower)[:, None]
+        shown = (1 - part) * fixed[lower % 360] + part * fixed[(lower + 1) % 360]
+        pairs.append(turned(np.exp(4 * shown) * rng.exponential(size=fixed.shape), fixed))
+    pairs = np.array(pairs)
+    assert np.abs(pairs - np.array(truth)[:, None]).max() < 0.5
+    found = swings(pairs, sensor)
+    assert found.holds == (swing == 0)
+    assert found.seen == pytest.approx(np.std(truth), abs=0.15)
+    assert np.isnan(turned(np.ones(fixed.shape), np.zeros_like(fixed))).all()
+    assert np.isnan(turned(np.full(fixed.shape, np.nan), fixed)).all()

@@ -22,7 +22,19 @@ from elusive.systems.radar.scene_run import Used, lost, record, sail
 from tests.charts.shapes import DATA
 from tests.workbench.conftest import Served
 from tests.workbench.test_bearings_page import played_to_the_end, unpacked
-from tests.workbench.test_links_page import READY, OpenTab, at, button, download, field, picture, step, titles, told
+from tests.workbench.test_links_page import (
+    READY,
+    OpenTab,
+    at,
+    button,
+    download,
+    field,
+    picture,
+    show_map,
+    step,
+    titles,
+    told,
+)
 
 LONG_MS = 120_000  # on a machine that does much else
 
@@ -82,7 +94,7 @@ def test_a_chart_that_is_sent_a_route_that_is_drawn_and_a_run_called_off(served:
     told(page, "No route yet.")
     button(page, "Place the radar").click()
     told(page, "Click where the radar stands")
-    page.locator(".drawing canvas").scroll_into_view_if_needed()
+    show_map(page)
     page.mouse.click(*at(page, 500, -600))
     page.wait_for_function("""() => {
         const [x, y] = ["radar.lon_deg", "radar.lat_deg"].map(
@@ -90,7 +102,7 @@ def test_a_chart_that_is_sent_a_route_that_is_drawn_and_a_run_called_off(served:
         return Math.abs(Number(x) + 29.975) < 0.02 && Number(y) < 45; }""")
     button(page, "Draw the route").click()
     told(page, "Draw with the pointer held down")
-    page.locator(".drawing canvas").scroll_into_view_if_needed()
+    show_map(page)
     page.mouse.move(*at(page, 400, 300))
     page.mouse.down()
     page.mouse.move(*at(page, 500, 100), steps=5)
@@ -101,7 +113,7 @@ def test_a_chart_that_is_sent_a_route_that_is_drawn_and_a_run_called_off(served:
     button(page, "Draw another ship's").click()
     told(page, "Draw the route of one more ship")
     west, east = page.locator(".drawing").evaluate("(root) => root.made.panels[0].spec.extent.slice(0, 2)")
-    page.locator(".drawing canvas").scroll_into_view_if_needed()
+    show_map(page)
     page.mouse.move(*at(page, 0.9 * west, 0))
     page.mouse.down()
     page.mouse.move(*at(page, 0.9 * east, 0), steps=5)
@@ -111,7 +123,7 @@ def test_a_chart_that_is_sent_a_route_that_is_drawn_and_a_run_called_off(served:
     told(page, "No route yet.")
     button(page, "Draw the route").click()
     told(page, "Draw with the pointer held down")
-    page.locator(".drawing canvas").scroll_into_view_if_needed()
+    show_map(page)
     page.mouse.move(*at(page, 400, 300))
     page.mouse.down()
     page.mouse.move(*at(page, 400, -300), steps=5)

@@ -9,12 +9,11 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.markup import escape
 
 from elusive.cli.given import accepts, parameters_of
 from elusive.cli.live import Follow, IdleS, To, check_live, feed_of, memory_of_run, run_live, sinks_of, tell
-from elusive.cli.recorded import SHIPS, bare, cutoff_in, tell_run, truth_of
-from elusive.cli.terminal import Config, Out, Strict, bar, check_scores, console
+from elusive.cli.recorded import SHIPS, Charts, bare, cutoff_in, tell_run, truth_of
+from elusive.cli.terminal import Config, Out, Strict, bar, check_scores, say
 from elusive.errors import ParameterError
 from elusive.io.arrivals import fed
 from elusive.io.radar_video import open_radar_video
@@ -43,10 +42,6 @@ LiveVideo = Annotated[
 ]
 FromBow = Annotated[
     bool, typer.Option("--from-bow", help="Azimuths of category 240 count from the bow: the heading is added.")
-]
-Charts = Annotated[
-    list[Path] | None,
-    typer.Option("--chart", help="S-57 base cells (.000), GeoJSON or shapefiles of land, one or several."),
 ]
 Latitude = Annotated[
     float | None,
@@ -115,7 +110,7 @@ def track_video_command(
             truth=truth,
             ais=ais,
             cutoff_m=truth_cutoff,
-            on_start=_say,
+            on_start=say,
             on_turn=advance,
             **setting,
         )
@@ -146,10 +141,10 @@ def plots_command(
     with bar("turns", None) as advance:
         found = write_video_plots(
             source, parameters, out, radar_lon_deg=radar_lon, radar_lat_deg=radar_lat, charts=chart or (),
-            on_start=_say, on_turn=advance,
+            on_start=say, on_turn=advance,
         )  # fmt: skip
     mean = found.plots / max(found.turns, 1)
-    console.print(f"Written to {out}: {found.plots} plots of {found.turns} turns, {mean:.1f} a turn.", highlight=False)
+    say(f"Written to {out}: {found.plots} plots of {found.turns} turns, {mean:.1f} a turn.")
     lon, lat = found.lonlat_deg or (math.nan, math.nan)
     place = "--radar-lat-deg LAT --radar-lon-deg LON" if math.isnan(lon) else (
         f"--radar-lat-deg {lat:.6g} --radar-lon-deg {lon:.6g}"
@@ -159,8 +154,4 @@ def plots_command(
         f"elusive track radar {shlex.quote(str(out))} {place} {charts} --false-alarms {parameters.false_alarms:g} "
         f"--range-sd-m {found.deviations[0]:.3g} --bearing-sd-mrad {1000 * found.deviations[1]:.3g}"
     )
-    console.print(f"To track: {escape(command)} --out tracks", highlight=False, soft_wrap=True)
-
-
-def _say(sentence: str) -> None:
-    console.print(sentence, highlight=False, soft_wrap=True)
+    say(f"To track: {command} --out tracks")

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from elusive.errors import DataError
 from elusive.io._asterix_video import BITS, CATEGORY, LIGHT_MPS, SUMMARY, VIDEO
+from elusive.io._sentences import sentence_of
 from elusive.io.atomic import atomic_path
-from elusive.io.nmea import checksum
 from elusive.io.pcap import capture_start, captured_udp
 from elusive.io.sources import address_of
 from elusive.io.sources.packets import OPTIONS
@@ -236,17 +236,13 @@ def _block(record: bytes) -> bytes:
 def _sentences(part: Spokes, at: int) -> Iterator[bytes]:
     heading_rad, (lon, lat) = float(part.heading_rad[at]), part.lonlat_deg[at]
     if math.isfinite(heading_rad):
-        yield _sentence(f"HEHDT,{math.degrees(heading_rad) % 360:.4f},T")
+        yield sentence_of(f"HEHDT,{math.degrees(heading_rad) % 360:.4f},T")
     if math.isfinite(lon + lat):
         clock = datetime.fromtimestamp(float(part.time_s[at]), UTC).strftime("%H%M%S.%f")[:-3]
         place = f"{_minutes(abs(lat), 2)},{'S' if lat < 0 else 'N'},{_minutes(abs(lon), 3)},{'W' if lon < 0 else 'E'}"
-        yield _sentence(f"GPGLL,{place},{clock},A,A")
+        yield sentence_of(f"GPGLL,{place},{clock},A,A")
 
 
 def _minutes(degrees: float, digits: int) -> str:
     minutes = round(degrees * 60, 6)
     return f"{int(minutes // 60):0{digits}d}{minutes % 60:09.6f}"
-
-
-def _sentence(body: str) -> bytes:
-    return f"${body}*{checksum(body):02X}\r\n".encode("ascii")

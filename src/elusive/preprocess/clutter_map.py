@@ -1,8 +1,8 @@
 """A clutter map: how strong echoes of no target are, by range and sector and over time, learnt from the recording.
 
-Each cell's power is set against the mean level of its range and sector, and the ratio against its distribution there
-(the probability-integral transform; Fisher, 1932): the evidence, minus the logarithm of the share of clutter that
-exceeds it, is exponential of mean 1 in clutter of any law, quantised or saturated. The body of the distribution is
+Each cell's power is set against the mean level of its range and sector, on a line across that, and the ratio against
+its distribution there (the probability-integral transform; Fisher, 1932): the evidence, minus the logarithm of the
+share of clutter that exceeds it, is exponential of mean 1 in clutter of any law, quantised or saturated. Its body is
 counted; beyond the share at which few cells are left, which ships would spoil, it is a Weibull law through two
 quantiles (Conte, De Maio and Galdi, 2004), no lighter than exponential: K clutter's tail is of that kind (Ward, Tough
 and Watts, 2013, Sea clutter, chapter 5). What returns turn after turn is a fixed echo: it is set against its own mean
@@ -27,8 +27,10 @@ from elusive.model import Model, Positive, Probability
 LOW, WIDTH, BINS = -12.0, 0.1, 360  # logarithms of power, to the mean's, that are counted
 FAINTEST = 1e-12  # power below which nothing is told apart
 SMOOTHED = 9  # columns over which the mean level is averaged, less its trend across them
+SLOPED = 81  # columns over which its trend along azimuth is: a ship is not to tilt it
 FALLS, RISES = 0.225, 0.075  # of a cell's quiet level, a turn: its lower quartile
 FIRST = 3  # turns whose least power is a cell's first quiet level
+LEAST_SPREAD = 0.01  # of rows' squared places in a sector, 1 / 12 if there is sea in all: less, and no trend is seen
 FEW = 20.0  # cells beyond which the tail is not counted
 ALIKE = 0.4  # weight of other sectors' cells at a range
 HEAVIER = 0.87  # the exponent of K and of averaged clutter falls on beyond what is counted: this much of it is left
@@ -40,6 +42,7 @@ class ClutterState(NamedTuple):
 
     turns: int
     mean: Array  # (S, R) mean logarithm of power, of a sector at a range
+    slope: Array  # (S, R) by how much that rises across a sector
     counts: Array  # (S B + 2, BINS) of cells by block and level; the last are beside fixed echoes, and these
     quiet: NDArray[np.float32]  # (A, R) lower quartile of a cell's level
     level: NDArray[np.float32]  # (A, R) its mean
@@ -71,26 +74,23 @@ class ClutterMap(Model):
 
         level = np.log(np.maximum(power, FAINTEST))
         if state is None:
-            rows, columns = level.shape
-            nothing = np.zeros(level.shape, np.float32)
-            state = ClutterState(
-                0, np.zeros((self.sectors, columns)), np.zeros((self.sectors * self.bands + 2, BINS)),
-                nothing + np.float32(np.inf), nothing, *np.zeros((2, rows, columns), np.bool_),
-            )  # fmt: skip
+            nothing, nowhere = np.zeros(level.shape, np.float32), np.zeros(level.shape, np.bool_)
+            mean, counts = np.zeros((self.sectors, level.shape[1])), np.zeros((self.sectors * self.bands + 2, BINS))
+            state = ClutterState(0, mean, mean, counts, nothing + np.float32(np.inf), nothing, nowhere, nowhere)
         known = np.isfinite(level)
         turns = state.turns + 1
         pace = max(1 / turns, 1 / self.memory_turns)
         sea = known & ~state.fixed
         if open_water is not None:
             sea &= open_water
-        mean = self._means(level, sea, state, pace)
+        mean, slope = self._means(level, sea, state, pace)
         own = np.where(known, state.level + np.float32(pace) * (level - state.level), state.level)
         if turns <= FIRST:
             quiet = np.fmin(state.quiet, level)
         else:
             step = np.where(level < state.quiet, np.float32(-FALLS), np.float32(RISES))
             quiet = np.where(known, state.quiet + step, state.quiet)
-        state = state._replace(turns=turns, mean=mean, level=own, quiet=quiet)
+        state = state._replace(turns=turns, mean=mean, slope=slope, level=own, quiet=quiet)
         counts = state.counts * (1 - 1 / self.memory_turns)
         block = np.where(sea | (known & state.fixed), self._blocks(state), np.int16(-1))
         kernels.count(level, self._middle(state), block, LOW, WIDTH, counts)
@@ -112,6 +112,7 @@ class ClutterMap(Model):
         nothing = state._asdict() | {
             "turns": 0,
             "mean": np.zeros_like(state.mean),
+            "slope": np.zeros_like(state.slope),
             "counts": np.zeros_like(state.counts),
         }
         return ClutterState(**nothing)
@@ -173,25 +174,36 @@ class ClutterMap(Model):
                 found[k] = math.log(2) / (ends[1] - ends[0])
         return found
 
-    def _means(self, level: NDArray[np.float32], sea: NDArray[np.bool_], state: ClutterState, pace: float) -> Array:
-        """Mean logarithm of power by sector and range, over the sea where there is any, over all else."""
-        mean = np.empty_like(state.mean)
+    def _means(
+        self, level: NDArray[np.float32], sea: NDArray[np.bool_], state: ClutterState, pace: float
+    ) -> tuple[Array, Array]:
+        """Mean logarithm of power by sector and range, and its rise across: over the sea if any, over all else."""
+        mean, slope = state.mean.copy(), state.slope.copy()
         for sector, rows in enumerate(np.array_split(np.arange(len(level)), self.sectors)):
             values, here = level[rows], sea[rows]
             if not here.any():
                 here = np.isfinite(values)
-            heard = here.sum(axis=0)
+            across = _across(len(rows))[:, None]
+            heard = here.sum(axis=0).astype(np.float64)
             total = np.where(here, values, 0.0).sum(axis=0, dtype=np.float64)
-            smooth = _along(total, heard.astype(np.float64))
-            before = state.mean[sector]
-            mean[sector] = np.where(np.isfinite(smooth), before + pace * (smooth - before), before)
-        return mean
+            middle = np.where(here, across, 0.0).sum(axis=0) / np.maximum(heard, 1)
+            off = np.where(here, across - middle, 0.0)
+            rise, spread = (
+                uniform_filter1d(term.sum(axis=0), SLOPED, mode="constant")
+                for term in (off * np.where(here, values, 0.0), off * off)
+            )
+            tilt = rise / (spread + LEAST_SPREAD * len(rows))
+            smooth = _along(total - heard * tilt * middle, heard)
+            known = np.isfinite(smooth)
+            mean[sector, known] += pace * (smooth - mean[sector])[known]
+            slope[sector, known] += pace * (tilt - slope[sector])[known]
+        return mean, slope
 
     def _middle(self, state: ClutterState) -> NDArray[np.float32]:
-        rows = np.concatenate(
-            [np.full(len(part), k) for k, part in enumerate(np.array_split(np.arange(len(state.fixed)), self.sectors))]
-        )
-        return np.where(state.fixed, state.level, state.mean.astype(np.float32)[rows])
+        parts = np.array_split(np.arange(len(state.fixed)), self.sectors)
+        mean, slope = state.mean.astype(np.float32), state.slope.astype(np.float32)
+        expected = [mean[k] + _across(len(part))[:, None] * slope[k] for k, part in enumerate(parts)]
+        return np.where(state.fixed, state.level, np.concatenate(expected))
 
     def _everywhere(self, state: ClutterState) -> NDArray[np.int16]:
         """Block of sector and band of each cell, ``(A, R)``."""
@@ -209,6 +221,11 @@ class ClutterMap(Model):
         block[state.fixed] = len(state.counts) - 1
         block[state.beside] = len(state.counts) - 2
         return block
+
+
+def _across(rows: int) -> NDArray[np.float32]:
+    """Where rows lie in a sector, from -1/2 to 1/2, ``(rows,)``."""
+    return ((np.arange(rows) + 0.5) / rows - 0.5).astype(np.float32)
 
 
 def _along(total: Array, weight: Array) -> Array:

@@ -18,22 +18,27 @@ REACH = 2  # cells to each side that a target shows in
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def gather(amplitude: NDArray[Any], rows: NDArray[np.int64], samples: int, total: NDArray[np.float32]) -> None:
-    """Add the mean power of each ``samples`` neighbours of spokes ``(n, m)`` to their rows of ``(A, R)``."""
+def gather(
+    amplitude: NDArray[Any], rows: NDArray[np.int64], samples: int, total: NDArray[np.float32],
+    roots: NDArray[np.float32],
+) -> None:  # fmt: skip
+    """Add mean power, and mean root of amplitude, of ``samples`` neighbours of spokes ``(n, m)`` to rows ``(A, R)``."""
     share = np.float32(1.0 / samples)
     for i in range(len(rows)):
-        line = total[rows[i]]
+        line, beside = total[rows[i]], roots[rows[i]]
         for j in range(len(line)):
-            power = np.float32(0.0)
+            power, root = np.float32(0.0), np.float32(0.0)
             for k in range(j * samples, (j + 1) * samples):
                 value = np.float32(amplitude[i, k])
                 power += value * value
+                root += np.sqrt(value)
             line[j] += power * share
+            beside[j] += root * share
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def overlap(total: NDArray[np.float32], spokes: NDArray[np.int64], tall: int, wide: int) -> NDArray[np.float32]:
-    """Mean power of ``tall x wide`` neighbouring cells, round the turn; NaN where a row of them has no spoke."""
+    """Mean of ``tall x wide`` neighbouring cells, round the turn; NaN where a row of them has no spoke."""
     rows, columns = total.shape
     found = np.empty((rows, columns), np.float32)
     for i in range(rows):

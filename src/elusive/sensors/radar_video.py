@@ -2,7 +2,9 @@
 
 Spokes become cells of half a beam by half a pulse, overlapping by as much: a target's power is then in one cell, save
 for a decibel or two, and neighbours of a row or column further are independent (the matched filter to a rectangle;
-Richards (2014), Fundamentals of radar signal processing, section 4.2). What a cell says of a target is read from its
+Richards (2014), Fundamentals of radar signal processing, section 4.2). A cell has two powers, the mean's and that of
+the mean root: a target fills its cell evenly, and a spike of clutter, whose speckle does not, weighs less in the
+second. What a cell says of a target is read from its
 evidence e, minus the logarithm of the probability that clutter as it is there exceeds it: e is exponential of mean 1 in
 clutter, whatever its law. A target adds to it, from turn to turn as Swerling 1 has it, an exponential of mean rho: the
 likelihood ratio is then (exp(e (1 - 1 / rho)) - 1) / (rho - 1), the sum of both laws to the one.
@@ -29,6 +31,8 @@ MISSED = -3.0  # log ratio of a target that is nowhere in reach of a cell
 PART = 4  # of a beam and a pulse: deviation of a place in one, as peaks are about ships
 NEAR = 1e-4  # strengths this close to 1 are taken as that far from it
 LEAST_ROWS = 16
+NOISE = 20  # samples of a spoke that hold some, from which a spoke without any was not received
+STRIPS, ASIDE, LOUDER = 8, (3, 4, 5, 6), math.log(4.0)  # of range; rows beyond an echo's beam; logarithm of power
 LEAST_POWER = 0.1  # of quantised samples: what is below a step is not told apart
 AROUND = [(down, right) for down in (-1, 0, 1) for right in (-1, 0, 1)]
 
@@ -39,7 +43,9 @@ class VideoTurn(NamedTuple):
     time_s: float  # when it ended
     row_s: Array  # (A,) when the beam passed each row; NaN where it did not
     power: NDArray[np.float32]  # (A, R) mean power of a cell's samples; NaN where no spoke was
+    even: NDArray[np.float32]  # (A, R) that of the mean root of their amplitudes
     place: tuple[float, float]  # of the radar, x and y [m]
+    spoilt: int = 0  # rows that another radar's pulses filled: taken as not received
 
 
 class EvidenceTurn(NamedTuple):
@@ -215,13 +221,13 @@ class TurnGatherer:
     def __init__(self, sensor: RadarVideo) -> None:
         self.sensor = sensor
         self._row = -1
-        self._least = 0.0
+        self._least = self._noise = 0.0
         self._clear()
 
     def _clear(self) -> None:
         rows, columns = self.sensor.shape
-        self._total = np.zeros((rows, columns), np.float32)
-        self._spokes, self._time = np.zeros(rows, np.int64), np.zeros(rows)
+        self._total, self._roots = np.zeros((2, rows, columns), np.float32)
+        self._spokes, self._passed, self._time = np.zeros(rows, np.int64), np.zeros(rows, np.int64), np.zeros(rows)
 
     def add(self, spokes: Spokes, azimuth_rad: Array, place: tuple[float, float]) -> list[VideoTurn]:
         """Take in spokes, whose azimuths are from north, and return the turns that ended with them."""
@@ -237,18 +243,47 @@ class TurnGatherer:
                 found.append(self._ended(place))
             part = slice(start, stop)
             self._least = LEAST_POWER if spokes.bits else 0.0
-            kernels.gather(spokes.amplitude[part], row[part], self.sensor.grouped, self._total)
-            self._spokes += np.bincount(row[part], minlength=rows)
+            kernels.gather(spokes.amplitude[part], row[part], self.sensor.grouped, self._total, self._roots)
+            self._spokes += np.bincount(row[part], self._received(spokes.amplitude[part]), rows).astype(np.int64)
+            self._passed += np.bincount(row[part], minlength=rows)
             self._time += np.bincount(row[part], spokes.time_s[part], minlength=rows)
         self._row = int(row[-1])
         return found
+
+    def _received(self, amplitude: NDArray[np.generic]) -> NDArray[np.bool_]:
+        """Say which spokes were: those of a blanked sector have no noise, where others have."""
+        samples = np.count_nonzero(amplitude, axis=1)
+        if samples.any():
+            here = float(np.median(samples[samples > 0]))
+            self._noise = here if self._noise == 0 else 0.9 * self._noise + 0.1 * here
+        return np.asarray((samples > 0) | (self._noise < NOISE))
+
+    def _spoilt(self) -> NDArray[np.bool_]:
+        """Say which rows are far stronger than those a beam away on either side, in all strips of range but one."""
+        with np.errstate(invalid="ignore", divide="ignore"):
+            level = np.log(np.maximum(self._total / self._spokes[:, None], LEAST_POWER if self._least else 1e-12))
+        strips = np.array([part.mean(axis=1) for part in np.array_split(level, STRIPS, axis=1)])
+        before, after = (
+            np.median([np.roll(strips, sign * step, axis=1) for step in ASIDE], axis=0) for sign in (1, -1)
+        )
+        return np.asarray((strips > np.maximum(before, after) + LOUDER).sum(axis=0) >= STRIPS - 1)
 
     def _ended(self, place: tuple[float, float]) -> VideoTurn:
         from elusive.sensors import _radar_video_kernels as kernels
 
         with np.errstate(invalid="ignore", divide="ignore"):
-            times = self._time / self._spokes
-        power = kernels.overlap(self._total, self._spokes, 2, 2)
-        turn = VideoTurn(float(np.nanmax(times)), times, np.maximum(power, np.float32(self._least)), place)
+            times = self._time / self._passed
+        spoilt = self._spoilt()
+        self._spokes[spoilt] = 0
+        power, root = (kernels.overlap(total, self._spokes, 2, 2) for total in (self._total, self._roots))
+        least = np.float32(self._least)
+        turn = VideoTurn(
+            float(np.nanmax(times)),
+            times,
+            np.maximum(power, least),
+            np.maximum((root * root) ** 2, least),
+            place,
+            int(spoilt.sum()),
+        )
         self._clear()
         return turn

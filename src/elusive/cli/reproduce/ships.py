@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from elusive.campaign import make_executor
-from elusive.cli.terminal import Out, Scheduler, Workers, campaign_bar, console, show
+from elusive.cli.terminal import Out, Scheduler, Workers, campaign_bar, say, show
 from elusive.experiments.ships_in_video.reproduce import DEFAULT_TRIALS, SHAPES, ships_in_video
 
 
@@ -32,4 +32,4 @@ def reproduce_ships_command(
         for first in line[:1]
     ]  # fmt: skip
     show(f"Found, {trials} recordings a shape", ("", *(f"{level:g} dB" for level in levels), "others"), lines)
-    console.print(f"Written to {out}: found.csv, found.png")
+    say(f"Written to {out}: found.csv, found.png")

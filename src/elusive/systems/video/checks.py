@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from elusive.charts import Water
 from elusive.checks import Finding
-from elusive.contracts import X, Y
+from elusive.contracts import Array, X, Y
 from elusive.sensors.echo_extent import EchoExtent
 from elusive.sensors.radar_video import RadarVideo
-from elusive.systems.video.registration import Registration, register
+from elusive.systems.video.registration import Registration, register, turned
 from elusive.systems.video.turns import Heard, VideoStart
 from elusive.tracking.track import Track
 
@@ -29,7 +29,10 @@ SPIKY = 2.0  # share of the clutter beyond what its law lets expect, to that
 OTHER_EXTENT = 2.0  # factor by which echoes reach further or less far than told
 CROWDED = 0.1  # share of the cells that are fixed
 EDGE = 2  # cells about a ship in which what is fixed shows as well
+INTERFERED = 0.002  # share of azimuths
 MANY = 50  # ships at once
+LEVELS = 8  # of amplitude, three bits
+SWINGS = 0.2  # of a beam, deviation of azimuths from turn to turn: less than what made ten tracks of no ship
 
 
 class Judged:
@@ -40,6 +43,7 @@ class Judged:
         self._beside = dict[int, bool]()  # whether a ship has never left what is fixed
         self._at_once = 0
         self._held = deque[float](maxlen=LATEST)
+        self._turned = deque[Array](maxlen=LATEST)
         self._least, self._most = np.full(2, math.inf), np.full(2, -math.inf)
         self._last: Heard | None = None
 
@@ -53,6 +57,7 @@ class Judged:
         place = np.array(heard.turn.place)
         self._least, self._most = np.minimum(self._least, place), np.maximum(self._most, place)
         self._held.append(heard.held)
+        self._turned.append(turned(heard.power, heard.clutter.fixed))
         self._last = heard
 
     def _is_beside(self, ship: Track, heard: Heard) -> bool:
@@ -76,6 +81,8 @@ class Judged:
             itself = fixed & ~clutter.beside
             registration = register(itself, start.sensor, water.probability, self._last.turn.place)
         ships = [_many(self._at_once)]
+        if moved <= _still_m(start.sensor):
+            ships.append(swings(np.array(self._turned), start.sensor))
         if water is None and self._beside:
             ships.append(_beside(sum(self._beside.values()), len(self._beside)))
         return registration, (
@@ -96,7 +103,8 @@ def findings_of(
         _north(counts["no heading"] / spokes),
         _scale(counts["other scale"] / spokes, counts["turns away"]),
     ]
-    found += [_clutter(held), _extent(sensor, start.extent)]
+    spoilt = counts["spoilt"] / max(counts["turns"] * sensor.shape[0], 1)
+    found += [_clutter(held), _extent(sensor, start.extent), _interference(spoilt), _levels(start.levels)]
     found.append(
         Finding(
             "video.moving-radar", not (moved_m > still_m and fixed.any()), still_m, moved_m,
@@ -150,6 +158,19 @@ def _registered(registration: Registration, start: VideoStart) -> list[Finding]:
     return found
 
 
+def swings(rows: Array, sensor: RadarVideo) -> Finding:
+    """Whether what is fixed turns to and fro, near and far alike, by ``rows`` of each turn, ``(T, 2)``."""
+    known = rows[np.isfinite(rows).all(axis=1)]
+    common = float(np.cov(known.T)[0, 1]) if len(known) >= FEW_TURNS else 0.0  # the errors of both are independent
+    off = math.degrees(sensor.grid[2]) * math.sqrt(max(common, 0.0))
+    return Finding(
+        "video.swings", off < SWINGS * sensor.beam_deg, 0.0, off,
+        f"What is fixed, near and far, turns to and fro by {off:.1f} degrees from turn to turn: headings lag or jitter "
+        "as the radar's ship yaws. Edges of what is fixed are then tracked as ships, sure and wrong.",
+        "Record the heading that the radar itself uses, at ten a second or so; or give --chart.",
+    )  # fmt: skip
+
+
 def _many(at_once: int) -> Finding:
     return Finding(
         "video.many", at_once <= MANY, MANY, at_once,
@@ -181,6 +202,23 @@ def _north(share: float) -> Finding:
         "video.heading", share < 0.01, 0.0, share,
         f"{100 * share:.0f} % of the spokes count from the bow and have no heading: they are taken to look north where "
         "the bow looks.", "Record the heading (NMEA HDG, HDT) beside, or give --azimuth-bias-deg.",
+    )  # fmt: skip
+
+
+def _interference(share: float) -> Finding:
+    return Finding(
+        "video.interference", share < INTERFERED, 0.0, share,
+        f"{100 * share:.1f} % of the azimuths were filled by another radar's pulses at all ranges and are taken as "
+        "not received: ships there are seen less.", "Turn the radar's interference rejection on.", grave=share > 0.3,
+    )  # fmt: skip
+
+
+def _levels(levels: int) -> Finding:
+    return Finding(
+        "video.levels", levels >= LEVELS, LEVELS, levels,
+        f"Samples have {levels} levels: how strong an echo is, against its clutter, is cut off. Spots of clutter are "
+        "tracked as ships, sure and wrong.", "Record the video before any threshold, in four bits or more.",
+        grave=levels <= 2,
     )  # fmt: skip
 
 

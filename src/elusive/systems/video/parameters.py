@@ -20,7 +20,7 @@ from elusive.tracking.evidence_maps import EvidenceRules, EvidenceTracker
 from elusive.tracking.lifecycle import Lifecycle
 
 MOST_BYTES = 2e9  # of cells and what is learnt of them
-OF_CELL, OF_TURN = 190.0, 4e7  # what a turn's cell takes, and its targets, in logarithms of an array: measured
+OF_CELL, OF_TURN = 350.0, 9e7  # what a turn's cell takes, and its targets, in logarithms of an array: measured
 BEAM_DEG = 2.0  # of a recording in which nothing shows it
 PROBED = 1 << 18  # logarithms that are timed
 
@@ -107,7 +107,7 @@ class PlotFinding(Model):
 def bytes_held(sensor: RadarVideo, learning_turns: int) -> float:
     """Memory that a run takes for cells: of a turn, of what is learnt, and of turns that wait [bytes]."""
     rows, columns = sensor.shape
-    return float(rows * columns * (4 * learning_turns + 40))
+    return float(rows * columns * (8 * learning_turns + 68))
 
 
 def seconds_a_turn(sensor: RadarVideo) -> float:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,8 +13,7 @@ from elusive.contracts import Array
 from elusive.io.truth import Truth
 from elusive.report import drawing as draw
 from elusive.report.extents import lonlat_fit
-from elusive.report.page import track_table, write_page
-from elusive.report.picture import write_picture
+from elusive.report.page import Report, track_table
 from elusive.report.plots import track_colour
 from elusive.report.scored import gospa_chart
 from elusive.results import Scored
@@ -85,10 +83,10 @@ class VideoTracked(NamedTuple):
         return found
 
 
-def write_video_html(path: Path, tracked: VideoTracked, findings: Sequence[Finding] = ()) -> None:
-    """Write a page with the plan, range over azimuth, and the tracks over time."""
+def video_report(tracked: VideoTracked, findings: Sequence[Finding] = ()) -> Report:
+    """Return the plan, range over azimuth, and the tracks over time; the figure is of the last turn."""
     table = track_table(HEADER, tracked.lines, {str(one.track) for one in tracked.paths})
-    write_page(path, tracked.title, tracked.verdict, video_drawing(tracked), table, tracked.rows, findings=findings)
+    return Report(tracked.title, tracked.verdict, video_drawing(tracked), tracked.rows, findings, table)
 
 
 def video_drawing(tracked: VideoTracked) -> draw.Drawing:
@@ -148,8 +146,3 @@ def _track(one: VideoPath) -> draw.Layer:
         one.track, one.times_s, one.places, track_colour(one.track), deviation=one.deviation, cross=one.covariance,
         sure=one.confirmed, values=values,
     )  # fmt: skip
-
-
-def write_video_png(path: Path, tracked: VideoTracked) -> None:
-    """Draw the same as a figure, at its last turn."""
-    write_picture(path, video_drawing(tracked), tracked.title, tracked.verdict)

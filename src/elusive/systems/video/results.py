@@ -23,7 +23,7 @@ from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
 from elusive.systems.video.ais import compare_ais, reports_beside
 from elusive.systems.video.checks import Judged
 from elusive.systems.video.parameters import VideoTracking
-from elusive.systems.video.report import Shown, VideoPath, VideoTracked, write_video_html, write_video_png
+from elusive.systems.video.report import Shown, VideoPath, VideoTracked, video_report
 from elusive.systems.video.resting import Resting, resting_of, write_resting
 from elusive.systems.video.turns import VideoStart
 from elusive.tracking.track import Step
@@ -162,8 +162,7 @@ class VideoRun:
         write_resting(folder / "resting.csv", outcome.resting)
         title = outcome.tracked.title
         write_recording(folder, self._log, outcome.findings, outcome.scored, title=title, config=config)
-        write_video_png(folder / "report.png", outcome.tracked)
-        write_video_html(folder / "report.html", outcome.tracked, outcome.findings)
+        video_report(outcome.tracked, outcome.findings).write(folder)
 
     def _turn_s(self) -> float:
         times = self._log.times_s

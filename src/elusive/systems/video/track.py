@@ -70,7 +70,7 @@ def track_video(
     belief, rng, _ = memory.held or (tracker.init(rng), rng, None)
     for one in turns:
         belief = tracker.step(belief, one.turn.time_s, one.turn, rng)
-        memory.keep(one.turn.time_s, belief, rng, one.clutter)
+        memory.keep(one.turn.time_s, belief, rng, one.learnt)
         tracks = belief.tracks
         if frame is not None and tracks:
             lonlat = frame.to_lonlat(np.array([track.mean[[X, Y]] for track in tracks])).tolist()

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter
 
 from elusive.contracts import Array
 from elusive.errors import DataError, ParameterError
@@ -21,9 +22,12 @@ from elusive.sensors.spokes import Spokes
 from elusive.systems.video.parameters import MOST_BYTES, PlotFinding, VideoTracking, bytes_held, seconds_a_turn
 from elusive.tracking.memory import Memory
 
+SPARSE = 8  # samples of a spoke of which one is looked at for its levels
 BEYOND = 5.0  # evidence at which the clutter's law is tried
 GONE = 3.0  # turns in another range scale after which a live radar is taken to stay in it
 TURN_RAD = 2 * math.pi
+EDGE = 15  # cells in a row, its own in the middle, of which a fixed one makes the edge of what is fixed
+OPEN = 0.5  # share of cells beyond such edges from which the open sea's law is known
 
 
 class VideoStart(NamedTuple):
@@ -34,6 +38,7 @@ class VideoStart(NamedTuple):
     held_bytes: float  # what cells take, of turns and of what is learnt
     turn_s: float  # what a turn takes of one core, about
     extent: EchoExtent  # as the first turn's echoes show it
+    levels: int  # different amplitudes in the first turn
 
     @property
     def sentence(self) -> str:
@@ -46,13 +51,25 @@ class VideoStart(NamedTuple):
         )
 
 
+class Learnt(NamedTuple):
+    """What is known of the clutter by then."""
+
+    clutter: ClutterState  # of mean power: what is fixed, and how that fluctuates
+    even: ClutterState  # of the mean root's, in open sea
+
+
 class Heard(NamedTuple):
     """A turn, and what it says."""
 
     turn: EvidenceTurn
     power: NDArray[np.float32]  # (A, R)
-    clutter: ClutterState  # as it is known by then
+    learnt: Learnt
     held: float  # share of clutter beyond an evidence of 5 before it was learnt, to the one expected; NaN: not known
+
+    @property
+    def clutter(self) -> ClutterState:
+        """What is fixed, and how strong clutter is."""
+        return self.learnt.clutter
 
 
 def start_of(
@@ -81,8 +98,9 @@ def start_of(
             f"beam_deg, pulse_m: a turn of {sensor.shape[0]} x {sensor.shape[1]} cells takes {needed / 1e9:.1f} GB; "
             "give the radar's own beam and pulse, or fewer --learning-turns."
         )
+    levels = len(np.unique(np.concatenate([part.amplitude[:, ::SPARSE].ravel() for part in turn])))
     if lon_deg is not None and lat_deg is not None:
-        return VideoStart(sensor, LocalFrame.at(lon_deg, lat_deg), needed, seconds_a_turn(sensor), extent)
+        return VideoStart(sensor, LocalFrame.at(lon_deg, lat_deg), needed, seconds_a_turn(sensor), extent, levels)
     lonlat_deg = np.concatenate([part.lonlat_deg for part in turn])
     known = lonlat_deg[np.isfinite(lonlat_deg).all(axis=1)]
     if needs_place and not len(known):
@@ -90,7 +108,7 @@ def start_of(
             f"{needs_place}: the recording does not say where the radar is; give --radar-lat-deg and --radar-lon-deg."
         )
     frame = LocalFrame.at(*known[0].tolist()) if len(known) else None
-    return VideoStart(sensor, frame, needed, seconds_a_turn(sensor), extent)
+    return VideoStart(sensor, frame, needed, seconds_a_turn(sensor), extent, levels)
 
 
 def turns_of(
@@ -128,6 +146,7 @@ def turns_of(
             place = float(x), float(y)
         for turn in gatherer.add(part, azimuth, place):
             counts["turns"] += 1
+            counts["spoilt"] += turn.spoilt
             yield turn
 
 
@@ -149,22 +168,22 @@ def heard(
         If there is no whole turn.
     """
     memory = memory or Memory()
-    state: ClutterState | None = None if memory.held is None else memory.held[2]
+    state: Learnt | None = None if memory.held is None else memory.held[2]
     waiting: list[VideoTurn] = []
     done = 0
     for turn in memory.new(turns):
         sea = None if open_water is None else open_water(turn.place)
         held = math.nan
-        if state is not None and state.turns >= learning_turns:
-            held = _held(clutter.evidence(state, turn.power), state, sea)
-        state = clutter.learnt(state, turn.power, sea)
+        if state is not None and state.clutter.turns >= learning_turns:
+            held = _held(_evidence(clutter, state, turn), state.clutter, sea)
+        state = _learnt(clutter, state, turn, sea)
         waiting.append(turn)
-        if state.turns < learning_turns:
+        if state.clutter.turns < learning_turns:
             continue
         if len(waiting) > 1:
-            state = clutter.relearnt(state)
+            state = Learnt(clutter.relearnt(state.clutter), clutter.relearnt(state.even))
             for one in waiting:
-                state = clutter.learnt(state, one.power, None if open_water is None else open_water(one.place))
+                state = _learnt(clutter, state, one, None if open_water is None else open_water(one.place))
         for one in waiting:
             yield _judged(clutter, state, one, held)
             done += 1
@@ -177,9 +196,28 @@ def heard(
         yield _judged(clutter, state, one, math.nan)
 
 
-def _judged(clutter: ClutterMap, state: ClutterState, turn: VideoTurn, held: float) -> Heard:
-    cells = as_in_turn(clutter.evidence(state, turn.power))
-    evidence = EvidenceTurn(turn.time_s, turn.row_s, cells, turn.place)
+def _learnt(
+    clutter: ClutterMap, before: Learnt | None, turn: VideoTurn, sea: NDArray[np.bool_] | None
+) -> Learnt:  # fmt: skip
+    power = clutter.learnt(None if before is None else before.clutter, turn.power, sea)
+    open_sea = ~_edged(power) if sea is None else sea & ~_edged(power)
+    return Learnt(power, clutter.learnt(None if before is None else before.even, turn.even, open_sea))
+
+
+def _edged(clutter: ClutterState) -> NDArray[np.bool_]:
+    """Return what is fixed, and its edge: now and then an even echo fills that, and would be a ship by its root."""
+    return np.asarray(maximum_filter(clutter.fixed, EDGE, mode=("wrap", "nearest")))
+
+
+def _evidence(clutter: ClutterMap, state: Learnt, turn: VideoTurn) -> NDArray[np.float32]:
+    power, edged = clutter.evidence(state.clutter, turn.power), _edged(state.clutter)
+    if edged.mean() > 1 - OPEN:
+        return power
+    return np.where(edged, power, clutter.evidence(state.even, turn.even))
+
+
+def _judged(clutter: ClutterMap, state: Learnt, turn: VideoTurn, held: float) -> Heard:
+    evidence = EvidenceTurn(turn.time_s, turn.row_s, as_in_turn(_evidence(clutter, state, turn)), turn.place)
     return Heard(evidence, turn.power, state, held)
 
 
