@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from scipy.special import ndtri
 
-from elusive.errors import DataError, ParameterError
-from elusive.preprocess import Whitener, estimate_psf
+from elusive.errors import DataError
+from elusive.preprocess import Whitener
 from elusive.preprocess.background import LEVELS
 from elusive.preprocess.response import matched_response
 from tests.preprocess.scenes import recording
@@ -115,25 +115,3 @@ def test_matched_response_equals_its_twin():
     expected = reference.matched(residual, variance, seen, 1.1)
     ratio = (found / expected)[np.isfinite(found) & (np.abs(expected) > 0.1)]
     np.testing.assert_allclose(ratio, np.median(ratio), rtol=2e-3)
-
-
-@pytest.mark.parametrize("sigma", [0.6, 1.0, 1.6])
-def test_point_spread_is_recovered(sigma):
-    rng = np.random.default_rng(3)
-    y, x = np.mgrid[:120, :150].astype(float)
-    frames = []
-    for _ in range(6):
-        frame = rng.standard_normal((120, 150))
-        for px, py in rng.uniform([10, 10], [140, 110], (4, 2)):
-            frame += 50 * np.exp(-((x - px) ** 2 + (y - py) ** 2) / (2 * sigma**2))
-        frames.append(frame)
-    found = estimate_psf(frames)
-    assert found.points > 10
-    assert found.sigma_px == pytest.approx(sigma, rel=0.05)
-
-
-def test_point_spread_of_nothing():
-    with pytest.raises(DataError, match="no point"):
-        estimate_psf([np.random.default_rng(0).standard_normal((60, 60))])
-    with pytest.raises(ParameterError, match="above zero"):
-        estimate_psf([], threshold=0.0)

@@ -116,7 +116,7 @@ def test_links_without_a_test_or_a_change_decide_nothing():
 def test_an_image_of_decisions_shows_the_person():
     rng = np.random.default_rng(0)
     grid = VoxelGrid(x0=-12, x1=12, y0=-12, y1=12)
-    W = EllipseWeights().matrix(radio_nodes(reference.border_nodes()), grid)
+    W = EllipseWeights().sparse(radio_nodes(reference.border_nodes()), grid).toarray()
     model = BinaryLinks()
     tests = model.calibrate(rng.normal(0, 3, (50, 820)))
     places = rng.uniform(-10, 10, (60, 2))

@@ -111,7 +111,7 @@ def test_sidelobes_are_no_heads():
 def test_one_persons_head_lies_within_5_cm():
     """One person of 20 dB, noise of .25 dB in each voxel, at beta = .5: one head, .05 m off on average."""
     rng = np.random.default_rng(0)
-    W = EllipseWeights().matrix(radio_nodes(reference.border_nodes()), GRID)
+    W = EllipseWeights().sparse(radio_nodes(reference.border_nodes()), GRID).toarray()
     projector = RegularisedImage().projection(W, GRID)
     places = rng.uniform(-11, 11, (200, 2))
     errors = {True: [], False: []}

@@ -60,6 +60,18 @@ def test_evidence_is_exponential_whatever_the_clutter(shape):
     assert state.fixed.mean() < 1e-3
 
 
+def test_clutter_that_rises_along_azimuth_is_no_stronger_at_the_edge_of_a_sector():
+    """A sector's mean was a step: where the sea is strong upwind alone, edges of sectors were sure ships."""
+    rng = np.random.default_rng(5)
+    wind = np.exp(1.5 * np.cos(2 * np.pi * np.arange(SHAPE[0]) / SHAPE[0]))[:, None].astype(np.float32)
+    clutter = MAP.replace(sectors=8)
+    state = learnt(lambda: wind * rng.exponential(size=SHAPE).astype(np.float32), clutter=clutter)
+    fresh = [clutter.evidence(state, wind * rng.exponential(size=SHAPE).astype(np.float32)) for _ in range(60)]
+    beyond = (np.array(fresh) > 5).mean(axis=(0, 2)) / np.exp(-5)  # by row
+    assert beyond == pytest.approx(1.0, abs=0.35 + 4 / np.sqrt(60 * SHAPE[1] * np.exp(-5)))
+    assert beyond.mean() == pytest.approx(1.0, abs=0.1)
+
+
 def test_quantised_and_saturated_amplitudes_are_taken_as_they_are():
     rng = np.random.default_rng(3)
 

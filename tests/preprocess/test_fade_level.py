@@ -7,7 +7,7 @@ import pytest
 
 from elusive.errors import DataError
 from elusive.io.link_logs import open_link_log
-from elusive.io.node_files import read_nodes
+from elusive.io.placed_files import read_nodes
 from elusive.preprocess.fade_level import RssChange
 from elusive.preprocess.link_calibration import Calibrate, fade_level
 from elusive.sensors.radio_network import RssFrame, directed_links_of, links_of

@@ -17,16 +17,16 @@ GRID = VoxelGrid(x0=-12, x1=12, y0=-12, y1=12)
 
 
 def test_counts_of_the_thesiss_network():
-    W = EllipseWeights().matrix(NODES, GRID)
+    W = EllipseWeights().sparse(NODES, GRID).toarray()
     assert W.shape == (820, 2304)
     assert np.count_nonzero(W) / 820 == pytest.approx(156.8, abs=0.05)
     held = coverage(W)
     assert (held.min(), np.median(held), held.max()) == (0, 57, 72)
-    off_line = EllipseWeights(on_line=2.0).matrix(NODES, GRID)
+    off_line = EllipseWeights(on_line=2.0).sparse(NODES, GRID).toarray()
     assert np.count_nonzero(off_line != W) == 26_016
     assert (W[W > 0].min(), off_line.max()) == (pytest.approx(0.5608, abs=1e-4), pytest.approx(2.1457, abs=1e-4))
     assert W.max() == pytest.approx(2.4477, abs=1e-4)  # beside its nodes, on the line
-    equality = EllipseWeights(line_of_sight="equality").matrix(NODES, GRID)
+    equality = EllipseWeights(line_of_sight="equality").sparse(NODES, GRID).toarray()
     assert np.count_nonzero(equality != off_line) == 250
 
 
@@ -39,7 +39,7 @@ def test_weights_equal_numpys(weighting, line_of_sight):
     band = 0.25 if line_of_sight == "band" else None
     expected = reference.ellipse_weights(nodes.positions_m, grid.centres, 0.4, 1.5, 3.0, band, weighting)
     model = EllipseWeights(weighting=weighting, excess_m=0.4, off_line=1.5, on_line=3.0, line_of_sight=line_of_sight)
-    np.testing.assert_allclose(model.matrix(nodes, grid), expected, rtol=1e-13)
+    np.testing.assert_allclose(model.sparse(nodes, grid).toarray(), expected, rtol=1e-13)
     np.testing.assert_array_equal(coverage(model.sparse(nodes, grid)), np.count_nonzero(expected, axis=0))
 
 
@@ -57,8 +57,8 @@ def test_an_area_of_any_shape_masks_voxels():
     assert grid.shape == (8, 8)
     np.testing.assert_array_equal(grid.inside, ~(grid.centres > 2).all(axis=1))
     nodes = radio_nodes(np.array([(0, 0), (4, 4), (0, 4), (4, 0)]))
-    whole = EllipseWeights().matrix(nodes, VoxelGrid(x0=0, x1=4, y0=0, y1=4))
-    np.testing.assert_array_equal(EllipseWeights().matrix(nodes, grid), np.where(grid.inside, whole, 0.0))
+    whole = EllipseWeights().sparse(nodes, VoxelGrid(x0=0, x1=4, y0=0, y1=4)).toarray()
+    np.testing.assert_array_equal(EllipseWeights().sparse(nodes, grid).toarray(), np.where(grid.inside, whole, 0.0))
 
 
 @pytest.mark.parametrize(
@@ -77,8 +77,8 @@ def test_bad_grids_are_refused(given, sentence):
 
 def test_bad_networks_are_refused():
     with pytest.raises(DataError, match="stand in one place"):
-        EllipseWeights().matrix(RadioNodes(("a", "b"), np.zeros((2, 2))), GRID)
+        EllipseWeights().sparse(RadioNodes(("a", "b"), np.zeros((2, 2))), GRID).toarray()
     with pytest.raises(DataError, match="no link passes any voxel"):
-        EllipseWeights().matrix(radio_nodes(np.array([(100.0, 0.0), (100.0, 5.0)])), GRID)
+        EllipseWeights().sparse(radio_nodes(np.array([(100.0, 0.0), (100.0, 5.0)])), GRID).toarray()
     with pytest.raises(ParameterError, match=r"EllipseWeights.excess_m: must be greater than 0"):
         EllipseWeights(excess_m=0)

@@ -27,7 +27,7 @@ PLAIN = RegularisedImage(equalised="none", precision="double")
 @functools.cache
 def thesis():
     """Weights of the thesis's 41 nodes."""
-    return EllipseWeights().matrix(radio_nodes(reference.border_nodes()), GRID)
+    return EllipseWeights().sparse(radio_nodes(reference.border_nodes()), GRID).toarray()
 
 
 @functools.cache
@@ -37,7 +37,7 @@ def thesis_projector(**fields):
 
 def small(grid=SMALL, nodes=9):
     places = np.random.default_rng(nodes).uniform((-0.5, -0.5), (grid.x1 + 0.5, grid.y1 + 0.5), (nodes, 2))
-    return EllipseWeights(excess_m=0.5).matrix(radio_nodes(places), grid)
+    return EllipseWeights(excess_m=0.5).sparse(radio_nodes(places), grid).toarray()
 
 
 def whole(lower):
@@ -218,7 +218,7 @@ def test_a_large_network_sees_the_same(factored, system, equalised, most, all_of
 def test_a_grid_with_an_area_shows_nothing_out_of_it(factored):
     grid = VoxelGrid(x0=0, x1=5.5, y0=0, y1=4, area=Area(corners_m=((0, 0), (5.5, 0), (0, 4))))
     nodes = radio_nodes(np.random.default_rng(0).uniform(0, 4, (12, 2)))
-    W = EllipseWeights(excess_m=0.5).matrix(nodes, grid)
+    W = EllipseWeights(excess_m=0.5).sparse(nodes, grid).toarray()
     inside = grid.inside
     C = reference.covariance(grid.centres[inside], 0.25, 3.0)
     expected = reference.projection(W[:, inside], np.linalg.inv(C))

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.optimize import linear_sum_assignment
 
-from elusive.metrics import calibration_curve
 from elusive.motion import ConstantVelocity
 from elusive.sensors.radar import RadarSensor
 from elusive.tracking.detections import DetectionTracker
+from tests.calibrated import check_existence
 
 BIRTHS_PER_S, LIFE_S, INTERVAL_S, SCANS = 0.3, 60.0, 2.0, 30
 SENSOR = RadarSensor(detection_probability=0.9, false_alarms=50.0, max_range_m=5000.0, doppler_probability=0.0)
@@ -65,15 +65,7 @@ def found():
 
 @pytest.mark.validate
 def test_existence_over_all_targets_is_as_often_true_as_it_says(found):
-    """Ten bins, each interval by trial at .995: all of them, in 19 of 20 repetitions, hold what existence said."""
-    longest = max(len(existence) for existence, _, _ in found)
-    said, there = np.full((len(found), longest), np.nan), np.zeros((len(found), longest), dtype=bool)
-    for row, (existence, present, _) in enumerate(found):
-        said[row, : len(existence)], there[row, : len(existence)] = existence, present
-    curve = calibration_curve(said, there, confidence=0.995)
-    assert (curve.frames > 50).all()
-    for low, high, mean in zip(curve.observed.low, curve.observed.high, curve.predicted, strict=True):
-        assert low - CHANCE <= mean <= high, curve
+    check_existence(found, fewest=50, by_chance=CHANCE)
 
 
 @pytest.mark.validate

@@ -12,6 +12,7 @@ from elusive.preprocess.peaks import Peaks
 from elusive.tracking import _peak_kernels as kernels
 from elusive.tracking.peak_motions import PeakMotions
 from elusive.tracking.peak_null import EmpiricalNull
+from elusive.tracking.peak_persistence import groups_of
 from elusive.tracking.peak_targets import HOP, PeakTargets
 from elusive.tracking.peaks import PeakBelief, SceneTracker
 from tests.reference import scene_targets as reference
@@ -352,6 +353,23 @@ def test_what_became_of_sure_tracks_is_counted_beyond_chance() -> None:
     outcomes[0], outcomes[-1] = (60, 6, 6, 12), (40, 39, 22, 8)  # of the unsure none counts but for chance, .2
     share, number = persistence.sure_again(known._replace(outcomes=outcomes))
     assert (share, number) == (pytest.approx((22 / 40 - 0.2) / 0.8), 40)
+
+
+def test_a_track_just_missed_is_told_by_those_that_had_been_missed() -> None:
+    """As likely to be there by the filter, but unlike those that were just seen it was seldom there again."""
+    rng = np.random.default_rng(6)
+    path = np.stack([np.linspace(40, 60, 40), np.full(40, 50.0)], axis=1)
+    last = recorded(rng, path, np.zeros((0, 2)))[-1]
+    targets = last.targets.kept(np.array([0, 0]))._replace(
+        age=np.array([5, 5]), visible=np.array([0.65, 0.65]), hidden=np.array([0.0, 0.3])
+    )
+    persistence = SceneTracker().persistence
+    outcomes = np.zeros_like(persistence.begin().outcomes)
+    seen, missed = (groups_of(targets)[k] for k in (0, 1))
+    outcomes[seen], outcomes[missed] = (60, 39, 54, 0), (60, 39, 6, 0)
+    told = persistence.existence(persistence.begin()._replace(outcomes=outcomes), targets)
+    pooled = (54 + 4 * 0.65 + 4 * 0.8) / 68, (6 + 4 * 0.65 + 4 * 0.4 + 4 * 0.2) / 72  # with what is supposed beside
+    np.testing.assert_allclose(told, pooled)
 
 
 def test_where_there_is_no_clutter_several_targets_do_not_hide_each_other() -> None:

@@ -86,5 +86,4 @@ def fit_images_command(source: Frames, out: FittedOut = None, start: Start = 0, 
     frames = open_frames(source, start=start, stop=stop)
     with bar("frames", None if frames.length is None else 2 * frames.length) as advance:
         fitted = fit_images(frames, advance)
-    taken = "white noise about a level" if fitted.white else "a recorded scene, whose noise is learnt as it goes"
-    tell_fitted("images", f"{frames.name}: {taken}", [value.cells for value in fitted.values], fitted.to_yaml(), out)
+    tell_fitted("images", frames.name, fitted, out)

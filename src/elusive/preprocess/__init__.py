@@ -9,7 +9,6 @@ from elusive.preprocess.link_calibration import Calibrate, Calibration, fade_lev
 from elusive.preprocess.link_weights import EllipseWeights, coverage
 from elusive.preprocess.peaks import PeakFinder, Peaks, PeakState
 from elusive.preprocess.projectors import Projector
-from elusive.preprocess.psf import PointSpread, estimate_psf
 from elusive.preprocess.quantiser import Quantiser
 from elusive.preprocess.registration import Registration, follow_scene, shift
 from elusive.preprocess.sliding import Window, window_sums
@@ -35,7 +34,6 @@ __all__ = [
     "PeakFinder",
     "PeakState",
     "Peaks",
-    "PointSpread",
     "Projector",
     "Quantiser",
     "Registration",
@@ -52,7 +50,6 @@ __all__ = [
     "WhitenerState",
     "Window",
     "coverage",
-    "estimate_psf",
     "fade_level",
     "follow_scene",
     "shift",

@@ -38,7 +38,7 @@ class Past(NamedTuple):
     whole: NDArray[np.int64]  # (2,) x, y: the scene's offset in whole pixels of the map
 
 
-class Fit(NamedTuple):
+class Registered(NamedTuple):
     """How a map lies over its past."""
 
     offset_px: Array  # (2,) of the scene [px of the frame]
@@ -95,7 +95,7 @@ def follow(
     return (found.offset_px if _support(scene, fine, offset_px, found) > SURE else offset_px), usual, False
 
 
-def _refine(scene: Scene, k: int, start_px: Array) -> Fit:
+def _refine(scene: Scene, k: int, start_px: Array) -> Registered:
     """Offset that lays a map over its past, from a start; the start itself where nothing can be found."""
     offset, scale, floor = start_px, 1e6, float(scene.floors[k])
     sums = _sums(scene, k, offset, scale)
@@ -112,12 +112,12 @@ def _refine(scene: Scene, k: int, start_px: Array) -> Fit:
         if greatest < 0.01:
             break
     if sums[6] * max(1, scene.maps[k].size // PIXELS) < 0.1 * scene.maps[k].size:
-        return Fit(start_px, scale, -1.0)
+        return Registered(start_px, scale, -1.0)
     likeness = sums[8] / max(np.sqrt(sums[9] * sums[10]), 1e-12)
-    return Fit(offset, max((sums[7] / sums[6] / MEAN_ROOT) ** 2, floor), float(likeness))
+    return Registered(offset, max((sums[7] / sums[6] / MEAN_ROOT) ** 2, floor), float(likeness))
 
 
-def _support(scene: Scene, k: int, before_px: Array, found: Fit) -> float:
+def _support(scene: Scene, k: int, before_px: Array, found: Registered) -> float:
     """Say how much better a step fits than its mirror image does, in deviations of chance.
 
     In noise without a scene both fit alike, and reading between pixels smooths both alike.

@@ -4,13 +4,15 @@ Each target has a probability of existence and a Gaussian. It is looked for in a
 expected: its likelihood ratio is the mean of theirs over where it may be, its belief the mixture over them, made one
 Gaussian (probabilistic data association over cells; Musicki, Evans and Stankovic, 1994, IEEE Trans. Autom. Control 39,
 1237-1241). Targets that are there and were never seen are a Poisson number, of whom some begin at cells that stand out
-(Williams, 2015, IEEE Trans. Aerosp. Electron. Syst. 51, 1664-1687). How strong each is, is learnt as it goes.
+(Williams, 2015, IEEE Trans. Aerosp. Electron. Syst. 51, 1664-1687). How strong each is, is learnt as it goes. A new
+one's velocity is told apart in parts, each a Gaussian (as ranges are by Peach, 1995, IEE Proc. Control Theory Appl.
+142, 73-80): one over all velocities is drawn to clutter between two faint echoes, and loses its target.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, NamedTuple, Self
+from typing import Annotated, Any, Literal, NamedTuple, Self
 
 import numpy as np
 from numpy.random import Generator
@@ -28,6 +30,7 @@ PLACE, VELOCITY = [X, Y], [VX, VY]
 SUREST = 1 - 1e-9
 LEAST = 1e-12  # existence of what is followed
 TAKEN = 0.1  # existence from which a target is not given up for its odds having fallen
+PART_SD, AROUND = 0.59, 1.23  # of seven parts, six round one, that together have mean 0 and deviation 1
 
 
 class EvidenceTargets(NamedTuple):
@@ -90,6 +93,7 @@ class EvidenceRules(Model):
     births_per_h: Positive = Field(10.0, description="Mean number of new targets an hour, anywhere in view")
     targets_first: Positive = Field(1.0, description="Mean number of targets in view before the first measurement")
     speed_sd_mps: Positive = Field(8.0, description="Deviation of a new target's velocity, on each axis [m/s]")
+    velocity_parts: Literal[1, 7] = Field(7, description="Gaussians that a new target's velocity is told apart in")
     fastest_mps: Positive = Field(35.0, description="No target is faster [m/s]")
     q: NonNegative = Field(0.0025, description="Power of a target's white acceleration, q [m^2 / s^3]")
     mean_life_s: Positive = Field(3600.0, description="Mean time that a target stays [s]")
@@ -158,7 +162,8 @@ class EvidenceTracker(EvidenceRules):
         targets, given_up = self._kept(self._allowed(targets))
         new = self.sensor.beginnings(measurement, looked, self.least_evidence, self.most_beginnings)
         targets = targets.joined(self._begun(new, unseen, state.born))
-        return self._judged(state, time_s, targets, state.born + len(new.places), unseen * (1 - new.seen) + given_up)
+        born = state.born + self.velocity_parts * len(new.places)
+        return self._judged(state, time_s, targets, born, unseen * (1 - new.seen) + given_up)
 
     def _predicted(self, targets: EvidenceTargets, arrival_s: Array) -> EvidenceTargets:
         """Carry targets on to times of their own; none goes back."""
@@ -230,19 +235,26 @@ class EvidenceTracker(EvidenceRules):
 
     def _begun(self, new: Beginnings, unseen: Array, born: int) -> EvidenceTargets:
         """Begin a target at each cell: those never seen, anywhere in view and of any strength alike, by its ratio."""
-        count = len(new.places)
+        turned = np.linspace(0, 2 * math.pi, self.velocity_parts)[1:, None]
+        off = (
+            self.speed_sd_mps * AROUND * np.concatenate([np.zeros((1, 2)), np.hstack([np.cos(turned), np.sin(turned)])])
+        )
+        part, cell = (grid.ravel() for grid in np.indices((len(off), len(new.places))))
+        count = len(cell)
         mean, covariance = np.zeros((count, 4)), np.zeros((count, 4, 4))
-        mean[:, PLACE] = new.places
-        covariance[np.ix_(range(count), PLACE, PLACE)] = new.covariances
-        covariance[:, VX, VX] = covariance[:, VY, VY] = self.speed_sd_mps**2
+        mean[:, PLACE], mean[:, VELOCITY] = new.places[cell], off[part]
+        covariance[np.ix_(range(count), PLACE, PLACE)] = new.covariances[cell]
+        covariance[:, VX, VX] = covariance[:, VY, VY] = (
+            self.speed_sd_mps * (PART_SD if self.velocity_parts > 1 else 1.0)
+        ) ** 2
         allowed = np.exp(self._log_allowed(mean))
-        weights = new.ratio * unseen
+        weights = new.ratio[cell] * unseen
         total = weights.sum(axis=1)
-        odds = new.share * total * allowed
+        odds = new.share * total * allowed / len(off)
         existence = np.minimum(odds / (1 + odds), SUREST)
         weights /= total[:, None]
         begun = EvidenceTargets(
-            new.time_s, mean, covariance, existence, odds, weights, allowed, new.places,
+            new.time_s[cell], mean, covariance, existence, odds, weights, allowed, new.places[cell],
             np.zeros(count, np.int64), born + 1 + np.arange(count),
         )  # fmt: skip
         return begun.kept(existence > LEAST)

@@ -2,7 +2,8 @@
 
 The reliability of a probability (Murphy, 1973, J. Appl. Meteorol. 12, 595-600), learnt from the recording as it goes,
 made monotone by pooling (Ayer et al., 1955, Ann. Math. Stat. 26, 641-647). A track is there again where its peak is in
-enough of the next frames; what chance gives is counted beside each track, and taken off.
+enough of the next frames; what chance gives is counted beside each track, and taken off. What was just missed, or is
+young, is there again less often than another of as much probability: each kind has a curve of its own.
 """
 
 from __future__ import annotations
@@ -22,9 +23,12 @@ from elusive.preprocess.peaks import Peaks
 from elusive.tracking.peak_targets import PeakTargets
 from elusive.tracking.peak_warp import Warp
 
-EDGES = np.array([0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.97, 0.99, 0.998])  # of groups of alike existence
-SURE = 0.9  # existence from which the filter is sure
-SUPPOSED = 2.0  # outcomes of each group that existence itself is supposed to have given beforehand
+EDGES = np.array([0.03, 0.1, 0.3, 0.5, 0.7, 0.9, 0.97, 0.99, 0.998])  # of groups of alike probability
+GROUPS, KINDS = len(EDGES) + 1, 4  # of each kind of tracks: missed or seen of late, young or old
+MISSED = 0.1  # share of its existence in which a track is hidden, from which its latest peak was missed
+OLD = 20  # frames, which a place's past is learnt from: what is younger may be of that
+SURE = 0.9  # probability from which the filter is sure
+SUPPOSED = 4.0  # outcomes of each group that existence itself is supposed to have given beforehand
 TURN = 2.4  # radians between the directions in which chance is looked for, from one target to the next
 
 
@@ -36,15 +40,16 @@ class Watch(NamedTuple):
     velocity: Array  # (n, 2) a frame
     level: Array  # (n,)
     bright: NDArray[np.bool_]  # (n,)
-    existence: Array  # (n,)
+    visible: Array  # (n,) probability that it is there and may be seen
+    group: NDArray[np.int64]  # (n,)
     seen: NDArray[np.int64]  # (n, 2) frames with a peak at the track, and beside it
     looks: int
 
 
 class Reliability(NamedTuple):
-    """What became of tracks, by groups of alike existence."""
+    """What became of tracks, by their kind and by groups of alike probability."""
 
-    outcomes: Array  # (G, 4) how many, their existence, there again, there by chance; sums
+    outcomes: Array  # (K G, 4) how many, their probability, there again, there by chance; sums
     watch: Watch | None
 
     def carried(self, warp: Warp) -> Reliability:
@@ -66,7 +71,7 @@ class Persistence(Model):
 
     def begin(self) -> Reliability:
         """Return what is known before any frame."""
-        return Reliability(np.zeros((len(EDGES) + 1, 4)), None)
+        return Reliability(np.zeros((KINDS * GROUPS, 4)), None)
 
     def after(
         self,
@@ -85,35 +90,40 @@ class Persistence(Model):
             if watch.looks < self.looks:
                 return Reliability(outcomes, watch)
             there = watch.seen >= self.again
-            rows = np.column_stack([np.ones(len(there)), watch.existence, there])
+            rows = np.column_stack([np.ones(len(there)), watch.visible, there])
             outcomes = outcomes.copy()
-            np.add.at(outcomes, np.searchsorted(EDGES, watch.existence, "right"), rows)
+            np.add.at(outcomes, watch.group, rows)
         watch = Watch(
             time_s, targets.mean_place[tracks], targets.mean_velocity[tracks], targets.level[tracks],
-            targets.bright[tracks], targets.existence[tracks], np.zeros((len(tracks), 2), np.int64), 0,
+            targets.bright[tracks], targets.visible[tracks], groups_of(targets)[tracks],
+            np.zeros((len(tracks), 2), np.int64), 0,
         )  # fmt: skip
         return Reliability(outcomes, watch if len(tracks) else None)
 
-    def existence(self, known: Reliability, existence: Array) -> Array:
-        """Return how often tracks of such an existence were there again, ``(n,)``; NaN where that is not known yet."""
+    def existence(self, known: Reliability, targets: PeakTargets) -> Array:
+        """Return how often tracks like each target were there again, ``(n,)``; NaN where that is not known yet."""
         count, supposed, again, chance = known.outcomes.T
         if count.sum() < self.least_outcomes:
-            return np.full(len(existence), np.nan)
-        middle = np.convolve(np.concatenate([[0.2], EDGES, [1.0]]), [0.5, 0.5], "valid")
+            return np.full(len(targets.number), np.nan)
+        middle = np.tile(np.convolve(np.concatenate([[0.0], EDGES, [1.0]]), [0.5, 0.5], "valid"), KINDS)
         supposed = np.where(count > 0, supposed / np.maximum(count, 1), middle)
         by_chance = chance.sum() / count.sum()
         beyond = (again - by_chance * count) / (1 - min(by_chance, 0.9))
         weights = count + SUPPOSED
-        share = isotonic_regression((beyond + SUPPOSED * supposed) / weights, weights=weights).x
-        told: Array = np.clip(share, 0.0, 1.0)[np.searchsorted(EDGES, existence, "right")]
+        share = (beyond + SUPPOSED * supposed) / weights
+        for first in range(0, KINDS * GROUPS, GROUPS):
+            kind = slice(first, first + GROUPS)
+            share[kind] = isotonic_regression(share[kind], weights=weights[kind]).x
+        told: Array = np.clip(share, 0.0, 1.0)[groups_of(targets)]
         return told
 
     def sure_again(self, known: Reliability) -> tuple[float, int]:
         """Of what the filter was sure of: the share that was there again beyond chance, NaN of none, and how many."""
         count, _, again, chance = known.outcomes.T
-        sure = np.searchsorted(EDGES, SURE, "right")
-        held, by_chance = float(again[sure:].sum()), float(chance.sum() / max(count.sum(), 1.0))
-        number = int(count[sure:].sum())
+        group = np.arange(KINDS * GROUPS)
+        sure = (group >= KINDS // 2 * GROUPS) & (group % GROUPS >= np.searchsorted(EDGES, SURE, "right"))
+        held, by_chance = float(again[sure].sum()), float(chance.sum() / max(count.sum(), 1.0))
+        number = int(count[sure].sum())
         return ((held / number - by_chance) / (1 - min(by_chance, 0.9)) if number else math.nan), number
 
     def _looked(self, watch: Watch, frames: float, peaks: Peaks, most: int) -> Watch:
@@ -136,3 +146,12 @@ class Persistence(Model):
     def _features(self, places: Array, level: Array, bright: NDArray[np.bool_]) -> Array:
         """Lay peaks out such that those of one track are less than 1 apart, ``(m, 4)``."""
         return np.column_stack([places / self.near_px, level / self.near_level, 10.0 * bright])
+
+
+def groups_of(targets: PeakTargets) -> NDArray[np.int64]:
+    """Return the group of each target, ``(n,)``: of those missed of late first, of those the young first."""
+    seen = targets.hidden < MISSED * targets.existence
+    group: NDArray[np.int64] = GROUPS * (2 * seen + (targets.age >= OLD)) + np.searchsorted(
+        EDGES, targets.visible, "right"
+    )
+    return group

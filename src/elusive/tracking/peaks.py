@@ -31,7 +31,10 @@ ALIKE = (0.5, 0.3)  # velocities that differ by less than this [px / frame], and
 LAYER, LAYER_STRENGTH = 3, 0.5  # others, as strong by this share, that make a layer
 LAYER_PX, LAYER_SPEED = 5.0, 0.2  # way that they have gone, and frames' [px]: what is slower may go alike by chance
 LAYER_ALIKE = (0.05, 0.2)  # velocities that differ by less than this [px / frame], and this share, are of a layer
-ON_SENSOR_PX, CLOSE = 2.0, 2.0  # how far at most, on the sensor, what rests there strays; times what these do usually
+ON_SENSOR_PX, ON_SENSOR = 2.0, 0.25  # how far what rests on the sensor strays there, or by this share of its way
+CLOSE, SCATTER = 2.0, 2.0  # how far at most, times what these do usually; or deviations of the logarithm of that
+LEAST_STRAYED_PX, MAD = 0.05, 1.4826
+MANY = 6  # things that rest on the sensor, above which they are no parts of a target that a camera follows
 UNSEEN = 0.05  # share of its existence in which it is visible, below which a track is not shown: three frames missed
 RIVALS = 12  # tracks that the strongest is compared with, at most
 EXTRA = ("intensity", "snr_db", "moves", "shown")
@@ -107,7 +110,7 @@ class SceneTracker(PeakRecursion):
         newborn = self.newborn(peaks, clutter, unclaimed, belief.born)
         targets = rejoined(targets.joined(newborn), self.level_spread)
         kept = self.kept(targets, peaks.offset_px, shape)
-        over = ~kept & (targets.age >= OLD) & ~_on_sensor(targets)
+        over = ~kept & (targets.age >= OLD) & ~on_sensor(targets, MANY)
         ended = np.concatenate([belief.ended, self._reached(targets)[over]])[-REMEMBERED:]
         belief = belief._replace(
             time_s=time_s, targets=targets.kept(kept), born=belief.born + len(newborn.number), ended=ended,
@@ -120,7 +123,7 @@ class SceneTracker(PeakRecursion):
         targets = belief.targets
         lives, numbered, tracks = dict[int, Life](), belief.numbered, []
         reached = self._reached(targets)
-        marks = _on_sensor(targets)
+        marks = on_sensor(targets, MANY)
         others = np.concatenate([belief.ended, reached[(targets.age >= OLD) & ~marks]])
         moves = self.null.moves(*reached.T, *others.T)
         existence = targets.existence
@@ -136,7 +139,7 @@ class SceneTracker(PeakRecursion):
         reliability = self.persistence.after(
             belief.reliability, belief.time_s, interval_s, targets, some, peaks, self.most_peaks
         )
-        told = self.persistence.existence(reliability, existence)
+        told = self.persistence.existence(reliability, targets)
         confirmed = np.zeros(len(existence), np.bool_)
         confirmed[[k for k, life in tracks if life.status == "confirmed"]] = True
         enough = moves > np.where(targets.shown, self.show_until, self.show_from)
@@ -187,14 +190,23 @@ class SceneTracker(PeakRecursion):
         return alone
 
 
-def _on_sensor(targets: PeakTargets) -> NDArray[np.bool_]:
+def on_sensor(targets: PeakTargets, many: int = LAYER) -> NDArray[np.bool_]:
     """Say what is a mark on the sensor or its optics: it rests there while the scene goes by, as several others do.
 
-    A camera that follows its target makes that rest, too, but it alone, and not as closely as marks do.
+    A camera that follows its target makes that rest, too, but it alone, and not as closely as marks do. What is faint,
+    or changes as digits do, is now and then taken for a point of the scene beside it: where there are more than
+    ``many``, how far marks stray is theirs to show; parts of one target are fewer.
     """
     gone = (targets.farthest > LAYER_PX) & (targets.existence > LIKELY)
-    strayed = targets.strayed[gone & (targets.strayed < ON_SENSOR_PX)]
-    return gone & (targets.strayed < (CLOSE * np.median(strayed) if len(strayed) > LAYER else 0.0))
+    rests = gone & (targets.strayed < np.maximum(ON_SENSOR_PX, ON_SENSOR * targets.farthest))
+    if np.count_nonzero(rests) > many:
+        strayed = np.log(np.maximum(targets.strayed[rests], LEAST_STRAYED_PX))
+        usual = float(np.median(strayed))
+        spread = SCATTER * MAD * float(np.median(np.abs(strayed - usual)))
+        return rests & (targets.strayed < math.exp(usual + max(math.log(CLOSE), spread)))
+    rests = gone & (targets.strayed < ON_SENSOR_PX)
+    enough = np.count_nonzero(rests) > LAYER
+    return rests & (targets.strayed < (CLOSE * np.median(targets.strayed[rests]) if enough else 0.0))
 
 
 def _leave_layers(targets: PeakTargets, shown: NDArray[np.bool_], moving: NDArray[np.bool_]) -> None:

@@ -20,7 +20,6 @@ from elusive.filters.particle.parts import Known, posterior
 from elusive.filters.particle.resampling import resample
 from elusive.tracking.by_place import ByPlace, Placed
 from elusive.tracking.lifecycle import Life
-from elusive.tracking.newborn import FAINT
 from elusive.tracking.sought import Sought
 from elusive.tracking.superposed_state import Target
 
@@ -34,7 +33,6 @@ class Predictor(NamedTuple):
     by_place: ByPlace | None
     observed: Sequence[int]  # components that the measurement depends on
     particles: int
-    faint_particles: int | None  # of a target that hardly exists
 
     def predicted(self, target: Target, prior: float, usual: int, interval_s: float, rng: Generator) -> Sought:
         """Predict a target that exists with a probability, as a rule by so many particles."""
@@ -69,7 +67,7 @@ class Predictor(NamedTuple):
     def _count(self, target: Target, usual: int) -> int:
         if len(target.particles) > self.particles:  # newborn, of many velocities
             return self.particles
-        return self.faint_particles if self.faint_particles is not None and target.existence <= FAINT else usual
+        return usual
 
     def _allowed(self, life: Life, prior: float, cloud: Cloud) -> Sought:
         """Let a target be where its particles are and can be."""

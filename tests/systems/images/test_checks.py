@@ -255,6 +255,26 @@ def test_a_scene_much_of_which_moves_is_named(fall, holds):
     assert found.seen < 0.02 if holds else 0.15 < found.seen < 0.45
 
 
+@pytest.mark.parametrize("marks", [0, 8])
+def test_marks_on_the_sensor_before_a_scene_that_goes_by_are_named(marks):
+    rng, size, frames = np.random.default_rng(7), 96, 40
+    wide = dotted(0.0, size=2 * size, frames=1)[0]
+    yy, xx = np.mgrid[:size, :size]
+    dust = sum(
+        (-40 * np.exp(-((xx - x) ** 2 + (yy - y) ** 2) / 4) for x, y in rng.uniform(6, size - 6, (marks, 2))),
+        np.zeros((size, size)),
+    )
+    seen = np.array([wide[20 : 20 + size, k : k + size] + dust for k in range(frames)])
+    seen += rng.normal(0, 1, seen.shape)
+    parameters = ImageTracking().bind(seen.shape[1:])
+    checks = FrameChecks(parameters)
+    for step in track_images(seen, parameters):
+        checks.take(step)
+    (found,) = (one for one in checks.findings() if one.name == "images.marks")
+    assert found.holds == (marks == 0)
+    assert not found.grave
+
+
 def test_whitened_pixels_are_compared_with_a_gaussian():
     gaussian = {0.159: -1.0, 0.5: 0.0, 0.841: 1.0, 0.999: 3.3}
     assert all(one.holds for one in recorded_findings(SceneFacts(), gaussian, by_peaks=False)[-2:])

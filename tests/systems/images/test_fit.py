@@ -9,7 +9,7 @@ import pytest
 
 from elusive.cli import main
 from elusive.sensors import ImageSensor
-from elusive.systems.images.fit import fit_images
+from elusive.systems.images.fit import RECORDED, WHITE, fit_images
 from elusive.systems.images.parameters import ImageTracking
 from elusive.systems.images.scene import held_frames
 from elusive.systems.images.simulate import ImageSimulation, draw_images
@@ -34,8 +34,8 @@ def fitted(frames):
 )
 def test_what_frames_were_drawn_with_is_found(seed, sigma, level, width, snr_db):
     found, values = fitted(level + drawn(seed, snr_db, noise_sigma=sigma, psf_sigma=width))
-    assert found.white
-    told = found.parameters
+    assert found.remark == WHITE
+    told = ImageTracking(**found.tree)
     assert told.filter.sensor.noise_sigma == pytest.approx(sigma, rel=0.02)
     assert told.pedestal == pytest.approx(level, abs=0.03 * sigma)
     assert told.filter.sensor.psf_sigma == pytest.approx(width, abs=4 * values["--psf-sigma"].deviation + 0.05 * width)
@@ -59,10 +59,10 @@ def test_stated_deviations_are_those_over_recordings():
 def test_dark_targets_and_an_envelope_are_known_as_such():
     found, values = fitted(1000 - drawn(0))
     assert values["--polarity"].value == "dark"
-    assert found.parameters.polarity == "dark"
+    assert ImageTracking(**found.tree).polarity == "dark"
     found, _ = fitted(drawn(0, noise="rayleigh"))
-    assert found.parameters.filter.sensor.noise == "rayleigh"
-    assert found.parameters.filter.sensor.noise_sigma == pytest.approx(25, rel=0.02)
+    assert ImageTracking(**found.tree).filter.sensor.noise == "rayleigh"
+    assert ImageTracking(**found.tree).filter.sensor.noise_sigma == pytest.approx(25, rel=0.02)
 
 
 def test_what_cannot_be_known_is_left_out():
@@ -71,7 +71,7 @@ def test_what_cannot_be_known_is_left_out():
     assert "too few" in values["--psf-sigma"].how
     assert "psf_sigma" not in found.tree["filter"]["sensor"]
     assert (
-        found.parameters.filter.birth
+        ImageTracking(**found.tree).filter.birth
         == ImageTracking(filter={"kind": "several", "sensor": {"kind": "white"}}).filter.birth
     )
 
@@ -80,7 +80,7 @@ def test_a_scene_is_tracked_as_recorded():
     rng = np.random.default_rng(0)
     still = 30 * rng.standard_normal((64, 64))
     found, _ = fitted(500 + still + rng.normal(0, 3, (24, 64, 64)))
-    assert not found.white
+    assert found.remark == RECORDED
     assert found.tree == {}
 
 

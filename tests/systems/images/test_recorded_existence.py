@@ -103,8 +103,7 @@ def test_tracks_are_there_again_as_often_as_existence_says(names):
     told = f"how many, existence, there again:\n{np.round(table, 2)}"
     assert (count >= 20).all(), told
     assert np.average(off, weights=count) < 0.05, told
-    assert (off[count >= 500] < 0.2).all(), told
-    assert (off < 0.1).sum() >= 8, told
+    assert (off < 0.1).all(), told
 
 
 def test_too_short_a_recording_tells_no_existence():

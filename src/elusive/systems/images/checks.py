@@ -85,7 +85,7 @@ class FrameChecks:
                 whitened = dict(zip(LEVELS, (self._quantiles / self._whitened).tolist(), strict=True))
             found += recorded_findings(self.scene, whitened, by_peaks=peaks)
             if peaks:
-                found += [again_finding(*self._again), self._movers.finding()]
+                found += [again_finding(*self._again), *self._movers.findings()]
         return tuple(found)
 
 

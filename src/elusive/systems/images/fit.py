@@ -7,17 +7,15 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 
-from elusive.checks.fitted import Fitted
+from elusive.checks.fitted import Fit, Fitted
 from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.io import FrameSource
 from elusive.preprocess.peaks import PeakFinder
 from elusive.preprocess.points import PointFinder, peaks_of, responses_of, width_of
 from elusive.systems.images.frame_facts import FrameFacts, Law
-from elusive.systems.images.parameters import ImageTracking
 from elusive.systems.images.white_checks import CORRELATION, LEVEL, clearly
 
 OPTIONS = ("--polarity", "--psf-sigma", "--snr-db-range")
@@ -30,24 +28,9 @@ STRONG = 6.0  # deviations of a peak in a recorded scene that is hardly noise
 BOTH = 0.1  # share of points of the rarer polarity from which both are there
 
 
+WHITE, RECORDED = "white noise about a level", "a recorded scene, whose noise is learnt as it goes"
+
 Chosen = NDArray[np.bool_]
-
-
-class FittedImages(NamedTuple):
-    """What a recording says of itself."""
-
-    values: tuple[Fitted, ...]
-    tree: dict[str, Any]  # parameters of `elusive track images`, as a configuration nests them
-    white: bool  # whether its frames are white noise about a level
-
-    @property
-    def parameters(self) -> ImageTracking:
-        """Everything that it is tracked with."""
-        return ImageTracking(**self.tree)
-
-    def to_yaml(self) -> str:
-        """Return the configuration: what was fitted alone, so that all else keeps its defaults."""
-        return yaml.safe_dump(self.tree, sort_keys=False)
 
 
 class _Seen(NamedTuple):
@@ -60,7 +43,7 @@ class _Seen(NamedTuple):
     least_db: float  # SNR from which a point is seen
 
 
-def fit_images(source: FrameSource, on_frame: Callable[[int], None] | None = None) -> FittedImages:
+def fit_images(source: FrameSource, on_frame: Callable[[int], None] | None = None) -> Fit:
     """Fit a recording.
 
     Parameters
@@ -108,7 +91,7 @@ def _error(facts: FrameFacts, name: str) -> float:
     return float(np.std(parts, ddof=1) / math.sqrt(len(parts))) if len(parts) > 2 else math.nan
 
 
-def _envelope(facts: FrameFacts, law: Law) -> FittedImages:
+def _envelope(facts: FrameFacts, law: Law) -> Fit:
     sigma = Fitted(
         "--noise-sigma", "deviation of each quadrature", f"{law.rayleigh_sigma:.4g}", _error(facts, "rayleigh_sigma"),
         "the quantiles of all pixels",
@@ -116,10 +99,10 @@ def _envelope(facts: FrameFacts, law: Law) -> FittedImages:
     kind = Fitted("--noise", "law", "rayleigh", math.nan, f"it misses them by {law.rayleigh_misfit:.2g} deviations, "
                   f"a Gaussian by {law.gaussian_misfit:.2g}")  # fmt: skip
     sensor = {"kind": "white", "noise": "rayleigh", "noise_sigma": float(sigma.value)}
-    return FittedImages((kind, sigma), {"filter": {"kind": "several", "sensor": sensor}}, white=True)
+    return Fit((kind, sigma), {"filter": {"kind": "several", "sensor": sensor}}, WHITE)
 
 
-def _plain(frames: Iterable[Array], facts: FrameFacts, law: Law) -> FittedImages:
+def _plain(frames: Iterable[Array], facts: FrameFacts, law: Law) -> Fit:
     """Fit frames of white Gaussian noise: their points, in deviations about the level, and the noise beside them."""
     finder, beside = PointFinder(facts.count * math.prod(facts.shape)), FrameFacts()
     for frame in frames:
@@ -149,10 +132,10 @@ def _plain(frames: Iterable[Array], facts: FrameFacts, law: Law) -> FittedImages
         tree["filter"]["birth"] = {"snr_db_range": [*map(float, brightness.value.split())]}
     if polarity.value == "dark":
         tree["polarity"] = "dark"
-    return FittedImages((pedestal, sigma, width, brightness, polarity), tree, white=True)
+    return Fit((pedestal, sigma, width, brightness, polarity), tree, WHITE)
 
 
-def _recorded(frames: Iterable[Array], facts: FrameFacts) -> FittedImages:
+def _recorded(frames: Iterable[Array], facts: FrameFacts) -> Fit:
     """Fit a recorded scene: what stands out of earlier frames."""
     finder = PeakFinder()
     state, rows = finder.init(), list[tuple[float, ...]]()
@@ -178,7 +161,7 @@ def _recorded(frames: Iterable[Array], facts: FrameFacts) -> FittedImages:
     )  # fmt: skip
     polarity, width, brightness = _points(seen)
     values = (level, noise, *(one._replace(option="") for one in (width, brightness, polarity)))
-    return FittedImages(values, {}, white=False)  # all of them are sought at once
+    return Fit(values, {}, RECORDED)  # all of them are sought at once
 
 
 def _points(seen: _Seen) -> tuple[Fitted, Fitted, Fitted]:

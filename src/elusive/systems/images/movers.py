@@ -1,4 +1,4 @@
-"""Whether much of a recorded scene itself moves: snow, a second layer of clouds, what is near before what is far."""
+"""Whether much of a recorded scene itself moves, as snow and layers of clouds, or stays on the sensor, as dust."""
 
 from __future__ import annotations
 
@@ -9,17 +9,20 @@ import numpy as np
 from elusive.checks import Fact, Finding
 from elusive.tracking.peak_persistence import SURE
 from elusive.tracking.peak_targets import PeakTargets
+from elusive.tracking.peaks import on_sensor
 
 OLD = 10  # frames from which a track's way counts
 GONE_PX, STRAYED_PX = 5.0, 4.0  # farther than these it has gone in the scene, and strayed from its pixel
+MARKED = 0.5  # share of the frames with marks on the sensor
 SHARE, SEVERAL = 0.1, 3.0  # share of such tracks that move; so many at once may be targets
 
 
 class Movers:
-    """Counts, over a recording, sure tracks, and those that go with neither the scene nor the sensor."""
+    """Counts, over a recording, sure tracks, what goes with neither scene nor sensor, and marks on that."""
 
     def __init__(self) -> None:
         self._frames, self._sure, self._gone = 0, 0, 0
+        self._marked, self._marks = 0, 0  # frames with marks, and those summed
 
     def take(self, targets: PeakTargets) -> None:
         """Take what is believed after a frame."""
@@ -28,9 +31,30 @@ class Movers:
         self._frames += bool(sure.any())
         self._sure += int(np.count_nonzero(sure))
         self._gone += int(np.count_nonzero(gone))
+        marks = int(np.count_nonzero(on_sensor(targets) & sure))
+        self._marked += bool(marks)
+        self._marks += marks
 
-    def finding(self) -> Finding:
-        """Say so where they are many: they are clutter to what is sought, which must stand out of their motion."""
+    def findings(self) -> list[Finding]:
+        """Say where either are many."""
+        return [self._moving(), self._marking()]
+
+    def _marking(self) -> Finding:
+        """Find what rests on the sensor: it crosses the scene, and is taken for its points and these for it."""
+        share = self._marked / self._frames if self._frames else math.nan
+        return Fact(0.0, share, not share > MARKED, self._frames).finding(
+            "images.marks",
+            f"In {100 * share:.0f} % of the frames about {self._marks / max(self._marked, 1):.0f} points rest on "
+            "the sensor while the scene goes by: dust on the optics, defective pixels, or what the camera writes over "
+            "the frames, as a clock. Now and then one is taken for a point of the scene, and shown as if it moved; "
+            "what they hide is not seen.",
+            "Clean the optics, switch the overlay off, or take a part of the frame without it; do not trust what is "
+            "shown near a mark.",
+            grave=False,
+        )
+
+    def _moving(self) -> Finding:
+        """Find what is clutter to what is sought, which must stand out of its motion."""
         share = self._gone / self._sure if self._sure else math.nan
         frames = max(self._frames, 1)
         gone, sure = self._gone / frames, self._sure / frames

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,8 +13,7 @@ from elusive.contracts import Array
 from elusive.metrics._assignment import linear_sum_assignment
 from elusive.report import drawing as draw
 from elusive.report import plots
-from elusive.report.page import write_page
-from elusive.report.picture import write_picture
+from elusive.report.page import Report
 from elusive.report.scored import gospa_chart
 from elusive.results import Scored
 
@@ -114,14 +112,9 @@ def paired_error(truths: Sequence[Array], tracks: Sequence[Array], frames: int) 
     return found
 
 
-def write_png(path: Path, tracked: Tracked, frames: FrameKeeper) -> None:
-    """Draw the frame of highest existence with the tracks, existence over time and error over time."""
-    write_picture(path, images_drawing(tracked, frames), tracked.title)
-
-
-def write_html(path: Path, tracked: Tracked, frames: FrameKeeper, findings: Sequence[Finding] = ()) -> None:
-    """Write a page that plays the frames with truth and estimate, beside existence and error over time."""
-    write_page(path, tracked.title, "", images_drawing(tracked, frames), rows=tracked.rows, findings=findings)
+def images_report(tracked: Tracked, frames: FrameKeeper, findings: Sequence[Finding] = ()) -> Report:
+    """Return the frames that play with truth and estimate, beside existence and error over time."""
+    return Report(tracked.title, "", images_drawing(tracked, frames), tracked.rows, findings)
 
 
 def images_drawing(tracked: Tracked, frames: FrameKeeper) -> draw.Drawing:

@@ -20,7 +20,7 @@ from elusive.results import Scored, scored, write_mot_csv, write_recording, writ
 from elusive.results.live import LiveEnd, LiveStep, follow_live, live_folder
 from elusive.systems.images.checks import FrameChecks
 from elusive.systems.images.parameters import ImageTracking
-from elusive.systems.images.report import NEAR_PX, FrameKeeper, Tracked, write_html, write_png
+from elusive.systems.images.report import NEAR_PX, FrameKeeper, Tracked, images_report
 from elusive.systems.images.results import ImageLog, tracked_of
 from elusive.systems.images.track import track_images
 from elusive.tracking import Step
@@ -128,8 +128,7 @@ def track_recording(
         findings = run.checks.findings(log.whitened)
         write_recording(folder, log, findings, scores, title=source.name, config=config, timed=source.timed)
         tracked = tracked._replace(believed=not grave(findings))
-        write_png(folder / "report.png", tracked, keeper)
-        write_html(folder / "report.html", tracked, keeper, findings)
+        images_report(tracked, keeper, findings).write(folder)
     return Outcome(log, tracked, scores, findings)
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from functools import partial
+from pathlib import Path
 
 from elusive.checks import grave
 from elusive.io import Truth
 from elusive.results import scored
 from elusive.systems.images.checks import FrameChecks
 from elusive.systems.images.page.panels import Belief, belief_of, dots_each, images_page, stride_of
-from elusive.systems.images.report import NEAR_PX, FrameKeeper, write_html
+from elusive.systems.images.report import NEAR_PX, FrameKeeper, images_report
 from elusive.systems.images.results import ImageLog, tracked_of
 from elusive.systems.images.run import follow
 from elusive.systems.images.scene import NAME, ImageScene, held_frames
@@ -52,9 +53,10 @@ def run_scene(scene: ImageScene, job: LiveJob) -> Run:
     said = dict(tracked.rows)
     headline = (ERROR, said[ERROR]) if ERROR in said else ("Confirmed tracks", said["Confirmed tracks"])
     findings = checks.findings(log.whitened)
-    report = partial(
-        write_html, tracked=tracked._replace(believed=not grave(findings)), frames=keeper, findings=findings
-    )
+
+    def report(path: Path) -> None:
+        images_report(tracked._replace(believed=not grave(findings)), keeper, findings).write_page(path)
+
     files = [
         File("Run as YAML", "scene.yaml", settled.to_yaml().encode()),
         File("Tracks as CSV", "tracks.csv", log.csv_text().encode()),
