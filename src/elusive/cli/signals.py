@@ -126,4 +126,4 @@ def fit_signals_command(
     )  # fmt: skip
     with bar("frames", None if frames.length is None else len(SIZES) * frames.length) as advance:
         fitted = fit_signal(frames, advance)
-    tell_fitted("signal", frames.name, [value.cells for value in fitted.values], fitted.to_yaml(), out)
+    tell_fitted("signal", frames.name, fitted, out)

@@ -101,6 +101,8 @@ def test_alarms_are_counted_unless_they_are_believed(ends: str) -> None:
             True,
         ),
         (lambda: np.sign(noise("white", 1)), [], "signals.even", True),
+        (lambda: np.clip(noise("white", 1), -0.5, 0.5), [], "signals.even", True),
+        (lambda: (2000 * noise("white", 1)).astype(">i2").view("<i2"), [], "signals.even", True),
         (lambda: noise("silent", 1), [], "signals.silent", False),
         (lambda: np.where(np.arange(TIMES)[:, None] < 100, 0.0, noise("white", 1)), [], "signals.silent", True),
     ],

@@ -105,9 +105,10 @@ def _even(facts: SignalFacts) -> Finding:
     fact = facts.even
     return fact.finding(
         "signals.even",
-        f"All samples are about as large: their squares vary by {fact.seen:.2g}, those of noise by 2. The signal was "
-        "limited or rounded to its sign, and an object that is louder leaves no trace.",
-        "Record with more bits, or before the limiter.",
+        f"All samples are about as large: their squares vary by {fact.seen:.2g}, those of noise by "
+        f"{fact.expected:g}. The signal was limited or rounded to its sign, and an object that is louder leaves no "
+        "trace; or its bytes are read in another order.",
+        "Record with more bits, or before the limiter; --raw takes little-endian samples.",
     )
 
 

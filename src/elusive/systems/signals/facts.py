@@ -21,7 +21,7 @@ MEMORY = 50  # frames over which it stays
 FOLLOWED = 0.5  # share of the frames in which steady levels may seem to drift
 ALARMS, TIMES_ASKED = 20, 4.0  # frames, and times the rate asked for, up to which alarms of nothing are none too many
 BY_CHANCE, OFTEN = 0.01, 0.05  # of a frame's highest evidence alone; share of the frames that may have so little
-EVEN = 0.2  # variance of the squares of white noise, 2 if Gaussian, below which all samples are as large
+EVEN = 0.45  # of the variance that the squares of Gaussian noise have; uniform noise has .4 of it
 KEPT_LEVELS = 20_000  # levels of frames that are kept
 
 
@@ -105,7 +105,8 @@ class SignalFacts:
     def even(self) -> Fact:
         """Variance of the samples' squares, which an object changes."""
         seen = self._squares / max(self._usable, 1)
-        return Fact(2.0, seen, self._usable == 0 or seen > EVEN, self._usable)
+        due = 1.0 if self._before is not None and np.iscomplexobj(self._before) else 2.0
+        return Fact(due, seen, self._usable == 0 or seen > EVEN * due, self._usable)
 
     def _follow_levels(self, excess: Array) -> None:
         kept, count = 1 - 1 / MEMORY, self._usable

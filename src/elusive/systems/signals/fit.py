@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
-import yaml
-
-from elusive.checks.fitted import Fitted
+from elusive.checks.fitted import Fit, Fitted
 from elusive.io import SignalSource
 from elusive.preprocess.whiten import NoiseModel
 from elusive.systems.signals.parameters import SignalTracking
@@ -19,18 +17,7 @@ SURE = 1e-3  # by chance, that any of them is so clear in noise
 LEAST = 1e-300
 
 
-class FittedSignal(NamedTuple):
-    """What a recording says of itself."""
-
-    values: tuple[Fitted, ...]
-    tree: dict[str, Any]  # parameters of `elusive track signal`, as a configuration nests them
-
-    def to_yaml(self) -> str:
-        """Return the configuration: what was fitted alone, so that all else keeps its defaults."""
-        return yaml.safe_dump(self.tree, sort_keys=False)
-
-
-def fit_signal(source: SignalSource, on_frame: Callable[[int], None] | None = None) -> FittedSignal:
+def fit_signal(source: SignalSource, on_frame: Callable[[int], None] | None = None) -> Fit:
     """Fit a recording: whether its noise is white, and the object's size whose evidence is least by chance.
 
     Parameters
@@ -68,7 +55,7 @@ def fit_signal(source: SignalSource, on_frame: Callable[[int], None] | None = No
         tree["object_size"] = best
     else:
         values.append(Fitted("--object-size", "samples of an object", "-", math.nan, "nothing stands out at any size"))
-    return FittedSignal(tuple(values), tree)
+    return Fit(tuple(values), tree)
 
 
 def _noise(model: NoiseModel | None) -> Fitted:

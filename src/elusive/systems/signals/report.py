@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -12,8 +11,7 @@ from numpy.typing import NDArray
 from elusive.checks import Finding
 from elusive.contracts import Array
 from elusive.report import drawing as draw
-from elusive.report.page import track_table, write_page
-from elusive.report.picture import write_picture
+from elusive.report.page import Report, track_table
 from elusive.report.scored import gospa_chart
 from elusive.results import Scored
 
@@ -93,18 +91,13 @@ class SignalTracked(NamedTuple):
     scored: Scored | None = None  # None without a truth
 
 
-def write_signal_png(path: Path, tracked: SignalTracked, signal: Waterfall, score: Waterfall) -> None:
-    """Draw the scores and the tracks, the highest score and the signal as a figure."""
-    write_picture(path, signal_drawing(tracked, signal, score), tracked.title, tracked.verdict)
-
-
-def write_signal_html(
-    path: Path, tracked: SignalTracked, signal: Waterfall, score: Waterfall, findings: Sequence[Finding] = ()
-) -> None:
-    """Write a page with the scores and the tracks, the highest score and the signal, one above the other."""
+def signal_report(
+    tracked: SignalTracked, signal: Waterfall, score: Waterfall, findings: Sequence[Finding] = ()
+) -> Report:
+    """Return the scores and the tracks, the highest score and the signal, one above the other."""
     table = track_table(tracked.header, tracked.tracks, {str(one.track) for one in tracked.paths})
     drawn = signal_drawing(tracked, signal, score)
-    write_page(path, tracked.title, tracked.verdict, drawn, table, tracked.rows, NOTE, findings)
+    return Report(tracked.title, tracked.verdict, drawn, tracked.rows, findings, table, NOTE)
 
 
 def signal_drawing(tracked: SignalTracked, signal: Waterfall, score: Waterfall, **more: Any) -> draw.Drawing:

@@ -17,7 +17,7 @@ from elusive.results import Scored, write_recording
 from elusive.systems.signals.checks import findings_of
 from elusive.systems.signals.facts import SignalFacts
 from elusive.systems.signals.parameters import SignalTracking
-from elusive.systems.signals.report import SignalTracked, write_signal_html, write_signal_png
+from elusive.systems.signals.report import SignalTracked, signal_report
 from elusive.systems.signals.results import SignalLog, tracked_of
 from elusive.systems.signals.track import track_signal
 from elusive.tracking import Step
@@ -158,8 +158,7 @@ def track_signal_recording(
         write_recording(
             folder, log, findings, scores, title=source.name, config=config, more=log.evidence_map(), timed=source.timed
         )
-        write_signal_png(folder / "report.png", tracked, log.signal, log.score)
-        write_signal_html(folder / "report.html", tracked, log.signal, log.score, findings)
+        signal_report(tracked, log.signal, log.score, findings).write(folder)
     return SignalOutcome(log, tracked, scores, findings)
 
 

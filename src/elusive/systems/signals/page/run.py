@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from functools import partial
+from pathlib import Path
 
 from elusive.io import Truth
 from elusive.systems.signals.checks import findings_of
 from elusive.systems.signals.facts import SignalFacts
 from elusive.systems.signals.page.panels import Maps
-from elusive.systems.signals.report import SignalTracked, write_signal_html
+from elusive.systems.signals.report import SignalTracked, signal_report
 from elusive.systems.signals.results import SignalLog, tracked_of
 from elusive.systems.signals.run import bound_to, follow
 from elusive.systems.signals.scene import NAME, SignalScene, draw_signal, held_signal
@@ -46,7 +47,10 @@ def run_scene(scene: SignalScene, job: LiveJob) -> Run:
     found = dict(tracked.rows)
     headline = (ERROR, found[ERROR]) if ERROR in found else ("Tracks", str(len(tracked.paths)))
     findings = findings_of(bound, facts)
-    report = partial(write_signal_html, tracked=tracked, signal=log.signal, score=log.score, findings=findings)
+
+    def report(path: Path) -> None:
+        signal_report(tracked, log.signal, log.score, findings).write_page(path)
+
     files = [
         File("Run as YAML", "scene.yaml", settled.to_yaml().encode()),
         File("Tracks as CSV", "tracks.csv", log.csv_text().encode()),
