@@ -70,6 +70,11 @@ def at(page: Any, x: float, y: float) -> tuple[float, float]:
     return place[0], place[1]
 
 
+def show_map(page: Any) -> None:
+    """Scroll to the map, be it drawn anew meanwhile or not: only what could be pointed at is sought again then."""
+    page.locator(".drawing canvas").hover(trial=True)
+
+
 def told(page: Any, text: str) -> None:
     page.get_by_text(text).first.wait_for()
 

@@ -82,7 +82,6 @@ def test_a_recording_that_is_written_is_watched_paused_resumed_and_kept(served: 
     assert json.loads((kept / "run.json").read_text())["given"]["follow"] is True
 
 
-@pytest.mark.validate  # under load its refusal was twice not seen; the cause is not known
 def test_what_is_served_elsewhere_is_watched(served: Served, open_tab: OpenTab, tmp_path: Path) -> None:
     header, *lines = simulated(tmp_path)
     log = tmp_path / "log.csv"
@@ -104,8 +103,11 @@ def test_what_is_served_elsewhere_is_watched(served: Served, open_tab: OpenTab, 
         page.get_by_text("Watch what runs elsewhere").click()
         field(page, "served").fill((out / "health.url").read_text().strip() + "?token=0123456789abcdef")
         button(page, "Watch").click()
-        told(page, "does not tell its steps (401 Unauthorized); check the token.")
-        assert page.get_by_text("cannot be reached").count() == 0
+        refusal = page.locator(".ew-stays").get_by_text("does not tell its steps (401 Unauthorized); check the token.")
+        refusal.wait_for()  # in the page: what is said above it alone is gone after ten seconds
+        page.reload()
+        refusal.wait_for()
+        page.get_by_text("Watch what runs elsewhere").click()
         button(page, "Watch site").click()
         page.locator('[data-live="live"]').wait_for()
         has_come(page, 60)

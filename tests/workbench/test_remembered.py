@@ -13,7 +13,7 @@ import pytest
 from elusive.cli import main
 from elusive.systems.links.presets import first_simulation
 from elusive.workbench.forms import changed_since, in_plain_words
-from elusive.workbench.jobs import CancelledError, Job, away
+from elusive.workbench.jobs import POOL, WORKERS, CancelledError, Errand, Job, away
 from tests.processes import HUNG_S
 from tests.workbench.conftest import Served
 from tests.workbench.test_links_page import READY, SHOWN, OpenTab, at, button, download, field, step, told
@@ -142,6 +142,18 @@ def test_work_that_does_not_notice_is_not_waited_for_once_it_is_called_off() -> 
     thread.join()
     free.set()
     assert found[0] < HUNG_S / 2
+
+
+def test_what_another_process_does_is_not_put_off_by_what_is_computed_here() -> None:
+    free = threading.Event()
+    found: list[bool] = []
+    for _ in range(WORKERS):  # as runs that were called off amid a compilation
+        POOL.submit(free.wait, HUNG_S)
+    thread = threading.Thread(target=lambda: found.append(asyncio.run(away(free.is_set, Errand()))))
+    thread.start()
+    thread.join(HUNG_S / 2)
+    free.set()
+    assert found == [False]
 
 
 def test_a_port_that_is_taken_is_said_and_who_has_it_goes_on(

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from elusive.errors import DataError
-from elusive.io.node_files import read_nodes
+from elusive.io.placed_files import read_nodes
 from elusive.report import drawing as draw
 from elusive.workbench import files
 from elusive.workbench.blocks import HELD, Blocks, told_of

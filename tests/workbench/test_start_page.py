@@ -7,10 +7,13 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 
 from elusive.cli import main
+from elusive.errors import DataError
+from elusive.io import open_frames
 from elusive.systems.registry import SYSTEMS
 from elusive.workbench.guessing import kind_of, system_of
 from tests.workbench.conftest import Served
@@ -43,7 +46,10 @@ def test_a_card_says_what_its_example_does() -> None:
         ("e.wav", "", "signal"),
         ("f.pcap", "", "video"),
         ("f.pcap.gz", "", "video"),
-        ("f.nc", "", "video"),
+        ("f.nc", "no array", ""),
+        ("f.npz", "cut off", ""),
+        ("f.npy", "", ""),
+        ("c2.csv", "time_s,0-1-11,1-0-11\n", "links"),
         ("g.csv", "colour,size\n", ""),
         ("h.npy", "no array", ""),
     ],
@@ -56,7 +62,15 @@ def test_a_file_tells_what_it_is(tmp_path: Path, name: str, head: str, noun: str
 def test_arrays_and_folders_tell_what_they_are(tmp_path: Path) -> None:
     np.save(tmp_path / "signal.npy", np.zeros((4, 9)))
     np.save(tmp_path / "frames.npy", np.zeros((4, 9, 9)))
-    assert [kind_of(tmp_path / name) for name in ("signal.npy", "frames.npy", ".")] == ["signal", "images", "images"]
+    np.savez(tmp_path / "frames.npz", frames=np.zeros((4, 9, 9)))
+    np.savez(tmp_path / "spokes.npz", amplitude=np.zeros((4, 9)), azimuth_deg=np.zeros(4))
+    for name, arrays in (("f.nc", {"frames": np.zeros((4, 9, 9))}), ("s.nc", {"azimuth_deg": np.zeros(4)})):
+        with h5py.File(tmp_path / name, "w") as file:
+            file.update(arrays)
+    names = ("signal.npy", "frames.npy", ".", "frames.npz", "f.nc", "spokes.npz", "s.nc")
+    assert [kind_of(tmp_path / name) for name in names] == ["signal", *["images"] * 4, "video", "video"]
+    with pytest.raises(DataError, match="as radar video does; track that with `elusive track video`"):
+        open_frames(tmp_path / "spokes.npz")
 
 
 @pytest.mark.parametrize(

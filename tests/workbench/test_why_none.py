@@ -12,6 +12,7 @@ from elusive.systems.images.parameters import ImageTracking
 from elusive.systems.registry import SYSTEMS
 from elusive.tracking import Step, Track
 from elusive.workbench.asking import Recording, asking
+from elusive.workbench.tables import look_at_table
 from elusive.workbench.why_none import tries, why_none
 from tests.workbench.conftest import Served
 from tests.workbench.test_links_page import OpenTab, button, choose, field, report, told
@@ -67,6 +68,25 @@ def test_every_system_has_something_to_try(system: object) -> None:
     assert all(" -> " in tried.words and tried.model != model for tried in found)
 
 
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("time_s,sensor,azimuth_deg\n0,a,0.5\n1,b,6.25\n", "2 lines: time_s 0 to 1, sensor, azimuth_deg 0.5 to 6.25."),
+        ("1,2\n3,-4.5\n", "2 lines of 2 numbers -4.5 to 3."),
+        (
+            "time_s," + ",".join(f"0-{k}-1" for k in range(9)) + "\n",
+            "0 lines: time_s, 0-0-1, 0-1-1, 0-2-1, 0-3-1, 0-4-1, and 4 more columns.",
+        ),
+        ("dear diary\n", None),
+        ("", None),
+    ],
+)
+def test_a_table_tells_from_what_to_what_its_columns_go(tmp_path: Path, text: str, said: str | None) -> None:
+    (tmp_path / "some.csv").write_text(text)
+    found = look_at_table(tmp_path / "some.csv")
+    assert (None if found is None else found.said) == said
+
+
 def test_noise_says_why_it_has_no_track_and_a_press_tries_more(served: Served, open_tab: OpenTab) -> None:
     rng = np.random.default_rng(3)
     np.save(served.folder / "noise.npy", rng.normal(size=(60, 300)))
@@ -100,10 +120,18 @@ def test_noise_says_why_it_has_no_track_and_a_press_tries_more(served: Served, o
     page.get_by_text("Changed since this run").wait_for(state="hidden")
     page.get_by_role("button", name="Try Object size 5 -> 10").click()
     told(page, "Settings: object_size 10")
+    page.wait_for_function("document.querySelector('.ew-stage').contains(document.activeElement)")  # not nowhere
     assert any(one.name.endswith("noise.npy") for one in (served.folder / "runs").iterdir())
     choose(page, "kind", "A sequence of frames")
     choose(page, "source", "broken.npy")
     told(page, "broken.npy: ")
+    (served.folder / "heard.csv").write_text("time_s,sensor,azimuth_deg\n0,1,0.5\n1,2,6.25\n")  # while the page is open
+    choose(page, "source", "heard.csv")
+    told(page, "heard.csv: looks like bearings from a few places, which is another kind of recording")
+    choose(page, "kind", "Bearings from a few places")
+    choose(page, "bearings", "heard.csv")
+    told(page, "azimuth_deg 0.5 to 6.25.")
+    choose(page, "kind", "A sequence of frames")
     choose(page, "source", "turned.npy")
     # 64 frames of 64 x 40 are not taken without a word: before a run, and in its report
     told(page, "64 frames of 40 x 64 pixels.")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -11,9 +12,10 @@ from elusive.workbench.files import SCENE, SCENES
 
 ENDINGS = {
     ".mp4": "images", ".avi": "images", ".mov": "images", ".mkv": "images", ".tif": "images", ".tiff": "images",
-    ".wav": "signal", ".sigmf-meta": "signal", ".sigmf-data": "signal", ".pcap": "video", ".nc": "video",
+    ".wav": "signal", ".sigmf-meta": "signal", ".sigmf-data": "signal", ".pcap": "video",
     ".ast": "radar",
 }  # fmt: skip
+LINK = re.compile(r",\s*\w+-\w+-\w+\s*(,|$)")  # a column of a radio network's log: transmitter-receiver-channel
 COLUMNS = (("azimuth", "bearings"), ("arrival", "bearings"), ("rss", "links"), ("range_m", "radar"), ("tx", "links"))
 HEAD_BYTES = 4096
 SYSTEM = re.compile(rb"^system: *['\"]?(\w+)", re.MULTILINE)
@@ -44,9 +46,14 @@ def kind_of(path: Path) -> str:
             return "images" if np.load(path, mmap_mode="r").ndim == 3 else "signal"
         if ending == ".npz":
             with np.load(path) as arrays:
-                return "video" if "azimuth_rad" in arrays or "azimuth_deg" in arrays else "images"
+                return "video" if "azimuth_deg" in arrays else "images"
+        if ending == ".nc":
+            import h5py
+
+            with h5py.File(path, "r") as arrays:
+                return "video" if "azimuth_deg" in arrays else "images"
         with path.open("rb") as file:
             head = file.read(HEAD_BYTES).split(b"\n")[0].decode("utf-8", "replace").lower()
-    except (OSError, ValueError):
+    except (OSError, ValueError, EOFError, BadZipFile):  # cut off, or of another kind than its name says
         return ""
-    return next((noun for word, noun in COLUMNS if word in head), "")
+    return next((noun for word, noun in COLUMNS if word in head), "links" if LINK.search(head) else "")

@@ -12,6 +12,7 @@ Done = TypeVar("Done")
 WORKERS = 4
 PATIENCE_S = 1.0  # with which work that was called off is waited for; what it comes to then is nobody's
 POOL = ThreadPoolExecutor(WORKERS, thread_name_prefix="elusive-work")
+WAITING = ThreadPoolExecutor(24, thread_name_prefix="elusive-wait")  # for other processes; each tab at most once
 
 
 class CancelledError(Exception):
@@ -22,6 +23,7 @@ class Job:
     """What a page knows of its work, and tells it: how much is done, of how much if that is known."""
 
     ends_by = "Cancel"  # what a person presses
+    pool = POOL  # whose threads do it
 
     def __init__(self) -> None:
         self._off = threading.Event()
@@ -50,6 +52,12 @@ class Job:
         return self._off.is_set()
 
 
+class Errand(Job):
+    """A job that another process does, or another machine: it is not put off by what is computed here."""
+
+    pool = WAITING
+
+
 async def away(work: Callable[[], Done], job: Job | None = None) -> Done:
     """Do work in a thread and wait for it without holding up the page.
 
@@ -58,7 +66,7 @@ async def away(work: Callable[[], Done], job: Job | None = None) -> Done:
     CancelledError
         If ``job`` was called off, though the work may not have noticed.
     """
-    done = asyncio.get_running_loop().run_in_executor(POOL, work)
+    done = asyncio.get_running_loop().run_in_executor(POOL if job is None else job.pool, work)
     while job is not None and not done.done():
         await asyncio.wait([done], timeout=PATIENCE_S)
         if job.is_off and not done.done():

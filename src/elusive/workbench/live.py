@@ -15,7 +15,7 @@ from urllib.parse import parse_qs, urlsplit
 from elusive.errors import DataError
 from elusive.io.sinks.formats import json_line
 from elusive.report.live import MOST, LiveDrawing
-from elusive.workbench.jobs import Job
+from elusive.workbench.jobs import Errand
 
 LOOK_S = 0.01  # between looks at what is new
 PICTURES = 150  # latest that are told to a page that is loaded anew
@@ -23,10 +23,10 @@ LIVE: dict[str, Live] = {}
 """Those that pages may fetch."""
 HELD_MOST = 8
 SERVED = ("health.url", "token")  # files of a folder that `elusive serve` keeps
-PATIENCE_S = 20.0  # with a serve that says nothing
+REACH_S, PATIENCE_S = 20.0, 60.0  # to reach a serve; with one that says nothing, as it has much to do
 
 
-class Live(Job):
+class Live(Errand):
     """A live run as it is told to pages.
 
     Its work ends as the source does, or when it is stopped; what it wrote until then is whole. A second Cancel does
@@ -121,12 +121,14 @@ def watch(address: str, live: Live) -> None:
     """
     parts = urlsplit(address)
     try:
-        asked = http.client.HTTPConnection(parts.hostname or "", parts.port or 80, timeout=PATIENCE_S)
+        asked = http.client.HTTPConnection(parts.hostname or "", parts.port or 80, timeout=REACH_S)
     except (ValueError, http.client.InvalidURL):
         raise DataError("the serve's address: is none; it looks like http://127.0.0.1:8765/?token=...") from None
     where = f"{parts.hostname}:{parts.port}"
     token = parse_qs(parts.query).get("token", [""])[0]
     try:
+        asked.connect()
+        asked.sock.settimeout(PATIENCE_S)
         asked.request("GET", "/steps.ndjson", headers={"Authorization": f"Bearer {token}"})
         answer = asked.getresponse()
         if answer.status != http.client.OK:

@@ -10,9 +10,11 @@ from elusive.checks import Looked, broken
 from elusive.errors import ElusiveError
 from elusive.report import drawing as draw
 from elusive.workbench.asking import FOLLOW, Asking, refused
+from elusive.workbench.guessing import kind_of
 from elusive.workbench.jobs import away
 from elusive.workbench.parts import Drawing
 from elusive.workbench.settings import SETTINGS
+from elusive.workbench.tables import look_at_table
 
 
 class Look:
@@ -49,6 +51,8 @@ class Look:
             if isinstance(looked, str):
                 ui.label(looked).classes("ew-doubt")
                 return
+            if looked is None:
+                return
             ui.label(looked.said)
             for one in broken(looked.findings):
                 ui.label(f"{one.sentence} {one.remedy}").classes("ew-doubt")
@@ -59,11 +63,16 @@ class Look:
                 panel = draw.plane("One of them", edges, [seen], unit="px", down=True, bare=True, span=12)
                 Drawing(draw.drawing(looked.said, [0.0], [panel]))
 
-    def _looked(self, name: str) -> Looked | str:
-        """Return what it is, or why it cannot be read."""
-        path = SETTINGS.folder / name
-        assert self._recording.look is not None
+    def _looked(self, name: str) -> Looked | str | None:
+        """Return what it is, as far as that can be told, or why it cannot be read here."""
+        path, here = SETTINGS.folder / name, self._recording.noun
+        other = kind_of(path)
+        for one in SETTINGS.recordings:
+            if one.noun == other != here:
+                return f"{name}: looks like {one.name}, which is another kind of recording; choose that to open it."
+        if path.is_file() and not path.stat().st_size:
+            return f"{name}: is empty; choose another, or write it again."
         try:
-            return self._recording.look(path)
+            return look_at_table(path) if self._recording.look is None else self._recording.look(path)
         except ElusiveError as error:
             return str(error).replace(str(path), name)

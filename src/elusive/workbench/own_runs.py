@@ -66,7 +66,7 @@ def show_none(run: Kept, model: Model, again: Callable[[Model], Any]) -> None:
 def show_run(run: Kept) -> None:
     """Build what came of a run: its settings, report, files, and the command that repeats it."""
     address = f"/{FOLDER}/{run.name}"
-    ui.label(run.name).classes("ew-section")
+    ui.label(run.name).classes("ew-section ew-name")
     changed = ", ".join(f"{key} {value}" for key, value in flat(run.settings).items())
     ui.label(f"Settings: {changed or 'the usual ones'}").classes("ew-note")
     if REPORT in run.files:

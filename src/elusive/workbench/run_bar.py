@@ -7,8 +7,10 @@ from typing import Any, Protocol, TypeVar
 
 from nicegui import ui
 
+from elusive.errors import ElusiveError
+from elusive.workbench.forms import in_plain_words
 from elusive.workbench.jobs import CancelledError, Job, away
-from elusive.workbench.parts import errors_shown
+from elusive.workbench.parts import refuse
 
 Done = TypeVar("Done")
 
@@ -17,6 +19,7 @@ class Working(Protocol):
     """State of a tab in which work can be under way."""
 
     job: Any  # a `Job` while there is
+    refused: str  # why the last was; empty: it was not
 
 
 class RunBar:
@@ -40,6 +43,7 @@ class RunBar:
                 self._cancel = ui.button(Job.ends_by, on_click=self._call_off).props("outline no-caps")
             self._bar = ui.linear_progress(0.0, show_value=False).props('aria-label="Progress"')
             self._told = ui.label().classes("ew-note").props('role="status"')
+            self._refused = ui.label().classes("ew-doubt").props('role="status"')
         self.show()
 
     async def run(
@@ -47,13 +51,14 @@ class RunBar:
     ) -> Done | None:
         """Do the work that ``prepare`` gives, off the event loop; None if it was refused or called off."""
         found, words = None, ""
-        self._state.job = job
-        self.show()
-        started()
+        self._state.job, self._state.refused = job, ""
         try:
-            with errors_shown():
-                work = prepare()
-                found = await away(lambda: work(job), job)
+            self.show()
+            started()
+            work = prepare()
+            found = await away(lambda: work(job), job)
+        except ElusiveError as error:
+            self.refuse(str(error))
         except CancelledError:
             words = "Cancelled."
         finally:
@@ -69,6 +74,13 @@ class RunBar:
         self._start.set_enabled(not busy)
         self._cancel.set_enabled(busy)
         self._cancel.text = self._state.job.ends_by if busy else Job.ends_by
+        self._refused.text, self._refused.visible = self._state.refused, bool(self._state.refused)
+
+    def refuse(self, sentence: str) -> None:
+        """Say why nothing is done, until something is."""
+        self._state.refused = in_plain_words(sentence)
+        refuse(sentence)
+        self.show()
 
     def tell(self, words: str, share: float = 0.0) -> None:
         """Say what is done, and the share of all that it is."""

@@ -18,6 +18,8 @@ from elusive.workbench.own_runs import asking_of
 from elusive.workbench.run_state import RunState
 from elusive.workbench.settings import SETTINGS
 
+LOOK_S = 2.0  # between looks at what lies in the folder
+
 
 class RunInputs:
     """The inputs of what is chosen.
@@ -34,12 +36,16 @@ class RunInputs:
         self._state, self._without = state, without
         self.forms: list[Form] = []
         self._look: Look | None = None
+        self._names: list[str] = []  # of the folder, as the lists of files have them
+        self._lists: list[Any] = []
         self._box = ui.column().classes("w-full gap-2 ew-wide")
+        ui.timer(LOOK_S, self._refresh)
 
     def show(self) -> None:
         """Build them anew."""
         self._box.clear()
-        self.forms, self._look = [], None
+        self.forms, self._look, self._lists = [], None, []
+        self._names = in_folder(SETTINGS.folder)
         if not self._state.noun:
             return
         asked = asking_of(self._state.noun)
@@ -62,7 +68,7 @@ class RunInputs:
             ] = FOLLOW
         for one in needed:
             self._ask(one)
-            if not one.flag and asked.look is not None:
+            if not one.flag:
                 self._look = Look(asked, state.given[state.noun])
         sender("Send files from this computer to the workbench's folder", self._sent)
         rest = [one for one in asked.asked if one not in needed]
@@ -93,7 +99,7 @@ class RunInputs:
                 one.label, value=bool(value), on_change=lambda event: given.update({one.name: event.value})
             )
         elif one.is_file:
-            names = in_folder(SETTINGS.folder)
+            names = list(self._names)
             if typed and value and value not in names:
                 names.append(str(value))
             chosen = [str(value)] if typed and value else [name for name in listed(str(value)) if name in names]
@@ -110,12 +116,22 @@ class RunInputs:
                 label=f"{one.label}: a file that grows, or an address" if typed else one.label,
                 clearable=not one.needed, with_input=True, new_value_mode="add-unique" if typed else None,
             ).props("dense outlined options-dense").classes("w-full")  # fmt: skip
+            self._lists.append(made)
         else:
             made = ui.input(one.label, value=str(value), on_change=lambda event: given.update({one.name: event.value}))
             made.props("dense outlined").classes("w-full")
         made.props["data-field"] = one.name
         with made:
             ui.tooltip(one.help.replace("\\[", "[")).props("delay=600 max-width=320px")
+
+    def _refresh(self) -> None:
+        """Put into the lists what has come into the folder meanwhile, and take out what has gone."""
+        names = in_folder(SETTINGS.folder)
+        if names == self._names:
+            return
+        before, self._names = set(self._names), names
+        for one in self._lists:
+            one.set_options([*names, *(typed for typed in one.options if typed not in before and typed not in names)])
 
     def _sent(self, name: str) -> None:
         self.show()

@@ -33,13 +33,14 @@ class RunState:
         self.seen: Kept | None = None
         self.ran: Model | None = None  # settings of the run that is seen
         self.job: Job | None = None
+        self.refused = ""
         self.live: Live | None = None  # shown, going on or ended
         if noun:
             self.choose(noun)
 
     def choose(self, noun: str) -> None:
         """Take another kind."""
-        self.noun = noun
+        self.noun, self.refused = noun, ""
         self.given.setdefault(noun, {})
         self.models.setdefault(noun, asking_of(noun).parameters())
 

@@ -11,11 +11,11 @@ from elusive.model import Model
 from elusive.workbench.asking import FOLLOW, refused
 from elusive.workbench.form import are_right
 from elusive.workbench.forms import FieldPath
-from elusive.workbench.jobs import Job
+from elusive.workbench.jobs import Errand, Job
 from elusive.workbench.kept_runs import Kept, track
 from elusive.workbench.live import Live, serves, watch
 from elusive.workbench.own_runs import RunList, asking_of, show_none, show_run
-from elusive.workbench.parts import Changed, LiveDrawing, errors_shown, refuse
+from elusive.workbench.parts import Changed, LiveDrawing, errors_shown
 from elusive.workbench.run_bar import RunBar
 from elusive.workbench.run_inputs import RunInputs
 from elusive.workbench.run_state import RunState
@@ -55,7 +55,7 @@ class RunWindow:
                     with ui.expansion("Watch what runs elsewhere").props("dense").classes("w-full"):
                         self._served()
             with stage:
-                self._result = ui.column().classes("w-full gap-3")
+                self._result = ui.column().classes("w-full gap-3").props("tabindex=-1")
         with ui.element("section").classes("ew-box w-full"):
             self._runs = RunList(kinds, self._open, self._show)
         ui.timer(0.2, self._watch)
@@ -73,20 +73,21 @@ class RunWindow:
         if event.value != self._state.noun:
             self._state.choose(event.value)
             self._inputs.show()
+            self._bar.show()
 
     async def run(self) -> None:
         """Run what is chosen, as it is set."""
         state = self._state
         if not state.noun:
-            refuse("What do you have? Choose the kind of recording first.")
+            self._bar.refuse("What do you have? Choose the kind of recording first.")
             return
         asked, given, model = asking_of(state.noun), dict(state.given[state.noun]), state.models[state.noun]
         if (sentence := refused(asked, given, SETTINGS.folder)) != "":
-            refuse(sentence)
+            self._bar.refuse(sentence)
             return
         if not are_right(self._inputs.forms):
             return
-        job = Live(f"{state.noun}, live") if given.get(FOLLOW) else Job()
+        job = Live(f"{state.noun}, live") if given.get(FOLLOW) else Errand()
         await self._work(job, lambda job: track(SETTINGS.folder, asked, given, model, job))
 
     def _served(self) -> None:
@@ -106,6 +107,8 @@ class RunWindow:
 
         if self._state.job is None:
             await self._work(Live(name), watched)
+        else:
+            self._bar.refuse("Something runs on this page already: stop that first, or watch in another tab.")
 
     async def _work(self, job: Job, work: Callable[[Any], Kept | None]) -> None:
         state = self._state
@@ -113,6 +116,8 @@ class RunWindow:
         ran = state.models.get(state.noun)
         state.seen = await self._bar.run(job, lambda: work, self._show)
         state.ran = None if state.seen is None else ran
+        if state.refused and not job.done:  # nothing came
+            state.live = None
         self._busy = False
         self._show()
 
@@ -161,6 +166,7 @@ class RunWindow:
             state.models[state.noun] = model
             self._inputs.show()
             await self.run()
+            self._result.run_method("focus")  # what was pressed is gone
 
     def _back(self) -> None:
         state = self._state

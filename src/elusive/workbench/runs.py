@@ -56,6 +56,7 @@ class BenchState(Generic[Scene]):
         self.run: Run | None = None
         self.kept: Run | None = None
         self.job: LiveJob | None = None
+        self.refused = ""
         self.ran: Scene | None = None  # scene that the run is of
 
     def take(self, scene: Scene) -> None:

@@ -29,6 +29,7 @@ class TrackedState(Generic[Scene, Run]):
         self.run: Run | None = None
         self.drawn: Drawn | None = None  # of the run
         self.job: Job | None = None
+        self.refused = ""
         self.step: str | None = None
         self.ran: Scene | None = None  # the scene that the run is of
         self.openings = 0  # of what a run can no longer be of
