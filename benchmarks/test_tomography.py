@@ -63,7 +63,7 @@ def numpy_heads(image, centres, threshold, width=2.0):
 
 @pytest.mark.parametrize("people", [1, 10])
 def test_frames_of_the_thesiss_network(benchmark, report, people):
-    W = EllipseWeights().matrix(network(41), GRID)
+    W = EllipseWeights().sparse(network(41), GRID).toarray()
     projector, clusters = RegularisedImage().projection(W, GRID), Clusters()
     written = RegularisedImage(precision="double", equalised="none").projection(W, GRID).matrix
     frames = changes(W, GRID, people)
@@ -80,7 +80,7 @@ def test_frames_of_the_thesiss_network(benchmark, report, people):
 
 
 def test_a_file_of_images(benchmark, best_of, report):
-    W = EllipseWeights().matrix(network(41), GRID)
+    W = EllipseWeights().sparse(network(41), GRID).toarray()
     projector = RegularisedImage().projection(W, GRID)
     frames = changes(W, GRID, 1)
     at_once, one_by_one = best_of(
@@ -92,7 +92,7 @@ def test_a_file_of_images(benchmark, best_of, report):
 
 def test_setting_up(benchmark, best_of, report):
     """Links by links and voxels by voxels, against eq. 3.16 as written, with the inverse of the covariance."""
-    W = EllipseWeights().matrix(network(41), GRID)
+    W = EllipseWeights().sparse(network(41), GRID).toarray()
 
     def written():
         return reference.projection(W, np.linalg.inv(reference.covariance(GRID.centres, 0.25, 3.0)))

@@ -189,6 +189,7 @@ TWINS: dict[str, dict[str, str]] = {
         "log_ratio": "sensors/test_link_shadowing.py::shadowed_log_ratio",
         "mean_profiles": "sensors/test_link_shadowing.py::shadowing",
         "prepare": "sensors/test_link_shadowing.py::shadowed_log_ratio",
+        "slopes": "sensors/test_shadowing_slopes.py::shadowed_log_ratio",
     },
     "sensors._waveform_kernels": {"covered_sums": "sensors/test_waveform.py::log_likelihood"},
     "tracking._peak_kernels": {

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from elusive.io.link_logs import open_link_log
-from elusive.io.node_files import read_nodes
+from elusive.io.placed_files import read_nodes
 from elusive.sensors.radio_network import directed_links_of
 from tests.commands import ran
 from tests.tracking.link_scenes import DATA
@@ -41,6 +41,7 @@ def told(capsys, log, nodes, out, *more, empty=RECORDED_EMPTY):
     checks = out / "checks.json"
     found = json.loads(checks.read_text()) if checks.exists() else []
     found = found if isinstance(found, list) else found["findings"]
+    assert len({one["name"] for one in found}) == len(found), "a finding stands twice"
     names = {one["name"] for one in found if not one["holds"]}
     return code, names, said
 

@@ -155,7 +155,17 @@ def test_sentences_have_times_of_day(elusive_in: Run, tmp_path: Path) -> None:
     assert "the clocks differ" in said
 
 
-def test_live_plots_take_no_reports(elusive_in: Run, tmp_path: Path) -> None:
-    code, said = elusive_in(*TRACK, "--follow", "--ais", "ais.csv")
-    assert code != 0
-    assert "leave --ais or --follow out" in said
+def test_live_reports_are_taken_as_those_of_a_recording(elusive_in: Run, tmp_path: Path) -> None:
+    plots(tmp_path)
+    table(tmp_path, reports(off_m=500.0))
+    with (tmp_path / "ais.csv").open("a") as file:
+        file.write("\nnonsense\n")
+    limits = ["--max-doppler-mps", "60", "--ais", "ais.csv"]
+    code, said = elusive_in(*TRACK, *limits, "--follow", "--idle-s", "0", "--out", "live")
+    assert code == 0, said
+    assert "1 spoilt" in said
+    assert "211000002" in said
+    (tmp_path / "ais.csv").write_text((tmp_path / "ais.csv").read_text().replace("nonsense\n", ""))
+    code, again = elusive_in(*TRACK, *limits, "--out", "whole")
+    assert code == 0, again
+    assert (tmp_path / "live/tracks.csv").read_text() == (tmp_path / "whole/tracks.csv").read_text()

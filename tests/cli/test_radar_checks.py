@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -147,6 +148,66 @@ def test_seven_ships_of_a_turning_antenna_are_found(elusive_in: Run, tmp_path: P
     assert len(list(open_radar_plots(tmp_path / "plots.csv"))) in (60, 61)
 
 
+def inland(folder: Path, turned_deg: float) -> None:
+    """Thirty buildings behind the coast, and a north that is wrong."""
+    rng = np.random.default_rng(3)
+    east, north = 3000.0 + rng.uniform(5, 60, 30), rng.uniform(-1500, 1500, 30)
+    _, *lines = (folder / "plots.csv").read_text().splitlines()
+    rows = [tuple(map(float, line.split(",")[:3])) for line in lines]
+    for time_s in sorted({row[0] for row in rows}):
+        seen = rng.random(30) < 0.7
+        far = np.hypot(east, north)[seen] + rng.normal(0, 10, seen.sum())
+        bearing = np.degrees(np.arctan2(east, north)[seen] + rng.normal(0, 1e-3, seen.sum())) % 360
+        rows += [(time_s, *one) for one in zip(far.tolist(), bearing.tolist(), strict=True)]
+    lines = [f"{t},{r},{(b + turned_deg) % 360}" for t, r, b in sorted(rows)]
+    (folder / "plots.csv").write_text("\n".join(["time_s,range_m,bearing_deg", *lines]))
+
+
+@pytest.mark.parametrize("turned_deg", [0.0, 6.0])
+def test_a_wrong_north_is_told_by_what_stands_on_land(elusive_in: Run, tmp_path: Path, turned_deg: float) -> None:
+    plots(tmp_path, false_alarms=0.5)
+    inland(tmp_path, turned_deg)
+    code, said = elusive_in(*TRACK, *RADAR, *CHART, "--particles", "300")
+    assert code == (3 if turned_deg else 0), said
+    assert ("radar.fixed" in failing(tmp_path)) == bool(turned_deg)
+    if turned_deg:
+        assert "degrees too large" in said
+
+
+def told_again(lines: list[str]) -> list[str]:
+    """Each scan twice, half a second apart."""
+    again = [",".join([f"{float(line.split(',')[0]) + 0.5:g}", *line.split(",")[1:]]) for line in lines]
+    return sorted([*lines, *again], key=lambda line: float(line.split(",")[0]))
+
+
+def coarse(lines: list[str]) -> list[str]:
+    """Bearings to five degrees."""
+    rows = [line.split(",") for line in lines]
+    return [",".join([row[0], row[1], f"{5 * round(float(row[2]) / 5) % 360}", *row[3:]]) for row in rows]
+
+
+def in_parts(lines: list[str]) -> list[str]:
+    """Each turn of the antenna under three times."""
+    rows = [line.split(",") for line in lines]
+    return [",".join([f"{float(row[0]) + 0.8 * (float(row[2]) // 120):g}", *row[1:]]) for row in rows]
+
+
+@pytest.mark.parametrize(
+    ("change", "name"),
+    [(told_again, "radar.repeated"), (coarse, "radar.rounding"), (in_parts, "radar.detection")],
+)
+def test_what_is_not_measured_anew_is_named(
+    elusive_in: Run, tmp_path: Path, change: Callable[[list[str]], list[str]], name: str
+) -> None:
+    plots(tmp_path)
+    head, *lines = (tmp_path / "plots.csv").read_text().splitlines()
+    changed = sorted(change(lines), key=lambda line: float(line.split(",")[0]))
+    (tmp_path / "plots.csv").write_text("\n".join([head, *changed]))
+    code, said = elusive_in(*TRACK, *RADAR, "--knowledge", "none", "--particles", "300")
+    assert code == 3, said
+    assert name in failing(tmp_path)
+
+
 def test_ships_that_break_a_constraint_are_told(elusive_in: Run, tmp_path: Path) -> None:
     """Of three ships one goes north-west, within the courses or outside of them."""
     plots(tmp_path)
@@ -157,6 +218,10 @@ def test_ships_that_break_a_constraint_are_told(elusive_in: Run, tmp_path: Path)
         code, said = elusive_in(*command)
         assert code == code_expected, said
         assert failing(tmp_path) == failing_expected
+    live = ["--follow", "--idle-s", "0", "--max-range-m", "3500", "--out", "out/live"]
+    code, said = elusive_in(*[part for part in command if part != "--strict"], *live)
+    assert code == 0, said
+    assert "at the constraints' edge" in said
     (tmp_path / "constraints.yaml").write_text(yaml.safe_dump({"constraints": [{"kind": "speed", "upper_kn": 9}]}))
     code, said = elusive_in(*command)
     assert code != 0

@@ -112,6 +112,18 @@ def places_deg(folder: Path) -> list[str]:
     return []
 
 
+def test_a_log_that_freezes_is_named(elusive_in: Run, tmp_path: Path) -> None:
+    columns_m(tmp_path)
+    head, *lines = (tmp_path / "plots.csv").read_text().splitlines()
+    rows = [line.split(",") for line in lines]
+    last = next(row for row in rows if float(row[0]) >= 90)
+    frozen = [",".join([*row[:4], *(last[4:] if float(row[0]) >= 90 else row[4:])]) for row in rows]
+    (tmp_path / "plots.csv").write_text("\n".join([head, *frozen]))
+    code, said = elusive_in(*TRACK, "--radar-lat-deg", "53.9", "--radar-lon-deg", "10.2")
+    assert code == 3, said
+    assert "its log is frozen" in said
+
+
 def sentence(body: str) -> str:
     return f"${body}*{checksum(body):02X}"
 

@@ -51,30 +51,43 @@ def test_a_table_that_is_played_is_read_as_the_file(tmp_path, scheme):
     flight = write_flight(tmp_path)
     sites, path = read_sensors(flight / "sensors.csv"), flight / "bearings.csv"
     port = free_port(socket.SOCK_DGRAM if scheme == "udp" else socket.SOCK_STREAM)
-    feed, heard = Feed(), []
+    feed, heard, enough = Feed(), [], threading.Event()
     source = open_bearings(f"{scheme}://127.0.0.1:{port}", sites, feed=feed)
 
     def listen():
         for measurement in source:
             heard.append(measurement)
             if len(heard) == STEPS - 1:  # the last is whole when a later one comes
-                feed.halt()
+                enough.set()
 
     listener = threading.Thread(target=listen)
     listener.start()
     try:
         if scheme == "udp":
             time.sleep(0.2)
-            while listener.is_alive():  # played again, what was heard is late
+            while not enough.is_set():  # played again, what was heard is late
                 replay(path, f"udp://127.0.0.1:{port}", 1000.0, print)
         else:
             replay(path, f"tcp://127.0.0.1:{port}?listen=1", 1000.0, print)
+            assert enough.wait(60.0)
     finally:
+        feed.halt()
         listener.join()
     whole = list(open_bearings(path, sites))
     for found, measurement in zip(heard[: STEPS - 1], whole, strict=False):
         assert found.time_s == measurement.time_s
         np.testing.assert_array_equal(found.azimuth_rad, measurement.azimuth_rad)
+
+
+def test_a_listener_that_goes_is_said_to_have_gone(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("time_s,x\n" + "".join(f"{0.01 * k:.2f},1\n" for k in range(3000)))
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        going = threading.Thread(target=lambda: server.accept()[0].close())
+        going.start()
+        with pytest.raises(DataError, match="who listened has gone"):
+            replay(path, f"tcp://127.0.0.1:{server.getsockname()[1]}", 1.0, print)
+        going.join()
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ from elusive.experiments.amrouche2018.scenario import APPEARS, LEAVES
 from elusive.experiments.amrouche2018.table import Cell, summarise
 from elusive.experiments.amrouche2018.trial import SCENARIO
 
-TABLE_RUNS, QUICK_RUNS = 1000, 100
+TABLE_RUNS, QUICK_RUNS = 1000, 60
 SIGMAS = 3.5
 SNRS_DB = (3.18, 6.71, 12.0)
 BOLD = "bernoulli-measurement"

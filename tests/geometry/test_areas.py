@@ -8,7 +8,7 @@ import shapely
 
 from elusive.errors import DataError, ParameterError
 from elusive.geometry.areas import Area
-from elusive.io.area_files import read_area
+from elusive.io.placed_files import read_area
 
 L_SHAPE = ((0, 0), (40, 0), (40, 10), (10, 10), (10, 40), (0, 40))
 
@@ -80,9 +80,9 @@ def test_corners_are_read(tmp_path):
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("0,0\n1,here\n", "line 2: '1,here' is no corner"),
-        ("0,0\n1,2,3\n", "line 2: '1,2,3' is no corner"),
-        ("0,0\n1,nan\n", "line 2: '1,nan' is no corner"),
+        ("0,0\n1,here\n", "line 2, column y_m: 'here' is no number"),
+        ("0,0\n1,2,3\n", "line 2: has 3 cells, not 2"),
+        ("0,0\n1,nan\n", "line 2, column y_m: 'nan' is no number"),
         ("0,0\n1,0\n", "at least 3"),
         ("0,0\n1,1\n1,0\n0,1\n", "crosses or touches itself"),
         ("", "at least 3"),

@@ -16,7 +16,7 @@ import pytest
 
 from elusive.errors import DataError
 from elusive.io.link_logs import open_link_log
-from elusive.io.node_files import read_nodes
+from elusive.io.placed_files import read_nodes
 from elusive.io.sources import Feed
 from elusive.sensors.radio_network import directed_links_of, radio_nodes
 from tests import recordings

@@ -24,6 +24,7 @@ from elusive.geometry.local_frame import LocalFrame
 from elusive.io.sinks import Ground, open_sinks, presence
 from elusive.io.sinks.outlet import HELD, file_outlet, tcp_outlet
 from elusive.io.sources import address_of
+from elusive.io.sources.feed import FIRST_S
 from tests.brokers import broker, free_port
 from tests.processes import HUNG_S
 
@@ -390,10 +391,63 @@ def test_a_full_disk_is_waited_for_and_no_line_is_cut(tmp_path, monkeypatch):
     outlet.send(b"second\n")
     outlet.send(b"third\n")
     waiting(lambda: said)
+    time.sleep(3.5 * FIRST_S)  # tried again meanwhile
     full.clear()
     outlet.close()
+    assert len(said) == 2  # that it is gone, and back: not at each try
+    assert "is back after" in said[1]
     assert path.read_text() == "first\nsecond\nthird\n"
     assert "No space left on device" in said[0]
+
+
+@pytest.mark.validate
+def test_broker_listener_and_disk_are_gone_for_half_a_minute(tmp_path, monkeypatch, keeping):
+    (path, said, lines, heard), port = (tmp_path / "a", [], [], []), free_port()
+    gone, write, steps = threading.Event(), os.write, [record(k, [track(1, k, 0)]) for k in range(400)]
+
+    def failing(descriptor, octets):
+        if gone.is_set() and octets.startswith(b"{"):
+            raise OSError(errno.EIO, "Input/output error")
+        return write(descriptor, octets)
+
+    def listen(server):
+        heard.append(server.accept()[0])
+        with closing(heard[-1]), heard[-1].makefile("r") as file, contextlib.suppress(OSError):
+            lines.extend(line for line in file if line.endswith("\n"))
+
+    monkeypatch.setattr(os, "write", failing)
+    names = (f"mqtt://127.0.0.1:{keeping.port}/hall", f"ndjson+tcp://127.0.0.1:{port}", f"ndjson:{path}")
+    server = socket.create_server(("127.0.0.1", port))
+    threading.Thread(target=listen, args=(server,)).start()
+    sinks, took_s = opened(*names, said=said), []
+    for k, step in enumerate(steps):  # ten a second
+        if k == 50:
+            waiting(lambda: len(lines) >= 50 and len(keeping.topic("tracks")) >= 50)
+            gone.set()
+            keeping.kill()
+            server.close()
+            heard[0].shutdown(socket.SHUT_RDWR)
+        if k == 350:
+            gone.clear()
+            keeping.start(keeping.port)
+            server = socket.create_server(("127.0.0.1", port))
+            threading.Thread(target=listen, args=(server,)).start()
+        began_s = time.monotonic()
+        sinks.tell(step)
+        took_s.append(time.monotonic() - began_s)
+        time.sleep(0.1)
+    back_s = time.monotonic()
+    waiting(lambda: len(keeping.topic("tracks")) >= len(steps))
+    waiting(lambda: len(lines) >= len(steps))
+    back_s = time.monotonic() - back_s
+    sinks.close()
+    server.close()
+    times = [step["time_s"] for step in steps]
+    assert [json.loads(line).get("time_s") for line in path.read_text().splitlines()][: len(times)] == times
+    assert [json.loads(text)["unix_s"] - UNIX_S for text in keeping.topic("tracks")][: len(times)] == times
+    assert {json.loads(line).get("time_s") for line in lines} >= set(times)
+    assert len(said) == 6, said  # each once: that it is gone, and that it is back
+    print(f"the slowest step took {max(took_s) * 1e3:.0f} ms, the last came {back_s:.1f} s late; {len(said)} sentences")
 
 
 def test_what_is_held_is_bounded():

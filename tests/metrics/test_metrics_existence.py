@@ -86,28 +86,16 @@ def test_rates_equal_the_loop_and_the_roc(scene):
             assert missed_detection_rate(existence, present, threshold).value == pytest.approx(1 - slow[1])
 
 
-@pytest.mark.parametrize(("interval", "method"), [("wilson", "wilson"), ("exact", "exact")])
-@pytest.mark.parametrize("hits", [0, 3, 40])
-def test_independent_intervals_equal_scipy(interval, method, hits):
-    existence = np.zeros((1, 40))
-    existence[0, :hits] = 1.0
-    result = false_alarm_rate(existence, np.zeros(40), interval=interval, confidence=0.9)
-    oracle = binomtest(hits, 40).proportion_ci(0.9, method)
-    assert (result.low, result.high) == pytest.approx((oracle.low, oracle.high), abs=1e-12)
-
-
-def test_clustered_interval_covers_where_wilson_does_not():
+def test_the_interval_covers_though_frames_of_a_trial_are_alike():
     rng = np.random.default_rng(2)
     draws, truth = 600, 0.25
-    covered = {"clustered": 0, "wilson": 0}
+    covered = 0
     for _ in range(draws):
         habit = rng.beta(1, 3, size=(50, 1))
         existence = (rng.random((50, 20)) < habit).astype(float)
-        for interval in covered:
-            rate = false_alarm_rate(existence, np.zeros(20), interval=interval)
-            covered[interval] += rate.low <= truth <= rate.high
-    assert covered["clustered"] / draws > 0.95 - four_sigma(0.95, draws)
-    assert covered["wilson"] / draws < 0.8
+        rate = false_alarm_rate(existence, np.zeros(20))
+        covered += rate.low <= truth <= rate.high
+    assert covered / draws > 0.95 - four_sigma(0.95, draws)
 
 
 def test_clustered_interval_is_clopper_pearson_of_the_effective_number():
@@ -127,13 +115,6 @@ def test_clustered_interval_of_unanimous_frames_counts_trials():
     rate = false_alarm_rate(np.zeros((10, 50)), np.zeros(50))
     assert rate.value == rate.low == 0.0
     assert rate.high == pytest.approx(binomtest(0, 10).proportion_ci(method="exact").high)
-
-
-def test_clustered_interval_of_single_frames_is_nearly_exact():
-    existence = (np.random.default_rng(3).random((200, 1)) < 0.3).astype(float)
-    clustered = false_alarm_rate(existence, np.zeros(1))
-    exact = false_alarm_rate(existence, np.zeros(1), interval="exact")
-    assert (clustered.low, clustered.high) == pytest.approx((exact.low, exact.high), abs=2e-3)
 
 
 def test_area_equals_the_pairs_with_ties_and_the_trapezoid(scene):
@@ -202,8 +183,6 @@ def test_bad_input_is_a_sentence(scene):
         roc_curve([[0.5]], [0])
     with pytest.raises(ParameterError, match="threshold"):
         false_alarm_rate(existence, present, 50)
-    with pytest.raises(ParameterError, match="interval"):
-        false_alarm_rate(existence, present, interval="normal")
     with pytest.raises(ParameterError, match="hold"):
         time_to_detection(existence, present, hold=0)
     with pytest.raises(ParameterError, match="bins"):

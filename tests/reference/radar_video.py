@@ -6,10 +6,11 @@ import numpy as np
 
 
 def gathered(amplitude, rows, samples, shape):
-    """Sum of the mean power of neighbouring samples, row by row."""
-    total = np.zeros(shape)
+    """Sums of the mean power, and of the mean root of the amplitude, of neighbouring samples, row by row."""
+    total = np.zeros((2, *shape))
     for spoke, row in zip(amplitude.astype(float), rows, strict=True):
-        total[row] += (spoke[: shape[1] * samples].reshape(shape[1], samples) ** 2).mean(axis=1)
+        cells = spoke[: shape[1] * samples].reshape(shape[1], samples)
+        total[:, row] += (cells**2).mean(axis=1), np.sqrt(cells).mean(axis=1)
     return total
 
 

@@ -14,7 +14,7 @@ from elusive.report import drawing as draw
 from elusive.report.clock import Clock, moment
 from elusive.report.extents import lonlat_fit, top_of
 from elusive.report.packing import dumps
-from elusive.report.page import track_table, write_page
+from elusive.report.page import Report, track_table
 from tests.browsing import browse, data_in, layers, numbers, pixels, stands_alone
 
 TIMES = 0.5 * np.arange(60)
@@ -45,7 +45,8 @@ def made(path: Path, **more: Any) -> Path:
         events=[(0.0, "starts", 1), (10.0, "starts", 2), (20.0, "weather changes", None)], **more,
     )  # fmt: skip
     table = track_table(("Track", "Since"), [("1", "0 <i>"), ("2", "10 s"), ("3", "-")], {"1", "2"})
-    write_page(path / "r.html", "A <b>& title</b> </script>", "Found & more.", drawn, table, [("Scans", "60 <i>")])
+    made = Report("A <b>& title</b> </script>", "Found & more.", drawn, [("Scans", "60 <i>")], tracks=table)
+    made.write_page(path / "r.html")
     return path / "r.html"
 
 

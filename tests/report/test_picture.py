@@ -55,6 +55,14 @@ def test_every_kind_of_layer_is_painted(tmp_path: Path, kind: str) -> None:
     assert share(tmp_path / "b.png", draw.plane("Where?", (0, 10, 0, 10), []), colour) == 0.0
 
 
+def test_the_same_drawing_is_the_same_figure_each_time(tmp_path: Path) -> None:
+    every = [layer for layers in LAYERS.values() for layer in layers]
+    panels = [draw.plane("Where?", (0, 10, 0, 10), every), draw.chart("When?", TIMES, LAYERS["spans"])]
+    for name in ("a.png", "b.png"):
+        write_picture(tmp_path / name, draw.drawing("", TIMES, panels, start=2), "Title")
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+
+
 def test_what_is_not_now_is_not_shown(tmp_path: Path) -> None:
     now = draw.points(PLACES[:2], RED, times=[0.0, 1.0], show="now", size=20)
     far = draw.points(PLACES[:2], RED, times=[0.0, 0.5], show="near", reach=1.0, size=20)

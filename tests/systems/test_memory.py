@@ -14,7 +14,7 @@ from elusive.io import open_signal
 from elusive.io.arrivals import Arrivals
 from elusive.io.bearings import open_bearings
 from elusive.io.link_logs import open_link_log
-from elusive.io.node_files import read_nodes
+from elusive.io.placed_files import read_nodes
 from elusive.io.sensor_files import read_sensors
 from elusive.io.signals import SignalFrame
 from elusive.sensors.radar_scans import RadarPlot, scan_of

@@ -2,7 +2,7 @@
 
 from elusive.checks.files import write_checks
 from elusive.checks.finding import Fact, Finding, Looked, broken, doubted, grave
-from elusive.checks.residuals import Scale, lag_of, scale_of, share_of
+from elusive.checks.residuals import Scale, lag_of, scale_of, share_of, whole_step
 
 __all__ = [
     "Fact",
@@ -15,5 +15,6 @@ __all__ = [
     "lag_of",
     "scale_of",
     "share_of",
+    "whole_step",
     "write_checks",
 ]

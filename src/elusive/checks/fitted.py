@@ -1,9 +1,11 @@
-"""A value that was fitted to a recording without labels, and how sure it is."""
+"""What was fitted to a recording without labels: values, how sure each is, the configuration that they make."""
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import yaml
 
 
 class Fitted(NamedTuple):
@@ -20,6 +22,18 @@ class Fitted(NamedTuple):
         """Cells of its line in a table."""
         sure = f"{self.deviation:.2g}" if math.isfinite(self.deviation) else "-"
         return self.option, self.what, self.value, sure, self.how
+
+
+class Fit(NamedTuple):
+    """What a recording says of itself."""
+
+    values: tuple[Fitted, ...]
+    tree: dict[str, Any]  # what was fitted alone, as a configuration of `elusive track` nests it
+    remark: str = ""  # what the recording was taken for
+
+    def to_yaml(self) -> str:
+        """Return the configuration; all that is not in it keeps its defaults."""
+        return yaml.safe_dump(self.tree, sort_keys=False)
 
 
 HEADER = ("option", "what", "fitted", "deviation", "from")

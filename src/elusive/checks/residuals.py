@@ -17,6 +17,7 @@ from scipy.special import betainc, chdtri, ndtri
 from elusive.checks.finding import LEVEL, Fact
 from elusive.contracts import Array
 
+STEPS = (0.1, 0.2, 0.25, 0.5, 1.0, 2.0, 2.5, 5.0, 10.0, 11.25, 15.0, 22.5, 30.0, 45.0, 90.0)  # that people round to
 CLIP = 3.0  # deviations beyond which a residual counts as that in a correlation: an outlier is none
 
 
@@ -136,3 +137,10 @@ def at_least(hits: float, samples: float, probability: float) -> float:
     if probability <= 0:
         return 0.0
     return float(betainc(hits, samples - hits + 1, min(probability, 1.0)))
+
+
+def whole_step(values: Array) -> float:
+    """Return the widest step that people round to of which all values ``(n,)`` are whole multiples; 0: of none."""
+    known = values[np.isfinite(values)]
+    whole = [step for step in STEPS if np.abs(known / step - np.round(known / step)).max(initial=0.0) < 1e-5]
+    return whole[-1] if whole and len(known) else 0.0

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from elusive.campaign import CampaignConfig, make_executor, resolve, run_campaign
-from elusive.cli.terminal import Scheduler, Workers, campaign_bar, console
+from elusive.cli.terminal import Scheduler, Workers, campaign_bar, say
 from elusive.experiments.amrouche2018.trial import SCENARIO as AMROUCHE2018
 from elusive.experiments.jiang2024.trial import SCENARIO as JIANG2024
 from elusive.experiments.mazurek2013.trial import SCENARIO as MAZUREK2013
@@ -37,4 +37,4 @@ def campaign_command(
     scenario = resolve(configuration.scenario, SCENARIOS)
     with make_executor(workers, scheduler) as executor, campaign_bar() as report:
         run_campaign(scenario, configuration, out, executor=executor, on_progress=report)
-    console.print(f"Written to {out}")
+    say(f"Written to {out}")

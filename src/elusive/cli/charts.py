@@ -6,10 +6,9 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.markup import escape
 
 from elusive.cli.given import accepts, parameters_of
-from elusive.cli.terminal import Config, console, show
+from elusive.cli.terminal import Config, say, show
 from elusive.systems.radar.chart import ChartParameters, describe_charts
 
 
@@ -30,7 +29,7 @@ def chart_command(
     for summary in described.summaries:
         show(summary.name, ("", ""), summary.rows)
     for sentence in (*(one.sentence for one in described.disagreements), *described.remarks):
-        console.print(escape(sentence), highlight=False, soft_wrap=True)
+        say(sentence)
     for written in (figure, water_probability):
         if written is not None:
-            console.print(f"Written to {written}")
+            say(f"Written to {written}")

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from elusive.cli.terminal import Out, bar, console, show
+from elusive.cli.terminal import Out, bar, say, show
 from elusive.experiments.demo import run_demo
 
 
@@ -19,4 +19,4 @@ def demo_command(
     with bar("frames", None) as advance:
         result = run_demo(out, seed=seed, on_frame=advance)
     show("At the same rate of false alarms", result.header, result.rows)
-    console.print(f"Written to {out}: tracks.csv, result.nc, report.html (open it), report.png")
+    say(f"Written to {out}: tracks.csv, result.nc, report.html (open it), report.png")

@@ -1,4 +1,4 @@
-"""Groups of commands that import a command's module when it is asked for: five systems are not loaded for one."""
+"""Groups of commands that import a command's module when it is asked for: one system's does not load the others."""
 
 from __future__ import annotations
 

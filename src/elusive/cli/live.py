@@ -17,7 +17,7 @@ from rich.markup import escape
 
 from elusive.cli import serving
 from elusive.cli.seen import Seeing, Sites
-from elusive.cli.terminal import console, interrupted, tell_findings
+from elusive.cli.terminal import console, interrupted, say, tell_findings
 from elusive.errors import ParameterError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io.arrivals import Coming
@@ -236,13 +236,13 @@ def run_live(
     if not sinks.own_stdout:
         _tell(end.record(ended=why, files=list(files)))
     if interrupted.is_set():
-        console.print("Interrupted.")
+        say("Interrupted.")
     dropped = f", {end.dropped} more dropped, for newer ones came faster than they could be tracked" * bool(end.dropped)
     met = ", ".join(f"{count} {what}" for what, count in end.counts.items() if count)
-    console.print(f"{end.steps} tracked{dropped}; {end.latencies.words}.", highlight=False, soft_wrap=True)
+    say(f"{end.steps} tracked{dropped}; {end.latencies.words}.")
     if met:
-        console.print(f"Met on the way: {met}.", highlight=False, soft_wrap=True)
-    console.print(f"Written to {out}: {', '.join(files)}", highlight=False, soft_wrap=True)
+        say(f"Met on the way: {met}.")
+    say(f"Written to {out}: {', '.join(files)}")
     tell_findings(end.findings, strict=strict and end.fault is None)
     if end.fault is not None:
         console.print(f"[bold red]Error:[/] {escape(end.fault)}", highlight=False, soft_wrap=True)

@@ -19,9 +19,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import typer
-from rich.markup import escape
 
-from elusive.cli.terminal import console, heed_interrupt
+from elusive.cli.terminal import console, heed_interrupt, say
 from elusive.errors import DataError, ElusiveError, ParameterError
 from elusive.io._order import natural_key
 from elusive.io.atomic import atomic_path, existing_folder
@@ -63,7 +62,7 @@ def track_many(place: str, source: str, given: Mapping[str, Any], workers: int |
     missing = [each for each in recordings if not (out / each.name).is_dir()]
     done = len(recordings) - len(missing)
     if done:
-        console.print(f"{done} of {len(recordings)} are there already.", highlight=False)
+        say(f"{done} of {len(recordings)} are there already.")
     failed: dict[str, str] = {}
     with make_executor(workers, scheduler) as executor:
         for count, (recording, sentence) in enumerate(_outcomes(executor, place, source, given, missing), done + 1):
@@ -73,13 +72,13 @@ def track_many(place: str, source: str, given: Mapping[str, Any], workers: int |
             if sentence:
                 failed[recording.name] = sentence
             said = f"[{count}/{len(recordings)}] {recording.path}" + (f": {sentence}" if sentence else "")
-            console.print(escape(said), highlight=False, soft_wrap=True)
+            say(said)
     for left in out.glob(".*.part"):  # of a run that was killed; sooner, a cluster might still be writing there
         shutil.rmtree(left, ignore_errors=True)
     rows = [_row(out, each, failed.get(each.name)) for each in recordings]
     with atomic_path(out / SUMMARY) as path, path.open("w", encoding="utf-8", newline="") as file:
         csv.writer(file, lineterminator="\n").writerows([HEADER, *rows])
-    console.print(f"Written to {out}: {SUMMARY}, and a folder for each of {len(rows) - len(failed)}.", highlight=False)
+    say(f"Written to {out}: {SUMMARY}, and a folder for each of {len(rows) - len(failed)}.")
     if failed:
         console.print(f"[bold red]Error:[/] {len(failed)} of {len(rows)} could not be tracked.", highlight=False)
         raise typer.Exit(2)

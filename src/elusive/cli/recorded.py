@@ -7,10 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Protocol
 
 import typer
-from rich.markup import escape
 
 from elusive.cli.live import send_recording, tell
-from elusive.cli.terminal import console, show, show_run, tell_findings, tell_written
+from elusive.cli.terminal import say, show, show_run, tell_findings, tell_written
 from elusive.io.sinks import Sinks
 
 if TYPE_CHECKING:
@@ -19,6 +18,12 @@ if TYPE_CHECKING:
 RateHz = Annotated[float | None, typer.Option("--rate-hz", help="Frames a second; else from the file.")]
 Start = Annotated[int, typer.Option(help="First frame to use, from 0.")]
 Stop = Annotated[int | None, typer.Option(help="Frame before which to stop.")]
+Charts = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--chart", help="S-57 base cells (.000) or a folder of them, GeoJSON or shapefiles of land, one or several."
+    ),
+]
 SHIPS = ".csv of time_s, track, x_m, y_m or lon_deg, lat_deg; AIS log"
 
 
@@ -84,7 +89,7 @@ def tell_run(
     for remark in remarks:
         tell(remark)
     if verdict:
-        console.print(escape(verdict), highlight=False)
+        say(verdict)
     header, lines = tracks
     if lines:
         show("Tracks", header, lines)

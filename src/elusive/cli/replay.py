@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from elusive.cli.live import tell
-from elusive.cli.terminal import console, interrupted
+from elusive.cli.terminal import interrupted, say
 from elusive.io.replay import replay
 
 
@@ -25,4 +25,4 @@ def replay_command(
     """Play a recording over the network, to try what is to follow it live."""
     sent = replay(source, to, speed, tell, interrupted)
     lost = f", {sent.lost} lost" * bool(sent.lost)
-    console.print(f"{sent.messages} messages in {sent.seconds:.1f} s{lost}.", highlight=False)
+    say(f"{sent.messages} messages in {sent.seconds:.1f} s{lost}.")

@@ -14,7 +14,7 @@ from pydantic import Field
 
 from elusive.cli import serving
 from elusive.cli.health import health_page
-from elusive.cli.terminal import console
+from elusive.cli.terminal import say
 from elusive.errors import ParameterError
 from elusive.io.atomic import existing_folder
 from elusive.io.sources.address import LOOPBACK
@@ -75,7 +75,7 @@ def serve_command(
     with health_page(wanted.health.host, wanted.health.port, token, served.health, served.watched) as port:
         where = f"http://{wanted.health.host}:{port}/"
         (folder / "health.url").write_text(where + "\n", encoding="utf-8")
-        console.print(f"Health: {where}?token=..., the token is in {folder / TOKEN}.", highlight=False, soft_wrap=True)
+        say(f"Health: {where}?token=..., the token is in {folder / TOKEN}.")
         serving.now = served
         try:
             main(wanted.arguments(_next_run(folder), parameters))

@@ -40,6 +40,11 @@ console = Console(stderr=True)
 interrupted = threading.Event()
 
 
+def say(sentence: str) -> None:
+    """Say something on the terminal as it stands: brackets in a path are no mark-up, and no line is broken."""
+    console.print(sentence, markup=False, emoji=False, highlight=False, soft_wrap=True)
+
+
 def interrupt(signum: int, frame: FrameType | None) -> None:
     """Note a first Ctrl-C for the next frame or trial to heed: amid a compilation it would end as a traceback."""
     if interrupted.is_set():
@@ -50,7 +55,7 @@ def interrupt(signum: int, frame: FrameType | None) -> None:
 def heed_interrupt() -> None:
     """Stop here if Ctrl-C has been pressed."""
     if interrupted.is_set():
-        console.print("Interrupted.")
+        say("Interrupted.")
         raise KeyboardInterrupt
 
 
@@ -75,7 +80,7 @@ def bar(what: str, total: int | None) -> Iterator[Callable[[int], None]]:
 
 def _say_compiling() -> None:
     if console.is_terminal:
-        console.print("Compiling: the first run of a filter takes up to a minute longer.", highlight=False)
+        say("Compiling: the first run of a filter takes up to a minute longer.")
 
 
 @contextmanager
@@ -120,7 +125,7 @@ def tell_written(out: Path, files: Sequence[str], scored: object) -> None:
     from elusive.results.scores import FILES  # loads SciPy, which not every command needs
 
     names = ", ".join([*files, *(() if scored is None else FILES)])
-    console.print(f"Written to {out}: {names}", soft_wrap=True, highlight=False)
+    say(f"Written to {out}: {names}")
 
 
 def show_run(title: str, rows: Sequence[tuple[str, str]], findings: Iterable[Finding]) -> None:

@@ -17,7 +17,7 @@ from elusive.experiments.amrouche2018.scenario import Recording, WeakTarget
 from elusive.filters import BernoulliFilter, MeasurementBirth
 from elusive.io import atomic_folder
 from elusive.results import write_result
-from elusive.systems.images.report import FrameKeeper, write_html, write_png
+from elusive.systems.images.report import FrameKeeper, images_report
 from elusive.systems.images.results import ImageLog, tracked_of
 from elusive.systems.images.track import ImageTracking, track_images
 from elusive.tracking import Lifecycle, Step
@@ -159,5 +159,4 @@ def _write(
         said = [(name, f"{ours}; threshold {theirs}") for name, ours, theirs in table]
         tracked = tracked._replace(rows=[*tracked.rows, *said])
         write_result(folder / "result.nc", log, title="elusive demo", config=parameters.to_yaml(), more=more)
-        write_png(folder / "report.png", tracked, keeper)
-        write_html(folder / "report.html", tracked, keeper)
+        images_report(tracked, keeper).write(folder)

@@ -18,6 +18,7 @@ from elusive.io._stack import Stack, check_same, checked_times, decoding, layout
 CLOCKS = ("time_s", "times_s", "time")  # arrays beside the frames that hold their times [s]
 SAVE_AGAIN = "save it again with numpy.save, without pickled objects."
 ZIP_AGAIN = "save it again with numpy.savez, without pickled objects."
+SPOKES = "azimuth_deg"  # in an archive of radar video, which is no sequence of frames
 CHECK_HDF5 = "check that it is a complete HDF5 file, closed by its writer, and that h5py has its compression filter."
 
 
@@ -68,6 +69,8 @@ def open_npz(path: Path, dataset: str | None) -> Stack:
                 headers[entry.removesuffix(".npy")] = array_header(file)
     if dataset is not None and dataset not in headers:
         raise DataError(f"{path}: holds no array {dataset!r}; it holds {', '.join(headers) or 'none'}.")
+    if dataset is None and SPOKES in headers:
+        raise DataError(f"{path}: holds {SPOKES}, as radar video does; track that with `elusive track video`.")
     stacks = [name for name, header in headers.items() if len(header.shape) in (3, 4)]
     planes = sorted((name for name, header in headers.items() if len(header.shape) == 2), key=natural_key)
     if dataset is None and not stacks and planes:

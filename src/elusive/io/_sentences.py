@@ -1,8 +1,10 @@
-"""NMEA sentences out of the packets of a network: UDP, and TCP streams put in order again (IEC 61162-1, -450)."""
+"""NMEA sentences written, and out of packets: UDP, and TCP streams put in order again (IEC 61162-1, -450)."""
 
 from __future__ import annotations
 
 import re
+from functools import reduce
+from operator import xor
 from typing import NamedTuple
 
 from elusive.io._internet import TCP, Datagram
@@ -49,12 +51,16 @@ class Sentences:
 
 def sentences_in(octets: bytes) -> list[str]:
     """Return the undamaged sentences in a text."""
-    found = (match for match in SENTENCE.finditer(octets) if int(match[2], 16) == _checksum(match[1]))
+    found = (match for match in SENTENCE.finditer(octets) if int(match[2], 16) == exclusive_or(match[1]))
     return [match[0].decode("ascii") for match in found]
 
 
-def _checksum(octets: bytes) -> int:
-    value = 0
-    for octet in octets:
-        value ^= octet
-    return value
+def sentence_of(body: str) -> bytes:
+    """Return what stands between a sentence's mark and its star as the whole of its line."""
+    octets = body.encode("ascii")
+    return b"$%b*%02X\r\n" % (octets, exclusive_or(octets))
+
+
+def exclusive_or(octets: bytes) -> int:
+    """Return the exclusive or of octets."""
+    return reduce(xor, octets, 0)

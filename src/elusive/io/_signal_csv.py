@@ -23,6 +23,7 @@ TIME = "time_s"
 # a first column of one of these names is no sample, though it is not said to be seconds
 NOT_SAMPLES = ("", "time", "t", "time_ms", "timestamp", "date", "frame", "index")
 REPAIR = "repair the line."
+LINK = re.compile(r"\w+-\w+-\w+")  # transmitter, receiver, channel
 
 
 class Table(NamedTuple):
@@ -109,6 +110,11 @@ def open_table(path: Path, live: NumberedLines | None = None, feed: Feed = STRIC
                     "time in seconds, else leave it out."
                 )
             timed = names is not None and names[0] == TIME
+            if timed and names is not None and len(names) > 2 and all(map(LINK.fullmatch, names[1:])):
+                raise DataError(
+                    f"{path}, line {named_at}: {names[1]!r} is named as a link of a radio network; track that with "
+                    "`elusive track links`."
+                )
             if timed and len(cells) < 2:
                 raise DataError(f"{path}, line {number}: has a time and no sample; give at least one a line.")
             return Table(path, delimiter, number - 1, timed, len(cells) - timed, opened, feed)

@@ -87,7 +87,7 @@ def table_lines(
     DataError
         If the file cannot be read, is empty, or a line does not fit the header.
     """
-    table = _Table(str(path), needed, perhaps)
+    table = Table(str(path), needed, perhaps)
     with closing(lines_of(str(path), feed)) as lines:
         for number, line in lines:
             if line.startswith("#"):
@@ -101,7 +101,7 @@ def table_lines(
         raise DataError(f"{path}: is empty; write {usual}, {what}.")
 
 
-class _Table:
+class Table:
     """The columns of a table, once its header has come."""
 
     def __init__(self, name: str, needed: Sequence[str], perhaps: Sequence[str] | None) -> None:

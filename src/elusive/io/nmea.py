@@ -16,7 +16,7 @@ from typing import NamedTuple
 from elusive.errors import DataError
 from elusive.io._internet import datagrams
 from elusive.io._opened import opened
-from elusive.io._sentences import Sentences
+from elusive.io._sentences import Sentences, exclusive_or
 from elusive.io.pcap import frames_of, is_capture
 
 SENTENCE = re.compile(r"\$[A-Z0-9]{2}(RMC|GGA|GLL|ZDA|HDT|THS|HDG|HDM)(,[^*$!\\]*)\*([0-9A-Fa-f]{2})", re.ASCII)
@@ -174,11 +174,8 @@ def text_lines(path: str | os.PathLike[str]) -> Iterator[str]:
 
 
 def checksum(text: str) -> int:
-    """Return the exclusive or of a sentence's octets."""
-    value = 0
-    for octet in text.encode("ascii", "replace"):
-        value ^= octet
-    return value
+    """Return the check sum of a sentence, of what stands between its mark and the star."""
+    return exclusive_or(text.encode("ascii", "replace"))
 
 
 def _since_1970(value: float) -> float:

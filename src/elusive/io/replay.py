@@ -64,7 +64,7 @@ def replay(
     Raises
     ------
     DataError
-        If the recording has no times, or the address has no meaning.
+        If the recording has no times, the address has no meaning, or who listened over TCP has gone.
     """
     if not 0 < speed < math.inf:
         raise DataError(f"speed={speed:g}: must be positive; 1 is the pace of the recording.")
@@ -168,7 +168,16 @@ def _opened(
             connection = tcp.connected(address, feed)
         except OSError as error:
             raise DataError(f"{address.text}: cannot be reached ({error.strerror or error}).") from None
-        return connection.sendall, connection.close, lambda: 0
+
+        def deliver(octets: bytes) -> None:
+            try:
+                connection.sendall(octets)
+            except OSError as error:
+                raise DataError(
+                    f"{address.text}: who listened has gone ({error.strerror or error}); play it again."
+                ) from None
+
+        return deliver, connection.close, lambda: 0
     if not address.path:
         raise DataError(f"{address.text}: names no topic; write mqtt://{address.host}/site/links.")
     client = client_for(address)

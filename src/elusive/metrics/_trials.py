@@ -1,7 +1,7 @@
 """What trials of an experiment say of a statistic: estimate, standard error and interval, the trial as the unit.
 
-Efron and Tibshirani (1993), ch. 11 (jackknife) and 13.3 (percentile bootstrap). Frames of one trial are correlated
-and trials are not, so that whole trials are left out or drawn again, never frames.
+Efron and Tibshirani (1993), ch. 11 (jackknife). Frames of one trial are correlated and trials are not, so that whole
+trials are left out, never frames.
 """
 
 from __future__ import annotations
@@ -10,14 +10,12 @@ from collections.abc import Callable
 from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
-from numpy.random import Generator
 from scipy.special import gammaincinv, stdtrit
 
 from elusive.contracts import Array
 from elusive.errors import DataError, ParameterError
 
 T = TypeVar("T")
-BLOCK = 256  # bootstrap samples drawn at a time, so that thousands of trials fit in memory
 
 
 class Estimate(NamedTuple, Generic[T]):
@@ -79,25 +77,6 @@ def jackknife(sums: Array, combine: Callable[[Array], Array], trials: Array) -> 
     return value, error
 
 
-def bootstrap(
-    sums: Array, combine: Callable[[Array], Array], confidence: float, rng: Generator, n_resamples: int
-) -> tuple[Array, Array, Array]:
-    """Draw whole trials again: standard error and percentile interval of a statistic of sums over trials.
-
-    The arguments are those of :func:`jackknife`. A component is NaN where a draw left it without any estimate.
-    """
-    n = len(sums)
-    draws = []
-    for start in range(0, n_resamples, BLOCK):
-        times = rng.multinomial(n, np.full(n, 1.0 / n), size=min(BLOCK, n_resamples - start))
-        with np.errstate(invalid="ignore", divide="ignore"):
-            draws.append(combine(times @ sums))
-    drawn = np.concatenate(draws)
-    tail = (1.0 - confidence) / 2
-    low, high = np.quantile(drawn, [tail, 1.0 - tail], axis=0)
-    return drawn.std(axis=0, ddof=1), low, high
-
-
 def student(value: Array, error: Array, trials: Array, confidence: float) -> tuple[Array, Array]:
     """Student's interval with ``trials - 1`` degrees of freedom; exact for the mean of Gaussian trials."""
     half = student_quantile(trials, confidence) * error
@@ -118,27 +97,11 @@ def chi2_quantile(p: float, dof: Array) -> Array:
 
 
 def estimate(
-    sums: Array,
-    combine: Callable[[Array], Array],
-    trials: Array,
-    confidence: float,
-    interval: str = "t",
-    rng: Generator | None = None,
-    n_resamples: int = 2000,
-    *,
-    positive: bool = False,
+    sums: Array, combine: Callable[[Array], Array], trials: Array, confidence: float, *, positive: bool = False
 ) -> Estimate[Array]:
-    """Jackknife a statistic and give it Student's interval (on the logarithm if ``positive``) or the bootstrap's."""
+    """Jackknife a statistic and give it Student's interval, on the logarithm if it is ``positive``."""
     check_confidence(confidence)
     value, error = jackknife(sums, combine, trials)
-    if interval == "bootstrap":
-        if rng is None:
-            raise ParameterError("rng: the bootstrap draws at random; give numpy.random.default_rng(seed).")
-        if n_resamples < 2:
-            raise ParameterError(f"n_resamples: must be 2 or more (got {n_resamples!r}); 2000 is usual.")
-        return Estimate(value, *bootstrap(sums, combine, confidence, rng, n_resamples), trials)
-    if interval != "t":
-        raise ParameterError(f"interval: {interval!r} cannot be had here; choose 't' or 'bootstrap'.")
     if not positive:
         return Estimate(value, error, *student(value, error, trials, confidence), trials)
     relative = np.divide(error, value, out=np.zeros_like(error), where=value > 0)

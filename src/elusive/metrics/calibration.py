@@ -67,7 +67,7 @@ def calibration_curve(
         counts = inside.sum(axis=1).astype(np.float64)
         frames.append(counts.sum())
         predicted.append(p[inside].mean() if counts.any() else np.nan)
-        shares.append(share_of((inside & there).sum(axis=1).astype(np.float64), counts, "clustered", confidence))
+        shares.append(share_of((inside & there).sum(axis=1).astype(np.float64), counts, confidence))
     observed = Estimate(*(np.array(column) for column in zip(*shares, strict=True)))
     weights, means = np.array(frames), np.array(predicted)
     ece = float(np.nansum(weights * np.abs(observed.value - means)) / weights.sum())

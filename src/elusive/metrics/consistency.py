@@ -67,3 +67,8 @@ def nees(errors: Any, covariances: Any, *, confidence: float = 0.95) -> Nees:
     counted = np.where(trials > 0, trials, np.nan)
     low, high = (chi2_quantile(p, counted * axes) / counted for p in (tail, 1.0 - tail))
     return Nees(values, np.nansum(values, axis=0) / counted, low, high)
+
+
+def squared_deviations(errors: Array, covariances: Array) -> Array:
+    """Square each error ``(K, d)`` in the deviations of its covariance ``(K, d, d)``: ``(K,)``."""
+    return np.asarray((errors * np.linalg.solve(covariances, errors[..., None])[..., 0]).sum(axis=1))

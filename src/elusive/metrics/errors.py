@@ -1,22 +1,20 @@
 """Errors of estimated positions over trials: root mean square (Amrouche et al. 2018, figs. 4 and 8) and bias.
 
-Intervals: Bar-Shalom, Li and Kirubarajan (2001), section 1.4 (chi-square, Student); Efron and Tibshirani (1993).
+Intervals: Student's, by the jackknife over trials; Efron and Tibshirani (1993), ch. 11.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
-from numpy.random import Generator
 from numpy.typing import NDArray
 
 from elusive.contracts import Array
-from elusive.errors import DataError, ParameterError
-from elusive.metrics._trials import Estimate, as_array, check_confidence, chi2_quantile, estimate, scalar
+from elusive.errors import DataError
+from elusive.metrics._trials import Estimate, as_array, estimate, scalar
 
-Interval = Literal["t", "chi2", "bootstrap"]
 Frames = slice | Sequence[int] | NDArray[np.integer[Any]] | None
 DIMS = ("trials", "frames", "axes")
 
@@ -50,14 +48,7 @@ def position_errors(estimates: Any, truth: Any) -> Array:
     return errors
 
 
-def rmse_by_frame(
-    errors: Any,
-    *,
-    confidence: float = 0.95,
-    interval: Interval = "t",
-    rng: Generator | None = None,
-    n_resamples: int = 2000,
-) -> Estimate[Array]:
+def rmse_by_frame(errors: Any, *, confidence: float = 0.95) -> Estimate[Array]:
     """Root of the mean squared length of the error over trials, at each frame.
 
     Parameters
@@ -65,14 +56,7 @@ def rmse_by_frame(
     errors
         ``(trials, frames, axes)``; NaN where an estimate is missing, which leaves that trial out of that frame.
     confidence
-        Level of the interval.
-    interval
-        ``t``: Student's on the logarithm, right for many trials whatever the errors' distribution; ``chi2``: exact
-        for independent Gaussian errors without bias and of one variance on every axis; ``bootstrap``: percentile.
-    rng
-        Source of randomness, for the bootstrap alone.
-    n_resamples
-        Bootstrap samples.
+        Level of the interval: Student's on the logarithm, right for many trials whatever the errors' distribution.
 
     Returns
     -------
@@ -84,33 +68,20 @@ def rmse_by_frame(
     DataError
         If the errors have another shape.
     ParameterError
-        If the confidence or interval is unknown, or the bootstrap is without ``rng``.
+        If the confidence is no probability.
     """
-    array = as_array(errors, "errors", DIMS)
-    squares, present = _squares(array)
-    trials = present.sum(axis=0)
-    if interval == "chi2":
-        return _rmse_chi2(squares.sum(axis=0), trials, array.shape[2], check_confidence(confidence))
+    squares, present = _squares(as_array(errors, "errors", DIMS))
     frames = squares.shape[1]
     sums = np.hstack([squares, present])
 
     def combine(total: Array) -> Array:
         return _root(total[:, :frames] / total[:, frames:])
 
-    return estimate(sums, combine, trials, confidence, interval, rng, n_resamples, positive=True)
+    return estimate(sums, combine, present.sum(axis=0), confidence, positive=True)
 
 
-def rmse_over_window(
-    errors: Any,
-    frames: Frames = None,
-    *,
-    pooling: Literal["mean", "pooled"] = "mean",
-    confidence: float = 0.95,
-    interval: Literal["t", "bootstrap"] = "t",
-    rng: Generator | None = None,
-    n_resamples: int = 2000,
-) -> Estimate[float]:
-    """One root-mean-square error for a window of frames.
+def rmse_over_window(errors: Any, frames: Frames = None, *, confidence: float = 0.95) -> Estimate[float]:
+    """Mean over a window of frames of each frame's root-mean-square error over trials, as papers' tables give it.
 
     Parameters
     ----------
@@ -118,40 +89,29 @@ def rmse_over_window(
         ``(trials, frames, axes)``; NaN where an estimate is missing.
     frames
         Slice or indices of the window; all frames by default.
-    pooling
-        ``mean``: mean over frames of each frame's RMSE over trials (what papers' tables mostly give);
-        ``pooled``: root of the mean square over all estimates. The second is never less where none is missing.
-    confidence, interval, rng, n_resamples
-        As in :func:`rmse_by_frame`; no ``chi2``, for the frames of a trial are correlated. Trials are the unit.
+    confidence
+        As in :func:`rmse_by_frame`. Frames of a trial are correlated: trials are the unit.
 
     Returns
     -------
     Estimate
-        Floats in the errors' unit; the standard error is NaN where one trial alone reaches a frame (``mean``).
+        Floats in the errors' unit; the standard error is NaN where one trial alone reaches a frame.
 
     Raises
     ------
     DataError
-        If the errors have another shape, the window is empty, or a frame of it has no estimate in any trial
-        (``mean`` alone).
+        If the errors have another shape, the window is empty, or a frame of it has no estimate in any trial.
     ParameterError
         As in :func:`rmse_by_frame`.
     """
     squares, present = _squares(_window(errors, frames))
     width = squares.shape[1]
-    if pooling == "mean":
-        empty = np.flatnonzero(present.sum(axis=0) == 0)
-        if empty.size:
-            raise DataError(
-                f"errors: frame {int(empty[0])} of the window has no estimate in any trial; "
-                "leave it out of `frames`, or use pooling='pooled'."
-            )
-        sums = np.hstack([squares, present])
-    elif pooling == "pooled":
-        sums = np.column_stack([squares.sum(axis=1), present.sum(axis=1)])
-        width = 1
-    else:
-        raise ParameterError(f"pooling: {pooling!r} is unknown; choose 'mean' or 'pooled'.")
+    empty = np.flatnonzero(present.sum(axis=0) == 0)
+    if empty.size:
+        raise DataError(
+            f"errors: frame {int(empty[0])} of the window has no estimate in any trial; leave it out of `frames`."
+        )
+    sums = np.hstack([squares, present])
 
     def combine(total: Array) -> Array:
         by_frame: Array = _root(total[:, :width] / total[:, width:])
@@ -159,19 +119,10 @@ def rmse_over_window(
         return mean
 
     trials = np.asarray(present.any(axis=1).sum())
-    return scalar(estimate(sums, combine, trials, confidence, interval, rng, n_resamples, positive=True))
+    return scalar(estimate(sums, combine, trials, confidence, positive=True))
 
 
-def bias(
-    errors: Any,
-    frames: Frames = None,
-    *,
-    by_frame: bool = False,
-    confidence: float = 0.95,
-    interval: Literal["t", "bootstrap"] = "t",
-    rng: Generator | None = None,
-    n_resamples: int = 2000,
-) -> Estimate[Array]:
+def bias(errors: Any, frames: Frames = None, *, by_frame: bool = False, confidence: float = 0.95) -> Estimate[Array]:
     """Mean error vector over trials, of a window of frames or at each of them.
 
     Parameters
@@ -182,8 +133,8 @@ def bias(
         Slice or indices of the window; all frames by default.
     by_frame
         Give the bias at each frame instead of one for the window.
-    confidence, interval, rng, n_resamples
-        As in :func:`rmse_by_frame`, without ``chi2``. ``t`` is exact for Gaussian errors where none is missing.
+    confidence
+        Level of the interval: Student's, exact for Gaussian errors where none is missing.
 
     Returns
     -------
@@ -212,7 +163,7 @@ def bias(
 
     counts = (present > 0).sum(axis=0)
     trials = np.broadcast_to(counts, (width, axes)) if by_frame else np.broadcast_to(counts[0], (axes,))
-    return estimate(sums, combine, trials, confidence, interval, rng, n_resamples)
+    return estimate(sums, combine, trials, confidence)
 
 
 def _squares(errors: Array) -> tuple[Array, Array]:
@@ -238,11 +189,3 @@ def _window(errors: Any, frames: Frames) -> Array:
 def _root(mean_square: Array) -> Array:
     # leaving out the trial that carries nearly all of a sum can leave a tiny negative rest
     return np.sqrt(np.maximum(mean_square, 0.0))
-
-
-def _rmse_chi2(total: Array, trials: Array, axes: int, confidence: float) -> Estimate[Array]:
-    counted = np.where(trials > 0, trials, np.nan)
-    dof, tail = counted * axes, (1.0 - confidence) / 2
-    value = np.sqrt(total / counted)
-    low, high = (np.sqrt(total * axes / chi2_quantile(p, dof)) for p in (1.0 - tail, tail))
-    return Estimate(value, value / np.sqrt(2 * dof), low, high, trials)

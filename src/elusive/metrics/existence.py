@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from elusive.contracts import Array
 from elusive.errors import DataError, ParameterError
-from elusive.metrics._shares import ShareInterval, share_of
+from elusive.metrics._shares import clopper_pearson, share_of
 from elusive.metrics._trials import Estimate, as_array, check_confidence, estimate, scalar
 
 DIMS = ("trials", "frames")
@@ -101,10 +101,11 @@ def time_to_detection(
     mean = estimate(
         np.column_stack([restricted, ones]), lambda total: total[:, 0] / total[:, 1], np.asarray(len(ones)), confidence
     )
-    found = delays[~np.isnan(delays)]
+    found, share = delays[~np.isnan(delays)], float((restricted < limit).mean())
+    spread = float(np.sqrt(share * (1 - share) / len(ones)))
     return DetectionDelay(
         delays=delays,
-        share_detected=share_of((restricted < limit).astype(np.float64), ones, "exact", confidence),
+        share_detected=Estimate(share, spread, *clopper_pearson(share, len(ones), confidence), float(len(ones))),
         restricted_mean=scalar(mean),
         median=float(np.median(np.where(restricted < limit, restricted, np.inf))),
         mean_of_detected=float(found.mean()) if found.size else np.nan,
@@ -117,7 +118,6 @@ def false_alarm_rate(
     present: Any,
     threshold: float = 0.5,
     *,
-    interval: ShareInterval = "clustered",
     confidence: float = 0.95,
 ) -> Estimate[float]:
     """Share of the frames without a target that are declared.
@@ -131,11 +131,8 @@ def false_alarm_rate(
         Whether there is a target, ``(trials, frames)`` or ``(frames,)``.
     threshold
         Existence at or above it declares a target.
-    interval
-        ``clustered`` (default): frames of a trial may depend on each other, trials may not; ``wilson``, ``exact``:
-        every frame independent, which a filter's frames are not: too narrow over many frames of few trials.
     confidence
-        Level of the interval.
+        Level of the interval; frames of a trial may depend on each other, trials may not.
 
     Returns
     -------
@@ -147,10 +144,10 @@ def false_alarm_rate(
     DataError
         If the shapes do not fit, existence is no probability, or no frame is without a target.
     ParameterError
-        If the threshold, interval or confidence is out of bounds.
+        If the threshold or the confidence is out of bounds.
     """
     p, there = existence_and_truth(existence, present)
-    rate = _rate(p >= check_threshold(threshold), ~there & ~np.isnan(p), interval, confidence)
+    rate = _rate(p >= check_threshold(threshold), ~there & ~np.isnan(p), confidence)
     if np.isnan(rate.value):
         raise DataError("present: no frame is without a target; false alarms need frames that are.")
     return rate
@@ -161,7 +158,6 @@ def missed_detection_rate(
     present: Any,
     threshold: float = 0.5,
     *,
-    interval: ShareInterval = "clustered",
     confidence: float = 0.95,
 ) -> Estimate[float]:
     """Share of the frames with a target that are not declared.
@@ -169,7 +165,7 @@ def missed_detection_rate(
     Parameters, result and errors are those of :func:`false_alarm_rate`; here a frame with a target is needed.
     """
     p, there = existence_and_truth(existence, present)
-    rate = _rate(p < check_threshold(threshold), there & ~np.isnan(p), interval, confidence)
+    rate = _rate(p < check_threshold(threshold), there & ~np.isnan(p), confidence)
     if np.isnan(rate.value):
         raise DataError("present: no frame has a target; misses need frames that have.")
     return rate
@@ -210,8 +206,6 @@ def _first_hold(declared: NDArray[np.bool_], hold: int | None) -> tuple[float, i
     return (float(np.argmax(held)) if held.any() else np.nan), followed
 
 
-def _rate(
-    hit: NDArray[np.bool_], counted: NDArray[np.bool_], interval: ShareInterval, confidence: float
-) -> Estimate[float]:
+def _rate(hit: NDArray[np.bool_], counted: NDArray[np.bool_], confidence: float) -> Estimate[float]:
     hits, counts = (hit & counted).sum(axis=1), counted.sum(axis=1)
-    return share_of(hits.astype(np.float64), counts.astype(np.float64), interval, confidence)
+    return share_of(hits.astype(np.float64), counts.astype(np.float64), confidence)

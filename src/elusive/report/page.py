@@ -1,4 +1,4 @@
-"""The page of a report: one HTML file that asks nothing of the network: verdict, tables, drawing."""
+"""A report: one HTML file that asks nothing of the network, with verdict, tables and drawing; and one figure."""
 
 from __future__ import annotations
 
@@ -7,12 +7,14 @@ from collections.abc import Collection, Sequence
 from importlib.resources import files
 from pathlib import Path
 from string import Template
+from typing import NamedTuple
 
 from elusive.checks import Finding, doubted
 from elusive.io.atomic import atomic_path
 from elusive.report.drawing import Drawing
 from elusive.report.findings import findings_html
 from elusive.report.packing import dumps
+from elusive.report.picture import write_picture
 
 SCRIPTS = ("base", "layers", "tracks", "axes", "panel", "events", "surface", "controls", "player")  # of any drawing
 LIVE_SCRIPTS = (*SCRIPTS, "place", "live")  # of the workbench: what is placed, what goes on
@@ -23,42 +25,44 @@ def stored(name: str) -> str:
     return files("elusive").joinpath("report", "static", name).read_text(encoding="utf-8")
 
 
-def write_page(
-    path: Path, title: str, verdict: str, drawn: Drawing, tracks: str = "", rows: Sequence[tuple[str, str]] = (),
-    note: str = "", findings: Sequence[Finding] = (),
-) -> None:  # fmt: skip
-    """Write a report, whole or not at all.
+class Report(NamedTuple):
+    """What a run came to, as a page and as a figure."""
 
-    Parameters
-    ----------
-    path
-        File to write.
-    title, verdict
-        What it is of; what it came to, in a sentence.
-    drawn
-        Its drawing.
-    tracks
-        Table of tracks, as :func:`track_table` gives it; it stands above the drawing.
-    rows
-        Names and values of the table about the run, beneath it.
-    note
-        A sentence under the table of tracks.
-    findings
-        What was checked; those that do not hold stand above all numbers.
-    """
-    said = f'<p class="note">{html.escape(note)}</p>\n' if note and tracks else ""
-    said_first = f'<p class="verdict">{html.escape(verdict)}</p>\n' if verdict else ""
-    page = Template(stored("report.html")).substitute(
-        title=html.escape(title),
-        before=findings_html(findings) + said_first + (f'<div class="wide">{tracks}</div>\n{said}' if tracks else ""),
-        after=f'<table class="run">{_facts(doubted(rows, findings))}</table>\n' if rows else "",
-        style=stored("drawing.css") + stored("report.css"),
-        # no "</script>" can end the script early
-        data=dumps(drawn).replace("<", "\\u003c"),
-        scripts="".join(stored(f"{name}.js") for name in (*SCRIPTS, "report")),
-    )
-    with atomic_path(path) as temporary:
-        temporary.write_text(page, encoding="utf-8")
+    title: str
+    verdict: str  # what it came to, in a sentence
+    drawing: Drawing
+    rows: Sequence[tuple[str, str]] = ()  # of the table about the run, beneath the drawing
+    findings: Sequence[Finding] = ()  # those that do not hold stand above all numbers
+    tracks: str = ""  # their table, as :func:`track_table` gives it, above the drawing
+    note: str = ""  # a sentence under that table
+    figure: Drawing | None = None  # what the figure shows, where that is not the drawing
+
+    def write(self, folder: Path) -> None:
+        """Write ``report.html`` and ``report.png``."""
+        self.write_page(folder / "report.html")
+        self.write_figure(folder / "report.png")
+
+    def write_figure(self, path: Path) -> None:
+        """Write the drawing as a figure."""
+        write_picture(path, self.figure or self.drawing, self.title, self.verdict)
+
+    def write_page(self, path: Path) -> None:
+        """Write the page, whole or not at all."""
+        note = f'<p class="note">{html.escape(self.note)}</p>\n' if self.note and self.tracks else ""
+        verdict = f'<p class="verdict">{html.escape(self.verdict)}</p>\n' if self.verdict else ""
+        tracks = f'<div class="wide">{self.tracks}</div>\n{note}' if self.tracks else ""
+        rows = doubted(self.rows, self.findings)
+        page = Template(stored("report.html")).substitute(
+            title=html.escape(self.title),
+            before=findings_html(self.findings) + verdict + tracks,
+            after=f'<table class="run">{_facts(rows)}</table>\n' if rows else "",
+            style=stored("drawing.css") + stored("report.css"),
+            # no "</script>" can end the script early
+            data=dumps(self.drawing).replace("<", "\\u003c"),
+            scripts="".join(stored(f"{name}.js") for name in (*SCRIPTS, "report")),
+        )
+        with atomic_path(path) as temporary:
+            temporary.write_text(page, encoding="utf-8")
 
 
 def _facts(rows: Sequence[tuple[str, str]]) -> str:

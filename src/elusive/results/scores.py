@@ -24,6 +24,7 @@ from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.io.csv_files import write_csv
 from elusive.metrics import ClearMot, Gospa, Identity, clear_mot, gospa, ospa, sightings, sightings_of
+from elusive.metrics.consistency import squared_deviations
 from elusive.metrics.identity_scores import near_rows, paired
 from elusive.results.log import TrackLog
 from elusive.results.spool import Records
@@ -260,7 +261,7 @@ def _squared_deviations(mot: ClearMot, truth: Array, rows: Records, first: int, 
     found = np.full(len(frame), np.nan)
     known = np.isfinite(covariance).all(axis=(1, 2))
     known[known] = np.linalg.eigvalsh(covariance[known])[:, 0] > 0
-    found[known] = (off[known] * np.linalg.solve(covariance[known], off[known][..., None])[..., 0]).sum(axis=1)
+    found[known] = squared_deviations(off[known], covariance[known])
     return found
 
 

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from elusive.campaign import make_executor
-from elusive.cli.terminal import Out, Scheduler, Workers, campaign_bar, console, show
+from elusive.cli.terminal import Out, Scheduler, Workers, campaign_bar, say, show
 from elusive.experiments.amrouche2018.figures import FIGURES
 from elusive.experiments.amrouche2018.reproduce import DEFAULT_TRIALS, reproduce
 
@@ -34,4 +34,4 @@ def reproduce_amrouche2018_command(
         for c in cells
     ]
     show(f"{trials} trials", ("scenario", "filter", "P, frames 10-24", "P, frames 26-27", "RMSE [cells]"), rows)
-    console.print(f"Written to {out}: summary.csv and figures")
+    say(f"Written to {out}: summary.csv and figures")

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from elusive.campaign import make_executor
-from elusive.cli.terminal import Out, Scheduler, Workers, campaign_bar, console, show
+from elusive.cli.terminal import Out, Scheduler, Workers, campaign_bar, say, show
 from elusive.experiments.bootsveld2012.reproduce import DEFAULT_TRIALS, TARGETS, Settings, reproduce
 from elusive.experiments.bootsveld2012.trial import Estimate
 
@@ -90,4 +90,4 @@ def reproduce_bootsveld2012_command(
             ("filter", "RMSE [m]", "lost"),
             at_charts,
         )
-    console.print(f"Written to {out}: {', '.join(done.written)}")
+    say(f"Written to {out}: {', '.join(done.written)}")

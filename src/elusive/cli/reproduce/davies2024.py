@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from elusive.cli.terminal import Out, bar, console, show
+from elusive.cli.terminal import Out, bar, say, show
 from elusive.experiments.davies2024.reproduce import reproduce
 
 
@@ -28,4 +28,4 @@ def reproduce_davies2024_command(
     ]
     header = ("filter", "RMS GOSPA [m]", "localisation [m^2]", "missed", "false", "seconds a step")
     show("Targets whose readings add up", header, table)
-    console.print(f"Written to {out}: summary.csv, gospa.csv, gospa.png")
+    say(f"Written to {out}: summary.csv, gospa.csv, gospa.png")

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from elusive.campaign import make_executor
-from elusive.cli.terminal import Out, Scheduler, Workers, campaign_bar, console, show
+from elusive.cli.terminal import Out, Scheduler, Workers, campaign_bar, say, show
 from elusive.experiments.jiang2024.reproduce import DEFAULT_TRIALS, TARGETS, reproduce
 
 
@@ -35,4 +35,4 @@ def reproduce_jiang2024_command(
     ]
     if rows:
         show(f"{trials} runs", ("flight and filter", "RMSE [m]", "paper", "bound", "NEES, right is 2"), rows)
-    console.print(f"Written to {out}: {', '.join(done.written)}")
+    say(f"Written to {out}: {', '.join(done.written)}")

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from elusive.campaign import make_executor
-from elusive.cli.terminal import Out, Scheduler, Workers, campaign_bar, console, show
+from elusive.cli.terminal import Out, Scheduler, Workers, campaign_bar, say, show
 from elusive.experiments.mazurek2013.reproduce import TARGETS, reproduce
 
 
@@ -37,4 +37,4 @@ def reproduce_mazurek2013_command(
         show("Mean distance error", ("search", "background", "error, samples", "check"), rows)
     written = [*(f"{name}.csv, {name}.png" for name in done.curves), *(["table.csv"] if done.cells else [])]
     written += ["boundaries.csv, boundaries.png"] if done.boundaries else []
-    console.print(f"Written to {out}: {', '.join(written)}")
+    say(f"Written to {out}: {', '.join(written)}")

@@ -7,7 +7,7 @@ from typing import Annotated, Any, cast
 import typer
 
 from elusive.campaign import make_executor
-from elusive.cli.terminal import Out, Scheduler, Workers, campaign_bar, console, show
+from elusive.cli.terminal import Out, Scheduler, Workers, campaign_bar, say, show
 from elusive.experiments.mendieta2017.reproduce import DEFAULT_TRIALS, TARGETS, reproduce
 from elusive.experiments.mendieta2017.scenario import METHODS, MethodName
 
@@ -43,4 +43,4 @@ def reproduce_mendieta2017_command(
         for (experiment, value, awgn_db, method), of in points.items()
     ]
     show(f"{trials} runs", ("experiment and tracker", "MOTA [%]", "missed", "false", "mismatched", "of"), shown)
-    console.print(f"Written to {out}: {', '.join(done.written)}")
+    say(f"Written to {out}: {', '.join(done.written)}")

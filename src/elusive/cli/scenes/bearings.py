@@ -7,10 +7,9 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.markup import escape
 
 from elusive.cli.given import accepts, parameters_of
-from elusive.cli.terminal import Config, Out, bar, console, show
+from elusive.cli.terminal import Config, Out, bar, say, show
 from elusive.geometry.places import NamedPlace
 from elusive.io.routes import read_way
 from elusive.io.sensor_files import read_sensors
@@ -43,13 +42,10 @@ def simulate_command(
         parameters = parameters.replace(ways_m=tuple(tuple(map(tuple, read_way(file).tolist())) for file in path))
     files = simulate_bearings(parameters, out)
     names = ", ".join(file.name for file in files)
-    console.print(f"Written to {out}: {names}, simulation.yaml", highlight=False, soft_wrap=True)
+    say(f"Written to {out}: {names}, simulation.yaml")
     bearings, sensors, truth = (shlex.quote(str(file)) for file in files)
     command = f"elusive track bearings {bearings} --sensors {sensors} --truth {truth}"
-    console.print(
-        f"To track: {escape(command)} --sigma-deg {parameters.sensors.sigma_deg:g} --out tracks", highlight=False,
-        soft_wrap=True,
-    )  # fmt: skip
+    say(f"To track: {command} --sigma-deg {parameters.sensors.sigma_deg:g} --out tracks")
 
 
 def run_scene(scene: Path, parameters: BearingScene, out: Path) -> None:
@@ -59,8 +55,5 @@ def run_scene(scene: Path, parameters: BearingScene, out: Path) -> None:
     show(scene.name, *flown.table)
     for used in flown.each:
         if used.refusal:
-            console.print(f"{used.name}: {escape(used.refusal)}", highlight=False)
-    console.print(
-        f"Written to {out}: bearings.csv, sensors.csv, truth.csv, scene.yaml, and for each estimator a folder",
-        soft_wrap=True,
-    )
+            say(f"{used.name}: {used.refusal}")
+    say(f"Written to {out}: bearings.csv, sensors.csv, truth.csv, scene.yaml, and for each estimator a folder")

@@ -7,13 +7,12 @@ from pathlib import Path
 from typing import Annotated, Any, cast
 
 import typer
-from rich.markup import escape
 
 from elusive.cli.given import accepts, parameters_of
-from elusive.cli.terminal import Config, Out, bar, console, show, tell_written
+from elusive.cli.terminal import Config, Out, bar, say, show, tell_written
 from elusive.errors import ParameterError
 from elusive.geometry.areas import Area
-from elusive.io.area_files import read_area
+from elusive.io.placed_files import read_area
 from elusive.systems.links.recording import simulate_links
 from elusive.systems.links.run import FILES
 from elusive.systems.links.scene import LinkScene, track_scene
@@ -47,12 +46,10 @@ def simulate_command(
     with bar("frames", parameters.calibration_steps + parameters.walks.total_positions) as advance:
         simulated = simulate_links(parameters, out, on_frame=advance)
     show(out.name, ("", ""), simulated.rows)
-    console.print(
-        f"Written to {out}: log.csv, nodes.csv, truth.csv, coverage.csv, coverage.png, simulation.yaml", soft_wrap=True
-    )
+    say(f"Written to {out}: log.csv, nodes.csv, truth.csv, coverage.csv, coverage.png, simulation.yaml")
     files = " ".join(f"{option} {shlex.quote(str(out / name))}" for option, name in TRACKED_WITH)
     command = f"elusive track links {files} --calibration-frames {parameters.calibration_steps} --out tracks"
-    console.print(f"To track: {escape(' '.join(command.split()))}", highlight=False, soft_wrap=True)
+    say(f"To track: {' '.join(command.split())}")
 
 
 def run_scene(scene: Path, parameters: LinkScene, out: Path) -> None:
@@ -60,6 +57,6 @@ def run_scene(scene: Path, parameters: LinkScene, out: Path) -> None:
     simulation = parameters.simulation
     with bar("frames", simulation.calibration_steps + simulation.walks.total_positions) as advance:
         outcome = track_scene(parameters, out, on_frame=advance)
-    console.print(escape(outcome.verdict), highlight=False)
+    say(outcome.verdict)
     show(scene.name, ("", ""), outcome.tracked.rows)
     tell_written(out, (*FILES, "scene.yaml", "recording"), outcome.scored)

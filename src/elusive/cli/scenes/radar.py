@@ -7,10 +7,9 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.markup import escape
 
 from elusive.cli.given import accepts, parameters_of
-from elusive.cli.terminal import Config, Out, bar, console, show
+from elusive.cli.terminal import Config, Out, bar, say, show
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io.routes import read_route
 from elusive.systems.radar.parameters import RecordedRadar
@@ -63,7 +62,7 @@ def simulate_command(
             charts=chart or (), own_route=None if own_route is None else read_route(own_route), on_scan=advance,
         )  # fmt: skip
     show(out.name, ("", ""), simulated.rows)
-    console.print(f"Written to {out}: {', '.join(simulated.files)}")
+    say(f"Written to {out}: {', '.join(simulated.files)}")
     plots, truth = (shlex.quote(str(out / name)) for name in simulated.files[:2])
     used = " ".join(f"--chart {shlex.quote(str(path))}" for path in chart or ()) or "--knowledge none"
     seen = {name: getattr(parameters.radar, name) for name in TOLD}
@@ -75,7 +74,7 @@ def simulate_command(
     told = "".join(f" --{name.replace('_', '-')} {value:g}" for name, value in seen.items())
     place = f"--radar-lat-deg {radar_lat:g} --radar-lon-deg {radar_lon:g}"
     command = f"elusive track radar {plots} --truth {truth} {place} {used}{told}"
-    console.print(f"To track: {escape(command)} --out tracks", highlight=False, soft_wrap=True)
+    say(f"To track: {command} --out tracks")
 
 
 def run_scene(scene: Path, parameters: RadarScene, out: Path) -> None:
@@ -86,8 +85,5 @@ def run_scene(scene: Path, parameters: RadarScene, out: Path) -> None:
     show(scene.name, HEADER, [used.row for used in sailed.each if used.outcome is not None])
     for used in sailed.each:
         if used.refusal:
-            console.print(f"{used.name}: {escape(used.refusal)}", highlight=False)
-    console.print(
-        f"Written to {out}: plots.csv, truth.csv, scene.yaml, the chart, and for each use of it a folder",
-        soft_wrap=True,
-    )
+            say(f"{used.name}: {used.refusal}")
+    say(f"Written to {out}: plots.csv, truth.csv, scene.yaml, the chart, and for each use of it a folder")

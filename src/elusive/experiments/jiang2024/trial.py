@@ -15,6 +15,7 @@ from elusive.filters.gaussian.extended_kalman import ExtendedKalmanFilter
 from elusive.filters.gaussian.factor_graph import FactorGraphFilter
 from elusive.filters.gaussian.map_smoother import MapSmoother
 from elusive.filters.gaussian.parts import BuiltInMotion
+from elusive.metrics.consistency import squared_deviations
 from elusive.motion import ConstantAcceleration, ConstantTurnRateVelocity, ConstantVelocity
 
 EstimatorName = Literal["fg-ekf", "fg-eks", "iekf", "rts", "map"]
@@ -56,10 +57,7 @@ def trial(case: FlightCase, rng: Generator) -> dict[str, Array]:
     truth = flight.states[:, GROUND]
     found = [estimate(name, case, flight) for name in ESTIMATORS]
     off = [places - truth for places, _ in found]
-    nees = [
-        (each * np.linalg.solve(spread, each[..., None])[..., 0]).sum(axis=1).mean()
-        for each, (_, spread) in zip(off, found, strict=True)
-    ]
+    nees = [squared_deviations(each, spread).mean() for each, (_, spread) in zip(off, found, strict=True)]
     return {
         "estimate": np.stack([places for places, _ in found]),
         "truth": truth,

@@ -36,7 +36,10 @@ class GaussianState(NamedTuple):
 
 
 class KalmanFilter(Model):
-    """Exact for a linear motion and linear measurements in Gaussian noise; else linearised about the prediction."""
+    """Exact for a linear motion and linear measurements in Gaussian noise; else linearised about the prediction.
+
+    How far what is measured bends within the belief is noise, where the sensor tells it: one slope alone is too sure.
+    """
 
     model_config = ConfigDict(arbitrary_types_allowed=True)
 
@@ -70,7 +73,7 @@ class KalmanFilter(Model):
         mean, covariance = ahead.mean, ahead.covariance(state.covariance)
         if measurement is None:
             return GaussianState(time_s, mean, covariance, 0.0)
-        rows = linearised(self.sensor, mean, measurement)
+        rows = linearised(self.sensor, mean, measurement, covariance)
         new, spread, log_density = updated(mean, covariance, rows.residual, rows.H)
         return GaussianState(time_s, new, spread, log_density + rows.log_scale)
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 
+from elusive.io._sentences import sentence_of
 from elusive.io.sinks.seen import Seen, Told
 
 NMI_M = 1852.0
@@ -66,9 +67,9 @@ def _sentences(number: int, seen: Seen, status: str, unix_s: float) -> Iterator[
         f"{number:02d},{distance / NMI_M:.3f},{bearing},T,{speed},{course},T,{_fixed(near_m / NMI_M, 2)}"
         f",{_fixed(near_s / 60, 1)},N,{_name(seen)},{status},,{clock},A"
     )
-    yield _sentence("TTM", cells)
+    yield sentence_of(f"{TALKER}TTM,{cells}")
     lat, lon = _minutes(seen.lat_deg, 2, "NS"), _minutes(seen.lon_deg, 3, "EW")
-    yield _sentence("TLL", f"{number:02d},{lat},{lon},{_name(seen)},{clock},{status},")
+    yield sentence_of(f"{TALKER}TLL,{number:02d},{lat},{lon},{_name(seen)},{clock},{status},")
 
 
 def _name(seen: Seen) -> str:
@@ -99,11 +100,3 @@ def _minutes(degrees: float, width: int, names: str) -> str:
     """Write a latitude or longitude as degrees and minutes to four digits, 19 cm."""
     whole, minutes = divmod(round(abs(degrees) * 600_000), 600_000)
     return f"{whole:0{width}d}{minutes / 10_000:07.4f},{names[degrees < 0]}"
-
-
-def _sentence(kind: str, cells: str) -> bytes:
-    body = f"{TALKER}{kind},{cells}"
-    check = 0
-    for octet in body.encode("ascii"):
-        check ^= octet
-    return f"${body}*{check:02X}\r\n".encode("ascii")

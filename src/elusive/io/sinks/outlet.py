@@ -62,6 +62,7 @@ class HeldOutlet:
         self._opened, self._say = opened, say
         self._held: deque[bytes] = deque()
         self._changed, self._closing = threading.Condition(), threading.Event()
+        self._gone_s, self._wait_s = float("nan"), FIRST_S
         self._thread = threading.Thread(target=self._run, name=f"to {name}", daemon=True)
         self._thread.start()
 
@@ -85,19 +86,13 @@ class HeldOutlet:
             self._say(f"{self.name}: {len(self._held)} messages could not be sent any more.")
 
     def _run(self) -> None:
-        wait_s, gone_s, until_s = FIRST_S, float("nan"), float("inf")
+        until_s = float("inf")
         while not self._over(until_s):
             try:
                 send, close = self._opened()
             except OSError as error:
                 why = error
             else:
-                if gone_s == gone_s:
-                    self._say(
-                        f"{self.name}: is back after {time.monotonic() - gone_s:.1f} s; {len(self._held)} messages "
-                        f"are sent now, {self.counts['dropped']} were lost."
-                    )
-                    gone_s, wait_s = float("nan"), FIRST_S
                 try:
                     self._empty(send)
                 except OSError as error:
@@ -107,13 +102,13 @@ class HeldOutlet:
                 finally:
                     with contextlib.suppress(OSError):
                         close()
-            if gone_s != gone_s:
-                gone_s = time.monotonic()
+            if self._gone_s != self._gone_s:
+                self._gone_s = time.monotonic()
                 self._say(f"{self.name}: cannot be written to ({why.strerror or why}); it is tried again.")
-            if self._closing.wait(wait_s):
+            if self._closing.wait(self._wait_s):
                 until_s = min(until_s, time.monotonic() + CLOSING_S)
                 time.sleep(LOOK_S)
-            wait_s = min(2 * wait_s, LONGEST_S)
+            self._wait_s = min(2 * self._wait_s, LONGEST_S)
 
     def _over(self, until_s: float) -> bool:
         return self._closing.is_set() and (not self._held or time.monotonic() >= until_s)
@@ -128,6 +123,12 @@ class HeldOutlet:
                     self._changed.wait(LOOK_S)
                 message = self._held[0]
             send(message)
+            if self._gone_s == self._gone_s:  # a file on a full disk is opened, too
+                self._say(
+                    f"{self.name}: is back after {time.monotonic() - self._gone_s:.1f} s; {len(self._held)} messages "
+                    f"are sent now, {self.counts['dropped']} were lost."
+                )
+                self._gone_s, self._wait_s = float("nan"), FIRST_S
             with self._changed:
                 if self._held and self._held[0] is message:
                     self._held.popleft()
