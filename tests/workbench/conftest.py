@@ -128,8 +128,9 @@ def open_tab(browser: Any) -> Iterator[Callable[..., Tab]]:
 
     def opened(width: int = 1280, scheme: str = "light") -> Tab:
         context = browser.new_context(
-            viewport={"width": width, "height": 900}, color_scheme=scheme, accept_downloads=True
-        )
+            viewport={"width": width, "height": 900}, color_scheme=scheme, accept_downloads=True,
+            reduced_motion="reduce",  # a button that still slides is pressed where it was: the press is nobody's
+        )  # fmt: skip
         contexts.append(context)
         tab = Tab(context.new_page(), [], [])
         tab.page.on(
