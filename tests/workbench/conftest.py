@@ -126,10 +126,11 @@ def open_tab(browser: Any) -> Iterator[Callable[..., Tab]]:
     """Give what opens a tab; at the end no request has left the machine and no script has failed."""
     contexts, tabs = [], []
 
-    def opened(width: int = 1280, scheme: str = "light") -> Tab:
+    def opened(width: int = 1280, scheme: str = "light", *, moves: bool = False) -> Tab:
         context = browser.new_context(
             viewport={"width": width, "height": 900}, color_scheme=scheme, accept_downloads=True,
-            reduced_motion="reduce",  # a button that still slides is pressed where it was: the press is nobody's
+            # a button that still slides is pressed where it was: the press is nobody's
+            reduced_motion="no-preference" if moves else "reduce",
         )  # fmt: skip
         contexts.append(context)
         tab = Tab(context.new_page(), [], [])
