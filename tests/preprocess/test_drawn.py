@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from elusive.preprocess.drawn import FIRST, FRAMES, PASSED_PX, drawn, without_drawn
+from elusive.preprocess.drawn import FIRST, FRAMES, PASSED_PX, drawn, margins, without_drawn
 from elusive.preprocess.peaks import PeakFinder
 from tests.preprocess.scenes import recording
 
@@ -20,12 +20,32 @@ def test_bars_and_lines_are_found_and_little_else():
     over = np.zeros(frames.shape[1:], bool)
     over[:9] = over[-9:] = True
     over[40, 20:34] = over[50:64, 60] = True
+    bars = over.copy()
+    bars[9:-9] = False
     frames[:, over] = 16.0
     for k, mask in enumerate(masks(frames)):
-        assert (mask is not None) == (k >= FIRST)
-        if mask is not None:
-            np.testing.assert_array_equal(mask, over)
-            assert np.isnan(without_drawn(frames[k], mask)[over]).all()
+        known = over if k >= FIRST else bars
+        np.testing.assert_array_equal(mask, known)
+        assert np.isnan(without_drawn(frames[k], mask)[known]).all()
+
+
+def test_margins_are_known_where_most_of_a_picture_keeps_its_value():
+    """Compressed video: half of the pixels and more are as in the frame before."""
+    frames = np.repeat(recording(n=2).frames, FRAMES, axis=0)
+    over = np.zeros(frames.shape[1:], bool)
+    over[:, :12] = over[-5:] = True
+    frames[:, over] = 0.0
+    for mask in masks(frames):
+        np.testing.assert_array_equal(mask, over)
+
+
+def test_a_flat_sky_in_which_something_lies_is_no_margin():
+    frame = recording(n=1).frames[0].astype(np.float32)
+    frame[:30] = 0.0
+    assert margins(frame)[:30].all()
+    frame[20:23, 50:53] = 9.0
+    assert not margins(frame).any()
+    assert not margins(np.full((40, 40), 7.0, np.float32)).any()
 
 
 def test_short_pieces_stay_and_a_flat_part_is_seen_where_something_passes():

@@ -86,6 +86,17 @@ def test_a_negative_image_has_the_same_peaks():
         assert (ours.bright == ~theirs.bright).mean() > 0.99
 
 
+@pytest.mark.parametrize("unit", [2.0**-40, 2.0**30])
+def test_other_units_have_the_same_peaks(unit):
+    """A power of two changes no digit: all but what is in grey levels is the same to the last bit."""
+    frames = [texture((96, 120), k) for k in range(4)]
+    frames[2][10:20, :9] = np.nan
+    for ours, theirs in zip(found_in(frames), found_in(unit * frame for frame in frames), strict=True):
+        for name, ours_of in ours._asdict().items():
+            scale = unit if name in ("contrast", "noise", "pedestal") else 1.0
+            np.testing.assert_array_equal(scale * ours_of, getattr(theirs, name))
+
+
 def test_what_moves_among_resting_points_is_seen_against_the_past():
     rng = np.random.default_rng(6)
     rest = sum(bell((120, 120), *p, 1.0, 80) for p in rng.uniform(10, 110, (40, 2)))

@@ -14,7 +14,7 @@ from elusive.tracking.peak_motions import PeakMotions
 from elusive.tracking.peak_null import EmpiricalNull
 from elusive.tracking.peak_persistence import groups_of
 from elusive.tracking.peak_targets import HOP, PeakTargets
-from elusive.tracking.peaks import PeakBelief, SceneTracker
+from elusive.tracking.peaks import RIVALS, PeakBelief, SceneTracker, chance_of
 from tests.reference import scene_targets as reference
 
 MOTIONS = PeakMotions()
@@ -343,6 +343,36 @@ def test_one_target_alone_is_shown_and_its_existence_told() -> None:
     (track,) = (track for track in last.tracks if track.extra["shown"])
     np.testing.assert_allclose(track.mean[[1, 3]], (20 / 39, 0.0), atol=0.3)
     assert track.existence > 0.5
+
+
+@pytest.mark.parametrize("exponent", [0.05, 0.3])
+def test_the_strongest_of_one_kind_is_told_from_another_by_chance_alone(exponent: float) -> None:
+    """A Pareto tail's greatest value has a p-value that is uniform, however heavy the tail."""
+    rng = np.random.default_rng(15)
+    chances = []
+    for strength in 3.0 * rng.random((4000, 200)) ** -exponent:
+        first, *others = np.sort(strength)[::-1][: RIVALS + 2]
+        chances.append(chance_of(first, np.array(others)))
+    for level in (0.01, 0.1, 0.5):
+        share = np.mean(np.array(chances) < level)
+        assert share == pytest.approx(level, abs=4 * np.sqrt(level * (1 - level) / 4000))
+    assert chance_of(9.0, np.zeros(0)) == 0.0
+    assert chance_of(9.0, np.array([9.0, 4.0])) == 1.0
+    assert chance_of(9.0, np.array([4.0])) < 0.002 < chance_of(6.0, np.array([4.0]))
+
+
+@pytest.mark.parametrize("alike", [True, False])
+def test_the_strongest_is_shown_where_the_next_ones_are_alike(alike: bool) -> None:
+    """Twice as strong as the next it is either way; where all are so much stronger than another, it is of a kind."""
+    rng = np.random.default_rng(16)
+    rests = resting(rng)[:20]
+    strengths = np.linspace(6.0, 5.0, 20) if alike else np.maximum(12.0 * 0.6 ** np.arange(20.0), 3.5)
+
+    def scene(_: int) -> tuple[np.ndarray, np.ndarray]:
+        return np.vstack([[[80.0, 60.0]], rests]), np.append(2.2 * strengths[0], strengths)
+
+    shown = shown_of(followed(rng, scene, np.zeros((0, 2)), 30))
+    assert {len(numbers) for numbers in shown[15:]} == {int(alike)}
 
 
 def test_what_became_of_sure_tracks_is_counted_beyond_chance() -> None:

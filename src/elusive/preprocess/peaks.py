@@ -6,6 +6,7 @@ registered past, each over the local deviation; how rare such a peak is, the rec
 
 from __future__ import annotations
 
+import math
 import os
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
@@ -31,6 +32,7 @@ LEVELS = (0.001, 0.01, 0.1, 0.2, 0.3, 0.5, 0.7, 0.8, 0.9, 0.99, 0.999)  # of the
 SAMPLES = 3000  # pixels from which quantiles are taken
 LEAST_SIDE = 32  # pixels
 REACH = 1.5  # scales within which a weaker peak is the same
+RANGE_BITS = 8  # of the first frame's grey levels once they are in units of the finder's own
 
 
 class Peaks(NamedTuple):
@@ -54,12 +56,19 @@ class Peaks(NamedTuple):
     pedestal: float  # median of the frame [grey levels]
     quantiles: Array  # (11,) of the whitened finest map at LEVELS; a Gaussian's: scipy.special.ndtri(LEVELS)
 
+    @property
+    def level(self) -> Array:
+        """Logarithm of each peak's contrast, whatever its sign, ``(m,)``."""
+        found: Array = np.log(np.maximum(np.abs(self.contrast), np.finfo(np.float64).tiny))
+        return found
+
 
 class PeakState(NamedTuple):
     """What is carried from frame to frame; ``output`` is only reported (None before the first frame)."""
 
     frames_seen: int
     shape: tuple[int, ...]
+    unit: float  # what grey levels are multiplied by, a power of two; 0 where none is known yet
     pasts: tuple[Past, ...]  # of each scale
     last: Image | None  # last frame's map by which a jump is found
     offset_px: Array
@@ -80,7 +89,7 @@ class PeakFinder(Model):
 
     def init(self) -> PeakState:
         """Return the state before the first frame."""
-        return PeakState(0, (), (), None, np.zeros(2), np.zeros(2), 0.0, None, NONE_WATCHED, None, None)
+        return PeakState(0, (), 0.0, (), None, np.zeros(2), np.zeros(2), 0.0, None, NONE_WATCHED, None, None)
 
     def step(self, state: PeakState, frame: Array) -> PeakState:
         """Return the state after one more frame.
@@ -102,7 +111,8 @@ class PeakFinder(Model):
             )
         if state.shape and frame.shape != state.shape:
             raise DataError(f"frame {state.frames_seen}: shape {frame.shape}, must be {state.shape} as before.")
-        image = np.ascontiguousarray(frame, dtype=np.float32)
+        unit = state.unit or _unit(frame)
+        image = np.multiply(frame, unit or 1.0, dtype=np.float32, order="C")
         over = drawn(state.drawn, image)
         image, hidden = fill_gaps(without_drawn(image, over.mask), state.frames_seen)
         pedestal, quantum = _levels(image)
@@ -138,10 +148,12 @@ class PeakFinder(Model):
         table = np.concatenate([one.table for one in (spatial, *found)], axis=1)
         suspects = table[:2, (table[8] == 0) & (table[2] > SUSPECT)]
         stuck = watch(image, self.stuck, state.stuck, suspects, offset)
-        output = Peaks(state.frames_seen, *peaks, offset, step, cut, noise, pedestal, quantiles)
+        grey = 1.0 / (unit or 1.0)
+        peaks = *peaks[:-1], grey * peaks[-1]
+        output = Peaks(state.frames_seen, *peaks, offset, step, cut, grey * noise, grey * pedestal, quantiles)
         last = maps[scene.chosen()[1]]
         return PeakState(
-            state.frames_seen + 1, image.shape, pasts, last, offset, step, usual, over, stuck, tails, output
+            state.frames_seen + 1, image.shape, unit, pasts, last, offset, step, usual, over, stuck, tails, output
         )
 
     def _rated(
@@ -200,6 +212,17 @@ def _found(maps: PeakMaps, groups: Groups, hidden: list[Mask] | None) -> Found:
         at = (np.clip(np.round(p[here] / 2.0**k).astype(int), 0, n - 1) for p, n in zip((y, x), gap.shape, strict=True))
         seen[here] = ~gap[*at]
     return found._replace(table=found.table[:, seen])
+
+
+def _unit(frame: Array) -> float:
+    """Return the power of two that makes a frame's values as large as a camera's grey levels; 0 where all are equal.
+
+    Floors against rounding are then the same for counts, kelvins and watts, and what is found is, to the last bit.
+    """
+    sample = _sample(frame.astype(np.float32))
+    finite = sample[np.isfinite(sample)]
+    extent = float(np.ptp(finite)) if len(finite) else 0.0
+    return 2.0 ** (RANGE_BITS - math.frexp(extent)[1]) if extent else 0.0
 
 
 def _levels(image: Image) -> tuple[float, float]:

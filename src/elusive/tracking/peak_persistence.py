@@ -128,8 +128,7 @@ class Persistence(Model):
 
     def _looked(self, watch: Watch, frames: float, peaks: Peaks, most: int) -> Watch:
         """Look for each track's peak, where it should be by now and beside that."""
-        level = np.log(np.maximum(np.abs(peaks.contrast[:most]), 1e-3))
-        found = self._features(peaks.places_px[:most] - peaks.offset_px, level, peaks.bright[:most])
+        found = self._features(peaks.places_px[:most] - peaks.offset_px, peaks.level[:most], peaks.bright[:most])
         place = watch.place + frames * watch.velocity
         turn = TURN * np.arange(len(place))
         beside = place + self.beside_px * np.stack([np.cos(turn), np.sin(turn)], axis=1)

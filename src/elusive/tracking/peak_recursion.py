@@ -83,8 +83,7 @@ class PeakRecursion(Model):
         rank = np.where(bright, np.cumsum(bright), np.cumsum(~bright)) - 0.5
         density = 2 * (near + 2 * around * rank / area + 0.3) / (3 * around)
         variance = self.place_px**2 + (self.place_scale * peaks.scale_px[few]) ** 2
-        level = np.log(np.maximum(np.abs(peaks.contrast[few]), 1e-3))
-        return Clutter(places, np.log(density), variance, level)
+        return Clutter(places, np.log(density), variance, peaks.level[few])
 
     def updated(self, targets: PeakTargets, peaks: Peaks, clutter: Clutter) -> tuple[PeakTargets, Array]:
         """Update targets, and return what part of each peak none of them claims."""

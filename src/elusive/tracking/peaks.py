@@ -36,7 +36,7 @@ CLOSE, SCATTER = 2.0, 2.0  # how far at most, times what these do usually; or de
 LEAST_STRAYED_PX, MAD = 0.05, 1.4826
 MANY = 6  # things that rest on the sensor, above which they are no parts of a target that a camera follows
 UNSEEN = 0.05  # share of its existence in which it is visible, below which a track is not shown: three frames missed
-RIVALS = 12  # tracks that the strongest is compared with, at most
+RIVALS, LEAST_SPREAD = 12, 1e-6  # strengths that show how far those of clutter lie apart
 EXTRA = ("intensity", "snr_db", "moves", "shown")
 
 
@@ -70,6 +70,10 @@ class SceneTracker(PeakRecursion):
     show_until: Probability = Field(0.3, description="Probability of moving below which it is shown no more")
     alone: Positive = Field(
         1.7, description="Shown is, too, the strongest track where it is this many times as strong as the next"
+    )
+    alone_chance: Probability = Field(
+        0.01,
+        description="... and chance lifts the strongest of one kind so far over the next ones less often than this",
     )
 
     def begin(self, time_s: float = math.nan) -> PeakBelief:
@@ -174,20 +178,39 @@ class SceneTracker(PeakRecursion):
         return np.stack([moving, targets.evidence / (targets.age + SETTLING)], axis=1)
 
     def _alone(self, targets: PeakTargets, confirmed: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Say which track, if any, is by far the strongest."""
+        """Say which track, if any, is so much stronger than the next ones that it is not of their kind."""
         alone = np.zeros(len(confirmed), np.bool_)
         old = np.flatnonzero(confirmed & (targets.age >= SETTLING))
         if not len(old):
             return alone
-        first, *others = old[np.argsort(-targets.strength[old])][: RIVALS + 1]
-        place = targets.mean_place
-        for other in others:
-            near = COMPANION * max(targets.scale[first], targets.scale[other])
-            if math.hypot(*(place[first] - place[other])) > near:
-                alone[first] = targets.strength[first] > self.alone * targets.strength[other]
-                return alone
-        alone[first] = True
+        place, strength = targets.mean_place, targets.strength
+        ranked = old[np.argsort(-strength[old])]
+        first = ranked[0]
+        near = COMPANION * np.maximum(targets.scale[first], targets.scale[ranked])
+        others = ranked[np.hypot(*(place[ranked] - place[first]).T) > near][: RIVALS + 1]
+        clear = strength[first] > self.alone * np.max(strength[others], initial=0.0)
+        alone[first] = clear and chance_of(float(strength[first]), strength[others]) < self.alone_chance
         return alone
+
+
+def chance_of(first: float, others: Array) -> float:
+    """Probability that the strongest of tracks of one kind exceeds the next ones as it does.
+
+    In a Pareto tail the logarithms of the greatest lie apart by independent exponentials, each over its rank (Renyi,
+    1953, Acta Math. Hung. 4, 191-231), the same for the first and for all that follow, whatever the exponent. Of fewer
+    than ``RIVALS``, those that are missing are supposed to lie apart as in Gaussian noise, by the inverse square of the
+    strength.
+
+    Parameters
+    ----------
+    first, others
+        Its strength, and that of up to ``RIVALS + 1`` next ones, ``(n,)``, the strongest first [deviations].
+    """
+    if not len(others):
+        return 0.0
+    above = np.log(others / others[-1])
+    spread = float(above.sum() + above[0]) + (RIVALS + 1 - len(others)) / float(others[0]) ** 2
+    return float((1 + math.log(first / float(others[0])) / max(spread, LEAST_SPREAD)) ** -RIVALS)
 
 
 def on_sensor(targets: PeakTargets, many: int = LAYER) -> NDArray[np.bool_]:
