@@ -7,7 +7,8 @@ from numba import njit
 
 from elusive.contracts import Array
 
-NEGLIGIBLE = 1e-12  # weight of a particle, and variance of a factor in that of the noise, that change nothing
+NEGLIGIBLE = 1e-12  # weight of a particle that changes nothing
+FLAT = 1e-6  # variance of a factor in that of the noise: no log ratio changes by more than that share of its energy
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
@@ -88,7 +89,7 @@ def directions(left: Array, variance: Array, factors: Array) -> tuple[Array, Arr
         size = 0.0
         for j in range(m):
             size += factors[r, j] * factors[r, j] * precision[j]
-        if size < NEGLIGIBLE:
+        if size < FLAT:
             continue
         used[kept] = r
         # a row of the Cholesky root of 1 + F P F', and of the whitened factors at once

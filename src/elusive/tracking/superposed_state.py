@@ -71,17 +71,20 @@ class SuperposedState(NamedTuple):
 def judged(time_s: float, found: Sequence[Sought], numbered: int, settings: SuperposedSettings) -> SuperposedState:
     """Let each target's life go on, and forget those that hardly exist."""
     targets = []
-    for target in _merged(found, settings.merge_within)[: settings.most_targets]:  # the surest stand first
+    # the surest stand first
+    for target, moments in _merged(found, settings.merge_within)[: settings.most_targets]:
         gone = target.existence == 0
         life, numbered = settings.lifecycle.step(target.life, target.existence, numbered, gone=gone)
         if target.existence >= settings.forget_below or life.status == "deleted":
-            moments = _kernels.moments(target.particles, target.weights)
             targets.append(Target(life, target.existence, target.particles, target.weights, *moments))
     return SuperposedState(time_s, tuple(targets), numbered)
 
 
-def _merged(found: Sequence[Sought], within: float) -> list[Sought]:
-    """Make one of two targets in one place, nearer than so many deviations, that are together hardly more than one."""
+def _merged(found: Sequence[Sought], within: float) -> list[tuple[Sought, tuple[Array, Array]]]:
+    """Make one of two targets in one place, nearer than so many deviations, that are together hardly more than one.
+
+    Return each with its mean and covariance.
+    """
     kept: list[Sought] = []
     moments = [_kernels.moments(target.particles, target.weights) for target in found]
     order = sorted(range(len(found)), key=lambda k: (found[k].life.track is None, -found[k].existence))
@@ -95,7 +98,7 @@ def _merged(found: Sequence[Sought], within: float) -> list[Sought]:
         else:
             kept.append(found[k])
             places.append(k)
-    return kept
+    return [(target, moments[k]) for target, k in zip(kept, places, strict=True)]
 
 
 def _apart(first: tuple[Array, Array], second: tuple[Array, Array]) -> float:

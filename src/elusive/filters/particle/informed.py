@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.random import Generator
+from scipy.linalg.lapack import dsygv
 
 from elusive.contracts import Array, Motion
 from elusive.filters.particle import _kernels
@@ -61,16 +62,15 @@ def fit_likelihood(places: Array, log_prior: Array, log_likelihood: Array) -> Fi
     after, _ = _kernels.weigh(log_weights + power * log_likelihood)
     mean, covariance = _moments(places, weights)
     found, left = _moments(places, after)
-    # in axes in which the prediction has unit covariance
-    root = np.linalg.cholesky(covariance)
-    whiten = np.linalg.inv(root)
-    values, axes = np.linalg.eigh(np.linalg.inv(whiten @ left @ whiten.T))
+    # axes in which the posterior has unit covariance, and the prediction has that of the values
+    values, axes, failed = dsygv(covariance, left, uplo="L")
+    if failed:
+        raise np.linalg.LinAlgError("a covariance of particles is not positive definite")
     gain = np.maximum((values - 1) / power, LEAST_GAIN)
     # information of the posterior, about the prediction's mean: nothing where nothing was gained
-    along = axes.T @ whiten @ (found - mean)
-    offset = np.where(gain > LEAST_GAIN, values * along / (power * gain), 0.0)
-    scaled = root @ axes
-    return FittedLikelihood(mean + scaled @ offset, WIDENED * (scaled / gain) @ scaled.T)
+    offset = np.where(gain > LEAST_GAIN, values * (axes.T @ (found - mean)) / (power * gain), 0.0)
+    scaled = left @ axes
+    return FittedLikelihood(mean + scaled @ offset, WIDENED * (scaled * (values / gain)) @ scaled.T)
 
 
 def draw_informed(
@@ -109,19 +109,18 @@ def draw_informed(
 
     F, Q = linear
     seen = np.arange(states.shape[1])[list(observed)]
-    spread = Q[np.ix_(seen, seen)] + likelihood.covariance
+    both = np.array([Q[seen][:, seen] + likelihood.covariance, likelihood.covariance])  # of a prediction, and alone
+    roots, (precision, inverse) = np.linalg.cholesky(both), np.linalg.inv(both)
     # first stage: how well each particle's own prediction fits
-    precision, inverse = (np.asarray(np.linalg.inv(c), dtype=np.float64) for c in (spread, likelihood.covariance))
     fits = kernels.selection(states, weights, F[seen], likelihood.mean, precision)
     selected, log_mean = _kernels.weigh(fits)
     plain = round(PLAIN_SHARE * n)
     chosen = np.concatenate([resample(weights, plain, rng), resample(selected, n - plain, rng)])
     moved = motion.propagate(_kernels.gather(states, chosen, n), interval_s, rng)
     # second stage: a draw of the prediction, corrected by a draw of what is measured, is one of the posterior
-    root = np.asarray(np.linalg.cholesky(likelihood.covariance), dtype=np.float64)
     noise = rng.standard_normal((n - plain, len(seen)))
-    level = kernels.correct(moved, seen, likelihood.mean, root, inverse, precision @ Q[seen], noise)
-    scale = 0.5 * (np.linalg.slogdet(likelihood.covariance)[1] - np.linalg.slogdet(spread)[1])
+    level = kernels.correct(moved, seen, likelihood.mean, roots[1], inverse, precision @ Q[seen], noise)
+    scale = float(np.log(np.diagonal(roots[1]) / np.diagonal(roots[0])).sum())
     log_ratio = level - (log_mean + scale)
     share = plain / n
     mixture = share + (1 - share) * np.exp(np.minimum(log_ratio, 700.0))
@@ -141,5 +140,5 @@ def smoothed(states: Array, weights: Array, width: float, rng: Generator) -> Arr
 
 def _moments(places: Array, weights: Array) -> tuple[Array, Array]:
     mean, covariance = _kernels.moments(places, weights)
-    covariance[np.diag_indices_from(covariance)] += LEAST_SPREAD * (1.0 + mean**2)
+    covariance.flat[:: len(mean) + 1] += LEAST_SPREAD * (1.0 + mean**2)
     return mean, covariance
