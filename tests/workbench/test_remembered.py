@@ -13,10 +13,22 @@ import pytest
 from elusive.cli import main
 from elusive.systems.links.presets import first_simulation
 from elusive.workbench.forms import changed_since, in_plain_words
-from elusive.workbench.jobs import POOL, WORKERS, CancelledError, Errand, Job, away
+from elusive.workbench.jobs import POOL, WORKERS, CancelledError, Errand, Job, Latest, away
 from tests.processes import HUNG_S
 from tests.workbench.conftest import Served
-from tests.workbench.test_links_page import READY, SHOWN, OpenTab, at, button, download, field, step, told
+from tests.workbench.test_links_page import (
+    READY,
+    SHOWN,
+    OpenTab,
+    at,
+    button,
+    choose_in,
+    download,
+    field,
+    map_for,
+    step,
+    told,
+)
 
 # first time, seconds passed in one second at speed 1, seconds between two times, the speed's name, room beside -200
 SECOND_PLAYED = """({made}) => {
@@ -44,12 +56,13 @@ def test_a_run_stays_with_its_settings_and_the_page_says_what_was_changed(
     told(page, "1 people, 90 steps")
     step(page, "4 Algorithm")
     held: list[Any] = []
-    page.route("**/blocks/*", lambda route: held.append(route))  # no builtin is taken
+    holds = [True]
+    page.route("**/blocks/*", lambda route: held.append(route) if holds else route.continue_())
     button(page, "Apply").click()
     told(page, "The frames are coming ...")  # and no panel is black until then
+    holds.clear()  # first, or what is asked for meanwhile would be held for good
     for route in held:
         route.continue_()
-    page.unroute("**/blocks/*")
     page.locator(READY).wait_for()  # it goes on to what was tracked
     first, passed, gap, words, room = page.locator(SHOWN).evaluate(SECOND_PLAYED)
     assert first > 0  # the clock goes on after calibration
@@ -67,8 +80,7 @@ def test_a_run_stays_with_its_settings_and_the_page_says_what_was_changed(
     page.get_by_text("Changed since this run").wait_for(state="hidden")
 
     # the example of the start page runs though there is a run, which is kept beside it; a reload runs nothing
-    page.get_by_label("Colours").click()
-    page.get_by_role("option", name="dark").click()
+    choose_in(page, page.get_by_label("Colours"), "dark")
     page.locator("body.body--dark").wait_for()
     page.get_by_role("link", name="elusive workbench").click()
     page.get_by_role("button", name="Run the example: People in a radio network").click()
@@ -96,7 +108,7 @@ def test_paths_are_had_back_and_sensors_far_away_are_told(served: Served, open_t
     button(page, "Create paths").click()
     told(page, "3 people")
     button(page, "Draw an area").click()
-    told(page, "Click each corner")
+    map_for(page, "area")
     for place in ((-8, -8), (8, -8), (8, 8)):
         page.mouse.click(*at(page, *place))
     page.mouse.dblclick(*at(page, -8, 8))
@@ -154,6 +166,14 @@ def test_what_another_process_does_is_not_put_off_by_what_is_computed_here() -> 
     thread.join(HUNG_S / 2)
     free.set()
     assert found == [False]
+
+
+def test_what_was_asked_for_later_is_the_latest_whatever_comes_first() -> None:
+    asked = Latest()
+    first = asked.ask()
+    assert first()
+    second = asked.ask()
+    assert (first(), second()) == (False, True)
 
 
 def test_a_port_that_is_taken_is_said_and_who_has_it_goes_on(

@@ -58,6 +58,18 @@ class Errand(Job):
     pool = WAITING
 
 
+class Latest:
+    """Tells whether what was asked for was asked for last: of what is done away, the later may come first."""
+
+    def __init__(self) -> None:
+        self._asked = 0
+
+    def ask(self) -> Callable[[], bool]:
+        """Ask anew; what is returned tells whether nothing was asked for since."""
+        self._asked = mine = self._asked + 1
+        return lambda: mine == self._asked
+
+
 async def away(work: Callable[[], Done], job: Job | None = None) -> Done:
     """Do work in a thread and wait for it without holding up the page.
 

@@ -112,6 +112,7 @@ elusive.Figure = class {
     const before = this.panels || [];
     const focused = before.findIndex((panel) => panel.canvas === document.activeElement);
     this.panels = this.spec.panels.map((panel, number) => new elusive.Panel(panel, this, number));
+    this.touched = this.panels[this.touched?.number]; // the one before is drawn no more: its view stands still
     this.grid = make("div", { class: "panels" }, ...this.panels.map((panel) => panel.root));
     for (const panel of this.panels) {
       this.sizes.observe(panel.canvas);

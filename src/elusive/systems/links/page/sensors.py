@@ -20,7 +20,7 @@ from elusive.systems.links.page.state import LinksState
 from elusive.systems.links.scene import Coverage, LinkScene, coverage_of
 from elusive.workbench.files import UPLOAD_MOST_BYTES, inside, read_upload
 from elusive.workbench.form import Form
-from elusive.workbench.jobs import away
+from elusive.workbench.jobs import Latest, away
 from elusive.workbench.parts import Drawing, errors_shown, refuse
 from elusive.workbench.settings import SETTINGS
 from elusive.workbench.shell import window
@@ -40,7 +40,7 @@ class SensorsWindow:
 
     def __init__(self, state: LinksState) -> None:
         self._state = state
-        self._coverage: Coverage | None = None
+        self._maps = Latest()
         self._one = NamedPlace(name="1", x_m=0.0, y_m=0.0)
         with window() as (side, stage):
             with side:
@@ -186,7 +186,8 @@ class SensorsWindow:
         ]
         if far:
             words += f"; far from the area of {x1 - x0:g} by {y1 - y0:g} m: {', '.join(far[:5])}; is that in metres?"
-        coverage = None
+        coverage: Coverage | None = None
+        is_latest = self._maps.ask()
         if state.shows_coverage:
             scene = state.scene
             try:
@@ -194,6 +195,8 @@ class SensorsWindow:
                 words += f", {coverage.blind} of {coverage.voxels} voxels blind"
             except ElusiveError as error:
                 words = str(error)
+        if not is_latest():
+            return
         self._told.text = words
         self._floor.show(node_floor(state, nodes, coverage))
         rows = [{"name": one.name, "x_m": f"{one.x_m:.2f}", "y_m": f"{one.y_m:.2f}", "kind": "RF"} for one in nodes]

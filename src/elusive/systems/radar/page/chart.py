@@ -15,7 +15,7 @@ from elusive.systems.radar.page.state import KINDS, ChartsState, OpenedChart, ex
 from elusive.systems.radar.scene import EXAMPLE_NAME, RadarScene
 from elusive.workbench.exports import table_html
 from elusive.workbench.form import Form
-from elusive.workbench.jobs import away
+from elusive.workbench.jobs import Latest, away
 from elusive.workbench.opener import opener
 from elusive.workbench.parts import Drawing, errors_shown
 from elusive.workbench.placing import placing
@@ -34,6 +34,7 @@ class ChartWindow:
 
     def __init__(self, state: ChartsState) -> None:
         self._state, state.view = state, None
+        self._maps = Latest()
         with window() as (side, stage):
             with side:
                 ui.label("Chart").classes("ew-section")
@@ -90,13 +91,16 @@ class ChartWindow:
             return
         self._name.text = state.chart.file.name
         self._told.text, whole = "", whole_chart(state)
-        seen = state.view or whole
+        seen, is_latest = state.view or whole, self._maps.ask()
         try:
             raster = await away(lambda: water_raster(state, seen)) if state.shows_water else None
             spec = await away(lambda: chart_floor(state, whole, "view", raster))
             tables, sentences = await away(lambda: _description(state))
         except ElusiveError as error:
-            self._told.text = str(error)
+            if is_latest():
+                self._told.text = str(error)
+            return
+        if not is_latest():
             return
         self._floor.show(spec)
         self._box.clear()

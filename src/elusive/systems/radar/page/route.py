@@ -17,7 +17,7 @@ from elusive.systems.radar.scene import RadarScene
 from elusive.systems.radar.scene_run import record
 from elusive.workbench.exports import table_html
 from elusive.workbench.form import Form, are_right
-from elusive.workbench.jobs import away
+from elusive.workbench.jobs import Latest, away
 from elusive.workbench.parts import Drawing, errors_shown
 from elusive.workbench.shell import window
 
@@ -50,6 +50,7 @@ class RouteWindow:
     def __init__(self, state: ChartsState) -> None:
         self._state, self._mode = state, "path"
         self._whole: Extent | None = None
+        self._maps = Latest()
         state.view = None
         with window() as (side, stage):
             with side:
@@ -144,10 +145,14 @@ class RouteWindow:
         if self._whole is None:
             self._whole = about_route(state)
         whole = self._whole
-        self._floor.show(await away(lambda: chart_floor(state, whole, mode, way=True)))
+        is_latest = self._maps.ask()
+        drawn = await away(lambda: chart_floor(state, whole, mode, way=True))
+        ashore = await away(lambda: ashore_m(state))
+        if not is_latest():
+            return
+        self._floor.show(drawn)
         self._how.text = HOW[self._mode]  # once the map does it
         routes = [f"A route of {len(route)} waypoints, {_length(route)}" for route in state.scene.routes_deg]
-        ashore = await away(lambda: ashore_m(state))
         notes = (f", {part:.0f} m of it on charted land." if part >= 1 else "." for part in ashore)
         self._told.text = " ".join(map("".join, zip(routes, notes, strict=False))) or "No route yet."
         self._box.clear()
