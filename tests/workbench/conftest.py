@@ -8,7 +8,7 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,6 +18,7 @@ from urllib.request import urlopen
 import pytest
 
 from elusive.workbench.kept_runs import forget, kept_runs
+from tests.processes import HUNG_S
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 ARGUMENTS = [
@@ -37,6 +38,33 @@ class Tab(NamedTuple):
     page: Any
     strangers: list[str]  # requests to anywhere but this machine
     errors: list[str]
+    said: list[str]  # lines of the console
+
+
+TABS = pytest.StashKey[list[Tab]]()
+SEEN_MOST = 12_000  # letters of a page that a failure's report holds
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> Generator[None, Any, Any]:
+    """Add to the report of a failure what its pages show: address, what can be read and set, console."""
+    report = yield
+    if report.failed and call.when == "call":
+        for tab in item.stash.get(TABS, []):
+            report.sections += [(f"Page at {page.url}", seen_on(page)) for page in tab.page.context.pages]
+            report.sections.append(("Its console", "\n".join(tab.said) or "nothing"))
+    return report
+
+
+def seen_on(page: Any) -> str:
+    """Return what can be read on a page, field by field with what stands in it, and in the reports on it."""
+    told = []
+    for frame in page.frames:
+        try:
+            told.append(frame.locator("body").aria_snapshot(timeout=5000)[:SEEN_MOST])
+        except Exception as error:  # of any kind: the failure itself is what must be told
+            told.append(f"cannot be read: {error}")
+    return "\n--- a report on it\n".join(told)
 
 
 def free_port() -> int:
@@ -122,9 +150,11 @@ def heard(page: Any, load: Callable[..., Any]) -> Callable[..., Any]:
 
 
 @pytest.fixture
-def open_tab(browser: Any) -> Iterator[Callable[..., Tab]]:
+def open_tab(browser: Any, request: pytest.FixtureRequest) -> Iterator[Callable[..., Tab]]:
     """Give what opens a tab; at the end no request has left the machine and no script has failed."""
-    contexts, tabs = [], []
+    contexts: list[Any] = []
+    tabs: list[Tab] = []
+    request.node.stash[TABS] = tabs
 
     def opened(width: int = 1280, scheme: str = "light", *, moves: bool = False) -> Tab:
         context = browser.new_context(
@@ -133,16 +163,17 @@ def open_tab(browser: Any) -> Iterator[Callable[..., Tab]]:
             reduced_motion="no-preference" if moves else "reduce",
         )  # fmt: skip
         contexts.append(context)
-        tab = Tab(context.new_page(), [], [])
+        tab = Tab(context.new_page(), [], [], [])
         tab.page.on(
             "request",
             lambda request: (
                 tab.strangers.append(request.url) if (urlsplit(request.url).hostname or "") not in LOCAL else None
             ),
         )
+        tab.page.on("console", lambda said: tab.said.append(f"{said.type}: {said.text}"))
         tab.page.on("console", lambda said: tab.errors.append(said.text) if said.type == "error" else None)
         tab.page.on("pageerror", lambda error: tab.errors.append(str(error)))
-        tab.page.set_default_timeout(90_000)  # a machine that does much else is slow
+        tab.page.set_default_timeout(1000 * HUNG_S)
         tab.page.goto, tab.page.reload = heard(tab.page, tab.page.goto), heard(tab.page, tab.page.reload)
         tabs.append(tab)
         return tab

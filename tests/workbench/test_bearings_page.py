@@ -19,6 +19,7 @@ from tests.workbench.test_links_page import (
     button,
     download,
     field,
+    map_for,
     picture,
     show_map,
     step,
@@ -89,8 +90,7 @@ def test_a_scene_of_ones_own_and_a_still_emitter(
     button(page, "Delete selected").click()
     told(page, "3 sensors")
     button(page, "Draw the path").click()
-    told(page, "Draw with the pointer held down")
-    show_map(page)
+    map_for(page, "path")
     page.mouse.move(*at(page, -50, 0))
     page.mouse.down()
     page.mouse.move(*at(page, 0, 30), steps=6)
@@ -146,7 +146,7 @@ def test_sensors_and_path_are_placed_by_keys_alone(served: Served, open_tab: Ope
     told(page, "3 sensors")
     button(page, "Draw the path").focus()
     page.keyboard.press("Enter")
-    told(page, "Draw with the pointer held down")
+    map_for(page, "path")
     page.locator(".drawing canvas").focus()
     page.keyboard.press("Enter")
     for _ in range(30):

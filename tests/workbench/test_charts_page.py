@@ -29,14 +29,13 @@ from tests.workbench.test_links_page import (
     button,
     download,
     field,
+    map_for,
     picture,
     show_map,
     step,
     titles,
     told,
 )
-
-LONG_MS = 120_000  # on a machine that does much else
 
 
 def test_the_ready_example_runs_by_one_click_and_the_command_finds_its_numbers(
@@ -45,7 +44,7 @@ def test_the_ready_example_runs_by_one_click_and_the_command_finds_its_numbers(
     page = open_tab().page
     page.goto(served.address)
     page.get_by_role("button", name="Run the example: Ships near charted coasts").click()
-    page.locator(READY).wait_for(timeout=LONG_MS)
+    page.locator(READY).wait_for()
     uses = ["none", "hard", "nearest", "grid", "exact", "field"]
     assert titles(page) == [*uses, "How far off?"]
     played_to_the_end(page, 108)
@@ -93,16 +92,14 @@ def test_a_chart_that_is_sent_a_route_that_is_drawn_and_a_run_called_off(served:
     step(page, "2 Route")
     told(page, "No route yet.")
     button(page, "Place the radar").click()
-    told(page, "Click where the radar stands")
-    show_map(page)
+    map_for(page, "node")
     page.mouse.click(*at(page, 500, -600))
     page.wait_for_function("""() => {
         const [x, y] = ["radar.lon_deg", "radar.lat_deg"].map(
             (name) => document.querySelector(`input[data-field="${name}"]`).value);
         return Math.abs(Number(x) + 29.975) < 0.02 && Number(y) < 45; }""")
     button(page, "Draw the route").click()
-    told(page, "Draw with the pointer held down")
-    show_map(page)
+    map_for(page, "path")
     page.mouse.move(*at(page, 400, 300))
     page.mouse.down()
     page.mouse.move(*at(page, 500, 100), steps=5)
@@ -122,8 +119,7 @@ def test_a_chart_that_is_sent_a_route_that_is_drawn_and_a_run_called_off(served:
     button(page, "Clear the route").click()
     told(page, "No route yet.")
     button(page, "Draw the route").click()
-    told(page, "Draw with the pointer held down")
-    show_map(page)
+    map_for(page, "path")
     page.mouse.move(*at(page, 400, 300))
     page.mouse.down()
     page.mouse.move(*at(page, 400, -300), steps=5)
@@ -139,7 +135,7 @@ def test_a_chart_that_is_sent_a_route_that_is_drawn_and_a_run_called_off(served:
     for name in ("hard", "nearest", "grid", "exact", "field"):
         page.locator(f"[data-way='{name}']").click()
     button(page, "Run").click()
-    page.locator(READY).wait_for(timeout=LONG_MS)
+    page.locator(READY).wait_for()
     assert titles(page) == ["none", "How far off?"]
     # near the ship, and all of it: each button does what it says, whatever was pressed before
     follow, everything = button(page, "Keep the track in the middle"), button(page, "Show everything")
@@ -169,7 +165,7 @@ def test_a_route_and_the_radar_are_placed_by_keys_alone(served: Served, open_tab
     told(page, "No route yet.")
     button(page, "Draw the route").focus()
     page.keyboard.press("Enter")
-    told(page, "Draw with the pointer held down")
+    map_for(page, "path")
     page.locator(".drawing canvas").focus()
     for key in (*["ArrowRight"] * 8, "Enter", *["ArrowDown"] * 6, "Enter", "c"):
         page.keyboard.press(key)
@@ -178,7 +174,7 @@ def test_a_route_and_the_radar_are_placed_by_keys_alone(served: Served, open_tab
     before = [place.input_value() for place in places]
     button(page, "Place the radar").focus()
     page.keyboard.press("Enter")
-    told(page, "Click where the radar stands")
+    map_for(page, "node")
     page.locator(".drawing canvas").focus()
     for key in ("ArrowLeft", "ArrowDown", "Enter"):
         page.keyboard.press(key)

@@ -148,11 +148,11 @@ def test_another_snr_is_compared_a_wrong_value_marked_a_run_called_off(served: S
     page.get_by_text("This run: SNR 12 dB, existence").wait_for()
     page.reload()
     page.get_by_text("Kept run: SNR 6.71 dB").wait_for()
-    page.locator(".drawing:not(.ew-live) canvas.chart").last.click(
-        position={"x": 60, "y": 60}
-    )  # a click in a curve moves the player
-    assert page.locator(".drawing:not(.ew-live)").get_attribute("data-playing") == "false"
-    assert int(page.locator(".drawing:not(.ew-live)").get_attribute("data-frame")) < 5
+    page.locator(READY).wait_for()
+    page.get_by_role("slider", name="Time").fill("20")
+    page.locator(f"{SHOWN} canvas.chart").last.click(position={"x": 60, "y": 60})  # a click in a curve moves the player
+    page.wait_for_function("() => Number(document.querySelector('.drawing:not(.ew-live)').dataset.frame) < 5")
+    assert page.locator(SHOWN).get_attribute("data-playing") == "false"
 
 
 def main_quietly(*arguments: object) -> None:

@@ -54,7 +54,7 @@ def test_a_recording_that_is_written_is_watched_paused_resumed_and_kept(served: 
     choose(page, "sensors", "live sensors.csv")
     field(page, "sigma_deg").fill("0.5")
     button(page, "Run").click()
-    page.locator('[data-live="live"]').wait_for(timeout=300_000)  # on a new machine kernels are compiled first
+    page.locator('[data-live="live"]').wait_for()  # on a new machine kernels are compiled first
     has_come(page, FIRST - 2)
     live = button(page, "Live: show what comes")
     assert live.get_attribute("aria-pressed") == "true"
@@ -72,6 +72,7 @@ def test_a_recording_that_is_written_is_watched_paused_resumed_and_kept(served: 
     has_come(page, FIRST + MORE - 2)
     other = open_tab(width=800, scheme="dark").page
     other.goto(f"{served.address}/own")
+    button(other, "Run").wait_for()
     assert other.locator(".drawing").count() == 0  # it is the other tab's
     button(page, "Stop").click()
     told(page, "Settings: ")

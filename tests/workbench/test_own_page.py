@@ -247,6 +247,7 @@ def test_a_recording_is_refused_then_tracked_kept_compared_and_deleted(
     for name in ("001-bearings.csv", "002-bearings.csv"):
         page.get_by_role("checkbox", name=f"Compare {name}").click()
     row = page.locator(".ew-table tr", has=page.get_by_role("rowheader", name="sigma_deg"))
+    row.wait_for()
     assert row.locator("td").all_inner_texts() == ["2.0", "as usual"]
     other = open_tab(width=800, scheme="dark").page
     other.goto(f"{served.address}/own")

@@ -17,7 +17,7 @@ from elusive.io import open_frames
 from elusive.systems.registry import SYSTEMS
 from elusive.workbench.guessing import kind_of, system_of
 from tests.workbench.conftest import Served
-from tests.workbench.test_links_page import OpenTab, choose, field, report, told
+from tests.workbench.test_links_page import OpenTab, choose, choose_in, field, report, told
 
 PICTURES = Path(__file__).parents[2] / "src" / "elusive" / "workbench" / "static"
 
@@ -140,8 +140,7 @@ def test_anything_in_the_folder_is_opened_as_what_it_is(served: Served, open_tab
     report(page, "old result")
     assert field(page, "sigma_deg").input_value() == "2"
     report(page, "old result").locator("body.body--dark").wait_for()
-    page.get_by_label("Colours").click()  # those chosen by hand are the report's, too, and stay so
-    page.get_by_role("option", name="light", exact=True).click()
+    choose_in(page, page.get_by_label("Colours"), "light")  # those chosen by hand are the report's, too, and stay so
     report(page, "old result").locator("body.body--light").wait_for()
     page.reload()
     report(page, "old result").locator("body.body--light").wait_for()
