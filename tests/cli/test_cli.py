@@ -602,3 +602,14 @@ def test_reproducing_a_figure_shows_its_table(elusive_in: Callable[..., Ran], tm
     assert "2 trials" in ran.out
     assert "ct 6.71 dB" in ran.out
     assert {"fig5.png", "summary.csv"} <= {path.name for path in (tmp_path / "paper").iterdir()}
+
+
+def test_no_room_for_what_is_compiled_is_a_sentence(monkeypatch, capsys):
+    def refuse(**_):
+        raise OSError(28, "No space left on device", "/cache/kernel.nbc")
+
+    monkeypatch.setattr("elusive.cli.app", refuse)
+    with pytest.raises(SystemExit) as ended:
+        main([])
+    assert ended.value.code == 2
+    assert "No space left on device: '/cache/kernel.nbc'; make room on that disk." in capsys.readouterr().err

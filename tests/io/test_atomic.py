@@ -132,3 +132,16 @@ def test_the_current_folder_will_do(tmp_path, monkeypatch):
     with atomic_folder(".") as work:
         (work / "a").write_text("1")
     assert tree(tmp_path) == {"a": "1"}
+
+
+def write_then_fail_in(out, fault):
+    with atomic_folder(out) as folder, atomic_path(folder / "a.csv"):
+        raise fault
+
+
+def test_a_refusal_names_the_folder_that_was_asked_for(tmp_path):
+    for existed in (False, True):
+        with pytest.raises(DataError, match=rf"^{tmp_path}/out/a\.csv: cannot be written \(File too large\)"):
+            write_then_fail_in(tmp_path / "out", OSError(27, os.strerror(27)))
+        assert list(tmp_path.iterdir()) == [tmp_path / "out"][: int(existed)]
+        (tmp_path / "out").mkdir(exist_ok=True)

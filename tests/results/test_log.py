@@ -200,3 +200,12 @@ def test_a_spoilt_table_is_refused_with_its_line(tmp_path, text, sentence):
 def test_what_cannot_be_written_is_said(tmp_path):
     with pytest.raises(DataError, match="cannot be written"):
         TrackLog(FLAT, "px", path=tmp_path / "no" / "t.csv")
+
+
+def test_a_log_on_a_full_disk_says_so(tmp_path):
+    (tmp_path / "tracks.csv").symlink_to("/dev/full")
+    with pytest.raises(DataError, match=r"tracks\.csv: cannot be written \(No space left on device\)"):  # noqa: PT012, SIM117
+        with TrackLog(FLAT, "px", path=tmp_path / "tracks.csv") as log:
+            log.append(Step(0.0, None, None, (track(),)))
+            with pytest.raises(DataError, match="No space left"):
+                log.flush()

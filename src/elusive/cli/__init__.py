@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import errno
 import os
 import signal
 import sys
@@ -20,6 +21,7 @@ from elusive.cli.terminal import console, interrupt, interrupted
 from elusive.errors import ElusiveError
 
 BAD_INPUT = 2
+NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 CHARTS = (".000", ".geojson", ".json", ".shp")
 COMMANDS = {
     "demo": "elusive.cli.demo:demo_command",
@@ -48,8 +50,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     previous = signal.signal(signal.SIGINT, interrupt)
     try:
         app(args=_spread(sys.argv[1:] if arguments is None else arguments), standalone_mode=True)
-    except ElusiveError as error:
-        console.print(f"[bold red]Error:[/] {escape(str(error))}", highlight=False, soft_wrap=True)
+    except (ElusiveError, OSError) as error:
+        # what writes results says itself what could not be written; compiled code, say, is kept elsewhere
+        if isinstance(error, OSError) and error.errno not in NO_ROOM:
+            raise
+        told = f"{error}; make room on that disk." if isinstance(error, OSError) else str(error)
+        console.print(f"[bold red]Error:[/] {escape(told)}", highlight=False, soft_wrap=True)
         sys.exit(BAD_INPUT)
     finally:
         signal.signal(signal.SIGINT, previous)

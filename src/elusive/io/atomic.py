@@ -64,7 +64,12 @@ def atomic_folder(out: str | os.PathLike[str]) -> Iterator[Path]:
     try:
         with refused(out):
             temporary.mkdir(parents=True)
-        yield temporary
+        try:
+            yield temporary
+        except DataError as error:
+            if str(temporary) not in str(error):
+                raise
+            raise DataError(str(error).replace(str(temporary), str(out))) from None  # the folder that the user named
         with refused(out):
             if existed:
                 _move_into(temporary, target)

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from elusive.errors import DataError
 from elusive.io.atomic import atomic_path
+from elusive.io.netcdf_files import new_netcdf
 from elusive.sensors.spokes import Spokes, check_spokes, join_spokes
 
 SPOKE, SAMPLE = "spoke", "sample"  # dimensions
@@ -73,10 +74,8 @@ def _columns(part: Spokes) -> dict[str, NDArray[Any]]:
 
 
 def _netcdf(temporary: os.PathLike[str], spokes: Iterable[Spokes], name: str) -> int:
-    import h5netcdf  # type: ignore[import-untyped]
-
     written, first = 0, None
-    with h5netcdf.File(temporary, "w") as file:
+    with new_netcdf(temporary) as file:
         for part in spokes:
             check_spokes(part, name)
             columns = {"amplitude": part.amplitude, **_columns(part)}

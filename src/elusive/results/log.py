@@ -88,9 +88,16 @@ class TrackLog:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Close the CSV file; the log still gives what it holds."""
+        """Close the CSV file; the log still gives what it holds.
+
+        Raises
+        ------
+        DataError
+            If the system refuses to write what is left.
+        """
         if self._file is not None:
-            self._file.close()
+            with refused(self._path):
+                self._file.close()
 
     def append(self, step: Step, **values: float) -> None:
         """Take in a step's tracks, and the values that were named for every step.
@@ -106,19 +113,26 @@ class TrackLog:
         rows = self.columns.rows(step, len(self._steps))
         self.latest = []
         known = (values.get(name, math.nan) for name in self.step_values)
-        self._steps.extend(np.array([(step.time_s, *known)], self._steps.dtype))
-        if not len(rows):
-            return
-        self._rows.extend(rows)
-        if self._file is not None:
-            with refused(self._path):
+        with refused(self._path):
+            self._steps.extend(np.array([(step.time_s, *known)], self._steps.dtype))
+            if not len(rows):
+                return
+            self._rows.extend(rows)
+            if self._file is not None:
                 self.latest = list(self.columns.cells(rows))
                 self._write(self.latest)
 
     def flush(self) -> None:
-        """Hand what has been written to the system, for others to read."""
+        """Hand what has been written to the system, for others to read.
+
+        Raises
+        ------
+        DataError
+            If the system refuses to write it.
+        """
         if self._file is not None:
-            self._file.flush()
+            with refused(self._path):
+                self._file.flush()
 
     @property
     def rows(self) -> Records:

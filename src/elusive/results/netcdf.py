@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elusive.io.atomic import atomic_path
+from elusive.io.netcdf_files import new_netcdf
 from elusive.results.log import TrackLog
 from elusive.results.table import STATUSES, Columns
 
@@ -52,10 +53,8 @@ def write_result(
     DataError
         If the file cannot be written.
     """
-    import h5netcdf  # type: ignore[import-untyped]
-
     found, columns = log.by_track(), log.columns
-    with atomic_path(path) as temporary, h5netcdf.File(temporary, "w") as file:
+    with atomic_path(path) as temporary, new_netcdf(temporary) as file:
         file.attrs.update(
             {
                 "Conventions": "CF-1.11",

@@ -20,6 +20,7 @@ from elusive.contracts import Array
 from elusive.errors import ParameterError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io.atomic import atomic_path
+from elusive.io.netcdf_files import new_netcdf
 from elusive.model import Positive
 
 ENDINGS = (".tif", ".tiff", ".nc")
@@ -177,10 +178,8 @@ def _write_geotiff(path: Path, cells: Cells, tiles: Iterator[Tile]) -> None:
 
 
 def _write_netcdf(path: Path, cells: Cells, tiles: Iterator[Tile]) -> None:
-    import h5netcdf  # type: ignore[import-untyped]
-
     shape = len(cells.lat_deg), len(cells.lon_deg)
-    with h5netcdf.File(path, "w") as file:
+    with new_netcdf(path) as file:
         file.attrs.update({"Conventions": "CF-1.8", "title": TITLE, "source": "elusive, from electronic charts"})
         file.dimensions = dict(zip(("lat", "lon"), shape, strict=True))
         for name, values, unit in (("lat", cells.lat_deg, "degrees_north"), ("lon", cells.lon_deg, "degrees_east")):
