@@ -70,7 +70,7 @@ def test_what_is_no_base_cell_is_refused(tmp_path):
         check_sequence(tmp_path / "none.000")
     with pytest.raises(DataError, match=r"give the base cell, \.000"):
         check_sequence(tmp_path / "none.001")
-    with pytest.raises(DataError, match=r"must end with \.000"):
+    with pytest.raises(DataError, match=r"give a chart on \.000, \.geojson or \.shp"):
         check_sequence(tmp_path / "chart.tif")
     (tmp_path / "folder.000").mkdir()
     with pytest.raises(DataError, match="Is a directory"):

@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -250,7 +251,7 @@ def test_a_file_without_the_category_is_a_sentence(tmp_path: Path) -> None:
     for data, told in [
         (b"", "nothing at all"),
         (block(b"abc", category=34), "category 34 1"),
-        (b"PK\x03\x04 this is a zip archive", "malformed 1"),
+        (b"0\x00\x01 a block of one octet", "malformed 1"),
         (block(b"\x00"), "malformed 1"),
         (pcap([ethernet(b"\x12\x34no radar")]), "other packets 1"),
     ]:
@@ -564,3 +565,9 @@ def test_a_report_says_what_it_lacks() -> None:
     empty = TargetReport()
     assert empty.radar is None
     assert math.isnan(empty.time_s + empty.range_m)
+
+
+def test_radar_video_as_arrays_is_no_recording_of_plots(tmp_path):
+    np.savez(tmp_path / "video.npz", amplitude=np.zeros((30, 40)))
+    with pytest.raises(DataError, match=r"video\.npz: holds arrays, .* `elusive track video`"):
+        summarize_asterix(tmp_path / "video.npz")

@@ -46,7 +46,8 @@ def check_sequence(base: Path) -> tuple[Identity, int]:
         cell is cancelled.
     """
     if base.suffix != ".000":
-        hint = "give the base cell, .000, beside it" if base.suffix[1:].isdigit() else "its name must end with .000"
+        is_update = base.suffix[1:].isdigit()
+        hint = "give the base cell, .000, beside it" if is_update else "give a chart on .000, .geojson or .shp"
         raise DataError(f"{base}: is no S-57 base cell; {hint}.")
     identity = read_identity(base)
     _check_length(base)

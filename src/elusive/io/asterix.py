@@ -18,6 +18,7 @@ from elusive.errors import DataError
 from elusive.io._asterix_blocks import blocks_of, raw_blocks
 from elusive.io._asterix_items import MalformedError, TargetReport, decode
 from elusive.io._opened import opened
+from elusive.io._spoke_arrays import is_arrays
 from elusive.io.pcap import is_capture, udp_payloads
 from elusive.sensors.radar_scans import RadarPlot
 
@@ -182,6 +183,8 @@ def _records(path: Path, counts: Counter[str]) -> Iterator[tuple[float, bytes, T
     before = counts["reports"]
     try:
         with opened(path) as file:
+            if is_arrays(file.peek(16)[:16]):
+                raise DataError(f"{path}: holds arrays, as radar video may; track that with `elusive track video`.")
             payloads = udp_payloads(file) if is_capture(file.peek(4)[:4]) else raw_blocks(file, counts)
             for unix_s, payload in payloads:
                 for block in blocks_of(payload, CATEGORY, counts):
