@@ -13,8 +13,8 @@ from elusive.filters.particle.particle_map import map_estimate
 from elusive.filters.particle.sir import ParticleFilter
 from elusive.motion import ConstantVelocity, square_root
 from elusive.sensors.radar import RadarSensor
-from elusive.sensors.radar_births import ScanPrior
 from elusive.sensors.radar_scans import RadarPlot
+from elusive.sensors.scan_prior import ScanPrior
 from elusive.tracking.detections import DetectionTracker
 from tests.charts.shapes import land
 from tests.reference import particle as reference

@@ -11,7 +11,6 @@ import xarray
 from elusive.errors import DataError, ParameterError
 from elusive.io.radar_video import open_radar_video
 from elusive.io.radar_video_arrays import write_radar_video_arrays
-from elusive.io.radar_video_facts import describe_radar_video
 from elusive.sensors.spokes import Spokes, check_spokes, join_spokes
 from tests.io.test_asterix_video import DTYPES, NOON, video
 
@@ -63,9 +62,6 @@ def test_a_staring_radar_has_one_azimuth_and_complex_samples(tmp_path: Path) -> 
     np.testing.assert_allclose(found.amplitude, np.abs(samples), rtol=1e-6)
     assert (found.bits, found.start_m, found.step_m) == (0, 2574, 15)
     np.testing.assert_allclose(found.azimuth_rad, np.radians(128))
-    facts = describe_radar_video(tmp_path / "ipix.npz")
-    assert facts.turns == 0
-    assert facts.sentence == "Arrays: 2.0 s, range 2784 m, 14 samples of real numbers, heading unknown."
 
 
 def test_the_period_stands_for_times(tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ from elusive.io import Truth
 from elusive.io.ship_truth import read_ship_truth
 from elusive.motion import ConstantVelocity
 from elusive.sensors.radar import RadarSensor
-from elusive.sensors.radar_births import ScanPrior
+from elusive.sensors.scan_prior import ScanPrior
 
 FRAME = LocalFrame.at(-76.46, 38.96)
 MIDNIGHT = datetime(2026, 3, 1, tzinfo=UTC).timestamp()

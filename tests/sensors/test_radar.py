@@ -10,15 +10,13 @@ from scipy.linalg import solve_discrete_are
 from scipy.stats import kstest, norm
 
 from elusive import run
-from elusive.contracts import Birth, DetectionSensor, Sensor
+from elusive.contracts import DetectionSensor, Sensor
 from elusive.errors import DataError, ParameterError
-from elusive.filters.particle.bernoulli import BernoulliFilter
 from elusive.filters.particle.sir import ParticleFilter
 from elusive.filters.priors import Prior
 from elusive.io import RadarPlot, RadarScan
-from elusive.motion import ConstantAcceleration, ConstantVelocity
-from elusive.sensors import RadarBirth, RadarSensor, ScanPrior
-from elusive.sensors.radar_births import drawn_about
+from elusive.motion import ConstantVelocity
+from elusive.sensors import RadarSensor, ScanPrior
 from elusive.sensors.radar_scans import OwnShip
 from tests.reference import radar as reference
 
@@ -251,23 +249,20 @@ def test_simulated_false_alarms_are_poisson_and_uniform_over_the_field():
 def test_states_drawn_from_a_plot_have_its_errors():
     sensor, n = RadarSensor(x_m=500.0, bearing_sd_mrad=200.0), 20_000
     looked = scan((3.0, 2_000.0, 6.2, -6.0), time_s=5.0)
-    states = drawn_about(sensor, looked, n, np.random.default_rng(8), 4.0)
+    states = ScanPrior(sensor, looked, 4.0).sample(n, np.random.default_rng(8))
     distance, bearing, rate = reference.measured(sensor, states, later=-2.0)
     x, y = states[:, 0] - 2 * states[:, 1] - 500, states[:, 2] - 2 * states[:, 3]
     across = (states[:, 1] * y - states[:, 3] * x) / distance
     off = (bearing - 6.2 + np.pi) % (2 * np.pi) - np.pi
     for values, mean, sd in ((distance, 2_000, 10), (off, 0, 0.2), (rate, -6, 3), (across, 0, 4)):
         assert kstest(values, norm(mean, sd).cdf).pvalue > 1e-4
-    silent = drawn_about(sensor, looked._replace(doppler_mps=np.array([np.nan])), n, np.random.default_rng(9), 4.0)
+    unmeasured = looked._replace(doppler_mps=np.array([np.nan]))
+    silent = ScanPrior(sensor, unmeasured, 4.0).sample(n, np.random.default_rng(9))
     assert kstest(reference.measured(sensor, silent, later=-2.0)[2], norm(0, 4).cdf).pvalue > 1e-4
     two = scan((0, 100.0, 0.1, 0.0), (0, 900.0, 0.1, 0.0))
-    near = drawn_about(RadarSensor(), two, n, np.random.default_rng(10), 5.0)[:, 2] < 500
+    near = ScanPrior(RadarSensor(), two).sample(n, np.random.default_rng(10))[:, 2] < 500
     assert abs(near.mean() - 0.5) < 5 * 0.5 / np.sqrt(n)
     assert isinstance(ScanPrior(sensor, looked), Prior)
-    np.testing.assert_array_equal(
-        ScanPrior(sensor, looked, 4.0).sample(50, np.random.default_rng(8)),
-        drawn_about(sensor, looked, 50, np.random.default_rng(8), 4.0),
-    )
     born = RadarSensor().draw_births(two, np.array([1, 0]), n, 4.0, np.random.default_rng(8))
     assert born.states.shape == (2, n, 4)
     for drawn, range_m in zip(born.states, (900, 100), strict=True):
@@ -283,46 +278,6 @@ def test_new_targets_are_as_uniform_as_false_alarms_and_none_out_of_view():
     assert sensor.in_view(born.states[1]).all()
     unbounded = RadarSensor().draw_births(looked, np.arange(3), 40, 4.0, rng)
     assert np.isfinite(unbounded.log_density).all()
-
-
-@pytest.mark.parametrize("name", ["wide errors", "sector elsewhere"])
-def test_weighted_births_are_those_of_the_birth_density(name):
-    sensor, names, n = SENSORS[name], ("x", "vx", "y", "vy"), 60_000
-    birth, rng = RadarBirth(uniform_share=0.3, speed_sd_mps=4.0), np.random.default_rng(11)
-    looked = scan((7.5, 60.0, 0.3, 2.0), (7.0, 350.0, 6.1, np.nan), (6.5, 140.0, 5.5, -3.0), time_s=7.0)
-    uniform = birth.draw(n, None, sensor, names, rng)
-    drawn = birth.draw(n, looked, sensor, names, rng)
-    assert np.all(uniform.log_ratio == 0)
-    weights = np.exp(drawn.log_ratio)
-    assert weights.max() <= 1 / 0.3 + 1e-9
-    assert abs(weights.mean() - 1) < 5 * weights.std() / np.sqrt(n)
-    assert weights.std() > 0.5
-    near = reference.measured(sensor, drawn.states)[0] < 100
-    assert near.mean() > 1.5 * (reference.measured(sensor, uniform.states)[0] < 100).mean()
-    distance, bearing, _ = reference.measured(sensor, uniform.states)
-    low, high = sensor.min_range_m, 400.0
-    assert kstest((distance**2 - low**2) / (high**2 - low**2), "uniform").pvalue > 1e-4
-    assert reference.in_view(sensor, distance, bearing).all()
-    for part in (lambda s: s, lambda s: s**2):
-        expected, found = part(uniform.states), part(drawn.states) * weights[:, None]
-        error = np.hypot(expected.std(axis=0), found.std(axis=0)) / np.sqrt(n)
-        assert np.all(abs(expected.mean(axis=0) - found.mean(axis=0)) < 5 * error)
-
-
-def test_births_fill_other_components():
-    drawn = RadarBirth().draw(
-        3000,
-        scan((0, 50.0, 1.0, 0.0)),
-        SENSORS["clutter"],
-        ConstantAcceleration().state_names,
-        np.random.default_rng(12),
-    )
-    assert isinstance(RadarBirth(), Birth)
-    np.testing.assert_allclose(drawn.states[:, 4:].std(axis=0), 0.01, rtol=0.1)
-    turning = RadarBirth().draw(
-        3000, None, SENSORS["clutter"], ("x", "vx", "y", "vy", "turn_rate"), np.random.default_rng(13)
-    )
-    np.testing.assert_allclose(turning.states[:, 4].std(), np.deg2rad(6), rtol=0.1)
 
 
 @pytest.mark.parametrize(("km", "published"), [(1, 0.92), (2, 1.70), (5, 3.73), (10, 6.62), (20, 11.6)])
@@ -368,28 +323,6 @@ def test_a_particle_filter_follows_the_converted_measurement_kalman_filter():
         np.testing.assert_allclose(np.sqrt(np.diag(states[k - 1].covariance)), np.sqrt(np.diag(P)), rtol=0.15)
     assert np.sqrt(np.mean(np.square(differences))) < 0.06
     assert abs(np.mean(differences)) < 0.02
-
-
-def test_a_bernoulli_filter_finds_a_ship_in_clutter_and_none_without():
-    sensor = RadarSensor(
-        detection_probability=0.9, false_alarms=10.0, max_range_m=10_000.0, max_doppler_mps=25.0, bearing_sd_mrad=5.0
-    )
-    model = BernoulliFilter(
-        motion=ConstantVelocity(q=0.1),
-        sensor=sensor,
-        birth=RadarBirth(),
-        particles=4000,
-        birth_probability=0.01,
-        death_probability=0.01,
-    )
-    rng = np.random.default_rng(15)
-    ship = [np.array([[2_000.0 + 5.0 * k, 5.0, 4_000.0 - 6.0 * k, -6.0]]) for k in range(30)]
-    states = list(run(model, [sensor.simulate(state, rng, time_s=k) for k, state in enumerate(ship)], rng))
-    errors = [np.hypot(*(s.mean - truth[0])[[0, 2]]) for s, truth in zip(states, ship, strict=True)]
-    assert min(state.existence for state in states[-15:]) > 0.9
-    assert max(errors[-15:]) < 60
-    empty = list(run(model, [sensor.simulate(np.zeros((0, 4)), rng, time_s=k) for k in range(30)], rng))
-    assert np.mean([state.existence for state in empty]) < 0.3
 
 
 @pytest.mark.parametrize(
@@ -444,10 +377,6 @@ def test_bad_states_and_missing_numbers_are_refused():
     assert np.isnan(untold.replace(doppler_probability=0.0).simulate(state, rng).doppler_mps).all()
     with pytest.raises(DataError, match="no plot in the field"):
         ScanPrior(untold, scan((0, 500.0, 1.0, 0.0))).sample(5, rng)
-    with pytest.raises(ParameterError, match="drawn over the area in view"):
-        RadarBirth().draw(5, None, RadarSensor(), ("x", "vx", "y", "vy"), rng)
-    with pytest.raises(ParameterError, match="how to draw 'intensity'"):
-        RadarBirth().draw(5, None, untold, ("x", "vx", "y", "vy", "intensity"), rng)
 
 
 def test_each_plot_is_seen_at_its_own_time_whatever_the_others():
@@ -480,12 +409,6 @@ def test_a_radar_that_moves_sees_what_a_resting_one_sees_of_relative_states():
             sensor.draw_births(scan, which, 20, 5.0, np.random.default_rng(seed)).states for scan in (here, there)
         )
         np.testing.assert_allclose(born, before + np.array(own), rtol=1e-9, atol=1e-9)
-        drawn, usual = (
-            RadarBirth().draw(30, scan, sensor, ("x", "vx", "y", "vy"), np.random.default_rng(seed))
-            for scan in (here, there)
-        )
-        np.testing.assert_allclose(drawn.states, usual.states + np.array(own), rtol=1e-9, atol=1e-9)
-        np.testing.assert_allclose(drawn.log_ratio, usual.log_ratio, rtol=1e-9, atol=1e-9)
     places = sensor.places(here)[0] - sensor.places(there)[0]
     np.testing.assert_allclose(places, np.array([500, -300]) + times_s[:, None] * np.array([6, 8]), atol=1e-9)
     covariances = np.tile(np.diag([400.0, 4, 400, 4]), (50, 1, 1))

@@ -9,7 +9,6 @@ from elusive.filters.particle.births import BrightBirth, MeasurementBirth, Unifo
 from elusive.filters.particle.estimates import (
     credible_ellipse,
     credible_region,
-    joint_map,
     marginal_map,
     mean_and_covariance,
 )
@@ -46,7 +45,6 @@ __all__ = [
     "credible_region",
     "densest",
     "effective_sample_size",
-    "joint_map",
     "map_estimate",
     "marginal_map",
     "marginal_mode",

@@ -9,7 +9,6 @@ from elusive.io.frames import FrameSource, open_frames
 from elusive.io.radar_plots import RadarSource, open_radar_plots
 from elusive.io.radar_video import RadarVideoSource, open_radar_video
 from elusive.io.radar_video_arrays import write_radar_video_arrays
-from elusive.io.radar_video_facts import RadarVideoFacts, describe_radar_video
 from elusive.io.radar_writing import write_radar_plots_csv
 from elusive.io.signals import SignalFrame, SignalSource, open_signal
 from elusive.io.truth import Truth, read_truth, write_truth
@@ -22,7 +21,6 @@ __all__ = [
     "RadarPlot",
     "RadarScan",
     "RadarSource",
-    "RadarVideoFacts",
     "RadarVideoSource",
     "SignalFrame",
     "SignalSource",
@@ -31,7 +29,6 @@ __all__ = [
     "asterix_plots",
     "atomic_folder",
     "atomic_path",
-    "describe_radar_video",
     "existing_folder",
     "open_frames",
     "open_radar_plots",

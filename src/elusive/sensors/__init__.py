@@ -4,7 +4,7 @@ from elusive.sensors.clutter import ClutterSensor
 from elusive.sensors.image import ImageSensor
 from elusive.sensors.noise_tail import NoiseTail, fit_tail
 from elusive.sensors.radar import RadarSensor
-from elusive.sensors.radar_births import RadarBirth, ScanPrior
+from elusive.sensors.scan_prior import ScanPrior
 from elusive.sensors.waveform import NoiseObject, NoiseObjectPath, NoiseRecording
 
 __all__ = [
@@ -14,7 +14,6 @@ __all__ = [
     "NoiseObjectPath",
     "NoiseRecording",
     "NoiseTail",
-    "RadarBirth",
     "RadarSensor",
     "ScanPrior",
     "fit_tail",

@@ -10,7 +10,6 @@ from elusive.errors import DataError, ParameterError
 from elusive.filters.particle.estimates import (
     credible_ellipse,
     credible_region,
-    joint_map,
     marginal_map,
     mean_and_covariance,
 )
@@ -55,36 +54,14 @@ def test_the_mode_is_the_heavier_of_two_clumps_where_the_mean_is_none():
     particles = np.column_stack([values, np.zeros(1000), -values, np.zeros(1000)])
     weights = np.ones(1000)
     assert marginal_map(particles, weights)[[0, 2]] == pytest.approx([-5, 5], abs=0.2)
-    assert joint_map(particles, weights)[[0, 2]] == pytest.approx([-5, 5], abs=0.3)
     weights[600:] = 4.0
     assert marginal_map(particles, weights)[[0, 2]] == pytest.approx([5, -5], abs=0.2)
-    assert joint_map(particles, weights)[0] == pytest.approx(5, abs=0.3)
     assert abs(mean_and_covariance(particles, np.ones(1000))[0][0]) < 1.5
 
 
-def test_the_joint_mode_is_the_particle_of_greatest_density():
-    particles, weights = sample(400)
-    shares = weights / weights.sum()
-    peer = gaussian_kde(particles[:, [0, 2]].T, "silverman", weights=shares)
-    peer.set_bandwidth(peer.factor * np.sqrt(1 - (shares**2).sum()))
-    best = particles[np.argmax(peer(particles[:, [0, 2]].T))]
-    np.testing.assert_array_equal(joint_map(particles, weights), best)
-    speeds = gaussian_kde(particles[:, [1, 3]].T, "silverman", weights=shares)
-    speeds.set_bandwidth(speeds.factor * np.sqrt(1 - (shares**2).sum()))
-    best = particles[np.argmax(speeds(particles[:, [1, 3]].T))]
-    np.testing.assert_array_equal(joint_map(particles, weights, (1, 3)), best)
-
-
-def test_particles_all_alike_or_on_a_line_have_a_mode():
+def test_particles_all_alike_have_a_mode():
     alike = np.tile([1.0, 2.0, 3.0, 4.0], (20, 1))
     np.testing.assert_allclose(marginal_map(alike, np.ones(20)), alike[0])
-    np.testing.assert_array_equal(joint_map(alike, np.ones(20)), alike[0])
-    line = np.linspace(-1, 1, 201)[:, None] * [1.0, 0.0, 2.0, 0.0]
-    assert joint_map(line, np.ones(201))[0] == pytest.approx(0, abs=0.02)
-    one = np.zeros(20)
-    one[7] = 1.0
-    spread = np.arange(80.0).reshape(20, 4)
-    np.testing.assert_array_equal(joint_map(spread, one), spread[7])
 
 
 @pytest.mark.parametrize("level", [0.5, 0.9, 0.99])
@@ -154,7 +131,7 @@ def test_the_density_integrates_to_one():
 GOOD = np.zeros((3, 4))
 
 
-@pytest.mark.parametrize("estimate", [mean_and_covariance, marginal_map, joint_map])
+@pytest.mark.parametrize("estimate", [mean_and_covariance, marginal_map])
 @pytest.mark.parametrize(
     ("particles", "weights", "words"),
     [
@@ -178,7 +155,7 @@ def test_a_wrong_level_component_or_covariance_is_refused():
     with pytest.raises(ParameterError, match="level"):
         credible_region(GOOD, np.ones(3), 0.0)
     with pytest.raises(ParameterError, match=r"\(0, 4\) name no columns of states with 4 components"):
-        joint_map(GOOD, np.ones(3), (0, 4))
+        credible_region(GOOD, np.ones(3), 0.5, (0, 4))
     with pytest.raises(ParameterError, match="an ellipse has two, not 3"):
         credible_ellipse(MEAN, COVARIANCE, 0.5, (0, 1, 2))
     with pytest.raises(DataError, match=r"covariance: has shape \(2, 2\) beside a mean of shape \(4,\)"):

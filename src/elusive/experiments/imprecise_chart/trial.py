@@ -22,8 +22,8 @@ from elusive.geometry.local_frame import Geometries
 from elusive.model import Positive
 from elusive.motion import ConstantVelocity, WithCoastError, complete
 from elusive.sensors.radar import RadarSensor
-from elusive.sensors.radar_births import ScanPrior
 from elusive.sensors.radar_scans import RadarScan
+from elusive.sensors.scan_prior import ScanPrior
 
 SIGMAS = (7.0, 20.0)  # the thesis's
 CASES = (

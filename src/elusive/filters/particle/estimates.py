@@ -102,36 +102,6 @@ def marginal_map(particles: ArrayLike, weights: ArrayLike) -> Array:
     return np.array([_density.mode(column, weights) for column in particles.T])
 
 
-def joint_map(particles: ArrayLike, weights: ArrayLike, components: tuple[int, ...] = POSITION) -> Array:
-    """Return the particle where the weighted kernel density of the chosen components is greatest.
-
-    Parameters
-    ----------
-    particles, weights
-        ``(N, d)`` and ``(N,)``, as for :func:`mean_and_covariance`. The time grows as ``N^2``: 25 ms for 2000.
-    components
-        Columns the density is taken over; the position by default.
-
-    Returns
-    -------
-    ndarray
-        ``(d,)``: one of the particles, all its components.
-
-    Raises
-    ------
-    DataError
-        As :func:`mean_and_covariance`.
-    ParameterError
-        If a component does not exist.
-    """
-    particles, weights = _checked(particles, weights)
-    points = _columns(particles, components)
-    candidates = np.flatnonzero(weights > 0)
-    density = _density.density(points[candidates], points, weights, _density.whitening_of(points, weights))
-    best: Array = particles[candidates[np.argmax(density)]]
-    return best
-
-
 def credible_ellipse(
     mean: ArrayLike, covariance: ArrayLike, level: float, components: tuple[int, int] = POSITION
 ) -> Ellipse:
