@@ -17,7 +17,7 @@ from rich.markup import escape
 
 from elusive.cli import serving
 from elusive.cli.seen import Seeing, Sites
-from elusive.cli.terminal import console, interrupted, say, tell_findings
+from elusive.cli.terminal import console, heed_interrupt, interrupted, say, tell_findings
 from elusive.errors import ParameterError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io.arrivals import Coming
@@ -228,6 +228,7 @@ def run_live(
         _tell(seeing.first)
     previous = signal.signal(signal.SIGINT, interrupt)
     try:
+        heed_interrupt()  # pressed while all of this was made ready
         end = run(told)
     finally:
         signal.signal(signal.SIGINT, previous)
