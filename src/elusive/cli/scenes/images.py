@@ -19,7 +19,8 @@ SCENE = ImageScene
 def simulate_command(out: Out, given: dict[str, Any], config: Config = None) -> None:
     """Let weak targets move through image frames and write what a camera sees, and where they were."""
     parameters = parameters_of(ImageSimulation, given, config)
-    drawn = simulate_images(parameters, out)
+    with bar("frames", parameters.frames) as advance:
+        drawn = simulate_images(parameters, out, on_frame=advance)
     say(f"Written to {out}: frames.npy, truth.csv ({drawn.truth.shape[1]} targets), simulation.yaml")
     frames, truth = (shlex.quote(str(out / name)) for name in ("frames.npy", "truth.csv"))
     sensor, (low, high) = parameters.sensor, parameters.snr_db_range

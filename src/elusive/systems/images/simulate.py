@@ -5,6 +5,7 @@ Amrouche, Khenchaf and Berkani (2018), section 5: the defaults are theirs.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import ClassVar, Literal, NamedTuple, Self
 
@@ -119,8 +120,11 @@ class _Target(NamedTuple):
     rng: Generator
 
 
-def draw_images(scene: ImageSimulation) -> DrawnImages:
-    """Draw the targets' paths and the frames; a target that leaves the frame stays away."""
+def draw_images(scene: ImageSimulation, *, on_frame: Callable[[int], None] | None = None) -> DrawnImages:
+    """Draw the targets' paths and the frames; a target that leaves the frame stays away.
+
+    ``on_frame`` is called with the number of frames done.
+    """
     rng, others = (np.random.default_rng(np.random.SeedSequence(scene.seed, spawn_key=(key,))) for key in (0, 1))
     targets = _apart(scene, rng, others) if scene.layout == "apart" else _meeting(scene, others)
     if scene.strongest_snr_db is not None:
@@ -128,7 +132,11 @@ def draw_images(scene: ImageSimulation) -> DrawnImages:
         targets = [target._replace(snr_db=snr_db) for target, snr_db in zip(targets, drawn, strict=True)]
     states = np.stack([_path(scene, target) for target in targets], axis=1)
     sensor = scene.fitted_sensor
-    frames = [sensor.simulate(row[np.isfinite(row[:, X])], rng) for row in states]
+    frames = []
+    for number, row in enumerate(states, 1):
+        frames.append(sensor.simulate(row[np.isfinite(row[:, X])], rng))
+        if on_frame is not None:
+            on_frame(number)
     return DrawnImages(np.stack(frames), states[:, :, [X, Y]])
 
 
@@ -182,15 +190,19 @@ def _path(scene: ImageSimulation, target: _Target) -> Array:
     return path
 
 
-def simulate_images(simulation: ImageSimulation, out: Path) -> DrawnImages:
+def simulate_images(
+    simulation: ImageSimulation, out: Path, *, on_frame: Callable[[int], None] | None = None
+) -> DrawnImages:
     """Draw frames and write ``frames.npy``, ``truth.csv`` (which ``--truth`` takes) and ``simulation.yaml``.
+
+    ``on_frame`` is called with the number of frames done.
 
     Raises
     ------
     DataError
         If a file cannot be written; then none is.
     """
-    drawn = draw_images(simulation)
+    drawn = draw_images(simulation, on_frame=on_frame)
     with atomic_folder(out) as folder:
         write_frames(folder, drawn)
         (folder / "simulation.yaml").write_text(simulation.to_yaml(), encoding="utf-8")
