@@ -208,21 +208,27 @@ elusive.Panel = class {
   }
 
   // ---- the view
+  // of an axis, as drawn or as changed since: of two presses within a frame each counts
+  latest(group, drawn) {
+    return this.figure.views.get(group) ?? drawn;
+  }
+
   zoom(factor, px, py) {
     const { view, figure, spec } = this;
     const bound = (z) => Math.max(spec.x.time ? 1 : 0.02, Math.min(2e4, z));
     const [x, y] = view.back(px ?? 0.5 * (view.left + view.right), py ?? 0.5 * (view.top + view.bottom));
     const turn = (group, { c, z }, at) =>
       figure.views.set(group, { c: at + ((c - at) * z) / bound(z * factor), z: bound(z * factor) });
-    turn(this.xs, view.vx, x);
-    if (this.ys) turn(this.ys, view.vy, y);
+    turn(this.xs, this.latest(this.xs, view.vx), x);
+    if (this.ys) turn(this.ys, this.latest(this.ys, view.vy), y);
     figure.viewed(this);
   }
 
   pan(dx, dy) {
     const { view, figure } = this;
-    figure.views.set(this.xs, { c: view.vx.c - dx / view.sx, z: view.vx.z });
-    if (this.ys) figure.views.set(this.ys, { c: view.vy.c - dy / view.sy, z: view.vy.z });
+    const moved = ({ c, z }, by) => ({ c: c - by, z });
+    figure.views.set(this.xs, moved(this.latest(this.xs, view.vx), dx / view.sx));
+    if (this.ys) figure.views.set(this.ys, moved(this.latest(this.ys, view.vy), dy / view.sy));
     figure.viewed(this);
   }
 
