@@ -185,6 +185,7 @@ class Score(NamedTuple):
     others: float  # other shown tracks a frame
     brightest: float  # share of its frames in which the strongest peak, alone, is at it
     existence: float  # mean of the greatest existence of anything shown at it, 1 where it is not told yet
+    sure: float  # other shown tracks a frame of existence above .9
 
 
 def score(sequence: Sequence) -> Score:
@@ -196,7 +197,7 @@ def score(sequence: Sequence) -> Score:
     way = labels - np.array([found.offset_px for found in peaks])
     gone = np.flatnonzero(np.hypot(*(way - way[in_view[0]]).T) > MOVED_PX) if len(in_view) else []
     due_from = gone[0] + DUE if len(gone) else len(frames)
-    followed, shown, brightest, others, existence = [], [], [], [], []
+    followed, shown, brightest, others, existence, sure_others = [], [], [], [], [], []
     for k, step in enumerate(steps[FIRST:], FIRST):
         at = {
             track.track: np.isfinite(labels[k, 0]) and np.hypot(*(track.mean[[0, 2]] - labels[k])) <= near_px
@@ -205,6 +206,7 @@ def score(sequence: Sequence) -> Score:
         sure = [track for track in step.tracks if track.status == "confirmed"]
         seen = [track for track in sure if track.extra["shown"]]
         others.append(sum(not at[track.track] for track in seen))
+        sure_others.append(sum(not at[track.track] and track.existence > 0.9 for track in seen))
         if np.isnan(labels[k, 0]):
             continue
         followed.append(any(at[track.track] and not track.existence <= 0.5 for track in sure))
@@ -221,4 +223,5 @@ def score(sequence: Sequence) -> Score:
         float(np.mean(others)),
         float(np.mean(brightest)),
         float(np.mean(existence)),
+        float(np.mean(sure_others)),
     )
