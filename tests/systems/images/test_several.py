@@ -105,7 +105,9 @@ def test_the_full_grid(layout, targets, snr_db):
         assert np.mean([one.switches for one in ran]) <= 0.3
     rmse_px = np.mean([one.rmse_px for one in ran])
     if (targets, snr_db) == (5, 7) and rmse_px > 0.35:
-        pytest.xfail(f"five of 7 dB in one place: {rmse_px:.2f} px for .35 (.36 measured)")
+        # the same targets, each alone in the same noise, err by .345 (standard error .006, 16 seeds): the rest is what
+        # beliefs that are kept apart do not know of each other while two targets are within 3 px
+        pytest.xfail(f"five of 7 dB in one place: {rmse_px:.2f} px for .35 (.37 measured)")
     assert rmse_px <= 0.35
 
 
