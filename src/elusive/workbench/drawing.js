@@ -8,7 +8,7 @@ const fetched = async (url) => {
 const released = () =>
   new Promise((go) => {
     const ended = () => setTimeout(go); // after the click, which follows in the same task
-    for (const name of ["pointerup", "pointercancel", "blur"]) addEventListener(name, ended, { once: true });
+    for (const name of ["pointerup", "pointercancel", "blur"]) window.addEventListener(name, ended, { once: true });
   });
 export default {
   template: "<div></div>",
