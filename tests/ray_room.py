@@ -32,7 +32,7 @@ class RayRoom(NamedTuple):
         return iter(self.frames)
 
 
-def ray_room(seed, speeds_mps, nodes=12, channels=4, frames=120):
+def ray_room(seed, speeds_mps, nodes=12, channels=4, frames=120, interval_s=INTERVAL_S):
     """Draw a room whose people walk at some speeds from the thirtieth frame on, in whole dB."""
     rng, network = np.random.default_rng([7, seed]), border(nodes, HALF_M)
     ends, links = network.positions_m[links_of(nodes)].transpose(1, 0, 2), undirected_of(nodes)
@@ -52,10 +52,10 @@ def ray_room(seed, speeds_mps, nodes=12, channels=4, frames=120):
         return 20 * np.log10(np.abs(direct + others))[links] - 50 + gap
 
     paths = [
-        walked(np.random.default_rng([seed, k]), speed, INTERVAL_S, frames, half=HALF_M - 0.6)
+        walked(np.random.default_rng([seed, k]), speed, interval_s, frames, half=HALF_M - 0.6)
         for k, speed in enumerate(speeds_mps)
     ]
     truth = [np.empty((0, 2))] * EMPTY + [np.array(places) for places in zip(*paths, strict=True)]
     heard = (np.round(level(people) + NOISE_DB * rng.standard_t(3.0, (len(links), channels))) for people in truth)
-    log = [RssFrame(INTERVAL_S * k, np.where(rss < -97, np.nan, rss)) for k, rss in enumerate(heard)]
+    log = [RssFrame(interval_s * k, np.where(rss < -97, np.nan, rss)) for k, rss in enumerate(heard)]
     return RayRoom(log, network, truth, tuple(map(str, range(channels))))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from elusive.sensors.link_likeness import ALIKE, GREATEST, Likeness
+from elusive.sensors.link_shadowing import TemperedRise
 from tests.tracking.link_scenes import shadowed_links
 
 DEGREES, CHANNELS = 4.0, 4
@@ -81,8 +82,23 @@ def test_frames_that_do_not_follow_each_other_tell_nothing_of_how_long():
 def test_less_is_made_of_a_frame_whose_readings_err_alike_and_go_on_doing_so():
     sensor, rise = shadowed_links(), np.zeros((90, 4))
     apart, alike = Likeness(0.0, 1.0, 0.0, 1.0), Likeness(ALIKE, 1.0, 0.8 * ALIKE, 1.0)
-    assert sensor.tempered(rise, apart, 0.9).temper == 1.0
+    assert sensor.tempered(rise, apart, 0.9)[1:] == (1.0, 0.0)
     assert sensor.tempered(rise, alike, 0.0).temper == pytest.approx(1 / 8)  # the readings of a link count for one
     assert sensor.tempered(rise, alike, 0.5).temper == pytest.approx(1 / 8 * 0.6 / 1.4)
+    assert sensor.tempered(rise, alike, 0.5).optimism == pytest.approx(2 * 0.8 * 7)  # of a place, by the design effect
     assert sensor.bias_variance(apart) == 0.0
     assert sensor.bias_variance(alike) == pytest.approx(sensor.model.bias_m**2)
+
+
+def test_somebody_beside_a_person_has_to_say_more_than_errors_that_last():
+    """By any chain of people, those who are there are worth the same; nobody beside, nothing is owed."""
+    sensor, rng = shadowed_links(), np.random.default_rng(6)
+    states = np.array([[-1.0, 0.0, 0.5, 0.0], [1.5, 0.0, -1.0, 0.0]])
+    rise = sensor.simulate(states, rng)
+    one, two = (sensor.effect(sensor.expected(state[None]), np.ones(1), 1.0) for state in states)
+    plain, owed = TemperedRise(rise, 0.3), TemperedRise(rise, 0.3, 7.0)
+    second = sensor.expected(states[1:])
+    assert sensor.log_ratio(second, owed, []) == sensor.log_ratio(second, plain, [])
+    assert sensor.log_ratio(second, owed, [one]) == pytest.approx(sensor.log_ratio(second, plain, [one]) - 0.3 * 7.0)
+    both = sensor.log_without(owed, [one, two])
+    assert sensor.log_without(owed, [one]) + sensor.log_ratio(second, owed, [one])[0] == pytest.approx(both)

@@ -18,9 +18,15 @@ class Effect(NamedTuple):
 
     mean: Array
     variance: Array
+    existence: float = 1.0  # of the person
 
 
 def total(people: Sequence[Effect], noise: Array) -> tuple[Array | float, Array]:
     """Sum of what people do, and of their variances and the noise's."""
     mean: Array | float = sum(person.mean for person in people)
     return mean, noise + sum(person.variance for person in people)
+
+
+def people_of(effects: Sequence[Effect]) -> float:
+    """Return how many people there are expected to be."""
+    return sum(effect.existence for effect in effects)

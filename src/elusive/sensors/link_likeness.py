@@ -8,6 +8,11 @@ tells how far the places are bent that the model finds: a bias, which no residua
 They err alike from frame to frame too. A filter that keeps a share a of its error until the next frame averages errors
 whose correlation with the frame before is r; were they independent, its error's variance would be less by
 (1 + a r) / (1 - a r), as of a first-order autoregression (Bartlett, 1946, J. Roy. Stat. Soc. Suppl. 8, 27-41).
+
+What a site lets err beside a person goes on for seconds, and a second person fitted to it gains as somebody would. Of
+what is fitted to the very errors it is judged by the log likelihood is too great by the design effect for each number
+fitted: the trace of Takeuchi's criterion (Takeuchi, 1976, Suri Kagaku 153, 12-18; of a composite likelihood: Varin,
+Reid and Firth, 2011). Errors that last are that; those made anew each frame are not.
 """
 
 from __future__ import annotations
@@ -24,6 +29,7 @@ PERSISTENT = 0.85  # of that correlation, what there is with the frame before, t
 GREATEST = 4.0
 PRIOR_FRAMES = 0.2  # that what is expected before any frame counts for
 MEMORY_FRAMES = 1000.0
+PLACE = 2  # dimensions in which somebody's place is fitted
 MOST_KEPT = 0.95  # beyond it, the frames of minutes would count for one
 
 
@@ -51,6 +57,21 @@ class Likeness(NamedTuple):
         """Return how many frames count for one, if a share of the error is kept from one to the next."""
         together = min(kept * self.persistence, MOST_KEPT)
         return (1 + together) / (1 - together)
+
+    def optimism(self, readings: float) -> float:
+        """Log likelihood that somebody beside a person gains a frame from errors that the frames before have shown.
+
+        Parameters
+        ----------
+        readings
+            Of a link.
+
+        Returns
+        -------
+        float
+            Not tempered; 0 where readings err independently.
+        """
+        return PLACE * self.persistence * (readings - 1) * self.misfit
 
     def after(self, standardised: Array, degrees: float, ways: Indices) -> Likeness:
         """Return the sums after a frame.

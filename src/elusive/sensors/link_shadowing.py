@@ -22,7 +22,7 @@ from pydantic import Field
 from elusive.contracts import Array, X, Y
 from elusive.errors import DataError
 from elusive.model import Model, NonNegative, Positive
-from elusive.sensors.link_effects import Effect, total
+from elusive.sensors.link_effects import Effect, people_of, total
 from elusive.sensors.link_likeness import Likeness
 from elusive.sensors.radio_network import Indices, RadioNodes, directed_links_of, links_of, undirected_of
 
@@ -127,6 +127,7 @@ class TemperedRise(NamedTuple):
 
     rise_db: Array  # (D, C) change of every reading from its mean in the empty room, NaN where missing
     temper: float  # exponent of the likelihood
+    optimism: float = 0.0  # of the log likelihood, not tempered, for each person beyond the first
 
 
 class Tables(NamedTuple):
@@ -192,7 +193,7 @@ class ShadowedLinks:
         near, square, wide, far = means[:, self.link, None]
         spread = wide * tables.near_variance + far * tables.far_variance
         moved = (square - existence * near**2) * tables.loss**2
-        return Effect(-existence * near * tables.loss, existence * (spread + moved))
+        return Effect(-existence * near * tables.loss, existence * (spread + moved), existence)
 
     def given(self, measurement: Array | TemperedRise, others: Sequence[Effect]) -> Callable[[Array], Array]:
         """Return :meth:`log_ratio` as a function of what is expected: the rest is worked out once.
@@ -204,12 +205,13 @@ class ShadowedLinks:
         """
         from elusive.sensors._shadowing_kernels import log_ratio, prepare
 
-        tables, (residual, variance, temper) = self.tables, self._less(measurement, others)
-        degrees = float(self.model.degrees)
+        tables, (residual, variance, frame) = self.tables, self._less(measurement, others)
+        degrees, temper, owed = float(self.model.degrees), frame.temper, frame.optimism * min(people_of(others), 1.0)
         said = prepare(
             residual, variance, tables.loss, tables.near_variance, tables.far_variance, degrees, tables.ways
         )  # fmt: skip
-        return lambda expected: temper * log_ratio(expected, tables.ends, tables.straight, self.lengths, degrees, *said)
+        lines = tables.ends, tables.straight, self.lengths
+        return lambda expected: temper * (log_ratio(expected, *lines, degrees, *said) - owed)
 
     def log_ratio(self, expected: Array, measurement: Array | TemperedRise, others: Sequence[Effect]) -> Array:
         """Log likelihood of one more person at each state less that of the others alone, ``(N,)``, tempered."""
@@ -217,9 +219,9 @@ class ShadowedLinks:
 
     def log_without(self, measurement: Array | TemperedRise, others: Sequence[Effect]) -> float:
         """Return the log likelihood of the others alone, tempered, but for a constant."""
-        degrees, (residual, variance, temper) = self.model.degrees, self._less(measurement, others)
+        degrees, (residual, variance, frame) = self.model.degrees, self._less(measurement, others)
         away = 0.5 * degrees * np.log(variance) - 0.5 * (degrees + 1) * np.log(degrees * variance + residual**2)
-        return temper * float(np.nansum(away))
+        return frame.temper * (float(np.nansum(away)) - frame.optimism * max(people_of(others) - 1.0, 0.0))
 
     def log_likelihood(self, states: Array, measurement: Array | TemperedRise) -> Array:
         """Log likelihood ratio of one person at each state against nobody, ``(N, d) -> (N,)``, tempered."""
@@ -241,7 +243,7 @@ class ShadowedLinks:
         if self.model.temper is not None:
             return TemperedRise(rise_db, self.temper)
         readings = self._readings * likeness.over(kept)
-        return TemperedRise(rise_db, 1 / (1 + (readings - 1) * likeness.misfit))
+        return TemperedRise(rise_db, 1 / (1 + (readings - 1) * likeness.misfit), likeness.optimism(self._readings))
 
     def bias_variance(self, likeness: Likeness) -> float:
         """Variance on each axis by which the site bends places [m^2].
@@ -263,15 +265,13 @@ class ShadowedLinks:
         """Learn from a frame how alike readings err, given where people are."""
         return likeness.after(self.standardised(rise_db, states), self.model.degrees, self.tables.ways)
 
-    def _less(self, measurement: Array | TemperedRise, others: Sequence[Effect]) -> tuple[Array, Array, float]:
-        """Return what others leave over of the changes, its variance, ``(D, C)``, and the exponent."""
-        temper = self.temper
-        if isinstance(measurement, TemperedRise):
-            measurement, temper = measurement
-        change = np.asarray(measurement, dtype=np.float64)
+    def _less(self, measurement: Array | TemperedRise, others: Sequence[Effect]) -> tuple[Array, Array, TemperedRise]:
+        """Return what others leave over of the changes, its variance, ``(D, C)``, and how much is made of them."""
+        frame = measurement if isinstance(measurement, TemperedRise) else TemperedRise(measurement, self.temper)
+        change = np.asarray(frame.rise_db, dtype=np.float64)
         if change.shape != self.unheard.shape or np.isinf(change).any():
             raise DataError(
                 f"frame: has shape {change.shape}, not {self.unheard.shape}, or an infinite change; missing is NaN."
             )
         mean, variance = total(others, self.tables.floor)
-        return np.where(self.unheard, np.nan, change - mean), variance, temper
+        return np.where(self.unheard, np.nan, change - mean), variance, frame

@@ -65,12 +65,12 @@ def test_what_is_left_over_is_what_the_sensor_says_of_one_more():
         frame = sensor.simulate(states_of(places[:1]), rng)
         state = chain.step(state, number * INTERVAL_S, frame, rng)
     frame = sensor.simulate(states_of(places), rng)
-    found = chain._one_more.sought(state.unexplained, state.belief, frame, 0.1)
+    found = chain._one_more.sought(state.unexplained, state.belief, TemperedRise(frame, 0.1, 5.0))
     known = [target for target in state.belief.targets if target.existence > 0.02]
     effects = [sensor.effect(sensor.expected(one.particles), one.weights, one.existence) for one in known]
     expected = sensor.log_ratio(sensor.expected_at(found.place[None]), TemperedRise(frame, 1.0), effects)
     assert found.log_ratio == pytest.approx(expected[0])
-    assert found.summed == pytest.approx(max(0.0, state.unexplained.summed + 0.1 * expected[0]))
+    assert found.summed == pytest.approx(max(0.0, state.unexplained.summed + 0.1 * (expected[0] - 5.0)))
     assert np.linalg.norm(found.place - places[1]) < 0.8
     joined = chain._one_more.joined(state.belief, found, 0.1, 200, rng)
     assert len(joined.targets) == len(state.belief.targets) + 1

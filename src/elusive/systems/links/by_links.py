@@ -184,7 +184,7 @@ class LinksChain:
             belief = self._filter.step(state.belief, time_s, tempered, rng)
             sure = [track.mean for track in belief.tracks if track.status == "confirmed"]
             if sure and self._one_more is not None:
-                unexplained = self._one_more.sought(state.unexplained, belief, change, tempered.temper)
+                unexplained = self._one_more.sought(state.unexplained, belief, tempered)
                 if unexplained.likely:  # lest somebody who is not tracked is taken for an odd site
                     sure.append(np.array([unexplained.place[0], 0.0, unexplained.place[1], 0.0]))
                 likeness = sensor.likeness_after(likeness, change, np.array(sure))

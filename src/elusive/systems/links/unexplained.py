@@ -32,7 +32,7 @@ class Unexplained(NamedTuple):
     """What a frame says of one more person."""
 
     log_ratio: float  # at the best place against nobody more, not tempered; NaN where nobody is tracked
-    summed: float = 0.0  # over frames, tempered
+    summed: float = 0.0  # over frames, tempered, less what errors that last bring
     place: Array = np.full(2, math.nan)  # the best [m]
     levels: Array = np.empty(0)  # (M,) log ratio at each cell, minus infinity where nobody more is looked for
 
@@ -67,19 +67,20 @@ class OneMore:
         self._sensor, self._births, self._apart_m = sensor, births, apart_m
         self._expected = sensor.expected_at(self._centres)
 
-    def sought(self, before: Unexplained, belief: SuperposedState, rise_db: Array, temper: float) -> Unexplained:
-        """Return what a frame's changes ``(D, C)`` say of one more person, after the frame before."""
+    def sought(self, before: Unexplained, belief: SuperposedState, frame: TemperedRise) -> Unexplained:
+        """Return what a frame says of one more person, after the frame before."""
         known = [target for target in belief.targets if target.existence > LOUD]
         free = np.ones(len(self._centres), dtype=bool)
         for target in known:
             free &= ((self._centres - target.mean[[X, Y]]) ** 2).sum(axis=1) >= self._apart_m**2
         if not free.any():
             return NOTHING
-        ratio = self._sensor.given(TemperedRise(rise_db, 1.0), [self._effect(target) for target in known])
+        ratio = self._sensor.given(TemperedRise(frame.rise_db, 1.0), [self._effect(target) for target in known])
         levels = np.where(free, ratio(self._expected), -math.inf)
         best = int(levels.argmax())
         log_ratio = float(levels[best])
-        return Unexplained(log_ratio, max(0.0, before.summed + temper * log_ratio), self._centres[best], levels)
+        summed = max(0.0, before.summed + frame.temper * (log_ratio - frame.optimism))
+        return Unexplained(log_ratio, summed, self._centres[best], levels)
 
     def joined(
         self, belief: SuperposedState, found: Unexplained, temper: float, n: int, rng: Generator
