@@ -210,8 +210,8 @@ class ShadowedLinks:
         said = prepare(
             residual, variance, tables.loss, tables.near_variance, tables.far_variance, degrees, tables.ways
         )  # fmt: skip
-        lines = tables.ends, tables.straight, self.lengths
-        return lambda expected: temper * (log_ratio(expected, *lines, degrees, *said) - owed)
+        ends, straight, lengths = tables.ends, tables.straight, self.lengths
+        return lambda expected: temper * (log_ratio(expected, ends, straight, lengths, degrees, *said) - owed)
 
     def log_ratio(self, expected: Array, measurement: Array | TemperedRise, others: Sequence[Effect]) -> Array:
         """Log likelihood of one more person at each state less that of the others alone, ``(N,)``, tempered."""
