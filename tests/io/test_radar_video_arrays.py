@@ -109,3 +109,16 @@ def test_scales_that_differ_are_not_written_together(tmp_path: Path) -> None:
         with pytest.raises(DataError, match="no spokes"):
             write_radar_video_arrays(tmp_path / name, [])
         assert not (tmp_path / name).exists()
+
+
+@pytest.mark.parametrize(("last", "refused"), [(2 * np.pi, True), (6.0, False), (360.0, False)])
+def test_azimuths_in_radians_are_named(tmp_path: Path, last: float, refused: bool) -> None:
+    """A whole turn in radians is no sector of 6.3 degrees; a sector of 6 degrees is read."""
+    azimuth = np.linspace(0.0, last, 500, endpoint=False)
+    arrays = {"amplitude": np.ones((500, 8), np.uint8), "time_s": np.arange(500) / 200, "step_m": 5.0}
+    np.savez(tmp_path / "video.npz", azimuth_deg=azimuth, **arrays)
+    if refused:
+        with pytest.raises(DataError, match="a turn in radians; give degrees"):
+            read(tmp_path / "video.npz")
+    else:
+        assert len(read(tmp_path / "video.npz").time_s) == 500

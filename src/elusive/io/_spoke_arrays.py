@@ -23,6 +23,7 @@ AMPLITUDE = "amplitude"
 TOGETHER = 256  # spokes that are read at once
 SMALL = 1 << 28  # octets of the other arrays at most
 EVEN = 0.01  # of a step, by which ranges may be uneven
+RADIANS_SHORT = 0.05  # rad, by which the azimuths of a turn may fall short of 2 pi: one step of 126 spokes
 UNSIGNED = {1: np.uint8, 2: np.uint16, 4: np.uint32, 8: np.uint32}
 NEEDED = "give amplitude (spokes x samples), azimuth_deg, time_s and range_m"
 
@@ -147,6 +148,9 @@ def _columns(
         columns[name] = np.broadcast_to(values, spokes)
     if np.isnan(columns["azimuth_deg"]).any():
         raise DataError(f"{path}: tells no azimuth_deg, or not of every spoke; {NEEDED}.")
+    if len(columns["azimuth_deg"]) and 0 <= 2 * math.pi - np.ptp(columns["azimuth_deg"]) < RADIANS_SHORT:
+        low, high = columns["azimuth_deg"].min(), columns["azimuth_deg"].max()
+        raise DataError(f"{path}: azimuth_deg goes from {low:.4g} to {high:.4g}, a turn in radians; give degrees.")
     if np.isnan(columns["time_s"]).all() and rotation_s is not None:
         turned = np.cumsum(np.diff(columns["azimuth_deg"], prepend=columns["azimuth_deg"][:1]) % 360.0)
         columns["time_s"] = turned / 360.0 * rotation_s
