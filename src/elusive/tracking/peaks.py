@@ -73,7 +73,7 @@ class SceneTracker(PeakRecursion):
     )
     alone_chance: Probability = Field(
         0.01,
-        description="... and chance lifts the strongest of one kind so far over the next ones less often than this",
+        description="... and chance lifts the strongest of a kind so far over the next with a probability below this",
     )
 
     def begin(self, time_s: float = math.nan) -> PeakBelief:

@@ -27,7 +27,7 @@ from elusive.sensors.radar_scans import RadarScan
 from elusive.sensors.radar_video import RadarVideo
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.video.parameters import VideoTracking
-from elusive.systems.video.plots import plots_of
+from elusive.systems.video.plots import Threshold, plots_of
 from elusive.systems.video.simulate import (
     RADAR_DEG,
     START_S,
@@ -159,7 +159,7 @@ def by_plots(
         motion={"kind": "cv", "q": 0.0025},
     )  # fmt: skip
     tracker, rng = tracking.bind(RadarSensor(**told), None), np.random.default_rng(seed)
-    state, threshold = tracker.init(rng), math.log(math.prod(sensor.shape) / 4 / parameters.false_alarms)
+    state, threshold = tracker.init(rng), Threshold(parameters.false_alarms)
     for one in turns:
         plot = plots_of(one, sensor, threshold, land)
         time_s = float(np.nanmean(one.turn.row_s))

@@ -98,11 +98,6 @@ class PlotFinding(Model):
     false_alarms: Positive = Field(5.0, description="Mean number of false alarms a turn: sets the threshold")
     least_water: float = Field(0.5, ge=0, le=1, description="P(water) below which a plot is taken to be of land")
 
-    def threshold(self, sensor: RadarVideo) -> float:
-        """Evidence that clutter exceeds in as many cells a turn; cells overlap, so that a quarter are independent."""
-        rows, columns = sensor.shape
-        return math.log(rows * columns / 4 / self.false_alarms)
-
 
 def bytes_held(sensor: RadarVideo, learning_turns: int) -> float:
     """Memory that a run takes for cells: of a turn, of what is learnt, and of turns that wait [bytes]."""

@@ -24,6 +24,7 @@ from elusive.sensors.radar_video import RadarVideo
 from elusive.systems.video.parameters import PlotFinding
 from elusive.systems.video.turns import Heard, heard, start_of, turns_of, water_map
 
+MANY = 3.0  # times the peaks that are asked, about, at the evidence where they are counted
 COLUMNS = ("time_s", "range_m", "bearing_deg", "extent_m", "snr_db")
 
 
@@ -36,13 +37,38 @@ class VideoPlots(NamedTuple):
     deviations: tuple[float, float]  # of a plot's range [m] and bearing [rad]
 
 
-def plots_of(one: Heard, sensor: RadarVideo, threshold: float, land: NDArray[np.bool_] | None) -> Array:
+class Threshold:
+    """The evidence above which clutter has as many peaks a turn as are asked.
+
+    A cell of clutter exceeds an evidence e with probability exp(-e), and high peaks fall off alike. How many cells make
+    a peak hangs on the clutter: it is counted, over all turns so far, where peaks are a few times as many as asked.
+
+    Parameters
+    ----------
+    false_alarms
+        Asked, a turn.
+    """
+
+    def __init__(self, false_alarms: float) -> None:
+        self._asked = false_alarms
+        self._turns = self._peaks = 0
+
+    def of(self, evidence: NDArray[np.floating]) -> float:
+        """Return it for one more turn's evidence, ``(A, R)``."""
+        many = math.log(max(evidence.size / 2 / (MANY * self._asked), 1.0))
+        top = evidence == ndimage.maximum_filter(evidence, 3, mode=("wrap", "nearest"))
+        self._peaks += int(ndimage.label(top & (evidence > many), np.ones((3, 3)))[1])
+        self._turns += 1
+        return max(many + math.log(max(self._peaks, 1) / (self._turns * self._asked)), 0.0)
+
+
+def plots_of(one: Heard, sensor: RadarVideo, threshold: Threshold, land: NDArray[np.bool_] | None) -> Array:
     """Return a turn's plots in the order of time, ``(k, 5)``, by the columns of :data:`COLUMNS`.
 
     Neighbouring cells above the threshold are one plot, unless ``land`` says that its middle is of land.
     """
     evidence = np.nan_to_num(one.turn.evidence)
-    strong = evidence > threshold
+    strong = evidence > threshold.of(evidence)
     rows = len(strong)
     labels, _ = ndimage.label(strong, np.ones((3, 3)))
     for above, below in zip(labels[-1], labels[0], strict=True):  # round the turn
@@ -97,7 +123,7 @@ def write_video_plots(
     """
     start = start_of(source, parameters, radar_lon_deg, radar_lat_deg, "chart" if charts else "")
     on_start(start.sentence)
-    sensor, threshold = start.sensor, parameters.threshold(start.sensor)
+    sensor, threshold = start.sensor, Threshold(parameters.false_alarms)
     map_at = None
     if charts and start.frame is not None:
         coast = lay_charts(read_charts(*charts), parameters.charted, start.frame).coast
