@@ -354,3 +354,27 @@ def test_a_radar_that_sails_under_a_chart_tells_ships_from_the_coast(elusive_in:
     assert not [one for one in json.loads((tmp_path / "out/checks.json").read_text()) if not one["holds"]]
     assert "At most 2 ships at a time, in 2 tracks." in said
     assert "The radar's way" in said
+
+
+@pytest.mark.parametrize("reversed_doppler", [False, True])
+def test_a_north_that_is_off_and_a_doppler_that_is_reversed_are_named_without_a_chart(
+    elusive_in: Run, tmp_path: Path, reversed_doppler: bool
+) -> None:
+    """Twenty buoys and a ship, seen from a ship that turns: right, and with what the command is told spoilt."""
+    rng, rows = np.random.default_rng(8), list[tuple[object, ...]]()
+    buoys = np.zeros((20, 4))
+    buoys[:, [0, 2]] = np.array([900.0, 600.0]) + rng.uniform(-2500, 2500, (20, 2))
+    for k in range(72):
+        own = own_state(PERIOD_S * k)
+        scan = SENSOR.simulate(np.concatenate([buoys, ship(0, PERIOD_S * k)[None]]) - np.array(own), rng, 0.0)
+        for _, far, bearing, doppler in zip(*scan.plots, strict=True):
+            north = north_at(FRAME, own.x_m, own.y_m)
+            turned = math.degrees(bearing - north) + (0.0 if reversed_doppler else 2.5)
+            rate = -doppler if reversed_doppler else doppler
+            rows.append((PERIOD_S * k, far, turned % 360, rate, *lonlat(own.x_m, own.y_m)))
+    table(tmp_path, "time_s,range_m,bearing_deg,doppler_mps,own_lon_deg,own_lat_deg", rows)
+    told = ["--bearing-sd-mrad", "3", "--max-range-m", "5000", "--particles", "200", "--strict", "--out", "out"]
+    code, said = elusive_in("track", "radar", "plots.csv", "--knowledge", "none", *told)
+    assert code == 3, said
+    assert ("radar.doppler" if reversed_doppler else "radar.still") in failing(tmp_path)
+    assert ("counts towards the radar" if reversed_doppler else "bearings are 2.5 degrees too large") in said

@@ -19,7 +19,9 @@ from elusive.sensors.radar_scans import TURN_RAD, RadarScan
 from elusive.systems.radar.bunches import MOST, NEAR_M, Bunches
 from elusive.systems.radar.given import given_findings, seen_finding
 from elusive.systems.radar.parameters import RadarSurvey
+from elusive.systems.radar.rates import doppler_finding
 from elusive.systems.radar.registered import fixed_finding
+from elusive.systems.radar.still import still_finding
 from elusive.tracking.detection_targets import Target
 
 KEPT = 0.9  # P(the constraints allow a track), at the median, of one that keeps to them
@@ -72,8 +74,13 @@ def findings_of(
         if not seen.errors.crowded:
             found += [_error(seen, name, *one, sd) for name, one, sd in zip(names, told, shown, strict=True)]
         found += [] if water is None else [_on_land(seen, water)]
+        found += [doppler_finding(seen.errors.rates_mps, sensor.doppler_sd_mps)] if len(seen.errors.rates_mps) else []
     found += given_findings(seen.given, seen.way, sensor)
     found += [] if water is None else [fixed_finding(seen.fixed, seen.way[0, 1:], water)]
+    if seen.passed:
+        trusted = None if seen.errors is None or seen.errors.crowded else seen.errors
+        sds = (sensor.range_sd_m, sensor.bearing_sd_rad) if trusted is None else trusted[:2]
+        found += [still_finding(seen.passed, *sds)]
     known = list(innovations)
     found += [seen_finding(known, sensor)] if found[0].holds and found[1].holds else []
     scale = scale_of(np.array(known), 2, tolerance=INNOVATIONS, independent=INDEPENDENT)

@@ -31,6 +31,7 @@ from elusive.tracking.detections import DetectionRules, DetectionTracker
 
 ROOM = 1.05  # greatest range in view, to the greatest of a plot
 HALF = 0.5  # P(water) below which a plot is on charted land
+PASSED = 10_000  # scans of which what stands still is looked for
 DOPPLER_ROOM = 1.5  # greatest range rate, to the greatest of a plot
 BEHAVIOURS = {  # of the coast's error, with which each of its parameters counts
     "coast_correlation_m": ("persistent", "bias"),
@@ -82,6 +83,7 @@ class RadarSurvey(NamedTuple):
     given: Given = Given()
     fixed: Array = np.zeros((0, 2))  # (n, 2) places of echoes that stay, where the radar rests and there is a chart [m]
     bunched: float = math.nan  # plots near a plot, off charted land, that chance does not explain; NaN: not known
+    passed: tuple[RadarScan, ...] = ()  # the first scans of a radar that moves
 
     @property
     def hulls(self) -> bool:
@@ -99,13 +101,15 @@ def survey(scans: Iterable[RadarScan], water: Water | None = None) -> RadarSurve
     """Look through a radar's scans, and where its plots fall on a chart."""
     count, plots, furthest, fastest, on_chart, on_land = 0, 0, 0.0, 0.0, 0, 0
     triples, low, high, way = Triples(), math.inf, -math.inf, list[tuple[float, float, float]]()
-    bunched, gathered, fixed = Bunches(), Gathered(), FixedPlaces()
+    bunched, gathered, fixed, scans_kept = Bunches(), Gathered(), FixedPlaces(), list[RadarScan]()
     for scan in scans:
         count, plots = count + 1, plots + scan.detections
         if not way or way[-1][1:] != (scan.own.x_m, scan.own.y_m):
             way.append((scan.time_s, scan.own.x_m, scan.own.y_m))
         triples.add(scan)
         gathered.add(scan)
+        if count <= PASSED:
+            scans_kept.append(scan)
         low, high = float(scan.bearing_rad.min(initial=low)), float(scan.bearing_rad.max(initial=high))
         places = RadarSensor().places(scan)[0]
         if water is not None:
@@ -123,6 +127,7 @@ def survey(scans: Iterable[RadarScan], water: Water | None = None) -> RadarSurve
     return RadarSurvey(
         count, plots, furthest, fastest, on_chart, on_land, itself, bearings, triples.fit(), where, gathered.given,
         fixed.places if len(where) == 1 else np.zeros((0, 2)), bunched.share,
+        tuple(scans_kept) if len(where) > 1 else (),
     )  # fmt: skip
 
 

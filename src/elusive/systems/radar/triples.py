@@ -21,7 +21,7 @@ from elusive.sensors.radar_view import RadarView
 
 FASTEST_MPS, ROOM_M = 25.0, 60.0  # of what is looked for, and beside it
 WIDEST_M, WIDEST_RAD = 120.0, 0.04  # of an error
-MOST = 40_000  # triples that are kept
+MOST, COLUMNS = 40_000, 9  # triples that are kept, and what is known of each
 WINDOW = 6.0  # deviations in which the mixture is fitted
 ROUNDS = 60
 OVERLAP = 3.0  # triples that share a plot
@@ -41,6 +41,7 @@ class PlotErrors(NamedTuple):
     targets: float  # triples of targets
     share_sd: float  # standard error of the deviations, relative
     places: Array  # (n, 2) where targets pass by [m]
+    rates_mps: Array  # (m, 3) of targets: how fast the range grows, Doppler of the middle plot, mean of the others'
     crowded: bool = False  # echoes lie so close to each other that the deviations come out too large
 
 
@@ -50,6 +51,8 @@ class _Places(NamedTuple):
     places: Array  # (n, 2) [m]
     times_s: Array  # (n,)
     radar: Array  # (2,) [m]
+    range_m: Array  # (n,)
+    doppler_mps: Array  # (n,)
 
 
 class Triples:
@@ -62,7 +65,8 @@ class Triples:
 
     def add(self, scan: RadarScan) -> None:
         """Take a scan in, of the order of time."""
-        self._before.append(_Places(RadarView().places(scan)[0], scan.times_s, np.array([scan.own.x_m, scan.own.y_m])))
+        places, radar = RadarView().places(scan)[0], np.array([scan.own.x_m, scan.own.y_m])
+        self._before.append(_Places(places, scan.times_s, radar, scan.range_m, scan.doppler_mps))
         self._scans += 1
         if len(self._before) == 3:
             if self._count < MOST and all(len(one.times_s) for one in self._before):
@@ -74,7 +78,7 @@ class Triples:
 
     def fit(self) -> PlotErrors | None:
         """Return the errors; None where too few plots follow each other as a target's do."""
-        rows = np.concatenate(self._rows) if self._rows else np.zeros((0, 6))
+        rows = np.concatenate(self._rows) if self._rows else np.zeros((0, COLUMNS))
         _, which, candidates = np.unique(rows[:, [2, 4, 5]], axis=0, return_inverse=True, return_counts=True)
         # echoes close to each other make triples of several, which no uniform density describes
         alone = _fitted(rows[candidates[which.ravel()] == 1]) if len(rows) else None
@@ -85,7 +89,7 @@ class Triples:
 
 
 def _fitted(rows: Array) -> PlotErrors | None:
-    """Fit the mixture to triples, ``(n, 6)``; None where too few are of targets."""
+    """Fit the mixture to triples, ``(n, 9)``; None where too few are of targets."""
     if len(rows) < FEW:
         return None
     limits, sd = np.array([WIDEST_M, WIDEST_RAD]), np.array([WIDEST_M, WIDEST_RAD]) / 4
@@ -97,11 +101,12 @@ def _fitted(rows: Array) -> PlotErrors | None:
     if total < FEW:
         return None
     sure = inside_rows[member > SURE]
+    rates = sure[np.isfinite(sure[:, 6:]).all(axis=1), 6:]
     sure = sure[:: max(1, len(sure) // MOST_PLACES)]
-    moving = _passing(sure[:, 2], sure[:, 4:], AT_A_PLACE * np.hypot(sd[0], sd[1] * sure[:, 3]))
+    moving = _passing(sure[:, 2], sure[:, 4:6], AT_A_PLACE * np.hypot(sd[0], sd[1] * sure[:, 3]))
     range_sd_m, bearing_sd_rad = sd.tolist()
     share_sd = math.sqrt(OVERLAP / (2 * total))
-    return PlotErrors(range_sd_m, bearing_sd_rad, total, share_sd, sure[moving, 4:])
+    return PlotErrors(range_sd_m, bearing_sd_rad, total, share_sd, sure[moving, 4:6], rates)
 
 
 def _passing(scans: Array, places: Array, reach: Array) -> NDArray[np.bool_]:
@@ -115,11 +120,11 @@ def _passing(scans: Array, places: Array, reach: Array) -> NDArray[np.bool_]:
 
 
 def _differences(first: _Places, middle: _Places, last: _Places, number: int) -> Array:
-    """Second differences along and across the line of sight, scan, range and place of the middle plots."""
-    places, times, radar = middle
+    """Second differences along and across the line of sight, scan, range and place of the middle; rates."""
+    places, times, radar, _, doppler = middle
     interval = float(times.mean() - first[1].mean())
     if not interval > 0:
-        return np.zeros((0, 6))
+        return np.zeros((0, COLUMNS))
     near = cKDTree(first[0]).query_ball_point(places, FASTEST_MPS * interval + ROOM_M)
     i = np.repeat(np.arange(len(places)), [len(found) for found in near])
     a = np.array([one for found in near for one in found], dtype=np.int64)
@@ -140,7 +145,9 @@ def _differences(first: _Places, middle: _Places, last: _Places, number: int) ->
     scale = np.sqrt(1 + (1 + rho) ** 2 + rho**2)
     dr = (off * along).sum(axis=1) / scale
     db = (off[:, 0] * along[:, 1] - off[:, 1] * along[:, 0]) / (scale * distance)
-    rows = np.column_stack([dr, db, np.full(len(i), number), distance, places[i]])
+    rate = (last.range_m[c] - first.range_m[a]) / (last.times_s[c] - first.times_s[a])
+    others = (first.doppler_mps[a] + last.doppler_mps[c]) / 2
+    rows = np.column_stack([dr, db, np.full(len(i), number), distance, places[i], rate, doppler[i], others])
     return np.asarray(rows[(np.abs(dr) < WIDEST_M) & (np.abs(db) < WIDEST_RAD) & (rho > 0)])
 
 
