@@ -1,4 +1,4 @@
-"""netCDF files on a disk that is full."""
+"""netCDF files: the same bytes each time, and a disk that is full."""
 
 import resource
 import subprocess
@@ -39,6 +39,22 @@ def test_what_is_written_reads_back(tmp_path):
         assert file["x"].attrs["units"] == "m"
     fill(tmp_path / "b.nc")
     assert (tmp_path / "a.nc").read_bytes() == (tmp_path / "b.nc").read_bytes()
+
+
+@pytest.mark.parametrize("held", [False, True])
+def test_when_a_handle_is_let_go_does_not_show(tmp_path, held):
+    """A coordinate takes the place of its dimension's dummy, which a handle keeps alive."""
+    written = []
+    for name, hold in (("a.nc", held), ("b.nc", False)):
+        with new_netcdf(tmp_path / name) as file:
+            for dimension in ("track", "row"):
+                file.dimensions[dimension] = 4
+            handle = file._h5file["track"] if hold else None
+            for variable in ("track", "row_size"):
+                file.create_variable(variable, ("track",), data=np.arange(4))
+            del handle
+        written.append((tmp_path / name).read_bytes())
+    assert written[0] == written[1]
 
 
 def test_a_full_disk_is_a_sentence(tmp_path):

@@ -49,6 +49,8 @@ class _Patient(io.FileIO):
 def new_netcdf(path: str | os.PathLike[str]) -> Iterator[Any]:
     """Give an empty netCDF 4 file, an ``h5netcdf.File``, to fill; what stood in the file is gone.
 
+    The same calls give the same bytes, whatever other threads do.
+
     Raises
     ------
     OSError
@@ -57,7 +59,8 @@ def new_netcdf(path: str | os.PathLike[str]) -> Iterator[Any]:
     import h5netcdf  # type: ignore[import-untyped]
 
     with _Patient(path, "w+b") as disk:
-        with h5netcdf.File(disk, "w") as file:
+        # Space that is freed is not used again: when a handle is let go must not show in the bytes.
+        with h5netcdf.File(disk, "w", fs_strategy="none") as file:
             yield file
         if disk.refusal is not None:
             raise disk.refusal
