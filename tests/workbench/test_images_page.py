@@ -118,8 +118,8 @@ def test_another_snr_is_compared_a_wrong_value_marked_a_run_called_off(served: S
     tab = open_tab(800, "dark")
     page = tab.page
     page.goto(f"{served.address}/images")
-    field(page, "leaves").fill("44")
-    told(page, "must be from the first frame with the target, 5, to the last of all, 29 (got 44).")
+    field(page, "leaves").fill("4")
+    told(page, "must be at least the first frame with the target, 5 (got 4).")
     button(page, "Run").click()
     told(page, "Correct the marked fields first.")
     field(page, "frames").fill("1800")
@@ -213,7 +213,8 @@ def test_every_filter_is_told_what_the_scene_knows(kind: str) -> None:
 @pytest.mark.parametrize(
     ("given", "sentence"),
     [
-        ({"leaves": 3}, "ImageScene.leaves: must be from the first frame with the target, 5, to the last of all, 29"),
+        ({"leaves": 3}, "ImageScene.leaves: must be at least the first frame with the target, 5 (got 3)."),
+        ({"frames": 5}, "ImageScene.appears: must be at most the last of all frames, 4 (got 5)."),
         ({"start_x": 30.0}, "ImageScene.start_x: the target appears at 30, 7.2, outside of frames of 20 x 20 pixels"),
         ({"frames": 5000, "rows": 100, "columns": 100}, "ImageScene.frames: 5000 frames of 100 x 100 pixels are more"),
         ({"sensor": {"dx": 2.0}}, "ImageSensor.dx: must be 1, and dy too"),

@@ -46,6 +46,13 @@ def test_targets_meet_halfway(layout: str, targets: int) -> None:
         assert np.nanmax(np.diff(met[0][31:50])) == pytest.approx(2 * np.hypot(0.45, 0.25), rel=1e-3)
 
 
+def test_a_recording_that_ends_before_the_target_leaves_shows_it_to_the_end() -> None:
+    short = ImageSimulation(frames=20, snr_db=9.0)
+    truth = draw_images(short).truth[:, 0, 0]
+    np.testing.assert_array_equal(np.flatnonzero(np.isfinite(truth)), np.arange(5, 20))
+    np.testing.assert_array_equal(truth, draw_images(short.replace(leaves=19)).truth[:, 0, 0])
+
+
 def test_every_target_has_its_own_strength_in_the_range() -> None:
     scene = ImageSimulation(**LONG, targets=40, stagger=0, snr_db=5.0, strongest_snr_db=15.0, seed=3, layout="parallel")
     drawn = draw_images(scene)

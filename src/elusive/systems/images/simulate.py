@@ -33,7 +33,7 @@ class ImageSimulation(Model):
 
     snr_db: float = Field(6.71, ge=-40, le=80, description="Peak SNR of a target when it appears [dB]")
     appears: int = Field(5, ge=0, description="First frame with the target, from 0")
-    leaves: int = Field(23, ge=0, description="Last frame with the target, from 0")
+    leaves: int = Field(23, ge=0, description="Last frame with the target, from 0; it stays to the end of fewer frames")
     frames: int = Field(30, ge=2, le=5000, description="Frames in all")
     motion: WithIntensity = Field(WithIntensity(), description="How a target moves")
     start_x: float = Field(4.2, allow_inf_nan=False, description="Column in which it appears [px]")
@@ -61,15 +61,18 @@ class ImageSimulation(Model):
     @model_validator(mode="after")
     def _fits(self) -> Self:
         name = type(self).__name__
-        if not self.appears <= self.leaves < self.frames:
+        if self.appears >= self.frames:
             raise ParameterError(
-                f"{name}.leaves: must be from the first frame with the target, {self.appears}, to the last of all, "
-                f"{self.frames - 1} (got {self.leaves})."
+                f"{name}.appears: must be at most the last of all frames, {self.frames - 1} (got {self.appears})."
             )
-        if self.layout != "apart" and self.leaves - self.appears <= 2 * self.stagger * (self.targets - 1):
+        if self.leaves < self.appears:
+            raise ParameterError(
+                f"{name}.leaves: must be at least the first frame with the target, {self.appears} (got {self.leaves})."
+            )
+        if self.layout != "apart" and self.last - self.appears <= 2 * self.stagger * (self.targets - 1):
             raise ParameterError(
                 f"{name}.stagger: {self.targets} targets that appear {self.stagger} frames one after the other do not "
-                f"meet from frame {self.appears} to {self.leaves}; give fewer frames, or a later leaves."
+                f"meet from frame {self.appears} to {self.last}; give a smaller stagger, or a later leaves."
             )
         if self.strongest_snr_db is not None and self.strongest_snr_db < self.snr_db:
             raise ParameterError(
@@ -91,6 +94,11 @@ class ImageSimulation(Model):
                 f"keeps, {VALUES_AT_MOST} pixels; give fewer or smaller ones."
             )
         return self
+
+    @property
+    def last(self) -> int:
+        """Last frame with the first target."""
+        return min(self.leaves, self.frames - 1)
 
     @property
     def snr_db_range(self) -> tuple[float, float]:
@@ -143,21 +151,21 @@ def draw_images(scene: ImageSimulation, *, on_frame: Callable[[int], None] | Non
 def _apart(scene: ImageSimulation, rng: Generator, others: Generator) -> list[_Target]:
     """Return the first target where it is told to begin, the others at random."""
     start = (scene.start_x, scene.start_y, scene.velocity_x, scene.velocity_y)
-    targets = [_Target(scene.appears, scene.leaves, start, scene.snr_db, rng)]
+    targets = [_Target(scene.appears, scene.last, start, scene.snr_db, rng)]
     speed = float(np.hypot(scene.velocity_x, scene.velocity_y))
     for _ in range(scene.targets - 1):
-        appears = int(others.integers(max(1, scene.frames - scene.leaves + scene.appears)))
+        appears = int(others.integers(max(1, scene.frames - scene.last + scene.appears)))
         x, y = others.uniform(0, (scene.columns - 1, scene.rows - 1))
         # towards the middle, so that it stays for a while
         heading = np.arctan2(scene.rows / 2 - y, scene.columns / 2 - x) + others.uniform(-0.5, 0.5)
         moving = (x, y, speed * np.cos(heading), speed * np.sin(heading))
-        targets.append(_Target(appears, appears + scene.leaves - scene.appears, moving, scene.snr_db, others))
+        targets.append(_Target(appears, appears + scene.last - scene.appears, moving, scene.snr_db, others))
     return targets
 
 
 def _meeting(scene: ImageSimulation, rng: Generator) -> list[_Target]:
     """Return targets that are nearest to each other halfway, in the middle of the frame."""
-    middle, halfway = 0.5 * np.array([scene.columns - 1, scene.rows - 1]), 0.5 * (scene.appears + scene.leaves)
+    middle, halfway = 0.5 * np.array([scene.columns - 1, scene.rows - 1]), 0.5 * (scene.appears + scene.last)
     heading, speed = np.arctan2(scene.velocity_y, scene.velocity_x), np.hypot(scene.velocity_x, scene.velocity_y)
     aside = np.array([-np.sin(heading), np.cos(heading)])
     count, targets = scene.targets, []
@@ -170,7 +178,7 @@ def _meeting(scene: ImageSimulation, rng: Generator) -> list[_Target]:
         velocity = speed * np.array([np.cos(turned), np.sin(turned)])
         appears = scene.appears + k * scene.stagger
         start = middle + (lane - (lanes - 1) / 2) * scene.spacing_px * aside + (appears - halfway) * velocity
-        leaves = scene.leaves - (count - 1 - k) * scene.stagger
+        leaves = scene.last - (count - 1 - k) * scene.stagger
         targets.append(_Target(appears, leaves, (*start, *velocity), scene.snr_db, rng))
     return targets
 
