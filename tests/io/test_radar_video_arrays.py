@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -76,7 +77,10 @@ def test_the_period_stands_for_times(tmp_path: Path) -> None:
     ("change", "said"),
     [
         ({"amplitude": None}, "give amplitude"),
-        ({"amplitude": np.ones(5)}, "give amplitude"),
+        ({"amplitude": np.ones(5)}, r"the shape \(5,\); give spokes x samples"),
+        ({"amplitude": np.ones((5, 2, 2))}, r"the shape \(5, 2, 2\); give spokes x samples, turn after turn"),
+        ({"amplitude": np.ones((4, 5)), "range_m": np.arange(5.0)}, r"as amplitude has samples: is it .*, \(4, 5\)\?"),
+        ({"amplitude": np.linspace(-60, 9, 20).reshape(5, 4)}, r"down to -60; give magnitudes: of decibels"),
         ({"amplitude": np.asfortranarray(np.ones((5, 4)))}, "stored by columns"),
         ({"amplitude": -np.ones((5, 4), np.int32)}, "from -1 to -1; give magnitudes"),
         ({"amplitude": np.full((5, 4), np.nan)}, "not finite"),
@@ -111,10 +115,13 @@ def test_scales_that_differ_are_not_written_together(tmp_path: Path) -> None:
         assert not (tmp_path / name).exists()
 
 
-@pytest.mark.parametrize(("last", "refused"), [(2 * np.pi, True), (6.0, False), (360.0, False)])
-def test_azimuths_in_radians_are_named(tmp_path: Path, last: float, refused: bool) -> None:
-    """A whole turn in radians is no sector of 6.3 degrees; a sector of 6 degrees is read."""
-    azimuth = np.linspace(0.0, last, 500, endpoint=False)
+@pytest.mark.parametrize(
+    ("first", "last", "refused"),
+    [(0.0, 2 * np.pi, True), (0.0, 6.0, False), (0.0, 360.0, False), (40.0, 40 + 2 * np.pi, False)],
+)
+def test_azimuths_in_radians_are_named(tmp_path: Path, first: float, last: float, refused: bool) -> None:
+    """A whole turn in radians is no sector of 6.3 degrees; such a sector elsewhere, or one of 6 degrees, is read."""
+    azimuth = np.linspace(first, last, 500, endpoint=False)
     arrays = {"amplitude": np.ones((500, 8), np.uint8), "time_s": np.arange(500) / 200, "step_m": 5.0}
     np.savez(tmp_path / "video.npz", azimuth_deg=azimuth, **arrays)
     if refused:
@@ -122,3 +129,18 @@ def test_azimuths_in_radians_are_named(tmp_path: Path, last: float, refused: boo
             read(tmp_path / "video.npz")
     else:
         assert len(read(tmp_path / "video.npz").time_s) == 500
+
+
+@pytest.mark.parametrize(("unit", "takes"), [(1e3, "2.5e+03"), (0.0, "0"), (1 / 86400, "2.89e-05"), (1.0, None)])
+def test_times_in_another_unit_are_named(tmp_path: Path, unit: float, takes: str | None) -> None:
+    """Milliseconds gave no word in 40 s, equal times were taken."""
+    azimuth = np.arange(800) * 0.9
+    arrays = {"amplitude": np.ones((800, 8), np.uint8), "azimuth_deg": azimuth, "step_m": 5.0}
+    np.savez(tmp_path / "video.npz", time_s=7.0 + unit * 2.5 * azimuth / 360, **arrays)
+    if takes is None:
+        assert len(read(tmp_path / "video.npz").time_s) == 800
+    else:
+        with pytest.raises(
+            DataError, match=f"a turn of the antenna takes {re.escape(takes)}.* s; give time_s in seconds"
+        ):
+            read(tmp_path / "video.npz")

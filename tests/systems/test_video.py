@@ -221,6 +221,14 @@ def test_findings_say_what_does_not_hold():
     }  # fmt: skip
 
 
+def test_samples_that_are_all_the_same_are_no_echoes():
+    start = VideoStart(RadarVideo(), None, 0.0, 0.0, EchoExtent(10.0, 1.9), 1)
+    found = findings_of(Counter(), None, [5.0] * 12, 500.0, start, np.zeros((4, 4), bool))
+    told = next(one for one in found if one.name == "video.levels")
+    assert (told.holds, told.grave) == (False, True)
+    assert "no echo was received" in told.sentence
+
+
 def test_a_range_scale_that_changes_is_told_and_ends_what_is_live():
     """A turn that was begun before it changed is not gone on with when it changes back."""
     radar = VideoRadar(**SMALL)
@@ -307,6 +315,13 @@ def test_what_cannot_be_done_is_a_sentence(made, tmp_path):
         start_of(source, TOLD, 3.0, None)
     with pytest.raises(ParameterError, match="GB"):
         start_of(source, VideoTracking(radar={"beam_deg": 0.0001}), None, None)
+    turn = [part._replace(azimuth_rad=(-part.azimuth_rad) % (2 * np.pi)) for part in source]
+    with pytest.raises(DataError, match="360 degrees minus each"):
+        start_of(turn, TOLD, None, None)
+    with pytest.raises(DataError, match="all azimuths are 60 degrees; ships are tracked in whole turns"):
+        start_of(
+            [part._replace(azimuth_rad=np.full_like(part.azimuth_rad, np.pi / 3)) for part in turn], TOLD, None, None
+        )
     with pytest.raises(DataError, match="charted"):
         track_video_recording(
             source, TOLD, None, radar_lon_deg=10.0, radar_lat_deg=0.0, charts=[made / "coast.geojson"]

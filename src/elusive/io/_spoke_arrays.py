@@ -24,6 +24,7 @@ TOGETHER = 256  # spokes that are read at once
 SMALL = 1 << 28  # octets of the other arrays at most
 EVEN = 0.01  # of a step, by which ranges may be uneven
 RADIANS_SHORT = 0.05  # rad, by which the azimuths of a turn may fall short of 2 pi: one step of 126 spokes
+TURN_S = 0.05, 900.0  # a turn of an antenna takes
 UNSIGNED = {1: np.uint8, 2: np.uint16, 4: np.uint32, 8: np.uint32}
 NEEDED = "give amplitude (spokes x samples), azimuth_deg, time_s and range_m"
 
@@ -58,7 +59,7 @@ def spokes_of_arrays(path: Path, rotation_s: float | None) -> Iterator[Spokes]:
         if not 0 < samples <= MAX_SAMPLES:
             raise DataError(f"{path}: amplitude has {samples} samples a spoke; 1 to {MAX_SAMPLES} are read.")
         start_m, step_m = _scale(arrays.small, samples, path)
-        columns = _columns(arrays.small, spokes, rotation_s, path)
+        columns = _columns(arrays.small, arrays.shape, rotation_s, path)
         for at in range(0, spokes, TOGETHER):
             with decoding(f"{path}, spoke {at}", "write it again."):
                 raw = arrays.amplitude(at, min(at + TOGETHER, spokes))
@@ -92,8 +93,9 @@ def _of_zip(path: Path, stack: ExitStack) -> _Arrays:
                 shape, kind = header.shape, header
             elif size <= SMALL and header.dtype.kind in "biuf":
                 small[name] = read_array(file, header, header.shape)
-    if AMPLITUDE not in names or len(shape) != 2:
+    if AMPLITUDE not in names:
         raise DataError(f"{path}: holds {', '.join(names) or 'no array'}; {NEEDED}.")
+    _check_axes(shape, path)
     if kind.fortran:
         raise DataError(f"{path}: amplitude is stored by columns; {ZIP_AGAIN} Use numpy.ascontiguousarray before.")
     file = stack.enter_context(archive.open(f"{AMPLITUDE}.npy"))
@@ -106,8 +108,9 @@ def _of_hdf5(path: Path, stack: ExitStack) -> _Arrays:
 
     file = stack.enter_context(h5py.File(path, "r"))
     found = file.get(AMPLITUDE)
-    if not isinstance(found, h5py.Dataset) or len(found.shape or ()) != 2:
+    if not isinstance(found, h5py.Dataset):
         raise DataError(f"{path}: holds {', '.join(file) or 'no variable'}; {NEEDED}.")
+    _check_axes(found.shape or (), path)
     small = {
         name: np.asarray(item[()])
         for name, item in file.items()
@@ -115,6 +118,11 @@ def _of_hdf5(path: Path, stack: ExitStack) -> _Arrays:
     }
     small |= {name: np.asarray(found.attrs[name]) for name in ("bits", "from_north") if name in found.attrs}
     return _Arrays((found.shape[0], found.shape[1]), lambda at, to: np.asarray(found[at:to]), small)
+
+
+def _check_axes(shape: tuple[int, ...], path: Path) -> None:
+    if len(shape) != 2:
+        raise DataError(f"{path}: amplitude has the shape {shape}; give spokes x samples, turn after turn.")
 
 
 def _scale(small: dict[str, NDArray[Any]], samples: int, path: Path) -> tuple[float, float]:
@@ -138,24 +146,31 @@ def _one(small: dict[str, NDArray[Any]], name: str, absent: float, path: Path) -
 
 
 def _columns(
-    small: dict[str, NDArray[Any]], spokes: int, rotation_s: float | None, path: Path
+    small: dict[str, NDArray[Any]], shape: tuple[int, int], rotation_s: float | None, path: Path
 ) -> dict[str, NDArray[np.float64]]:
+    spokes, samples = shape
     columns = {}
     for name in ("time_s", "azimuth_deg", "heading_deg", "lon_deg", "lat_deg"):
         values = np.asarray(small.get(name, np.nan), np.float64).ravel()
         if len(values) not in (1, spokes):
-            raise DataError(f"{path}: {name} has {len(values)} values for {spokes} spokes; give one for each.")
+            turned = f", as amplitude has samples: is it spokes x samples, {shape}?" if len(values) == samples else "."
+            raise DataError(f"{path}: {name} has {len(values)} values for {spokes} spokes; give one for each{turned}")
         columns[name] = np.broadcast_to(values, spokes)
     if np.isnan(columns["azimuth_deg"]).any():
         raise DataError(f"{path}: tells no azimuth_deg, or not of every spoke; {NEEDED}.")
-    if len(columns["azimuth_deg"]) and 0 <= 2 * math.pi - np.ptp(columns["azimuth_deg"]) < RADIANS_SHORT:
-        low, high = columns["azimuth_deg"].min(), columns["azimuth_deg"].max()
+    azimuth_deg = columns["azimuth_deg"]
+    low, high = (azimuth_deg.min(), azimuth_deg.max()) if spokes else (0.0, 0.0)
+    if 0 <= low < RADIANS_SHORT and 0 <= 2 * math.pi - (high - low) < RADIANS_SHORT:
         raise DataError(f"{path}: azimuth_deg goes from {low:.4g} to {high:.4g}, a turn in radians; give degrees.")
     if np.isnan(columns["time_s"]).all() and rotation_s is not None:
-        turned = np.cumsum(np.diff(columns["azimuth_deg"], prepend=columns["azimuth_deg"][:1]) % 360.0)
+        turned = np.cumsum(np.diff(azimuth_deg, prepend=azimuth_deg[:1]) % 360.0)
         columns["time_s"] = turned / 360.0 * rotation_s
     if np.isnan(columns["time_s"]).any():
         raise DataError(f"{path}: tells no time_s, or not of every spoke; {NEEDED}, or the antenna's period.")
+    turns = abs(float(((np.diff(azimuth_deg) + 180.0) % 360.0 - 180.0).sum())) / 360.0
+    turn_s = float(np.ptp(columns["time_s"])) / turns if turns > 0.5 else math.nan
+    if turn_s < TURN_S[0] or turn_s > TURN_S[1]:
+        raise DataError(f"{path}: by time_s a turn of the antenna takes {turn_s:.3g} s; give time_s in seconds.")
     return columns
 
 

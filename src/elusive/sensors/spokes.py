@@ -112,6 +112,8 @@ def _fault_of(spokes: Spokes) -> str:
         return f"amplitude reaches {int(amplitude.max())}, more than {bits} bits hold; give more bits"
     if not most and not np.isfinite(amplitude).all():
         return "amplitude has values that are not finite; put 0 where nothing was received"
+    if not most and amplitude.min() < 0:
+        return f"amplitude goes down to {amplitude.min():.4g}; give magnitudes: of decibels, 10 ** (dB / 20)"
     if not (math.isfinite(spokes.start_m) and math.isfinite(spokes.step_m) and spokes.step_m > 0):
         return f"start_m={spokes.start_m:g}, step_m={spokes.step_m:g}: give finite numbers, the step above 0"
     if not np.isfinite(spokes.time_s).all() or (np.diff(spokes.time_s) < 0).any():

@@ -214,6 +214,11 @@ def _interference(share: float) -> Finding:
 
 
 def _levels(levels: int) -> Finding:
+    if levels == 1:
+        return Finding(
+            "video.levels", False, LEVELS, levels, "All samples of the first turn are the same: no echo was received.",
+            "See whether the radar transmits, and whether its video was written.", grave=True,
+        )  # fmt: skip
     return Finding(
         "video.levels", levels >= LEVELS, LEVELS, levels,
         f"Samples have {levels} levels: how strong an echo is, against its clutter, is cut off. Spots of clutter are "

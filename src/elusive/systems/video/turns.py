@@ -26,6 +26,7 @@ SPARSE = 8  # samples of a spoke of which one is looked at for its levels
 BEYOND = 5.0  # evidence at which the clutter's law is tried
 GONE = 3.0  # turns in another range scale after which a live radar is taken to stay in it
 TURN_RAD = 2 * math.pi
+BACKWARDS = 0.9  # share of steps; an antenna that sweeps to and fro has half
 EDGE = 15  # cells in a row, its own in the middle, of which a fixed one makes the edge of what is fixed
 OPEN = 0.5  # share of cells beyond such edges from which the open sea's law is known
 
@@ -90,6 +91,7 @@ def start_of(
     turn = first_turn(spokes)
     if not turn:
         raise DataError("radar video: no spoke came.")
+    _check_turning(np.concatenate([part.azimuth_rad for part in turn]))
     extent = echo_extent(turn)
     sensor = parameters.radar.bind(turn[0], extent)
     needed = bytes_held(sensor, parameters.learning_turns)
@@ -109,6 +111,21 @@ def start_of(
         )
     frame = LocalFrame.at(*known[0].tolist()) if len(known) else None
     return VideoStart(sensor, frame, needed, seconds_a_turn(sensor), extent, levels)
+
+
+def _check_turning(azimuth_rad: Array) -> None:
+    """Refuse an antenna that stands, or turns against the clock."""
+    steps = (np.diff(azimuth_rad) + math.pi) % TURN_RAD - math.pi
+    if len(steps) and not steps.any():
+        raise DataError(
+            f"radar video: all azimuths are {math.degrees(azimuth_rad[0]):.4g} degrees; ships are tracked in whole "
+            "turns of the antenna."
+        )
+    if len(steps) and np.mean(steps < 0) > BACKWARDS:
+        raise DataError(
+            "radar video: azimuths fall from spoke to spoke, as of an antenna that turns against the clock; count them "
+            "clockwise, 360 degrees minus each."
+        )
 
 
 def turns_of(
@@ -191,7 +208,9 @@ def heard(
                 on_turn(done)
         waiting = []
     if state is None:
-        raise DataError("radar video: holds no whole turn of the antenna; give a longer recording.")
+        raise DataError(
+            "radar video: holds no whole turn of the antenna, from north round past north; give a longer recording."
+        )
     for one in waiting:
         yield _judged(clutter, state, one, math.nan)
 
