@@ -153,8 +153,8 @@ def _columns(
     for name in ("time_s", "azimuth_deg", "heading_deg", "lon_deg", "lat_deg"):
         values = np.asarray(small.get(name, np.nan), np.float64).ravel()
         if len(values) not in (1, spokes):
-            turned = f", as amplitude has samples: is it spokes x samples, {shape}?" if len(values) == samples else "."
-            raise DataError(f"{path}: {name} has {len(values)} values for {spokes} spokes; give one for each{turned}")
+            hint = f", as amplitude has samples: is it spokes x samples, {shape}?" if len(values) == samples else "."
+            raise DataError(f"{path}: {name} has {len(values)} values for {spokes} spokes; give one for each{hint}")
         columns[name] = np.broadcast_to(values, spokes)
     if np.isnan(columns["azimuth_deg"]).any():
         raise DataError(f"{path}: tells no azimuth_deg, or not of every spoke; {NEEDED}.")
