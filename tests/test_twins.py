@@ -105,6 +105,10 @@ TWINS: dict[str, dict[str, str]] = {
         "centroid_offsets": "preprocess/test_blobs.py::reference.centroid",
         "gaussian_offsets": "preprocess/test_blobs.py::reference.gaussian_peak",
     },
+    "preprocess._drawn_kernels": {
+        "keep": "preprocess/test_drawn.py::np.minimum(kept",
+        "long_lines": "preprocess/test_drawn.py::ndimage.binary_opening",
+    },
     "preprocess._image_prior_kernels": {
         "add_parity_block": "preprocess/test_tomography.py::np.linalg.inv(C)",
         "parity_block": "preprocess/test_tomography.py::np.linalg.inv(C)",

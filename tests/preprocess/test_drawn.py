@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
+from elusive.preprocess._drawn_kernels import keep, long_lines
 from elusive.preprocess.drawn import FIRST, FRAMES, PASSED_PX, drawn, margins, without_drawn
 from elusive.preprocess.peaks import PeakFinder
 from tests.preprocess.scenes import recording
@@ -84,3 +86,26 @@ def test_bars_do_not_hold_the_registration(bar):
             assert (np.abs(y - (80 - bar)) > 1).all()
     moved = np.diff(offsets, axis=0)[FIRST + 1 :]
     np.testing.assert_allclose(moved.mean(axis=0), [0.4, 0.7], atol=0.05)
+
+
+@pytest.mark.parametrize("counts", [True, False])
+def test_what_keeps_its_value_is_counted(counts):
+    rng = np.random.default_rng(5)
+    last, change = rng.normal(size=(2, 30, 41)).astype(np.float32)
+    last[3, 4] = np.nan
+    image = last + change
+    kept = rng.integers(0, FRAMES + 1, last.shape).astype(np.uint8)
+    blank = rng.random(last.shape) < 0.2
+    found, full = keep(image, last, kept, blank, np.float32(0.8), counts, FRAMES)
+    wanted = np.minimum(kept + (blank | counts), FRAMES) * (np.abs(image - last) <= np.float32(0.8))
+    np.testing.assert_array_equal(found, wanted)
+    assert full == np.count_nonzero(wanted == FRAMES)
+
+
+@pytest.mark.parametrize("share", [0.5, 0.9, 0.97, 1.0])
+def test_long_lines_are_openings_by_lines(share):
+    still = np.random.default_rng(6).random((33, 47)) < share
+    lines = [ndimage.binary_opening(still, np.ones(side, bool)) for side in ((1, 10), (10, 1))]
+    mask, found = long_lines(still.astype(np.uint8), 1, 10)
+    np.testing.assert_array_equal(mask, lines[0] | lines[1])
+    assert found == np.count_nonzero(mask)

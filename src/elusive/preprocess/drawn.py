@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from elusive.preprocess import _drawn_kernels
 from elusive.preprocess._scale_kernels import Image
 
 FRAMES, FIRST = 8, 4  # in which a pixel kept its value; from a recording's begin on
@@ -44,17 +45,16 @@ def drawn(state: Drawn | None, image: Image) -> Drawn:
     blank = margins(image)
     if state is None:
         kept = np.where(blank, FRAMES, FRAMES - FIRST).astype(np.uint8)
-        return Drawn(image, kept, _drawn(kept == FRAMES))
-    change = np.abs(image - state.last)
-    usual = np.float32(np.nanmedian(change[::4, ::4]))
-    same = change <= TOLERANCE * usual  # no where it is not finite
+        return Drawn(image, kept, _drawn(kept, np.count_nonzero(blank)))
+    usual = np.float32(np.nanmedian(np.abs(image[::4, ::4] - state.last[::4, ::4])))
+    bound = np.float32(TOLERANCE) * usual
     # where most keep their value, that of one says nothing
-    kept = np.minimum(state.kept + (blank | (usual > 0)), FRAMES) * same
+    kept, full = _drawn_kernels.keep(image, state.last, state.kept, blank, bound, bool(usual > 0), FRAMES)
     if state.mask is not None:
-        passes = ~same & ndimage.minimum_filter(state.kept == FRAMES, INNER_PX)
+        passes = (kept == 0) & ndimage.minimum_filter(state.kept == FRAMES, INNER_PX)
         if passes.any():
             kept[ndimage.maximum_filter(passes, PASSED_PX)] = 0
-    return Drawn(image, kept, _drawn(kept == FRAMES))
+    return Drawn(image, kept, _drawn(kept, full))
 
 
 def margins(image: Image) -> Mask:
@@ -64,7 +64,10 @@ def margins(image: Image) -> Mask:
     of the scene in which something lies.
     """
     blank = np.zeros(image.shape, bool)
+    edges = image[0], image[-1], image[:, 0], image[:, -1]
     for corner in (image[0, 0], image[-1, -1]):
+        if not any((edge == corner).all() for edge in edges):
+            continue
         picture = image != corner
         for lines, over in ((picture, blank), (picture.T, blank.T)):
             filled = np.flatnonzero(lines.any(axis=1))
@@ -76,10 +79,9 @@ def margins(image: Image) -> Mask:
     return blank
 
 
-def _drawn(still: Mask) -> Mask | None:
-    """Of the pixels that keep their value, those in straight lines that are long enough."""
-    if not still.any():
+def _drawn(kept: NDArray[np.uint8], full: int) -> Mask | None:
+    """Of the pixels, at most so many, that keep their value, those in straight lines that are long enough."""
+    if full < LONG_PX:
         return None
-    lines = [ndimage.binary_opening(still, np.ones(side, bool)) for side in ((1, LONG_PX), (LONG_PX, 1))]
-    mask: Mask = lines[0] | lines[1]
-    return mask if mask.any() else None
+    mask, found = _drawn_kernels.long_lines(kept, FRAMES, LONG_PX)
+    return mask if found else None
