@@ -63,7 +63,8 @@ def test_what_differs_from_the_past_and_what_is_learnt(part, roll):
     image, mean = image_of(shape), image_of(shape, 1)
     variance, local = image_of(shape, 2) ** 2, image_of((4, 4), 3) ** 2 + 1
     seen = np.random.default_rng(4).integers(0, 21, shape).astype(np.float32)
-    seen[:20] = 20  # rows of one count take another way
+    seen[:20] = 20  # what is of one count along a row takes another way
+    seen[26:, 7:30] = 20
     part, roll = np.array(part, dtype=float), np.array(roll)
     deviation = _past_kernels.deviate(image, mean, seen, part, roll)
     past, known = reference.moved(mean, roll, 0.0), reference.moved(seen, roll, 0.0) >= 1

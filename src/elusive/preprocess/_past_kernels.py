@@ -148,20 +148,25 @@ def learn(
         error, noise, out = deviation[row, first:last], about[first:last], white[row, first:last]
         new_mean, new_variance = means[row, first:last], variances[row, first:last]
         new_count = counts[row, first:last]
-        lowest, highest = count[0], count[0]
+        # most of a row was seen equally often: all but what the camera has just come to
+        n, left, right = count[len(count) // 2], len(count) // 2, len(count) // 2
+        if n >= one:
+            while left > 0 and count[left - 1] == n:
+                left -= 1
+            while right < len(count) and count[right] == n:
+                right += 1
+            # as below; few rows a loop, which a compiler makes vectors of
+            weight, part = one / (prior + n - one), slice(left, right)
+            known, clipped = own[: right - left], error[part]
+            _mix(noise[part], prior * weight, spread[part], (n - one) * weight, known)
+            _divide(clipped, known, one if n >= KNOWN else np.float32(0), out[part])
+            _clip(clipped, known, bound)
+            _add(before[part], one / min(n + one, longest), known, new_mean[part])
+            _approach(spread[part], one / min(n, longest), known, new_variance[part])
+            new_count[part] = min(n + one, longest)
         for i in range(last - first):
-            lowest, highest = min(lowest, count[i]), max(highest, count[i])
-        if lowest == highest and lowest >= 1:
-            # as below, for a count that is one for the whole row; few rows a loop, which a compiler makes vectors of
-            weight = one / (prior + lowest - one)
-            _mix(noise, prior * weight, spread, (lowest - one) * weight, own)
-            _divide(error, own[: last - first], one if lowest >= KNOWN else np.float32(0), out)
-            _clip(error, own[: last - first], bound)
-            _add(before, one / min(lowest + one, longest), own, new_mean)
-            _approach(spread, one / min(lowest, longest), own, new_variance)
-            new_count[:] = min(lowest + one, longest)
-            continue
-        for i in range(last - first):
+            if left <= i < right:
+                continue
             n = count[i]
             deviation_here = np.sqrt((prior * noise[i] + (n - one) * spread[i]) / (prior + n - one))
             out[i] = error[i] / deviation_here if n >= KNOWN else np.float32(0)

@@ -45,7 +45,7 @@ def drawn(state: Drawn | None, image: Image) -> Drawn:
     blank = margins(image)
     if state is None:
         kept = np.where(blank, FRAMES, FRAMES - FIRST).astype(np.uint8)
-        return Drawn(image, kept, _drawn(kept, np.count_nonzero(blank)))
+        return Drawn(image, kept, _drawn(kept, int(np.count_nonzero(blank))))
     usual = np.float32(np.nanmedian(np.abs(image[::4, ::4] - state.last[::4, ::4])))
     bound = np.float32(TOLERANCE) * usual
     # where most keep their value, that of one says nothing

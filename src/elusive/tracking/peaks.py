@@ -115,7 +115,7 @@ class SceneTracker(PeakRecursion):
         targets = rejoined(targets.joined(newborn), self.level_spread)
         kept = self.kept(targets, peaks.offset_px, shape)
         over = ~kept & (targets.age >= OLD) & ~on_sensor(targets, MANY)
-        ended = np.concatenate([belief.ended, self._reached(targets)[over]])[-REMEMBERED:]
+        ended = np.concatenate([belief.ended, self._reached(targets.kept(over))])[-REMEMBERED:]
         belief = belief._replace(
             time_s=time_s, targets=targets.kept(kept), born=belief.born + len(newborn.number), ended=ended,
             reliability=belief.reliability.carried(warp), warp=warp,
