@@ -56,6 +56,16 @@ def names(frames: np.ndarray, **given: Any) -> dict[str, bool]:
     return {one.name: one.grave for one in broken(findings_of(parameters, facts))}
 
 
+def in_turn(*channels: np.ndarray) -> np.ndarray:
+    """Samples of channels one after another."""
+    return np.stack(channels, axis=-1).reshape(len(channels[0]), -1)
+
+
+def read_as_pairs(frames: np.ndarray) -> np.ndarray:
+    """Real samples as I and Q."""
+    return frames[:, ::2] + 1j * frames[:, 1::2]
+
+
 @pytest.mark.parametrize("kind", ["white", "ar0.9", "unequal", "along"])
 def test_what_is_right_is_not_remarked_on(kind: str) -> None:
     assert [names(noise(kind, seed)) for seed in range(3)] == [{}] * 3
@@ -103,6 +113,9 @@ def test_alarms_are_counted_unless_they_are_believed(ends: str) -> None:
         (lambda: np.sign(noise("white", 1)), [], "signals.even", True),
         (lambda: np.clip(noise("white", 1), -0.5, 0.5), [], "signals.even", True),
         (lambda: (2000 * noise("white", 1)).astype(">i2").view("<i2"), [], "signals.even", True),
+        (lambda: in_turn(noise("white", 1), 2 * noise("white", 2)), [], "signals.interleaved", False),
+        (lambda: in_turn(noise("ar0.5", 1), noise("ar0.5", 2)), [], "signals.interleaved", False),
+        (lambda: read_as_pairs(noise("ar0.9", 1)), [], "signals.interleaved", False),
         (lambda: noise("silent", 1), [], "signals.silent", False),
         (lambda: np.where(np.arange(TIMES)[:, None] < 100, 0.0, noise("white", 1)), [], "signals.silent", True),
     ],

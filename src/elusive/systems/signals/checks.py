@@ -31,6 +31,7 @@ def findings_of(parameters: SignalTracking, facts: SignalFacts) -> tuple[Finding
         _bursts(facts),
         _followed(facts),
         _axes(facts),
+        _interleaved(facts),
         *_length(parameters, facts),
         _silent(facts),
         _even(facts),
@@ -157,6 +158,30 @@ def _axes(facts: SignalFacts) -> Finding:
         "(sample, time), or its noise changes more slowly than frames come; every place looks like an object then.",
         f"{TURN} Or take every n-th frame, so that they are independent.",
     )
+
+
+def _interleaved(facts: SignalFacts) -> Finding:
+    """Tell two signals whose samples come in turn, and a real one read as I and Q."""
+    contrast, skipped, paired = facts.interleaved
+    if paired:
+        sentence = (
+            f"I and Q correlate by {paired:.2f}, and Q with the I after it as much: neighbours of one real signal, "
+            "whose samples were read as I and Q in turn. Frames have half its samples, and velocities are half as fast."
+        )
+        remedy = "Read the samples as real: signal.view(float) in NumPy, --raw without its c."
+    else:
+        seen = (
+            f"Even and odd samples differ by {contrast:.2f} of the power"
+            if contrast
+            else f"Samples two apart correlate by {skipped:.2f}, and those one and three apart do not"
+        )
+        sentence = (
+            f"{seen}: two signals seem to come in turn, two channels or I and Q. An object has twice its length then, "
+            "and moves twice as fast; each signal is the other's noise."
+        )
+        remedy = "Give one channel, signal[..., ::2] in NumPy; of I and Q signal[..., ::2] + 1j * signal[..., 1::2]."
+    worst = max(contrast, skipped, abs(paired))
+    return Fact(0.0, worst, worst == 0.0, facts.frames).finding("signals.interleaved", sentence, remedy, grave=False)
 
 
 def _length(parameters: SignalTracking, facts: SignalFacts) -> tuple[Finding, Finding]:

@@ -9,6 +9,7 @@ import numpy as np
 from elusive.checks import Fact, lag_of
 from elusive.contracts import Array
 from elusive.preprocess.levels import hidden_mean
+from elusive.systems.signals.interleaved import Interleaved, interleaved_of
 from elusive.systems.signals.track import SignalState
 from elusive.tracking import Step
 
@@ -22,7 +23,7 @@ FOLLOWED = 0.5  # share of the frames in which steady levels may seem to drift
 ALARMS, TIMES_ASKED = 20, 4.0  # frames, and times the rate asked for, up to which alarms of nothing are none too many
 BY_CHANCE, OFTEN = 0.01, 0.05  # of a frame's highest evidence alone; share of the frames that may have so little
 EVEN = 0.45  # of the variance that the squares of Gaussian noise have; uniform noise has .4 of it
-KEPT_LEVELS = 20_000  # levels of frames that are kept
+KEPT_LEVELS, KEPT_SAMPLES = 20_000, 1_000_000  # levels of frames, and samples of the first, that are kept
 
 
 class SignalFacts:
@@ -31,6 +32,7 @@ class SignalFacts:
     def __init__(self) -> None:
         self.frames = self.gaps = self.samples = 0
         self.levels: list[float] = []  # log mean square of each frame, as it was taken
+        self._first: list[Array] = []  # frames as they came
         self._along, self._apart = np.zeros(LAGS + 1), np.zeros(LAGS + 1)
         self._in_time, self._pairs = 0.0, 0
         self._before: Array | None = None
@@ -53,6 +55,8 @@ class SignalFacts:
         power = float(np.mean(np.abs(state.taken) ** 2))
         white = state.taken / math.sqrt(power)
         self.samples, self._usable = white.size, self._usable + 1
+        if (len(self._first) + 1) * white.size <= KEPT_SAMPLES:
+            self._first.append(step.measurement)
         self._followed += state.noise is not None and state.noise.memory_frames <= MEMORY
         if len(self.levels) < KEPT_LEVELS:
             self.levels.append(math.log(power))
@@ -107,6 +111,11 @@ class SignalFacts:
         seen = self._squares / max(self._usable, 1)
         due = 1.0 if self._before is not None and np.iscomplexobj(self._before) else 2.0
         return Fact(due, seen, self._usable == 0 or seen > EVEN * due, self._usable)
+
+    @property
+    def interleaved(self) -> Interleaved:
+        """What every second sample says, as they came."""
+        return interleaved_of(np.array(self._first).reshape(-1, max(self.samples, 1)))
 
     def _follow_levels(self, excess: Array) -> None:
         kept, count = 1 - 1 / MEMORY, self._usable
