@@ -55,7 +55,8 @@ def _without_lines(frames: Array) -> Array:
     """Take out tones, which beat with themselves and are alike in I and Q."""
     spectra = np.fft.fft(frames, axis=1)
     power = np.mean(np.abs(spectra) ** 2, axis=0)
-    left = np.fft.ifft(spectra * (power < TONE * median_filter(power, BINS, mode="wrap")), axis=1)
+    kept = power < TONE * median_filter(power, BINS, mode="wrap")
+    left: Array = np.fft.ifft(spectra * kept, axis=1)  # type: ignore[assignment]
     return left if np.iscomplexobj(frames) else left.real
 
 
