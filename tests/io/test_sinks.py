@@ -214,23 +214,23 @@ class Broker:
 
     def serve(self, server):
         with contextlib.suppress(OSError):
-            self.connection = server.accept()[0]
-            with self.connection.makefile("rb") as file:
+            connection = self.connection = server.accept()[0]
+            with connection.makefile("rb") as file:
                 while head := file.read(1):
                     size = shift = 0
                     while (octet := file.read(1)[0]) & 128:
                         size, shift = size | (octet & 127) << shift, shift + 7
                     body = file.read(size | octet << shift)
                     if not self.silent.is_set():
-                        self.answer(head[0] >> 4, body)
+                        self.answer(connection, head[0] >> 4, body)
 
-    def answer(self, kind, body):
+    def answer(self, connection, kind, body):
         if kind == 1:
-            self.connection.sendall(b"\x20\x02\x00\x00")
+            connection.sendall(b"\x20\x02\x00\x00")
         elif kind == 3:
             topic, rest = body[2 : 2 + body[1]].decode(), body[2 + body[1] :]
             self.came.append((topic.removeprefix("hall/"), rest[2:].decode()))
-            self.connection.sendall(b"\x40\x02" + rest[:2])
+            connection.sendall(b"\x40\x02" + rest[:2])
 
     def topic(self, name):
         return [text for topic, text in self.came if topic == name]
