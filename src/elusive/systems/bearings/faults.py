@@ -1,14 +1,15 @@
-"""What is wrong with one sensor, where all fit together only roughly: its north, its clock, its place.
+"""What is wrong with a sensor or two, where all fit together only roughly: its north, its clock, its place.
 
 Three bearings of a time are one more than a place needs, and as an emitter moves these tell each sensor's systematic
-error. Each error is tried by the evidence of the path with and without it (MacKay, 2003, section 28.1), to second order
-in its size.
+error. Each error, and each two, is tried by the evidence of the path with and without it (MacKay, 2003, section 28.1),
+at its most probable size.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -20,9 +21,9 @@ from elusive.metrics.consistency import squared_deviations
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearing_table import PlaceSet
 from elusive.systems.bearings.choices import Cruise, Estimation, Interacting, OneEmitter, Turn
-from elusive.systems.bearings.given import turning
 from elusive.systems.bearings.leftovers import leftovers, scale_of
 from elusive.systems.bearings.parameters import BearingTracking
+from elusive.systems.bearings.sensor_errors import Heard, SensorError, Sizes, errors_of, pairs_of
 from elusive.systems.bearings.track import track
 from elusive.tracking.track import Step
 
@@ -30,13 +31,11 @@ TIMES, SENSORS = 200, 8  # of the recording's middle; sensors at most
 LEAST_TIMES = 12
 GAIN = 15.0  # of log evidence, by chance 4e-8 each, and 1e-3 where errors persist a little
 MOVED = 1.0  # deviations that the path moves, from which its ellipses are wrong
-ALIKE = 0.7  # of the gain, with which another error may be it as well
+AS_LIKELY = 5.0  # of log evidence, by which another error may fall short and be it as well
 LONGEST = 2000  # times, of a motion that is tried
 FREER = 4.0  # times the power of the motion's noise that is tried
 MANOEUVRES, HARDLY = 20.0, 0.5  # of log evidence (flights with sharp corners reach 14), and deviations of the path
-ROUNDS = 2  # steps of the search for a size
-
-Heard = list[BearingSet]
+PROMISES = (0.5, 0.8, 0.9)  # of the evidence that is asked for, which each step of a search must expect
 
 
 class Fault(NamedTuple):
@@ -49,10 +48,11 @@ class Fault(NamedTuple):
     fits: bool  # whether nothing is left to be explained
 
 
-class _Trial(NamedTuple):
-    unit: float  # size that is tried first
-    said: Callable[[float], tuple[str, str]]
-    heard: Callable[[float], tuple[Heard, SensorSites]]
+class _Explained(NamedTuple):
+    error: SensorError
+    sizes: Sizes
+    gain: float
+    path: list[Step]
 
 
 def tried_with(parameters: BearingTracking) -> BearingTracking | None:
@@ -85,21 +85,21 @@ def fault_of(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSi
     base = path_of(heard, asked, sites)
     if base is None:
         return None
-    found = list[tuple[float, float, list[Step], _Trial]]()
-    for trial in _trials(heard, base, sites, used, parameters.sigma_deg):
-        sized = _sized(trial, asked, base)
-        if sized is not None and sized[1] > GAIN:
-            found.append((*sized, trial))
+    errors = errors_of(heard, base, sites, used, parameters.sigma_deg)
+    found = _explaining(errors, heard, sites, asked, base)
     if not found:
         return None
-    found.sort(key=lambda one: -one[1])
-    size, gain, path, trial = found[0]
-    what, remedy = trial.said(size)
+    pairs = _explaining(pairs_of(errors), heard, sites, asked, base, found[0].gain + AS_LIKELY)
+    # one more error must say as much more to be it, and is as likely where it says some
+    found = pairs if pairs and pairs[0].gain > found[0].gain + GAIN else [found[0], *pairs, *found[1:]]
+    best = found[0]
+    what, remedy = best.error.said(best.sizes)
     # over a short path a turned sensor looks like one that stands elsewhere
-    others = [one[-1].said(one[0])[0] for one in found[1:] if one[1] > ALIKE * gain]
-    sensor = asked.sensor_of(trial.heard(size)[1], BearingSet, "z" in base[0].state.state_names)
-    fits = not scale_of(leftovers(path, sensor, asked.filter)).wide
-    fault = Fault(", or ".join([what, *others[:1]]), remedy, gain, apart_by(base, path), fits)
+    others = [one.error.said(one.sizes)[0] for one in found[1:] if best.gain - one.gain < AS_LIKELY]
+    mended = best.error.without(heard, sites, best.sizes)[1]
+    sensor = asked.sensor_of(mended, BearingSet, "z" in base[0].state.state_names)
+    fits = not scale_of(leftovers(best.path, sensor, asked.filter)).wide
+    fault = Fault(", or ".join([what, *others[:1]]), remedy, best.gain, apart_by(base, best.path), fits)
     return fault if fault.moved > MOVED else None
 
 
@@ -134,89 +134,56 @@ def fault_finding(fault: Fault | None, said: str) -> Finding:
     )  # fmt: skip
 
 
-def _trials(heard: Heard, base: list[Step], sites: SensorSites, used: list[int], sigma_deg: float) -> list[_Trial]:
-    """Return all errors that are tried."""
-    spread = float(np.median([math.sqrt(step.tracks[0].covariance[X, X]) for step in base]))
-    rates = [turning(times, step.tracks[0].mean, sites) for times, step in zip(heard, base, strict=True)]
-    fastest = float(np.median(np.abs(np.concatenate(rates)))) or 1e-9
-    trials = []
-    whose: list[tuple[str, list[int]]] = [(sites.names[row], [row]) for row in used]
-    for name, rows in [*whose, ("", used)]:
-
-        def turned(size: float, rows: list[int] = rows) -> tuple[Heard, SensorSites]:
-            return [shifted(times, rows, np.full(len(times.sensor), -math.radians(size))) for times in heard], sites
-
-        def clocked(size: float, rows: list[int] = rows) -> tuple[Heard, SensorSites]:
-            later = zip(heard, rates, strict=True)
-            return [shifted(times, rows, size * rate) for times, rate in later], sites
-
-        who = f"the azimuths of sensor {name}" if name else "all azimuths"
-        trials.append(_Trial(sigma_deg, lambda size, who=who: _says_turned(who, size), turned))  # type: ignore[misc]
-        if name:
-            unit = math.radians(sigma_deg) / fastest
-            trials.append(_Trial(unit, lambda size, name=name: _says_clocked(name, size), clocked))  # type: ignore[misc]
-            if all(times.places_m is None for times in heard):
-                trials += [_placed(name, rows[0], axis, spread, heard, sites) for axis in (0, 1)]
-    return trials
+def _explaining(
+    errors: Sequence[SensorError],
+    heard: Heard,
+    sites: SensorSites,
+    asked: BearingTracking,
+    base: list[Step],
+    least: float = GAIN,
+) -> list[_Explained]:
+    """Return the errors that raise the evidence by enough, those that raise it most first."""
+    sized = [_sized(error, heard, sites, asked, base, least) for error in errors]
+    found = [one for one in sized if one is not None and one.gain > least]
+    return sorted(found, key=lambda one: -one.gain)
 
 
-def _placed(name: str, row: int, axis: int, unit: float, heard: Heard, sites: SensorSites) -> _Trial:
-    def moved(size: float) -> tuple[Heard, SensorSites]:
-        places = sites.positions_m.copy()
-        places[row, axis] += size
-        return heard, sites._replace(positions_m=places)
+def _sized(
+    error: SensorError, heard: Heard, sites: SensorSites, asked: BearingTracking, base: list[Step], least: float
+) -> _Explained | None:
+    """Find the sizes of most evidence by Newton's method on differences; None where it comes to nothing."""
+    n, begun = len(error.units), evidence_of(base)
+    at, unit, level, best = np.zeros(n), np.array(error.units), begun, base
 
-    def says(size: float) -> tuple[str, str]:
-        way = ("east" if size > 0 else "west") if axis == 0 else ("north" if size > 0 else "south")
-        return f"sensor {name} stands {abs(size):.2g} m further {way} than was told", f"Measure the place of {name}."
+    def path(sizes: Array) -> list[Step] | None:
+        mended, places = error.without(heard, sites, tuple(sizes.tolist()))
+        return path_of(mended, asked, places)
 
-    return _Trial(unit, says, moved)
+    def value(sizes: Array) -> float:
+        steps = path(sizes)
+        return math.nan if steps is None else evidence_of(steps)
 
-
-def _says_turned(who: str, size: float) -> tuple[str, str]:
-    way = "too large" if size > 0 else "too small"
-    remedy = "Look at how its north was found, or let it be estimated: --bias-sd-deg with --bias-memory-s 1e6."
-    return f"{who} are {abs(size):.2g} degrees {way}", remedy
-
-
-def _says_clocked(name: str, size: float) -> tuple[str, str]:
-    way = "late" if size > 0 else "early"
-    return (
-        f"the bearings of sensor {name} come {abs(size):.2g} s {way}",
-        f"Set the clock of {name}, or shift its times.",
-    )
-
-
-def shifted(times: BearingSet, rows: list[int], by: Array) -> BearingSet:
-    """Turn the bearings of some sensors by angles ``(n,)`` [rad], one of each bearing."""
-    return times._replace(azimuth_rad=times.azimuth_rad + np.where(np.isin(times.sensor, rows), by, 0.0))
-
-
-def _sized(trial: _Trial, asked: BearingTracking, base: list[Step]) -> tuple[float, float, list[Step]] | None:
-    """Return the size of most evidence, what is gained by it, and the path with it."""
-    at, unit, begun = 0.0, trial.unit, evidence_of(base)
-    level, best = begun, base
-    for _ in range(ROUNDS):
-        sides = [path_of(*_of(trial, at + way * unit, asked)) for way in (1.0, -1.0)]
-        if sides[0] is None or sides[1] is None:
+    for promised in PROMISES:
+        ways = np.diag(unit)
+        up, down = (np.array([value(at + sign * way) for way in ways]) for sign in (1.0, -1.0))
+        slope, bend = 0.5 * (up - down), np.diag(2 * level - up - down)
+        for i, j in combinations(range(n), 2):
+            bend[i, j] = bend[j, i] = up[i] + up[j] - level - value(at + ways[i] + ways[j])
+        if not (np.isfinite(slope).all() and np.isfinite(bend).all()):
             return None
-        up, down = evidence_of(sides[0]), evidence_of(sides[1])
-        bend = 2 * level - up - down
-        step = 0.5 * (up - down) / bend if bend > 0 else math.copysign(3.0, up - down)
-        if bend > 0 and level - begun + 0.5 * step**2 * bend < 0.5 * GAIN:
+        bends, axes = np.linalg.eigh(bend)
+        along = axes.T @ slope
+        steps = np.where(bends > 0, along / np.where(bends > 0, bends, 1.0), 3.0 * np.sign(along))
+        if (bends > 0).all() and level - begun + 0.5 * float(along @ steps) < promised * least:
             return None
-        at += min(max(step, -6.0), 6.0) * unit
-        there = path_of(*_of(trial, at, asked))
+        move = axes @ np.clip(steps, -6.0, 6.0) * unit
+        there = path(at + move)
         if there is None:
             return None
-        level, best = evidence_of(there), there
-        unit *= 0.5
-    return at, level - begun, best
-
-
-def _of(trial: _Trial, size: float, asked: BearingTracking) -> tuple[Heard, BearingTracking, SensorSites]:
-    heard, sites = trial.heard(size)
-    return heard, asked, sites
+        if (now := evidence_of(there)) > level:
+            at, level, best = at + move, now, there
+        unit = 0.5 * unit
+    return _Explained(error, tuple(at.tolist()), level - begun, best)
 
 
 def path_of(heard: Sequence[PlaceSet], asked: BearingTracking, sites: SensorSites) -> list[Step] | None:
@@ -236,6 +203,8 @@ def evidence_of(steps: list[Step]) -> float:
 def apart_by(base: list[Step], other: list[Step]) -> float:
     """How far two paths lie apart, in deviations of the first."""
     ground = np.ix_([X, Y], [X, Y])
-    off = np.array([a.tracks[0].mean[[X, Y]] - b.tracks[0].mean[[X, Y]] for a, b in zip(base, other, strict=True)])
-    spread = np.array([step.tracks[0].covariance[ground] for step in base])
+    there = {step.time_s: step.tracks[0].mean[[X, Y]] for step in other}
+    both = [step for step in base if step.time_s in there]  # a clock that is set has times of its own
+    off = np.array([step.tracks[0].mean[[X, Y]] - there[step.time_s] for step in both])
+    spread = np.array([step.tracks[0].covariance[ground] for step in both])
     return math.sqrt(float(np.mean(squared_deviations(off, spread))) / 2)

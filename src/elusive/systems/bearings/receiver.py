@@ -13,9 +13,10 @@ import numpy as np
 from elusive.checks import Finding
 from elusive.contracts import X, Y
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
-from elusive.systems.bearings.faults import apart_by, evidence_of, path_of, shifted, tried_with
+from elusive.systems.bearings.faults import apart_by, evidence_of, path_of, tried_with
 from elusive.systems.bearings.heard import moving, sensors_of
 from elusive.systems.bearings.parameters import BearingTracking
+from elusive.systems.bearings.sensor_errors import shifted
 from elusive.tracking.track import Step
 
 TIMES = 400  # of the recording's beginning, on which it is tried

@@ -1,0 +1,62 @@
+"""Errors of one sensor and of two: bearings without them are what they were, and a flight tells which they are."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from elusive.sensors.bearing_sets import SensorSites
+from elusive.systems.bearings.faults import fault_of
+from elusive.systems.bearings.parameters import BearingTracking
+from elusive.systems.bearings.sensor_errors import errors_of, pairs_of, shifted
+from elusive.systems.bearings.track import track
+from tests.cli.test_bearing_checks import SIGMA_DEG, SITES_M, flown
+
+SITES = SensorSites(("1", "2", "3"), np.column_stack([SITES_M, np.zeros(3)]))
+TRACKING = BearingTracking(sigma_deg=SIGMA_DEG)
+
+
+def turned(sets, **by_deg):
+    """Turn the azimuths of sensors ``s1`` to ``s3``."""
+    for name, deg in by_deg.items():
+        row = int(name[1:]) - 1
+        sets = [shifted(times, [row], np.full(len(times.sensor), np.deg2rad(deg))) for times in sets]
+    return sets
+
+
+def all_rows(sets):
+    """Time, sensor and azimuth of all bearings, in order."""
+    return sorted((one.time_s, row, azimuth) for one in sets for row, azimuth in zip(*one[1:3], strict=True))
+
+
+def test_bearings_without_an_error_are_what_they_were():
+    sets = flown(1)[:20]
+    base = list(track(sets, TRACKING, SITES))
+    errors = errors_of(sets, base, SITES, [0, 1, 2], SIGMA_DEG)
+    assert [error.kind for error in errors] == ["north", *(["north", "clock", "place", "place"] * 3)]
+    assert len(pairs_of(errors)) == 12
+    north, clock = (
+        next(one for one in errors if one.kind == kind and one.sensors == {1}) for kind in ("north", "clock")
+    )
+    mended, _ = north.without(turned(sets, s2=4.0), SITES, (4.0,))
+    np.testing.assert_allclose(all_rows(mended), all_rows(sets), atol=1e-12)
+    late = [row if row[1] != 1 else (row[0] + 2.0, *row[1:]) for row in all_rows(sets)]
+    np.testing.assert_allclose(all_rows(clock.without(sets, SITES, (-2.0,))[0]), sorted(late), atol=1e-12)
+    back = clock.without(clock.without(sets, SITES, (-2.0,))[0], SITES, (2.0,))[0]
+    np.testing.assert_allclose(all_rows(back), all_rows(sets), atol=1e-12)
+    assert [len(one.sensor) for one in back] == [len(one.sensor) for one in sets]
+
+
+@pytest.mark.validate
+@pytest.mark.parametrize(("first", "second"), [(6.0, -6.0), (6.0, 6.0)])
+def test_two_norths_are_told(first, second):
+    """Sizes lie about what was turned, by no more than a bearing errs."""
+    for seed in range(5):
+        steps = list(track(turned(flown(seed), s1=first, s2=second), TRACKING, SITES))
+        said = fault_of(steps, TRACKING, SITES).what
+        found = re.findall(r"sensor (\d) are ([\d.]+) degrees too (large|small)", said)
+        assert [int(name) for name, *_ in found[:2]] == [1, 2], said
+        sizes = [float(size) * (1 if way == "large" else -1) for _, size, way in found[:2]]
+        assert sizes == pytest.approx([first, second], abs=SIGMA_DEG)
