@@ -147,9 +147,13 @@ class EvidenceSensor(Protocol):
         """Time at which places ``(T, 2)`` are looked at, ``(T,)``."""
 
     def look(
-        self, mean: Array, covariance: Array, levels: Array, existence: Array, measurement: Any, gate: float
-    ) -> Looked:
-        """Update targets, each expected at the time at which its place is looked at, by cells in its gate."""
+        self, mean: Array, covariance: Array, levels: Array, existence: Array, number: NDArray[np.int64],
+        measurement: Any, gate: float,
+    ) -> Looked:  # fmt: skip
+        """Update beliefs, each expected at the time at which its place is looked at, by cells in its gate.
+
+        Those of one ``number`` ``(T,)`` are of one target and exclude each other: none explains another's cells.
+        """
 
     def beginnings(self, measurement: Any, looked: Looked, least: float, most: int) -> Beginnings:
         """Return cells of a least evidence that nobody claims, the strongest, as many as are wanted at most."""

@@ -14,6 +14,8 @@ from tests.reference import radar_video as twin
 
 RADAR = RadarVideo(beam_deg=9.0, pulse_m=40.0, start_m=100.0, step_m=10.0, samples=128)
 
+NOTHING = *(np.zeros(shape) for shape in ((0, 4), (0, 4, 4), (0, 7), 0)), np.zeros(0, np.int64)
+
 
 def turn_of(evidence, time_s=2.0, place=(0.0, 0.0)):
     rows = len(evidence)
@@ -59,13 +61,34 @@ def test_a_look_is_that_of_the_twin():
         means, covariances, levels, log_ratio = mean[None].copy(), covariance[None].copy(), weights[None].copy(), [0.0]
         log_ratio = np.zeros(1)
         kernels.look(
-            means, covariances, np.zeros(1), levels, np.zeros(1, np.int64), evidence.astype(np.float32), grid, sd,
-            ratios, 3.0, -3.0, claimed.copy(), log_ratio,
+            means, covariances, np.zeros(1), levels, np.zeros(1, np.int64), np.zeros(1, np.int64),
+            evidence.astype(np.float32), grid, sd, ratios, 3.0, -3.0, claimed.copy(), log_ratio,
         )  # fmt: skip
         np.testing.assert_allclose(log_ratio[0], ratio, rtol=1e-4, atol=1e-5)
         np.testing.assert_allclose(means[0], middle, rtol=1e-4, atol=1e-3)
         np.testing.assert_allclose(covariances[0], spread, rtol=1e-3, atol=1e-2)
         np.testing.assert_allclose(levels[0], 0.98 * after + 0.02 / 3, rtol=1e-4)
+
+
+def test_what_one_target_explains_is_no_other_targets_and_its_own_parts_share_it():
+    """Two parts of a target learn as much of an echo as either alone; of two targets the second learns nothing."""
+    evidence = np.full(RADAR.shape, 0.5)
+    evidence[9, 20] = 12.0
+    mean = np.zeros((2, 4))
+    mean[:, [0, 2]] = RADAR.range_m[20] * np.array([np.sin(RADAR.azimuth_rad[9]), np.cos(RADAR.azimuth_rad[9])])
+    covariance = np.tile(np.diag([400.0, 25.0, 400.0, 25.0]), (2, 1, 1))
+    levels = np.full((2, len(RADAR.ratios)), 1 / len(RADAR.ratios))
+
+    def said(number):
+        return RADAR.look(
+            mean, covariance, levels, np.array([0.5, 0.4]), np.array(number), turn_of(evidence), 2.5
+        )  # fmt: skip
+
+    one, two = said([3, 3]), said([3, 4])
+    assert one.log_ratio[0] == one.log_ratio[1] == two.log_ratio[0] > 3
+    assert two.log_ratio[1] < 1
+    ratio = np.exp(one.log_ratio[0])
+    assert one.claimed[9, 20] == pytest.approx(0.9 * ratio / (0.1 + 0.9 * ratio), rel=1e-6)
 
 
 def test_noise_alone_speaks_neither_for_nor_against_a_target():
@@ -80,7 +103,11 @@ def test_noise_alone_speaks_neither_for_nor_against_a_target():
     levels, found = np.full((n, 2), 0.5), []
     for _ in range(trials):
         evidence = rng.exponential(size=RADAR.shape)
-        found.append(np.exp(weak.look(mean, covariance, levels, np.full(n, 1e-6), turn_of(evidence), 3.5).log_ratio))
+        found.append(
+            np.exp(
+                weak.look(mean, covariance, levels, np.full(n, 1e-6), np.arange(n), turn_of(evidence), 3.5).log_ratio
+            )
+        )
     means = np.mean(found, axis=1)  # of a map's targets, which share cells
     assert abs(means.mean() - 1) < 4 * means.std() / np.sqrt(trials)
 
@@ -92,7 +119,7 @@ def test_what_has_sailed_out_of_reach_is_no_target_in_view():
     covariance = np.tile(np.diag([900.0, 25.0, 900.0, 25.0]), (3, 1, 1))
     levels = np.full((3, len(RADAR.ratios)), 1 / len(RADAR.ratios))
     unknown = np.full(RADAR.shape, np.nan)
-    looked = RADAR.look(mean, covariance, levels, np.full(3, 0.9), turn_of(unknown), 2.5)
+    looked = RADAR.look(mean, covariance, levels, np.full(3, 0.9), np.arange(3), turn_of(unknown), 2.5)
     np.testing.assert_allclose(looked.log_ratio, [0, 0, -np.inf], atol=1e-9)
     np.testing.assert_allclose(
         looked.covariance, covariance, rtol=0.02, atol=2.0
@@ -177,14 +204,14 @@ def test_spokes_full_of_another_radars_pulses_are_not_received():
 
 def test_a_map_of_another_size_is_refused():
     with pytest.raises(DataError, match="cells"):
-        RADAR.look(*(np.zeros(shape) for shape in ((0, 4), (0, 4, 4), (0, 7), 0)), turn_of(np.zeros((3, 4))), 3.0)
+        RADAR.look(*NOTHING, turn_of(np.zeros((3, 4))), 3.0)
 
 
 def test_what_begins_is_where_the_peaks_are_with_the_ratio_of_their_neighbourhood():
     evidence = np.full(RADAR.shape, 0.1)
     evidence[5, 9], evidence[5, 10] = 12.0, 8.0
     turn = turn_of(evidence, place=(50.0, 0.0))
-    none = RADAR.look(*(np.zeros(shape) for shape in ((0, 4), (0, 4, 4), (0, 7), 0)), turn, 3.0)
+    none = RADAR.look(*NOTHING, turn, 3.0)
     new = RADAR.beginnings(turn, none, 4.0, 100)
     place = [50 + RADAR.range_m[9] * np.sin(RADAR.azimuth_rad[5]), RADAR.range_m[9] * np.cos(RADAR.azimuth_rad[5])]
     np.testing.assert_allclose(new.places, [place])
@@ -201,9 +228,7 @@ def test_what_a_target_says_is_the_law_of_two_exponentials(level_db):
     rng = np.random.default_rng(8)
     n = 200_000
     drawn = rng.exponential(size=n) + np.where(rng.random(n) < 0.02, 0.0, rng.exponential(radar.ratios[0], n))
-    none = RADAR.look(
-        *(np.zeros(shape) for shape in ((0, 4), (0, 4, 4), (0, 7), 0)), turn_of(np.ones(RADAR.shape)), 3.0
-    )
+    none = RADAR.look(*NOTHING, turn_of(np.ones(RADAR.shape)), 3.0)
     seen = radar.beginnings(turn_of(np.zeros(RADAR.shape)), none, 4.0, 100).seen
     np.testing.assert_allclose(seen, (drawn > 4.0).mean(), atol=4 * np.sqrt(0.25 / n) + 0.02 * np.exp(-4))
     edges = np.array([0.0, 0.5, 1.0, 2.0, 3.0])

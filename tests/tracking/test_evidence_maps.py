@@ -24,7 +24,7 @@ class Told:
     def arrival_s(self, places, measurement):
         return np.full(len(places), float(measurement))
 
-    def look(self, mean, covariance, levels, existence, measurement, gate):
+    def look(self, mean, covariance, levels, existence, number, measurement, gate):
         said = np.full(len(mean), np.log(self.said[measurement]))
         return Looked(mean, covariance, levels, said, np.zeros((1, 1), np.float32))
 
@@ -42,10 +42,12 @@ class Shore:
         return np.full(len(states), np.log(0.5))
 
 
-def test_existence_is_bayes():
-    said = [1.0, 5.0, 0.3, 8.0]
+@pytest.mark.parametrize("parts", [1, 7])
+def test_existence_is_bayes(parts):
+    """Of parts together: they exclude each other."""
+    said = [1.0, 5.0, 0.3, 80.0]
     assert isinstance(Told(said), EvidenceSensor)
-    tracker = EvidenceTracker(sensor=Told(said), velocity_parts=1, mean_life_s=50.0, targets_first=2.0, q=0.0)
+    tracker = EvidenceTracker(sensor=Told(said), velocity_parts=parts, mean_life_s=50.0, targets_first=2.0, q=0.0)
     rng = np.random.default_rng(0)
     state, odds = tracker.init(rng), 2.0 * 0.01 * 30.0
     for number in range(4):
@@ -53,7 +55,8 @@ def test_existence_is_bayes():
         if number:
             there = odds / (1 + odds) * np.exp(-1 / 50)
             odds = there / (1 - there) * said[number]
-        np.testing.assert_allclose(state.targets.existence, [odds / (1 + odds)], rtol=1e-12)
+        np.testing.assert_allclose(state.targets.existence.sum(), odds / (1 + odds), rtol=1e-12)
+        assert len(set(state.targets.number.tolist())) == 1
 
 
 def test_what_a_chart_says_counts_once():
@@ -64,7 +67,7 @@ def test_what_a_chart_says_counts_once():
         state = tracker.init(rng)
         for number in range(6):
             state = tracker.step(state, float(number), number, rng)
-        found.append(state.targets.existence[0])
+        found.append(state.targets.existence.sum())
     odds = [one / (1 - one) for one in found]
     assert odds[1] / odds[0] == pytest.approx(0.5)
 
@@ -160,10 +163,36 @@ def test_parts_of_velocity_are_one_target():
         tracker = EvidenceTracker(sensor=Told([1.0]), velocity_parts=count)
         begun.append(tracker.step(tracker.init(rng), 0.0, 0, rng).targets)
     one, parts = begun
-    assert parts.first_odds.sum() == pytest.approx(one.first_odds[0])
-    weights = parts.first_odds / parts.first_odds.sum()
+    assert parts.existence.sum() == pytest.approx(one.existence[0])
+    whole = parts.whole()
+    np.testing.assert_allclose(whole.covariance[0], one.covariance[0], atol=0.005 * one.covariance.max())
+    weights = parts.existence / parts.existence.sum()
     mean = weights @ parts.mean
     off = parts.mean - mean
     spread = np.einsum("t,tij->ij", weights, parts.covariance + off[:, :, None] * off[:, None])
     np.testing.assert_allclose(mean, one.mean[0], atol=1e-12)
     np.testing.assert_allclose(spread, one.covariance[0], atol=0.005 * spread.max())
+
+
+def test_a_strong_ship_is_one_track_from_its_first_echo_on():
+    """Its seven velocities were a sure track each until they were told apart, of which only one was a ship's."""
+    ship = (-900.0, 9.0, 1500.0, -2.0)
+    for seed in range(4):
+        for number, (time_s, state) in enumerate(sailed([ship], 20.0, 6, seed)):
+            place = np.array([ship[0] + time_s * ship[1], ship[2] + time_s * ship[3]])
+            near = [t for t in state.tracks if t.status != "deleted" and np.hypot(*(t.mean[[0, 2]] - place)) < 500]
+            assert len(near) == 1 or (number == 0 and not near), (seed, number)
+
+
+def test_another_target_in_the_same_place_adds_its_odds():
+    """A part of odds 2 to no target, and another target of odds 1 to none, in one place: 2 + 1, beside a part of 1."""
+    tracker = EvidenceTracker(sensor=Told([1.0]), velocity_parts=1)
+    begun = tracker.step(tracker.init(np.random.default_rng(0)), 0.0, 0, np.random.default_rng(0)).targets
+    three = begun.kept(np.zeros(3, np.int64))._replace(
+        existence=np.array([0.5, 0.25, 0.5]),
+        number=np.array([1, 1, 2]),
+        mean=np.array([np.zeros(4), [900.0, 0, 0, 0], np.zeros(4)]),
+    )
+    left = tracker._without_doubles(three)
+    assert left.number.tolist() == [1, 1]
+    np.testing.assert_allclose(left.existence, np.array([0.5 + 0.25, 0.25]) / 1.25)

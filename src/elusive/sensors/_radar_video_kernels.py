@@ -80,11 +80,13 @@ def peaks(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def look(
-    mean: Array, covariance: Array, existence: Array, levels: Array, order: NDArray[np.int64],
-    evidence: NDArray[np.float32], grid: tuple[float, float, float, float, float], sd: tuple[float, float],
-    ratios: Array, gate: float, missed: float, claimed: NDArray[np.float32], log_ratio: Array,
+    mean: Array, covariance: Array, existence: Array, levels: Array, number: NDArray[np.int64],
+    order: NDArray[np.int64], evidence: NDArray[np.float32], grid: tuple[float, float, float, float, float],
+    sd: tuple[float, float], ratios: Array, gate: float, missed: float, claimed: NDArray[np.float32], log_ratio: Array,
 ) -> None:  # fmt: skip
     """Update targets by the cells near where they are expected, in place, those of ``order`` one after the other.
+
+    Beliefs of one ``number`` ``(T,)``, together in ``order``, are of one target: none claims what is another's of them.
 
     ``mean`` ``(T, 4)`` x, vx, y, vy and ``covariance`` ``(T, 4, 4)``; ``levels`` ``(T, K)`` weights of the strengths
     ``ratios`` ``(K,)``. ``grid``: first range, range step, first azimuth, radar's x and y; ``sd``: of a range [m] and
@@ -100,8 +102,12 @@ def look(
     turn = 2 * np.pi
     pitch = turn / rows
     likely, gain = np.empty(kinds), np.empty((4, 2))
-    for number in range(len(order)):
-        t = order[number]
+    spot, first_of = np.full((len(order), 2), -1), 0
+    for place in range(len(order)):
+        t = order[place]
+        if number[t] != number[order[first_of]]:
+            _claim(order[first_of:place], existence, log_ratio, spot, claimed)
+            first_of = place
         x, y = mean[t, 0] - east, mean[t, 2] - north
         r = max(np.sqrt(x * x + y * y), 1e-3)
         ux, uy = x / r, y / r  # outwards; (uy, -ux) is clockwise
@@ -169,9 +175,23 @@ def look(
             for f in range(4):
                 covariance[t, d, f] += gain[d, 0] * (v_rr * gain[f, 0] + v_rt * gain[f, 1])
                 covariance[t, d, f] += gain[d, 1] * (v_rt * gain[f, 0] + v_tt * gain[f, 1])
-        there = existence[t] * ratio / (1 - existence[t] + existence[t] * ratio)
-        if there > CLAIMS:
-            column, row = int(np.round((r + m_r - start) / step)), int(np.round(at + m_t / (pitch * r)))
+        spot[t, 0], spot[t, 1] = int(np.round(at + m_t / (pitch * r))), int(np.round((r + m_r - start) / step))
+    _claim(order[first_of:], existence, log_ratio, spot, claimed)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _claim(
+    parts: NDArray[np.int64], existence: Array, log_ratio: Array, spot: NDArray[np.int64], claimed: NDArray[np.float32]
+) -> None:
+    """Add the probability that one target, of whom ``parts`` exclude each other, shows in the cells round ``spot``."""
+    rows, columns = claimed.shape
+    whole = 1.0
+    for t in parts:
+        whole += existence[t] * (np.exp(min(log_ratio[t], MOST)) - 1)
+    for t in parts:
+        there = existence[t] * np.exp(min(log_ratio[t], MOST)) / whole
+        row, column = spot[t]
+        if there > CLAIMS and column >= 0:
             for a in range(row - REACH, row + REACH + 1):
                 for c in range(max(column - REACH, 0), min(column + REACH + 1, columns)):
-                    claimed[a % rows, c] = max(claimed[a % rows, c], there)
+                    claimed[a % rows, c] = min(claimed[a % rows, c] + there, 1.0)

@@ -145,17 +145,19 @@ class RadarVideo(Model):
         )
 
     def look(
-        self, mean: Array, covariance: Array, levels: Array, existence: Array, measurement: EvidenceTurn, gate: float
-    ) -> Looked:
+        self, mean: Array, covariance: Array, levels: Array, existence: Array, number: NDArray[np.int64],
+        measurement: EvidenceTurn, gate: float,
+    ) -> Looked:  # fmt: skip
         """Update targets by a turn, the surest first: see :class:`~elusive.contracts.EvidenceSensor`."""
         from elusive.sensors import _radar_video_kernels as kernels
 
         mean, covariance, levels = mean.copy(), covariance.copy(), levels.copy()
         claimed, log_ratio = np.zeros(self.shape, np.float32), np.zeros(len(mean))
-        order = np.argsort(-existence, kind="stable")
+        target = np.unique(number, return_inverse=True)[1]
+        order = np.lexsort((target, -np.bincount(target, existence)[target]))
         kernels.look(
-            mean, covariance, existence, levels, order, self._checked(measurement), (*self.grid, *measurement.place),
-            self.deviations, self.ratios, gate, MISSED, claimed, log_ratio,
+            mean, covariance, existence, levels, number, order, self._checked(measurement),
+            (*self.grid, *measurement.place), self.deviations, self.ratios, gate, MISSED, claimed, log_ratio,
         )  # fmt: skip
         off = mean[:, [X, Y]] - np.asarray(measurement.place)
         log_ratio[np.hypot(*off.T) > self.range_m[-1] + self.cell_m] = -math.inf  # targets are those in view

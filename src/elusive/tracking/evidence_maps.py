@@ -6,73 +6,30 @@ Gaussian (probabilistic data association over cells; Musicki, Evans and Stankovi
 1237-1241). Targets that are there and were never seen are a Poisson number, of whom some begin at cells that stand out
 (Williams, 2015, IEEE Trans. Aerosp. Electron. Syst. 51, 1664-1687). How strong each is, is learnt as it goes. A new
 one's velocity is told apart in parts, each a Gaussian (as ranges are by Peach, 1995, IEE Proc. Control Theory Appl.
-142, 73-80): one over all velocities is drawn to clutter between two faint echoes, and loses its target.
+142, 73-80): one over all velocities is drawn to clutter between two faint echoes, and loses its target. Parts of a
+target exclude each other: together they exist with the probability of one, and are told as their mixture's moments.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal, NamedTuple, Self
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
 from pydantic import ConfigDict, Field, SerializeAsAny
 from scipy.spatial import cKDTree
 
 from elusive.contracts import VX, VY, Array, Beginnings, EvidenceSensor, X, Y, interval_since
 from elusive.filters.particle.parts import AnyKnowledge, Known, allowed_by
 from elusive.model import FROM_RECORDING, Model, NonNegative, Positive, or_own
+from elusive.tracking.evidence_targets import PLACE, SUREST, VELOCITY, EvidenceTargets
 from elusive.tracking.lifecycle import Life, Lifecycle
 from elusive.tracking.track import Track
 
-PLACE, VELOCITY = [X, Y], [VX, VY]
-SUREST = 1 - 1e-9
 LEAST = 1e-12  # existence of what is followed
 TAKEN = 0.1  # existence from which a target is not given up for its odds having fallen
 PART_SD, AROUND = 0.59, 1.23  # of seven parts, six round one, that together have mean 0 and deviation 1
-
-
-class EvidenceTargets(NamedTuple):
-    """T targets."""
-
-    time_s: Array  # (T,) for which each belief holds
-    mean: Array  # (T, 4) x, vx, y, vy
-    covariance: Array  # (T, 4, 4)
-    existence: Array  # (T,)
-    first_odds: Array  # (T,) of existence when it began
-    levels: Array  # (T, K)
-    driest: Array  # (T,) least probability that what is known allowed it so far
-    origin: Array  # (T, 2) where it began
-    looks: NDArray[np.int64]  # (T,)
-    number: NDArray[np.int64]  # (T,) from 1, never used again
-
-    @classmethod
-    def none(cls, levels: int) -> Self:
-        """Return no targets."""
-        one, whole = np.zeros(0), np.zeros(0, np.int64)
-        return cls(
-            one, np.zeros((0, 4)), np.zeros((0, 4, 4)), one, one, np.zeros((0, levels)), one, np.zeros((0, 2)), whole,
-            whole,
-        )  # fmt: skip
-
-    def kept(self, which: NDArray[Any]) -> Self:
-        """Return some of them."""
-        chosen: dict[str, Any] = {name: values[which] for name, values in self._asdict().items()}
-        return self._replace(**chosen)
-
-    def joined(self, others: Self) -> Self:
-        """Return these and others."""
-        both: dict[str, Any] = {
-            name: np.concatenate(pair) for name, *pair in zip(self._fields, self, others, strict=True)
-        }
-        return self._replace(**both)
-
-    def moves(self) -> Array:
-        """Speed of each, in its deviations, ``(T,)``: chi-square of two degrees, its root."""
-        velocity = self.mean[:, VELOCITY]
-        inverse = np.linalg.inv(self.covariance[:, VELOCITY][:, :, VELOCITY])
-        return np.asarray(np.sqrt(np.maximum(np.einsum("ti,tij,tj->t", velocity, inverse, velocity), 0.0)))
 
 
 class EvidenceState(NamedTuple):
@@ -152,18 +109,15 @@ class EvidenceTracker(EvidenceRules):
         arrival = self.sensor.arrival_s(targets.mean[:, PLACE] + ahead * targets.mean[:, VELOCITY], measurement)
         targets = self._predicted(targets, arrival)
         looked = self.sensor.look(
-            targets.mean, targets.covariance, targets.levels, targets.existence, measurement, self.gate
+            targets.mean, targets.covariance, targets.levels, targets.existence, targets.number, measurement, self.gate
         )
-        odds = targets.existence / (1 - targets.existence) * np.exp(np.minimum(looked.log_ratio, 50.0))
-        targets = targets._replace(
-            mean=looked.mean, covariance=looked.covariance, levels=looked.levels, looks=targets.looks + 1,
-            existence=np.minimum(odds / (1 + odds), SUREST),
-        )  # fmt: skip
+        targets = targets.weighed(np.exp(np.minimum(looked.log_ratio, 50.0)))._replace(
+            mean=looked.mean, covariance=looked.covariance, levels=looked.levels, looks=targets.looks + 1
+        )
         targets, given_up = self._kept(self._allowed(targets))
         new = self.sensor.beginnings(measurement, looked, self.least_evidence, self.most_beginnings)
         targets = targets.joined(self._begun(new, unseen, state.born))
-        born = state.born + self.velocity_parts * len(new.places)
-        return self._judged(state, time_s, targets, born, unseen * (1 - new.seen) + given_up)
+        return self._judged(state, time_s, targets, state.born + len(new.places), unseen * (1 - new.seen) + given_up)
 
     def _predicted(self, targets: EvidenceTargets, arrival_s: Array) -> EvidenceTargets:
         """Carry targets on to times of their own; none goes back."""
@@ -193,8 +147,7 @@ class EvidenceTracker(EvidenceRules):
         if not self.knowledge or not len(targets.mean):
             return targets
         driest = np.minimum(targets.driest, np.exp(self._log_allowed(targets.mean)))
-        odds = targets.existence / (1 - targets.existence) * driest / targets.driest
-        return targets._replace(driest=driest, existence=odds / (1 + odds))
+        return targets.weighed(driest / targets.driest)._replace(driest=driest)
 
     def _kept(self, targets: EvidenceTargets) -> tuple[EvidenceTargets, Array]:
         """Leave out what hardly exists, is too fast, or is a double of a surer one.
@@ -211,8 +164,10 @@ class EvidenceTracker(EvidenceRules):
         return self._without_doubles(targets.kept(kept)), given_up
 
     def _without_doubles(self, targets: EvidenceTargets) -> EvidenceTargets:
-        """Make one of targets that are where the same one would be, the surest, which has existence of all."""
-        order = np.lexsort((targets.number, -targets.existence))
+        """Make one of parts that are where the same target would be: of the surest target, with existence of all."""
+        target = np.unique(targets.number, return_inverse=True)[1]
+        sure = np.bincount(target, targets.existence)
+        order = np.lexsort((-targets.existence, targets.number, -sure[target]))
         if len(order) < 2:
             return targets
         width = np.sqrt(np.trace(targets.covariance[:, PLACE][:, :, PLACE], axis1=1, axis2=2) / 2)
@@ -226,12 +181,17 @@ class EvidenceTracker(EvidenceRules):
             faster < 2 * np.maximum(np.minimum(pace[first], pace[second]), 0.5)
         )
         first, second = first[same], second[same]
-        odds = targets.existence / (1 - targets.existence)
         nearest = np.unique(second, return_index=True)[1]
-        np.add.at(odds, first[nearest], odds[second[nearest]])
+        first, second = first[nearest], second[nearest]
+        own = target[first] == target[second]
+        none = np.maximum(1 - sure, 1 - SUREST)  # another target's odds come to those of this one and of none
+        added = targets.existence[second] * np.where(own, 1.0, none[target[first]] / (1 - targets.existence[second]))
+        existence = targets.existence.copy()
+        np.add.at(existence, first, added)
+        more = np.bincount(target[first], added * ~own, minlength=len(sure))
         kept = np.ones(len(order), np.bool_)
         kept[second] = False
-        return targets._replace(existence=np.minimum(odds / (1 + odds), SUREST)).kept(kept)
+        return targets._replace(existence=existence / (1 + more)[target]).kept(kept)
 
     def _begun(self, new: Beginnings, unseen: Array, born: int) -> EvidenceTargets:
         """Begin a target at each cell: those never seen, anywhere in view and of any strength alike, by its ratio."""
@@ -251,11 +211,11 @@ class EvidenceTracker(EvidenceRules):
         weights = new.ratio[cell] * unseen
         total = weights.sum(axis=1)
         odds = new.share * total * allowed / len(off)
-        existence = np.minimum(odds / (1 + odds), SUREST)
+        existence = odds / (1 + np.bincount(cell, odds)[cell])
         weights /= total[:, None]
         begun = EvidenceTargets(
-            new.time_s[cell], mean, covariance, existence, odds, weights, allowed, new.places[cell],
-            np.zeros(count, np.int64), born + 1 + np.arange(count),
+            new.time_s[cell], mean, covariance, existence, existence / (1 - existence), weights, allowed,
+            new.places[cell], np.zeros(count, np.int64), born + 1 + cell,
         )  # fmt: skip
         return begun.kept(existence > LEAST)
 
@@ -264,10 +224,10 @@ class EvidenceTracker(EvidenceRules):
     ) -> EvidenceState:
         """Let each target's life go on, and tell the tracks at the measurement's time."""
         lives, numbered, found = dict[int, Life](), state.numbered, list[Track]()
-        ahead = self._predicted(targets, np.full(len(targets.time_s), time_s))
-        moves = targets.moves()
-        for k, number in enumerate(targets.number.tolist()):
-            existence = float(targets.existence[k])
+        ahead = self._predicted(targets, np.full(len(targets.time_s), time_s)).whole()
+        moves, sure = ahead.moves(), np.bincount(np.unique(targets.number, return_inverse=True)[1], targets.existence)
+        for k, number in enumerate(ahead.number.tolist()):
+            existence = float(sure[k])
             life = state.lives.get(number, Life())
             if life.track is None and existence < self.lifecycle.delete_below:
                 continue
@@ -276,8 +236,8 @@ class EvidenceTracker(EvidenceRules):
             )
             lives[number] = life
             if life.track is not None and life.status is not None:
-                extra = {"moves": float(moves[k]), "allowed": float(targets.driest[k])}
-                extra["level_db"] = 10 * math.log10(1 + float(targets.levels[k] @ self.sensor.ratios))
+                extra = {"moves": float(moves[k]), "allowed": float(ahead.driest[k])}
+                extra["level_db"] = 10 * math.log10(1 + float(ahead.levels[k] @ self.sensor.ratios))
                 found.append(Track(life.track, life.status, existence, ahead.mean[k], ahead.covariance[k], extra=extra))
         shown = {track.track for track in found}
         for before in state.tracks:  # what is given up between two measurements is told once, too
