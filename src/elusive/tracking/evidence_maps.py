@@ -112,7 +112,7 @@ class EvidenceTracker(EvidenceRules):
             targets.mean, targets.covariance, targets.levels, targets.existence, targets.number, measurement, self.gate
         )
         targets = targets.weighed(np.exp(np.minimum(looked.log_ratio, 50.0)))._replace(
-            mean=looked.mean, covariance=looked.covariance, levels=looked.levels, looks=targets.looks + 1
+            mean=looked.mean, covariance=looked.covariance, levels=looked.levels
         )
         targets, given_up = self._kept(self._allowed(targets))
         new = self.sensor.beginnings(measurement, looked, self.least_evidence, self.most_beginnings)
@@ -214,8 +214,7 @@ class EvidenceTracker(EvidenceRules):
         existence = odds / (1 + np.bincount(cell, odds)[cell])
         weights /= total[:, None]
         begun = EvidenceTargets(
-            new.time_s[cell], mean, covariance, existence, existence / (1 - existence), weights, allowed,
-            new.places[cell], np.zeros(count, np.int64), born + 1 + cell,
+            new.time_s[cell], mean, covariance, existence, existence / (1 - existence), weights, allowed, born + 1 + cell
         )  # fmt: skip
         return begun.kept(existence > LEAST)
 

@@ -28,18 +28,13 @@ class EvidenceTargets(NamedTuple):
     first_odds: Array  # (T,) of existence when it began
     levels: Array  # (T, K)
     driest: Array  # (T,) least probability that what is known allowed it so far
-    origin: Array  # (T, 2) where it began
-    looks: NDArray[np.int64]  # (T,)
     number: NDArray[np.int64]  # (T,) from 1, never used again
 
     @classmethod
     def none(cls, levels: int) -> Self:
         """Return no targets."""
         one, whole = np.zeros(0), np.zeros(0, np.int64)
-        return cls(
-            one, np.zeros((0, 4)), np.zeros((0, 4, 4)), one, one, np.zeros((0, levels)), one, np.zeros((0, 2)), whole,
-            whole,
-        )  # fmt: skip
+        return cls(one, np.zeros((0, 4)), np.zeros((0, 4, 4)), one, one, np.zeros((0, levels)), one, whole)
 
     def kept(self, which: NDArray[Any]) -> Self:
         """Return some of them."""
