@@ -214,7 +214,8 @@ class EvidenceTracker(EvidenceRules):
         existence = odds / (1 + np.bincount(cell, odds)[cell])
         weights /= total[:, None]
         begun = EvidenceTargets(
-            new.time_s[cell], mean, covariance, existence, existence / (1 - existence), weights, allowed, born + 1 + cell
+            new.time_s[cell], mean, covariance, existence, existence / (1 - existence), weights, allowed,
+            born + 1 + cell,
         )  # fmt: skip
         return begun.kept(existence > LEAST)
 
