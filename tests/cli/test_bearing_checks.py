@@ -78,6 +78,11 @@ def mathematical(sets):
     return [one._replace(azimuth_rad=np.pi / 2 - one.azimuth_rad) for one in sets]
 
 
+def radians(sets, lowest):
+    """The numbers of the file are radians, from 0 or from -pi."""
+    return [one._replace(azimuth_rad=np.deg2rad((one.azimuth_rad - lowest) % (2 * np.pi) + lowest)) for one in sets]
+
+
 def written(folder, sets, places=SITES_M, label=None):
     """Write bearings.csv and sensors.csv; return what the command takes."""
     folder.mkdir(exist_ok=True)
@@ -143,6 +148,8 @@ def mirrored(seed):
 WRONG = {
     "two emitters": (two_alternating, SITES_M, SIGMA_DEG, "more than one emitter"),
     "mathematical": (lambda seed: mathematical(flown(seed)), SITES_M, SIGMA_DEG, "anticlockwise from east"),
+    "radians": (lambda seed: radians(flown(seed), 0.0), SITES_M, SIGMA_DEG, "if the azimuths are read in radians"),
+    "radians to pi": (lambda seed: radians(flown(seed), -np.pi), SITES_M, SIGMA_DEG, "read in radians"),
     "swapped": (flown, SITES_M[:, ::-1], SIGMA_DEG, "x and y exchanged"),
     "degrees": (flown, SITES_M / 1.1e5 + (5.1, 53.2), SIGMA_DEG, "longitudes and latitudes"),
     "too sure": (flown, SITES_M, SIGMA_DEG / 10, "they fit with a deviation of"),

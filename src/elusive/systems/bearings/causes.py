@@ -64,6 +64,7 @@ CONVENTIONS = (
     Convention("clockwise from east", "Add 90 degrees to the azimuths.", lambda azimuth: azimuth + math.pi / 2),
     Convention("in radians", "Convert the azimuths to degrees.", lambda azimuth: np.rad2deg(azimuth)),
 )
+RADIANS = CONVENTIONS[-1]
 
 
 def reread(heard: Sequence[object], convention: Convention, sensor: int | None = None) -> list[BearingSet]:
@@ -102,6 +103,9 @@ def cause_of(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSi
     """Say why one emitter's track leaves its bearings further than their deviation allows."""
     heard = [step.measurement for step in steps[:TRIED_TIMES]]
     if all(isinstance(times, BearingSet) for times in heard):
+        radians = in_radians(steps, parameters, sites)
+        if radians is not None:
+            return radians
         read = [(_fit(other, parameters, sites), cause) for cause, other in _readings(heard, sites)]
         fitting = [(one, cause) for one, cause in read if one is not None and _better(one, scale)]
         if fitting:
@@ -126,6 +130,23 @@ def cause_of(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSi
         "they are of another emitter, or less precise than was told, or sensors stand elsewhere",
         "Do not rely on the track; look at the sensors' places and clocks. --emitters several follows more than one.",
     )
+
+
+def in_radians(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites) -> Cause | None:
+    """Say that azimuths are radians, if no number is beyond a turn of them and they fit so.
+
+    As degrees such numbers lie so close together that most readings nearly fit: each is 57 times likelier as a radian.
+    """
+    heard = [step.measurement for step in steps[:TRIED_TIMES] if isinstance(step.measurement, BearingSet)]
+    if not heard or len(set[int]().union(*(set(times.sensor.tolist()) for times in heard))) < 2:
+        return None  # whatever one sensor alone says fits
+    numbers = np.abs(np.rad2deg(wrapped(np.concatenate([times.azimuth_rad for times in heard]))))
+    if numbers.max() > 2 * math.pi:
+        return None
+    scale = _fit(reread(heard, RADIANS), parameters, sites)
+    if scale is None or not _fits(scale):
+        return None
+    return Cause(f"they fit, to {scale.half:.2g} times, if the azimuths are read {RADIANS.name}", RADIANS.remedy)
 
 
 def several_explain(heard: Sequence[object], parameters: BearingTracking, sites: SensorSites) -> bool:
@@ -160,9 +181,12 @@ def _likeliest(heard: Sequence[object], parameters: BearingTracking, sites: Sens
     return sigma_deg * max(scale.half, 1.0) if scale is not None and not scale.wide else None
 
 
+def _fits(scale: Scale) -> bool:
+    return scale.half < FITS_HALF and scale.far < FITS_FAR
+
+
 def _better(scale: Scale, than: Scale) -> bool:
-    fits = scale.half < FITS_HALF and scale.far < FITS_FAR
-    return fits and (scale.half < than.half / BETTER or (than.far > FITS_FAR and scale.far < than.far / BETTER))
+    return _fits(scale) and (scale.half < than.half / BETTER or (than.far > FITS_FAR and scale.far < than.far / BETTER))
 
 
 def _fit(heard: Sequence[object], parameters: BearingTracking, sites: SensorSites) -> Scale | None:

@@ -11,7 +11,7 @@ from elusive.checks import Finding
 from elusive.contracts import Array, X, Y
 from elusive.report.clock import moment
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
-from elusive.systems.bearings.causes import cause_of
+from elusive.systems.bearings.causes import cause_of, in_radians
 from elusive.systems.bearings.choices import FLAT, BatchMap, Estimation, GraphFilter
 from elusive.systems.bearings.faults import fault_finding, fault_of, motion_finding
 from elusive.systems.bearings.given import clock_finding, repeated_finding, rounding_finding, units_finding
@@ -103,14 +103,18 @@ def _residuals(
         f"{said}residuals are {scale.half:.2g} times what {precise} allows in the median and {scale.most:.2g} times "
         f"at 95 %, and {100 * scale.far:.0f} % are further than {FAR:g} deviations from the track"
     )
+    # where errors persist a deviation that looks too large may be what covers them
+    persists = scale.persists and scale.lasting > COVERED
+    cause = None
     if scale.wide:
         cause = cause_of(steps, parameters, sites, scale)
+    elif persists:
+        cause = in_radians(steps, parameters, sites)
+    if cause is not None:
         return [
             Finding("bearings.residuals", False, 1.0, scale.half, f"{_upper(seen)}: {cause.sentence}.", cause.remedy)
         ]
     error = 1.17 * NARROW * 2 / math.sqrt(max(scale.number, 1.0))
-    # where errors persist a deviation that looks too large may be what covers them
-    persists = scale.persists and scale.lasting > COVERED
     narrow = scale.number >= FEW and scale.half < NARROW - error and not scale.persists
     found = [
         Finding(
