@@ -180,6 +180,7 @@ TWINS: dict[str, dict[str, str]] = {
         "lay": "sensors/test_image_patches.py::reference.spread",
         "log_ratio": "sensors/test_image_patches.py::reference.log_ratio_beside",
         "moments": "sensors/test_image_patches.py::reference.effect",
+        "overlap": "sensors/test_image_patches.py::reference.overlap",
         "template_sums": "sensors/test_image_patches.py::reference.log_ratio_beside",
     },
     "sensors._radar_kernels": {

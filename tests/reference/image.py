@@ -89,3 +89,10 @@ def log_ratio_beside(states, frame, sensor, others):
     z, deviation = np.where(np.isfinite(frame), frame, 0.0), np.sqrt(variance)
     terms = norm.logpdf(z, mean + h, deviation) - norm.logpdf(z, mean, deviation)
     return np.where(np.isfinite(frame), terms, 0.0).sum(axis=(1, 2))
+
+
+def overlap(first, second, frame, sensor, others):
+    """Sum of h g / V over the cells that are seen, ``(N, M)``, V that of the noise and of others."""
+    variance = sensor.noise_sigma**2 + sum(effect(*other, sensor)[1] for other in others)
+    precision = np.isfinite(frame) / variance
+    return np.einsum("nrc,mrc,rc->nm", spread(first, sensor), spread(second, sensor), precision)

@@ -66,6 +66,20 @@ def test_the_ratio_beside_others_is_that_of_the_gaussian_they_leave(p, masked):
     np.testing.assert_allclose(sensor.log_ratio(sensor.expected(states), frame, ()), alone, rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.parametrize("masked", [(), (np.inf, np.nan)], ids=["whole", "masked"])
+@pytest.mark.parametrize("p", [1, 3])
+def test_two_targets_overlap_by_what_both_add_over_the_noise(p, masked):
+    sensor = ImageSensor(truncation=p, **ODD)
+    other = (*cloud(sensor, (4.0, 6.0), seed=1), 0.9)
+    beside = sensor.effect(sensor.expected(other[0]), *other[1:])
+    # some far apart, some partly outside of each other's rectangle and of the frame
+    first, (second, _) = states_about(sensor), cloud(sensor, (9.0, 13.0), seed=2)
+    found = sensor.overlap(sensor.expected(first), sensor.expected(second), frame_of(sensor, masked=masked), [beside])
+    twin = reference.overlap(first, second, frame_of(sensor, masked=masked), sensor, [other])
+    assert (twin > 1).any()
+    np.testing.assert_allclose(found, twin, rtol=1e-9, atol=1e-9)
+
+
 @pytest.mark.parametrize("swerling", [0, 1])
 def test_others_add_to_the_power_of_an_envelope(swerling):
     sensor = ImageSensor(noise="rayleigh", swerling=swerling, truncation=15, rows=12, columns=13)

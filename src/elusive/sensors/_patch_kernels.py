@@ -74,6 +74,40 @@ def log_ratio(corner: NDArray[np.int64], bells: Array, first: tuple[int, int], l
     return ratio
 
 
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+def overlap(
+    corner: NDArray[np.int64],
+    bells: Array,
+    other_corner: NDArray[np.int64],
+    other_bells: Array,
+    first: tuple[int, int],
+    precision: Array,
+) -> Array:
+    """Sum over the cells of ``h g / v`` of patches h and others g, ``(N, M)``; ``precision`` as in ``log_ratio``."""
+    width, others = bells.shape[2], len(other_corner)
+    # the others' values cell by cell of the rectangle, one beside the other: the inner loops run over them
+    down, across = np.zeros((precision.shape[0], others)), np.zeros((precision.shape[1], others))
+    for j in range(others):
+        for k in range(width):
+            row, column = other_corner[j, 0] + k - first[0], other_corner[j, 1] + k - first[1]
+            if 0 <= row < len(down):
+                down[row, j] = other_bells[j, 0, k]
+            if 0 <= column < len(across):
+                across[column, j] = other_bells[j, 1, k]
+    found, along = np.zeros((len(corner), others)), np.empty(others)
+    for i in range(len(corner)):
+        total = found[i]
+        for k in range(width):
+            row = corner[i, 0] - first[0] + k
+            along[:] = 0.0
+            for m in range(width):
+                column = corner[i, 1] - first[1] + m
+                add_product(along, bells[i, 1, m] * precision[row, column], across[column])
+            for j in range(others):
+                total[j] += bells[i, 0, k] * down[row, j] * along[j]
+    return found
+
+
 @njit(cache=True, nogil=True, fastmath={"contract"})
 def template_sums(left: Array, precision: Array, taps_x: Array, taps_y: Array) -> tuple[Array, Array]:
     """Sum ``g z / v`` and ``g^2 / v`` about each cell, g the product of the taps, by two 1-D passes."""

@@ -182,6 +182,17 @@ class ImageSensor(Model):
             return _patch_kernels.log_ratio(corner, bells, box[:2], left * precision, precision)
         return _envelope_kernels.log_ratio_rayleigh(corner, bells, box[:2], left, precision, self.swerling)
 
+    def overlap(
+        self, first: Patches, second: Patches, measurement: Array, others: Sequence[PatchEffect]
+    ) -> Array | None:
+        """By how much two targets' log ratio is less than the sum of their own, ``(N, M)``; None of an envelope."""
+        from elusive.sensors import _patch_kernels
+
+        if self.noise == "rayleigh":
+            return None
+        _, precision = left_over(self.checked(measurement), self.noise_sigma**2, first.box, others)
+        return _patch_kernels.overlap(first.corner, first.bells, second.corner, second.bells, first.box[:2], precision)
+
     def cell_ratios(
         self, measurement: Array, others: Sequence[PatchEffect], intensities: Array, box: Box | None = None
     ) -> Array:

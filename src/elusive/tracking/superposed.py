@@ -29,6 +29,7 @@ from elusive.motion import transition
 from elusive.sensors.field import FieldSensors
 from elusive.tracking.birth_density import BirthComponent, BirthDensity, BuiltInBirths, ProposedBirths, within
 from elusive.tracking.by_place import ByPlace, PlaceMotion, PlaceSensor
+from elusive.tracking.joint import jointly
 from elusive.tracking.newborn import Newborn, Seeker
 from elusive.tracking.predicted import Predictor
 from elusive.tracking.reassigned import BESIDE, Seek, corrected, exchanged, places_of, told
@@ -115,6 +116,7 @@ class SuperposedTracker(SuperposedSettings):
             else:
                 found = update.of(exchanged(predicted, found, newborn, update, seek), self.sweeps)
             found = corrected(found, update, seek, self.sweeps, 0.5 * self.forget_below)
+            found = jointly(found, update)
         arrived = [self._spread(self._arrived(target, rng), rng) for target in found]
         return judged(time_s, arrived, state.numbered, self)._replace(unseen=unseen)
 
