@@ -35,6 +35,22 @@ def test_what_waits_where_it_is_comes_whole_and_is_not_read_far_ahead():
     assert coming.dropped == 0
 
 
+def test_nothing_is_read_before_the_first_is_asked_for():
+    """Or what the tracker needs to make itself ready would count as time in which nothing came."""
+    read = []
+
+    def source():
+        read.append(threading.current_thread().name)
+        yield 0
+
+    coming = Arrivals(source())
+    frames = iter(coming)
+    assert not coming._thread.is_alive()
+    assert not read
+    assert next(frames) == 0
+    assert read == ["arrivals"]
+
+
 def test_the_oldest_make_room_for_the_newest():
     all_read = threading.Event()
 

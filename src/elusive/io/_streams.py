@@ -53,22 +53,20 @@ class Stream:
         self._idle_s = idle_s
         self._times: queue.SimpleQueue[float] = queue.SimpleQueue()
         self._said: list[str] = []  # the first complaint and the last
-        self._came_s = time.monotonic()
         self._halted = False
-        command = [
+        self._process: subprocess.Popen[bytes] | None = None  # from when it is read, or frames would wait in it
+        self._command = [
             *(ffmpeg(self.name), "-hide_banner", "-nostdin", "-nostats", "-v", "level+info"),
             # who joins in the middle of a stream waits for a whole picture: errors of decoding until then are let pass
             *("-flags", "low_delay", "-analyzeduration", "1000000", "-max_error_rate", "1", *_input(source)),
             *("-map", "0:v:0", "-vf", f"{GREY},showinfo=checksum=0", "-fps_mode", "passthrough", *TO_PIPE),
         ]
-        self._process = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE
-        )
 
     def halt(self) -> None:
         """End the stream."""
         self._halted = True
-        self._process.kill()
+        if self._process is not None:
+            self._process.kill()
 
     def __iter__(self) -> Iterator[ArrivedFrame]:
         """Yield the frames.
@@ -78,12 +76,17 @@ class Stream:
         DataError
             If there is no video in it, or it breaks off; the sentence gives ffmpeg's own words.
         """
-        log = threading.Thread(target=self._listen, name="ffmpeg's log", daemon=True)
-        log.start()
-        if self._idle_s is not None:
-            threading.Thread(target=self._watch, name="idle", daemon=True).start()
-        number = 0
-        with self._process as process:
+        self._came_s, number = time.monotonic(), 0
+        with subprocess.Popen(
+            self._command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+        ) as process:
+            self._process = process
+            if self._halted:  # meanwhile
+                process.kill()
+            log = threading.Thread(target=self._listen, args=(process,), name="ffmpeg's log", daemon=True)
+            log.start()
+            if self._idle_s is not None:
+                threading.Thread(target=self._watch, args=(process,), name="idle", daemon=True).start()
             pipe = cast(IO[bytes], process.stdout)
             try:
                 header = read_header(pipe)
@@ -112,18 +115,18 @@ class Stream:
         except queue.Empty:
             return None
 
-    def _listen(self) -> None:
+    def _listen(self, process: subprocess.Popen[bytes]) -> None:
         """Take frames' times and complaints from ffmpeg's log, and the rest away from it."""
-        for line in cast(IO[bytes], self._process.stderr):
+        for line in cast(IO[bytes], process.stderr):
             text = line.decode("utf-8", "replace").rstrip()
             if shown := SHOWN.search(text):
                 self._times.put(float(shown[1]) if shown[1] != "NOPTS" else float("nan"))
             elif complained := COMPLAINT.search(text):
                 self._said[1:] = [complained[2]]  # of an empty list, the first
 
-    def _watch(self) -> None:
+    def _watch(self, process: subprocess.Popen[bytes]) -> None:
         assert self._idle_s is not None
-        while self._process.poll() is None:
+        while process.poll() is None:
             left_s = self._came_s + self._idle_s - time.monotonic()
             if left_s <= 0:
                 self.halt()

@@ -56,7 +56,7 @@ def fed(items: Iterable[Item], feed: Feed) -> Arrivals[Item]:
 
 
 class Arrivals(Generic[Item]):
-    """Hands over the items of an iterable, which a thread reads ahead from when it is started, or first iterated over.
+    """Hands over the items of an iterable, which a thread reads ahead from when it is started, or the first is taken.
 
     Parameters
     ----------
@@ -118,9 +118,6 @@ class Arrivals(Generic[Item]):
             What the iterable raised, after all that came before it.
         """
         self.start()
-        return self._taken()
-
-    def _taken(self) -> Iterator[Item]:
         while True:
             with self._changed:
                 while not (self._held or self._is_over or self._is_stopped):

@@ -163,11 +163,11 @@ def track_live(
         If no frame comes, the folder holds an earlier run's tracks, or the first frame cannot be used.
     """
     _load_compiled(parameters)
-    bound = parameters.bind(source.shape, source.interval_s)
-    config = bound.to_yaml()
     # what is loaded stays: looking through all of it for garbage, now and then, would hold up a frame by .1 s
     gc.collect()
     gc.freeze()
+    bound = parameters.bind(source.shape, source.interval_s)  # waits for the first frame
+    config = bound.to_yaml()
     with live_folder(out, config) as folder:
         with ImageLog(bound, folder / "tracks.csv") as log:
             run = _Run(bound, log)
