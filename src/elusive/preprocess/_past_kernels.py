@@ -10,11 +10,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from elusive._kernels import copy_row
 from elusive.preprocess._scale_kernels import BLOCK, FAST, Image, blend, spread_blocks
 
 PRIOR = 10.0  # frames that the neighbourhood's variance counts for beside a pixel's own
 KNOWN = 2.0  # frames of a place before what differs from them counts
+CHUNK = 32  # pixels that are compared at once
 BOUND = 3.0  # deviations by which one frame moves the past at most
 
 
@@ -30,7 +30,7 @@ def _cubic(part: np.float64) -> Image:
     return weights
 
 
-@njit(cache=True, nogil=True, fastmath=FAST)
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def deviate(image: Image, mean: Image, seen: Image, part: NDArray[np.float64], roll: NDArray[np.int64]) -> Image:
     """Map read at ``(x, y) + part`` less its past; 0 where there is none.
 
@@ -77,20 +77,20 @@ def deviate(image: Image, mean: Image, seen: Image, part: NDArray[np.float64], r
     return out
 
 
-@njit(cache=True, nogil=True, fastmath=FAST)
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def _mix(one: Image, a: np.float32, other: Image, b: np.float32, out: Image) -> None:
     """Root of a weighted sum of two variances."""
     for i in range(len(one)):
         out[i] = np.sqrt(a * one[i] + b * other[i])
 
 
-@njit(cache=True, nogil=True, fastmath=FAST)
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def _divide(row: Image, by: Image, factor: np.float32, out: Image) -> None:
     for i in range(len(row)):
         out[i] = factor * row[i] / by[i]
 
 
-@njit(cache=True, nogil=True, fastmath=FAST)
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def _clip(row: Image, deviation: Image, bound: np.float32) -> None:
     """Clip a row to some deviations, which it takes the place of."""
     for i in range(len(row)):
@@ -98,20 +98,57 @@ def _clip(row: Image, deviation: Image, bound: np.float32) -> None:
         deviation[i] = min(max(row[i], -most), most)
 
 
-@njit(cache=True, nogil=True, fastmath=FAST)
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def _add(row: Image, gain: np.float32, other: Image, out: Image) -> None:
     for i in range(len(row)):
         out[i] = row[i] + gain * other[i]
 
 
-@njit(cache=True, nogil=True, fastmath=FAST)
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def _approach(variance: Image, gain: np.float32, error: Image, out: Image) -> None:
     """Move a variance towards the squares of errors."""
     for i in range(len(variance)):
         out[i] = variance[i] + gain * (error[i] * error[i] - variance[i])
 
 
-@njit(cache=True, nogil=True, fastmath=FAST)
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
+def _begin(image: Image, white: Image, mean: Image, variance: Image, count: Image) -> None:
+    """Begin the past of places that were not seen before with their own values."""
+    for i in range(len(image)):
+        white[i], mean[i], variance[i], count[i] = 0, image[i], 0, 1
+
+
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
+def _fill(row: Image, value: np.float32) -> None:
+    for i in range(len(row)):
+        row[i] = value
+
+
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
+def _differ(row: Image, value: np.float32) -> bool:
+    """Whether any of :data:`CHUNK` values is another."""
+    most = np.float32(0)
+    for i in range(CHUNK):
+        most = max(most, abs(row[i] - value))
+    return most > 0
+
+
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
+def _alike(count: Image, middle: int) -> tuple[int, int]:
+    """Ends of the run of equal values about one."""
+    left, right, value = middle, middle, count[middle]
+    while left >= CHUNK and not _differ(count[left - CHUNK : left], value):
+        left -= CHUNK
+    while right + CHUNK <= len(count) and not _differ(count[right : right + CHUNK], value):
+        right += CHUNK
+    while left > 0 and count[left - 1] == value:
+        left -= 1
+    while right < len(count) and count[right] == value:
+        right += 1
+    return left, right
+
+
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def learn(
     deviation: Image,
     image: Image,
@@ -127,21 +164,21 @@ def learn(
     ``local``: variance a block. A place that was not seen begins with the ``image``'s own value.
     """
     rows, columns = deviation.shape
-    white = np.zeros((rows, columns), dtype=np.float32)
-    means, variances = np.empty((rows, columns), dtype=np.float32), np.empty((rows, columns), dtype=np.float32)
-    counts = np.empty((rows, columns), dtype=np.float32)
+    white, means = np.empty((rows, columns), dtype=np.float32), np.empty((rows, columns), dtype=np.float32)
+    variances, counts = np.empty((rows, columns), dtype=np.float32), np.empty((rows, columns), dtype=np.float32)
     between, about = np.empty(local.shape[1], dtype=np.float32), np.empty(columns, dtype=np.float32)
     own = np.empty(columns, dtype=np.float32)
     first, last = max(0, roll[0]), max(min(columns, columns + roll[0]), max(0, roll[0]))
     one, prior, bound, longest = np.float32(1), np.float32(PRIOR), np.float32(BOUND), np.float32(memory)
     for row in range(rows):
-        copy_row(means[row], image[row])
-        variances[row], counts[row] = 0, 1
-        if not 0 <= row - roll[1] < rows or last <= first:
+        source = row - roll[1]
+        if not 0 <= source < rows or last <= first:
+            _begin(image[row], white[row], means[row], variances[row], counts[row])
             continue
+        for part in (slice(0, first), slice(last, columns)):
+            _begin(image[row, part], white[row, part], means[row, part], variances[row, part], counts[row, part])
         blend(local, (row - (BLOCK - 1) / 2) / BLOCK, between)
         spread_blocks(between, about)
-        source = row - roll[1]
         before = mean[source, first - roll[0] : last - roll[0]]
         spread = variance[source, first - roll[0] : last - roll[0]]
         count = seen[source, first - roll[0] : last - roll[0]]
@@ -151,10 +188,7 @@ def learn(
         # most of a row was seen equally often: all but what the camera has just come to
         n, left, right = count[len(count) // 2], len(count) // 2, len(count) // 2
         if n >= one:
-            while left > 0 and count[left - 1] == n:
-                left -= 1
-            while right < len(count) and count[right] == n:
-                right += 1
+            left, right = _alike(count, left)
             # as below; few rows a loop, which a compiler makes vectors of
             weight, part = one / (prior + n - one), slice(left, right)
             known, clipped = own[: right - left], error[part]
@@ -163,18 +197,18 @@ def learn(
             _clip(clipped, known, bound)
             _add(before[part], one / min(n + one, longest), known, new_mean[part])
             _approach(spread[part], one / min(n, longest), known, new_variance[part])
-            new_count[part] = min(n + one, longest)
-        for i in range(last - first):
-            if left <= i < right:
-                continue
-            n = count[i]
-            deviation_here = np.sqrt((prior * noise[i] + (n - one) * spread[i]) / (prior + n - one))
-            out[i] = error[i] / deviation_here if n >= KNOWN else np.float32(0)
-            # clipped, so that a target in passing leaves little
-            moved = min(max(error[i], -bound * deviation_here), bound * deviation_here)
-            fresh = one / min(max(n, one), longest)
-            if n >= one:
+            _fill(new_count[part], min(n + one, longest))
+        for some in (range(left), range(right, last - first)):
+            for i in some:
+                n = count[i]
+                if n < one:
+                    out[i], new_mean[i], new_variance[i], new_count[i] = 0, image[row, first + i], 0, 1
+                    continue
+                deviation_here = np.sqrt((prior * noise[i] + (n - one) * spread[i]) / (prior + n - one))
+                out[i] = error[i] / deviation_here if n >= KNOWN else np.float32(0)
+                # clipped, so that a target in passing leaves little
+                moved = min(max(error[i], -bound * deviation_here), bound * deviation_here)
                 new_mean[i] = before[i] + moved / min(n + one, longest)
-                new_variance[i] = spread[i] + fresh * (moved * moved - spread[i])
+                new_variance[i] = spread[i] + (moved * moved - spread[i]) / min(n, longest)
                 new_count[i] = min(n + one, longest)
     return white, means, variances, counts

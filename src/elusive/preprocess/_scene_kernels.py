@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from elusive.preprocess._scale_kernels import FAST, Image
 
 
-@njit(cache=True, nogil=True, fastmath=FAST)
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def alignment(
     image: Image, mean: Image, seen: Image, shift: NDArray[np.float64], scale: float, stride: int, margin: int
 ) -> NDArray[np.float64]:
@@ -24,35 +24,35 @@ def alignment(
     rows, columns = image.shape
     sums = np.zeros(11)
     left, top = int(np.floor(shift[0])), int(np.floor(shift[1]))
-    u, v = np.float32(shift[0] - left), np.float32(shift[1] - top)
+    u, v, one = np.float32(shift[0] - left), np.float32(shift[1] - top), np.float32(1)
     inverse = np.float32(1.0 / max(scale, 1e-9))
     begin, end = max(margin, 1, -left), min(columns - margin, columns - 1, columns - 1 - left)
     for row in range(max(margin, 1, -top), min(rows - margin, rows - 1, rows - 1 - top), stride):
         if end <= begin:
             break
         upper, lower = image[row + top, left + begin :], image[row + top + 1, left + begin :]
-        here, above, below = mean[row], mean[row - 1], mean[row + 1]
-        count = seen[row]
+        # slices, so that no index may be negative, of which a compiler would make no vectors
+        here, above, below = mean[row, begin:], mean[row - 1, begin:], mean[row + 1, begin:]
+        before, after, count = mean[row, begin - 1 :], mean[row, begin + 1 :], seen[row, begin:]
         xx = xy = yy = bx = by = cost = pixels = root = ab = aa = bb = np.float32(0)
-        for i in range(begin, end):
-            k = i - begin
-            a = (1 - v) * ((1 - u) * upper[k] + u * upper[k + 1]) + v * ((1 - u) * lower[k] + u * lower[k + 1])
-            b = here[i]
-            one = np.float32(1) if count[i] >= 1 else np.float32(0)
-            gx = np.float32(0.5) * (here[i + 1] - here[i - 1])
-            gy = np.float32(0.5) * (below[i] - above[i])
+        for k in range(end - begin):
+            a = (one - v) * ((one - u) * upper[k] + u * upper[k + 1]) + v * ((one - u) * lower[k] + u * lower[k + 1])
+            b = here[k]
+            known = one if count[k] >= one else np.float32(0)
+            gx = np.float32(0.5) * (after[k] - before[k])
+            gy = np.float32(0.5) * (below[k] - above[k])
             error = a - b
             z = error * inverse
             square = z * z
-            weight = one / (1 + np.float32(0.25) * square)
+            weight = known / (one + np.float32(0.25) * square)
             xx += weight * gx * gx
             xy += weight * gx * gy
             yy += weight * gy * gy
             bx += weight * gx * error
             by += weight * gy * error
-            cost += one * min(square, np.float32(9))
-            pixels += one
-            root += one * np.sqrt(np.abs(error))
+            cost += known * min(square, np.float32(9))
+            pixels += known
+            root += known * np.sqrt(np.abs(error))
             ab += weight * a * b
             aa += weight * a * a
             bb += weight * b * b
@@ -86,7 +86,7 @@ def preference(
     total, squares = 0.0, 0.0
     reach = int(np.ceil(max(np.abs(right).max(), np.abs(wrong).max()))) + max(margin, 1)
     inverse = np.float32(1.0 / max(scale, 1e-9))
-    errors = np.empty((2, columns), dtype=np.float32)
+    errors, one = np.empty((2, columns), dtype=np.float32), np.float32(1)
     for row in range(reach, rows - reach, stride):
         for which in range(2):
             shift = right if which == 0 else wrong
@@ -95,14 +95,14 @@ def preference(
             upper, lower, out = image[row + top, left + reach :], image[row + top + 1, left + reach :], errors[which]
             here = mean[row, reach:]
             for i in range(columns - 2 * reach):
-                above = (1 - part_x) * upper[i] + part_x * upper[i + 1]
-                below = (1 - part_x) * lower[i] + part_x * lower[i + 1]
-                error = ((1 - part_y) * above + part_y * below - here[i]) * inverse
+                above = (one - part_x) * upper[i] + part_x * upper[i + 1]
+                below = (one - part_x) * lower[i] + part_x * lower[i + 1]
+                error = ((one - part_y) * above + part_y * below - here[i]) * inverse
                 out[i] = min(error * error, np.float32(9))
         count = seen[row, reach:]
         gain, square = np.float32(0), np.float32(0)
         for i in range(columns - 2 * reach):
-            better = errors[1, i] - errors[0, i] if count[i] >= 1 else np.float32(0)
+            better = errors[1, i] - errors[0, i] if count[i] >= one else np.float32(0)
             gain += better
             square += better * better
         total += float(gain)
