@@ -202,6 +202,8 @@ TWINS: dict[str, dict[str, str]] = {
         "crowding": "tracking/test_peaks.py::reference.crowd",
         "explain": "tracking/test_peaks.py::reference.ratio",
         "leave_doubles": "tracking/test_peaks.py::reference.undoubled",
+        "moments": "tracking/test_peaks.py::reference.mixed",
+        "nearest": "tracking/test_peaks.py::cKDTree",
         "predict": "tracking/test_peaks.py::reference.predicted",
     },
     "tracking._detection_kernels": {

@@ -112,3 +112,13 @@ def undoubled(
             if left[i] and left[j] and bright[i] == bright[j] and age[i] + age[j] > 0 and near and alike:
                 left[j] = False
     return left
+
+
+def mixed(place: Array, velocity: Array, variance: Array, weight: Array) -> tuple[Array, Array]:
+    """Mean and covariance of x, vx, y, vy of one target's mixture of motions."""
+    means = np.array([[p[0], v[0], p[1], v[1]] for p, v in zip(place, velocity, strict=True)])
+    mean = weight @ means
+    covariance = np.zeros((4, 4))
+    for w, m, (pp, pv, vv) in zip(weight, means, variance, strict=True):
+        covariance += w * (np.outer(m - mean, m - mean) + np.kron(np.eye(2), [[pp, pv], [pv, vv]]))
+    return mean, covariance

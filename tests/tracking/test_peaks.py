@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from elusive.errors import DataError
 from elusive.preprocess.peaks import Peaks
@@ -42,6 +43,25 @@ def test_targets_are_predicted_as_by_the_twin() -> None:
         expected = reference.predicted(*(values[i] for values in before), MOTIONS.table, MOTIONS.switch, 1.5)
         for found, value in zip(after, expected, strict=True):
             np.testing.assert_allclose(found[i], value, rtol=1e-9, atol=1e-9)
+
+
+def test_moments_are_those_of_the_mixture() -> None:
+    belief = drawn(np.random.default_rng(2), 5)
+    mean, covariance = kernels.moments(*belief)
+    for i in range(5):
+        expected = reference.mixed(*(values[i] for values in belief))
+        np.testing.assert_allclose(mean[i], expected[0], rtol=1e-12)
+        np.testing.assert_allclose(covariance[i], expected[1], rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("known", [0, 200])
+def test_the_nearest_is_found_within_its_reach_alone(known: int) -> None:
+    rng = np.random.default_rng(3)
+    points, sought = rng.uniform(0, 10, (known, 3)), rng.uniform(-1, 11, (300, 3))
+    apart, which = kernels.nearest(points, sought, 0.7)
+    expected, at = cKDTree(points).query(sought, distance_upper_bound=0.7)
+    np.testing.assert_allclose(apart, expected)
+    np.testing.assert_array_equal(which, np.where(np.isfinite(expected), at, -1))
 
 
 def test_peaks_explain_and_update_targets_as_in_the_twin() -> None:

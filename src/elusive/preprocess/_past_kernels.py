@@ -126,16 +126,16 @@ def _fill(row: Image, value: np.float32) -> None:
 
 @njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def _differ(row: Image, value: np.float32) -> bool:
-    """Whether any of :data:`CHUNK` values is another."""
+    """Say whether any of :data:`CHUNK` values is another."""
     most = np.float32(0)
     for i in range(CHUNK):
         most = max(most, abs(row[i] - value))
-    return most > 0
+    return bool(most > 0)
 
 
 @njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def _alike(count: Image, middle: int) -> tuple[int, int]:
-    """Ends of the run of equal values about one."""
+    """Return the ends of the run of equal values about one."""
     left, right, value = middle, middle, count[middle]
     while left >= CHUNK and not _differ(count[left - CHUNK : left], value):
         left -= CHUNK

@@ -268,3 +268,50 @@ def leave_doubles(
             faster = np.sqrt((velocity[i, 0] - velocity[j, 0]) ** 2 + (velocity[i, 1] - velocity[j, 1]) ** 2)
             if apart <= 1.0 or faster <= 0.5 + 0.3 * speed:
                 kept[j] = False
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def nearest(known: Array, sought: Array, reach: float) -> tuple[Array, NDArray[np.int64]]:
+    """Return how far off the nearest known point of each sought one is, ``(n,)``, and which; inf, -1 beyond a reach.
+
+    ``known`` ``(m, d)``, ``sought`` ``(n, d)``; they are spread along the first axis, by which they are looked through.
+    """
+    order = np.argsort(known[:, 0])
+    first = known[order, 0]
+    apart, which = np.full(len(sought), np.inf), np.full(len(sought), -1)
+    for i in range(len(sought)):
+        least = reach * reach
+        for at in range(np.searchsorted(first, sought[i, 0] - reach), len(first)):
+            j = order[at]
+            if first[at] > sought[i, 0] + reach:
+                break
+            square = 0.0
+            for a in range(known.shape[1]):
+                square += (known[j, a] - sought[i, a]) ** 2
+            if square < least:
+                least, apart[i], which[i] = square, np.sqrt(square), j
+    return apart, which
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def moments(place: Array, velocity: Array, variance: Array, weight: Array) -> tuple[Array, Array]:
+    """Mean ``(n, 4)`` of x, vx, y, vy and covariance ``(n, 4, 4)`` of a mixture of motions, see :func:`predict`."""
+    n, kinds = weight.shape
+    mean, covariance = np.zeros((n, 4)), np.zeros((n, 4, 4))
+    off = np.empty(4)
+    for i in range(n):
+        for k in range(kinds):
+            for a in range(2):
+                mean[i, 2 * a] += weight[i, k] * place[i, k, a]
+                mean[i, 2 * a + 1] += weight[i, k] * velocity[i, k, a]
+        for k in range(kinds):
+            for a in range(2):
+                off[2 * a] = place[i, k, a] - mean[i, 2 * a]
+                off[2 * a + 1] = velocity[i, k, a] - mean[i, 2 * a + 1]
+                for b in range(2):
+                    for c in range(2):
+                        covariance[i, 2 * a + b, 2 * a + c] += weight[i, k] * variance[i, k, b + c]
+            for a in range(4):
+                for b in range(4):
+                    covariance[i, a, b] += weight[i, k] * off[a] * off[b]
+    return mean, covariance

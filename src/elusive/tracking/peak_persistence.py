@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 from scipy.optimize import isotonic_regression
-from scipy.spatial import cKDTree
 
 from elusive.contracts import Array
 from elusive.model import Model, Positive
 from elusive.preprocess.peaks import Peaks
+from elusive.tracking._peak_kernels import nearest
 from elusive.tracking.peak_targets import PeakTargets
 from elusive.tracking.peak_warp import Warp
 
@@ -132,15 +132,8 @@ class Persistence(Model):
         place = watch.place + frames * watch.velocity
         turn = TURN * np.arange(len(place))
         beside = place + self.beside_px * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-        seen = watch.seen
-        if len(found):
-            tree = cKDTree(found)
-            near = [
-                tree.query(self._features(at, watch.level, watch.bright), distance_upper_bound=1.0)[0] < math.inf
-                for at in (place, beside)
-            ]
-            seen = seen + np.stack(near, axis=1)
-        return watch._replace(seen=seen, looks=watch.looks + 1)
+        near = [nearest(found, self._features(at, watch.level, watch.bright), 1.0)[1] >= 0 for at in (place, beside)]
+        return watch._replace(seen=watch.seen + np.stack(near, axis=1), looks=watch.looks + 1)
 
     def _features(self, places: Array, level: Array, bright: NDArray[np.bool_]) -> Array:
         """Lay peaks out such that those of one track are less than 1 apart, ``(m, 4)``."""

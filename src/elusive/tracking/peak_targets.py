@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elusive.contracts import Array
+from elusive.tracking._peak_kernels import moments
 
 LEAST = np.finfo(np.float64).tiny  # of a likelihood, after a minute in which nothing rested
 HOP = 6  # frames within which what rests is taken for what rests beside it
@@ -95,16 +96,5 @@ class PeakTargets(NamedTuple):
 
     def moments(self) -> tuple[Array, Array]:
         """Mean ``(n, 4)`` of x, vx, y, vy and covariance ``(n, 4, 4)`` over all motions."""
-        mean = np.empty((len(self.number), 4))
-        mean[:, 0::2], mean[:, 1::2] = self.mean_place, self.mean_velocity
-        apart = np.empty((*self.weight.shape, 4))
-        apart[..., 0::2], apart[..., 1::2] = self.place, self.velocity
-        apart -= mean[:, None]
-        covariance = np.einsum("nm,nmi,nmj->nij", self.weight, apart, apart)
-        within = np.einsum("nm,nmc->nc", self.weight, self.variance)
-        for axis in (0, 2):
-            covariance[:, axis, axis] += within[:, 0]
-            covariance[:, axis, axis + 1] += within[:, 1]
-            covariance[:, axis + 1, axis] += within[:, 1]
-            covariance[:, axis + 1, axis + 1] += within[:, 2]
-        return mean, covariance
+        found: tuple[Array, Array] = moments(self.place, self.velocity, self.variance, self.weight)
+        return found

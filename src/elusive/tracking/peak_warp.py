@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from elusive.contracts import Array
+from elusive.tracking._peak_kernels import nearest
 from elusive.tracking.peak_targets import PeakTargets
 
 SURE, LEAST = 0.5, 16  # existence from which a track tells of the scene; of them, at least
@@ -67,7 +67,7 @@ def warp_of(
     known = np.flatnonzero((before.existence > SURE) & (before.age > 0))
     if min(len(known), len(places)) < LEAST:
         return Warp.none()
-    tree = cKDTree(_features(places, level, bright))
+    peaks = _features(places, level, bright)
     at, looks = before.mean_place[known], (before.level[known], before.bright[known])
     # what went with a scene for some frames unnoticed has its velocity, and is where that takes it
     starts = [predicted.mean_place[known]] + [at + last.way(at)] * last.deforms
@@ -76,7 +76,7 @@ def warp_of(
         warp, fits, wald = Warp.none(), 0, math.inf
         for gate in GATES_PX:
             if wald > HOPELESS:
-                warp, fits, wald = _matched(at, looks, guess, places, tree, gate)
+                warp, fits, wald = _matched(at, looks, guess, peaks, gate)
                 guess = at + warp.way(at)
         if wald > BELIEVED and fits > most:
             best, most = warp, fits
@@ -109,16 +109,15 @@ def _matched(
     at: Array,
     looks: tuple[Array, NDArray[np.bool_]],
     guess: Array,
-    places: Array,
-    tree: cKDTree,
+    peaks: Array,
     gate_px: float,
 ) -> tuple[Warp, int, float]:
     """Fit a map to the peaks nearest to a guess."""
-    apart, nearest = tree.query(_features(guess, *looks), distance_upper_bound=GATES_PX[0])
-    met = np.isfinite(apart)
+    which = nearest(peaks, _features(guess, *looks), GATES_PX[0])[1]
+    met = which >= 0
     if met.sum() < LEAST:
         return Warp.none(), 0, 0.0
-    return _fitted(at[met], places[nearest[met]], guess[met], gate_px)
+    return _fitted(at[met], peaks[which[met], :2], guess[met], gate_px)
 
 
 def _fitted(at: Array, to: Array, guess: Array, gate_px: float) -> tuple[Warp, int, float]:

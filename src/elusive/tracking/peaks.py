@@ -37,7 +37,6 @@ LEAST_STRAYED_PX, MAD = 0.05, 1.4826
 MANY = 6  # things that rest on the sensor, above which they are no parts of a target that a camera follows
 UNSEEN = 0.05  # share of its existence in which it is visible, below which a track is not shown: three frames missed
 RIVALS, LEAST_SPREAD = 12, 1e-6  # strengths that show how far those of clutter lie apart
-EXTRA = ("intensity", "snr_db", "moves", "shown")
 
 
 class PeakBelief(NamedTuple):
@@ -161,10 +160,10 @@ class SceneTracker(PeakRecursion):
         extra = np.stack([height, snr_db, moves, shown], axis=1)[some].tolist()
         found = []
         rows = zip(tracks, told[some].tolist(), mean[some], covariance[some], extra, strict=True)
-        for (_, life), exists, centre, spread, more in rows:
+        for (_, life), exists, centre, spread, (grey, ratio_db, moving, visible) in rows:
             assert life.track is not None
             assert life.status is not None
-            named = dict(zip(EXTRA, more, strict=True))
+            named = {"intensity": grey, "snr_db": ratio_db, "moves": moving, "shown": visible}
             found.append(Track(life.track, life.status, exists, centre, spread, extra=named))
         lives = {number: life for number, life in lives.items() if life.status != "deleted"}
         return belief._replace(

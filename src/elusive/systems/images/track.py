@@ -24,7 +24,7 @@ from elusive.tracking.memory import Memory
 
 __all__ = ["ImageTracking", "track_images"]
 
-ORDER = ("confirmed", "candidate", "deleted")
+ORDER = {"confirmed": 0, "candidate": 1, "deleted": 2}
 UNKNOWN = np.full((4, 4), np.nan)
 
 
@@ -130,4 +130,4 @@ def _accumulated(state: SeveralState, interval_s: float) -> tuple[Track, ...]:
 
 
 def _oldest_first(track: Track) -> tuple[int, int]:
-    return ORDER.index(track.status), track.track
+    return ORDER[track.status], track.track
