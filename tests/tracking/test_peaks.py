@@ -331,6 +331,22 @@ def test_marks_on_the_sensor_are_not_shown_and_hide_nothing_that_moves() -> None
     assert np.mean([len(seen) == 1 for _, seen in frames[40:]]) > 0.9
 
 
+def test_one_defect_aside_is_a_mark_though_taken_now_and_then_for_a_point_of_the_scene() -> None:
+    """A cluster of dead pixels alone rests on the sensor; in every eighth frame it is found with what is beside it."""
+    rng = np.random.default_rng(13)
+    defect = np.array([[30.0, 40.0]])
+    frames = passing(rng, lambda k: defect + 1.5 * (k % 8 == 7) * np.array([-1.0, 0.2]), np.array([8.0]))
+    assert not [seen for places, seen in frames[20:] for at in seen if np.hypot(*(at - places[0])) < 4]
+
+
+def test_a_mark_that_is_taken_for_a_point_of_the_scene_does_not_make_that_one_move() -> None:
+    """A speck fades when a point of the scene is where it was: the track goes on with that, and is at rest."""
+    rng = np.random.default_rng(14)
+    speck, way = np.array([[130.0, 40.0]]), np.array([-2.0, 0.3])
+    frames = passing(rng, lambda k: speck + max(k - 40, 0) * way, np.array([8.0]))
+    assert not [at for _, seen in frames[20:] for at in seen]
+
+
 def test_what_rings_beside_a_target_is_not_shown() -> None:
     rng = np.random.default_rng(8)
 

@@ -14,6 +14,7 @@ from elusive.tracking.peak_targets import PeakTargets
 FRESH = 10  # frames up to which a target has just begun
 SURE = 0.9  # existence from which it counts
 REACH_PX = 16.0  # how far a target may have jumped, and a third as far again for each frame's way it has
+ON_SENSOR = ("usual", "strayed", "swept", "mark")
 ALIKE = 0.6  # share of a strength that another has at least; more it may have, where little is known of a place
 
 
@@ -27,7 +28,7 @@ def rejoined(targets: PeakTargets, level_spread: float) -> PeakTargets:
     kept = np.ones(len(targets.number), np.bool_)
     values: dict[str, Any] = {
         name: getattr(targets, name).copy()
-        for name in ("number", "age", "evidence", "resting", "shown", "origin", "farthest", "hop", "seat", "strayed")
+        for name in ("number", "age", "evidence", "resting", "shown", "origin", "farthest", "hop", *ON_SENSOR)
     }
     for old in lost[np.argsort(-targets.evidence[lost], kind="stable")]:
         near = np.hypot(*(place[fresh] - place[old]).T) < REACH_PX + 3 * speed[old]
@@ -39,12 +40,11 @@ def rejoined(targets: PeakTargets, level_spread: float) -> PeakTargets:
         new = int(fresh[like][0])
         kept[old] = False
         fresh = fresh[fresh != new]
-        for name in ("number", "shown", "origin", "seat"):
+        for name in ("number", "shown", "origin", *ON_SENSOR):
             values[name][new] = values[name][old]
         for name in ("age", "evidence", "resting"):
             values[name][new] += values[name][old]
         away, jump = (float(np.hypot(*(place[new] - before[old]))) for before in (targets.origin, place))
         values["farthest"][new] = max(float(targets.farthest[old]), away)
         values["hop"][new] = max(float(targets.hop[old]), jump)
-        values["strayed"][new] = max(float(targets.strayed[old]), jump)
     return targets._replace(**values).kept(kept)

@@ -28,6 +28,7 @@ LEAST_ODDS = 1e-30
 LEAST_EXISTENCE = 1e-4  # of what is followed
 LIKELY = 0.5  # existence from which a track is not given up for a younger one
 RECENT = 0.15  # weight of the latest peak in what is known of a target's looks
+SWEPT_PX, LEAST_PX = 10.0, 1e-6  # way of the camera over which it is known how far a target strays
 
 
 class Clutter(NamedTuple):
@@ -133,10 +134,15 @@ class PeakRecursion(Model):
         )
         now = updated.mean_place
         away, lately = (np.hypot(*(now - before).T) for before in (targets.origin, targets.lately[:, 0]))
-        strayed = np.hypot(*(now + peaks.offset_px - targets.seat).T)
+        step = math.hypot(*peaks.step_px)
+        swept = targets.swept + step
+        latest = (hit * np.maximum(-math.expm1(-step / SWEPT_PX), step / np.maximum(swept, LEAST_PX)))[:, None]
+        off = np.stack([now, now + peaks.offset_px], axis=1) - targets.usual
         return updated._replace(
             farthest=np.maximum(targets.farthest, away),
-            strayed=np.maximum(targets.strayed, strayed),
+            usual=targets.usual + latest[:, None] * off,
+            strayed=(1 - latest) * (targets.strayed + latest * np.einsum("nsa,nsa->ns", off, off)),
+            swept=swept,
             hop=np.maximum(targets.hop, lately),
             lately=np.concatenate([targets.lately[:, 1:], now[:, None]], axis=1),
         ), unclaimed
@@ -172,8 +178,10 @@ class PeakRecursion(Model):
             farthest=zero,
             lately=np.repeat(clutter.places[chosen, None], HOP, axis=1),
             hop=zero,
-            seat=clutter.places[chosen] + peaks.offset_px,
-            strayed=zero,
+            usual=np.stack([clutter.places[chosen], clutter.places[chosen] + peaks.offset_px], axis=1),
+            strayed=np.zeros((count, 2)),
+            swept=zero,
+            mark=np.zeros(count, np.bool_),
         )
 
     def kept(self, targets: PeakTargets, offset_px: Array, shape: tuple[int, int]) -> NDArray[np.bool_]:

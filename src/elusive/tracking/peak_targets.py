@@ -36,8 +36,10 @@ class PeakTargets(NamedTuple):
     farthest: Array  # (n,) from there so far [px]
     lately: Array  # (n, HOP, 2) its places before, the latest last
     hop: Array  # (n,) greatest way within so many frames so far [px]
-    seat: Array  # (n, 2) its first place on the sensor
-    strayed: Array  # (n,) from there so far, on the sensor [px]
+    usual: Array  # (n, 2, 2) its mean place in the scene, and on the sensor, over the camera's latest way
+    strayed: Array  # (n, 2) mean squared distance from each [px^2]
+    swept: Array  # (n,) way that the camera has made since its first peak [px]
+    mark: NDArray[np.bool_]  # (n,) on the sensor or its optics, not in the scene
 
     @classmethod
     def none(cls, motions: int, resting: int) -> Self:
@@ -46,7 +48,7 @@ class PeakTargets(NamedTuple):
         return cls(
             whole, whole, np.zeros((0, motions, 2)), np.zeros((0, motions, 2)), np.zeros((0, motions, 3)),
             np.zeros((0, motions)), one, one, one, one, one, flag, one, np.zeros((0, resting)), flag,
-            np.zeros((0, 2)), one, np.zeros((0, HOP, 2)), one, np.zeros((0, 2)), one,
+            np.zeros((0, 2)), one, np.zeros((0, HOP, 2)), one, np.zeros((0, 2, 2)), np.zeros((0, 2)), one, flag,
         )  # fmt: skip
 
     @property
@@ -82,6 +84,21 @@ class PeakTargets(NamedTuple):
         way = self.farthest - np.clip(self.hop - even - leash.min(), 0.0, self.farthest)
         found: Array = np.minimum(self.evidence - np.maximum(still, 0.0), 0.5 * (way / leash.min()) ** 2)
         return found
+
+    def anew(self, which: NDArray[np.bool_], offset_px: Array) -> Self:
+        """Return them, of some of which nothing is known but what was found last: they were taken for another thing."""
+        place = self.mean_place
+        usual = np.stack([place, place + offset_px], axis=1)
+        lately = np.repeat(place[:, None], HOP, axis=1)
+
+        def begun(before: NDArray[Any], now: Any = 0) -> Any:
+            return np.where(which.reshape(-1, *[1] * (before.ndim - 1)), now, before)
+
+        return self._replace(
+            age=begun(self.age), evidence=begun(self.evidence), resting=begun(self.resting), shown=self.shown & ~which,
+            origin=begun(self.origin, place), farthest=begun(self.farthest), lately=begun(self.lately, lately),
+            hop=begun(self.hop), usual=begun(self.usual, usual), strayed=begun(self.strayed), swept=begun(self.swept),
+        )  # fmt: skip
 
     def kept(self, which: NDArray[np.bool_]) -> Self:
         """Return some of them."""

@@ -97,6 +97,7 @@ def carried(targets: PeakTargets, predicted: PeakTargets, warp: Warp) -> PeakTar
         velocity=np.where(targets.velocity != 0.0, velocity - own.way(place), 0.0),
         origin=targets.origin + warp.way(targets.origin),
         lately=targets.lately + warp.way(targets.lately),
+        usual=np.stack([targets.usual[:, 0] + warp.way(targets.usual[:, 0]), targets.usual[:, 1]], axis=1),
     )
 
 

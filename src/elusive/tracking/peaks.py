@@ -17,7 +17,7 @@ from elusive.tracking.lifecycle import Life, Lifecycle
 from elusive.tracking.peak_jumps import rejoined
 from elusive.tracking.peak_null import EmpiricalNull
 from elusive.tracking.peak_persistence import Persistence, Reliability
-from elusive.tracking.peak_recursion import LIKELY, PeakRecursion
+from elusive.tracking.peak_recursion import LIKELY, SWEPT_PX, PeakRecursion
 from elusive.tracking.peak_targets import PeakTargets
 from elusive.tracking.peak_warp import Warp, carried, warp_of
 from elusive.tracking.track import Track
@@ -31,10 +31,10 @@ ALIKE = (0.5, 0.3)  # velocities that differ by less than this [px / frame], and
 LAYER, LAYER_STRENGTH = 3, 0.5  # others, as strong by this share, that make a layer
 LAYER_PX, LAYER_SPEED = 5.0, 0.2  # way that they have gone, and frames' [px]: what is slower may go alike by chance
 LAYER_ALIKE = (0.05, 0.2)  # velocities that differ by less than this [px / frame], and this share, are of a layer
-ON_SENSOR_PX, ON_SENSOR = 2.0, 0.25  # how far what rests on the sensor strays there, or by this share of its way
-CLOSE, SCATTER = 2.0, 2.0  # how far at most, times what these do usually; or deviations of the logarithm of that
-LEAST_STRAYED_PX, MAD = 0.05, 1.4826
-MANY = 6  # things that rest on the sensor, above which they are no parts of a target that a camera follows
+# how far a mark strays on the sensor at most [px], and as a share of what it does in the scene: as one of the first, as
+# one of several, and as what was one before
+RESTS, STRAYS, LEAVES = (1.5, 0.15), (3.0, 0.22), (4.0, 0.4)
+MIDDLE = 0.125, 0.2  # share of the frame's sides from its centre within which a camera keeps what it follows; loosely
 UNSEEN = 0.05  # share of its existence in which it is visible, below which a track is not shown: three frames missed
 RIVALS, LEAST_SPREAD = 12, 1e-6  # strengths that show how far those of clutter lie apart
 
@@ -113,7 +113,9 @@ class SceneTracker(PeakRecursion):
         newborn = self.newborn(peaks, clutter, unclaimed, belief.born)
         targets = rejoined(targets.joined(newborn), self.level_spread)
         kept = self.kept(targets, peaks.offset_px, shape)
-        over = ~kept & (targets.age >= OLD) & ~on_sensor(targets, MANY)
+        marks = marked(targets, shape)
+        targets = targets.anew(targets.mark & ~marks, peaks.offset_px)._replace(mark=marks)
+        over = ~kept & (targets.age >= OLD) & ~targets.mark
         ended = np.concatenate([belief.ended, self._reached(targets.kept(over))])[-REMEMBERED:]
         belief = belief._replace(
             time_s=time_s, targets=targets.kept(kept), born=belief.born + len(newborn.number), ended=ended,
@@ -126,8 +128,7 @@ class SceneTracker(PeakRecursion):
         targets = belief.targets
         lives, numbered, tracks = dict[int, Life](), belief.numbered, []
         reached = self._reached(targets)
-        marks = on_sensor(targets, MANY)
-        others = np.concatenate([belief.ended, reached[(targets.age >= OLD) & ~marks]])
+        others = np.concatenate([belief.ended, reached[(targets.age >= OLD) & ~targets.mark]])
         moves = self.null.moves(*reached.T, *others.T)
         existence = targets.existence
         begins = (existence >= self.lifecycle.candidate_from).tolist()
@@ -147,7 +148,7 @@ class SceneTracker(PeakRecursion):
         confirmed[[k for k, life in tracks if life.status == "confirmed"]] = True
         enough = moves > np.where(targets.shown, self.show_until, self.show_from)
         seen = targets.visible > UNSEEN * existence
-        shown = confirmed & seen & ~marks & (enough | self._alone(targets, confirmed & ~marks))
+        shown = confirmed & seen & ~targets.mark & (enough | self._alone(targets, confirmed & ~targets.mark))
         _leave_layers(targets, shown, confirmed & (targets.farthest > LAYER_PX))
         _leave_companions(targets, shown)
         mean, covariance = targets.moments()
@@ -212,23 +213,28 @@ def chance_of(first: float, others: Array) -> float:
     return float((1 + math.log(first / float(others[0])) / max(spread, LEAST_SPREAD)) ** -RIVALS)
 
 
-def on_sensor(targets: PeakTargets, many: int = LAYER) -> NDArray[np.bool_]:
-    """Say what is a mark on the sensor or its optics: it rests there while the scene goes by, as several others do.
+def marked(targets: PeakTargets, shape: tuple[int, int]) -> NDArray[np.bool_]:
+    """Say what is a mark on the sensor or its optics, as a defect, dust, a clock: it rests there, the scene goes by.
 
-    A camera that follows its target makes that rest, too, but it alone, and not as closely as marks do. What is faint,
-    or changes as digits do, is now and then taken for a point of the scene beside it: where there are more than
-    ``many``, how far marks stray is theirs to show; parts of one target are fewer.
+    A camera that follows its target makes that rest, too, in the middle of the frame: there only what rests with
+    several others is a mark. Where there are several, what is faint or changes as digits do, and so strays farther, is
+    one; and what was a mark is one until it has left its place.
     """
-    gone = (targets.farthest > LAYER_PX) & (targets.existence > LIKELY)
-    rests = gone & (targets.strayed < np.maximum(ON_SENSOR_PX, ON_SENSOR * targets.farthest))
-    if np.count_nonzero(rests) > many:
-        strayed = np.log(np.maximum(targets.strayed[rests], LEAST_STRAYED_PX))
-        usual = float(np.median(strayed))
-        spread = SCATTER * MAD * float(np.median(np.abs(strayed - usual)))
-        return rests & (targets.strayed < math.exp(usual + max(math.log(CLOSE), spread)))
-    rests = gone & (targets.strayed < ON_SENSOR_PX)
-    enough = np.count_nonzero(rests) > LAYER
-    return rests & (targets.strayed < (CLOSE * np.median(targets.strayed[rests]) if enough else 0.0))
+    gone = (targets.farthest > LAYER_PX) & (targets.existence > LIKELY) & (targets.swept > SWEPT_PX)
+    in_scene, on_sensor = np.sqrt(targets.strayed).T
+
+    def within(px: float, share: float) -> NDArray[np.bool_]:
+        return np.asarray(on_sensor < np.minimum(px, share * in_scene))
+
+    place = targets.usual[:, 1]
+    off = np.abs(place / np.subtract(shape[::-1], 1) - 0.5).max(axis=1, initial=0.0)
+    found = np.flatnonzero(gone & within(*RESTS))
+    apart = np.hypot(*(place[found, None] - place[found]).T) > COMPANION * targets.scale[found] + TRAIL_PX
+    marks = targets.mark & within(*LEAVES)
+    marks[found] |= (off[found] > MIDDLE[0]) | (apart.sum(axis=0) >= LAYER)
+    if np.count_nonzero(marks) > LAYER:
+        marks |= gone & (off > MIDDLE[1]) & within(*STRAYS)
+    return marks
 
 
 def _leave_layers(targets: PeakTargets, shown: NDArray[np.bool_], moving: NDArray[np.bool_]) -> None:

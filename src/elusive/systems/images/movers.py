@@ -9,10 +9,9 @@ import numpy as np
 from elusive.checks import Fact, Finding
 from elusive.tracking.peak_persistence import SURE
 from elusive.tracking.peak_targets import PeakTargets
-from elusive.tracking.peaks import on_sensor
 
 OLD = 10  # frames from which a track's way counts
-GONE_PX, STRAYED_PX = 5.0, 4.0  # farther than these it has gone in the scene, and strayed from its pixel
+GONE_PX = 5.0  # farther than this it has gone in the scene
 MARKED = 0.5  # share of the frames with marks on the sensor
 SHARE, SEVERAL = 0.1, 3.0  # share of such tracks that move; so many at once may be targets
 
@@ -27,11 +26,11 @@ class Movers:
     def take(self, targets: PeakTargets) -> None:
         """Take what is believed after a frame."""
         sure = (targets.existence > SURE) & (targets.age >= OLD)
-        gone = sure & (targets.farthest > GONE_PX) & (targets.strayed > STRAYED_PX)
+        gone = sure & (targets.farthest > GONE_PX) & ~targets.mark
         self._frames += bool(sure.any())
         self._sure += int(np.count_nonzero(sure))
         self._gone += int(np.count_nonzero(gone))
-        marks = int(np.count_nonzero(on_sensor(targets) & sure))
+        marks = int(np.count_nonzero(targets.mark & sure))
         self._marked += bool(marks)
         self._marks += marks
 
