@@ -62,7 +62,7 @@ def test_what_differs_from_the_past_and_what_is_learnt(part, roll):
     shape = (33, 38)
     image, mean = image_of(shape), image_of(shape, 1)
     variance, local = image_of(shape, 2) ** 2, image_of((4, 4), 3) ** 2 + 1
-    seen = np.random.default_rng(4).integers(0, 21, shape).astype(np.float32)
+    seen = np.random.default_rng(4).integers(0, 21, shape).astype(np.uint8)
     seen[:20] = 20  # what is of one count along a row takes another way
     seen[26:, 7:30] = 20
     part, roll = np.array(part, dtype=float), np.array(roll)
@@ -78,7 +78,7 @@ def test_what_differs_from_the_past_and_what_is_learnt(part, roll):
 @pytest.mark.parametrize("shift", [(0.0, 0.0), (1.4, -2.3), (-0.6, 0.2)])
 def test_alignment_with_the_past(shift):
     image, mean = image_of((40, 44)), image_of((40, 44), 1)
-    seen = (image_of((40, 44), 2) > -10).astype(np.float32)
+    seen = (image_of((40, 44), 2) > -10).astype(np.uint8)
     shift = np.array(shift)
     ours = _scene_kernels.alignment(image, mean, seen, shift, 9.0, 1, 2)
     np.testing.assert_allclose(ours, reference.alignment(image, mean, seen, shift, 9.0, 2), rtol=1e-3, atol=0.5)

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 from elusive.preprocess._scale_kernels import BLOCK, FAST, Image, blend, spread_blocks
 
+Counts = NDArray[np.uint8]  # of frames, which are read and written often: a byte each
+
 PRIOR = 10.0  # frames that the neighbourhood's variance counts for beside a pixel's own
 KNOWN = 2.0  # frames of a place before what differs from them counts
 CHUNK = 32  # pixels that are compared at once
@@ -31,7 +33,7 @@ def _cubic(part: np.float64) -> Image:
 
 
 @njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
-def deviate(image: Image, mean: Image, seen: Image, part: NDArray[np.float64], roll: NDArray[np.int64]) -> Image:
+def deviate(image: Image, mean: Image, seen: Counts, part: NDArray[np.float64], roll: NDArray[np.int64]) -> Image:
     """Map read at ``(x, y) + part`` less its past; 0 where there is none.
 
     ``mean`` and ``seen`` (frames that saw a place) are read at ``(x, y) - roll``; ``part`` is half a pixel at most.
@@ -112,29 +114,29 @@ def _approach(variance: Image, gain: np.float32, error: Image, out: Image) -> No
 
 
 @njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
-def _begin(image: Image, white: Image, mean: Image, variance: Image, count: Image) -> None:
+def _begin(image: Image, white: Image, mean: Image, variance: Image, count: Counts) -> None:
     """Begin the past of places that were not seen before with their own values."""
     for i in range(len(image)):
         white[i], mean[i], variance[i], count[i] = 0, image[i], 0, 1
 
 
 @njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
-def _fill(row: Image, value: np.float32) -> None:
+def _fill(row: Counts, value: np.uint8) -> None:
     for i in range(len(row)):
         row[i] = value
 
 
 @njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
-def _differ(row: Image, value: np.float32) -> bool:
+def _differ(row: Counts, value: np.uint8) -> bool:
     """Say whether any of :data:`CHUNK` values is another."""
-    most = np.float32(0)
+    others = np.uint8(0)
     for i in range(CHUNK):
-        most = max(most, abs(row[i] - value))
-    return bool(most > 0)
+        others |= row[i] ^ value
+    return bool(others > 0)
 
 
 @njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
-def _alike(count: Image, middle: int) -> tuple[int, int]:
+def _alike(count: Counts, middle: int) -> tuple[int, int]:
     """Return the ends of the run of equal values about one."""
     left, right, value = middle, middle, count[middle]
     while left >= CHUNK and not _differ(count[left - CHUNK : left], value):
@@ -154,18 +156,18 @@ def learn(
     image: Image,
     mean: Image,
     variance: Image,
-    seen: Image,
+    seen: Counts,
     roll: NDArray[np.int64],
     local: Image,
     memory: int,
-) -> tuple[Image, Image, Image, Image]:
+) -> tuple[Image, Image, Image, Counts]:
     """Deviation in units of its noise, and the past's mean, variance and count after this map.
 
     ``local``: variance a block. A place that was not seen begins with the ``image``'s own value.
     """
     rows, columns = deviation.shape
     white, means = np.empty((rows, columns), dtype=np.float32), np.empty((rows, columns), dtype=np.float32)
-    variances, counts = np.empty((rows, columns), dtype=np.float32), np.empty((rows, columns), dtype=np.float32)
+    variances, counts = np.empty((rows, columns), dtype=np.float32), np.empty((rows, columns), dtype=np.uint8)
     between, about = np.empty(local.shape[1], dtype=np.float32), np.empty(columns, dtype=np.float32)
     own = np.empty(columns, dtype=np.float32)
     first, last = max(0, roll[0]), max(min(columns, columns + roll[0]), max(0, roll[0]))
@@ -186,7 +188,7 @@ def learn(
         new_mean, new_variance = means[row, first:last], variances[row, first:last]
         new_count = counts[row, first:last]
         # most of a row was seen equally often: all but what the camera has just come to
-        n, left, right = count[len(count) // 2], len(count) // 2, len(count) // 2
+        n, left, right = np.float32(count[len(count) // 2]), len(count) // 2, len(count) // 2
         if n >= one:
             left, right = _alike(count, left)
             # as below; few rows a loop, which a compiler makes vectors of
@@ -197,10 +199,10 @@ def learn(
             _clip(clipped, known, bound)
             _add(before[part], one / min(n + one, longest), known, new_mean[part])
             _approach(spread[part], one / min(n, longest), known, new_variance[part])
-            _fill(new_count[part], min(n + one, longest))
+            _fill(new_count[part], np.uint8(min(n + one, longest)))
         for some in (range(left), range(right, last - first)):
             for i in some:
-                n = count[i]
+                n = np.float32(count[i])
                 if n < one:
                     out[i], new_mean[i], new_variance[i], new_count[i] = 0, image[row, first + i], 0, 1
                     continue
@@ -210,5 +212,5 @@ def learn(
                 moved = min(max(error[i], -bound * deviation_here), bound * deviation_here)
                 new_mean[i] = before[i] + moved / min(n + one, longest)
                 new_variance[i] = spread[i] + (moved * moved - spread[i]) / min(n, longest)
-                new_count[i] = min(n + one, longest)
+                new_count[i] = np.uint8(min(n + one, longest))
     return white, means, variances, counts

@@ -6,12 +6,13 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from elusive.preprocess._past_kernels import Counts
 from elusive.preprocess._scale_kernels import FAST, Image
 
 
 @njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def alignment(
-    image: Image, mean: Image, seen: Image, shift: NDArray[np.float64], scale: float, stride: int, margin: int
+    image: Image, mean: Image, seen: Counts, shift: NDArray[np.float64], scale: float, stride: int, margin: int
 ) -> NDArray[np.float64]:
     """Return the sums of a Gauss-Newton step that lays ``image(x + shift)`` over ``mean(x)``, Cauchy weights.
 
@@ -38,7 +39,7 @@ def alignment(
         for k in range(end - begin):
             a = (one - v) * ((one - u) * upper[k] + u * upper[k + 1]) + v * ((one - u) * lower[k] + u * lower[k + 1])
             b = here[k]
-            known = one if count[k] >= one else np.float32(0)
+            known = one if count[k] >= 1 else np.float32(0)
             gx = np.float32(0.5) * (after[k] - before[k])
             gy = np.float32(0.5) * (below[k] - above[k])
             error = a - b
@@ -74,7 +75,7 @@ def alignment(
 def preference(
     image: Image,
     mean: Image,
-    seen: Image,
+    seen: Counts,
     right: NDArray[np.float64],
     wrong: NDArray[np.float64],
     scale: float,
@@ -102,7 +103,7 @@ def preference(
         count = seen[row, reach:]
         gain, square = np.float32(0), np.float32(0)
         for i in range(columns - 2 * reach):
-            better = errors[1, i] - errors[0, i] if count[i] >= one else np.float32(0)
+            better = errors[1, i] - errors[0, i] if count[i] >= 1 else np.float32(0)
             gain += better
             square += better * better
         total += float(gain)

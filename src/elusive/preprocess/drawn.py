@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from elusive.preprocess import _drawn_kernels
+from elusive.preprocess import _drawn_kernels, scales
 from elusive.preprocess._scale_kernels import Image
 
 FRAMES, FIRST = 8, 4  # in which a pixel kept its value; from a recording's begin on
@@ -46,7 +46,7 @@ def drawn(state: Drawn | None, image: Image) -> Drawn:
     if state is None:
         kept = np.where(blank, FRAMES, FRAMES - FIRST).astype(np.uint8)
         return Drawn(image, kept, _drawn(kept, int(np.count_nonzero(blank))))
-    usual = _middle(np.abs(image[::4, ::4] - state.last[::4, ::4]))
+    usual = np.float32(scales.median_of(np.abs(image[::4, ::4] - state.last[::4, ::4])))
     bound = np.float32(TOLERANCE) * usual
     # where most keep their value, that of one says nothing
     kept, full = _drawn_kernels.keep(image, state.last, state.kept, blank, bound, bool(usual > 0), FRAMES)
@@ -77,12 +77,6 @@ def margins(image: Image) -> Mask:
             over[:first] |= lines[first].mean() > MOSTLY
             over[last + 1 :] |= lines[last].mean() > MOSTLY
     return blank
-
-
-def _middle(values: Image) -> np.float32:
-    """Return the median of what is finite, the upper of two; 0 where nothing is. One partition, as NumPy's is five."""
-    known = values[np.isfinite(values)]
-    return np.float32(np.partition(known, len(known) // 2)[len(known) // 2] if len(known) else 0)
 
 
 def _drawn(kept: NDArray[np.uint8], full: int) -> Mask | None:

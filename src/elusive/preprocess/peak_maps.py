@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import cache
 from typing import NamedTuple
 
@@ -67,7 +68,7 @@ def in_space(scene: Scene) -> tuple[PeakMaps, float]:
     for k, image in enumerate(scene.maps):
         variance = scales.local_variance(image, float(scene.floors[k]) ** 2)
         if k == 0:
-            noise = float(np.sqrt(np.median(variance))) / scales.noise_gain(0)
+            noise = math.sqrt(scales.median_of(variance)) / scales.noise_gain(0)
         found.white.append(_scale_kernels.whiten(image, (1 / np.sqrt(variance)).astype(np.float32, copy=False)))
     return found, noise
 

@@ -85,7 +85,7 @@ class PeakFinder(Model):
 
     stuck: StuckPixels = Field(StuckPixels(), description="When a pixel is taken to be defective")
     most: int = Field(1500, ge=1, description="Peaks kept of a frame, the strongest")
-    memory: int = Field(20, ge=3, description="Earlier frames that a frame is compared with")
+    memory: int = Field(20, ge=3, le=255, description="Earlier frames that a frame is compared with")
 
     def init(self) -> PeakState:
         """Return the state before the first frame."""
@@ -129,7 +129,7 @@ class PeakFinder(Model):
         found = []
         if cut:
             none = np.zeros(2, dtype=np.int64)
-            pasts = tuple(Past(values, np.zeros_like(values), np.ones_like(values), none) for values in maps)
+            pasts = tuple(Past(values, np.zeros_like(values), np.ones(values.shape, np.uint8), none) for values in maps)
         else:
             temporal, pasts = in_time(scene, offset, self.memory)
             # a place must have been seen twice before what differs from it counts

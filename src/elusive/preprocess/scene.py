@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from elusive.contracts import Array
 from elusive.preprocess import _scene_kernels
+from elusive.preprocess._past_kernels import Counts
 from elusive.preprocess._scale_kernels import Image
 from elusive.preprocess.registration import Registration
 from elusive.preprocess.scales import MEAN_ROOT
@@ -34,7 +35,7 @@ class Past(NamedTuple):
 
     mean: Image  # (rows, columns)
     variance: Image  # of one frame's deviation from it
-    seen: Image  # frames in which the place was seen, at most the memory
+    seen: Counts  # frames in which the place was seen, at most the memory
     whole: NDArray[np.int64]  # (2,) x, y: the scene's offset in whole pixels of the map
 
 

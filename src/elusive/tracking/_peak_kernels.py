@@ -162,8 +162,9 @@ def explain(
             target[pairs], peak[pairs] = i, j
             change = (levels[j] - level[i]) / level_spread
             alike = (1 + change * change / HEAVY) ** -2 / (2.2 * level_spread)
+            factor = detected * alike * np.exp(-log_clutter[j])
             for k in range(kinds):
-                ratio[pairs, k] *= detected * alike * np.exp(-log_clutter[j])
+                ratio[pairs, k] *= factor
             pairs += 1
     return target[:pairs], peak[:pairs], ratio[:pairs], rough[:pairs]
 
@@ -262,8 +263,11 @@ def leave_doubles(
             j = order[b]
             if not kept[j] or bright[i] != bright[j] or age[i] + age[j] == 0:
                 continue
+            reach = 0.5 + 0.8 * max(scale[i], scale[j])
+            if abs(place[i, 0] - place[j, 0]) > reach:
+                continue
             apart = np.sqrt((place[i, 0] - place[j, 0]) ** 2 + (place[i, 1] - place[j, 1]) ** 2)
-            if apart > 0.5 + 0.8 * max(scale[i], scale[j]):
+            if apart > reach:
                 continue
             faster = np.sqrt((velocity[i, 0] - velocity[j, 0]) ** 2 + (velocity[i, 1] - velocity[j, 1]) ** 2)
             if apart <= 1.0 or faster <= 0.5 + 0.3 * speed:
