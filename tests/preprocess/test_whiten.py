@@ -11,6 +11,7 @@ from scipy.stats import t as student
 from elusive.errors import DataError
 from elusive.preprocess.levels import normal
 from elusive.preprocess.linear_prediction import innovations, learnt, no_prediction
+from elusive.preprocess.past_prediction import no_past, without_past
 from elusive.preprocess.whiten import no_noise_model, whitened
 
 FRAMES, SAMPLES = 400, 300
@@ -20,6 +21,10 @@ def noise(kind: str, seed: int = 1) -> np.ndarray:
     """Frames of noise, ``(FRAMES, SAMPLES)``, of a kind."""
     rng = np.random.default_rng(seed)
     white, n = rng.standard_normal((FRAMES, SAMPLES)), FRAMES * SAMPLES
+    if kind.startswith("time"):
+        return lfilter([1], [1, -float(kind[4:])], rng.standard_normal((FRAMES + 200, SAMPLES)), axis=0)[200:]
+    if kind == "both":
+        return lfilter([1], [1, -0.7], noise("time0.8", seed), axis=1)
     if kind.startswith("ar"):
         return lfilter([1], [1, -float(kind[2:])], rng.standard_normal(n + 2000))[2000:].reshape(white.shape)
     if kind == "pink":
@@ -58,8 +63,11 @@ def correlation(a: np.ndarray, b: np.ndarray) -> float:
 
 @pytest.mark.parametrize(
     "kind",
-    ["white", "ar0.5", "ar0.9", "ar0.99", "pink", "hum", "unequal", "drifting", "along", "offsets", "complex"],
-)
+    [
+        "white", "ar0.5", "ar0.9", "ar0.99", "time0.5", "time0.8", "time0.95", "both", "pink", "hum", "unequal",
+        "drifting", "along", "offsets", "complex",
+    ],
+)  # fmt: skip
 def test_what_comes_out_is_white(kind: str) -> None:
     """Correlations of 120 000 samples, along and in time, and those of their squares; a standard error is .003."""
     white = made_white(noise(kind))[20:]
@@ -106,6 +114,30 @@ def test_the_predictors_are_those_of_the_exact_correlations() -> None:
     lags = np.abs(np.subtract.outer(range(state.order + 1), range(state.order + 1)))
     made = state.rows @ state.correlations[lags] @ state.rows.T
     np.testing.assert_allclose(made, made[-1, -1] * np.eye(len(made)), atol=1e-6)
+
+
+@pytest.mark.parametrize("turn", [1.0, np.exp(0.7j)])
+def test_what_frames_tell_of_the_next_is_taken_out(turn: complex) -> None:
+    """What is left of an autoregression over time is what was drawn, while the first of 60 frames are forgotten."""
+    rng = np.random.default_rng(6)
+    drawn = rng.standard_normal((60, 2000))
+    fresh: np.ndarray = drawn + 1j * rng.standard_normal(drawn.shape) if np.iscomplex(turn) else drawn
+    state, found = no_past(2000), np.zeros(2000)
+    for frame in lfilter([1], [1, -0.8 * turn], fresh, axis=0):
+        scale = np.sqrt(np.mean(np.abs(frame) ** 2))
+        state, found = without_past(state, frame / scale, frame / scale)
+        found = found * scale
+    # coefficients of 120 000 readings, the first frames' shared by eight, are .01 off
+    assert np.sqrt(np.mean(np.abs(found - fresh[-1]) ** 2)) < 0.05 * np.std(fresh[-1])
+
+
+def test_frames_that_hardly_tell_of_the_next_are_left_as_they_are() -> None:
+    rng = np.random.default_rng(7)
+    for colour in (0.0, 0.1):
+        state = no_past(1000)
+        for frame in lfilter([1], [1, -colour], rng.standard_normal((50, 1000)), axis=0):
+            state, found = without_past(state, frame, frame)
+            assert found is frame
 
 
 @pytest.mark.parametrize("freedom", [4.0, 10.0, 200.0])

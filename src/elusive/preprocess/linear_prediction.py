@@ -46,9 +46,17 @@ def learnt(state: LinearPrediction, frame: Array) -> LinearPrediction:
     fresh: Array = products if np.iscomplexobj(frame) else products.real  # type: ignore[assignment]
     frames = min(state.frames + 1, MEMORY_FRAMES)
     correlations = fresh if state.frames == 0 else state.correlations + (fresh - state.correlations) / frames
-    factor = _factor(correlations, pairs / n)
-    readings = frames * n
-    criterion = 2 * readings * np.log(np.diag(factor).real) + np.arange(most + 1) * math.log(readings)
+    return predicted(correlations, frames, n, pairs / n)
+
+
+def predicted(correlations: Array, frames: float, samples: int, taper: Array) -> LinearPrediction:
+    """Return the prediction that correlations ``(p + 1,)`` from frames of so many samples allow.
+
+    The taper ``(p + 1,)`` is put on them where they are no spectrum's.
+    """
+    factor = _factor(correlations, taper)
+    readings = frames * samples
+    criterion = 2 * readings * np.log(np.diag(factor).real) + np.arange(len(correlations)) * math.log(readings)
     order = int(np.argmin(criterion))
     rows = np.linalg.inv(factor[: order + 1, : order + 1]) * factor[order, order].real
     return LinearPrediction(correlations, frames, order, rows)

@@ -16,6 +16,7 @@ from elusive.errors import DataError
 from elusive.preprocess.level_trend import Trend, flattened, no_trend
 from elusive.preprocess.levels import MEMORIES, Levels, hidden_mean, levelled, levels_after, mean_log_level, no_levels
 from elusive.preprocess.linear_prediction import LinearPrediction, innovations, learnt, no_prediction
+from elusive.preprocess.past_prediction import PastPrediction, no_past, without_past
 from elusive.preprocess.repeated import Repeated, nothing_repeated, without_repeated
 
 JUDGED_FRAMES = 50.0  # over which what stays at a place is judged
@@ -29,7 +30,9 @@ class NoiseModel(NamedTuple):
 
     frames: int
     offsets: Array  # (n,) mean of each sample, real or complex
-    plain: LinearPrediction  # of the frames as they are
+    before: LinearPrediction  # of the frames as they are
+    past: PastPrediction  # of the frames without it
+    plain: LinearPrediction  # of what is new in the frames at each place
     judged: Levels  # of what is new in them, which tell whether levels differ
     levels: Levels  # of the frames as they are
     even: LinearPrediction  # of the frames with equal levels
@@ -61,7 +64,9 @@ def no_noise_model(samples: int, window: int) -> NoiseModel:
     level, spectrum = no_levels(samples, window), no_prediction()
     nothing = np.zeros(samples)
     trend, repeated = no_trend(samples, window), nothing_repeated(samples, window)
-    return NoiseModel(0, nothing, spectrum, level, level, spectrum, 0.0, nothing, level, trend, repeated)
+    return NoiseModel(
+        0, nothing, spectrum, no_past(samples), spectrum, level, level, spectrum, 0.0, nothing, level, trend, repeated
+    )
 
 
 def whitened(state: NoiseModel, frame: Array, rng: Generator) -> tuple[NoiseModel, Array]:
@@ -89,21 +94,26 @@ def whitened(state: NoiseModel, frame: Array, rng: Generator) -> tuple[NoiseMode
     frames = state.frames + 1
     centred, offsets = _centred(state, frame)
     scale = _rms(centred)
-    plain = learnt(state.plain, centred / scale)
-    fresh = innovations(plain, centred / scale, rng)
+    plain = before = learnt(state.before, centred / scale)
+    fresh = innovations(before, centred / scale, rng)
+    past, centred = without_past(state.past, centred / scale, fresh / _rms(fresh))
+    if past.prediction.order:
+        scale, centred = scale * (left := _rms(centred)), centred / left
+        plain = learnt(state.plain, centred)
+        fresh = innovations(plain, centred, rng)
     judged = _after(state.judged, _parts(fresh / _rms(fresh)))
     even, first = state.even, state.first
     if state.judged.chosen is not None:
         # a level on coloured noise, or colour on noise of that level: what predicts better
         known = state.levels._replace(chosen=state.judged.chosen)
-        level = _joined(levelled(known, _parts(centred / scale)))
+        level = _joined(levelled(known, _parts(centred)))
         even = learnt(even, level)
         other = innovations(even, level, rng)
         alike = _joined(levelled(state.judged, _parts(fresh / _rms(fresh))))
         gain = math.log(_rms(fresh) * _rms(alike) / _rms(other)) + mean_log_level(state.judged) - mean_log_level(known)
         first += (gain - first) / JUDGED_FRAMES
         fresh = other if first >= 0 else alike * _rms(fresh)
-    levels = _after(state.levels, _parts(centred / scale))
+    levels = _after(state.levels, _parts(centred))
     repeated, fresh = without_repeated(state.repeated, fresh)
     power = _rms(fresh)
     parts = _parts(fresh / power)
@@ -113,7 +123,7 @@ def whitened(state: NoiseModel, frame: Array, rng: Generator) -> tuple[NoiseMode
     if state.judged.chosen is not None and state.staying > STAYS:
         parts = levelled(state.swift._replace(chosen=FOLLOWED), parts)
     trend, parts = flattened(state.trend, parts)
-    after = NoiseModel(frames, offsets, plain, judged, levels, even, first, stays, swift, trend, repeated)
+    after = NoiseModel(frames, offsets, before, past, plain, judged, levels, even, first, stays, swift, trend, repeated)
     return after, scale * power * _joined(parts)
 
 

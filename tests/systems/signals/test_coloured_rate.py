@@ -19,6 +19,8 @@ def noise(kind: str, seed: int) -> np.ndarray:
     white = rng.standard_normal(n)
     if kind.startswith("ar"):
         white = lfilter([1], [1, -float(kind[2:])], white)
+    elif kind.startswith("time"):
+        return lfilter([1], [1, -float(kind[4:])], white.reshape(FRAMES, SAMPLES), axis=0)
     elif kind == "pink":
         frequency = np.fft.rfftfreq(n)
         frequency[0] = frequency[1]
@@ -36,7 +38,7 @@ def noise(kind: str, seed: int) -> np.ndarray:
 
 
 @pytest.mark.validate
-@pytest.mark.parametrize("kind", ["white", "ar0.5", "ar0.9", "ar0.99", "pink", "hum", "unequal", "drifting"])
+@pytest.mark.parametrize("kind", ["white", "ar0.5", "ar0.9", "ar0.99", "time0.9", "pink", "hum", "unequal", "drifting"])
 def test_alarms_come_as_often_as_was_asked_for(kind: str) -> None:
     parameters = SignalTracking().bind(SAMPLES, 1.0)
     recursion, chances = parameters.recursion, np.empty((SIGNALS, FRAMES))

@@ -143,7 +143,15 @@ def _followed(facts: SignalFacts) -> Finding:
 
 def _axes(facts: SignalFacts) -> Finding:
     """Tell an array whose axes are (sample, time) by what belongs to time and to samples."""
-    in_time, unordered = facts.in_time, facts.unordered
+    in_time, unordered, goes_on = facts.in_time, facts.unordered, facts.goes_on
+    if in_time.holds and not goes_on.holds:
+        return goes_on.finding(
+            "signals.axes",
+            f"Samples at the same place in frames after one another correlate by {goes_on.seen:.2f}, and neighbours "
+            "within a frame do not: its noise changes more slowly than frames come, or the array's axes are (sample, time).",
+            f"{TURN} If the axes are right, there is nothing to do: what the frames before predict is taken out.",
+            grave=False,
+        )
     if in_time.holds and not unordered.holds:
         return unordered.finding(
             "signals.axes",

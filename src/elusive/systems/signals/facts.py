@@ -9,6 +9,7 @@ import numpy as np
 from elusive.checks import Fact, lag_of
 from elusive.contracts import Array
 from elusive.preprocess.levels import hidden_mean
+from elusive.preprocess.whiten import NoiseModel
 from elusive.systems.signals.interleaved import Interleaved, interleaved_of
 from elusive.systems.signals.track import SignalState
 from elusive.tracking import Step
@@ -36,6 +37,7 @@ class SignalFacts:
         self._along, self._apart = np.zeros(LAGS + 1), np.zeros(LAGS + 1)
         self._in_time, self._pairs = 0.0, 0
         self._before: Array | None = None
+        self._noise: NoiseModel | None = None
         self._stays, self._ratios, self._usable = np.zeros(0), 0.0, 0
         self._followed = 0
         self._squares = 0.0
@@ -57,6 +59,7 @@ class SignalFacts:
         self.samples, self._usable = white.size, self._usable + 1
         if (len(self._first) + 1) * white.size <= KEPT_SAMPLES:
             self._first.append(step.measurement)
+        self._noise = state.noise
         self._followed += state.noise is not None and state.noise.memory_frames <= MEMORY
         if len(self.levels) < KEPT_LEVELS:
             self.levels.append(math.log(power))
@@ -148,6 +151,14 @@ class SignalFacts:
         count = max(self._pairs * self.samples, 1)
         seen = self._in_time / count
         return Fact(0.0, seen, abs(seen) <= CORRELATION + 5 / math.sqrt(count), count)
+
+    @property
+    def goes_on(self) -> Fact:
+        """Correlation of a sample with the one before at its place, as frames came, where neighbours tell nothing."""
+        if self._noise is None or self._noise.past.prediction.order == 0:
+            return Fact(0.0, 0.0, True, self._usable)
+        seen = float(abs(self._noise.past.prediction.correlations[1]))
+        return Fact(0.0, seen, self._noise.plain.order > 0, self._usable)
 
     @property
     def stays(self) -> Fact:
