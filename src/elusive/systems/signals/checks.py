@@ -148,7 +148,7 @@ def _axes(facts: SignalFacts) -> Finding:
         return goes_on.finding(
             "signals.axes",
             f"Samples at the same place in frames after one another correlate by {goes_on.seen:.2f}, and neighbours "
-            "within a frame do not: its noise changes more slowly than frames come, or the array's axes are (sample, time).",
+            "within a frame do not: the noise changes more slowly than frames come, or the axes are (sample, time).",
             f"{TURN} If the axes are right, there is nothing to do: what the frames before predict is taken out.",
             grave=False,
         )
