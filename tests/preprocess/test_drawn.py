@@ -105,7 +105,8 @@ def test_what_keeps_its_value_is_counted(counts):
 @pytest.mark.parametrize("share", [0.5, 0.9, 0.97, 1.0])
 def test_long_lines_are_openings_by_lines(share):
     still = np.random.default_rng(6).random((33, 47)) < share
+    still[12:20] = False  # rows without any are passed over
     lines = [ndimage.binary_opening(still, np.ones(side, bool)) for side in ((1, 10), (10, 1))]
     mask, found = long_lines(still.astype(np.uint8), 1, 10)
     np.testing.assert_array_equal(mask, lines[0] | lines[1])
-    assert found == np.count_nonzero(mask)
+    assert found == mask.any()

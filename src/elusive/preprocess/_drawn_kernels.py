@@ -34,12 +34,26 @@ def keep(
 
 
 @njit(cache=True, nogil=True)
-def long_lines(kept: Counts, value: int, length: int) -> tuple[Mask, int]:
-    """Mark pixels of a value in rows and columns of at least ``length`` such, one after the other, and count them."""
+def _any(row: Counts, value: np.uint8) -> bool:
+    found = np.uint8(0)
+    for i in range(len(row)):
+        found |= row[i] == value
+    return bool(found)
+
+
+@njit(cache=True, nogil=True)
+def long_lines(kept: Counts, value: int, length: int) -> tuple[Mask, bool]:
+    """Mark pixels of a value in rows and columns of at least ``length`` such; say if there are any."""
     rows, columns = kept.shape
-    mask = np.zeros((rows, columns), dtype=np.bool_)
+    mask, found = np.zeros((rows, columns), dtype=np.bool_), False
     below = np.zeros(columns, dtype=np.int64)  # such pixels in each column up to this row
+    before = False
     for row in range(rows + 1):
+        # most rows have none, and end none
+        now = row < rows and _any(kept[row], np.uint8(value))
+        if not now and not before:
+            continue
+        before = now
         beside = 0
         for i in range(columns):
             here = row < rows and kept[row, i] == value
@@ -48,11 +62,13 @@ def long_lines(kept: Counts, value: int, length: int) -> tuple[Mask, int]:
                 beside += 1
             if below[i] and not here:
                 if below[i] >= length:
+                    found = True
                     mask[row - below[i] : row, i] = True
                 below[i] = 0
             if beside and (not here or i == columns - 1):
                 end = i + here
                 if beside >= length:
+                    found = True
                     mask[row, end - beside : end] = True
                 beside = 0
-    return mask, mask.sum()
+    return mask, found

@@ -16,7 +16,6 @@ Counts = NDArray[np.uint8]  # of frames, which are read and written often: a byt
 
 PRIOR = 10.0  # frames that the neighbourhood's variance counts for beside a pixel's own
 KNOWN = 2.0  # frames of a place before what differs from them counts
-CHUNK = 32  # pixels that are compared at once
 BOUND = 3.0  # deviations by which one frame moves the past at most
 
 
@@ -127,22 +126,25 @@ def _fill(row: Counts, value: np.uint8) -> None:
 
 
 @njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
-def _differ(row: Counts, value: np.uint8) -> bool:
-    """Say whether any of :data:`CHUNK` values is another."""
-    others = np.uint8(0)
-    for i in range(CHUNK):
-        others |= row[i] ^ value
-    return bool(others > 0)
+def _others(row: Counts, value: np.uint8) -> int:
+    """Count what is of another value."""
+    others = np.int32(0)
+    for i in range(len(row)):
+        others += np.int32(row[i] != value)
+    return int(others)
 
 
 @njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def _alike(count: Counts, middle: int) -> tuple[int, int]:
     """Return the ends of the run of equal values about one."""
-    left, right, value = middle, middle, count[middle]
-    while left >= CHUNK and not _differ(count[left - CHUNK : left], value):
-        left -= CHUNK
-    while right + CHUNK <= len(count) and not _differ(count[right : right + CHUNK], value):
-        right += CHUNK
+    left, right, value = 0, len(count), count[middle]
+    while count[left] != value:
+        left += 1
+    while count[right - 1] != value:
+        right -= 1
+    if left + len(count) - right == _others(count, value):
+        return left, right
+    left, right = middle, middle
     while left > 0 and count[left - 1] == value:
         left -= 1
     while right < len(count) and count[right] == value:

@@ -51,11 +51,11 @@ def spread_blocks(row: Image, out: Image) -> None:
     """Read a value a block between the blocks' centres linearly, for each pixel along them."""
     blocks, half, each = len(row), BLOCK // 2, np.float32(1.0 / BLOCK)
     out[:half] = row[0]
+    inner = out[half:]
     for k in range(blocks - 1):
-        a, step = row[k], (row[k + 1] - row[k]) * each
-        part = out[k * BLOCK + half : (k + 1) * BLOCK + half]
+        a, step, start = row[k], (row[k + 1] - row[k]) * each, k * BLOCK
         for i in range(BLOCK):
-            part[i] = a + (np.float32(i) + np.float32(0.5)) * step
+            inner[start + i] = a + (np.float32(i) + np.float32(0.5)) * step
     out[(blocks - 1) * BLOCK + half :] = row[blocks - 1]
 
 

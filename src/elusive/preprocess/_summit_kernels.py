@@ -28,11 +28,11 @@ CELL_PX = 8  # of the grid by which neighbours are found
 
 
 @njit(cache=True, nogil=True, fastmath=FAST)
-def _greatest(row: Image, first: int) -> Any:
-    """Greatest magnitude of the next :data:`CHUNK` pixels."""
+def _greatest(some: Image) -> Any:
+    """Greatest magnitude of :data:`CHUNK` pixels."""
     greatest = np.float32(0)
     for i in range(CHUNK):
-        greatest = max(greatest, abs(row[first + i]))
+        greatest = max(greatest, abs(some[i]))
     return greatest
 
 
@@ -135,7 +135,7 @@ def summits(
         above, here, below = white[row - 1], white[row], white[row + 1]
         for first in range(border, columns - border, CHUNK):
             end = min(first + CHUNK, columns - border)
-            if first + CHUNK <= columns and _greatest(here, first) < least:
+            if first + CHUNK <= columns and _greatest(here[first : first + CHUNK]) < least:
                 continue
             for i in range(first, end):
                 value = here[i]

@@ -253,19 +253,22 @@ def leave_doubles(
     kept: NDArray[np.bool_],
 ) -> None:
     """Take out of ``kept``, in place, what follows the same object as a target of higher rank."""
-    order = np.argsort(-rank)
-    for a in range(len(order)):
-        i = order[a]
+    order, by_x = np.argsort(-rank), np.argsort(place[:, 0])
+    across, later = place[by_x, 0], np.empty(len(rank), np.int64)
+    later[order] = np.arange(len(rank))
+    widest = scale.max() if len(scale) else 0.0
+    for i in order:
         if not kept[i]:
             continue
         speed = np.sqrt(velocity[i, 0] ** 2 + velocity[i, 1] ** 2)
-        for b in range(a + 1, len(order)):
-            j = order[b]
-            if not kept[j] or bright[i] != bright[j] or age[i] + age[j] == 0:
+        farthest = 0.5 + 0.8 * widest
+        for at in range(np.searchsorted(across, place[i, 0] - farthest), len(by_x)):
+            j = by_x[at]
+            if across[at] > place[i, 0] + farthest:
+                break
+            if later[j] <= later[i] or not kept[j] or bright[i] != bright[j] or age[i] + age[j] == 0:
                 continue
             reach = 0.5 + 0.8 * max(scale[i], scale[j])
-            if abs(place[i, 0] - place[j, 0]) > reach:
-                continue
             apart = np.sqrt((place[i, 0] - place[j, 0]) ** 2 + (place[i, 1] - place[j, 1]) ** 2)
             if apart > reach:
                 continue

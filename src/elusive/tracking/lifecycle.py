@@ -73,8 +73,10 @@ class Lifecycle(Model):
         gone
             Whether the tracker knows that the target has gone, whatever its existence.
         """
-        track, status, recent, missed = Life() if life.status == "deleted" else life
         window = self.confirm_window or self.confirm_frames
+        if life[1:] == ("confirmed", (1 << window) - 1, 0) and existence >= self.confirm_from and not gone:
+            return life, born
+        track, status, recent, missed = Life() if life.status == "deleted" else life
         recent = (recent << 1 | (existence >= self.confirm_from)) & ((1 << window) - 1)
         missed = missed + 1 if existence < self.delete_below else 0
         if track is None:

@@ -50,6 +50,7 @@ class Reliability(NamedTuple):
     """What became of tracks, by their kind and by groups of alike probability."""
 
     outcomes: Array  # (K G, 4) how many, their probability, there again, there by chance; sums
+    share: Array  # (K G,) of them that were there again beyond chance; NaN before that is known
     watch: Watch | None
 
     def carried(self, warp: Warp) -> Reliability:
@@ -71,7 +72,7 @@ class Persistence(Model):
 
     def begin(self) -> Reliability:
         """Return what is known before any frame."""
-        return Reliability(np.zeros((KINDS * GROUPS, 4)), None)
+        return Reliability(np.zeros((KINDS * GROUPS, 4)), np.full(KINDS * GROUPS, np.nan), None)
 
     def after(
         self,
@@ -84,27 +85,28 @@ class Persistence(Model):
         most: int,
     ) -> Reliability:
         """Return what is known after a frame, of whose targets some are ``tracks``, which take ``most`` peaks."""
-        outcomes, watch = known
+        outcomes, share, watch = known
         if watch is not None and not peaks.cut:
             watch = self._looked(watch, (time_s - watch.time_s) / interval_s, peaks, most)
             if watch.looks < self.looks:
-                return Reliability(outcomes, watch)
+                return known._replace(watch=watch)
             there = watch.seen >= self.again
             rows = np.column_stack([np.ones(len(there)), watch.visible, there])
             outcomes = outcomes.copy()
             np.add.at(outcomes, watch.group, rows)
+            share = self.shares(outcomes)
         watch = Watch(
             time_s, targets.mean_place[tracks], targets.mean_velocity[tracks], targets.level[tracks],
             targets.bright[tracks], targets.visible[tracks], groups_of(targets)[tracks],
             np.zeros((len(tracks), 2), np.int64), 0,
         )  # fmt: skip
-        return Reliability(outcomes, watch if len(tracks) else None)
+        return Reliability(outcomes, share, watch if len(tracks) else None)
 
-    def existence(self, known: Reliability, targets: PeakTargets) -> Array:
-        """Return how often tracks like each target were there again, ``(n,)``; NaN where that is not known yet."""
-        count, supposed, again, chance = known.outcomes.T
+    def shares(self, outcomes: Array) -> Array:
+        """Return how often tracks of each kind and group were there again, ``(K G,)``; NaN of too few outcomes."""
+        count, supposed, again, chance = outcomes.T
         if count.sum() < self.least_outcomes:
-            return np.full(len(targets.number), np.nan)
+            return np.full(len(count), np.nan)
         middle = np.tile(np.convolve(np.concatenate([[0.0], EDGES, [1.0]]), [0.5, 0.5], "valid"), KINDS)
         supposed = np.where(count > 0, supposed / np.maximum(count, 1), middle)
         by_chance = chance.sum() / count.sum()
@@ -114,8 +116,7 @@ class Persistence(Model):
         for first in range(0, KINDS * GROUPS, GROUPS):
             kind = slice(first, first + GROUPS)
             share[kind] = isotonic_regression(share[kind], weights=weights[kind]).x
-        told: Array = np.clip(share, 0.0, 1.0)[groups_of(targets)]
-        return told
+        return np.clip(share, 0.0, 1.0)
 
     def sure_again(self, known: Reliability) -> tuple[float, int]:
         """Of what the filter was sure of: the share that was there again beyond chance, NaN of none, and how many."""

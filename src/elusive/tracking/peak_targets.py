@@ -87,6 +87,8 @@ class PeakTargets(NamedTuple):
 
     def anew(self, which: NDArray[np.bool_], offset_px: Array) -> Self:
         """Return them, of some of which nothing is known but what was found last: they were taken for another thing."""
+        if not which.any():
+            return self
         place = self.mean_place
         usual = np.stack([place, place + offset_px], axis=1)
         lately = np.repeat(place[:, None], HOP, axis=1)

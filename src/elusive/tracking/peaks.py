@@ -16,7 +16,7 @@ from elusive.preprocess.peaks import Peaks
 from elusive.tracking.lifecycle import Life, Lifecycle
 from elusive.tracking.peak_jumps import rejoined
 from elusive.tracking.peak_null import EmpiricalNull
-from elusive.tracking.peak_persistence import Persistence, Reliability
+from elusive.tracking.peak_persistence import Persistence, Reliability, groups_of
 from elusive.tracking.peak_recursion import LIKELY, SWEPT_PX, PeakRecursion
 from elusive.tracking.peak_targets import PeakTargets
 from elusive.tracking.peak_warp import Warp, carried, warp_of
@@ -116,18 +116,18 @@ class SceneTracker(PeakRecursion):
         marks = marked(targets, shape)
         targets = targets.anew(targets.mark & ~marks, peaks.offset_px)._replace(mark=marks)
         over = ~kept & (targets.age >= OLD) & ~targets.mark
-        ended = np.concatenate([belief.ended, self._reached(targets.kept(over))])[-REMEMBERED:]
+        reached = self._reached(targets)
+        ended = np.concatenate([belief.ended, reached[over]])[-REMEMBERED:]
         belief = belief._replace(
             time_s=time_s, targets=targets.kept(kept), born=belief.born + len(newborn.number), ended=ended,
             reliability=belief.reliability.carried(warp), warp=warp,
         )  # fmt: skip
-        return self._judged(belief, peaks, interval_s)
+        return self._judged(belief, reached[kept], peaks, interval_s)
 
-    def _judged(self, belief: PeakBelief, peaks: Peaks, interval_s: float) -> PeakBelief:
-        """Say which targets are tracks, which of them move, and which are shown."""
+    def _judged(self, belief: PeakBelief, reached: Array, peaks: Peaks, interval_s: float) -> PeakBelief:
+        """Say which targets, that reached so much, are tracks, which of them move, and which are shown."""
         targets = belief.targets
         lives, numbered, tracks = dict[int, Life](), belief.numbered, []
-        reached = self._reached(targets)
         others = np.concatenate([belief.ended, reached[(targets.age >= OLD) & ~targets.mark]])
         moves = self.null.moves(*reached.T, *others.T)
         existence = targets.existence
@@ -143,7 +143,7 @@ class SceneTracker(PeakRecursion):
         reliability = self.persistence.after(
             belief.reliability, belief.time_s, interval_s, targets, some, peaks, self.most_peaks
         )
-        told = self.persistence.existence(reliability, targets)
+        told = reliability.share[groups_of(targets)]
         confirmed = np.zeros(len(existence), np.bool_)
         confirmed[[k for k, life in tracks if life.status == "confirmed"]] = True
         enough = moves > np.where(targets.shown, self.show_until, self.show_from)
