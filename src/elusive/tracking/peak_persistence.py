@@ -116,7 +116,7 @@ class Persistence(Model):
         for first in range(0, KINDS * GROUPS, GROUPS):
             kind = slice(first, first + GROUPS)
             share[kind] = isotonic_regression(share[kind], weights=weights[kind]).x
-        return np.clip(share, 0.0, 1.0)
+        return np.asarray(np.clip(share, 0.0, 1.0))
 
     def sure_again(self, known: Reliability) -> tuple[float, int]:
         """Of what the filter was sure of: the share that was there again beyond chance, NaN of none, and how many."""
