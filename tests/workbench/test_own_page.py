@@ -19,7 +19,8 @@ from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.registry import SYSTEMS
 from elusive.workbench.asking import Asking, Recording, asking, refused
 from elusive.workbench.jobs import CancelledError, Job
-from elusive.workbench.kept_runs import differences, forget, kept_runs, read, results, served_file, track
+from elusive.workbench.kept_runs import Kept, differences, forget, kept_runs, read, results, served_file, track
+from elusive.workbench.own_runs import compared_html
 from elusive.workbench.run_state import RunState
 from tests.workbench.conftest import Served
 from tests.workbench.test_links_page import OpenTab, button, choose, download, field, report, told
@@ -262,3 +263,9 @@ def test_a_recording_is_refused_then_tracked_kept_compared_and_deleted(
     told(page, "001-bearings.csv: holds no config.yaml")
     told(page, "Settings: sigma_deg 2.0")
     assert [one.name for one in kept_runs(served.folder)] == ["002-bearings.csv"]
+
+
+def test_a_long_value_of_the_printed_table_is_compared_whole(tmp_path: Path) -> None:
+    said = "┃ a │ b ┃\n│ MOTA │ 0.9: 2 misses, │\n│      │ 0 false │\n│ IDF1 │ 0.944 │\n"
+    runs = [Kept(name, "images", {}, {}, said, [], tmp_path) for name in ("001-a", "002-b")]
+    assert compared_html(runs).count("<td>0.9: 2 misses, 0 false</td>") == 2

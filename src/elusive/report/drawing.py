@@ -67,7 +67,7 @@ def image(values: Mapping[str, Any], extent: Sequence[float], colours: str = "gr
         ``grey``, ``dim``, ``heat``, ``score``, ``water``, ``glow`` or ``labels``.
     **more
         ``unit`` (a scale and the value under the pointer are then told), ``name``, ``times``, ``smooth``, ``down``,
-        ``grows``, ``within``.
+        ``within``.
     """
     *_, rows, columns = values["block"].shape
     frames = 1 if values["block"].ndim == 2 else len(values["block"])

@@ -14,7 +14,7 @@ from types import NoneType
 from typing import Any, Literal, NamedTuple, get_args, get_origin
 
 from elusive.checks import Looked
-from elusive.model import Model
+from elusive.model import Model, models_in
 from elusive.options import options_of
 from elusive.workbench.files import CONFIG, PLAIN, SCENE, stranger
 from elusive.workbench.forms import FieldPath
@@ -59,10 +59,23 @@ class Asking(NamedTuple):
         return SCENE if self.is_scene else CONFIG
 
     @property
-    def parts(self) -> dict[str, FieldPath]:
-        """Parts of a scene by what they are called; nothing of other parameters, which are one part."""
+    def parts(self) -> dict[str, list[FieldPath]]:
+        """What stands behind the fields that matter first, by what it is called: of a scene part by part."""
+        if not self.is_scene:
+            return {"Everything else that can be set": [()]}
+        fields = self.parameters.model_fields
+        inner: dict[str, list[FieldPath]] = {
+            str(field.description): [(name,)] for name, field in fields.items() if isinstance(field.default, Model)
+        }
+        return {"More of the scene": [(name,) for name in fields if [(name,)] not in inner.values()], **inner}
+
+    @property
+    def members(self) -> list[str]:
+        """Fields of a scene that hold several models alike."""
         fields = self.parameters.model_fields if self.is_scene else {}
-        return {str(field.description): (name,) for name, field in fields.items() if isinstance(field.default, Model)}
+        return [
+            name for name, field in fields.items() if isinstance(field.default, tuple) and models_in(field.annotation)
+        ]
 
     @property
     def main(self) -> list[FieldPath]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from functools import cache
 from typing import Any
 
@@ -13,6 +13,7 @@ from elusive.model import Model
 from elusive.workbench.asking import Asking, asking
 from elusive.workbench.exports import table_html
 from elusive.workbench.files import FOLDER
+from elusive.workbench.forms import FieldPath
 from elusive.workbench.kept_runs import (
     REPORT,
     Kept,
@@ -26,7 +27,7 @@ from elusive.workbench.kept_runs import (
 from elusive.workbench.parts import Drawing, errors_shown
 from elusive.workbench.settings import SETTINGS
 from elusive.workbench.shell import chosen_colours
-from elusive.workbench.why_none import tries, why_none
+from elusive.workbench.why_none import beside, tries, why_none
 
 COMPARED_MOST = 6
 
@@ -46,8 +47,11 @@ def asking_of(noun: str) -> Asking:
     raise DataError(f"{noun!r:.40}: is no kind of recording that is tracked here; its files stay in the folder.")
 
 
-def show_none(run: Kept, model: Model, again: Callable[[Model], Any]) -> None:
-    """Build why a run has no track, and what can be tried at a press; nothing where it has one."""
+def show_none(run: Kept, model: Model, again: Callable[[Model], Any], without: Sequence[FieldPath]) -> None:
+    """Build why a run has no track, and what can be tried at a press; nothing where it has one.
+
+    ``without``: fields of the model that something else sets.
+    """
     why = why_none(run.folder, model)
     if why is None:
         return
@@ -59,7 +63,7 @@ def show_none(run: Kept, model: Model, again: Callable[[Model], Any]) -> None:
         if run.doubted:
             ui.label(f"To be doubted, and said in the report: {', '.join(run.doubted)}.")
         with ui.element("div").classes("ew-row"):
-            for one in tries(model, asking_of(run.noun).tries):
+            for one in tries(model, asking_of(run.noun).tries, without):
                 ui.button(f"Try {one.words}", on_click=lambda one=one: again(one.model)).props("outline no-caps")
 
 
@@ -139,7 +143,6 @@ class RunList:
             if not runs:
                 ui.label("None yet.").classes("ew-note")
                 return
-            compared = ui.element("div").classes("ew-scroll")
 
             def compare(name: str, taken: bool) -> None:
                 chosen[name] = taken
@@ -148,6 +151,8 @@ class RunList:
                 if len(some) > 1:
                     with compared:
                         ui.html(compared_html(some), sanitize=False)
+                        if (drawn := beside({run.name: run.folder for run in some})) is not None:
+                            Drawing(drawn)
 
             for run in runs:
                 with ui.element("div").classes("ew-row").props(f'data-run="{run.name}"'):
@@ -161,6 +166,7 @@ class RunList:
                     )
                     if run in made:
                         self._deleting(run)
+            compared = ui.element("div").classes("ew-scroll")  # below, or what is ticked next would move away
 
     def _deleting(self, run: Kept) -> None:
         """Build what deletes a run at its second press."""
@@ -198,5 +204,11 @@ def compared_html(runs: list[Kept]) -> str:
 
 def _rows(said: str) -> list[tuple[str, str]]:
     """Return names and values of the table of a run, as the command printed it."""
-    lines = [line.split("│") for line in said.splitlines()]
-    return [(cells[1].strip(), cells[2].strip()) for cells in lines if len(cells) == 4 and cells[1].strip()]
+    rows: list[tuple[str, str]] = []
+    for cells in (line.split("│") for line in said.splitlines()):
+        name, value = (cells[1].strip(), cells[2].strip()) if len(cells) == 4 else ("", "")
+        if name:
+            rows.append((name, value))
+        elif value and rows:  # a long value goes on in the next line
+            rows[-1] = rows[-1][0], f"{rows[-1][1]} {value}"
+    return rows

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 from nicegui import ui
 
@@ -13,12 +13,23 @@ from elusive.workbench.files import SCENES, in_folder
 from elusive.workbench.form import Form, FormTools
 from elusive.workbench.forms import FieldPath
 from elusive.workbench.look import Look
+from elusive.workbench.members import Members
 from elusive.workbench.opener import opener, sender
 from elusive.workbench.own_runs import asking_of
 from elusive.workbench.run_state import RunState
 from elusive.workbench.settings import SETTINGS
 
 LOOK_S = 2.0  # between looks at what lies in the folder
+
+
+class Shown(NamedTuple):
+    """How a page shows the parameters of a kind."""
+
+    without: Callable[[Any], Sequence[FieldPath]]  # fields left out of a model as it stands: something else sets them
+    settle: Callable[[Any], Any] = lambda model: model  # takes anew what follows from other fields
+
+
+ALL = Shown(lambda _: ())
 
 
 class RunInputs:
@@ -28,23 +39,34 @@ class RunInputs:
     ----------
     state
         What the tab holds.
-    without
-        Fields that are not shown, of a kind, as something else sets them.
+    shown
+        How the parameters of a kind are shown, where not all are.
     """
 
-    def __init__(self, state: RunState, without: Mapping[str, Sequence[FieldPath]]) -> None:
-        self._state, self._without = state, without
-        self.forms: list[Form] = []
+    def __init__(self, state: RunState, shown: Mapping[str, Shown]) -> None:
+        self._state, self._kinds = state, shown
+        self._whole: list[Form] = []  # forms over all parameters
+        self._members: list[Members] = []
+        self._opened: dict[str, bool] = {}  # parts
         self._look: Look | None = None
         self._names: list[str] = []  # of the folder, as the lists of files have them
         self._lists: list[Any] = []
         self._box = ui.column().classes("w-full gap-2 ew-wide")
         ui.timer(LOOK_S, self._refresh)
 
+    @property
+    def forms(self) -> list[Form]:
+        """All forms as they stand."""
+        return [*self._whole, *(form for one in self._members for form in one.forms)]
+
+    def without(self, noun: str, model: Model) -> Sequence[FieldPath]:
+        """Return the fields of a kind's parameters that something else sets."""
+        return self._kinds.get(noun, ALL).without(model)
+
     def show(self) -> None:
         """Build them anew."""
         self._box.clear()
-        self.forms, self._look, self._lists = [], None, []
+        self._whole, self._members, self._look, self._lists = [], [], None, []
         self._names = in_folder(SETTINGS.folder)
         if not self._state.noun:
             return
@@ -78,12 +100,21 @@ class RunInputs:
 
     def _settings(self, asked: Asking) -> None:
         """Build the forms: what matters first, and all else, of a scene part by part."""
-        model, without = self._state.models[self._state.noun], self._without.get(self._state.noun, ())
-        self.forms = [Form(model, asked.main, self._take, grouped=False)]
-        parts = asked.parts or {"Everything else that can be set": ()}
-        for title, path in parts.items():
-            with ui.expansion(title).props("dense").classes("w-full"):
-                self.forms.append(Form(model, (path,), self._take, without=[*asked.main, *without], under=title))
+        model = self._state.models[self._state.noun]
+        without = [*asked.main, *self.without(asked.noun, model)]
+        self._whole = [Form(model, asked.main, self._take, grouped=False)]
+        self._members = [Members(self._now, name, self._take) for name in asked.members]
+        for title, paths in asked.parts.items():
+            with ui.expansion(title, value=self._opened.get(title, False)).props("dense").classes("w-full") as part:
+                form = Form(model, paths, self._take, without=without, under=title)
+            part.on_value_change(lambda event, title=title: self._opened.update({title: event.value}))
+            if form.paths:
+                self._whole.append(form)
+            else:
+                part.delete()
+
+    def _now(self) -> Model:
+        return self._state.models[self._state.noun]
 
     def _follow(self, event: Any) -> None:
         self._state.given[self._state.noun][FOLLOW] = event.value
@@ -142,10 +173,16 @@ class RunInputs:
         self.show()
 
     def _take(self, model: Model) -> Model:
-        self._state.models[self._state.noun] = model
-        for form in self.forms:
-            form.model = model
-        return model
+        before, noun = self._now(), self._state.noun
+        kept: Model = self._kinds.get(noun, ALL).settle(model)
+        self._state.models[self._state.noun] = kept
+        for form in self._whole:
+            if kept != model and form.is_right:  # it is not the one that is typed in
+                form.show(kept)
+            form.model = kept
+        if self.without(noun, before) != self.without(noun, kept):
+            self.show()
+        return kept
 
     def _reset(self) -> None:
         self._state.models[self._state.noun] = asking_of(self._state.noun).parameters()

@@ -44,12 +44,6 @@ class RunState:
         self.given.setdefault(noun, {})
         self.models.setdefault(noun, asking_of(noun).parameters())
 
-    def begin(self, noun: str) -> None:
-        """Take a kind anew, with nothing given and the usual settings."""
-        self.given.pop(noun, None)
-        self.models.pop(noun, None)
-        self.choose(noun)
-
     def take(self, file: str) -> None:
         """Take a file of the folder, or the results in it, for what it seems to be."""
         path = SETTINGS.folder / file

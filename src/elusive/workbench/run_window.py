@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Mapping
 from typing import Any
 
 from nicegui import ui
@@ -10,17 +10,17 @@ from nicegui import ui
 from elusive.model import Model
 from elusive.workbench.asking import FOLLOW, refused
 from elusive.workbench.form import are_right
-from elusive.workbench.forms import FieldPath
 from elusive.workbench.jobs import Errand, Job
 from elusive.workbench.kept_runs import Kept, track
 from elusive.workbench.live import Live, serves, watch
 from elusive.workbench.own_runs import RunList, asking_of, show_none, show_run
 from elusive.workbench.parts import Changed, LiveDrawing, errors_shown
 from elusive.workbench.run_bar import RunBar
-from elusive.workbench.run_inputs import RunInputs
+from elusive.workbench.run_inputs import RunInputs, Shown
 from elusive.workbench.run_state import RunState
+from elusive.workbench.session import state_of
 from elusive.workbench.settings import SETTINGS
-from elusive.workbench.shell import window
+from elusive.workbench.shell import head, main, window
 
 FEW = 3  # kinds that stand side by side
 
@@ -34,14 +34,14 @@ class RunWindow:
         What the tab holds.
     kinds
         What can be run, by the nouns of the kinds, and what each is called.
-    without
-        Fields that are not shown, of a kind, as something else sets them.
+    shown
+        How the parameters of a kind are shown, where not all are.
     elsewhere
         Whether what runs elsewhere can be watched here.
     """
 
     def __init__(
-        self, state: RunState, kinds: Mapping[str, str], without: Mapping[str, Sequence[FieldPath]] | None = None, *,
+        self, state: RunState, kinds: Mapping[str, str], shown: Mapping[str, Shown] | None = None, *,
         elsewhere: bool = False,
     ) -> None:  # fmt: skip
         self._state = state
@@ -50,7 +50,7 @@ class RunWindow:
             with side:
                 self._kind = self._choice(dict(kinds))
                 self._bar = RunBar(state, self.run)
-                self._inputs = RunInputs(state, without or {})
+                self._inputs = RunInputs(state, shown or {})
                 if elsewhere:
                     with ui.expansion("Watch what runs elsewhere").props("dense").classes("w-full"):
                         self._served()
@@ -88,7 +88,13 @@ class RunWindow:
         if not are_right(self._inputs.forms):
             return
         job = Live(f"{state.noun}, live") if given.get(FOLLOW) else Errand()
-        await self._work(job, lambda job: track(SETTINGS.folder, asked, given, model, job))
+        await self._work(job, lambda job: track(SETTINGS.folder, asked, given, model, job), model)
+
+    async def example(self, noun: str) -> None:
+        """Run a kind of scene as it stands ready; what a person has set of it stays set."""
+        asked = asking_of(noun)
+        model = asked.parameters()
+        await self._work(Errand(), lambda job: track(SETTINGS.folder, asked, {}, model, job), model)
 
     def _served(self) -> None:
         """Build what joins a run of `elusive serve`: of a folder in the workbench's, or by its address."""
@@ -105,15 +111,14 @@ class RunWindow:
         def watched(job: Live) -> None:
             watch(address, job)
 
-        if self._state.job is None:
-            await self._work(Live(name), watched)
-        else:
-            self._bar.refuse("Something runs on this page already: stop that first, or watch in another tab.")
+        await self._work(Live(name), watched, None)
 
-    async def _work(self, job: Job, work: Callable[[Any], Kept | None]) -> None:
+    async def _work(self, job: Job, work: Callable[[Any], Kept | None], ran: Model | None) -> None:
         state = self._state
+        if state.job is not None:
+            self._bar.refuse("Something runs on this page already: stop that first, or go on in another tab.")
+            return
         state.seen, state.live = None, job if isinstance(job, Live) else None
-        ran = state.models.get(state.noun)
         state.seen = await self._bar.run(job, lambda: work, self._show)
         state.ran = None if state.seen is None else ran
         if state.refused and not job.done:  # nothing came
@@ -149,7 +154,7 @@ class RunWindow:
             if run is not None:
                 Changed(lambda: self._state.ran, self._now, self._back)
                 if self._state.ran is not None:
-                    show_none(run, self._state.ran, self._try)
+                    show_none(run, self._state.ran, self._try, self._inputs.without(run.noun, self._state.ran))
                 show_run(run)
         self._runs.show()
 
@@ -182,3 +187,38 @@ class RunWindow:
             self._kind.value = run.noun
             self._inputs.show()
             self._show()
+
+
+def scenes_page(
+    path: str, title: str, lead: str, kinds: Mapping[str, str], shown: Mapping[str, Shown]
+) -> Callable[[bool, str], Awaitable[None]]:
+    """Return what builds the page of a system whose scenes and recordings are run by its commands.
+
+    Parameters
+    ----------
+    path, title, lead
+        Where it is, and what stands above it.
+    kinds
+        What can be run, by the nouns of the kinds, and what each is called; the first is a scene.
+    shown
+        How the parameters of a kind are shown, where not all are.
+    """
+    scene = next(iter(kinds))
+
+    async def build(example: bool, file: str) -> None:
+        """Build it; ``example``: run the ready scene at once; ``file``: a scene, recording or run that is opened."""
+        head(path)
+        state = await state_of(path, lambda: RunState(tuple(kinds), scene))
+        with errors_shown():
+            if file:
+                state.take(file)
+                if state.seen is None:
+                    ui.notify(f"{file} is open: press Run.", type="positive")
+            elif example:
+                state.choose(scene)
+        with main(title, lead):
+            opened = RunWindow(state, kinds, shown)
+        if example:
+            await opened.example(scene)
+
+    return build

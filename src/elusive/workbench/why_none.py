@@ -1,4 +1,4 @@
-"""Why a run has no track: the best score of each time against its threshold, and what could be tried."""
+"""The best score of each time: why a run has no track and what could be tried, and runs one over the other."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from elusive.options import options_of
 from elusive.report import drawing as draw
 from elusive.report.clock import Clock
 from elusive.report.extents import stride_of, top_of
-from elusive.workbench.forms import changed_since, laid_over, text_of
+from elusive.report.plots import SERIES
+from elusive.workbench.forms import FieldPath, changed_since, laid_over, text_of
 
 RESULT = "result.nc"
 CONFIRMED = "confirmed"
@@ -35,6 +36,40 @@ class WhyNone(NamedTuple):
     drawn: draw.Drawing | None
 
 
+class Best(NamedTuple):
+    """The best candidate of each time of a run."""
+
+    times: Array  # (T,)
+    values: Array  # (T,) NaN where there was none
+    asked: Array | None  # (T,) score that is asked of a track; None: of existence, by the parameters
+    unit: str  # "s" or "frame"
+    confirmed: bool  # whether there was a track
+
+    @property
+    def what(self) -> str:
+        """What the values are."""
+        return "existence" if self.asked is None else "score"
+
+
+def best_of(folder: Path) -> Best | None:
+    """Return the best candidate of each time by a folder of results; None where it does not say."""
+    if not (folder / RESULT).is_file():
+        return None
+    import h5netcdf  # type: ignore[import-untyped]
+
+    with h5netcdf.File(folder / RESULT, "r") as file:
+        sure = file["status"][:] == list(file["status"].attrs["flag_meanings"].split()).index(CONFIRMED)
+        if "shown" in file:
+            sure &= file["shown"][:] > 0
+        times = file["step_time"][:]
+        unit = "s" if file["step_time"].attrs["units"] == "s" else "frame"
+        if "step_highest" in file:
+            return Best(times, file["step_highest"][:], file["step_threshold"][:], unit, bool(np.any(sure)))
+        best = np.full(len(times), np.nan)
+        np.fmax.at(best, file["obs_step"][:], file["existence"][:])
+    return Best(times, best, None, unit, bool(np.any(sure)))
+
+
 def why_none(folder: Path, model: Model) -> WhyNone | None:
     """Return why a run has no track; None where it has one, or does not say.
 
@@ -45,30 +80,24 @@ def why_none(folder: Path, model: Model) -> WhyNone | None:
     model
         Its parameters.
     """
-    if not (folder / RESULT).is_file():
+    best = best_of(folder)
+    if best is None or best.confirmed:
         return None
-    import h5netcdf  # type: ignore[import-untyped]
+    levels = np.full(len(best.times), _level(model)) if best.asked is None else best.asked
+    curves = {f"best {best.what}": ("--accent", best, best.values), "asked for a track": ("--soft", best, levels)}
+    drawn = _drawn(curves, f"Best {best.what} against what is asked") if len(best.times) > 1 else None
+    return WhyNone(_sentence(best, levels), drawn)
 
-    with h5netcdf.File(folder / RESULT, "r") as file:
-        sure = file["status"][:] == list(file["status"].attrs["flag_meanings"].split()).index(CONFIRMED)
-        if "shown" in file:
-            sure &= file["shown"][:] > 0
-        if np.any(sure):
-            return None
-        found = {name: file[name][:] for name in ("step_time", "step_highest", "step_threshold") if name in file}
-        unit = "s" if file["step_time"].attrs["units"] == "s" else "frame"
-        rows = {name: file[name][:] for name in ("obs_step", "existence")}
-    times = found["step_time"]
-    if "step_highest" in found:
-        best, levels = found["step_highest"], found["step_threshold"]
-        what = "score"
-    else:
-        best = np.full(len(times), np.nan)
-        np.fmax.at(best, rows["obs_step"], rows["existence"])
-        levels = np.full(len(times), _level(model))
-        what = "existence"
-    drawn = _drawn(times, best, levels, what, unit) if len(times) > 1 else None
-    return WhyNone(_sentence(times, best, levels, what, unit), drawn)
+
+def beside(folders: Mapping[str, Path]) -> draw.Drawing | None:
+    """Draw the best candidates of runs one over the other, by their names; None where they cannot be compared."""
+    found = {name: best for name, folder in folders.items() if (best := best_of(folder)) is not None}
+    if len(found) < 2 or len({(best.what, best.unit) for best in found.values()}) > 1:
+        return None
+    curves = {
+        name: (SERIES[number % len(SERIES)], best, best.values) for number, (name, best) in enumerate(found.items())
+    }
+    return _drawn(curves, f"Best {next(iter(found.values())).what} of each time")
 
 
 def _level(model: Model) -> float:
@@ -80,7 +109,9 @@ def _level(model: Model) -> float:
     return float(value) if isinstance(value, float) else float("nan")
 
 
-def _sentence(times: Array, best: Array, levels: Array, what: str, unit: str) -> str:
+def _sentence(found: Best, levels: Array) -> str:
+    times, best, _, unit, _ = found
+    what = found.what
     if not np.isfinite(best).any():
         return (
             f"No track was confirmed, and none began: nothing stood out enough for a candidate, whose {what} is told."
@@ -94,21 +125,24 @@ def _sentence(times: Array, best: Array, levels: Array, what: str, unit: str) ->
     return f"No track was confirmed. The best {what} was {best[k]:.3g}, {when}{asked}{often}."
 
 
-def _drawn(times: Array, best: Array, levels: Array, what: str, unit: str) -> draw.Drawing:
-    every = stride_of(len(times), 2000)
-    starts = np.arange(0, len(times), every)
-    highest, shown = np.fmax.reduceat(best, starts), levels[starts]
-    layers = [
-        draw.line(times[starts], highest, "--accent", name=f"best {what}", width=2.0),
-        draw.line(times[starts], shown, "--soft", name="asked for a track", dash=[5, 4]),
-    ]
-    top = 1.02 if what == "existence" else top_of([highest, shown])
-    panel = draw.chart(f"Best {what} against what is asked", times[starts], layers, reach=(0.0, top), span=12)
-    return draw.drawing(f"Best {what} over time, and the threshold", times[starts], [panel], unit=unit)
+def _drawn(curves: Mapping[str, tuple[str, Best, Array]], title: str) -> draw.Drawing:
+    """Draw curves over their runs' times, each with its colour, by name."""
+    layers, highest = [], []
+    for name, (colour, best, values) in curves.items():
+        starts = np.arange(0, len(best.times), stride_of(len(best.times), 2000))
+        shown = np.fmax.reduceat(values, starts)
+        dash: dict[str, Any] = {"dash": [5, 4]} if colour == "--soft" else {}
+        layers.append(draw.line(best.times[starts], shown, colour, name=name, width=2.0, **dash))
+        highest.append(shown)
+    best = next(iter(curves.values()))[1]
+    times = np.unique(np.concatenate([best.times for _, best, _ in curves.values()]))
+    top = 1.02 if best.what == "existence" else top_of(highest)
+    panel = draw.chart(title, times, layers, axis=best.what, reach=(0.0, top), span=12)
+    return draw.drawing(title, times, [panel], unit=best.unit)
 
 
-def tries(model: Model, changes: Sequence[tuple[str, str]]) -> list[Try]:
-    """Return what could be tried, of what has a meaning for the kinds chosen.
+def tries(model: Model, changes: Sequence[tuple[str, str]], without: Sequence[FieldPath] = ()) -> list[Try]:
+    """Return what could be tried, of what has a meaning for the kinds chosen; of a scene how it is tracked.
 
     Parameters
     ----------
@@ -116,10 +150,15 @@ def tries(model: Model, changes: Sequence[tuple[str, str]]) -> list[Try]:
         Parameters of a run without a track.
     changes
         Options by name, and what they become: a value, or ``x2``: so many times what they are.
+    without
+        Fields that something else sets.
     """
-    paths: Mapping[str, tuple[str, ...]] = {one.name: one.path for one in options_of(type(model))}
+    inner, at = getattr(model, "tracking", model), ("tracking",) if hasattr(model, "tracking") else ()
+    paths: Mapping[str, FieldPath] = {one.name: (*at, *one.path) for one in options_of(type(inner))}
     found = []
     for name, change in changes:
+        if paths.get(name) in without:
+            continue
         try:
             now = text_of(model, paths[name])
             text = _times(str(now), float(change[1:])) if change[0] == "x" and change[1:2].isdigit() else change

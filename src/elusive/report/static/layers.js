@@ -23,13 +23,6 @@ elusive.layers.image = function (layer, pen, view, at) {
   pen.imageSmoothingEnabled = Boolean(layer.smooth);
   pen.save();
   if (layer.within) (elusive.trace(pen, layer.within, view), pen.clip());
-  if (layer.grows) {
-    // what is later than now is not yet seen
-    pen.beginPath();
-    const now = view.X(at.t + (layer.grows === true ? 0 : layer.grows));
-    pen.rect(left, top, Math.max(0, now - left), bottom - top);
-    pen.clip();
-  }
   pen.drawImage(image, left, top, right - left, bottom - top);
   pen.restore();
 };

@@ -96,11 +96,11 @@ def signal_report(
 ) -> Report:
     """Return the scores and the tracks, the highest score and the signal, one above the other."""
     table = track_table(tracked.header, tracked.tracks, {str(one.track) for one in tracked.paths})
-    drawn = signal_drawing(tracked, signal, score)
+    drawn = _drawing(tracked, signal, score)
     return Report(tracked.title, tracked.verdict, drawn, tracked.rows, findings, table, NOTE)
 
 
-def signal_drawing(tracked: SignalTracked, signal: Waterfall, score: Waterfall, **more: Any) -> draw.Drawing:
+def _drawing(tracked: SignalTracked, signal: Waterfall, score: Waterfall) -> draw.Drawing:
     """Return what a report draws; a column of a picture holds as many frames as it merged."""
     starts = np.arange(0, len(tracked.times), score.stride)
     truth = _truth(tracked)
@@ -115,7 +115,7 @@ def signal_drawing(tracked: SignalTracked, signal: Waterfall, score: Waterfall, 
     return draw.drawing(
         "Signal, accumulated evidence and tracks over time", tracked.times[starts], panels,
         unit="s" if tracked.time_unit == "s" else "frame",
-        start=len(starts) - 1, **more,
+        start=len(starts) - 1,
     )  # fmt: skip
 
 

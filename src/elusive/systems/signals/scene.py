@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, Self
+from typing import Any, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -29,6 +29,10 @@ FOLLOWS = (("statistic", "window"), ("statistic", "border"))  # size or border
 
 class SignalSimulation(Model):
     """A signal with noise objects in it; frames and samples count from 0, and frames are 1 s apart."""
+
+    main_options: ClassVar[tuple[str, ...]] = (
+        "object_deviation", "background_deviation", "object_size", "mode", "frames", "samples", "more_objects", "seed",
+    )  # fmt: skip
 
     objects: tuple[NoiseObjectPath, ...] = Field(
         (NoiseObjectPath(start=(150.0,), velocity=(2.0,), appears=10, leaves=69),),
@@ -133,15 +137,14 @@ def draw_signal(scene: SignalSimulation) -> DrawnSignal:
     return DrawnSignal(drawn.frames, np.where(inside | (scene.sensor.border == "circular"), truth, np.nan))
 
 
-def held_signal(name: str, frames: Array, rate_hz: float | None = None, times_s: Array | None = None) -> SignalSource:
-    """Return frames ``(T, samples)`` that are in memory, perhaps with times, as a source like a file's."""
+def held_signal(name: str, frames: Array) -> SignalSource:
+    """Return frames ``(T, samples)`` that are in memory as a source like a file's."""
 
     def read(start: int, stop: int | None) -> Iterator[tuple[float | None, Any]]:
-        for number, frame in enumerate(frames[start:stop], start):
-            yield None if times_s is None else float(times_s[number]), frame
+        for frame in frames[start:stop]:
+            yield None, frame
 
-    timed = times_s is not None or rate_hz is not None
-    return SignalSource(name, frames.shape[1], len(frames), rate_hz, timed, 0, read, None)
+    return SignalSource(name, frames.shape[1], len(frames), None, False, 0, read, None)
 
 
 def simulate_signal(simulation: SignalSimulation, out: Path) -> DrawnSignal:

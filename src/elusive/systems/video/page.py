@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from elusive.systems.video.scene import SETTLED, VideoScene
 from elusive.systems.video.simulate import VideoSimulation
-from elusive.workbench.parts import errors_shown
-from elusive.workbench.run_state import RunState
-from elusive.workbench.run_window import RunWindow
-from elusive.workbench.session import state_of
-from elusive.workbench.shell import Page, head, main
+from elusive.workbench.run_inputs import Shown
+from elusive.workbench.run_window import scenes_page
+from elusive.workbench.shell import Page
 
 TITLE = "Ships in radar video"
 LEAD = (
@@ -17,21 +15,6 @@ LEAD = (
 )
 SCENE = "video scene"
 KINDS = {SCENE: "Make a scene", "video": "Open radar video"}
-
-
-async def build(example: bool, file: str = "") -> None:
-    """Build the page; ``example``: run the ready scene at once; ``file``: a scene, recording or run that is opened."""
-    head("/video")
-    state = await state_of("video", lambda: RunState(tuple(KINDS), SCENE))
-    with errors_shown():
-        if file:
-            state.take(file)
-        elif example:
-            state.begin(SCENE)
-    with main(TITLE, LEAD):
-        window = RunWindow(state, KINDS, {SCENE: SETTLED})
-    if example:
-        await window.run()
 
 
 def _example(drawn: VideoSimulation) -> str:
@@ -47,6 +30,6 @@ PAGE = Page(
     "What a radar receives, before any threshold: clutter learnt from place to place, ships followed through it, what "
     "lies still told apart; a plan (PPI) and a B-scan that play.",
     _example(VideoScene().simulation),
-    build,
+    scenes_page("/video", TITLE, LEAD, KINDS, {SCENE: Shown(lambda _: SETTLED)}),
     keeps_runs=True,
 )  # fmt: skip
