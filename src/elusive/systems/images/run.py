@@ -6,7 +6,6 @@ import gc
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from itertools import tee
 from pathlib import Path
 from typing import NamedTuple
 
@@ -69,9 +68,9 @@ def follow(source: FrameSource | LiveFrames, parameters: ImageTracking, memory: 
     if isinstance(source, LiveFrames):
         memory = memory or Memory()
         shift_s = memory.time_s + memory.elapsed_s if memory.held is not None and source.starts_anew else 0.0
-        frames, times = tee(memory.new(frame._replace(time_s=frame.time_s + shift_s) for frame in source))
+        frames = memory.new(frame._replace(time_s=frame.time_s + shift_s) for frame in source)
         memory.first = 0  # no frame is kept
-        yield from track_images((frame.pixels for frame in frames), bound, (frame.time_s for frame in times), memory)
+        yield from track_images(frames, bound, memory=memory)
     else:
         yield from track_images(source, bound, source.times_s())
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator
 from itertools import count
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,6 +22,9 @@ from elusive.systems.images.several import SeveralImages
 from elusive.tracking import Life, Lifecycle, Step, Track
 from elusive.tracking.memory import Memory
 
+if TYPE_CHECKING:
+    from elusive.io.live_frames import TimedFrame
+
 __all__ = ["ImageTracking", "track_images"]
 
 ORDER = {"confirmed": 0, "candidate": 1, "deleted": 2}
@@ -29,7 +32,7 @@ UNKNOWN = np.full((4, 4), np.nan)
 
 
 def track_images(
-    frames: Iterable[Array | None],
+    frames: Iterable[Array | TimedFrame | None],
     parameters: ImageTracking,
     times_s: Iterable[float] | None = None,
     memory: Memory | None = None,
@@ -39,11 +42,11 @@ def track_images(
     Parameters
     ----------
     frames
-        ``(rows, columns)`` each; ``None`` where one is missing, NaN where a pixel is masked.
+        ``(rows, columns)`` each, perhaps with its time; ``None`` where one is missing, NaN where a pixel is masked.
     parameters
         What to do, with a sensor of the frames' size (see :meth:`ImageTracking.bind`).
     times_s
-        Of the frames; by default as far apart as the parameters say.
+        Of the frames that have none of their own; by default as far apart as the parameters say.
     memory
         Where the state is kept, and gone on from.
 
@@ -64,7 +67,8 @@ def track_images(
     fresh = (None, np.random.default_rng(parameters.seed), _One(parameters.lifecycle))
     state, rng, one = memory.held or fresh
     laid_out = _layout(parameters, one)
-    for frame, time_s in timed(frames, times):
+    stream: Iterator[Any] = ((getattr(frame, "pixels", frame), time_s) for frame, time_s in timed(frames, times))
+    for frame, time_s in stream:
         if state is None:
             # what is known before any frame holds an interval before the first: a target may appear in that
             state = recursion.init(rng, time_s - parameters.interval_s)
