@@ -72,6 +72,24 @@ def test_clutter_that_rises_along_azimuth_is_no_stronger_at_the_edge_of_a_sector
     assert beyond.mean() == pytest.approx(1.0, abs=0.1)
 
 
+def test_clutter_that_goes_over_into_noise_is_as_rare_at_both_ends_of_a_band():
+    """One law for a whole band told what is spikier at its near end of too much evidence, its far end of too little."""
+    rng, far = np.random.default_rng(6), np.arange(SHAPE[1])
+
+    def draw():
+        texture = rng.gamma(0.5, 2.0, SHAPE) * (5 * (1 + far / 40) ** -3.0)
+        return ((1 + texture) * rng.gamma(4.0, 0.25, SHAPE)).astype(np.float32)
+
+    state = learnt(draw, turns=60)
+    fresh = np.array([MAP.evidence(state, draw()) for _ in range(60)])
+    width = SHAPE[1] // MAP.bands
+    for band in range(1, MAP.bands):
+        near, end = (fresh[:, :, band * width + k : band * width + k + 8] for k in (0, width - 8))
+        seen = np.array([(part > 5.0).sum() for part in (near, end)])
+        expected = near.size * np.exp(-5.0)
+        assert seen / expected == pytest.approx(1.0, abs=0.15 + 4 / np.sqrt(expected)), band
+
+
 def test_quantised_and_saturated_amplitudes_are_taken_as_they_are():
     rng = np.random.default_rng(3)
 

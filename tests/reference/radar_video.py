@@ -15,13 +15,13 @@ def gathered(amplitude, rows, samples, shape):
 
 
 def overlapped(total, spokes, tall, wide):
-    """Mean power of neighbouring cells round the turn."""
+    """Mean power of neighbouring cells round the turn; not known where columns end."""
     rows, columns = total.shape
     found = np.empty(total.shape)
     for i in range(rows):
         for j in range(columns):
-            some = [((i + a) % rows, min(j + c, columns - 1)) for a in range(tall) for c in range(wide)]
-            missing = any(spokes[row] == 0 for row, _ in some)
+            some = [((i + a) % rows, j + c) for a in range(tall) for c in range(wide)]
+            missing = any(spokes[row] == 0 or column >= columns for row, column in some)
             found[i, j] = np.nan if missing else np.mean([total[row, column] / spokes[row] for row, column in some])
     return found
 

@@ -149,10 +149,11 @@ def test_turns_are_told_apart_and_a_point_is_where_it_is():
     assert turns[0].time_s < period <= turns[1].row_s[0] + 0.1
     s_r, s_t = radar.deviations
     for power in (turns[0].power, turns[0].even):
-        row, column = np.unravel_index(power.argmax(), power.shape)
+        row, column = np.unravel_index(np.nanargmax(power), power.shape)
         assert abs(radar.range_m[column] - distance) < 1.5 * s_r
         assert abs(radar.azimuth_rad[row] - towards) < 1.5 * s_t
-    assert (turns[0].even <= turns[0].power * (1 + 1e-5)).all()  # Jensen's inequality
+    assert (turns[0].even <= turns[0].power * (1 + 1e-5))[:, :-1].all()  # Jensen's inequality
+    assert np.isnan(turns[0].even).all(axis=0).nonzero()[0].tolist() == [RADAR.shape[1] - 1]  # half a pulse is no cell
 
 
 def test_a_blanked_sector_is_not_received():
@@ -172,7 +173,7 @@ def test_a_blanked_sector_is_not_received():
             turns += gatherer.add(read, azimuth, (0.0, 0.0))
         blank = (RADAR.azimuth_rad > np.radians(66)) & (RADAR.azimuth_rad < np.radians(114))
         assert (np.isnan(turns[0].power).all(axis=1) == (blank & noise)).mean() > 0.95
-        assert not np.isnan(turns[0].power[~blank & (np.abs(RADAR.azimuth_rad - np.pi / 2) > 0.6)]).any()
+        assert not np.isnan(turns[0].power[~blank & (np.abs(RADAR.azimuth_rad - np.pi / 2) > 0.6), :-1]).any()
         assert np.isnan(turns[0].even[blank]).all() == noise
         assert np.isfinite(turns[0].row_s).all()
 
@@ -209,7 +210,7 @@ def test_a_map_of_another_size_is_refused():
 
 def test_what_begins_is_where_the_peaks_are_with_the_ratio_of_their_neighbourhood():
     evidence = np.full(RADAR.shape, 0.1)
-    evidence[5, 9], evidence[5, 10] = 12.0, 8.0
+    evidence[5, 9], evidence[5, 10] = 8.2, 8.0
     turn = turn_of(evidence, place=(50.0, 0.0))
     none = RADAR.look(*NOTHING, turn, 3.0)
     new = RADAR.beginnings(turn, none, 4.0, 100)
@@ -217,8 +218,22 @@ def test_what_begins_is_where_the_peaks_are_with_the_ratio_of_their_neighbourhoo
     np.testing.assert_allclose(new.places, [place])
     np.testing.assert_allclose(new.time_s, [turn.row_s[5]])
     rho = RADAR.ratios
-    cells = np.array([12.0, 8.0] + [0.1] * 7)[:, None]
+    cells = np.array([8.2, 8.0] + [0.1] * 7)[:, None]
     np.testing.assert_allclose(new.ratio[0], twin.ratio_of(cells, rho).mean(axis=0), rtol=1e-5)
+
+
+@pytest.mark.parametrize("strongest", [12.0, 20.0, 40.0])
+def test_one_cell_is_no_sure_ship_however_rare(strongest):
+    """Where the law of clutter is extrapolated: single spikes of evidence 15 to 40 were ships of .98 and more."""
+    evidence = np.full(RADAR.shape, 1.0)
+    evidence[5, 9] = strongest
+    turn = turn_of(evidence)
+    new = RADAR.beginnings(turn, RADAR.look(*NOTHING, turn, 3.0), 4.0, 100)
+    odds = new.share * float(new.ratio[0].mean())
+    assert 0.02 < odds < 1.5
+    weaker = turn_of(np.where(evidence == strongest, strongest - 1, evidence))
+    before = RADAR.beginnings(weaker, RADAR.look(*NOTHING, weaker, 3.0), 4.0, 100)
+    assert (new.ratio > before.ratio).all()  # the stronger of two is still told
 
 
 @pytest.mark.parametrize("level_db", [-3.0, 0.0, 6.0])

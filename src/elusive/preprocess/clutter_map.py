@@ -34,6 +34,7 @@ LEAST_SPREAD = 0.01  # of rows' squared places in a sector, 1 / 12 if there is s
 FEW = 20.0  # cells beyond which the tail is not counted
 ALIKE = 0.4  # weight of other sectors' cells at a range
 HEAVIER = 0.87  # the exponent of K and of averaged clutter falls on beyond what is counted: this much of it is left
+FINER = 8  # parts of a band of range that have a law of their own, between those of two bands
 REST = 1.5  # evidence over which the tail's exponent is read
 
 
@@ -92,7 +93,7 @@ class ClutterMap(Model):
             quiet = np.where(known, state.quiet + step, state.quiet)
         state = state._replace(turns=turns, mean=mean, slope=slope, level=own, quiet=quiet)
         counts = state.counts * (1 - 1 / self.memory_turns)
-        block = np.where(sea | (known & state.fixed), self._blocks(state), np.int16(-1))
+        block = np.where(sea | (known & state.fixed), self._counted(state), np.int16(-1))
         kernels.count(level, self._middle(state), block, LOW, WIDTH, counts)
         state = state._replace(counts=counts)
         if turns >= FIRST:
@@ -124,14 +125,29 @@ class ClutterMap(Model):
     def _evidence(self, state: ClutterState, level: NDArray[np.float32]) -> NDArray[np.float32]:
         from elusive.preprocess import _clutter_map_kernels as kernels
 
-        table, blocks = self.laws(state.counts), self.sectors * self.bands
-        block = np.where(state.beside, self._everywhere(state) + np.int16(blocks + 2), self._blocks(state))
-        sea, still = table[:blocks], table[-1]
+        table = self.laws(state.counts)
+        sea, still = self._between(table[:-2]), table[-1]
+        place = self._blocks(state.fixed.shape, FINER)
+        block = np.where(state.beside, place + np.int16(len(sea) + 1), np.where(state.fixed, np.int16(len(sea)), place))
         # what is beside a fixed echo may be the sea itself, which can be spikier than any of them
         beside = np.where(sea[:, -1:] > 0, np.minimum(sea, still), still)
         found = np.empty_like(level)
-        kernels.judge(level, self._middle(state), block, LOW, WIDTH, np.concatenate([table, beside]), found)
+        laws = np.concatenate([sea, still[None], beside])
+        kernels.judge(level, self._middle(state), block, LOW, WIDTH, laws, found)
         return found
+
+    def _between(self, sea: Array) -> Array:
+        """Evidence of each part of a band, ``(S B FINER, BINS)``: between its own law and the next band's nearest.
+
+        Clutter goes over into noise along range: a law for a whole band is too light at one end of it and too heavy at
+        the other. A band without a law has none, and is nobody's neighbour.
+        """
+        law = sea.reshape(self.sectors, self.bands, BINS)
+        place = np.clip((np.arange(self.bands * FINER) + 0.5) / FINER - 0.5, 0, self.bands - 1)
+        own = np.arange(self.bands * FINER) // FINER
+        other = np.clip(own + np.where(place < own, -1, 1), 0, self.bands - 1)
+        share = np.abs(place - own)[:, None] * (law[:, other, -1:] > 0) * (law[:, own, -1:] > 0)
+        return np.asarray((law[:, own] + share * (law[:, other] - law[:, own])).reshape(-1, BINS))
 
     def laws(self, counts: Array) -> Array:
         """Evidence at the lower edge of each bin, by block, ``(K, BINS)``: counted, and beyond the tail's share not."""
@@ -205,19 +221,17 @@ class ClutterMap(Model):
         expected = [mean[k] + _across(len(part))[:, None] * slope[k] for k, part in enumerate(parts)]
         return np.where(state.fixed, state.level, np.concatenate(expected))
 
-    def _everywhere(self, state: ClutterState) -> NDArray[np.int16]:
-        """Block of sector and band of each cell, ``(A, R)``."""
-        rows, columns = state.fixed.shape
-        sector, band = np.empty(rows, np.int16), np.empty(columns, np.int16)
-        for k, part in enumerate(np.array_split(np.arange(rows), self.sectors)):
-            sector[part] = k
-        for k, part in enumerate(np.array_split(np.arange(columns), self.bands)):
-            band[part] = k
-        return np.asarray(sector[:, None] * np.int16(self.bands) + band)
+    def _blocks(self, shape: tuple[int, ...], finer: int = 1) -> NDArray[np.int16]:
+        """Block of sector and band of each cell, ``(A, R)``; ``finer`` parts of a band are blocks of their own."""
+        sector, band = (
+            np.repeat(np.arange(parts), [len(part) for part in np.array_split(np.arange(cells), parts)])
+            for cells, parts in zip(shape, (self.sectors, self.bands * finer), strict=True)
+        )
+        return np.asarray(sector[:, None] * (self.bands * finer) + band, np.int16)
 
-    def _blocks(self, state: ClutterState) -> NDArray[np.int16]:
+    def _counted(self, state: ClutterState) -> NDArray[np.int16]:
         """Block that each cell is counted in: of sector and band, or one of the last two."""
-        block = self._everywhere(state)
+        block = self._blocks(state.fixed.shape)
         block[state.fixed] = len(state.counts) - 1
         block[state.beside] = len(state.counts) - 2
         return block

@@ -38,16 +38,17 @@ def gather(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def overlap(total: NDArray[np.float32], spokes: NDArray[np.int64], tall: int, wide: int) -> NDArray[np.float32]:
-    """Mean of ``tall x wide`` neighbouring cells, round the turn; NaN where a row of them has no spoke."""
+    """Mean of ``tall x wide`` neighbouring cells, round the turn; NaN where a row has no spoke, or columns end."""
     rows, columns = total.shape
     found = np.empty((rows, columns), np.float32)
     for i in range(rows):
-        for j in range(columns):
+        found[i, columns - wide + 1 :] = np.nan
+        for j in range(columns - wide + 1):
             power = np.float32(0.0)
             for a in range(tall):
                 row = (i + a) % rows
                 for c in range(wide):
-                    power += total[row, min(j + c, columns - 1)] / np.float32(spokes[row] * wide * tall)
+                    power += total[row, j + c] / np.float32(spokes[row] * wide * tall)
             found[i, j] = power
         for a in range(tall):
             if spokes[(i + a) % rows] == 0:

@@ -208,7 +208,10 @@ class RadarVideo(Model):
             raise DataError(
                 f"turn at {measurement.time_s:g} s: has cells {measurement.evidence.shape}, the radar has {self.shape}."
             )
-        return np.ascontiguousarray(measurement.evidence, dtype=np.float32)
+        evidence = np.ascontiguousarray(measurement.evidence, dtype=np.float32)
+        # rarer than any cell of a turn: there the law of clutter is extrapolated, and a wrong tail would be a sure ship
+        counted = np.float32(math.log(max(int(np.isfinite(evidence).sum()), 1)))
+        return np.where(evidence > counted, counted + np.log1p(np.maximum(evidence - counted, 0)), evidence)
 
 
 class TurnGatherer:
