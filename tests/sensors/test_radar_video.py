@@ -144,6 +144,10 @@ def test_turns_are_told_apart_and_a_point_is_where_it_is():
             )  # fmt: skip
             turns += gatherer.add(read, azimuth[part], (5.0, 6.0))
     assert len(turns) == 2
+    last = gatherer.rest((5.0, 6.0))[0]  # a recording of exactly one turn was refused
+    np.testing.assert_allclose(last.row_s - turns[1].row_s, period)
+    np.testing.assert_allclose(last.power, turns[1].power)
+    assert not gatherer.rest((5.0, 6.0))
     assert turns[0].place == (5.0, 6.0)
     np.testing.assert_allclose(turns[1].row_s - turns[0].row_s, period)
     assert turns[0].time_s < period <= turns[1].row_s[0] + 0.1
@@ -154,6 +158,21 @@ def test_turns_are_told_apart_and_a_point_is_where_it_is():
         assert abs(radar.azimuth_rad[row] - towards) < 1.5 * s_t
     assert (turns[0].even <= turns[0].power * (1 + 1e-5))[:, :-1].all()  # Jensen's inequality
     assert np.isnan(turns[0].even).all(axis=0).nonzero()[0].tolist() == [RADAR.shape[1] - 1]  # half a pulse is no cell
+
+
+@pytest.mark.parametrize(("first", "last", "turns"), [(0, 360, 1), (6, 356, 1), (30, 360, 0), (0, 330, 0)])
+def test_what_is_left_is_a_turn_from_north_to_north(first, last, turns):
+    azimuth, gatherer, nothing = (
+        np.radians(np.arange(first, last) + 0.5),
+        TurnGatherer(RADAR),
+        np.full(last - first, np.nan),
+    )
+    amplitude = np.ones((last - first, 128), np.float32)
+    read = Spokes(
+        azimuth, azimuth, True, RADAR.start_m, 10.0, amplitude, 0, nothing, np.stack([nothing] * 2, 1)
+    )  # fmt: skip
+    assert not gatherer.add(read, azimuth, (0.0, 0.0))
+    assert len(gatherer.rest((0.0, 0.0))) == turns
 
 
 def test_a_blanked_sector_is_not_received():

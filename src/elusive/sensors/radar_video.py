@@ -33,6 +33,7 @@ NEAR = 1e-4  # strengths this close to 1 are taken as that far from it
 LEAST_ROWS = 16
 NOISE = 20  # samples of a spoke that hold some, from which a spoke without any was not received
 STRIPS, ASIDE, LOUDER = 8, (3, 4, 5, 6), math.log(4.0)  # of range; rows beyond an echo's beam; logarithm of power
+NORTH = 32  # part of a turn within which its first and its last spoke are at north
 LEAST_POWER = 0.1  # of quantised samples: what is below a step is not told apart
 AROUND = [(down, right) for down in (-1, 0, 1) for right in (-1, 0, 1)]
 
@@ -254,6 +255,11 @@ class TurnGatherer:
             self._time += np.bincount(row[part], spokes.time_s[part], minlength=rows)
         self._row = int(row[-1])
         return found
+
+    def rest(self, place: tuple[float, float]) -> list[VideoTurn]:
+        """Return the turn in hand once no spoke comes any more: none if it did not go from north round to north."""
+        edge = max(1, len(self._passed) // NORTH)
+        return [self._ended(place)] if self._passed[:edge].any() and self._passed[-edge:].any() else []
 
     def _received(self, amplitude: NDArray[np.generic]) -> NDArray[np.bool_]:
         """Say which spokes were: those of a blanked sector have no noise, where others have."""

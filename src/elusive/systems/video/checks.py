@@ -192,7 +192,8 @@ def _beside(beside: int, ships: int) -> Finding:
 def _turns(turns: int) -> Finding:
     return Finding(
         "video.turns", turns >= FEW_TURNS, FEW_TURNS, turns,
-        f"The recording has {turns} turns: too few to tell a faint ship from clutter, or what is fixed from a ship.",
+        f"The recording has {turns} turn{'s' * (turns != 1)}: too few to tell a faint ship from clutter, or what is "
+        "fixed from a ship.",
         "Record longer.", grave=False,
     )  # fmt: skip
 

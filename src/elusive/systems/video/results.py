@@ -130,7 +130,7 @@ class VideoRun:
             else "too few cells"
         )
         rows = [
-            ("Turns", f"{self._steps}, of {self._turn_s():.2f} s"),
+            ("Turns", str(self._steps) + self._each()),
             (
                 "Cells of a turn",
                 f"{sensor.shape[0]} x {sensor.shape[1]}, of {sensor.cell_m:.3g} m; a beam of {sensor.beam_deg:.2g} "
@@ -164,9 +164,9 @@ class VideoRun:
         write_recording(folder, self._log, outcome.findings, outcome.scored, title=title, config=config)
         video_report(outcome.tracked, outcome.findings).write(folder)
 
-    def _turn_s(self) -> float:
+    def _each(self) -> str:
         times = self._log.times_s
-        return float(np.median(np.diff(times))) if len(times) > 1 else math.nan
+        return f", of {np.median(np.diff(times)):.2f} s" if len(times) > 1 else ""
 
 
 class _Raster:

@@ -161,10 +161,15 @@ def turns_of(
         if moves and start.frame is not None and len(seen):
             x, y = start.frame.to_local(seen[-1:])[0].tolist()
             place = float(x), float(y)
-        for turn in gatherer.add(part, azimuth, place):
-            counts["turns"] += 1
-            counts["spoilt"] += turn.spoilt
-            yield turn
+        yield from _counted(gatherer.add(part, azimuth, place), counts)
+    yield from _counted(gatherer.rest(place), counts)
+
+
+def _counted(turns: list[VideoTurn], counts: Counter[str]) -> list[VideoTurn]:
+    for turn in turns:
+        counts["turns"] += 1
+        counts["spoilt"] += turn.spoilt
+    return turns
 
 
 def heard(
