@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from elusive.cli import main
 from elusive.errors import ParameterError
@@ -101,6 +102,28 @@ def test_noise_that_is_louder_in_places_is_no_object() -> None:
         frame[30:35, place] = 4.5 * rng.standard_normal((5, 5))
     *_, (track,) = run(frames, 64, 1.0)
     assert np.hypot(*np.subtract(track.position, (path[-1], 32))) < 1.5
+
+
+def test_noise_that_goes_on_from_frame_to_frame_is_no_object() -> None:
+    """As of detectors that answer slowly: .8 of each pixel comes again; within it an object of 3 on 1 is found."""
+    rng = np.random.default_rng(8)
+    frames = 100 + lfilter([1], [1, -0.8], rng.standard_normal((80, 64, 64)), axis=0)[20:]
+    flt: Any = tracking(0.5, 64, sensor={"kind": "clutter"}, smoothing=0.8).recursion
+    start = flt.init(np.random.default_rng(0), 0.0)
+
+    def confirmed(frames: NDArray[np.float64]) -> list[list[Any]]:
+        state, found = start._replace(followed=flt.init_followed(rng)), []
+        for number, frame in enumerate(frames):
+            state = flt.step(state, float(number), frame, rng)
+            found.append([track for track in state.tracks if track.status == "confirmed"])
+        return found
+
+    assert not any(confirmed(frames))
+    for number, frame in enumerate(frames[20:]):
+        x = 10 + round(0.4 * number)
+        frame[18:23, x - 2 : x + 3] += np.sqrt(8) * rng.standard_normal((5, 5))
+    (track,) = confirmed(frames)[-1]
+    assert np.hypot(*np.subtract(track.position, (x, 20))) < 1.5
 
 
 def test_the_command_tracks_objects(tmp_path: Path) -> None:

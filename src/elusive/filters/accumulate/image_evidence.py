@@ -21,6 +21,7 @@ from elusive.sensors.clutter import ClutterSensor
 from elusive.sensors.image import ImageSensor
 
 NOISE_WINDOW_PX = 31  # in which the noise about an object is learnt
+CLIP = 4.0  # deviations, that a noise object's pixel counts at most: a flash is no object
 HALF = 0.6745  # median of a normal number's size
 NULL_FRAMES = 400  # simulated for the mean of an envelope's ratio without a target
 
@@ -121,7 +122,7 @@ class ObjectEvidence:
         seen = seen / (float(np.median(np.abs(seen[~masked]))) / HALF or 1.0)
         noise = local_deviation(seen, ~masked, NOISE_WINDOW_PX)
         sign = 1.0 - 2.0 * (np.indices(frame.shape).sum(axis=0) % 2)
-        return self._statistic.evidence(np.where(masked, sign, seen / noise))
+        return self._statistic.evidence(np.where(masked, sign, np.clip(seen / noise, -CLIP, CLIP)))
 
     def measured(self, frame: Array) -> ImageEvidence:
         """Return the same; it is no likelihood ratio whose mean would be needed."""

@@ -33,6 +33,7 @@ from elusive.filters.accumulate.velocity_bank import step_for
 from elusive.filters.frame_units import rescaled
 from elusive.model import Model
 from elusive.preprocess import Whitener, WhitenerState
+from elusive.preprocess.past_prediction import PastPrediction, no_past, without_past
 from elusive.preprocess.windows import ChiSquare, DotProduct, LikelihoodRatio, LocalDeviation, fitted_statistic
 from elusive.sensors import ClutterSensor, ImageSensor
 from elusive.tracking import FollowedState, Follower, Footprint, PeakTrack, PeakTracker
@@ -59,6 +60,7 @@ class SeveralState(NamedTuple):
     followed: FollowedState
     offset: float  # accumulated mean of the log likelihood ratio
     whitener: WhitenerState
+    past: PastPrediction  # of whitened frames, for what goes on from frame to frame at each pixel
     null: NullScores | None
 
 
@@ -199,8 +201,9 @@ class SeveralTargets:
             null = simulate_null(self.model, FromNormal(self._source), self.model.sensor.shape, rng)
         unknown, followed = np.full(4, np.nan), self.init_followed(rng)
         return SeveralState(
-            time_s, math.nan, 0.0, unknown, (), (), math.inf, followed, 0.0, self._whitener.init(), null
-        )
+            time_s, math.nan, 0.0, unknown, (), (), math.inf, followed, 0.0, self._whitener.init(),
+            no_past(math.prod(self.model.sensor.shape)), null,
+        )  # fmt: skip
 
     def init_followed(self, rng: Generator) -> FollowedState:
         """Return what is followed before the first frame, for another run with the same noise."""
@@ -242,7 +245,7 @@ class SeveralTargets:
         mean = self._highest(followed) / [1.0, self.interval_s, 1.0, self.interval_s]
         return SeveralState(
             time_s, state.start_s, highest, mean, followed.tracks, scores, followed.threshold, followed, offset,
-            state.whitener, state.null,
+            state.whitener, state.past, state.null,
         )  # fmt: skip
 
     @staticmethod
@@ -271,7 +274,10 @@ class SeveralTargets:
             return state, None
         if self._source is None:
             return state, recorded_evidence(sensor, seen)
-        return state, self._source.measured(np.where(seen.mask, np.nan, seen.residual / seen.noise))
+        white = np.where(seen.mask, 0.0, seen.residual / seen.noise)
+        past, fresh = without_past(state.past, white.ravel(), white.ravel() / float(np.sqrt(np.mean(white**2)) or 1.0))
+        measured = self._source.measured(np.where(seen.mask, np.nan, fresh.reshape(white.shape)))
+        return state._replace(past=past), measured
 
     def _law(self, recurrent: RecurrentState, offset: float, age: int, null: NullScores | None) -> Law:
         """Law of the highest score without a target."""
