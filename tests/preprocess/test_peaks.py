@@ -7,6 +7,7 @@ from scipy.special import ndtri
 
 from elusive.errors import DataError
 from elusive.preprocess import PeakFinder, scales
+from elusive.preprocess.dead_lines import dead_lines
 from elusive.preprocess.peaks import LEVELS
 from elusive.preprocess.repair import without_stuck
 from tests.preprocess.scenes import recording
@@ -204,3 +205,23 @@ def test_frames_of_any_shape_and_type(shape, kind):
 def test_frames_that_cannot_be_searched_are_refused(frames, sentence):
     with pytest.raises(DataError, match=sentence):
         found_in(frames)
+
+
+@pytest.mark.parametrize("transposed", [False, True])
+def test_dead_lines_do_not_hold_the_registration(transposed):
+    """Two columns side by side, two others and a row, with noise of their own, against the same frames without."""
+    rng = np.random.default_rng(8)
+    scene = texture((160, 260), seed=8, sigma=4) / 3
+    frames = [scene[10 + k // 3 : 138 + k // 3, 10 + k : 170 + k] + rng.normal(0, 1.5, (128, 160)) for k in range(30)]
+    frames = [frame.T.copy() if transposed else frame for frame in frames]
+    assert all(len(dead_lines(view)) == 0 for frame in frames for view in (frame, frame.T))
+    whole = found_in(frames)[-1]
+    dead, level = ([30, 31, 90, 120], [55]), (0, 80)
+    for frame in frames:
+        across = frame.T if transposed else frame
+        for lines, numbers, grey in zip((across.T, across), dead, level, strict=True):
+            lines[numbers] = grey + rng.normal(0, 1.5, (len(numbers), lines.shape[1]))
+    views = (frames[-1], frames[-1].T) if transposed else (frames[-1].T, frames[-1])
+    assert tuple(dead_lines(view).tolist() for view in views) == dead
+    np.testing.assert_allclose(found_in(frames)[-1].offset_px, whole.offset_px, atol=0.1)
+    np.testing.assert_allclose(whole.offset_px, (-9, -29) if transposed else (-29, -9), atol=0.5)

@@ -21,6 +21,7 @@ from elusive.errors import DataError
 from elusive.model import Model
 from elusive.preprocess import _summit_kernels, peak_tails, scales
 from elusive.preprocess._scale_kernels import Image
+from elusive.preprocess.dead_lines import without_dead_lines
 from elusive.preprocess.drawn import Drawn, drawn, without_drawn
 from elusive.preprocess.peak_maps import Found, Groups, PeakMaps, find, groups_of, in_space, in_time
 from elusive.preprocess.peak_tails import TailState
@@ -115,6 +116,7 @@ class PeakFinder(Model):
         image = np.multiply(frame, unit or 1.0, dtype=np.float32, order="C")
         over = drawn(state.drawn, image)
         image, hidden = fill_gaps(without_drawn(image, over.mask), state.frames_seen)
+        image = without_dead_lines(image)
         pedestal, quantum = _levels(image)
         whole = without_stuck(image, self.stuck, state.stuck)
         maps = scales.responses(whole - np.float32(pedestal), scales.count_of(image.shape))
