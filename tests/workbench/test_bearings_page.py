@@ -47,6 +47,9 @@ def test_the_ready_example_runs_by_one_click_and_the_command_finds_its_numbers(
     served: Served, open_tab: OpenTab, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     page = open_tab().page
+    page.goto(f"{served.address}/bearings")
+    field(page, "simulation.speed_mps").fill("7")
+    told(page, "37 s long")  # it has come
     page.goto(served.address)
     page.get_by_role("button", name="Run the example: An emitter by its bearings").click()
     page.locator(READY).wait_for()
@@ -71,6 +74,9 @@ def test_the_ready_example_runs_by_one_click_and_the_command_finds_its_numbers(
             main(["track", "bearings", str(folder / "bearings.csv"), *files, *settings])
         assert re.search(rf"Error over the ground[\s│]+{re.escape(shown)} RMSE", capsys.readouterr().out)
         assert tracks.read_bytes() == (tmp_path / name / "tracks.csv").read_bytes()
+    button(page, "Back to it").click()  # what was set before the example
+    told(page, "37 s long")
+    assert field(page, "simulation.speed_mps").input_value() == "7"
 
 
 def test_a_scene_of_ones_own_and_a_still_emitter(

@@ -55,7 +55,7 @@ def test_the_ready_example_runs_by_one_click_and_the_command_finds_its_numbers(
     shown = page.locator("[data-rmse='exact']").inner_text().removesuffix(" m")
     tracks = download(page, "exact: tracks as CSV", tmp_path)
     folder = unpacked(download(page, "Recording and settings (ZIP)", tmp_path))
-    told_by = page.get_by_text("Run it again without a browser").inner_text()
+    told_by = page.locator(".ew-code").inner_text()
     radar = re.findall(r"--radar-(?:lat|lon)-deg (\S+)", told_by)
     files = ["--chart", str(folder / EXAMPLE_NAME), "--truth", str(folder / "truth.csv")]
     settings = ["--config", str(folder / "config-exact.yaml"), "--out", str(tmp_path / "out")]

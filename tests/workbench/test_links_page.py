@@ -238,6 +238,8 @@ def test_the_six_windows_from_paths_to_scores(
     step(page, "5 Tracking")
     page.locator(READY).wait_for()
     assert titles(page) == PANELS
+    assert int(page.locator(SHOWN).get_attribute("data-frame")) > 0  # somebody is there
+    page.get_by_label("Time", exact=True).fill("0")
     page.evaluate(
         """() => {
             const root = document.querySelector(".drawing:not(.ew-live)");

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import json
+import shutil
+import socket
 from collections.abc import Coroutine
 from concurrent.futures import ThreadPoolExecutor
+from http.client import HTTPConnection
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
@@ -19,6 +23,8 @@ from elusive.workbench import files
 from elusive.workbench.blocks import HELD, Blocks, told_of
 from elusive.workbench.files import inside, read_upload
 from elusive.workbench.guard import Guard
+from tests.workbench.conftest import Served
+from tests.workbench.test_links_page import OpenTab, choose, told
 
 
 @pytest.mark.parametrize(
@@ -97,7 +103,7 @@ def asked(
 
     headers = [
         (b"host", host.encode()),
-        *((name.replace("_", "-").encode(), value.encode()) for name, value in more.items()),
+        *((name.replace("_", "-").encode(), value.encode("latin-1")) for name, value in more.items()),
     ]
     scope = {"type": "http", "headers": headers, "query_string": query.encode()}
     done(Guard(application, token, 1000)(scope, receive, send))
@@ -112,6 +118,9 @@ def test_this_machine_alone_is_served_without_a_token() -> None:
     assert asked(None, host="evil.example:80")[0] == 403  # a name bent to this machine
     assert asked(None, origin="http://evil.example")[0] == 403
     assert asked(None, origin="http://127.0.0.1:80")[0] == 200
+    assert asked(None, origin="null")[0] == 403  # of a report, which is sandboxed
+    assert asked(None, host="[::1")[0] == 403
+    assert asked(None, origin="http://[")[0] == 403
 
 
 def test_elsewhere_the_token_is_asked_for_once() -> None:
@@ -130,6 +139,7 @@ def test_elsewhere_the_token_is_asked_for_once() -> None:
 def test_a_body_is_counted_whatever_its_header_says() -> None:
     assert asked(None, content_length="1001")[0] == 413
     assert asked(None, content_length="many")[0] == 413
+    assert asked(None, content_length="\u00b2")[0] == 413  # a digit, and no number
     assert asked(None, sent=b"x" * 1001)[0] == 413
     assert asked(None, sent=b"x" * 1000)[0] == 200
 
@@ -170,3 +180,63 @@ def test_the_longest_unused_makes_room() -> None:
     assert held.get(second) is None
     assert held.get(first) == (b"x" * 4, "application/octet-stream")
     assert held.get(third) is not None
+
+
+def answer(served: Served, path: str, *, method: str = "GET", **headers: str) -> tuple[int, dict[str, str]]:
+    """Ask the workbench itself, by a path that nothing has tidied."""
+    asking = HTTPConnection(urlsplit(served.address).netloc, timeout=60)
+    asking.request(method, path, headers={name.replace("_", "-"): value for name, value in headers.items()})
+    found = asking.getresponse()
+    found.read()
+    asking.close()
+    return found.status, {name.lower(): value for name, value in found.getheaders()}
+
+
+def test_the_workbench_listens_on_its_own_address_alone(served: Served) -> None:
+    port = urlsplit(served.address).port
+    assert port is not None
+    with pytest.raises(OSError), socket.create_connection(("127.0.0.2", port), timeout=5):  # so not on all of them
+        pass
+    assert answer(served, "/", Origin="http://evil.example")[0] == 403
+    assert answer(served, "/", Host="evil.example")[0] == 403
+    assert answer(served, "/_nicegui/x", method="POST", Content_Length=str(1 << 40))[0] == 413
+
+
+def test_no_path_leads_out_of_a_run(served: Served) -> None:
+    home = served.folder / "result"
+    home.mkdir()
+    for name in ("config.yaml", "run.json", "report.html"):
+        (home / name).write_text("x")
+    (served.folder.parent / "secret.txt").write_text("x")
+    (home / "out.txt").symlink_to(served.folder.parent / "secret.txt")
+    status, headers = answer(served, "/runs/result/report.html")
+    assert status == 200
+    assert headers["content-security-policy"].startswith("sandbox")  # or it could act as a page of ours
+    for path in (
+        "run.json", "out.txt", "..%2f..%2fsecret.txt", "%2e%2e/%2e%2e/secret.txt", "../../secret.txt", "..\\secret.txt",
+        "%00", "report.html%00.txt",
+    ):  # fmt: skip
+        assert answer(served, f"/runs/result/{path}")[0] == 404, path
+    for path in ("/runs/../secret.txt", "/runs/%2e%2e/secret.txt", "/workbench/..%2fserver.py", "/drawing/../page.py"):
+        assert answer(served, path)[0] == 404, path
+    shutil.rmtree(home)
+
+
+def test_what_files_are_called_and_hold_is_shown_and_never_done(
+    served: Served, open_tab: OpenTab, tmp_path: Path
+) -> None:
+    evil = "<img src=x onerror=window.hit=1>"
+    (served.folder / f"{evil}.csv").write_text("x")
+    (served.folder / "evil.csv").write_text(f"time_s,sensor,{evil}\n0,a,1\n")
+    (tmp_path / f"{evil}.csv").write_text("x")
+    page = open_tab().page
+    page.goto(f"{served.address}/own")
+    choose(page, "kind", "Bearings from a few places")
+    choose(page, "bearings", "evil.csv")
+    told(page, f"1 line: time_s 0, sensor, {evil}")
+    assert page.get_by_role("option", name="img").count() == 0
+    page.locator("input[type=file]").set_input_files(tmp_path / f"{evil}.csv")
+    told(page, "is no plain file name")
+    assert page.evaluate("window.hit") is None
+    for name in (f"{evil}.csv", "evil.csv"):
+        (served.folder / name).unlink()

@@ -7,11 +7,11 @@ from typing import Any
 import pytest
 
 from tests.workbench.conftest import Served
-from tests.workbench.test_links_page import OpenTab, button, told
+from tests.workbench.test_links_page import OpenTab, button, step, told
 
 READ, SEEN = 4.5, 3.0  # contrasts that WCAG 2.1 asks for, 1.4.3 and 1.4.11
 RING_PX = 2.0
-STOPS = 30  # of the Tab key, at most
+STOPS = 60  # of the Tab key, at most
 
 # contrast of two colours as they stand on the page, by WCAG 2.1; what is seen through is laid over what is under it
 CONTRAST = """
@@ -41,20 +41,22 @@ RING = """() => {
   const ringed = one.closest(".q-field")?.querySelector(".q-field__control") ?? one;
   const style = getComputedStyle(ringed);
   const wide = style.outlineStyle === "none" ? 0 : parseFloat(style.outlineWidth);
-  return [one.outerHTML.slice(0, 160), wide, contrastOf(colourOf(style.outlineColor), groundOf(ringed.parentElement))];
+  const named = one.getAttribute("aria-label") || one.labels?.[0]?.innerText || one.innerText || one.title;
+  const contrast = contrastOf(colourOf(style.outlineColor), groundOf(ringed.parentElement));
+  return [one.outerHTML.slice(0, 160), wide, contrast, Boolean(named?.trim())];
 }"""
 
 
-def rings(page: Any) -> dict[str, tuple[float, float]]:
-    """Press Tab through a page: width and contrast of the ring round each stop."""
+def rings(page: Any) -> dict[str, tuple[float, float, bool]]:
+    """Press Tab through a page: width and contrast of the ring round each stop, and whether it has a name."""
     page.evaluate("document.activeElement.blur()")
-    found: dict[str, tuple[float, float]] = {}
+    found: dict[str, tuple[float, float, bool]] = {}
     for _ in range(STOPS):
         page.keyboard.press("Tab")
         told_of = page.evaluate(RING)
         if told_of is None:
             break
-        found[told_of[0]] = (told_of[1], told_of[2])
+        found[told_of[0]] = (told_of[1], told_of[2], told_of[3])
     return found
 
 
@@ -69,7 +71,11 @@ def test_what_has_the_focus_is_ringed_and_what_is_refused_can_be_read_and_closed
         button(page, "Run" if path == "/own" else "Create paths").wait_for()
         seen = rings(page)
         assert len(seen) > 8
-        assert {one: ring for one, ring in seen.items() if ring[0] < RING_PX or ring[1] < SEEN} == {}
+        if path == "/links":
+            step(page, "3 Sensors")
+            page.get_by_role("checkbox", name="Select 0").wait_for()
+            seen |= rings(page)
+        assert {one: ring for one, ring in seen.items() if ring[0] < RING_PX or ring[1] < SEEN or not ring[2]} == {}
     page.goto(f"{served.address}/own")
     button(page, "Run").click()
     told(page, "What do you have? Choose the kind of recording first.")

@@ -235,8 +235,8 @@ def drawing(
     events
         Time, words and track, in order of time: marks on the time line, a list if ``log`` gives its columns.
     **more
-        ``start``: time shown first, ``log``, ``status``: :func:`numbers` at the times, ``focus``: what is followed,
-        ``off``: names of layers, ``note``, ``autoplay``, ``turnable``.
+        ``start``: number of the time shown first, unless it plays at once, ``log``, ``status``: :func:`numbers` at the
+        times, ``focus``: what is followed, ``off``: names of layers, ``note``, ``autoplay``, ``turnable``.
     """
     listed = list(events)[-EVENTS_SHOWN:]
     told: Drawing = {

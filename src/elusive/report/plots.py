@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 ESTIMATE, TRUTH, MUTED = "#c2410c", "#0f766e", "#64748b"
 TRACKS = ("#c2410c", "#1d4ed8", "#7c3aed", "#be185d", "#475569")  # one colour a track, in turn; none is the truth's
 LAND, SHORE = "#d8c28a", "#3f3a2d"
-SERIES = ("#c2410c", "#1d4ed8", "#0f766e", "#7c3aed", "#b45309", "#475569")
+SERIES = ("#c2410c", "#1d4ed8", "#0f766e", "#7c3aed", "#be185d", "#475569")
 STYLE: Any = {
     "font.size": 9.0,
     "axes.titlesize": 10.0,

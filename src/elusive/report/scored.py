@@ -34,6 +34,6 @@ def gospa_chart(times: Array, found: Gospa, cutoff: float, unit: str, **more: An
         for name, part, colour in PARTS
     ]
     lines.append(draw.line(times[shown], found.distance[shown], "--accent", name="GOSPA"))
-    title = f"What is it worth? GOSPA, {np.mean(found.distance):.2f} {unit} on average (c {cutoff:g} {unit})"
+    title = f"What is it worth? GOSPA, {np.mean(found.distance):.2f} {unit} on average (c {cutoff:.3g} {unit})"
     top = 1.05 * max(float(np.max(found.distance, initial=0.0)), 0.1 * cutoff)
-    return draw.chart(title, times, lines, unit=unit, reach=(0.0, top), **more)
+    return draw.chart(title, times, lines, axis="GOSPA", unit=unit, reach=(0.0, top), **more)

@@ -95,12 +95,12 @@ class Scores(NamedTuple):
         wrong = f"{self.misses} misses, {self.false} false, {self.mismatches} mismatches of {self.targets}"
         made = ", ".join(f"{name} {value:.2f}" for name, value in zip(PARTS, parts, strict=True))
         rows = [
-            (f"Targets found within {self.cutoff:g} {self.unit}", found),
+            (f"Targets found within {self.cutoff:.3g} {self.unit}", found),
             ("Error there", off),
             ("MOTA", f"{self.mota:.3f}: {wrong}"),
             ("IDF1", f"{self.identity.idf1:.3f}"),
             (
-                f"GOSPA (c {self.cutoff:g} {self.unit}, p {ORDER:g})",
+                f"GOSPA (c {self.cutoff:.3g} {self.unit}, p {ORDER:g})",
                 f"{self.mean_gospa:.2f} on average; RMS {whole:.2f}: {made}",
             ),
             ("Tracks that never met a target", str(self.strays)),

@@ -46,7 +46,14 @@ def export_buttons(archive_name: str, archive: Callable[[], bytes], each: Sequen
                 give = partial(give_made, partial(written, one.report), f"report-{one.name}.html")
                 ui.button(f"{one.name}: report (HTML)", on_click=give).props("flat no-caps")
     if again:
-        ui.label(f"Run it again without a browser, from the ZIP: {again}").classes("ew-note")
+        show_command("The same without a browser, from the ZIP:", again)
+
+
+def show_command(words: str, command: str) -> None:
+    """Build a command to be copied, letter by letter, under what it is for."""
+    with ui.element("p").classes("ew-note"):
+        ui.label(words)
+        ui.label(command).classes("ew-code")
 
 
 async def give_made(make: Callable[[], bytes], name: str) -> None:

@@ -54,7 +54,7 @@ class Guard:
             await _refuse(scope, receive, send, 403, "This is not open to you: use the address the workbench printed.")
             return
         length = headers.get("content-length", "0")
-        if not length.isdigit() or int(length) > self._most:
+        if not length.isdecimal() or int(length) > self._most:
             await _refuse(scope, receive, send, 413, f"More than {self._most} bytes were sent.")
             return
         got = 0
@@ -82,10 +82,13 @@ class Guard:
     def _is_known(self, headers: dict[str, str], shown: str) -> bool:
         host = headers.get("host", "")
         origin = headers.get("origin")
-        if origin is not None and urlsplit(origin).netloc != host:
-            return False  # a page of another site
-        if self._token is None:
-            return (urlsplit(f"//{host}").hostname or "") in LOOPBACK  # no name that was bent to this machine
+        try:
+            if origin is not None and urlsplit(origin).netloc != host:
+                return False  # a page of another site
+            if self._token is None:
+                return (urlsplit(f"//{host}").hostname or "") in LOOPBACK  # no name that was bent to this machine
+        except ValueError:  # no address at all
+            return False
         kept = SimpleCookie(headers.get("cookie", "")).get(COOKIE)
         given = (shown, kept.value if kept else "")
         return any(hmac.compare_digest(one.encode(), self._token.encode()) for one in given)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from html import escape
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -15,6 +16,10 @@ from elusive.workbench.parts import errors_shown, refuse
 from elusive.workbench.settings import SETTINGS
 
 Read = TypeVar("Read")
+MOST = f"{UPLOAD_MOST_BYTES >> 20} MiB"
+# Quasar's own has a picture without a name, and a size of what is not yet sent
+HEADER = """<q-btn flat no-caps type="a" icon="upload_file" class="full-width" align="left" label="{}"
+  @click="props.pickFiles"><q-uploader-add-trigger /></q-btn>"""
 
 
 def opener(
@@ -51,11 +56,7 @@ def opener(
         name = ui.input(f"Name of {what}").props("dense outlined").classes("grow")
         name.on("keydown.enter", named)
         ui.button("Open", on_click=named).props(f'outline no-caps aria-label="Open {what}"')
-    ui.upload(
-        label=f"Or send {what} from this computer", auto_upload=True, on_upload=sent, max_files=1,
-        max_file_size=UPLOAD_MOST_BYTES,
-        on_rejected=lambda: refuse(f"The file is refused: send one of {words}, {UPLOAD_MOST_BYTES >> 20} MiB at most."),
-    ).props(f'accept="{",".join(kinds)}" flat bordered').classes("w-full")  # fmt: skip
+    uploader(f"Or send {what} from this computer", sent, kinds)
 
 
 def sender(label: str, take: Callable[[str], Any], *, several: bool = True) -> None:
@@ -73,10 +74,19 @@ def sender(label: str, take: Callable[[str], Any], *, several: bool = True) -> N
             await away(lambda: (SETTINGS.folder / name).write_bytes(data))
             take(name)
 
-    ui.upload(
-        label=label, auto_upload=True, multiple=several, on_upload=sent, max_file_size=UPLOAD_MOST_BYTES,
-        on_rejected=lambda: refuse(f"A file is refused: {UPLOAD_MOST_BYTES >> 20} MiB at most; copy it yourself."),
+    uploader(label, sent, several=several)
+
+
+def uploader(label: str, take: Callable[[Any], Any], kinds: Sequence[str] = (), *, several: bool = False) -> None:
+    """Build a button that sends a file of some kinds, or of any; ``take`` is given the event of each."""
+    what = f"send one of {', '.join(kinds)}, {MOST} at most" if kinds else f"{MOST} at most; copy it yourself"
+    made = ui.upload(
+        label=label, auto_upload=True, multiple=several, on_upload=take, max_file_size=UPLOAD_MOST_BYTES,
+        on_rejected=lambda: refuse(f"The file is refused: {what}."), max_files=None if several else 1,
     ).props("flat bordered").classes("w-full")  # fmt: skip
+    if kinds:
+        made.props(f'accept="{",".join(kinds)}"')
+    made.add_slot("header", HEADER.format(escape(label)))
 
 
 def open_scene(file: str, take: Callable[[Path], Any], then: str = "press Run") -> None:

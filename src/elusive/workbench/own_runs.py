@@ -11,7 +11,7 @@ from nicegui import ui
 from elusive.errors import DataError
 from elusive.model import Model
 from elusive.workbench.asking import Asking, asking
-from elusive.workbench.exports import table_html
+from elusive.workbench.exports import show_command, table_html
 from elusive.workbench.files import FOLDER
 from elusive.workbench.forms import FieldPath
 from elusive.workbench.kept_runs import (
@@ -87,10 +87,8 @@ def show_run(run: Kept) -> None:
     asked = asking_of(run.noun)
     if not run.given and not asked.is_scene:
         return
-    with ui.element("p").classes("ew-note"):
-        ui.label("The same without a browser, in the workbench's folder:")
-        config = f"{run.folder.relative_to(SETTINGS.folder)}/{asked.file}" if run.settings or asked.is_scene else ""
-        ui.label(shown_command(asked, run.given, config)).classes("ew-code")
+    config = f"{run.folder.relative_to(SETTINGS.folder)}/{asked.file}" if run.settings or asked.is_scene else ""
+    show_command("The same without a browser, in the workbench's folder:", shown_command(asked, run.given, config))
 
 
 def all_runs(nouns: Collection[str]) -> list[Kept]:

@@ -139,4 +139,6 @@ def _kept(run: str, name: str) -> Response:
     path = served_file(SETTINGS.folder, run, name)
     if path is None:
         return Response("There is no such file of a run.", 404)
-    return FileResponse(path, headers={"Cache-Control": "no-cache"})  # a run of this name may be another tomorrow
+    # a run of this name may be another tomorrow; a report of somebody else's must not act as a page of ours
+    headers = {"Cache-Control": "no-cache", "Content-Security-Policy": "sandbox allow-scripts allow-downloads"}
+    return FileResponse(path, headers=headers)

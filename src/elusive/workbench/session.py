@@ -10,6 +10,7 @@ from nicegui import app, ui
 
 State = TypeVar("State")
 TABS_MOST = 24
+ASIDE = ", put aside"
 _STATES: OrderedDict[tuple[str, str], Any] = OrderedDict()
 
 
@@ -22,6 +23,35 @@ async def is_asked_anew(name: str, token: str) -> bool:
     is_new = ran.get(name) != token
     ran[name] = token
     return bool(is_new)
+
+
+async def example_state(name: str, make: Callable[[], State]) -> tuple[State, State]:
+    """Return a fresh state for a page's example, and the one that stood; where a scene was set there, it is put aside.
+
+    :func:`offer_aside` gives it back.
+    """
+    had: Any = await state_of(name, make)
+    fresh: Any = make()
+    tab = str(app.storage.tab["tab"])
+    if had.scene != fresh.scene:
+        _STATES[tab, name + ASIDE] = had
+    _STATES[tab, name] = fresh
+    return fresh, had
+
+
+def offer_aside(name: str) -> None:
+    """Build the way back to what was put aside for an example; nothing where nothing was."""
+    tab = str(app.storage.tab["tab"])
+
+    def back() -> None:
+        if (tab, name + ASIDE) in _STATES:
+            _STATES[tab, name] = _STATES.pop((tab, name + ASIDE))
+        ui.navigate.reload()
+
+    if (tab, name + ASIDE) in _STATES:
+        with ui.element("div").classes("ew-row ew-changed").props('role="status"'):
+            ui.label("What you had set here was put aside for the example.")
+            ui.button("Back to it", on_click=back).props("flat no-caps dense")
 
 
 async def state_of(name: str, make: Callable[[], State]) -> State:

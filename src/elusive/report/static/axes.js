@@ -99,7 +99,8 @@ elusive.colourBar = function (panel, at) {
   const scale = elusive.make("i", { class: "scale" });
   scale.style.background = elusive.gradient(elusive.table(image.colours, at.css, image.unknown));
   const words = (v) => Number(v.toPrecision(3)).toString();
-  panel.bar.append(words(image.low), scale, `${words(image.high)} ${image.unit}`);
+  const name = image.unit ? "" : `${image.name || ""} `;
+  panel.bar.append(`${name}${words(image.low)}`, scale, `${words(image.high)} ${image.unit}`);
 };
 
 // longitude and latitude by a polynomial of x and y

@@ -39,11 +39,12 @@ elusive.Figure = class {
     }
     this.root.dataset.ready = "no";
     this.root.setAttribute("aria-label", `${spec.label}. ${elusive.KEYS}`);
+    const plays = spec.autoplay && !same && !matchMedia("(prefers-reduced-motion: reduce)").matches;
     if (!same) {
       this.views.clear();
       [this.chosen, this.off] = [null, new Set(spec.off || [])];
       [this.index, this.playing, this.last, this.large, this.ruling, this.following] = [
-        spec.start || 0,
+        plays ? 0 : spec.start || 0,
         false,
         null,
         null,
@@ -60,7 +61,7 @@ elusive.Figure = class {
     this.blocks = blocks;
     this.root.dataset.ready = "yes";
     this.draw();
-    if (spec.autoplay && !same && !matchMedia("(prefers-reduced-motion: reduce)").matches) this.play(true);
+    if (plays) this.play(true);
     return this;
   }
 

@@ -130,7 +130,10 @@ def video_drawing(tracked: VideoTracked) -> draw.Drawing:
         draw.graph(
             "B-scan", (0, shown.reach_m, 0, 360), [scan, *marks], "range [m]", "azimuth [°]", span=4,
         ),
-        draw.chart("Is it there? Existence of each track", tracked.times_s, existence, reach=(0.0, 1.02), span=4),
+        draw.chart(
+            "Is it there? Existence of each track", tracked.times_s, existence,
+            axis="probability", reach=(0.0, 1.02), span=4,
+        ),
         None if tracked.scored is None else gospa_chart(*tracked.scored.series),
     ]  # fmt: skip
     events = sorted((float(one.times_s[np.argmax(one.confirmed)]), "is confirmed", one.track) for one in tracked.paths)

@@ -9,7 +9,7 @@ from elusive.systems.bearings.page.still import StillWindow
 from elusive.systems.bearings.page.track import WAYS
 from elusive.systems.bearings.scene import BearingScene
 from elusive.workbench.opener import open_scene
-from elusive.workbench.session import state_of
+from elusive.workbench.session import example_state, offer_aside, state_of
 from elusive.workbench.shell import Page, Steps, head, main, waiting
 from elusive.workbench.side_by_side import TrackWindow, run, watch_window
 
@@ -25,9 +25,11 @@ async def build(example: bool, file: str = "") -> None:
     """Build the page; ``example``: track the ready path at once; ``file``: a scene that is opened."""
     head("/bearings")
     state = await state_of("bearings", BearingsState)
+    if example:
+        state, _ = await example_state("bearings", BearingsState)
     with main(TITLE, LEAD):
+        offer_aside("bearings")
         if example:
-            state.scene = BearingScene()
             with waiting("Hearing and tracking the ready path ..."):
                 await run(state, WAYS)
         open_scene(file, lambda path: state.take(BearingScene.from_yaml(path)), "press Run under Track")

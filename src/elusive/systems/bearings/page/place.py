@@ -48,7 +48,7 @@ class PlaceWindow:
                     ui.button("Delete selected", on_click=self._removed).props("outline no-caps")
                     ui.button("Delete all sensors", on_click=lambda: self._sites(())).props("flat no-caps")
             with stage:
-                ui.toggle(MODES, value=self._mode, on_change=self._choose).props("no-caps unelevated dense").classes(
+                ui.toggle(MODES, value=self._mode, on_change=self._choose).props("no-caps unelevated").classes(
                     "ew-modes"
                 )
                 self._how = ui.label(HOW[self._mode]).classes("ew-note")

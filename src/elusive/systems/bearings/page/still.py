@@ -14,7 +14,7 @@ from elusive.systems.bearings.page.place import HEARD
 from elusive.systems.bearings.page.state import BearingsState
 from elusive.systems.bearings.page.track import archive
 from elusive.systems.bearings.scene import BearingScene, locate_still
-from elusive.workbench.exports import table_html
+from elusive.workbench.exports import show_command, table_html
 from elusive.workbench.form import Form, are_right
 from elusive.workbench.jobs import away
 from elusive.workbench.parts import Drawing, errors_shown
@@ -36,7 +36,7 @@ class StillWindow:
                 self._heard = Form(state.scene, (*HEARD, ("simulation", "seed")), self._take, grouped=False)
                 self._button = ui.button("Locate", on_click=self._locate).props("unelevated no-caps")
                 ui.button("Bearings and settings (ZIP)", on_click=self._pack).props("outline no-caps")
-                ui.label(f"Locate it again without a browser: {COMMAND}").classes("ew-note")
+                show_command("The same without a browser, from the ZIP:", COMMAND)
             with stage:
                 ui.label("Click where the emitter stands, or drag it. Cross and ellipse: where it is located.").classes(
                     "ew-note"

@@ -143,4 +143,6 @@ def _height(tracked: BearingsTracked, shown: np.ndarray) -> draw.Panel | None:
         for side in (-1, 1)
     ]
     layers.append(draw.line(times, height, "--accent", name="height"))
-    return draw.chart("How high?", tracked.times_s, layers, unit="m", span=5, reach=(low - room, high + room))
+    return draw.chart(
+        "How high?", tracked.times_s, layers, axis="height", unit="m", span=5, reach=(low - room, high + room)
+    )

@@ -16,7 +16,7 @@ from elusive.systems.links.scene import run_scene
 from elusive.workbench.jobs import Job
 from elusive.workbench.opener import open_scene
 from elusive.workbench.parts import Changed, Drawing, errors_shown
-from elusive.workbench.session import state_of
+from elusive.workbench.session import example_state, offer_aside, state_of
 from elusive.workbench.shell import Page, Steps, head, main, waiting
 
 TITLE = "People in a radio network"
@@ -39,9 +39,12 @@ async def build(example: bool, file: str = "") -> None:
     """Build the page; ``example``: run the thesis's first simulation at once; ``file``: a scene that is opened."""
     head("/links")
     state = await state_of("links", LinksState)
+    if example:
+        state, had = await example_state("links", LinksState)
+        state.kept = had.run or had.kept
     with main(TITLE, LEAD):
+        offer_aside("links")
         if example:
-            state.begin_example()
             with waiting("Drawing and tracking the first simulation ..."), errors_shown():
                 await apply(state, Job())
             if state.tracking_spec is not None:

@@ -48,7 +48,8 @@ def tracking_spec(run: SceneRun) -> draw.Drawing:
         _panel((title, values, colours, [beneath, *layers]), run.scene, times, 3 if len(shown) > 3 else 4)
         for title, values, colours, layers in shown
     ]
-    return draw.drawing("The stages of tracking", times, panels)
+    most = int(np.argmax([sum(one.status == "confirmed" for one in step.tracks) for step in run.steps]))
+    return draw.drawing("The stages of tracking", times, panels, start=most)
 
 
 def _panel(stage: Stage, scene: LinkScene, times: Array, span: int) -> draw.Panel:

@@ -25,9 +25,10 @@ from elusive.systems.links.page.state import LinksState
 from elusive.systems.links.report import links_report
 from elusive.systems.links.results import CUTOFF_M
 from elusive.systems.links.scene import LinkScene, SceneRun
-from elusive.workbench.exports import give_made, table_html, written
-from elusive.workbench.files import SCENES, UPLOAD_MOST_BYTES, read_upload
-from elusive.workbench.parts import Changed, Drawing, errors_shown, refuse
+from elusive.workbench.exports import give_made, show_command, table_html, written
+from elusive.workbench.files import SCENES, read_upload
+from elusive.workbench.opener import uploader
+from elusive.workbench.parts import Changed, Drawing, errors_shown
 
 BIN_M = 0.1  # of the histograms
 EDGES = [round(BIN_M * number, 6) for number in range(20)]
@@ -65,15 +66,12 @@ class PerformanceWindow:
                     ui.button("Sensors as CSV", on_click=partial(ui.download.content, nodes, "sensors.csv")).props(
                         "outline no-caps"
                     )
-                ui.upload(
-                    label="Open a scene (YAML)", auto_upload=True, on_upload=self._sent, max_files=1,
-                    max_file_size=UPLOAD_MOST_BYTES, on_rejected=lambda: refuse("The file is refused: send one .yaml."),
-                ).props('accept=".yaml,.yml" flat bordered')  # fmt: skip
+                uploader("Open a scene (YAML)", self._sent, SCENES)
             again = "elusive scene scene.yaml --out results"
             if state.run_log is not None:
                 name = shlex.quote(state.run_log.name)
                 again = f"elusive track links {name} --nodes sensors.csv --config config.yaml --out results"
-            ui.label(f"Run it again without a browser: {again}").classes("ew-note")
+            show_command("The same without a browser:", again)
 
     def _scores(self, run: SceneRun, kept: SceneRun | None) -> None:
         both = (("This run", run), ("Kept run", kept))

@@ -15,10 +15,11 @@ from elusive.io.truth import read_truth
 from elusive.systems.links.page.panels import radiation_spec
 from elusive.systems.links.page.state import LOGS, LinksState, Recorded
 from elusive.systems.links.scene import LinkScene, radiate
-from elusive.workbench.files import UPLOAD_MOST_BYTES, read_upload
+from elusive.workbench.files import read_upload
 from elusive.workbench.form import Form, are_right
 from elusive.workbench.jobs import away
-from elusive.workbench.parts import Drawing, errors_shown, refuse
+from elusive.workbench.opener import uploader
+from elusive.workbench.parts import Drawing, errors_shown
 from elusive.workbench.shell import window
 
 SIMULATION = ("simulation",)
@@ -56,10 +57,7 @@ class RadiationWindow:
         ui.label("In place of paths and radiation; the sensors must be those of the log.").classes("ew-note")
         self._calibration = Form(self._state.scene, (("tracking", "calibration_frames"),), self._take, grouped=False)
         for label, take in (("Open a log (CSV)", self._sent_log), ("Open its truth (CSV)", self._sent_truth)):
-            ui.upload(
-                label=label, auto_upload=True, on_upload=take, max_files=1, max_file_size=UPLOAD_MOST_BYTES,
-                on_rejected=lambda: refuse("The file is refused: send one .csv or .txt."),
-            ).props('accept=".csv,.txt" flat bordered').classes("w-full ew-upload")  # fmt: skip
+            uploader(label, take, (".csv", ".txt"))
         ui.button("Back to the simulation", on_click=lambda: self._record(None)).props("flat no-caps dense")
 
     def _record(self, log: Recorded | None) -> None:

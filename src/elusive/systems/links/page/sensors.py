@@ -18,10 +18,11 @@ from elusive.systems.links.networks import BorderNodes, GridNodes, PlacedNodes
 from elusive.systems.links.page.floors import node_floor
 from elusive.systems.links.page.state import LinksState
 from elusive.systems.links.scene import Coverage, LinkScene, coverage_of
-from elusive.workbench.files import UPLOAD_MOST_BYTES, inside, read_upload
+from elusive.workbench.files import inside, read_upload
 from elusive.workbench.form import Form
 from elusive.workbench.jobs import Latest, away
-from elusive.workbench.parts import Drawing, errors_shown, refuse
+from elusive.workbench.opener import uploader
+from elusive.workbench.parts import Drawing, errors_shown
 from elusive.workbench.settings import SETTINGS
 from elusive.workbench.shell import window
 
@@ -33,6 +34,8 @@ COLUMNS = [
 ]
 TABLES = (".csv", ".txt")
 EXCESS = ("simulation", "weights", "excess_m")
+# of the table's boxes
+NAMED = {"header-selection": "'Select all of this page'", "body-selection": "'Select ' + props.row.name"}
 
 
 class SensorsWindow:
@@ -60,6 +63,8 @@ class SensorsWindow:
                     columns=COLUMNS, rows=[], row_key="name", selection="multiple", pagination=10,
                     on_select=self._selected,
                 ).props("dense flat").classes("w-full")  # fmt: skip
+                for slot, words in NAMED.items():
+                    self._table.add_slot(slot, f'<q-checkbox dense v-model="props.selected" :aria-label="{words}" />')
                 with ui.element("div").classes("ew-row"):
                     ui.button("Delete selected", on_click=self._removed).props("outline no-caps")
                     ui.button("Delete all", on_click=lambda: self._take(())).props("flat no-caps")
@@ -83,10 +88,7 @@ class SensorsWindow:
             ui.button("Save", on_click=lambda: self._save(over=True)).props("outline no-caps")
             ui.button("Save as", on_click=lambda: self._save(over=False)).props("outline no-caps")
             ui.button("Download", on_click=self._download).props("flat no-caps")
-        ui.upload(
-            label="Open a CSV from this computer", auto_upload=True, on_upload=self._sent, max_files=1,
-            max_file_size=UPLOAD_MOST_BYTES, on_rejected=lambda: refuse("The file is refused: send one .csv or .txt."),
-        ).props('accept=".csv,.txt" flat bordered').classes("w-full")  # fmt: skip
+        uploader("Open a CSV from this computer", self._sent, (".csv", ".txt"))
 
     async def _take(self, nodes: tuple[NamedPlace, ...]) -> None:
         with errors_shown():

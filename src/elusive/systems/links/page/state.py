@@ -99,12 +99,6 @@ class LinksState:
         """Take a log in place of paths and radiation, or go back to them."""
         self.log = log
 
-    def begin_example(self) -> None:
-        """Set the first simulation; a run that was there is kept beside the next."""
-        fresh = LinksState()
-        fresh.kept = self.run or self.kept
-        self.__dict__.update(fresh.__dict__)
-
     @property
     def run_scene(self) -> LinkScene | None:
         """The scene of the run."""

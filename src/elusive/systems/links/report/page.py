@@ -144,10 +144,12 @@ def _charts(tracked: LinksTracked, stride: int) -> Iterable[draw.Panel]:
         return lines
 
     if tracked.paths:
-        yield draw.chart("Existence of each track", tracked.times_s, curves("existence"), reach=(0.0, 1.02))
+        yield draw.chart(
+            "Existence of each track", tracked.times_s, curves("existence"), axis="probability", reach=(0.0, 1.02)
+        )
         spreads = "Deviation of each track's place, both axes together"
-        yield draw.chart(spreads, tracked.times_s, curves("deviation"), unit="m")
+        yield draw.chart(spreads, tracked.times_s, curves("deviation"), axis="deviation", unit="m")
     error = tracked.error
     if error is not None and np.isfinite(error).any():
         title = f"How far off? Distance from a person to the nearest track, {np.nanmean(error):.2f} m on average"
-        yield draw.chart(title, tracked.times_s, [draw.line(times, error[::stride], "--truth")], unit="m")
+        yield draw.chart(title, tracked.times_s, [draw.line(times, error[::stride], "--truth")], axis="error", unit="m")

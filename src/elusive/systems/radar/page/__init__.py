@@ -10,7 +10,7 @@ from elusive.systems.radar.page.track import WAYS
 from elusive.systems.radar.scene import EXAMPLE_NAME, RadarScene
 from elusive.workbench.jobs import away
 from elusive.workbench.opener import open_scene
-from elusive.workbench.session import state_of
+from elusive.workbench.session import example_state, offer_aside, state_of
 from elusive.workbench.shell import Page, Steps, head, main, waiting
 from elusive.workbench.side_by_side import TrackWindow, run, watch_window
 
@@ -26,10 +26,13 @@ async def build(ready: bool, file: str = "") -> None:
     """Build the page; ``ready``: track the ready example at once; ``file``: a scene that is opened."""
     head("/charts")
     state = await state_of("charts", ChartsState)
+    if ready:
+        state, _ = await example_state("charts", ChartsState)
     with main(TITLE, LEAD):
+        offer_aside("charts")
         words = "Sailing and tracking the ready route ..." if ready else "Drawing the coast ..."
         with waiting(words):
-            if state.chart is None or ready:
+            if state.chart is None:
                 state.open(EXAMPLE_NAME, await away(example), RadarScene.example())
             if ready:
                 await run(state, WAYS)

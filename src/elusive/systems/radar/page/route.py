@@ -65,9 +65,9 @@ class RouteWindow:
                 ui.button("Clear the route", on_click=self._clear).props("flat no-caps")
             with stage:
                 with ui.element("div").classes("ew-row"):
-                    ui.toggle(MODES, value=self._mode, on_change=self._choose).props(
-                        "no-caps unelevated dense"
-                    ).classes("ew-modes")
+                    ui.toggle(MODES, value=self._mode, on_change=self._choose).props("no-caps unelevated").classes(
+                        "ew-modes"
+                    )
                 self._how = ui.label(HOW[self._mode]).classes("ew-note")
                 self._floor = Drawing(EMPTY)
                 for name in ("drawn", "placed", "moved", "viewed"):

@@ -159,17 +159,21 @@ def _charts(tracked: RadarTracked, times: np.ndarray) -> Iterable[draw.Panel]:
         return
     existence = {one.track: one.existence for one in tracked.paths if one.existence is not None}
     if existence:
-        yield draw.chart("Is it there? Existence of each track", span, curves(existence), reach=(0.0, 1.02))
+        yield draw.chart(
+            "Is it there? Existence of each track", span, curves(existence), axis="probability", reach=(0.0, 1.02)
+        )
     speeds = {one.track: np.hypot(*one.velocity.T) for one in tracked.paths}
     yield draw.chart("How fast?", span, curves(speeds), axis="speed", unit="m/s")
     spreads = {one.track: one.spread for one in tracked.paths}
-    yield draw.chart("How sure? Deviation of the place, both axes together", span, curves(spreads), unit="m")
+    yield draw.chart(
+        "How sure? Deviation of the place, both axes together", span, curves(spreads), axis="deviation", unit="m"
+    )
     nearest = tracked.nearest_error
     if nearest is not None:
         when, errors = nearest
         error = np.where(np.isin(span, when), np.interp(span, when, errors), np.nan)
         title = f"How far off? Distance of the nearest track to the truth, at most {errors.max():.1f} m"
-        yield draw.chart(title, span, [draw.line(span, error, "--truth")], unit="m")
+        yield draw.chart(title, span, [draw.line(span, error, "--truth")], axis="error", unit="m")
     allowed = {one.track: one.allowed for one in tracked.paths if one.allowed is not None}
     if allowed:
         out = [np.column_stack([one.times_s[one.forbidden], np.zeros(one.forbidden.sum())]) for one in tracked.paths]
