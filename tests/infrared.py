@@ -59,22 +59,20 @@ def read(name: str) -> Sequence:
     return Sequence(frames, labels, 6.0, HALF_PX[name])
 
 
-def target_free(
-    sequence: Sequence, labels: np.ndarray, neighbours: int = 7, clear_px: float = 8
-) -> list[np.ndarray | None]:
+def target_free(sequence: Sequence, labels: np.ndarray, neighbours: int = 7) -> list[np.ndarray | None]:
     """Each frame's patch about its label as it is without the target; None where the label is NaN.
 
-    It is the median of the nearest frames, earlier or later, laid over this one, in which the target is at least
-    ``clear_px`` away, lifted to agree with this frame in the median over the three pixels round the patch. Where the
-    target stands so long that there is no such frame, it is what lies beside it in this frame, the side whose own
-    surroundings agree best with those of the patch.
+    It is the median of the nearest frames, earlier or later, laid over this one, in which the target, halo and all, is
+    beside the patch; without a label it may be anywhere. That median is lifted to agree with this frame in the median
+    over the three pixels round the patch. Where the target stands so long that there is no such frame, it is what lies
+    beside it in this frame, the side whose own surroundings agree best with those of the patch.
     """
     frames = sequence.frames
     registration = Registration()
     steps = [registration.offset(a, b) for a, b in pairwise(frames)]
     offsets = np.vstack([np.zeros(2), np.cumsum(steps, axis=0)])
     scene = labels - offsets
-    reach = sequence.half_px + 3
+    reach, clear_px = sequence.half_px + 3, max(8, 2 * sequence.half_px)
     ring = np.ones((2 * reach + 1,) * 2, dtype=bool)
     ring[3:-3, 3:-3] = False
     patches: list[np.ndarray | None] = []
@@ -86,7 +84,7 @@ def target_free(
         y, x = np.mgrid[row - reach : row + reach + 1, column - reach : column + reach + 1].astype(float)
         views: list[np.ndarray] = []
         for j in np.argsort(np.abs(np.arange(len(frames)) - k), kind="stable"):
-            if np.abs(scene[j] - scene[k]).max() < clear_px:
+            if not np.abs(scene[j] - scene[k]).max() >= clear_px:
                 continue
             dx, dy = registration.refine(frame, frames[j], offsets[j] - offsets[k])
             view = ndimage.map_coordinates(frames[j], [y + dy, x + dx], order=3, cval=np.nan)
@@ -94,18 +92,20 @@ def target_free(
                 views.append(view)
             if len(views) == neighbours:
                 break
-        patch = np.median(views, axis=0) if views else _beside(frame, int(row), int(column), reach, ring)
+        patch = (
+            np.median(views, axis=0) if views else _beside(frame, int(row), int(column), reach, ring, max(12, clear_px))
+        )
         patch += np.median((frame[row - reach : row + reach + 1, column - reach : column + reach + 1] - patch)[ring])
         patches.append(patch[3:-3, 3:-3])
     return patches
 
 
-def _beside(frame: np.ndarray, row: int, column: int, reach: int, ring: np.ndarray) -> np.ndarray:
-    """What lies about 12 px beside a place in the same frame, with the surroundings most like the place's own."""
+def _beside(frame: np.ndarray, row: int, column: int, reach: int, ring: np.ndarray, away_px: int) -> np.ndarray:
+    """What lies so far beside a place in the same frame, with the surroundings most like the place's own."""
     own = frame[row - reach : row + reach + 1, column - reach : column + reach + 1]
     found: list[tuple[float, np.ndarray]] = []
     for turn in np.arange(16) * np.pi / 8:
-        y, x = row + round(12 * np.sin(turn)), column + round(12 * np.cos(turn))
+        y, x = row + round(away_px * np.sin(turn)), column + round(away_px * np.cos(turn))
         if not (reach <= y < len(frame) - reach and reach <= x < frame.shape[1] - reach):
             continue
         there = frame[y - reach : y + reach + 1, x - reach : x + reach + 1].astype(float)
