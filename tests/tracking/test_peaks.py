@@ -58,7 +58,7 @@ def test_moments_are_those_of_the_mixture() -> None:
 def test_the_nearest_is_found_within_its_reach_alone(known: int) -> None:
     rng = np.random.default_rng(3)
     points, sought = rng.uniform(0, 10, (known, 3)), rng.uniform(-1, 11, (300, 3))
-    apart, which = kernels.nearest(points, sought, 0.7)
+    apart, which = kernels.nearest(points, np.argsort(points[:, 0]), sought, 0.7)
     expected, at = cKDTree(points).query(sought, distance_upper_bound=0.7)
     np.testing.assert_allclose(apart, expected)
     np.testing.assert_array_equal(which, np.where(np.isfinite(expected), at, -1))
@@ -72,7 +72,8 @@ def test_peaks_explain_and_update_targets_as_in_the_twin() -> None:
     polarity, bright = np.array([True, False, True, True]), rng.random(6) < 0.6
     clutter = rng.normal(-6, 1, 6)
     target, peak, ratio, rough = kernels.explain(
-        place, velocity, variance, weight, level, polarity, MOTIONS.table, 0.2, places, spread, levels, bright,
+        place, velocity, variance, weight, level, polarity, MOTIONS.table, 0.2, places,
+        np.argsort(places[:, 0]), spread, levels, bright,
         clutter, 0.4, 0.9,
     )  # fmt: skip
     made = {}
@@ -117,7 +118,7 @@ def test_neighbours_are_counted_and_doubles_left_out_as_by_the_twins() -> None:
     velocity, scale, rank = rng.normal(0, 0.5, (60, 2)), rng.uniform(1, 4, 60), rng.random(60)
     age, kept = rng.integers(0, 3, 60), rng.random(60) < 0.8
     expected = reference.undoubled(places, velocity, scale, bright, age, rank, kept)
-    kernels.leave_doubles(places, velocity, scale, bright, age, rank, kept)
+    kernels.leave_doubles(np.argsort(-rank), np.argsort(places[:, 0]), places, velocity, scale, bright, age, kept)
     assert kept.tolist() == expected
 
 

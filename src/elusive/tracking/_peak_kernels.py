@@ -1,4 +1,7 @@
-"""Compiled kernels of the tracker of peaks: motions of each target side by side, and what peaks say of them."""
+"""Compiled kernels of the tracker of peaks: motions of each target side by side, and what peaks say of them.
+
+Orders are handed in: Numba would compile a sort anew for each kind of array, which takes longer than all the rest.
+"""
 
 from __future__ import annotations
 
@@ -88,6 +91,19 @@ def crowding(places: Array, bright: NDArray[np.bool_], radius: float) -> Array:
     return found
 
 
+@njit(cache=True, nogil=True)
+def _first(values: Array, least: float) -> int:
+    """Return the place of the first of increasing values that is not below a bound."""
+    low, high = 0, len(values)
+    while low < high:
+        middle = (low + high) // 2
+        if values[middle] < least:
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def explain(
     place: Array,
@@ -99,6 +115,7 @@ def explain(
     motions: Array,
     uneven: float,
     places: Array,
+    by_x: NDArray[np.int64],
     spread: Array,
     levels: Array,
     bright: NDArray[np.bool_],
@@ -108,7 +125,7 @@ def explain(
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], Array, Array]:
     """Likelihood ratio of each peak in reach of each target against clutter, by motion.
 
-    Returns the pairs' targets and peaks, ``(E, M)`` ratios, and ``(E,)`` how much of the last motion's is uneven.
+    ``by_x`` is the order of the peaks' ``places``. Returns the pairs' targets and peaks, ``(E, M)`` ratios, and ``(E,)`` how much of the last motion's is uneven.
     """
     n, kinds = weight.shape
     target, peak = np.empty(4 * n + 16, np.int64), np.empty(4 * n + 16, np.int64)
@@ -116,7 +133,6 @@ def explain(
     pairs, widest = 0, 0.0
     for j in range(len(places)):
         widest = max(widest, spread[j])
-    by_x = np.argsort(places[:, 0])
     across, inside = places[by_x, 0], np.empty(len(places), np.int64)
     box = np.empty((2, 2))
     for i in range(n):
@@ -129,14 +145,18 @@ def explain(
                 box[0, a] = min(box[0, a], place[i, k, a] - reach)
                 box[1, a] = max(box[1, a], place[i, k, a] + reach)
         found = 0
-        for at in range(np.searchsorted(across, box[0, 0]), len(places)):
+        for at in range(_first(across, box[0, 0]), len(places)):
             if across[at] > box[1, 0]:
                 break
             j = by_x[at]
             if bright[j] == polarity[i] and box[0, 1] <= places[j, 1] <= box[1, 1]:
-                inside[found] = j
+                to = found
+                while to > 0 and inside[to - 1] > j:
+                    inside[to] = inside[to - 1]
+                    to -= 1
+                inside[to] = j
                 found += 1
-        for j in np.sort(inside[:found]):
+        for j in inside[:found]:
             if pairs == len(target):
                 target, peak = np.concatenate((target, target)), np.concatenate((peak, peak))
                 nothing = np.zeros_like(ratio)
@@ -244,25 +264,30 @@ def absorb(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def leave_doubles(
+    order: NDArray[np.int64],
+    by_x: NDArray[np.int64],
     place: Array,
     velocity: Array,
     scale: Array,
     bright: NDArray[np.bool_],
     age: NDArray[np.int64],
-    rank: Array,
     kept: NDArray[np.bool_],
 ) -> None:
-    """Take out of ``kept``, in place, what follows the same object as a target of higher rank."""
-    order, by_x = np.argsort(-rank), np.argsort(place[:, 0])
-    across, later = place[by_x, 0], np.empty(len(rank), np.int64)
-    later[order] = np.arange(len(rank))
-    widest = scale.max() if len(scale) else 0.0
+    """Take out of ``kept``, in place, what follows the same object as a target of higher rank: earlier in ``order``.
+
+    ``by_x`` is the order of ``place`` along x.
+    """
+    across, later = place[by_x, 0], np.empty(len(order), np.int64)
+    widest = 0.0
+    for a in range(len(order)):
+        later[order[a]] = a
+        widest = max(widest, scale[a])
     for i in order:
         if not kept[i]:
             continue
         speed = np.sqrt(velocity[i, 0] ** 2 + velocity[i, 1] ** 2)
         farthest = 0.5 + 0.8 * widest
-        for at in range(np.searchsorted(across, place[i, 0] - farthest), len(by_x)):
+        for at in range(_first(across, place[i, 0] - farthest), len(by_x)):
             j = by_x[at]
             if across[at] > place[i, 0] + farthest:
                 break
@@ -278,17 +303,17 @@ def leave_doubles(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def nearest(known: Array, sought: Array, reach: float) -> tuple[Array, NDArray[np.int64]]:
+def nearest(known: Array, order: NDArray[np.int64], sought: Array, reach: float) -> tuple[Array, NDArray[np.int64]]:
     """Return how far off the nearest known point of each sought one is, ``(n,)``, and which; inf, -1 beyond a reach.
 
-    ``known`` ``(m, d)``, ``sought`` ``(n, d)``; they are spread along the first axis, by which they are looked through.
+    ``known`` ``(m, d)``, ``sought`` ``(n, d)``; ``order`` is that of the known along the first axis, along which they
+    are spread.
     """
-    order = np.argsort(known[:, 0])
     first = known[order, 0]
     apart, which = np.full(len(sought), np.inf), np.full(len(sought), -1)
     for i in range(len(sought)):
         least = reach * reach
-        for at in range(np.searchsorted(first, sought[i, 0] - reach), len(first)):
+        for at in range(_first(first, sought[i, 0] - reach), len(first)):
             j = order[at]
             if first[at] > sought[i, 0] + reach:
                 break

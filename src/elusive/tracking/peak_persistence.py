@@ -133,7 +133,9 @@ class Persistence(Model):
         place = watch.place + frames * watch.velocity
         turn = TURN * np.arange(len(place))
         beside = place + self.beside_px * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-        near = [nearest(found, self._features(at, watch.level, watch.bright), 1.0)[1] >= 0 for at in (place, beside)]
+        order = np.argsort(found[:, 0])
+        sought = (self._features(at, watch.level, watch.bright) for at in (place, beside))
+        near = [nearest(found, order, at, 1.0)[1] >= 0 for at in sought]
         return watch._replace(seen=watch.seen + np.stack(near, axis=1), looks=watch.looks + 1)
 
     def _features(self, places: Array, level: Array, bright: NDArray[np.bool_]) -> Array:

@@ -92,8 +92,8 @@ class PeakRecursion(Model):
         motions = self.motions
         target, peak, ratio, rough = kernels.explain(
             targets.place, targets.velocity, targets.variance, targets.weight, targets.level, targets.bright,
-            motions.table, motions.uneven_share, clutter.places, clutter.variance, clutter.level,
-            peaks.bright[: self.most_peaks], clutter.log_density + math.log(self.tail), self.level_spread,
+            motions.table, motions.uneven_share, clutter.places, np.argsort(clutter.places[:, 0]), clutter.variance,
+            clutter.level, peaks.bright[: self.most_peaks], clutter.log_density + math.log(self.tail), self.level_spread,
             self.detected,
         )  # fmt: skip
         existence = np.minimum(targets.existence, SUREST)
@@ -193,7 +193,10 @@ class PeakRecursion(Model):
         kept = existence > LEAST_EXISTENCE
         kept &= (x > -out) & (y > -out) & (x < columns - 1 + out) & (y < rows - 1 + out)
         rank = existence + np.where(existence > LIKELY, 1e3 + np.maximum(targets.evidence, 0.0), 0.0)
-        kernels.leave_doubles(place, targets.mean_velocity, targets.scale, targets.bright, targets.age, rank, kept)
+        kernels.leave_doubles(
+            np.argsort(-rank), np.argsort(place[:, 0]), place, targets.mean_velocity, targets.scale, targets.bright,
+            targets.age, kept,
+        )  # fmt: skip
         if kept.sum() > self.most_targets:
             kept &= rank >= np.sort(rank[kept])[-self.most_targets]
         return kept

@@ -114,7 +114,7 @@ def _matched(
     gate_px: float,
 ) -> tuple[Warp, int, float]:
     """Fit a map to the peaks nearest to a guess."""
-    which = nearest(peaks, _features(guess, *looks), GATES_PX[0])[1]
+    which = nearest(peaks, np.argsort(peaks[:, 0]), _features(guess, *looks), GATES_PX[0])[1]
     met = which >= 0
     if met.sum() < LEAST:
         return Warp.none(), 0, 0.0
