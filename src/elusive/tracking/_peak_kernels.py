@@ -125,7 +125,9 @@ def explain(
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], Array, Array]:
     """Likelihood ratio of each peak in reach of each target against clutter, by motion.
 
-    ``by_x`` is the order of the peaks' ``places``. Returns the pairs' targets and peaks, ``(E, M)`` ratios, and ``(E,)`` how much of the last motion's is uneven.
+    ``by_x`` is the order of the peaks' ``places``.
+
+    Returns the pairs' targets and peaks, ``(E, M)`` ratios, and ``(E,)`` how much of the last motion's is uneven.
     """
     n, kinds = weight.shape
     target, peak = np.empty(4 * n + 16, np.int64), np.empty(4 * n + 16, np.int64)

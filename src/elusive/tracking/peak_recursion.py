@@ -93,8 +93,8 @@ class PeakRecursion(Model):
         target, peak, ratio, rough = kernels.explain(
             targets.place, targets.velocity, targets.variance, targets.weight, targets.level, targets.bright,
             motions.table, motions.uneven_share, clutter.places, np.argsort(clutter.places[:, 0]), clutter.variance,
-            clutter.level, peaks.bright[: self.most_peaks], clutter.log_density + math.log(self.tail), self.level_spread,
-            self.detected,
+            clutter.level, peaks.bright[: self.most_peaks], clutter.log_density + math.log(self.tail),
+            self.level_spread, self.detected,
         )  # fmt: skip
         existence = np.minimum(targets.existence, SUREST)
         visible = targets.visible * existence / np.maximum(targets.existence, 1e-300)
