@@ -71,8 +71,9 @@ def effect(values: Array, places: Array, weights: Array, existence: float, sprea
 def directions(left: Array, variance: Array, factors: Array) -> tuple[Array, Array]:
     """Return what log ratios need of what is left over ``(m,)``, of covariance ``factors' factors + diag(variance)``.
 
-    Rows ``(1 + q, m)``: the inverse covariance times what is left over, then W of which the inverse covariance is
-    ``diag(precision) - W' W`` (Woodbury); and the precision ``(m,)``. A reading that is NaN has none.
+    Rows: the inverse covariance times what is left over, then W ``(3 k, m)`` of which the inverse covariance is
+    ``diag(precision) - W' W`` (Woodbury), the last of them zero; and the precision ``(m,)``. A reading that is NaN has
+    none.
     """
     q, m = factors.shape
     precision, weighted = np.zeros(m), np.zeros(m)
@@ -80,7 +81,7 @@ def directions(left: Array, variance: Array, factors: Array) -> tuple[Array, Arr
         if not np.isnan(left[j]):
             precision[j] = 1.0 / variance[j]
             weighted[j] = precision[j] * left[j]
-    rows = np.zeros((1 + q, m))
+    rows = np.zeros((3 + q, m))
     kept = 0
     root = np.zeros((q, q))
     used = np.zeros(q, dtype=np.int64)
@@ -127,37 +128,33 @@ def directions(left: Array, variance: Array, factors: Array) -> tuple[Array, Arr
         row = rows[1 + c]
         for j in range(m):
             first[j] -= along[c] * row[j]
-    return rows[: 1 + kept], precision
+    return rows[: 1 + 3 * ((kept + 2) // 3)], precision
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
 def ratios(values: Array, rows: Array, precision: Array) -> Array:
     """Log ratio ``(N,)`` of values ``(N, m)``, by what :func:`directions` returns."""
     n, m = values.shape
-    found = np.empty(n)
-    for i in range(n):
-        row, first = values[i], rows[0]
-        energy, gain = 0.0, 0.0
+    found, first = np.empty(n), rows[0]
+    for i in range(0, n, 4):  # four states by three rows at a time: each number that is read is used several times
+        i1, i2, i3 = min(i + 1, n - 1), min(i + 2, n - 1), min(i + 3, n - 1)
+        v0, v1, v2, v3 = values[i], values[i1], values[i2], values[i3]
+        level0, level1, level2, level3 = 0.0, 0.0, 0.0, 0.0
         for j in range(m):
-            energy += row[j] * row[j] * precision[j]
-            gain += row[j] * first[j]
-        c = 1
-        while c + 4 <= len(rows):  # four at a time: each value is read once for them
-            r0, r1, r2, r3 = rows[c], rows[c + 1], rows[c + 2], rows[c + 3]
-            s0, s1, s2, s3 = 0.0, 0.0, 0.0, 0.0
+            gain, half = first[j], 0.5 * precision[j]
+            level0, level1 = level0 + v0[j] * (gain - half * v0[j]), level1 + v1[j] * (gain - half * v1[j])
+            level2, level3 = level2 + v2[j] * (gain - half * v2[j]), level3 + v3[j] * (gain - half * v3[j])
+        for c in range(1, len(rows), 3):
+            r, s, t = rows[c], rows[c + 1], rows[c + 2]
+            r0, s0, t0, r1, s1, t1, r2, s2, t2, r3, s3, t3 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
             for j in range(m):
-                s0 += row[j] * r0[j]
-                s1 += row[j] * r1[j]
-                s2 += row[j] * r2[j]
-                s3 += row[j] * r3[j]
-            energy -= s0 * s0 + s1 * s1 + s2 * s2 + s3 * s3
-            c += 4
-        while c < len(rows):
-            other = rows[c]
-            along = 0.0
-            for j in range(m):
-                along += row[j] * other[j]
-            energy -= along * along
-            c += 1
-        found[i] = gain - 0.5 * energy
+                r0, s0, t0 = r0 + v0[j] * r[j], s0 + v0[j] * s[j], t0 + v0[j] * t[j]
+                r1, s1, t1 = r1 + v1[j] * r[j], s1 + v1[j] * s[j], t1 + v1[j] * t[j]
+                r2, s2, t2 = r2 + v2[j] * r[j], s2 + v2[j] * s[j], t2 + v2[j] * t[j]
+                r3, s3, t3 = r3 + v3[j] * r[j], s3 + v3[j] * s[j], t3 + v3[j] * t[j]
+            level0 += 0.5 * (r0 * r0 + s0 * s0 + t0 * t0)
+            level1 += 0.5 * (r1 * r1 + s1 * s1 + t1 * t1)
+            level2 += 0.5 * (r2 * r2 + s2 * s2 + t2 * t2)
+            level3 += 0.5 * (r3 * r3 + s3 * s3 + t3 * t3)
+        found[i], found[i1], found[i2], found[i3] = level0, level1, level2, level3
     return found
