@@ -11,7 +11,7 @@ from scipy.optimize import linear_sum_assignment
 from elusive.motion import ConstantVelocity
 from elusive.sensors.radar import RadarSensor
 from elusive.tracking.detections import DetectionTracker
-from tests.calibrated import check_existence
+from tests.calibrated import check_existence, check_squares
 
 BIRTHS_PER_S, LIFE_S, INTERVAL_S, SCANS = 0.3, 60.0, 2.0, 30
 SENSOR = RadarSensor(detection_probability=0.9, false_alarms=50.0, max_range_m=5000.0, doppler_probability=0.0)
@@ -70,5 +70,4 @@ def test_existence_over_all_targets_is_as_often_true_as_it_says(found):
 
 @pytest.mark.validate
 def test_squared_errors_of_tracks_away_from_others_are_those_of_their_covariance(found):
-    means = np.array([np.mean(squares) for _, _, squares in found if squares])
-    assert abs(means.mean() - 2.0) < 2 * means.std() / math.sqrt(len(means))
+    check_squares(found, 2)
