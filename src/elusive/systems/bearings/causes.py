@@ -10,21 +10,19 @@ from typing import NamedTuple
 import numpy as np
 
 from elusive.contracts import Array, X, Y
-from elusive.errors import ElusiveError
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearings import wrapped
-from elusive.systems.bearings.choices import Cruise, Estimation, Interacting, OneEmitter, SeveralEmitters
+from elusive.systems.bearings.choices import Cruise, Interacting, SeveralEmitters
 from elusive.systems.bearings.faults import fault_of
-from elusive.systems.bearings.leftovers import Scale, leftovers, scale_of
+from elusive.systems.bearings.fitting import better, fits, tracked
+from elusive.systems.bearings.leftovers import Scale
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.several import track_several
-from elusive.systems.bearings.track import track
+from elusive.systems.bearings.turned import turned_sensor
 from elusive.tracking.track import Step
 
 TRIED_TIMES = 400  # of a recording's beginning, on which causes are tried
-BETTER = 3.0  # times by which another reading must fit better, or lie far less often
 FEWEST, MOST = 3, 5  # sensors of which one alone may be read otherwise
-FITS_HALF, FITS_FAR = 1.8, 0.15  # residuals in the median to what is expected, and share of those that lie far
 TOGETHER, EXPLAINED, NEAR = 0.3, 0.7, 4.0  # share of the times with two tracks, of the bearings near one; deviations
 HEARD_AT_TIMES, FALSE_AT_TIMES = 0.4, 0.5  # probability, and number
 DEVIATIONS = (1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 7.0, 10.0, 14.0, 20.0, 30.0, 50.0)  # tried, of the one told
@@ -106,14 +104,17 @@ def cause_of(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSi
         radians = in_radians(steps, parameters, sites)
         if radians is not None:
             return radians
-        read = [(_fit(other, parameters, sites), cause) for cause, other in _readings(heard, sites)]
-        fitting = [(one, cause) for one, cause in read if one is not None and _better(one, scale)]
+        read = [(tracked(other, parameters, sites)[1], cause) for cause, other in _readings(heard, sites)]
+        fitting = [(one, cause) for one, cause in read if one is not None and better(one, scale)]
         if fitting:
             other, cause = min(fitting, key=lambda one: one[0].half)
             return Cause(f"they fit, to {other.half:.2g} times, if {cause.sentence}", cause.remedy)
         fault = fault_of(steps, parameters, sites)
         if fault is not None and fault.fits:
             return Cause(f"they fit if {fault.what}", fault.remedy)
+        turned = turned_sensor(heard, parameters, sites, scale)
+        if turned is not None:
+            return Cause(*turned)
         likeliest = _likeliest(heard, parameters, sites)
         near = likeliest is not None and likeliest < ALONE * parameters.sigma_deg
         if not near and several_explain(heard, parameters, sites):
@@ -143,8 +144,8 @@ def in_radians(steps: Sequence[Step], parameters: BearingTracking, sites: Sensor
     numbers = np.abs(np.rad2deg(wrapped(np.concatenate([times.azimuth_rad for times in heard]))))
     if numbers.max() > 2 * math.pi:
         return None
-    scale = _fit(reread(heard, RADIANS), parameters, sites)
-    if scale is None or not _fits(scale):
+    scale = tracked(reread(heard, RADIANS), parameters, sites)[1]
+    if scale is None or not fits(scale):
         return None
     return Cause(f"they fit, to {scale.half:.2g} times, if the azimuths are read {RADIANS.name}", RADIANS.remedy)
 
@@ -171,7 +172,7 @@ def several_explain(heard: Sequence[object], parameters: BearingTracking, sites:
 def _likeliest(heard: Sequence[object], parameters: BearingTracking, sites: SensorSites) -> float | None:
     """Return the deviation of most evidence, if the bearings then lie about the track as it says [deg]."""
     tried = [times * parameters.sigma_deg for times in DEVIATIONS if times * parameters.sigma_deg <= SIGMA_MOST_DEG]
-    found = [(sigma_deg, _tracked(heard, parameters.replace(sigma_deg=sigma_deg), sites)) for sigma_deg in tried]
+    found = [(sigma_deg, tracked(heard, parameters.replace(sigma_deg=sigma_deg), sites)) for sigma_deg in tried]
     known = [(steps[-1].state.log_evidence, sigma_deg, scale) for sigma_deg, (steps, scale) in found if steps]
     known = [row for row in known if math.isfinite(row[0])]
     if not known:
@@ -179,30 +180,3 @@ def _likeliest(heard: Sequence[object], parameters: BearingTracking, sites: Sens
     _, sigma_deg, scale = max(known, key=lambda row: row[0])
     # a robust loss, heavier in its tails than the noise, likes a smaller one best
     return sigma_deg * max(scale.half, 1.0) if scale is not None and not scale.wide else None
-
-
-def _fits(scale: Scale) -> bool:
-    return scale.half < FITS_HALF and scale.far < FITS_FAR
-
-
-def _better(scale: Scale, than: Scale) -> bool:
-    return _fits(scale) and (scale.half < than.half / BETTER or (than.far > FITS_FAR and scale.far < than.far / BETTER))
-
-
-def _fit(heard: Sequence[object], parameters: BearingTracking, sites: SensorSites) -> Scale | None:
-    """Return the residuals' size on the most probable path of one emitter; None where there is none."""
-    return _tracked(heard, parameters, sites)[1]
-
-
-def _tracked(
-    heard: Sequence[object], parameters: BearingTracking, sites: SensorSites
-) -> tuple[list[Step], Scale | None]:
-    motion = Cruise() if isinstance(parameters.motion, Interacting) else parameters.motion
-    asked = parameters.replace(motion=motion, emitters=OneEmitter()).by("map")
-    assert isinstance(asked.filter, Estimation)
-    try:
-        steps = list(track(heard, asked, sites))  # type: ignore[arg-type]
-    except ElusiveError:
-        return [], None
-    sensor = asked.sensor_of(sites, BearingSet, "z" in steps[0].state.state_names)
-    return steps, scale_of(leftovers(steps, sensor, asked.filter))

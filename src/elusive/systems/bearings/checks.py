@@ -14,7 +14,13 @@ from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.systems.bearings.causes import cause_of, in_radians
 from elusive.systems.bearings.choices import FLAT, BatchMap, Estimation, GraphFilter
 from elusive.systems.bearings.faults import fault_finding, fault_of, motion_finding
-from elusive.systems.bearings.given import clock_finding, repeated_finding, rounding_finding, units_finding
+from elusive.systems.bearings.given import (
+    clock_finding,
+    repeated_finding,
+    rounding_finding,
+    times_finding,
+    units_finding,
+)
 from elusive.systems.bearings.heard import sensors_of
 from elusive.systems.bearings.leftovers import FAR, FEW, Leftovers, Scale, least_precise, leftovers, scale_of
 from elusive.systems.bearings.parameters import BearingTracking
@@ -45,6 +51,7 @@ def track_findings(
     known = [step for step in steps if step.tracks and step.state.started]
     said = f"{who}: " if who else ""
     found = [units_finding(sites), rounding_finding(steps, parameters, sites, said)]
+    found.append(times_finding([step.measurement for step in steps], said))
     found.append(repeated_finding([step.measurement for step in steps], sites, parameters.sigma_deg, said))
     if not known or isinstance(parameters.filter, GraphFilter):  # whose ellipses are said to be too small
         return tuple(found)

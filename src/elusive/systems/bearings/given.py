@@ -21,6 +21,7 @@ from elusive.tracking.track import Step
 
 DEGREES_MOST, DEGREES_APART = 5.0, 5.0  # extent of sensors in degrees, and how much further off (0, 0) is
 COARSE = 2.0  # deviations of a bearing: steps up to which rounding is a small part of it
+AT_ONCE = 3.0  # bearings of a sensor at the only time there is
 STUCK, BY_CHANCE = 5, 1e-4  # equal readings in a row, and how probable the longest such row may be
 CERTAIN = 5.0  # standard errors
 
@@ -37,6 +38,19 @@ def units_finding(sites: SensorSites) -> Finding:
         f"The sensors' places are read as metres and look like longitudes and latitudes: they lie within {extent:.3g} "
         f"of each other about ({places[:, 0].mean():.4g}, {places[:, 1].mean():.4g}).",
         "Convert them to metres east and north, or name the columns lon_deg and lat_deg.",
+    )  # fmt: skip
+
+
+def times_finding(heard: Sequence[object], said: str = "") -> Finding:
+    """Check that a recording is of more than one time."""
+    count = sum(len(times.sensor) for times in heard if isinstance(times, BearingSet))
+    sensors = set[int]().union(*(set(times.sensor.tolist()) for times in heard if isinstance(times, BearingSet)))
+    most = count / max(len(sensors), 1)
+    return Finding(
+        "bearings.times", len(heard) > 1 or most <= AT_ONCE, AT_ONCE, most,
+        f"{said}All {count} bearings of {len(sensors)} sensors have one and the same time: an emitter is taken to "
+        "stand still, and a sensor to hear it again and again at once.",
+        "Tell in time_s when each was measured; elusive locate takes bearings without times.",
     )  # fmt: skip
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from itertools import chain, islice
 from typing import Any, NamedTuple
@@ -78,11 +79,11 @@ def track(
     ParameterError
         If the estimator cannot do what is asked.
     DataError
-        If a measurement cannot be used.
+        If a measurement cannot be used, or has the time of the one before.
     """
     parameters.check(live=live)
     memory = memory or Memory()
-    coming = memory.new(measurements)
+    coming = _in_order(memory.new(measurements))
     known = list(islice(coming, 1) if live else coming)
     if not known:
         raise DataError("bearings: there is none; a track needs at least one.")
@@ -105,6 +106,19 @@ def track(
         state = estimator.step(state, measurement.time_s, measurement, rng)
         memory.keep(measurement.time_s, state)
         yield _emitter(names, state).step(measurement)
+
+
+def _in_order(measurements: Iterable[PlaceSet]) -> Iterator[PlaceSet]:
+    """Yield measurements, each later than the one before."""
+    before_s = -math.inf
+    for number, measurement in enumerate(measurements):
+        if not measurement.time_s > before_s:
+            raise DataError(
+                f"bearings: measurement {number}, of {measurement.time_s:g} s, is not later than the one before; put "
+                "what was heard at one time into one measurement, in the order of time."
+            )
+        before_s = measurement.time_s
+        yield measurement
 
 
 def _of_whole(estimator: Estimator, measurements: list[Any]) -> Iterator[Step]:
