@@ -4,12 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-from elusive.preprocess._scale_kernels import Image
-
-Mask = NDArray[np.bool_]
-Counts = NDArray[np.uint8]
+from elusive.preprocess._scale_kernels import Counts, Image, Mask
 
 
 @njit(cache=True, nogil=True)

@@ -10,9 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from elusive.preprocess._scale_kernels import BLOCK, FAST, Image, blend, spread_blocks
-
-Counts = NDArray[np.uint8]  # of frames, which are read and written often: a byte each
+from elusive.preprocess._scale_kernels import BLOCK, FAST, Counts, Image, blend, spread_blocks
 
 PRIOR = 10.0  # frames that the neighbourhood's variance counts for beside a pixel's own
 KNOWN = 2.0  # frames of a place before what differs from them counts

@@ -11,6 +11,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 Image = NDArray[np.float32]
+Mask = NDArray[np.bool_]
+Counts = NDArray[np.uint8]  # of frames, which are read and written often: a byte each
 
 BLOCK = 8  # pixels of a level along a block's side
 FAST = {"contract", "reassoc", "nsz", "nnan"}

@@ -6,8 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from elusive.preprocess._past_kernels import Counts
-from elusive.preprocess._scale_kernels import FAST, Image
+from elusive.preprocess._scale_kernels import FAST, Counts, Image
 
 
 @njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")

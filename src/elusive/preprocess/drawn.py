@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from elusive.preprocess import _drawn_kernels, scales
-from elusive.preprocess._scale_kernels import Image
+from elusive.preprocess._scale_kernels import Image, Mask
 
 FRAMES, FIRST = 8, 4  # in which a pixel kept its value; from a recording's begin on
 TOLERANCE = 0.25  # of the frame's median change, by which a value may have changed
@@ -23,8 +23,6 @@ LONG_PX = 10  # along a row or a column; what is shorter may be a saturated targ
 INNER_PX = 7  # side of a square that keeps its value: a change in it is something that passes
 MOSTLY = 0.5  # of the line beside a margin, that is of another value
 PASSED_PX = 33  # side of the square about such a change that is seen again
-
-Mask = NDArray[np.bool_]
 
 
 class Drawn(NamedTuple):

@@ -20,12 +20,12 @@ from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.model import Model
 from elusive.preprocess import _summit_kernels, peak_tails, scales
-from elusive.preprocess._scale_kernels import Image
+from elusive.preprocess._scale_kernels import Image, Mask
 from elusive.preprocess.dead_lines import without_dead_lines
 from elusive.preprocess.drawn import Drawn, drawn, without_drawn
 from elusive.preprocess.peak_maps import Found, Groups, PeakMaps, find, groups_of, in_space, in_time
 from elusive.preprocess.peak_tails import TailState
-from elusive.preprocess.repair import NONE_WATCHED, SUSPECT, Mask, Watched, fill_gaps, watch, without_stuck
+from elusive.preprocess.repair import NONE_WATCHED, SUSPECT, Watched, fill_gaps, watch, without_stuck
 from elusive.preprocess.scene import Past, Scene, follow
 from elusive.preprocess.stuck import StuckPixels
 

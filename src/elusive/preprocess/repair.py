@@ -11,7 +11,7 @@ from scipy import ndimage
 from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.preprocess import scales
-from elusive.preprocess._scale_kernels import Image
+from elusive.preprocess._scale_kernels import Image, Mask
 from elusive.preprocess.stuck import StuckPixels
 
 FILL_PX = 4.0  # width of the surroundings from which gaps are filled
@@ -19,8 +19,6 @@ SUSPECT = 4.0  # deviations from which a point may be a stuck pixel
 FORGIVEN, FORGET_PX = 2.0, 5.0  # deviations of its mean height below which a pixel is none, after such a path
 
 BESIDE = (0, 1, 2, 5, 6, 7), (0, 3, 5, 2, 4, 7)  # of the eight neighbours, those in other rows; in other columns
-
-Mask = NDArray[np.bool_]
 
 
 def fill_gaps(image: Image, number: int) -> tuple[Image, list[Mask] | None]:

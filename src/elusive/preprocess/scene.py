@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from elusive.contracts import Array
 from elusive.preprocess import _scene_kernels
-from elusive.preprocess._past_kernels import Counts
-from elusive.preprocess._scale_kernels import Image
+from elusive.preprocess._scale_kernels import Counts, Image
 from elusive.preprocess.registration import Registration
 from elusive.preprocess.scales import MEAN_ROOT
 

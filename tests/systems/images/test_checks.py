@@ -187,11 +187,12 @@ def test_the_order_of_noise_alone_is_a_remark():
     assert not found["frames.axes"].grave
 
 
-@pytest.mark.parametrize(("frames", "grave"), [(6, True), (15, False)])
+@pytest.mark.parametrize(("frames", "grave"), [(1, True), (6, True), (15, False)])
 def test_few_frames_are_said_to_be_few(frames, grave):
     found = failing(scene(frames=frames), **LEARNT)
     assert set(found) == {"frames.few"}
     assert found["frames.few"].grave == grave
+    assert f" {frames} frame{'' if frames == 1 else 's'}: " in found["frames.few"].sentence
 
 
 def resting():

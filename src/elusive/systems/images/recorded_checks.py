@@ -44,8 +44,8 @@ def recorded_findings(scene: SceneFacts, whitened: Mapping[float, float], *, by_
 def _length(count: int) -> Finding:
     return Fact(FEW, count, count >= FEW, count).finding(
         "frames.few",
-        f"The recording has {count} frames: its scene and its noise are hardly learnt from fewer than {FEW}, and what "
-        "rests is not told from what moves.",
+        f"The recording has {count} frame{'s' * (count != 1)}: its scene and its noise are hardly learnt from fewer "
+        f"than {FEW}, and what rests is not told from what moves.",
         LEARNT_BY,
         grave=count < FEW // 2,
     )
