@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import math
 from collections import Counter
 
 import numpy as np
@@ -281,6 +282,24 @@ def test_ships_that_are_a_coasts_edge_or_too_many_are_named(ships, off_m, broken
     start = VideoStart(sensor, None, 0.0, 0.0, EchoExtent(np.nan, np.nan), 256)
     found = judged.findings(Counter({"spokes": 1, "turns": 20}), start, None)[1]
     assert {one.name for one in found if not one.holds and one.grave} == {f"video.{name}" for name in broken}
+
+
+@pytest.mark.parametrize(("spread", "told"), [(1.0, True), (40.0, False)])
+def test_crests_of_swell_that_are_tracked_are_named(spread, told):
+    """Eighty tracks of waves were put down to another radar's interference; ships of a harbour go all ways."""
+    sensor, rng = RadarVideo(step_m=12.5), np.random.default_rng(0)
+    power = np.ones(sensor.shape, np.float32)
+    state = ClutterMap().learnt(None, power)
+    turn = EvidenceTurn(0.0, np.zeros(len(power)), power, (0.0, 0.0))
+    way = np.array([math.sin(1.0), math.cos(1.0)]) * 12.0 + spread * rng.uniform(-1, 1, (30, 2))
+    tracks = [Track(k, "confirmed", 1.0, np.array([900.0, v[0], 900.0, v[1]]), np.eye(4)) for k, v in enumerate(way)]
+    judged = Judged(sensor)
+    judged.add(Heard(turn, power, Learnt(state, state), 1.0), tracks)
+    start = VideoStart(sensor, None, 0.0, 0.0, EchoExtent(np.nan, np.nan), 256)
+    found = judged.findings(Counter({"spokes": 1, "turns": 20}), start, None)[1]
+    swell = next(one for one in found if one.name == "video.swell")
+    assert swell.holds != told
+    assert not told or "30 ships under way sailed alike at once, 12 m/s towards" in swell.sentence
 
 
 def test_a_radar_that_is_not_told_of_is_read_from_its_echoes():

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from elusive.charts import Water
 from elusive.checks import Finding
-from elusive.contracts import Array, X, Y
+from elusive.contracts import VX, VY, Array, X, Y
 from elusive.sensors.echo_extent import EchoExtent
 from elusive.sensors.radar_video import RadarVideo
 from elusive.systems.video.registration import Registration, register, turned
@@ -31,6 +31,7 @@ CROWDED = 0.1  # share of the cells that are fixed
 EDGE = 2  # cells about a ship in which what is fixed shows as well
 INTERFERED = 0.002  # share of azimuths
 MANY = 50  # ships at once
+LIKE_MPS, TOGETHER, SLOW_MPS = 2.5, 10, 5.0  # velocities that are alike, of how many ships, none of them slow
 LEVELS = 8  # of amplitude, three bits
 SWINGS = 0.2  # of a beam, deviation of azimuths from turn to turn: less than what made ten tracks of no ship
 
@@ -41,7 +42,7 @@ class Judged:
     def __init__(self, sensor: RadarVideo) -> None:
         self._sensor = sensor
         self._beside = dict[int, bool]()  # whether a ship has never left what is fixed
-        self._at_once = 0
+        self._at_once, self._alike = 0, np.zeros((0, 2))
         self._held = deque[float](maxlen=LATEST)
         self._turned = deque[Array](maxlen=LATEST)
         self._least, self._most = np.full(2, math.inf), np.full(2, -math.inf)
@@ -51,6 +52,7 @@ class Judged:
         """Take in a turn, and the tracks after it."""
         ships = [track for track in tracks if track.status == "confirmed"]
         self._at_once = max(self._at_once, len(ships))
+        self._alike = max(self._alike, _alike(ships), key=len)
         for ship in ships:
             if self._beside.get(ship.track, True):
                 self._beside[ship.track] = self._is_beside(ship, heard)
@@ -80,7 +82,7 @@ class Judged:
         if water is not None and moved <= _still_m(start.sensor):
             itself = fixed & ~clutter.beside
             registration = register(itself, start.sensor, water.probability, self._last.turn.place)
-        ships = [_many(self._at_once)]
+        ships = [_many(self._at_once), _swell(self._alike)]
         if moved <= _still_m(start.sensor):
             ships.append(swings(np.array(self._turned), start.sensor))
         if water is None and self._beside:
@@ -177,6 +179,28 @@ def _many(at_once: int) -> Finding:
         f"{at_once} ships under way were told at once: more than are likely. Strong spots of no ship that come in each "
         "turn, as another radar's interference leaves them, are tracked sure and wrong.",
         "Turn the radar's interference rejection on; look at the report.",
+    )  # fmt: skip
+
+
+def _alike(ships: Sequence[Track]) -> Array:
+    """Return the velocities of the most ships that sail with one of them, ``(n, 2)``."""
+    velocity = np.array([ship.mean[[VX, VY]] for ship in ships]).reshape(-1, 2)
+    velocity = velocity[np.hypot(*velocity.T) > SLOW_MPS]
+    if len(velocity) < TOGETHER:
+        return np.zeros((0, 2))
+    like = np.hypot(*(velocity[:, None] - velocity).transpose(2, 0, 1)) < LIKE_MPS
+    return np.asarray(velocity[like[like.sum(axis=1).argmax()]])
+
+
+def _swell(alike: Array) -> Finding:
+    """Whether ships sail alike, as crests of waves do: found in 5 of 6 drawn seas of swell."""
+    east, north = alike.mean(axis=0) if len(alike) else (0.0, 0.0)
+    return Finding(
+        "video.swell", len(alike) < TOGETHER, TOGETHER, len(alike),
+        f"{len(alike)} ships under way sailed alike at once, {math.hypot(east, north):.0f} m/s towards "
+        f"{math.degrees(math.atan2(east, north)) % 360:.0f} degrees: crests of swell are tracked so, sure and wrong, "
+        "unless it is a lane of ships.",
+        "Look at the report for stripes; take tracks of that speed and course for waves.", grave=False,
     )  # fmt: skip
 
 
