@@ -14,7 +14,7 @@ from elusive.systems.links.by_image import ImageMethod
 from elusive.systems.links.presets import FIRST_SIMULATION, presets, thesis_method
 from elusive.systems.links.scene import LinkScene
 from elusive.systems.links.simulate import LinkSimulation
-from elusive.workbench.forms import controls, faults, laid_over, text_of, usual_text
+from elusive.workbench.forms import controls, faults, label_of, laid_over, text_of, usual_text
 from tests.workbench.conftest import Served
 from tests.workbench.test_links_page import OpenTab, button, choose, field
 
@@ -177,3 +177,9 @@ def test_settings_are_found_marked_set_back_and_undone(served: Served, open_tab:
     page.get_by_text("Nothing has been changed since this page was built.").wait_for()
     page.mouse.wheel(0, 600)
     assert button(page, "Run").is_visible()
+
+
+def test_an_option_is_called_as_people_call_it_with_its_unit() -> None:
+    names = ("radar_lat_deg", "truth_mmsi", "rate_hz", "ais", "own_ship")
+    said = ["Radar latitude [deg]", "Truth MMSI", "Rate [Hz]", "AIS", "Own ship"]
+    assert [label_of(name) for name in names] == said

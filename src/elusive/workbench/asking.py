@@ -17,7 +17,7 @@ from elusive.checks import Looked
 from elusive.model import Model, models_in
 from elusive.options import options_of
 from elusive.workbench.files import CONFIG, PLAIN, SCENE, stranger
-from elusive.workbench.forms import FieldPath
+from elusive.workbench.forms import FieldPath, label_of
 
 # the page's own, and what has no meaning for what is recorded
 LEFT_OUT = ("out", "config", "follow", "idle_s", "hold_s", "strict", "to", "given", "origin", "y_axis_deg")
@@ -152,9 +152,9 @@ def _asked(parameter: inspect.Parameter, told: Any) -> Asked:
     inner = get_args(plain)[0] if several else plain
     flag = told.default if isinstance(told.default, str) and told.default.startswith("--") else ""
     flag = "" if argument else flag or "--" + parameter.name.replace("_", "-")
-    words = flag.lstrip("-").replace("-", " ") or parameter.name
+    label = label_of(flag.lstrip("-").replace("-", "_") or parameter.name)
     return Asked(
-        parameter.name, flag, words[:1].upper() + words[1:], told.help or "", argument or inner is Path,
+        parameter.name, flag, label, told.help or "", argument or inner is Path,
         plain is bool, parameter.default is inspect.Parameter.empty, values,
     )  # fmt: skip
 

@@ -27,7 +27,10 @@ UNITS = {
     "deg": "deg", "rad": "rad", "mrad": "mrad", "db": "dB", "db2": "dB^2", "dbm": "dBm", "steps": "steps",
 }  # fmt: skip
 SUFFIX = re.compile(rf"_({'|'.join(UNITS)})$")
-WORDS = {"sd": "deviation", "snr": "SNR", "q": "process noise q", "db": "dB"}
+WORDS = {
+    "sd": "deviation", "snr": "SNR", "q": "process noise q", "db": "dB", "lat": "latitude", "lon": "longitude",
+    "ais": "AIS", "mmsi": "MMSI",
+}  # fmt: skip
 CHANGES_SAID = 4
 OF_FIELD = re.compile(r"^\w+(?:\.|: )\w+(?:\.\d+)*: ")
 OWNED = re.compile(r"\b[A-Z]\w+(?:\.|: )([a-z]\w*): ")  # a field, with the class that declares it
@@ -204,6 +207,13 @@ def _control(model: BaseModel, path: FieldPath, field: FieldInfo, group: str) ->
     return Control(
         path, type(model).__name__, _label(path[-1], unit), unit, help_text, choices, plain is bool, optional, group
     )
+
+
+def label_of(name: str) -> str:
+    """Return what an option of that name is called, with its unit: of ``radar_lat_deg``, ``Radar latitude [deg]``."""
+    suffix = SUFFIX.search(name)
+    unit = UNITS[suffix[1]] if suffix else ""
+    return f"{_label(name, unit)} [{unit}]" if unit else _label(name)
 
 
 def _help(field: FieldInfo) -> tuple[str, str]:
