@@ -74,6 +74,8 @@ def test_a_wrong_value_is_marked_a_run_called_off_and_the_filters_fields_follow_
     field(page, "frames").fill("1800")
     field(page, "leaves").fill("44")
     button(page, "Run").click()
+    told(page, "reading ...")
+    page.reload()
     button(page, "Cancel").click()
     told(page, "Cancelled.")
     told(page, "Nothing is tracked yet")

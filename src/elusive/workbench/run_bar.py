@@ -50,7 +50,7 @@ class RunBar:
         self, job: Job, prepare: Callable[[], Callable[[Any], Done]], started: Callable[[], Any] = lambda: None
     ) -> Done | None:
         """Do the work that ``prepare`` gives, off the event loop; None if it was refused or called off."""
-        found, words = None, ""
+        found = None
         self._state.job, self._state.refused = job, ""
         try:
             self.show()
@@ -60,10 +60,10 @@ class RunBar:
         except ElusiveError as error:
             self.refuse(str(error))
         except CancelledError:
-            words = "Cancelled."
+            self._state.refused = "Cancelled."  # found by a page that was loaded anew meanwhile
         finally:
             self._state.job = None
-            self.tell(words)
+            self.tell("")
             self.show()
         return found
 
