@@ -39,6 +39,9 @@ def noise(kind: str, seed: int, times: int = TIMES, samples: int = SAMPLES) -> n
         return frames * 10 ** (4 * np.sin(2 * np.pi * np.arange(times)[:, None] / 700 + phases) / 20)
     if kind == "along":
         return frames * 10 ** (5 * np.sin(np.arange(frames.size) / 250) / 20).reshape(frames.shape)
+    if kind == "rotor":  # louder at every fifth part of a frame, nearly
+        beats = np.sin(2 * np.pi * np.arange(frames.size) * 5.03 / samples).reshape(frames.shape)
+        return rng.standard_normal(frames.shape) * (1 + (beats > 0.8))
     if kind == "bursts":  # of eight samples, anywhere and never twice
         for frame in frames:
             for first in rng.integers(samples, size=rng.poisson(2.0)):
@@ -105,6 +108,7 @@ def test_alarms_are_counted_unless_they_are_believed(ends: str) -> None:
         (lambda: noise("bursts", 1, times=300), [], "signals.bursts", True),
         (lambda: noise("bursts", 1, times=300), ["--clip", "2"], "signals.drift", False),
         (lambda: noise("fast", 1), [], "signals.bursts", False),
+        (lambda: noise("rotor", 1), [], "signals.alike", False),
         (
             lambda: noise("white", 1),
             ["--statistic", "dot", "--boundaries", "-0.674", "--boundaries", "0", "--boundaries", "0.674"],

@@ -30,6 +30,7 @@ def findings_of(parameters: SignalTracking, facts: SignalFacts) -> tuple[Finding
         _alarms(parameters, facts),
         _bursts(facts),
         _followed(facts),
+        _alike(facts),
         _axes(facts),
         _interleaved(facts),
         *_length(parameters, facts),
@@ -137,6 +138,19 @@ def _followed(facts: SignalFacts) -> Finding:
         f"taken from the latest ones, so that an object that stays at a place for {MEMORY} frames is taken for a "
         "level, and is not found.",
         "Where levels are known to be steady, --noise white; where frames without an object are, --calibration-frames.",
+        grave=False,
+    )
+
+
+def _alike(facts: SignalFacts) -> Finding:
+    """Tell one source whose loudness repeats from many objects."""
+    fact = facts.alike
+    return fact.finding(
+        "signals.alike",
+        f"{fact.seen:.0f} tracks at once have one velocity: they may be one source whose loudness repeats (a rotor, a "
+        "propeller, rectified mains) at a period that does not fit the frame, and no objects on their way.",
+        "Look at the spectrum of the squared samples for a line, or choose --frame-samples of whole periods, in which "
+        "what repeats is at rest.",
         grave=False,
     )
 

@@ -23,6 +23,8 @@ MEMORY = 50  # frames over which it stays
 FOLLOWED = 0.5  # share of the frames in which steady levels may seem to drift
 ALARMS, TIMES_ASKED = 20, 4.0  # frames, and times the rate asked for, up to which alarms of nothing are none too many
 BY_CHANCE, OFTEN = 0.01, 0.05  # of a frame's highest evidence alone; share of the frames that may have so little
+MANY, ALIKE, MOST = 4, 0.15, 0.8  # tracks at once; part of their velocity by which they differ; share that do not
+FEW_FRAMES = 10  # in which many tracks move alike by chance
 EVEN = 0.45  # of the variance that the squares of Gaussian noise have; uniform noise has .4 of it
 KEPT_LEVELS, KEPT_SAMPLES = 20_000, 1_000_000  # levels of frames, and samples of the first, that are kept
 
@@ -44,6 +46,7 @@ class SignalFacts:
         self._alarms, self._waiting = 0, dict[int, int]()  # of nothing; of candidates, that may be believed yet
         self._judged = self._single = self._outstanding = 0
         self.believed = False  # whether there has been a track
+        self._many = self._alike = self._tracks_alike = 0
 
     def add(self, step: Step) -> None:
         """Take in a frame."""
@@ -78,6 +81,13 @@ class SignalFacts:
         """Count frames in which something stands out, until it is believed."""
         believed = [track.track for track in step.tracks if track.status == "confirmed"]
         self.believed |= len(believed) > 0
+        velocities = np.array([track.mean[1] for track in step.tracks if track.status == "confirmed"])
+        if len(velocities) >= MANY:
+            middle = float(np.median(velocities))
+            alike = int(np.count_nonzero(np.abs(velocities - middle) < ALIKE * abs(middle)))
+            self._many += 1
+            if alike >= max(MANY, MOST * len(velocities)):
+                self._alike, self._tracks_alike = self._alike + 1, max(self._tracks_alike, alike)
         self._single += math.isfinite(step.state.alone)
         self._outstanding += step.state.alone < BY_CHANCE
         for number in believed:
@@ -100,6 +110,12 @@ class SignalFacts:
         seen = self._alarms + sum(self._waiting.values())
         holds = seen <= ALARMS + TIMES_ASKED * asked * self._judged
         return Fact(asked, seen / max(self._judged, 1), holds, self._judged)
+
+    @property
+    def alike(self) -> Fact:
+        """Share of the frames with many tracks in which these have one velocity; ``seen`` is how many have."""
+        holds = self._alike < max(FEW_FRAMES, self._many / 2)
+        return Fact(1.0, self._tracks_alike, holds, self._many)
 
     @property
     def bursts(self) -> Fact:
