@@ -309,7 +309,7 @@ def test_simulated_emitters_are_tracked_as_the_command_says(flight, tmp_path, ca
     for way, corners in zip(ways, ("-50,20\n60,60", "60,-40\n-40,40"), strict=True):
         way.write_text(f"x_m,y_m\n{corners}\n")
     out, sensors = tmp_path / "made", flight / "sensors.csv"
-    paths = ("--path", ways[0], "--path", ways[1], "--speed-mps", "6", "--outlier-probability", "0")
+    paths = ("--path", ways[0], "--path", ways[1], "--speed-mps", "10", "--outlier-probability", "0")
     heard = ("--sigma-deg", "0.5", "--detection-probability", "0.9", "--false-bearings", "1")
     code, said = run(capsys, "--sensors", sensors, *paths, *heard, "--out", out, command=("simulate", "bearings"))
     assert code == 0, said
