@@ -130,12 +130,20 @@ def browser() -> Iterator[Any]:
         pytest.skip("there is no chromium on this machine")
     if find_spec("playwright") is None:
         pytest.skip("Playwright is not installed: pip install playwright")
-    from playwright.sync_api import sync_playwright
+    from playwright.sync_api import expect, sync_playwright
 
+    expect.set_options(timeout=1000 * HUNG_S)
     with sync_playwright() as driver:
         opened = driver.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
         yield opened
         opened.close()
+
+
+def expect(what: Any) -> Any:
+    """What a page shows follows what was done: wait until it does."""
+    from playwright.sync_api import expect
+
+    return expect(what)
 
 
 def heard(page: Any, load: Callable[..., Any]) -> Callable[..., Any]:

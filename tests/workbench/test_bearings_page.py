@@ -11,7 +11,7 @@ import pytest
 
 from elusive.cli import main
 from elusive.systems.bearings.page.state import BearingsState
-from tests.workbench.conftest import Served
+from tests.workbench.conftest import Served, expect
 from tests.workbench.test_links_page import (
     READY,
     OpenTab,
@@ -76,7 +76,7 @@ def test_the_ready_example_runs_by_one_click_and_the_command_finds_its_numbers(
         assert tracks.read_bytes() == (tmp_path / name / "tracks.csv").read_bytes()
     button(page, "Back to it").click()  # what was set before the example
     told(page, "37 s long")
-    assert field(page, "simulation.speed_mps").input_value() == "7"
+    expect(field(page, "simulation.speed_mps")).to_have_value("7")
 
 
 def test_a_scene_of_ones_own_and_a_still_emitter(
@@ -105,7 +105,7 @@ def test_a_scene_of_ones_own_and_a_still_emitter(
     told(page, "a path of 108 m")
 
     step(page, "2 Track")
-    assert field(page, "tracking.sigma_deg").input_value() == "1"  # follows what is heard
+    expect(field(page, "tracking.sigma_deg")).to_have_value("1")  # follows what is heard
     for name in ("fixed-lag", "iekf"):
         page.locator(f"[data-way='{name}']").click()
     button(page, "Run").click()

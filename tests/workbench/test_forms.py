@@ -15,7 +15,7 @@ from elusive.systems.links.presets import FIRST_SIMULATION, presets, thesis_meth
 from elusive.systems.links.scene import LinkScene
 from elusive.systems.links.simulate import LinkSimulation
 from elusive.workbench.forms import controls, faults, label_of, laid_over, text_of, usual_text
-from tests.workbench.conftest import Served
+from tests.workbench.conftest import Served, expect
 from tests.workbench.test_links_page import OpenTab, button, choose, field
 
 TRACKER = ("tracking", "method", "tracker")
@@ -170,13 +170,13 @@ def test_settings_are_found_marked_set_back_and_undone(served: Served, open_tab:
     marked.first.wait_for(state="detached")
     button(page, "Undo").click()
     marked.first.wait_for()
-    assert sigma.input_value() == "0.5"
+    expect(sigma).to_have_value("0.5")
     button(page, "Undo").click()
     marked.first.wait_for(state="detached")
     button(page, "Undo").click()
     page.get_by_text("Nothing has been changed since this page was built.").wait_for()
     page.mouse.wheel(0, 600)
-    assert button(page, "Run").is_visible()
+    expect(button(page, "Run")).to_be_visible()
 
 
 def test_an_option_is_called_as_people_call_it_with_its_unit() -> None:

@@ -19,7 +19,7 @@ from elusive.systems.images.scene import ImageScene, held_frames
 from elusive.systems.images.simulate import draw_images
 from elusive.systems.images.track import track_images
 from elusive.workbench.forms import controls
-from tests.workbench.conftest import Served
+from tests.workbench.conftest import Served, expect
 from tests.workbench.test_links_page import OpenTab, button, choose, field, picture, report, told
 from tests.workbench.test_own_page import main_quietly
 
@@ -51,7 +51,7 @@ def test_the_example_is_run_compared_and_run_again_and_what_was_set_stays(
     page.goto(served.address)
     button(page, "Run the example: Faint targets in images").click()
     report(page, "003-images_scene")
-    assert field(page, "snr_db").input_value() == "12"
+    expect(field(page, "snr_db")).to_have_value("12")
     told(page, "Changed since this run: SNR 6.71 -> 12 dB.")
     page.reload()
     report(page, "003-images_scene")  # and no fourth

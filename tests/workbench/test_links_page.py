@@ -18,7 +18,7 @@ from elusive.systems.links.recording import simulate_links
 from elusive.systems.links.simulate import LinkSimulation
 from elusive.systems.links.track import LinkTracking
 from elusive.systems.links.walks import Walks
-from tests.workbench.conftest import Served, Tab
+from tests.workbench.conftest import Served, Tab, expect
 
 SHOWN = ".drawing:not(.ew-live)"  # not what grows while it is computed
 READY = SHOWN + "[data-ready=yes]"
@@ -227,7 +227,7 @@ def test_the_six_windows_from_paths_to_scores(
 
     # 4: fourteen parameters; a run that is called off stands in a test of its own, which is long enough for that
     step(page, "4 Algorithm")
-    assert field(page, "tracking.method.tracker.radius_m").input_value() == "2.5"
+    expect(field(page, "tracking.method.tracker.radius_m")).to_have_value("2.5")
     button(page, "Apply").click()
     page.locator('[role=tabpanel][aria-label="5 Tracking"]').wait_for()  # it goes on by itself
     step(page, "4 Algorithm")
@@ -261,7 +261,7 @@ def test_the_six_windows_from_paths_to_scores(
     page.get_by_label("Time", exact=True).fill("70")
     picture(page, "tracking")
     button(page, "Enlarge Kalman").click()
-    assert page.locator(".large figcaption > span").inner_text() == "Kalman"
+    expect(page.locator(".large figcaption > span")).to_have_text("Kalman")
 
     # 6: the scores are the command line's, from the scene as it is exported
     step(page, "6 Performance")
@@ -282,7 +282,7 @@ def test_the_six_windows_from_paths_to_scores(
     # a lost connection, and a reload: the scene is still there
     page.reload()
     page.locator("[data-mota='Kept run']").wait_for()
-    assert page.locator("[data-mota='This run']").inner_text() == shown
+    expect(page.locator("[data-mota='This run']")).to_have_text(shown)
 
 
 def test_every_window_fits_its_width_and_every_control_has_a_name(served: Served, open_tab: OpenTab) -> None:
@@ -313,7 +313,7 @@ def test_two_tabs_do_not_meet(served: Served, open_tab: OpenTab) -> None:
     told(other, "3 people")
     again = one.context.new_page()  # of one browser, with its cookies
     again.goto(f"{served.address}/links")
-    assert field(again, "simulation.walks.users").input_value() == "3"
+    expect(field(again, "simulation.walks.users")).to_have_value("3")
     one.reload()
     told(one, "5 people")
     assert other.evaluate("document.documentElement.scrollWidth") <= 800
@@ -369,7 +369,7 @@ def test_a_recorded_log_takes_the_place_of_paths_and_radiation(
     button(page, "Apply").click()
     page.locator('[role=tabpanel][aria-label="5 Tracking"]').wait_for()
     page.locator(READY).wait_for()
-    assert page.locator("input[type=range]").get_attribute("max") == "24"
+    expect(page.locator("input[type=range]")).to_have_attribute("max", "24")
     step(page, "6 Performance")
     assert float(page.locator("[data-mota='This run']").inner_text()) > 0.5
     configuration = download(page, "Configuration for track links", tmp_path)
@@ -389,7 +389,7 @@ def test_the_page_answers_while_it_computes(served: Served, open_tab: OpenTab) -
     page = open_tab().page
     begin_long_run(page, served.address)
     assert len(page.evaluate(ANSWERS, 2)) == 2
-    assert button(page, "Cancel").is_enabled()  # it was under way all the time
+    expect(button(page, "Cancel")).to_be_enabled()  # it was under way all the time
     button(page, "Cancel").click()
     told(page, "Cancelled.")
 
@@ -405,7 +405,7 @@ def test_a_lost_connection_comes_back_to_the_same_scene(served: Served, open_tab
         "() => { window.socket.once('connect', () => (window.isBack = true)); window.socket.io.engine.close(); }"
     )
     page.wait_for_function("window.isBack && window.did_handshake")
-    assert field(page, "simulation.walks.users").input_value() == "6"
+    expect(field(page, "simulation.walks.users")).to_have_value("6")
     button(page, "New paths").click()
     told(page, "6 people")
 

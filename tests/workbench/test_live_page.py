@@ -17,7 +17,7 @@ from elusive.cli import main
 from elusive.cli.seen import Seeing
 from elusive.report.live import MOST, LiveDrawing
 from elusive.workbench.live import PICTURES, Live
-from tests.workbench.conftest import Served
+from tests.workbench.conftest import Served, expect
 from tests.workbench.test_links_page import OpenTab, button, choose, field, told
 
 FIRST, MORE = 30, 20  # times written before the page is open, and at each further look
@@ -57,14 +57,14 @@ def test_a_recording_that_is_written_is_watched_paused_resumed_and_kept(served: 
     page.locator('[data-live="live"]').wait_for()  # on a new machine kernels are compiled first
     has_come(page, FIRST - 2)
     live = button(page, "Live: show what comes")
-    assert live.get_attribute("aria-pressed") == "true"
+    expect(live).to_have_attribute("aria-pressed", "true")
     button(page, "Step back").click()  # paused, a step before the end
-    assert live.get_attribute("aria-pressed") == "false"
+    expect(live).to_have_attribute("aria-pressed", "false")
     frame = page.locator(".drawing").get_attribute("data-frame")
     with log.open("a") as file:
         file.write("".join(lines[FIRST * sensors : (FIRST + MORE) * sensors]))
     has_come(page, FIRST + MORE - 2)
-    assert page.locator(".drawing").get_attribute("data-frame") == frame
+    expect(page.locator(".drawing")).to_have_attribute("data-frame", frame)
     live.click()
     page.wait_for_function("Number(document.querySelector('.drawing').dataset.frame) >= 45")
     page.reload()  # what was is there again

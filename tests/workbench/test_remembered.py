@@ -15,7 +15,7 @@ from elusive.systems.links.presets import first_simulation
 from elusive.workbench.forms import changed_since, in_plain_words
 from elusive.workbench.jobs import POOL, WORKERS, CancelledError, Errand, Job, Latest, away
 from tests.processes import HUNG_S
-from tests.workbench.conftest import Served
+from tests.workbench.conftest import Served, expect
 from tests.workbench.test_links_page import (
     READY,
     SHOWN,
@@ -69,7 +69,7 @@ def test_a_run_stays_with_its_settings_and_the_page_says_what_was_changed(
     assert passed == pytest.approx(1.0, abs=gap)
     assert words == "1 ×"
     assert room > 0
-    assert page.locator('[role=tabpanel][aria-label="5 Tracking"]').is_visible()
+    expect(page.locator('[role=tabpanel][aria-label="5 Tracking"]')).to_be_visible()
     step(page, "4 Algorithm")
     field(page, "tracking.method.threshold.alpha").fill("0.75")
     told(page, "Changed since this run: Alpha 0.9 -> 0.75.")
@@ -86,7 +86,7 @@ def test_a_run_stays_with_its_settings_and_the_page_says_what_was_changed(
     page.get_by_role("button", name="Run the example: People in a radio network").click()
     page.locator(READY).wait_for()
     page.locator("body.body--dark").wait_for()  # colours go from page to page
-    assert page.locator("input[type=range]").get_attribute("max") == "149"
+    expect(page.locator("input[type=range]")).to_have_attribute("max", "149")
     step(page, "6 Performance")
     page.locator("[data-mota='Kept run']").wait_for()
     assert download(page, "Tracks as CSV", tmp_path).read_text().startswith("time_s,track,")
@@ -116,7 +116,7 @@ def test_paths_are_had_back_and_sensors_far_away_are_told(served: Served, open_t
     page.wait_for_function("Math.abs(Number(document.querySelector('input[data-field=x0]').value) + 8) < 0.5")
     button(page, "Undo").click()
     told(page, "3 people")
-    assert field(page, "x0").input_value() == "-12"
+    expect(field(page, "x0")).to_have_value("-12")
     step(page, "3 Sensors")
     field(page, "x_m").fill("99")
     field(page, "name").fill("99")

@@ -13,7 +13,7 @@ from elusive.errors import ParameterError
 from elusive.systems.signals.page import settle
 from elusive.systems.signals.parameters import SignalTracking
 from elusive.systems.signals.scene import SignalScene, draw_signal, fitted
-from tests.workbench.conftest import Served
+from tests.workbench.conftest import Served, expect
 from tests.workbench.test_links_page import OpenTab, button, field, picture, report, told
 
 
@@ -37,7 +37,7 @@ def test_the_example_is_run_and_objects_put_in_and_taken_out(served: Served, ope
     field(page, "start").nth(1).fill("400")
     field(page, "sensor.object_size").fill("8")
     page.get_by_text("How they are tracked", exact=True).click()
-    assert field(page, "tracking.statistic.window").input_value() == "9"  # follows the objects' size
+    expect(field(page, "tracking.statistic.window")).to_have_value("9")  # follows the objects' size
     button(page, "Run").click()
     report(page, "002-signals_scene").get_by_text("tracks were found.").first.wait_for()
     button(page, "Remove object 2").click()

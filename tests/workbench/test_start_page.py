@@ -16,7 +16,7 @@ from elusive.errors import DataError
 from elusive.io import open_frames
 from elusive.systems.registry import SYSTEMS
 from elusive.workbench.guessing import kind_of, system_of
-from tests.workbench.conftest import Served
+from tests.workbench.conftest import Served, expect
 from tests.workbench.test_links_page import OpenTab, choose, choose_in, field, report, told
 
 PICTURES = Path(__file__).parents[2] / "src" / "elusive" / "workbench" / "static"
@@ -108,7 +108,7 @@ def test_a_scene_of_any_system_is_opened_on_its_page(served: Served, open_tab: O
         told(page, f"{name}.yaml is open: press")
         if name in shown:
             key, value = shown[name]
-            assert field(page, key).input_value() == value
+            expect(field(page, key)).to_have_value(value)
     page.goto(served.address)
     choose(page, "anything", "wrong.yaml")
     told(page, "Frames: ")
@@ -138,7 +138,7 @@ def test_anything_in_the_folder_is_opened_as_what_it_is(served: Served, open_tab
     page.goto(served.address)
     choose(page, "anything", "old result")
     report(page, "old result")
-    assert field(page, "sigma_deg").input_value() == "2"
+    expect(field(page, "sigma_deg")).to_have_value("2")
     report(page, "old result").locator("body.body--dark").wait_for()
     choose_in(page, page.get_by_label("Colours"), "light")  # those chosen by hand are the report's, too, and stay so
     report(page, "old result").locator("body.body--light").wait_for()

@@ -10,7 +10,7 @@ import pytest
 from elusive.systems.video.scene import SETTLED, VideoScene
 from elusive.systems.video.simulate import VideoSimulation, simulate_video
 from elusive.workbench.forms import controls
-from tests.workbench.conftest import Served
+from tests.workbench.conftest import Served, expect
 from tests.workbench.test_links_page import OpenTab, button, choose, download, field, picture, report, told
 from tests.workbench.test_own_page import main_quietly
 
@@ -28,7 +28,7 @@ def test_a_scene_is_opened_run_changed_exported_and_opened_again(
     page.goto(served.address)
     page.locator("input[type=file]").set_input_files(tmp_path / "sea.yaml")
     told(page, "Nothing is tracked yet")
-    assert field(page, "simulation.turns").input_value() == "12"
+    expect(field(page, "simulation.turns")).to_have_value("12")
     assert field(page, "tracking.radar.pulse_m").count() == 0  # as the simulation's
     field(page, "simulation.ships").fill("-1")
     told(page, "Must be greater than or equal to 0 (got '-1').")
@@ -58,7 +58,7 @@ def test_a_scene_is_opened_run_changed_exported_and_opened_again(
     page.goto(served.address)
     choose(page, "anything", "sea result")
     report(page, "sea result")
-    assert field(page, "simulation.ships").input_value() == "0"
+    expect(field(page, "simulation.ships")).to_have_value("0")
     for one in (*(served.folder / "runs").iterdir(), served.folder / "sea result"):
         shutil.rmtree(one)
 
