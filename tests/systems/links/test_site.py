@@ -14,11 +14,11 @@ from elusive.io.placed_files import read_nodes
 from elusive.sensors.link_shadowing import LinkShadowing
 from elusive.sensors.radio_network import RssFrame, directed_links_of, undirected_of
 from elusive.systems.links.by_links import VoxelRadiation
-from elusive.systems.links.fit import LinkFitting, fit_link_log, fitted_at_the_start
+from elusive.systems.links.fit import LinkFitting, fit_link_log, fitted_at_the_start, voxels_of_frames
 from elusive.systems.links.recording import simulate_links
 from elusive.systems.links.run import track_links_recording
 from elusive.systems.links.simulate import LinkSimulation
-from elusive.systems.links.site import EXPLAINED, voxels_of_frames
+from elusive.systems.links.site import EXPLAINED
 from elusive.systems.links.track import LinkTracking, track
 from tests.ray_room import EMPTY as RAY_EMPTY
 from tests.ray_room import ray_room

@@ -156,6 +156,10 @@ class LinksChain:
         """Return the state before the first frame: nobody."""
         return LinksState(self._filter.init(rng), (), Likeness(), 0.0, isinstance(self._filter.sensor, ShadowedLinks))
 
+    def init_from(self, state: LinksState) -> LinksState:
+        """Return the state of another effect's chain as one of this chain: who is there stays."""
+        return LinksState(state.belief, (), Likeness(), 0.0, isinstance(self._filter.sensor, ShadowedLinks))
+
     def step(self, state: LinksState, time_s: float, change: Array | None, rng: Generator) -> LinksState:
         """Return the state after a frame.
 

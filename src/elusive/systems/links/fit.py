@@ -7,7 +7,7 @@ amplitude and noise, else expectation maximisation (:mod:`elusive.systems.links.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
@@ -24,7 +24,7 @@ from elusive.sensors.radio_network import RadioNodes, RssFrame
 from elusive.systems.links.by_links import LinksMethod, VoxelRadiation
 from elusive.systems.links.checks import refuse_impossible
 from elusive.systems.links.constants import LEAST_FRAMES, LinkFit, LinkFitting
-from elusive.systems.links.site import EXPLAINED, Voxels, voxels_of_frames
+from elusive.systems.links.site import EXPLAINED, Voxels, voxels_of
 from elusive.systems.links.track import LinkTracking
 
 __all__ = ["FittedLinks", "LinkFitting", "fit_link_log", "fit_links", "fitted_at_the_start"]
@@ -147,6 +147,19 @@ def fit_links(
         before = type(effect)()
     fitted = tracking.replace(method=method.replace(effect=effect), fit_frames=0)
     return FittedLinks(fitted, before, effect, fit, voxels, times_s, calibration.remarks)
+
+
+def voxels_of_frames(
+    empty: Sequence[RssFrame], after: Sequence[RssFrame], nodes: RadioNodes, tracking: LinkTracking
+) -> Voxels:
+    """Match a log's frames; see :func:`voxels_of`."""
+    method = tracking.method
+    model = method.effect if isinstance(method, LinksMethod) and isinstance(method.effect, VoxelRadiation) else None
+    changing = tracking.change.replace(measure="loss")
+    rss = changing.init(tracking.calibrate.over(empty))
+    losses = np.array([changing.step(rss, frame).change for frame in [*empty, *after]])
+    area = tracking.area_of(nodes)
+    return voxels_of(losses[: len(empty)], losses[len(empty) :], nodes, area, model or VoxelRadiation())
 
 
 def fitted_at_the_start(log: LinkLog, nodes: RadioNodes, tracking: LinkTracking) -> tuple[LinkTracking, str]:

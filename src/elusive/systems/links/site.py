@@ -18,9 +18,8 @@ from scipy.optimize import least_squares, nnls
 from elusive.contracts import Array
 from elusive.geometry.areas import Area
 from elusive.sensors.linear_links import LinearLinks
-from elusive.sensors.radio_network import RadioNodes, RssFrame
-from elusive.systems.links.by_links import LinksMethod, VoxelRadiation
-from elusive.systems.links.track import LinkTracking
+from elusive.sensors.radio_network import RadioNodes
+from elusive.systems.links.by_links import VoxelRadiation
 
 EXPLAINED = 0.75  # share of the changes from which they are sums over voxels: .85 to .98 simulated, .44 in a basement
 PEOPLE = 3  # matched in a frame
@@ -41,13 +40,24 @@ class Voxels(NamedTuple):
     amplitude_sd_db: float  # of the amplitude; NaN of less than two frames
 
 
-def voxels_of(empty: Array, changes: Array, nodes: RadioNodes, area: Area, model: VoxelRadiation) -> Voxels:
-    """Match changes of links with those that people make who attenuate voxels.
+class Matched(NamedTuple):
+    """How well people explain a frame by what they do to voxels."""
+
+    total: float  # squared changes
+    left: float  # of these, unexplained
+    amplitude_db: float  # of the first of them; NaN where nobody is matched
+
+    @property
+    def explained(self) -> float:
+        """Share of the squared changes."""
+        return 1 - self.left / self.total if self.total > 0 else 0.0
+
+
+class Matching:
+    """Matches frames with the changes that people make who attenuate voxels.
 
     Parameters
     ----------
-    empty, changes
-        ``(K, L)`` and ``(T, L)`` losses of the undirected links with nobody there, and afterwards; NaN where missing.
     nodes, area
         The network, and where people can be.
     model
@@ -58,41 +68,77 @@ def voxels_of(empty: Array, changes: Array, nodes: RadioNodes, area: Area, model
     DataError
         If no link passes the area.
     """
-    unit = model.replace(amplitude_db=1.0)
-    weights = unit.weights.sparse(nodes, unit.weights.grid(area))
-    cells, _ = area.cells(CELL_M)
-    sensor = unit.links(weights, area.bounds_m, unit.weights.voxel_m)
-    made = sensor.expected_at(cells)
-    energy = (made**2).sum(axis=1)
-    cells, made, energy = (values[energy > LEAST_RESPONSE * energy.max()] for values in (cells, made, energy))
-    power = np.nansum(changes**2, axis=1)
-    total, left, amplitudes = 0.0, 0.0, []
-    busy = max(LEAST_BUSY, int((power > ABOVE_EMPTY * np.nansum(empty**2, axis=1).max()).sum()))
-    for frame in np.argsort(-power)[:busy][:: -(-busy // MOST_BUSY)]:
-        rest = np.nan_to_num(changes[frame])
-        total += float(rest @ rest)
-        people: list[Array] = []
+
+    def __init__(self, nodes: RadioNodes, area: Area, model: VoxelRadiation) -> None:
+        unit = model.replace(amplitude_db=1.0)
+        self._model, self._weights = model, unit.weights.sparse(nodes, unit.weights.grid(area))
+        cells, _ = area.cells(CELL_M)
+        self._sensor = unit.links(self._weights, area.bounds_m, unit.weights.voxel_m)
+        made = self._sensor.expected_at(cells)
+        energy = (made**2).sum(axis=1)
+        seen = energy > LEAST_RESPONSE * energy.max()
+        self._cells, self._made, self._energy = cells[seen], made[seen], energy[seen]
+
+    def of(self, change: Array) -> Matched:
+        """Match a frame: ``(L,)`` losses of the undirected links, NaN where missing."""
+        rest = np.nan_to_num(change)
+        total, people = float(rest @ rest), list[Array]()
         for _ in range(PEOPLE):
-            matched = made @ rest / energy
-            best = int(np.argmax(np.maximum(matched, 0.0) ** 2 * energy))
+            matched = self._made @ rest / self._energy
+            best = int(np.argmax(np.maximum(matched, 0.0) ** 2 * self._energy))
             if matched[best] <= 0:
                 break
-            people.append(np.array([matched[best], *cells[best]]))
-            rest = rest - matched[best] * made[best]
-        if people:
-            amplitudes.append(_amplitude(sensor, changes[frame], np.array(people)))
-        left += float(rest @ rest)
-    squares = np.asarray(weights.power(2).sum(axis=1)).ravel()
-    variance = np.nan_to_num(np.nanvar(empty, axis=0, ddof=1))
-    (link, voxel), _ = nnls(np.column_stack([np.ones(len(squares)), squares]), variance)
-    amplitude = float(np.median(amplitudes)) if amplitudes else 0.0
-    many = len(amplitudes)
-    sd = 1.25 * float(np.std(amplitudes, ddof=1)) / math.sqrt(many) if many > 1 else math.nan
-    fitted = model.replace(
-        amplitude_db=max(amplitude, LEAST_NOISE_DB), noise_sd_db=max(math.sqrt(link), LEAST_NOISE_DB),
-        voxel_sd_db=math.sqrt(voxel),
-    )  # fmt: skip
-    return Voxels(1 - left / total if total > 0 else 0.0, fitted, sd)
+            people.append(np.array([matched[best], *self._cells[best]]))
+            rest = rest - matched[best] * self._made[best]
+        amplitude_db = _amplitude(self._sensor, change, np.array(people)) if people else math.nan
+        return Matched(total, float(rest @ rest), amplitude_db)
+
+    def voxels(self, empty: Array, frames: Sequence[Matched], quantile: float = 0.5) -> Voxels:
+        """Return what matched frames say of the log, whose links lost ``(K, L)`` with nobody there.
+
+        The amplitude is a quantile of those of the frames.
+        """
+        total = sum(frame.total for frame in frames)
+        left = sum(frame.left for frame in frames)
+        amplitudes = [frame.amplitude_db for frame in frames if not math.isnan(frame.amplitude_db)]
+        squares = np.asarray(self._weights.power(2).sum(axis=1)).ravel()
+        variance = np.nan_to_num(np.nanvar(empty, axis=0, ddof=1))
+        (link, voxel), _ = nnls(np.column_stack([np.ones(len(squares)), squares]), variance)
+        amplitude = float(np.quantile(amplitudes, quantile)) if amplitudes else 0.0
+        many = len(amplitudes)
+        sd = 1.25 * float(np.std(amplitudes, ddof=1)) / math.sqrt(many) if many > 1 else math.nan
+        fitted = self._model.replace(
+            amplitude_db=max(amplitude, LEAST_NOISE_DB), noise_sd_db=max(math.sqrt(link), LEAST_NOISE_DB),
+            voxel_sd_db=math.sqrt(voxel),
+        )  # fmt: skip
+        return Voxels(1 - left / total if total > 0 else 0.0, fitted, sd)
+
+
+def busy_power(empty: Array) -> float:
+    """Return the sum of squared changes from which somebody is there, of ``(K, L)`` losses with nobody."""
+    return ABOVE_EMPTY * float(np.nansum(empty**2, axis=1).max())
+
+
+def voxels_of(empty: Array, changes: Array, nodes: RadioNodes, area: Area, model: VoxelRadiation) -> Voxels:
+    """Match changes of links with those that people make who attenuate voxels.
+
+    Parameters
+    ----------
+    empty, changes
+        ``(K, L)`` and ``(T, L)`` losses of the undirected links with nobody there, and afterwards; NaN where missing.
+    nodes, area, model
+        As for :class:`Matching`.
+
+    Raises
+    ------
+    DataError
+        If no link passes the area.
+    """
+    matching = Matching(nodes, area, model)
+    power = np.nansum(changes**2, axis=1)
+    busy = max(LEAST_BUSY, int((power > busy_power(empty)).sum()))
+    chosen = np.argsort(-power)[:busy][:: -(-busy // MOST_BUSY)]
+    return matching.voxels(empty, [matching.of(changes[k]) for k in chosen])
 
 
 def _amplitude(sensor: LinearLinks, change: Array, people: Array) -> float:
@@ -106,16 +152,3 @@ def _amplitude(sensor: LinearLinks, change: Array, people: Array) -> float:
 
     scale = np.tile([people[0, 0], CELL_M, CELL_M], len(people))
     return float(least_squares(left, people.ravel(), x_scale=scale, max_nfev=MOST_STEPS).x[0])
-
-
-def voxels_of_frames(
-    empty: Sequence[RssFrame], after: Sequence[RssFrame], nodes: RadioNodes, tracking: LinkTracking
-) -> Voxels:
-    """Match a log's frames; see :func:`voxels_of`."""
-    method = tracking.method
-    model = method.effect if isinstance(method, LinksMethod) and isinstance(method.effect, VoxelRadiation) else None
-    changing = tracking.change.replace(measure="loss")
-    rss = changing.init(tracking.calibrate.over(empty))
-    losses = np.array([changing.step(rss, frame).change for frame in [*empty, *after]])
-    area = tracking.area_of(nodes)
-    return voxels_of(losses[: len(empty)], losses[len(empty) :], nodes, area, model or VoxelRadiation())

@@ -21,11 +21,14 @@ from elusive.preprocess.fade_level import RssChange, RssState
 from elusive.preprocess.link_calibration import Calibrate
 from elusive.preprocess.link_settled import away_from
 from elusive.preprocess.voxels import VoxelGrid
+from elusive.sensors.link_shadowing import LinkShadowing
 from elusive.sensors.radio_network import RadioNodes, RssFrame
 from elusive.systems.links.by_image import ImageMethod, ImageState
 from elusive.systems.links.by_links import LinksMethod, LinksState
 from elusive.systems.links.checks import refuse_impossible
 from elusive.systems.links.decisions import DecisionMethod
+from elusive.systems.links.live_site import LiveSite, Look
+from elusive.systems.links.site import Voxels
 from elusive.tracking.memory import Memory
 from elusive.tracking.people import TrackEvent
 from elusive.tracking.track import Step
@@ -41,6 +44,7 @@ class RoomState(NamedTuple):
     rss: RssState
     people: ImageState | LinksState
     calibrating: bool  # whether the frame is one in which nobody was there
+    site: str = ""  # what the frames have said of the site
 
     @property
     def events(self) -> tuple[TrackEvent, ...]:
@@ -49,8 +53,8 @@ class RoomState(NamedTuple):
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What there is to say of the calibration."""
-        return self.rss.calibration.remarks
+        """What there is to say of the calibration and the site."""
+        return (*self.rss.calibration.remarks, *([self.site] if self.site else []))
 
 
 class LinkTracking(Model):
@@ -154,7 +158,11 @@ def track(
     stages: Any = parameters.method.bind(nodes, parameters.area_of(nodes), rss.calibration)
     people = stages.init(np.array(changes), rng)
     before = [Step(frame.time_s, frame, RoomState(rss, people, True), ()) for frame in empty]
-    memory.held = rss.calibration, rss, people, rng
+    look = None
+    if _looks(parameters):
+        losing = parameters.change.replace(measure="loss")
+        look = Look(np.array([losing.step(rss, frame).change for frame in empty]))
+    memory.held = rss.calibration, rss, people, rng, look, None
     memory.first = 0  # no frame is kept
     for step in _followed(chain([first], stream), nodes, parameters, memory, stages):
         yield from before  # what cannot be used is refused before anything is given out
@@ -166,14 +174,47 @@ def _followed(
     frames: Iterable[RssFrame], nodes: RadioNodes, parameters: LinkTracking, memory: Memory, stages: Any = None
 ) -> Iterator[Step]:
     """Track through the frames after the calibration, from what is remembered."""
-    calibration, rss, people, rng = memory.held
-    changing = parameters.method.measured(parameters.change)
+    calibration, rss, people, rng, look, voxels = memory.held
+    if voxels is not None:
+        parameters, stages = _radiating(parameters, voxels), None
     if stages is None:
         stages = parameters.method.bind(nodes, parameters.area_of(nodes), calibration)
+    changing, losing = parameters.method.measured(parameters.change), parameters.change.replace(measure="loss")
+    site = None if look is None else LiveSite(nodes, parameters.area_of(nodes))
     for frame in frames:
+        if site is not None and look is not None:
+            look = site.after(look, losing.step(rss, frame).change)
+            found = None if look is None else site.found(look, voxels)
+            if found is not None:
+                voxels, parameters = found, _radiating(parameters, found)
+                stages = parameters.method.bind(nodes, parameters.area_of(nodes), calibration)
+                changing, people = losing, stages.init_from(people)
         places = [track.mean[[X, Y]] for track in people.tracks if track.status == "confirmed"]
         away = away_from(nodes, np.array(places).reshape(-1, 2))
         rss = changing.step(rss, frame, empty=people.nobody, away=away)
-        people = stages.step(people, frame.time_s, stages.seen(rss), rng)
-        memory.keep(frame.time_s, calibration, rss, people, rng)
-        yield Step(frame.time_s, frame, RoomState(rss, people, False), stages.shown(people))
+        held = (
+            voxels is None and look is not None and look.likely
+        )  # nobody is looked for by an effect that hardly holds
+        people = stages.step(people, frame.time_s, None if held else stages.seen(rss), rng)
+        memory.keep(frame.time_s, calibration, rss, people, rng, look, voxels)
+        words = "" if voxels is None else _words(voxels)
+        yield Step(frame.time_s, frame, RoomState(rss, people, False, words), stages.shown(people))
+
+
+def _looks(parameters: LinkTracking) -> bool:
+    """Whether the site is looked at while frames come: of shadowed links whose effect is neither given nor fitted."""
+    method = parameters.method
+    return parameters.fit_frames > 0 and isinstance(method, LinksMethod) and method.effect == LinkShadowing()
+
+
+def _radiating(parameters: LinkTracking, voxels: Voxels) -> LinkTracking:
+    """Return the parameters with the effect that was found."""
+    return parameters.replace(method=parameters.method.replace(effect=voxels.model))
+
+
+def _words(voxels: Voxels) -> str:
+    return (
+        f"site: sums over voxels explain {voxels.explained:.0%} of the changes: people are tracked by radiation of "
+        f"{voxels.model.amplitude_db:.2g} dB from then on (--effect radiation --amplitude-db "
+        f"{voxels.model.amplitude_db:.3g} from the start)."
+    )
