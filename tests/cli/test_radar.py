@@ -294,14 +294,28 @@ def test_bad_input_is_one_sentence_and_leaves_nothing(
     assert sorted(tmp_path.rglob("*")) == before
 
 
-def test_knowledge_needs_a_chart(elusive_in: Run, tmp_path: Path) -> None:
+def test_neither_a_chart_nor_the_radars_place_is_needed(elusive_in: Run, tmp_path: Path) -> None:
+    """Then ships may be anywhere, and are in metres from the radar alone; what needs either says so."""
     recording(elusive_in, tmp_path)
-    command = ["track", "radar", "plots.csv", *RADAR, "--out", "out"]
-    code, said = elusive_in(*command)
-    assert code == 2
-    assert "knowledge: is 'field', and no chart is given; give --chart, or --knowledge none." in said
-    assert not (tmp_path / "out").exists()
-    assert elusive_in(*command, "--knowledge", "none")[0] == 0
+    command = ["track", "radar", "plots.csv", "--truth", "truth.csv"]
+    for out, more in (("out", []), ("placed", RADAR)):
+        code, said = elusive_in(*command, *more, "--out", out)
+        assert code == 0, said
+        assert "One ship was found" in said
+        assert ("tracks.geojson" in said) == (tmp_path / out / "tracks.geojson").exists() == (out == "placed")
+    alone, placed = (read_tracks_csv(tmp_path / out / "tracks.csv").rows for out in ("out", "placed"))
+    np.testing.assert_array_equal(alone["position"], placed["position"])
+    ship = (tmp_path / "truth.csv").read_text().splitlines()
+    (tmp_path / "degrees.csv").write_text("\n".join(["time_s,track,lon_deg,lat_deg", *ship[1:]]))
+    for more, sentence in (
+        (["--chart", "coast.geojson"], "--chart: plots.csv does not say where the radar is; give --radar-lat-deg"),
+        (["--truth", "degrees.csv"], "degrees.csv: tells places in degrees, and not known is where the radar is"),
+        (["--coast-sigma-m", "7"], "coast_sigma_m: says how a chart is used, and no chart is given; give --chart"),
+    ):
+        code, said = elusive_in("track", "radar", "plots.csv", *more, "--out", "refused")
+        assert code == 2
+        assert sentence in said
+        assert not (tmp_path / "refused").exists()
 
 
 @pytest.mark.parametrize(

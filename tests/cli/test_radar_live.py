@@ -52,8 +52,9 @@ def test_plots_may_come_on_standard_input(elusive_in: Run, tmp_path: Path, monke
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        ([*TRACK[:5], *PLACE], "--max-range-m"),
-        ([*TRACK[:5], *LIMITS], "a live table needs --radar-lat-deg"),
+        (TRACK[:3], "--max-range-m"),
+        ([*TRACK[:3], *LIMITS, "--chart", "coast.geojson"], "--chart: needs the radar's place"),
+        ([*TRACK[:3], *LIMITS, "--to", "geojson:-"], "--radar-lat-deg"),
         ([*TRACK, "--truth", "truth.csv"], "--truth: has no meaning with --follow"),
     ],
 )

@@ -288,11 +288,6 @@ def told_twice(folder: Path) -> list[str]:
     return ["--own-ship", "own.log"]
 
 
-def no_place(folder: Path) -> list[str]:
-    columns_m(folder)
-    return []
-
-
 def far_away(folder: Path) -> list[str]:
     places_deg(folder)
     text = (folder / "plots.csv").read_text()
@@ -308,7 +303,6 @@ def far_away(folder: Path) -> list[str]:
         (another_day, "says nothing of the radar's place within 30 s"),
         (no_day, "its times count from a moment that it does not say"),
         (told_twice, "tells in its own columns where the radar was"),
-        (no_place, "does not say where the radar is"),
         (far_away, "km from the radar; check the radar's place"),
     ],
 )

@@ -20,15 +20,19 @@ from elusive.io.ais_reports import GrowingReports
 from elusive.io.arrivals import fed
 from elusive.io.asterix_live import is_asterix
 from elusive.io.radar_plots import follow_radar_plots
+from elusive.io.sinks.opening import is_geographic
 from elusive.systems.radar.fit import charted, fit_radar
 from elusive.systems.radar.live import LIVE_FILES, follow_radar
+from elusive.systems.radar.results import LOCATED
 from elusive.systems.radar.setting import frame_of
 from elusive.systems.radar.track import RadarTracking, track_radar_recording
 
-FILES = ("tracks.csv", "tracks.geojson", "result.nc", "report.html", "report.png", "checks.json", "config.yaml")
+TABLE, FILES = "tracks.csv", ("result.nc", "report.html", "report.png", "checks.json", "config.yaml")
 Latitude = Annotated[
     float | None,
-    typer.Option("--radar-lat-deg", help="Latitude of the radar, WGS 84; needed if the plots do not tell it."),
+    typer.Option(
+        "--radar-lat-deg", help="Latitude of the radar, WGS 84, where the plots do not tell it: for charts and degrees."
+    ),
 ]
 Longitude = Annotated[float | None, typer.Option("--radar-lon-deg", help="Longitude of the radar, WGS 84.")]
 OwnShipFile = Annotated[
@@ -86,22 +90,33 @@ def track_radar_command(
     feed = feed_of(plots, follow, idle_s, hold_s)
     check_live(feed is not None, idle_s, truth, strict=strict)
     check_scores(truth, truth_cutoff=truth_cutoff, truth_mmsi=truth_mmsi)
+    asking = (
+        ("--chart", bool(chart)),
+        ("--ais", ais is not None),
+        *((f"--to {one}", is_geographic(one)) for one in to or ()),
+    )
+    needs_place = next((name for name, asked in asking if asked), "")
     if feed is not None:
         place = _place(radar_lat, radar_lon)
-        if place is None or own_ship is not None or (radar_code is not None and not is_asterix(plots)):
+        if own_ship is not None or (radar_code is not None and not is_asterix(plots)):
             raise ParameterError(
-                "follow: a live table needs --radar-lat-deg and --radar-lon-deg, the origin of places, and takes the "
-                "radar's own way from its columns: neither --own-ship nor --radar-code."
+                "follow: a live table takes the radar's own way from its columns: neither --own-ship nor --radar-code."
+            )
+        if place is None and needs_place:
+            raise ParameterError(
+                f"{needs_place}: needs the radar's place, which a live table does not tell at first; give "
+                "--radar-lat-deg and --radar-lon-deg."
             )
         sinks = sinks_of(to, "radar", "m", place if to else None, live=True)
         scans = follow_radar_plots(plots, feed, rotation_s=rotation_s, place_deg=place, radar=radar_code)
         coming, memory = fed(scans, feed), memory_of_run()
-        frame = LocalFrame.at(*place)
-        told = None if ais is None else GrowingReports(ais, frame, feed)
+        frame = None if place is None else LocalFrame.at(*place)
+        told = None if ais is None or frame is None else GrowingReports(ais, frame, feed)
         run = partial(follow_radar, coming, parameters, out, frame, charts=chart or (), ais=told, memory=memory)
         run_live(coming, run, out, LIVE_FILES, sinks)
         return
     source = _opened(Path(plots), rotation_s, radar_code, radar_lat, radar_lon, own_ship)
+    frame_of(source, None, needs_place)
     sinks = sinks_of(to, "radar", "m", source.place_deg if to else None, live=False)
     with bar("scans", None) as advance:
         outcome = track_radar_recording(
@@ -109,8 +124,9 @@ def track_radar_command(
             ais=ais, on_scan=advance,
         )  # fmt: skip
     tracked = outcome.tracked
+    files = [TABLE, *([LOCATED] if tracked.lonlat is not None else []), *FILES]
     tell_run(
-        outcome, (tracked.title, tracked.rows), out, FILES, sinks, strict=strict, verdict=tracked.verdict,
+        outcome, (tracked.title, tracked.rows), out, files, sinks, strict=strict, verdict=tracked.verdict,
         tracks=(bare(tracked.header), tracked.tracks),
     )  # fmt: skip
 
@@ -130,7 +146,8 @@ def fit_radar_command(
 ) -> None:
     """Fit a radar's errors, detection, false alarms and, with a chart, biases to a recording without labels."""
     source = _opened(plots, rotation_s, radar_code, radar_lat, radar_lon, own_ship)
-    known, water = charted(chart, frame_of(source)) if chart else (None, None)
+    frame = frame_of(source, None, "--chart" if chart else "")
+    known, water = charted(chart, frame) if chart and frame is not None else (None, None)
     fitted = fit_radar(source, source.name, known, water)
     tell_fitted("radar", source.name, fitted, out)
 

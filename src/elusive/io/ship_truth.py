@@ -23,7 +23,11 @@ LONGEST_GAP_S = 200.0  # somewhat longer than between the reports of a ship at a
 
 
 def read_ship_truth(
-    path: str | os.PathLike[str], frame: LocalFrame, *, midnight_unix_s: float = math.nan, mmsi: int | None = None
+    path: str | os.PathLike[str],
+    frame: LocalFrame | None,
+    *,
+    midnight_unix_s: float = math.nan,
+    mmsi: int | None = None,
 ) -> Truth:
     """Read ships' places in the frame of a radar's tracks.
 
@@ -33,7 +37,7 @@ def read_ship_truth(
         A table as :func:`~elusive.io.read_truth` reads it, in metres from the frame's origin or with ``lon_deg,
         lat_deg`` (WGS 84) for the place; or else a log of AIS sentences.
     frame
-        Of the tracks: its origin is the radar's place.
+        Of the tracks: its origin is the radar's place. None, of a truth in metres: that is not known.
     midnight_unix_s
         Of an AIS log, what the plots' times count from, in seconds after 1970 began: 0 where they are such times
         themselves. NaN: the midnight (UTC) before the first position, from which ASTERIX times count.
@@ -48,18 +52,18 @@ def read_ship_truth(
     Raises
     ------
     DataError
-        If the file cannot be read, a number is missing, out of its bounds or a ship's times do not increase; the
-        sentence says where.
+        If the file cannot be read, it has degrees and there is no frame, a number is missing, out of its bounds or a
+        ship's times do not increase; the sentence says where.
     """
     path = Path(path)
     names = _names(path)
     if not {"time_s", "frame", *DEGREES, *PLACES["m"]} & set(names):
-        return _reported(path, frame, midnight_unix_s, mmsi)
+        return _reported(path, _placed(path, frame), midnight_unix_s, mmsi)
     if mmsi is not None:
         raise DataError(f"{path}: is a table, and mmsi={mmsi} chooses in an AIS log; leave it out.")
     if not set(DEGREES) <= set(names):
         return read_truth(path, "m")._replace(longest_gap_s=LONGEST_GAP_S)
-    read = read_truth(path, "degrees")
+    read, frame = read_truth(path, "degrees"), _placed(path, frame)
     ships = []
     for table in read.paths:
         for time_s, lon, lat in table[(np.abs(table[:, 1]) > 360) | (np.abs(table[:, 2]) > 90)]:
@@ -76,6 +80,16 @@ def _names(path: Path) -> list[str]:
     except OSError as error:
         raise DataError(f"{path}: cannot be read ({error.strerror}); check the path.") from None
     return [name.strip().strip('"') for name in re.split("[,;\t]", first)]
+
+
+def _placed(path: Path, frame: LocalFrame | None) -> LocalFrame:
+    """Refuse longitudes and latitudes beside tracks in metres from a radar anywhere."""
+    if frame is None:
+        raise DataError(
+            f"{path}: tells places in degrees, and not known is where the radar is; give its place (--radar-lat-deg, "
+            "--radar-lon-deg)."
+        )
+    return frame
 
 
 def _reported(path: Path, frame: LocalFrame, midnight_unix_s: float, mmsi: int | None) -> Truth:

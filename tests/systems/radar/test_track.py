@@ -183,13 +183,18 @@ def test_every_knowledge_and_every_coast_error(kind):
 def test_refusals(tmp_path):
     simulate_radar([route(CORNERS)], RadarSimulation(), tmp_path, **RADAR)
     source = open_radar_plots(tmp_path / "plots.csv")
-    with pytest.raises(ParameterError, match="knowledge: is 'field', and no chart is given"):
-        track_radar_recording(source, RadarTracking(), tmp_path / "out", **RADAR)
+    for told, name in (
+        ({"knowledge": {"kind": "hard"}}, "knowledge"),
+        ({"coast": {"coast_error": "bias"}}, "coast_error"),
+        ({"charted": {"imprecision": {"coast_sigma_m": 5.0}}}, "coast_sigma_m"),
+    ):
+        with pytest.raises(ParameterError, match=f"{name}: says how a chart is used, and no chart is given"):
+            track_radar_recording(source, RadarTracking(**told), tmp_path / "out", **RADAR)
     with pytest.raises(DataError, match="is no longitude and latitude"):
         track_radar_recording(
             source, RadarTracking(knowledge={"kind": "none"}), tmp_path / "out", radar_lon_deg=0, radar_lat_deg=95
         )
     parameters, sensor = RadarTracking(knowledge={"kind": "hard"}), RecordedRadar().bind(survey(source))
-    with pytest.raises(ParameterError, match="knowledge: is 'hard', and no chart is given"):
+    with pytest.raises(ParameterError, match="knowledge: says how a chart is used, and no chart is given"):
         parameters.bind(sensor, None)
     assert not (tmp_path / "out").exists()

@@ -36,7 +36,7 @@ def follow_radar(
     coming: Coming[RadarScan],
     parameters: RadarTracking,
     out: Path,
-    frame: LocalFrame,
+    frame: LocalFrame | None,
     on_step: Callable[[LiveStep], None],
     *,
     charts: Sequence[str | Path] = (),
@@ -57,7 +57,7 @@ def follow_radar(
     out
         Folder for LIVE_FILES.
     frame
-        Its origin is that of places.
+        Its origin is that of places; None, without charts: they are metres from the radar alone.
     on_step
         Called after each scan.
     charts
@@ -75,7 +75,7 @@ def follow_radar(
     Raises
     ------
     ParameterError
-        If no greatest range is given, or a chart is to be used and there is none.
+        If no greatest range is given, or it is told how a chart is used and there is none.
     DataError
         If a chart or the first scans cannot be used, or the folder holds an earlier run's tracks.
     """

@@ -163,7 +163,7 @@ class RadarTracking(Model):
         "coast_sigma_m", "coast_error", "knowledge", "seed",
     )  # fmt: skip
 
-    knowledge: MapUse = Field(FieldWater(), description="How the chart is used")
+    knowledge: MapUse = Field(FieldWater(), description="How the chart is used, where there is one")
     charted: ChartedAreaParameters = Field(ChartedAreaParameters(), description="What the charts are taken to say")
     coast: CoastError = Field(CoastError(), description="How the coast's error behaves over time")
     constraints: tuple[Constraint, ...] = Field(
@@ -210,6 +210,20 @@ class RadarTracking(Model):
                 raise ParameterError(f"{name}: has no meaning for {reason}; leave it out.")
         return self
 
+    def check_uncharted(self) -> None:
+        """Refuse what was told of the use of a chart, where there is none.
+
+        Raises
+        ------
+        ParameterError
+            If something was.
+        """
+        for name in () if isinstance(self.knowledge, NoMap) else ("knowledge", "charted", "coast"):
+            if told := _told(name, getattr(self, name), type(self).model_fields[name].default):
+                raise ParameterError(
+                    f"{told}: says how a chart is used, and no chart is given; give --chart, or leave it out."
+                )
+
     def bind(
         self,
         sensor: RadarSensor,
@@ -227,7 +241,7 @@ class RadarTracking(Model):
         Raises
         ------
         ParameterError
-            If a map is to be used and there is no coast.
+            If there is no coast, and it was told how to use one.
         """
         motion: Motion = self.motion
         if isinstance(self.motion, ConstantVelocity) and self.extent != "point" and (hulls or self.extent == "hull"):
@@ -235,11 +249,9 @@ class RadarTracking(Model):
             sensor = HullRadar(**{name: getattr(sensor, name) for name in type(sensor).model_fields})
         knowledge: Sequence[Knowledge] = ()
         backdrop = None
-        if isinstance(self.knowledge, WaterModel):
-            if coast is None:
-                raise ParameterError(
-                    f"knowledge: is {self.knowledge.kind!r}, and no chart is given; give --chart, or --knowledge none."
-                )
+        if coast is None:
+            self.check_uncharted()
+        elif isinstance(self.knowledge, WaterModel):
             motion, *knowledge = with_coast(motion, self.knowledge, coast, self.coast)
             if land_plots:
                 backdrop = LandEchoes(sensor, self.knowledge.bind(coast), land_plots, way)
@@ -248,3 +260,11 @@ class RadarTracking(Model):
             **rules, motion=motion, sensor=sensor, knowledge=(*knowledge, *self.constraints), backdrop=backdrop,
             particles=self.particles,
         )  # fmt: skip
+
+
+def _told(name: str, value: object, usual: object) -> str:
+    """Return the name of the first field in which a value is not the usual one; empty where it is."""
+    if isinstance(value, Model) and type(value) is type(usual):
+        fields = (_told(field, getattr(value, field), getattr(usual, field)) for field in type(value).model_fields)
+        return next(filter(None, fields), "")
+    return "" if value == usual else name

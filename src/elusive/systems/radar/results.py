@@ -58,10 +58,13 @@ ADDED = (
 )
 
 
+LOCATED = "tracks.geojson"  # written where the radar's place is known
+
+
 class Surroundings(NamedTuple):
     """Where a recording was made."""
 
-    frame: LocalFrame  # its origin is the radar's place
+    frame: LocalFrame | None = None  # its origin is the radar's place; None where that is not known
     charted: ChartedArea | None = None
     water: Water | None = None  # as the chart is used; None where it is not
 
@@ -118,7 +121,8 @@ def tracks_of(
     """
     means = [_place(ship, tracker, estimate, rng) for ship in ships]
     places = np.array([mean[[X, Y]] for mean in means]).reshape(-1, 2)
-    lonlat = np.full_like(places, np.nan) if around is None else around.frame.to_lonlat(places)
+    frame = None if around is None else around.frame
+    lonlat = np.full_like(places, np.nan) if frame is None else frame.to_lonlat(places)
     water = None if around is None else around.water
     tracks = []
     for (_, target, _), mean, (lon, lat) in zip(ships, means, lonlat.tolist(), strict=True):
@@ -242,7 +246,7 @@ class RadarRun:
             ],
             header=header(truth is not None, hulls=isinstance(self._sensor, HullRadar)),
             tracks=[line_of(paths[n], bool(rows["status"][-1] == DELETED), truth) for n, rows in confirmed.items()],
-            lonlat=self._around.frame.to_lonlat,
+            lonlat=None if self._around.frame is None else self._around.frame.to_lonlat,
             estimate="MAP" if self._parameters.estimate == "map" else "mean",
             scored=scores,
             way=self._seen.way,
@@ -255,11 +259,13 @@ class RadarRun:
     def write(self, folder: Path, outcome: RadarOutcome, config: str) -> None:
         """Write everything into a folder but the table, which the log writes."""
         frame, tracked = self._around.frame, outcome.tracked
-        write_geojson(folder / "tracks.geojson", self._log, frame.to_lonlat)
-        place: Mapping[str, tuple[tuple[str, ...], Array, Mapping[str, str]]] = {
-            "radar_lon_deg": ((), np.array(frame.lon_deg), {"units": "degrees_east", "long_name": "of the origin"}),
-            "radar_lat_deg": ((), np.array(frame.lat_deg), {"units": "degrees_north", "long_name": "of the origin"}),
-        }
+        place: Mapping[str, tuple[tuple[str, ...], Array, Mapping[str, str]]] = {}
+        if frame is not None:
+            write_geojson(folder / LOCATED, self._log, frame.to_lonlat)
+            place = {
+                f"radar_{name}_deg": ((), np.array(degrees), {"units": f"degrees_{way}", "long_name": "of the origin"})
+                for name, degrees, way in (("lon", frame.lon_deg, "east"), ("lat", frame.lat_deg, "north"))
+            }
         write_recording(
             folder, self._log, outcome.findings, outcome.scored, title=tracked.title, config=config, more=place
         )

@@ -11,48 +11,52 @@ from elusive.errors import DataError, ParameterError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io import RadarSource
 from elusive.sensors.radar import RadarSensor
-from elusive.systems.radar.parameters import NoMap, RadarSurvey, RadarTracking
+from elusive.systems.radar.parameters import RadarSurvey, RadarTracking
 from elusive.systems.radar.results import Surroundings
 from elusive.tracking.detections import DetectionTracker
 
 
-def frame_of(source: RadarSource, place_deg: tuple[float, float] | None = None) -> LocalFrame:
+def frame_of(
+    source: RadarSource, place_deg: tuple[float, float] | None = None, needs_place: str = ""
+) -> LocalFrame | None:
     """Return the frame of a recording: about a place, longitude and latitude, or about the source's own.
+
+    Without one places are metres east and north of the radar alone; ``needs_place`` names what does not do with that.
 
     Raises
     ------
     ParameterError
-        If there is none, or two.
+        If there are two, or none and one is needed.
     """
     if place_deg is None:
         place_deg = source.place_deg
     elif source.place_deg not in (None, place_deg):
         raise ParameterError(f"radar_lon_deg: {source.name} was opened with another place; leave the two out.")
-    if place_deg is None:
+    if place_deg is None and needs_place:
         raise ParameterError(
-            f"{source.name}: does not say where the radar is; give --radar-lat-deg and --radar-lon-deg, or a log of "
-            "its ship."
+            f"{needs_place}: {source.name} does not say where the radar is; give --radar-lat-deg and --radar-lon-deg, "
+            "or a log of its ship."
         )
-    return LocalFrame.at(*place_deg)
+    return None if place_deg is None else LocalFrame.at(*place_deg)
 
 
 def charts_in(
-    parameters: RadarTracking, charts: Sequence[str | Path], frame: LocalFrame
+    parameters: RadarTracking, charts: Sequence[str | Path], frame: LocalFrame | None
 ) -> tuple[Surroundings, Water | None]:
-    """Return the charts in a frame, and where they draw water."""
-    if not charts and not isinstance(parameters.knowledge, NoMap):
-        raise ParameterError(
-            f"knowledge: is {parameters.knowledge.kind!r}, and no chart is given; give --chart, or --knowledge none."
-        )
-    charted = lay_charts(read_charts(*charts), parameters.charted, frame) if charts else None
-    return Surroundings(frame, charted), None if charted is None else HardWater().bind(charted.coast)
+    """Return the charts in a frame, and where they draw water; the frame may be None where there are none."""
+    if not charts:
+        parameters.check_uncharted()
+        return Surroundings(frame), None
+    assert frame is not None
+    charted = lay_charts(read_charts(*charts), parameters.charted, frame)
+    return Surroundings(frame, charted), HardWater().bind(charted.coast)
 
 
 def check_place(name: str, seen: RadarSurvey, around: Surroundings) -> None:
     """Refuse a recording of which nothing falls on a chart."""
     if around.charted is None or seen.on_chart:
         return
-    lon, lat = around.frame
+    lon, lat = around.charted.frame
     advice = (
         "exchange the two: then it lies on a chart."
         if _exchanged(around.charted)

@@ -112,9 +112,10 @@ def track_radar_recording(
     out
         Folder for the results; None writes nothing.
     radar_lon_deg, radar_lat_deg
-        The origin of places, WGS 84: where the radar stands, if it rests. None: that of the source.
+        The origin of places, WGS 84: where the radar stands, if it rests. None: that of the source; where that has
+        none, tracks are in metres east and north of the radar alone, without ``tracks.geojson``.
     charts
-        S-57 base cells, GeoJSON or shapefiles; none with ``knowledge`` ``none`` only.
+        S-57 base cells, GeoJSON or shapefiles; without one ships may be anywhere.
     truth
         Where ships truly were, see :func:`~elusive.io.ship_truth.read_ship_truth`; scores only.
     truth_mmsi
@@ -131,13 +132,14 @@ def track_radar_recording(
     DataError
         If a chart, a plot or the truth cannot be used, or no plot falls on a chart.
     ParameterError
-        If a chart is to be used and none is given, or a ship of the truth is chosen and there is none.
+        If it is told how a chart is used and none is given, the radar's place is needed and not known, or a ship of
+        the truth is chosen and there is none.
     """
     if truth is None and (truth_mmsi is not None or cutoff_m is not None):
         name = "truth_mmsi" if truth_mmsi is not None else "cutoff_m"
         raise ParameterError(f"{name}: has no meaning without a truth; give --truth, or leave it out.")
     given = None if radar_lon_deg is None or radar_lat_deg is None else (radar_lon_deg, radar_lat_deg)
-    frame = frame_of(source, given)
+    frame = frame_of(source, given, "charts" if charts else "ais" if ais is not None else "")
     around, outline = charts_in(parameters, charts, frame)
     seen = survey(_looked_through(source, on_scan), outline)
     check_place(source.name, seen, around)
@@ -147,6 +149,7 @@ def track_radar_recording(
     fusion = None
     if ais is not None:
         told = read_ais_reports(ais, source.since_1970())
+        assert frame is not None
         near = in_frame(told, frame, str(ais))
         fusion = AisFusion([Report(one.time_s, one.mmsi, place, velocity) for one, place, velocity in near])
     sensor, tracker, around = bind_all(parameters, seen, around, outline)

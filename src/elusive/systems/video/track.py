@@ -190,9 +190,8 @@ def track_video_recording(
                 run.append(step)
             known = None
             if truth is not None:
-                frame = start.frame or LocalFrame.at(0.0, 0.0)
                 epoch = 0.0 if float(log.times_s[0]) > UNIX_S else float("nan")
-                known = read_ship_truth(truth, frame, midnight_unix_s=epoch)
+                known = read_ship_truth(truth, start.frame, midnight_unix_s=epoch)
             outcome = run.outcome(source, counts, known, cutoff_m, laid.map_at, ais)
         if folder is not None:
             run.write(folder, outcome, parameters.to_yaml())
