@@ -14,7 +14,14 @@ from elusive.io.placed_files import read_nodes
 from elusive.sensors.link_shadowing import LinkShadowing
 from elusive.sensors.radio_network import RssFrame, directed_links_of, undirected_of
 from elusive.systems.links.by_links import VoxelRadiation
-from elusive.systems.links.fit import LinkFitting, fit_link_log, fitted_at_the_start, voxels_of_frames
+from elusive.systems.links.fit import (
+    QUICK,
+    LinkFitting,
+    fit_link_log,
+    fit_links,
+    fitted_at_the_start,
+    voxels_of_frames,
+)
 from elusive.systems.links.recording import simulate_links
 from elusive.systems.links.run import track_links_recording
 from elusive.systems.links.simulate import LinkSimulation
@@ -110,6 +117,28 @@ def how_many(room):
 def test_two_people_who_walk_while_the_site_is_fitted_are_two():
     """Fitted as though one walked, effects were so wide that one person explained both, and nothing was said."""
     assert (how_many(ray_room(0, (0.7, 0.5), frames=70)) == 2).mean() >= 0.9
+
+
+def test_a_third_who_walks_is_not_taken_for_spread():
+    """They were there in half of the frames, with constants of two."""
+    room = ray_room(61, (0.7, 0.5, 0.6), frames=90)
+    assert fit_links(room, room.nodes, LinkTracking(calibration_frames=RAY_EMPTY), QUICK).fit.people == 3
+
+
+@pytest.mark.validate
+def test_errors_that_last_are_no_third_in_most_rooms_of_rays():
+    """Ten frames a second: .13 of the frames had a false third before errors that last were counted, .08 have now."""
+    rooms = (ray_room(seed, (0.7, 0.5), frames=250, interval_s=0.1) for seed in (0, *range(30, 37)))
+    many = [how_many(room) for room in rooms]
+    assert np.mean([(found > 2).mean() for found in many]) <= 0.1
+    assert np.mean([(found == 2).mean() for found in many]) >= 0.85
+
+
+@pytest.mark.validate
+def test_three_are_found_in_most_frames_of_rooms_of_rays():
+    """In .42 and .45 of the frames of two sets of rooms, before the third was told from spread; .68 in both now."""
+    shares = [(how_many(ray_room(seed, (0.7, 0.5, 0.6))) == 3).mean() for seed in (60, 61, 62, 63, 70, 71, 72, 73, 74)]
+    assert np.mean(shares) >= 0.6
 
 
 @pytest.mark.validate

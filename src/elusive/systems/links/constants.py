@@ -22,14 +22,16 @@ from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.geometry.areas import Area
 from elusive.model import Model, Positive, Probability
+from elusive.sensors.link_likeness import Likeness
 from elusive.sensors.link_shadowing import ROUNDING_SD_DB, LinkShadowing, ShadowedLinks
 from elusive.sensors.shadowing_slopes import POSITIVE, SLOPE, log_likelihood
 from elusive.systems.links.hidden_walkers import LEAST_MASS, Chain, Walkers
 
 LEAST_FRAMES = 20
 MOST_FACTOR = 3.0  # by which a constant changes in one iteration
-LESSER = 0.5  # spreads of a further start, over the given ones
+LESSER = 0.5  # spreads of a further start, over the others'
 TRIAL = 2  # iterations after which starts are compared
+SURE = 0.5  # presence in a frame from which somebody's place counts
 THERE = 0.05  # share of the frames from which one more than is found is looked for
 
 
@@ -102,24 +104,28 @@ class LinkFitting(Model):
             raise DataError("log: has no reading after the calibration; fit to a log in which the links are heard.")
         rates = self.birth_probability, self.death_probability
         walkers = Walkers(area, self.pitch_m, self.spread_m, rates, times_s[: len(changes)])
-        model = sensor.model
-        lesser = {name: LESSER * getattr(model, name) for name in ("near_sd_db", "far_sd_db")}
-        starts = [sensor, sensor.with_model(model.replace(**lesser))]
         most = min(2, self.people)
+        starts = sensor, _spread_less(sensor)
         trials = [_Fitting(start, changes, walkers, most).gone_on(self, TRIAL) for start in starts]
         best = max(trials, key=lambda trial: trial.history[-1])
-        start = starts[trials.index(best)]
         for many in range(most + 1, self.people + 1):
             if best.people < many - 1:
                 break
-            trial = _Fitting(start, changes, walkers, many).gone_on(self, TRIAL)
-            if trial.history[-1] <= best.history[-1]:
+            # what one more does was taken for spread
+            trial = _Fitting(_spread_less(best.sensor), changes, walkers, many).gone_on(self, TRIAL)
+            if trial.evidence <= best.evidence:
                 break
             best = trial
         best.gone_on(self, self.iterations, on_iteration)
         if best.presence.sum() < 1:
             raise DataError("log: nobody seems to have been there in any frame; fit to a log in which somebody walks.")
         return LinkFit(best.sensor.model, np.array(best.history), best.presence, best.people)
+
+
+def _spread_less(sensor: ShadowedLinks) -> ShadowedLinks:
+    """Return the links with constants of lesser spread, from which a fit starts."""
+    model = sensor.model
+    return sensor.with_model(model.replace(near_sd_db=LESSER * model.near_sd_db, far_sd_db=LESSER * model.far_sd_db))
 
 
 class _Fitting:
@@ -142,6 +148,21 @@ class _Fitting:
     def people(self) -> int:
         """How many are there in more than a few frames."""
         return sum(chain.presence.mean() > THERE for chain in self._chains)
+
+    @property
+    def evidence(self) -> float:
+        """Log likelihood, tempered, less what errors that last gain for everybody beside the first."""
+        likeness, walkers = Likeness(), self._walkers
+        for change, *frame in zip(self._changes, *(chain.frames for chain in self._chains), strict=True):
+            there = [one.weights @ walkers.centres[one.cells] / one.presence for one in frame if one.presence > SURE]
+            if there:
+                states = np.array([[x, 0.0, y, 0.0] for x, y in there])
+                likeness = self.sensor.likeness_after(likeness, change, states)
+            else:
+                likeness = likeness._replace(last=None)
+        owed = self.sensor.temper * self.sensor.tempered(self._changes[0], likeness, 0.0).optimism
+        present = [float(chain.presence.sum()) for chain in self._chains]
+        return self.history[-1] - owed * (sum(present) - max(present))
 
     def gone_on(self, asked: LinkFitting, until: int, on_iteration: Callable[[int], None] | None = None) -> _Fitting:
         """Iterate until so many have been done, or nothing is gained; return itself."""
