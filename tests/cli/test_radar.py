@@ -27,6 +27,7 @@ FRAME = LocalFrame.at(4.0, 52.0)
 RADAR = ["--radar-lat-deg", "52", "--radar-lon-deg", "4"]
 TRACK = ["track", "radar", "plots.csv", "--chart", "coast.geojson", *RADAR, "--out", "deep/out"]
 THESIS = ["--detection-probability", "1", "--false-alarms", "0", "--q", "2.7777777777777777"]
+ERRORS = ["--range-sd-m", "10", "--bearing-sd-mrad", "1"]
 Run = Callable[..., tuple[int, str]]
 
 
@@ -147,13 +148,13 @@ def test_a_map_that_leaves_no_room_is_said(elusive_in: Run, tmp_path: Path) -> N
     )
     assert code == 0
     assert re.search(r"On charted land \d\d\.\d % of the scans", said)
-    code, said = elusive_in(*TRACK, "--knowledge", "hard", *THESIS)
+    code, said = elusive_in(*TRACK, "--knowledge", "hard", *THESIS, *ERRORS)
     assert code == 0
     assert re.search(r"Track 1: the map left it no room in \d\d of \d\d scans, first at \d\d s, and was not used", said)
     assert "Track 1: chart and radar contradict each other" in said
     assert said.count("ship was found") == 1
     recording(elusive_in, tmp_path)
-    code, said = elusive_in(*TRACK, "--knowledge", "hard", *THESIS)
+    code, said = elusive_in(*TRACK, "--knowledge", "hard", *THESIS, *ERRORS)
     assert code == 0
     assert "no room" not in said
     assert "contradict" not in said

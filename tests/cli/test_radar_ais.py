@@ -22,7 +22,8 @@ SENSOR = RadarSensor(
 )
 WAYS = [((-2500.0, -1000.0), (4.0, 3.0)), ((-500.0, 2500.0), (6.0, -2.0)), ((1500.0, -2000.0), (-3.0, 5.0)),
         ((3000.0, 3000.0), (-5.0, -2.0)), ((9000.0, 1000.0), (5.0, 1.0))]  # fmt: skip
-SEEN = ["--bearing-sd-mrad", "2", "--false-alarms", "2", "--max-range-m", "6000", "--particles", "1000"]
+SEEN = ["--range-sd-m", "10", "--bearing-sd-mrad", "2", "--detection-probability", "0.9", "--false-alarms", "2"]
+SEEN += ["--max-range-m", "6000", "--particles", "1000"]
 TRACK = ["track", "radar", "plots.csv", *RADAR, *SEEN, "--knowledge", "none", "--out", "out"]
 HEAD = "time_s,mmsi,lon_deg,lat_deg,sog_mps,cog_deg"
 FIRST_S = datetime(2026, 5, 1, 12, tzinfo=UTC).timestamp()

@@ -58,9 +58,14 @@ def test_what_is_right_is_not_remarked_on(elusive_in: Run, tmp_path: Path) -> No
 
 
 def test_errors_told_too_small_are_named_and_fitted(elusive_in: Run, tmp_path: Path) -> None:
-    """25 m and 6 mrad, told as 10 and 1: five tracks for each ship, and more."""
+    """25 m and 6 mrad, told as 10 and 1: five tracks for each ship, and more. Not told they are found."""
     plots(tmp_path, range_sd_m=25.0, bearing_sd_mrad=6.0)
     code, said = elusive_in(*TRACK, *RADAR, *CHART)
+    assert code == 0, said
+    assert "deviation of ranges, deviation of bearings, P_D, false alarms" in said
+    found = yaml.safe_load((tmp_path / "out/config.yaml").read_text())["radar"]
+    assert set(tracks(tmp_path)[:, 1]) == {1, 2, 3}
+    code, said = elusive_in(*TRACK, *RADAR, *CHART, "--range-sd-m", "10", "--bearing-sd-mrad", "1")
     assert code == 3, said
     assert failing(tmp_path) >= {"radar.range-error", "radar.bearing-error"}
     assert "1 mrad was told" in said
@@ -69,6 +74,9 @@ def test_errors_told_too_small_are_named_and_fitted(elusive_in: Run, tmp_path: P
     radar = yaml.safe_load((tmp_path / "fitted.yaml").read_text())["radar"]
     assert radar["range_sd_m"] == pytest.approx(25.0, rel=0.3)
     assert radar["bearing_sd_mrad"] == pytest.approx(6.0, rel=0.3)
+    assert {name: found[name] for name in radar if "_sd_" in name} == {
+        name: radar[name] for name in radar if "_sd_" in name
+    }
     code, said = elusive_in(*TRACK, *RADAR, *CHART, "--config", "fitted.yaml")
     assert code == 0, said
 
@@ -203,9 +211,10 @@ def test_what_is_not_measured_anew_is_named(
     head, *lines = (tmp_path / "plots.csv").read_text().splitlines()
     changed = sorted(change(lines), key=lambda line: float(line.split(",")[0]))
     (tmp_path / "plots.csv").write_text("\n".join([head, *changed]))
-    code, said = elusive_in(*TRACK, *RADAR, "--knowledge", "none", "--particles", "300")
-    assert code == 3, said
-    assert name in failing(tmp_path)
+    for told, code in (("--detection-probability", "0.9"), 3), ((), 3 if name != "radar.detection" else 0):
+        left, said = elusive_in(*TRACK, *RADAR, "--particles", "300", *told)
+        assert left == code, said
+        assert name in failing(tmp_path)
 
 
 def test_ships_that_break_a_constraint_are_told(elusive_in: Run, tmp_path: Path) -> None:

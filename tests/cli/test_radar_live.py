@@ -13,7 +13,8 @@ from tests.cli.test_radar import Run
 from tests.cli.test_radar_moving import columns_deg, columns_m, turning
 
 PLACE = ["--radar-lat-deg", "53.9", "--radar-lon-deg", "10.2"]
-LIMITS = ["--max-range-m", "5000", "--max-doppler-mps", "60", "--bearing-sd-mrad", "3", "--particles", "300"]
+TOLD = ["--range-sd-m", "10", "--detection-probability", "0.9", "--false-alarms", "1"]  # live nothing is found
+LIMITS = [*TOLD, "--max-range-m", "5000", "--max-doppler-mps", "60", "--bearing-sd-mrad", "3", "--particles", "300"]
 TRACK = ["track", "radar", "plots.csv", "--knowledge", "none", *PLACE, *LIMITS]
 LIVE = ["--follow", "--idle-s", "0.3"]
 

@@ -23,9 +23,10 @@ from elusive.io.radar_plots import follow_radar_plots
 from elusive.io.sinks.opening import is_geographic
 from elusive.systems.radar.fit import charted, fit_radar
 from elusive.systems.radar.live import LIVE_FILES, follow_radar
+from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.results import LOCATED
+from elusive.systems.radar.run import track_radar_recording
 from elusive.systems.radar.setting import frame_of
-from elusive.systems.radar.track import RadarTracking, track_radar_recording
 
 TABLE, FILES = "tracks.csv", ("result.nc", "report.html", "report.png", "checks.json", "config.yaml")
 Latitude = Annotated[

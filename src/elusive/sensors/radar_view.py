@@ -40,6 +40,10 @@ class RadarView(Model):
 
     @model_validator(mode="after")
     def _wide_enough(self) -> Self:
+        self._check_view()
+        return self
+
+    def _check_view(self) -> None:
         low, high, half = self.limits
         if not high - low >= self.range_sd_m:
             raise ParameterError(
@@ -51,7 +55,6 @@ class RadarView(Model):
                 f"to_bearing_deg: the sector from {self.from_bearing_deg:g} to {self.to_bearing_deg:g} degrees is "
                 "narrower than the bearing's deviation; give a wider one (0 to 360 is all round)."
             )
-        return self
 
     def measured(self, states: Array) -> tuple[Array, Array, Array]:
         """Range [m], bearing [rad] and range rate [m/s] of each state without noise, each ``(N,)``."""

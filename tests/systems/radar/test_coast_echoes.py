@@ -9,7 +9,8 @@ import shapely
 from elusive.charts import Coast, CoastPart, HardWater, NearestWater
 from elusive.sensors.radar import RadarSensor
 from elusive.systems.radar.land import LandEchoes, land_share
-from elusive.systems.radar.parameters import RadarTracking, survey
+from elusive.systems.radar.parameters import RadarTracking
+from elusive.systems.radar.survey import survey
 from elusive.systems.radar.track import track_radar
 from tests.systems.radar.coast_scene import area_of, coast_scene, land_of
 

@@ -10,10 +10,11 @@ from elusive.checks import broken
 from elusive.errors import DataError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io import open_radar_plots, write_radar_plots_csv
+from elusive.results import STATUSES
 from elusive.sensors.radar import RadarSensor
 from elusive.systems.radar.fit import bias_of, charted, fit_radar
 from elusive.systems.radar.parameters import RadarTracking
-from elusive.systems.radar.track import track_radar_recording
+from elusive.systems.radar.run import track_radar_recording
 from tests.charts.scenes import cell_path
 
 
@@ -58,6 +59,37 @@ def test_errors_detection_and_false_alarms_are_those_of_the_radar(seed):
 @pytest.mark.parametrize("seed", range(2, 20))
 def test_so_they_are_in_twenty_settings(seed):
     fitted_as_told(seed)
+
+
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.validate) for seed in range(1, 12))])
+def test_of_an_unknown_radar_each_ship_is_one_track(seed, tmp_path):
+    """Nothing is told of it: with 10 m, 1 mrad, .9 and one false alarm there are 14 tracks of 5 ships.
+
+    At crossings of two ships and at the view's edge a track may end: on the mean of the twelve 5.2 are measured.
+    """
+    rng = np.random.default_rng([seed, 77])
+    sensor, ships = some_radar(rng), 5
+    x, v, states = rng.uniform(-5000, 5000, (ships, 2)), rng.normal(0, 5, (ships, 2)), []
+    for _ in range(120):
+        v = v + rng.normal(0, 0.05 * 2.5**0.5, v.shape)
+        x = x + v * 2.5
+        states.append(np.column_stack([x[:, 0], v[:, 0], x[:, 1], v[:, 1]]))
+    write_radar_plots_csv(tmp_path / "plots.csv", [sensor.simulate(s, rng, 2.5 * k) for k, s in enumerate(states)])
+    source = open_radar_plots(tmp_path / "plots.csv")
+    outcome = track_radar_recording(source, RadarTracking(), None)
+    assert not broken(outcome.findings), outcome.findings
+    rows = outcome.log.rows
+    sure = rows[(rows["status"] == STATUSES.index("confirmed")) & (rows["time_s"] > 50)]
+    assert len(set(sure["track"].tolist())) <= ships + 1
+    found, beside = 0, 0
+    for k, state in enumerate(states[21:], 21):
+        far = np.hypot(state[:, 0], state[:, 2])
+        near = 4 * np.hypot(sensor.range_sd_m, sensor.bearing_sd_rad * far)
+        off = np.linalg.norm(sure["position"][sure["time_s"] == 2.5 * k][:, None] - state[:, [0, 2]], axis=2) < near
+        found += (off.any(axis=0) | (far > sensor.max_range_m)).sum()
+        beside += (~off.any(axis=1)).sum()
+    assert found >= 0.97 * ships * 99
+    assert beside <= 0.01 * ships * 99
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -19,10 +19,12 @@ from elusive.io.routes import Route
 from elusive.results import STATUSES, read_tracks_csv
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarPlot, scan_of
-from elusive.systems.radar.parameters import RecordedRadar, survey
+from elusive.systems.radar.parameters import RadarTracking, RecordedRadar
+from elusive.systems.radar.run import track_radar_recording
 from elusive.systems.radar.simulate import RadarSimulation, simulate_radar, voyage
 from elusive.systems.radar.summary import bias_row, contradicts
-from elusive.systems.radar.track import RadarTracking, track_radar, track_radar_recording
+from elusive.systems.radar.survey import survey
+from elusive.systems.radar.track import track_radar
 from tests.charts.scenes import cell_path
 
 FRAME = LocalFrame.at(-76.44, 38.97)

@@ -21,8 +21,6 @@ from elusive.systems.radar.voyage import crossing_routes
 SCENE = RadarScene
 
 # of the simulated radar, what the tracker is told
-FEW = 0.1  # false alarms a scan
-TOLD = ("range_sd_m", "bearing_sd_mrad", "doppler_sd_mps", "detection_probability", "false_alarms")
 
 
 @accepts(RadarSimulation)
@@ -64,16 +62,11 @@ def simulate_command(
     show(out.name, ("", ""), simulated.rows)
     say(f"Written to {out}: {', '.join(simulated.files)}")
     plots, truth = (shlex.quote(str(out / name)) for name in simulated.files[:2])
-    used = " ".join(f"--chart {shlex.quote(str(path))}" for path in chart or ()) or "--knowledge none"
-    seen = {name: getattr(parameters.radar, name) for name in TOLD}
-    if (
-        len(routes) > 1 or parameters.coast_echoes
-    ):  # a plot may be another ship's: none ever false would make it each track's own
-        seen["false_alarms"] = max(seen["false_alarms"], FEW)
-    seen = {name: value for name, value in seen.items() if value != RecordedRadar.model_fields[name].default}
-    told = "".join(f" --{name.replace('_', '-')} {value:g}" for name, value in seen.items())
+    used = "".join(f" --chart {shlex.quote(str(path))}" for path in chart or ())
+    doppler_sd = parameters.radar.doppler_sd_mps
+    told = "" if doppler_sd == RecordedRadar().doppler_sd_mps else f" --doppler-sd-mps {doppler_sd:g}"
     place = f"--radar-lat-deg {radar_lat:g} --radar-lon-deg {radar_lon:g}"
-    command = f"elusive track radar {plots} --truth {truth} {place} {used}{told}"
+    command = f"elusive track radar {plots} --truth {truth} {place}{used}{told}"
     say(f"To track: {command} --out tracks")
 
 

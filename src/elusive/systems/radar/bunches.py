@@ -57,11 +57,13 @@ class Bunches:
     def add_left_over(
         self, scan: RadarScan, sensor: RadarSensor, targets: Sequence[Target], water: Water | None
     ) -> None:
-        """Take in what no hull of a confirmed ship explains, off charted land; of points, every plot."""
+        """Take in what no confirmed ship explains, off charted land: by its hull, or as the plot of a point."""
         places, _ = sensor.places(scan)
         counted = at_sea(places, water)
         sure = [target for target in targets if target.life.status == "confirmed"]
-        if isinstance(sensor, HullRadar) and sure:
+        if not isinstance(sensor, HullRadar):
+            counted[[one.detection for one in sure if one.detection >= 0]] = False
+        elif sure:
             means, covariances = np.array([one.mean for one in sure]), np.array([one.covariance for one in sure])
             near = sensor.gate(means, covariances, scan, EXPLAINED)
             counted &= ~near.any(axis=0)

@@ -18,10 +18,10 @@ from elusive.sensors.radar_hulls import HullRadar
 from elusive.sensors.radar_scans import TURN_RAD, RadarScan
 from elusive.systems.radar.bunches import MOST, NEAR_M, Bunches
 from elusive.systems.radar.given import given_findings, seen_finding
-from elusive.systems.radar.parameters import RadarSurvey
 from elusive.systems.radar.rates import doppler_finding
 from elusive.systems.radar.registered import fixed_finding
 from elusive.systems.radar.still import still_finding
+from elusive.systems.radar.survey import RadarSurvey
 from elusive.tracking.detection_targets import Target
 
 KEPT = 0.9  # P(the constraints allow a track), at the median, of one that keeps to them
@@ -72,7 +72,11 @@ def findings_of(
         shown = seen.errors.range_sd_m, seen.errors.bearing_sd_rad
         names = "range", "bearing"
         if not seen.errors.crowded:
-            found += [_error(seen, name, *one, sd) for name, one, sd in zip(names, told, shown, strict=True)]
+            found += [
+                _error(seen, name, *one, sd)
+                for name, one, sd in zip(names, told, shown, strict=True)
+                if one[2] not in seen.found
+            ]
         found += [] if water is None else [_on_land(seen, water)]
         found += [doppler_finding(seen.errors.rates_mps, sensor.doppler_sd_mps)] if len(seen.errors.rates_mps) else []
     found += given_findings(seen.given, seen.way, sensor)
@@ -82,7 +86,8 @@ def findings_of(
         sds = (sensor.range_sd_m, sensor.bearing_sd_rad) if trusted is None else trusted[:2]
         found += [still_finding(seen.passed, *sds)]
     known = list(innovations)
-    found += [seen_finding(known, sensor)] if found[0].holds and found[1].holds else []
+    if found[0].holds and found[1].holds:
+        found += [seen_finding(known, sensor, told="detection_probability" not in seen.found)]
     scale = scale_of(np.array(known), 2, tolerance=INNOVATIONS, independent=INDEPENDENT)
     worst = scale.worst
     found.append(

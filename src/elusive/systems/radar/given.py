@@ -16,6 +16,7 @@ from elusive.sensors.radar_scans import RadarScan
 
 KEPT = 5000  # bearings by which steps are judged
 FEW = 20  # bearings
+SELDOM = 0.5  # share of the scans with a plot of a ship, below which it is asked why, whatever was told
 PLOTS, COPY = 3, 0.8  # of a scan that can be a copy, and the share of them that stood before
 LATER_S, TIMES, SAILS_MPS = 20.0, 5.0, 2.0  # that a radar stays, as often as it usually does, and how fast it went
 
@@ -105,9 +106,28 @@ def _frozen(given: Given, way: Array) -> Finding:
     )  # fmt: skip
 
 
-def seen_finding(innovations: Sequence[float], sensor: RadarSensor) -> Finding:
-    """Check that confirmed tracks have plots as often as was told; a scan without one has no innovation, NaN."""
-    told = sensor.detection_probability
+def seen_finding(innovations: Sequence[float], sensor: RadarSensor, *, told: bool = True) -> Finding:
+    """Check that confirmed tracks have plots as often as was told; a scan without one has no innovation, NaN.
+
+    What was not ``told`` was found, and is right; it may be too little of a radar that turns.
+    """
+    if not told:
+        return _seldom(innovations)
+    return _as_told(innovations, sensor.detection_probability)
+
+
+def _seldom(innovations: Sequence[float]) -> Finding:
+    values = np.array(innovations)
+    fact = share_of(int(np.isfinite(values).sum()), len(values), 1.0, tolerance=1 - SELDOM)
+    return Finding(
+        "radar.detection", fact.holds, 1.0, fact.seen,
+        f"Tracks have a plot in {100 * fact.seen:.0f} % of the scans alone: ships are hard to see, or what is taken "
+        "for a scan is a part of one, whose times are rounded.",
+        "Where plots have times of their own, tell --rotation-s.", grave=False,
+    )  # fmt: skip
+
+
+def _as_told(innovations: Sequence[float], told: float) -> Finding:
     values = np.array(innovations)
     fact = share_of(int(np.isfinite(values).sum()), len(values), told, tolerance=0.2)
     return Finding(

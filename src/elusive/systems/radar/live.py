@@ -18,9 +18,10 @@ from elusive.sensors.radar_scans import RadarScan
 from elusive.systems.radar.ais import AisFusion
 from elusive.systems.radar.bunches import Bunches
 from elusive.systems.radar.checks import constraints_kept, findings_of, innovation
-from elusive.systems.radar.parameters import RadarTracking, survey
+from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.results import ADDED
 from elusive.systems.radar.setting import bind_all, charts_in, check_place
+from elusive.systems.radar.survey import survey
 from elusive.systems.radar.track import track_radar
 from elusive.tracking.memory import Memory
 from elusive.tracking.reports import Report

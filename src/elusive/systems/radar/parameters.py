@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, ClassVar, Literal, Self
 
-import numpy as np
 from pydantic import Field, model_validator
 
-from elusive.charts import Coast, ExactWater, FieldWater, GridWater, HardWater, NearestWater, Water, WaterModel
+from elusive.charts import Coast, ExactWater, FieldWater, GridWater, HardWater, NearestWater, WaterModel
 from elusive.charts.charted_area import ChartedAreaParameters
 from elusive.charts.constraints import Constraint
 from elusive.contracts import Array, Knowledge, Motion
@@ -20,19 +19,19 @@ from elusive.motion import ConstantVelocity, MovingOrAnchored
 from elusive.motion.extent import WithExtent
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_hulls import HullRadar
-from elusive.sensors.radar_scans import RadarScan
-from elusive.systems.radar import bunches
-from elusive.systems.radar.bunches import Bunches, at_sea
-from elusive.systems.radar.given import Gathered, Given
-from elusive.systems.radar.land import LandEchoes, land_share
-from elusive.systems.radar.registered import FixedPlaces
-from elusive.systems.radar.triples import PlotErrors, Triples
+from elusive.systems.radar.land import LandEchoes
+from elusive.systems.radar.survey import RadarSurvey
 from elusive.tracking.detections import DetectionRules, DetectionTracker
 
 ROOM = 1.05  # greatest range in view, to the greatest of a plot
-HALF = 0.5  # P(water) below which a plot is on charted land
-PASSED = 10_000  # scans of which what stands still is looked for
 DOPPLER_ROOM = 1.5  # greatest range rate, to the greatest of a plot
+USUAL = {  # of a radar, where the recording does not show it
+    "range_sd_m": 10.0,
+    "bearing_sd_mrad": 1.0,
+    "detection_probability": 0.9,
+    "false_alarms": 1.0,
+}
+LEAST = 0.1  # of these, that errors are taken to be: particles find nothing by plots without any
 BEHAVIOURS = {  # of the coast's error, with which each of its parameters counts
     "coast_correlation_m": ("persistent", "bias"),
     "coast_share": ("persistent",),
@@ -67,89 +66,47 @@ MapUse = Annotated[NoMap | HardWater | NearestWater | GridWater | ExactWater | F
 ShipMotion = Annotated[UnderWay | UnderWayOrAnchored, Field(discriminator="kind")]
 
 
-class RadarSurvey(NamedTuple):
-    """What a look through a recording's scans says before they are tracked."""
-
-    scans: int
-    plots: int
-    max_range_m: float
-    max_doppler_mps: float  # 0 where there is none
-    on_chart: int  # plots on a chart
-    on_land: int  # plots on charted land
-    radar_on_chart: bool
-    bearings_deg: tuple[float, float] = (math.nan, math.nan)  # least and greatest
-    errors: PlotErrors | None = None  # that the plots show; None: too few follow each other
-    way: Array = np.zeros((1, 3))  # (S, 3) times and places of the radar itself [s, m]; one row where it rests
-    given: Given = Given()
-    fixed: Array = np.zeros((0, 2))  # (n, 2) places of echoes that stay, where the radar rests and there is a chart [m]
-    bunched: float = math.nan  # plots near a plot, off charted land, that chance does not explain; NaN: not known
-    passed: tuple[RadarScan, ...] = ()  # the first scans of a radar that moves
-
-    @property
-    def hulls(self) -> bool:
-        """Whether plots come in bunches, as those of ships that are seen by several echoes."""
-        return self.bunched > bunches.MOST and self.max_range_m > 2 * bunches.NEAR_M
-
-    def land_plots(self, sensor: RadarSensor, water: Water | None) -> float:
-        """Mean number of plots that a scan has of land, beside false alarms there; none where there are none ever."""
-        if water is None or not self.scans or not sensor.false_alarms:
-            return 0.0
-        return max(0.0, self.on_land / self.scans - sensor.false_alarms * land_share(sensor, water, self.way[:, 1:]))
-
-
-def survey(scans: Iterable[RadarScan], water: Water | None = None) -> RadarSurvey:
-    """Look through a radar's scans, and where its plots fall on a chart."""
-    count, plots, furthest, fastest, on_chart, on_land = 0, 0, 0.0, 0.0, 0, 0
-    triples, low, high, way = Triples(), math.inf, -math.inf, list[tuple[float, float, float]]()
-    bunched, gathered, fixed, scans_kept = Bunches(), Gathered(), FixedPlaces(), list[RadarScan]()
-    for scan in scans:
-        count, plots = count + 1, plots + scan.detections
-        if not way or way[-1][1:] != (scan.own.x_m, scan.own.y_m):
-            way.append((scan.time_s, scan.own.x_m, scan.own.y_m))
-        triples.add(scan)
-        gathered.add(scan)
-        if count <= PASSED:
-            scans_kept.append(scan)
-        low, high = float(scan.bearing_rad.min(initial=low)), float(scan.bearing_rad.max(initial=high))
-        places = RadarSensor().places(scan)[0]
-        if water is not None:
-            fixed.add(places)
-            known = water.known(places)
-            on_chart += int(known.sum())
-            on_land += int((known & (water.probability(places) < HALF)).sum())
-        bunched.add(scan, places, at_sea(places, water))
-        furthest = max(furthest, float(scan.range_m.max(initial=0.0)))
-        doppler = scan.doppler_mps[np.isfinite(scan.doppler_mps)]
-        fastest = max(fastest, float(np.abs(doppler).max(initial=0.0)))
-    where = np.array(way).reshape(-1, 3) if way else np.zeros((1, 3))
-    itself = water is not None and bool(water.known(where[:, 1:]).any())
-    bearings = math.degrees(low), math.degrees(high)
-    return RadarSurvey(
-        count, plots, furthest, fastest, on_chart, on_land, itself, bearings, triples.fit(), where, gathered.given,
-        fixed.places if len(where) == 1 else np.zeros((0, 2)), bunched.share,
-        tuple(scans_kept) if len(where) > 1 else (),
-    )  # fmt: skip
-
-
 class RecordedRadar(RadarSensor):
-    """The radar of a recording; its limits, where they are not given, are those of the plots."""
+    """The radar of a recording; what is not given is as its plots show."""
 
-    detection_probability: Probability = Field(0.9, description="Probability that a scan sees a ship, P_D")
-    false_alarms: NonNegative = Field(1.0, description="Mean number of false alarms a scan; 0: none ever")
+    range_sd_m: Positive | None = Field(  # type: ignore[assignment]
+        None, description="Deviation of a range, sigma_r; none: as the plots show, or 10 [m]"
+    )
+    bearing_sd_mrad: Positive | None = Field(  # type: ignore[assignment]
+        None, le=500, description="Deviation of a bearing, sigma_b; none: as the plots show, or 1 [mrad]"
+    )
+    detection_probability: Probability | None = Field(  # type: ignore[assignment]
+        None, description="Probability that a scan sees a ship, P_D; none: as a first pass shows, or .9"
+    )
+    false_alarms: NonNegative | None = Field(  # type: ignore[assignment]
+        None, description="Mean number of false alarms a scan, 0: none ever; none: as a first pass shows, or 1"
+    )
     max_range_m: Positive | None = Field(None, description="Greatest range in view [m]")
     max_doppler_mps: Positive | None = Field(
         None, description="Greatest range rate told apart, either sign: beyond it Doppler folds [m/s]"
     )
     doppler_probability: Probability = Field(1.0, description="Of simulations", json_schema_extra=FROM_RECORDING)
 
+    @property
+    def untold(self) -> tuple[str, ...]:
+        """What is as the recording shows, by name."""
+        return tuple(name for name in USUAL if getattr(self, name) is None)
+
+    def _check_view(self) -> None:
+        """Take none as that of the recording; the sensor that is made of both is checked."""
+
     def _check_range(self) -> None:
-        """Take none as that of the recording."""
+        """As well."""
 
     def bind(self, seen: RadarSurvey) -> RadarSensor:
-        """Return the sensor, with the limits of a recording where none are given."""
+        """Return the sensor, with the errors and limits of a recording where none are given."""
         fields = {name: getattr(self, name) for name in type(self).model_fields}
+        shown = {} if seen.errors is None else dict(zip(USUAL, seen.errors.told, strict=False))
+        for name, usual in USUAL.items():
+            if fields[name] is None:
+                fields[name] = max(shown.get(name, usual), LEAST * usual)
         if self.max_range_m is None:
-            fields["max_range_m"] = max(ROOM * seen.max_range_m, self.min_range_m + 2 * self.range_sd_m)
+            fields["max_range_m"] = max(ROOM * seen.max_range_m, self.min_range_m + 2 * fields["range_sd_m"])
         if self.max_doppler_mps is None:
             fields["max_doppler_mps"] = max(DOPPLER_ROOM * seen.max_doppler_mps, 2.01 * math.pi * self.doppler_sd_mps)
         return RadarSensor(**fields)

@@ -28,7 +28,7 @@ from elusive.systems.radar.ais import AisFusion
 from elusive.systems.radar.bunches import Bunches
 from elusive.systems.radar.checks import constraints_kept, findings_of, innovation
 from elusive.systems.radar.land import water_at
-from elusive.systems.radar.parameters import RadarSurvey, RadarTracking
+from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.report import (
     RadarKeeper,
     RadarPath,
@@ -37,6 +37,7 @@ from elusive.systems.radar.report import (
     radar_report,
 )
 from elusive.systems.radar.summary import bias_row, header, line_of, remarks, run_facts, verdict
+from elusive.systems.radar.survey import RadarSurvey
 from elusive.tracking.detection_targets import Target
 from elusive.tracking.detections import DetectionState, DetectionTracker
 from elusive.tracking.track import Step, Track

@@ -94,14 +94,14 @@ class RadarScene(Model):
     def example(cls) -> Self:
         """Return the ready example's."""
         lon, lat = _example_degrees(RADAR_M)[0]
-        seen = {"bearing_sd_mrad": 4.0, "detection_probability": 0.95}
+        seen = {"range_sd_m": 10.0, "bearing_sd_mrad": 4.0, "detection_probability": 0.95}
         return cls(
             routes_deg=(_example_degrees(WAY_M),),
             radar=Place(lon_deg=lon, lat_deg=lat),
             simulation=RadarSimulation(speed_mps=10.0, seed=3, radar=RadarSensor(**seen)),
             tracking=RadarTracking(
                 charted=ChartedAreaParameters(imprecision=Imprecision(coast_sigma_m=5.0)),
-                radar=RecordedRadar(**seen),
+                radar=RecordedRadar(**seen, false_alarms=1.0),
                 motion=UnderWay(q=(5 / 3) ** 2),
             ),
         )

@@ -25,10 +25,10 @@ from elusive.sensors.radar import RadarSensor
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.report import RadarTracked
 from elusive.systems.radar.results import RadarOutcome
+from elusive.systems.radar.run import track_radar_recording
 from elusive.systems.radar.scene import EXAMPLE_NAME, RadarScene, example_chart
 from elusive.systems.radar.simulate import simulate_radar
 from elusive.systems.radar.summary import errors_of
-from elusive.systems.radar.track import track_radar_recording
 
 LOST_AFTER = 10  # scans in a row outside of the tracks' own regions
 REGION_999 = 13.816  # chi-square of two degrees of freedom

@@ -11,8 +11,9 @@ from elusive.errors import DataError, ParameterError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io import RadarSource
 from elusive.sensors.radar import RadarSensor
-from elusive.systems.radar.parameters import RadarSurvey, RadarTracking
+from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.results import Surroundings
+from elusive.systems.radar.survey import RadarSurvey
 from elusive.tracking.detections import DetectionTracker
 
 

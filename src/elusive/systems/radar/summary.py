@@ -23,12 +23,19 @@ from elusive.io.truth import Truth
 from elusive.report.clock import Clock
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_hulls import HullRadar
-from elusive.systems.radar.parameters import RadarSurvey, RadarTracking
+from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.report import RadarPath
+from elusive.systems.radar.survey import RadarSurvey
 
 JUDGED = 20  # plots in a row by which chart and radar are compared
 UNLIKELY = math.log(0.05)  # mean logarithm of P(water) at them under which they contradict each other
 EVEN = 0.5
+NAMES = {
+    "range_sd_m": "deviation of ranges",
+    "bearing_sd_mrad": "deviation of bearings",
+    "detection_probability": "P_D",
+    "false_alarms": "false alarms",
+}
 LEAST = 1e-12  # P(water) below which it does not count less
 
 
@@ -153,6 +160,8 @@ def run_facts(
             f"{sensor.range_sd_m:g} m, {sensor.bearing_sd_mrad:g} mrad, {sensor.doppler_sd_mps:g} m/s; "
             f"P_D {sensor.detection_probability:g}, {sensor.false_alarms:g} false alarms a scan",
         ),
+        ("As the plots show", ", ".join(NAMES[name] for name in seen.found)),
+        ("Neither told nor shown", ", ".join(NAMES[name] for name in seen.assumed)),
         ("In view", f"to {sensor.max_range_m:.0f} m, range rates to {sensor.max_doppler_mps:.0f} m/s"),
         ("Ships", "hulls, along which plots lie" if isinstance(sensor, HullRadar) else ""),
         ("Particles a track", f"{parameters.particles}, estimate {parameters.estimate}"),

@@ -44,6 +44,11 @@ class PlotErrors(NamedTuple):
     rates_mps: Array  # (m, 3) of targets: how fast the range grows, Doppler of the middle plot, mean of the others'
     crowded: bool = False  # echoes lie so close to each other that the deviations come out too large
 
+    @property
+    def told(self) -> tuple[float, float]:
+        """Deviations of a range [m] and of a bearing [mrad], in as many digits as they are known to."""
+        return float(f"{self.range_sd_m:.3g}"), float(f"{1000 * self.bearing_sd_rad:.3g}")
+
 
 class _Places(NamedTuple):
     """Plots of a scan."""
