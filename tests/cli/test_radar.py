@@ -303,6 +303,7 @@ def test_neither_a_chart_nor_the_radars_place_is_needed(elusive_in: Run, tmp_pat
         code, said = elusive_in(*command, *more, "--out", out)
         assert code == 0, said
         assert "One ship was found" in said
+        assert "none, without a chart" in said
         assert ("tracks.geojson" in said) == (tmp_path / out / "tracks.geojson").exists() == (out == "placed")
     alone, placed = (read_tracks_csv(tmp_path / out / "tracks.csv").rows for out in ("out", "placed"))
     np.testing.assert_array_equal(alone["position"], placed["position"])

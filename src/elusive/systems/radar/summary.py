@@ -165,7 +165,7 @@ def run_facts(
         ("In view", f"to {sensor.max_range_m:.0f} m, range rates to {sensor.max_doppler_mps:.0f} m/s"),
         ("Ships", "hulls, along which plots lie" if isinstance(sensor, HullRadar) else ""),
         ("Particles a track", f"{parameters.particles}, estimate {parameters.estimate}"),
-        ("Knowledge", _knowledge(parameters)),
+        ("Knowledge", "none, without a chart" if charted is None else _knowledge(parameters)),
     ]
     if charted is not None:
         sigma = np.unique(charted.coast.sigma_m)
