@@ -117,6 +117,17 @@ def test_ellipses_hold_in_networks_that_nothing_was_chosen_on(without):
     assert run.covered <= 0.99
 
 
+@pytest.mark.parametrize("without", [(2, 7, 8), (1, 3, 5, 7)])
+def test_links_of_few_nodes_are_no_sums_over_voxels(without):
+    """Three people's amplitudes and places match most of what 21 links or 15 say, whatever it is."""
+    nodes, log, _ = recorded()
+    left = [k for k in range(len(nodes.names)) if k not in without]
+    links = ~np.isin(directed_links_of(len(nodes.names)), without).any(axis=1)
+    frames = [RssFrame(frame.time_s, frame.rss_dbm[links]) for frame in log[: EMPTY + 90]]
+    steps = track(frames, radio_nodes(nodes.positions_m[left]), LinkTracking(calibration_frames=EMPTY))
+    assert not any(step.state.site for step in steps)
+
+
 @pytest.mark.validate
 @pytest.mark.parametrize("calibration", [EMPTY, 35])
 def test_the_walker_is_followed_whatever_the_seed(calibration):

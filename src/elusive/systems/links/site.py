@@ -46,11 +46,12 @@ class Matched(NamedTuple):
     total: float  # squared changes
     left: float  # of these, unexplained
     amplitude_db: float  # of the first of them; NaN where nobody is matched
+    free: float  # share of the links that are not used up by amplitudes and places
 
     @property
     def explained(self) -> float:
-        """Share of the squared changes."""
-        return 1 - self.left / self.total if self.total > 0 else 0.0
+        """Share of the squared changes, adjusted for what the match of few links uses up (adjusted R squared)."""
+        return max(1 - self.left / (self.total * self.free), 0.0) if self.total > 0 and self.free > 0 else 0.0
 
 
 class Matching:
@@ -91,7 +92,8 @@ class Matching:
             people.append(np.array([matched[best], *self._cells[best]]))
             rest = rest - matched[best] * self._made[best]
         amplitude_db = _amplitude(self._sensor, change, np.array(people)) if people else math.nan
-        return Matched(total, float(rest @ rest), amplitude_db)
+        used = sum(map(len, people)) / max(int(np.isfinite(change).sum()), 1)
+        return Matched(total, float(rest @ rest), amplitude_db, 1 - used)
 
     def voxels(self, empty: Array, frames: Sequence[Matched], quantile: float = 0.5) -> Voxels:
         """Return what matched frames say of the log, whose links lost ``(K, L)`` with nobody there.
