@@ -40,7 +40,9 @@ def merged(targets: list[Target], within: float, room: Array | None = None) -> l
     order = [(target.life.status != "confirmed", target.life.track is None) for target in targets]
     for number in sorted(range(len(targets)), key=lambda number: order[number]):
         target = targets[number]
-        near = (other for other in kept if close[number, other])
+        # of a pair it is known jointly that they are two
+        with_it = -1 if target.pair is None else target.pair.track
+        near = (other for other in kept if close[number, other] and targets[other].life.track != with_it)
         same = next((other for other in near if apart(number, other) < within), None)
         if same is None:
             kept[number] = target

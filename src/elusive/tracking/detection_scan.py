@@ -9,12 +9,14 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from elusive.contracts import Array
 from elusive.filters.particle import _kernels
 from elusive.tracking.association import marginals
 from elusive.tracking.detection_births import Newborn
+from elusive.tracking.detection_pairs import paired
 from elusive.tracking.detection_targets import CERTAIN, Evidence, Expected, Target, after_scan
 from elusive.tracking.fixed_echoes import FORGOTTEN, EchoEvidence, EchoScan, FixedEcho, echo_after, echo_evidence
 from elusive.tracking.lifecycle import Life
@@ -24,7 +26,7 @@ HARDLY = 1e-9  # existence that begins no target
 
 def associated(
     alive: Sequence[Expected], found: Sequence[Evidence], echoes: Sequence[FixedEcho],
-    within: Sequence[NDArray[np.int64]], fixed: EchoScan | None, log_new: Array,
+    within: Sequence[NDArray[np.int64]], fixed: EchoScan | None, log_new: Array, rng: Generator,
 ) -> tuple[list[Target], list[FixedEcho], Array]:  # fmt: skip
     """Return targets and echoes after the scan, and the probability that each detection is none of theirs."""
     of_echoes = list[EchoEvidence]()
@@ -44,9 +46,10 @@ def associated(
     joined = marginals(target, detection, log_odds, len(both), len(log_new))
     made = np.split(joined.pairs, np.cumsum(reach)[:-1]) if len(both) else []
     missed, new = joined.missed.tolist(), None if fixed is None else fixed.new
+    together = paired(alive, found, made[: len(alive)], log_new, rng)
     after = [
-        after_scan(one, its, pairs, share, new)
-        for one, its, pairs, share in zip(alive, found, made, missed, strict=False)
+        after_scan(one, its, pairs, share, new, together.after.get(row))
+        for row, (one, its, pairs, share) in enumerate(zip(together.alive, together.found, made, missed, strict=False))
     ]
     left = list[FixedEcho]()
     if new is not None:

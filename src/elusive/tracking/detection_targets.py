@@ -29,6 +29,13 @@ LEAST_KURTOSIS = 1.3  # of a belief of one mode: a line has 1.8, a Gaussian 3, t
 CERTAIN = 1 - 1e-12  # existence, at most: a target may always have just gone
 
 
+class Pair(NamedTuple):
+    """A target's part in a pair: their particles are samples of one joint belief, row by row, of one weight each."""
+
+    track: int  # number of the other's
+    quiet: int  # scans since they contested a detection
+
+
 class Target(NamedTuple):
     """A target after a scan."""
 
@@ -45,6 +52,7 @@ class Target(NamedTuple):
     forbidden: bool  # what is known forbade what was measured, and was left out of the scan
     least_odds: float  # of existence, below which it is given up before it is a candidate
     echo: FixedEcho | None = None  # what it is if it is fixed and no target; their existences add up to one at most
+    pair: Pair | None = None  # with another that it contests detections with
 
 
 class Expected(NamedTuple):
@@ -121,10 +129,9 @@ def expected(
     if interval_s == 0:
         return Expected.at_rest(target)
     if _particle_kernels.effective_size(weights) < resample_below * n:
-        if kernel_width and transition(motion, interval_s) is not None and _has_one_mode(target):
-            d, counting = particles.shape[1], _particle_kernels.effective_size(weights)
-            width = kernel_width * (4 / ((d + 2) * counting)) ** (1 / (d + 4))
-            particles = smoothed(particles, weights, min(width, 1.0), rng)
+        if kernel_width and transition(motion, interval_s) is not None and has_one_mode(target):
+            counting = _particle_kernels.effective_size(weights)
+            particles = smoothed(particles, weights, kernel_of(kernel_width, particles.shape[1], counting), rng)
         else:
             particles = _kernels.gather(particles, resample(weights, n, rng), n)
         weights = np.full(n, 1 / n)
@@ -135,7 +142,12 @@ def expected(
     return Expected(target, survival * target.existence, particles, weights, *moments, allowed)
 
 
-def _has_one_mode(target: Target) -> bool:
+def kernel_of(times: float, components: int, counting: float) -> float:
+    """Width of a kernel about particles, in the cloud's deviations: so many times Silverman's for as many as count."""
+    return min(times * math.pow(4 / ((components + 2) * counting), 1 / (components + 4)), 1.0)
+
+
+def has_one_mode(target: Target) -> bool:
     """Tell a belief of one mode by the kurtosis along the axes of its ellipsoid."""
     squares, axes = np.linalg.eigh(target.covariance)
     if squares[0] <= 0:
@@ -214,10 +226,13 @@ def evidence(
     return Evidence(existence, weights, allowed, forbidden, which, likely, total, scale, its_echo)
 
 
-def after_scan(one: Expected, found: Evidence, made: Array, missed: float, new: NewEchoes | None = None) -> Target:
+def after_scan(
+    one: Expected, found: Evidence, made: Array, missed: float, new: NewEchoes | None = None,
+    joint: tuple[Array, Pair] | None = None,
+) -> Target:  # fmt: skip
     """Return the target, the probabilities known that it made each detection, ``(k,)``, and that it made none.
 
-    Where it may be a fixed echo, ``new`` says where the detections are.
+    Where it may be a fixed echo, ``new`` says where the detections are; of a pair, ``joint`` are its weights and it.
     """
     absent = missed * math.exp(-found.log_missed)
     gone_unseen, echo = absent * found.existence * float(found.total[0]), one.target.echo
@@ -228,8 +243,8 @@ def after_scan(one: Expected, found: Evidence, made: Array, missed: float, new: 
         echo, made = echo_after(echo, unseen, made * fixed, new, found.which), made * (1 - fixed)
     shares = np.concatenate([[gone_unseen], made])
     existence = float(shares.sum())
-    weights = found.weights
-    if existence > 0:
+    weights = found.weights if joint is None else joint[0]
+    if existence > 0 and joint is None:
         with np.errstate(divide="ignore", invalid="ignore"):
             factors = np.where(shares > 0, shares / (existence * found.total), 0.0)
         weights = weights * (factors @ found.likely)
@@ -241,7 +256,7 @@ def after_scan(one: Expected, found: Evidence, made: Array, missed: float, new: 
     return Target(
         one.target.life, existence, one.particles, weights, *_kernels.moments(one.particles, weights),
         one.weights, -1 if best == 0 else int(found.which[best - 1]), log_odds, found.allowed, found.forbidden,
-        one.target.least_odds, echo,
+        one.target.least_odds, echo, None if joint is None else joint[1],
     )  # fmt: skip
 
 

@@ -20,8 +20,10 @@ from pydantic import ConfigDict, Field, SerializeAsAny
 from elusive.contracts import Array, DetectionSensor, Knowledge, Motion, interval_since
 from elusive.filters.particle.parts import AnyKnowledge, Known
 from elusive.model import FROM_RECORDING, Model, NonNegative, Positive, Probability, or_own
+from elusive.motion import transition
 from elusive.tracking.detection_births import newborn
 from elusive.tracking.detection_doubles import kept_up, merged
+from elusive.tracking.detection_pairs import redrawn
 from elusive.tracking.detection_scan import associated, begun
 from elusive.tracking.detection_targets import Expected, Target, after_scan, evidence, expected
 from elusive.tracking.extended_scan import ExtendedSensor, associated_extended, joined
@@ -149,10 +151,13 @@ class DetectionTracker(DetectionRules):
         survival = math.exp(-interval_s / self.mean_life_s)
         sorted_out = Known.of(state.knowledge, self.sensor)
         known = sorted_out.maps + sorted_out.views
+        living = [target for target in state.targets if target.life.status != "deleted"]
+        if interval_s > 0:
+            width = 0.0 if transition(self.motion, interval_s) is None else self.kernel_width
+            living = redrawn(living, self.resample_below, width, rng)
         alive = [
             expected(target, self.motion, interval_s, survival, known, self.resample_below, self.kernel_width, rng)
-            for target in state.targets
-            if target.life.status != "deleted"
+            for target in living
         ]
         undetected = survival * state.undetected + self.births_per_s * interval_s
         # a map that may be wrong altogether never says less than its floor, and says that of land
@@ -209,7 +214,7 @@ class DetectionTracker(DetectionRules):
             if followed:
                 room = self.sensor.room(np.array([target.mean for target in followed]))
         else:
-            followed, echoes, unclaimed = associated(alive, found, echoes, within, fixed, log_new)
+            followed, echoes, unclaimed = associated(alive, found, echoes, within, fixed, log_new, rng)
         targets, fresh = begun(born, unclaimed, log_new, fixed, self.forget_below)
         return _Scanned(merged(followed, self.merge_within, room) + targets, echoes + fresh, born.detected)
 

@@ -76,25 +76,32 @@ def fixed_finding(fixed: Array, radar: Array, water: Water) -> Finding:
     fixed = fixed[water.known(fixed)] if len(fixed) else fixed
     fixed = fixed[:: max(1, math.ceil(len(fixed) / MOST))]
     dry = float((water.probability(fixed) < DRY).mean()) if len(fixed) else 1.0
-    said, remedy = "", ""
-    if len(fixed) >= FEW and dry < EXPLAINED:
+    inland = dry >= EXPLAINED  # as a bare coast before buildings looks, too
+    said, remedy, shore = "", "", _on_shore(fixed, water)
+    if len(fixed) >= FEW and min(dry, shore) < EXPLAINED:
         tried = [(_on_shore(one.places, water), one) for one in _readings(fixed - radar, radar)]
         share, best = max(tried, key=lambda one: one[0])
         moved = float(np.sqrt(((best.places - fixed) ** 2).sum(axis=1).mean()))
         wide = float(np.sqrt(fixed.var(axis=0).sum()))
-        if share >= EXPLAINED and share > _on_shore(fixed, water) + 0.2 and wide * SHAPE > moved:
-            said, remedy = f"; {100 * share:.0f} % lie just behind the coast if, for one, {best.what}", best.remedy
+        if share >= EXPLAINED and share > shore + 0.2 and wide * SHAPE > moved:
+            said = f"{f', {100 * shore:.0f} % just behind the coast' if inland else ''}; {100 * share:.0f} % lie "
+            said, remedy = f"{said}just behind the coast if, for one, {best.what}", best.remedy
     few = len(fixed) < FEW or (dry >= DRY and not said)
+    farther = (
+        ", unless what echoes there stands farther inland"
+        if inland
+        else ", and what stands on land is tracked as ships"
+    )
     return Finding(
         "radar.fixed", few, 1.0, dry,
         f"Of {len(fixed)} echoes that stay where they are {100 * dry:.0f} % lie on charted land{said}: "
         + (
-            "ships are as far off, and what stands on land is tracked as ships."
+            f"ships are as far off{farther}."
             if said
             else "they are moored or piers, or the chart, the radar's place or its north is wrong."
         ),
         remedy or "Compare the tracks that rest with the chart.",
-        grave=bool(said),
+        grave=bool(said) and not inland,
     )  # fmt: skip
 
 
