@@ -83,7 +83,7 @@ def fit_radar(scans: Iterable[RadarScan], name: str, known: Array | None = None,
     (range_sd, bearing_sd), share = seen.errors.told, seen.errors.share_sd
     parameters = RadarTracking()
     tracker = parameters.bind(parameters.radar.bind(seen), None)
-    detected, trials, false = counted(track_radar(scans, tracker, parameters), tracker, water, HALF, seen.way[:, 1:])
+    detected, trials, false = _counted(track_radar(scans, tracker, parameters), tracker, water, HALF, seen.way[:, 1:])
     beside = "plots of no track" + ("" if water is None else ", at sea")
     told = f"{seen.errors.targets:.0f} triples of plots of targets"
     told += "; too large: echoes lie too close to each other" if seen.errors.crowded else ""
@@ -155,7 +155,7 @@ def fitted(
         parameters = parameters.replace(extent=extent)
         _, tracker, laid = bind_all(parameters, seen, around, outline)
         steps, bunches = track_radar(islice(scans, FITTED_SCANS), tracker, parameters), Bunches()
-        detected, trials, false = counted(steps, tracker, laid.water, OPEN_SEA, seen.way[:, 1:], bunches)
+        detected, trials, false = _counted(steps, tracker, laid.water, OPEN_SEA, seen.way[:, 1:], bunches)
         if not bunches.share > MOST:  # of ships in company each plot is one's
             break
     if "detection_probability" in found and trials >= TRIALS:
@@ -169,7 +169,7 @@ def fitted(
     return parameters.replace(radar=radar.replace(**found)), seen
 
 
-def counted(
+def _counted(
     steps: Iterable[Step],
     tracker: DetectionTracker,
     water: Water | None,
