@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
@@ -22,30 +21,16 @@ from elusive.checks.fitted import Fit, Fitted
 from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.geometry.local_frame import LocalFrame
-from elusive.motion import ConstantVelocity
-from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarScan
 from elusive.sensors.radar_view import wrapped
-from elusive.systems.radar.bunches import MOST, Bunches
-from elusive.systems.radar.land import land_share
+from elusive.systems.radar.first_pass import FEWEST, heard_by
 from elusive.systems.radar.parameters import RadarTracking
-from elusive.systems.radar.results import Surroundings
-from elusive.systems.radar.setting import bind_all
-from elusive.systems.radar.survey import HALF, RadarSurvey, survey
-from elusive.systems.radar.track import track_radar
-from elusive.tracking.detections import DetectionTracker
-from elusive.tracking.track import Step
+from elusive.systems.radar.survey import HALF, survey
 
 SEARCH_M, SEARCH_RAD = 200.0, 0.05  # of a bias
 CELLS = 40  # along each axis of the histogram that a bias is first read from
 ROUNDS = 30
 LEAST_PLACES = 3  # known, from which a bias has an error
-KNOWN = 0.9  # existence from which a miss is one
-FITTED_SCANS, TRIALS = 300, 10  # of a recording, by which it is fitted before it is tracked; least of confirmed tracks
-LEAST_DETECTED, MOST_DETECTED = 0.2, 0.99  # beyond it a scan without a plot is the end of a track
-FEWEST = 0.01  # false alarms a scan: were there none ever, each plot would be its own ship's
-OPEN_SEA = 0.99  # P(water), where no plot is of the coast
-LEAST_SEA = 0.05  # share of the view that is taken to be sea at least
 
 
 class Bias(NamedTuple):
@@ -64,7 +49,7 @@ def fit_radar(scans: Iterable[RadarScan], name: str, known: Array | None = None,
     Parameters
     ----------
     scans
-        Read three times.
+        Read up to six times.
     name
         Of the recording, for a failure.
     known
@@ -81,9 +66,8 @@ def fit_radar(scans: Iterable[RadarScan], name: str, known: Array | None = None,
     if seen.errors is None:
         raise DataError(f"{name}: too few plots follow each other as a ship's do; give more scans.")
     (range_sd, bearing_sd), share = seen.errors.told, seen.errors.share_sd
-    parameters = RadarTracking()
-    tracker = parameters.bind(parameters.radar.bind(seen), None)
-    detected, trials, false = _counted(track_radar(scans, tracker, parameters), tracker, water, HALF, seen.way[:, 1:])
+    bound = lambda parameters: (parameters.bind(parameters.radar.bind(seen), None), water)  # noqa: E731
+    detected, trials, false, _ = heard_by(bound, scans, RadarTracking(), HALF, seen.way[:, 1:])
     beside = "plots of no track" + ("" if water is None else ", at sea")
     told = f"{seen.errors.targets:.0f} triples of plots of targets"
     told += "; too large: echoes lie too close to each other" if seen.errors.crowded else ""
@@ -120,89 +104,6 @@ def charted(charts: Sequence[str | Path], frame: LocalFrame) -> tuple[Array, Wat
         points = frame.project(as_geometries([*standing, *chart.marks]))
         places.append(shapely.get_coordinates(points))
     return np.unique(np.concatenate(places), axis=0), HardWater().bind(laid.coast)
-
-
-def fitted(
-    parameters: RadarTracking,
-    scans: Iterable[RadarScan],
-    seen: RadarSurvey,
-    around: Surroundings,
-    outline: Water | None,
-) -> tuple[RadarTracking, RadarSurvey]:
-    """Find what is not told: a radar's errors as plots show; detection, false alarms and hulls in a first pass.
-
-    Parameters
-    ----------
-    parameters
-        Of the run.
-    scans
-        The recording's, of which the first are tracked.
-    seen, around, outline
-        Of the look through it, and its charts.
-
-    Returns
-    -------
-    tuple
-        The parameters with all told, and the look with what was found or assumed.
-    """
-    radar = parameters.radar
-    undecided = parameters.extent is None and seen.hulls and isinstance(parameters.motion, ConstantVelocity)
-    if not radar.untold and not undecided:
-        return parameters, seen
-    found = {name: getattr(radar.bind(seen), name) for name in radar.untold}
-    shown = {"false_alarms"} if seen.errors is None else {"false_alarms", "range_sd_m", "bearing_sd_mrad"}
-    for extent in ("point", "hull") if undecided else (parameters.extent,):
-        parameters = parameters.replace(extent=extent)
-        _, tracker, laid = bind_all(parameters, seen, around, outline)
-        steps, bunches = track_radar(islice(scans, FITTED_SCANS), tracker, parameters), Bunches()
-        detected, trials, false = _counted(steps, tracker, laid.water, OPEN_SEA, seen.way[:, 1:], bunches)
-        if not bunches.share > MOST:  # of ships in company each plot is one's
-            break
-    if "detection_probability" in found and trials >= TRIALS:
-        shown.add("detection_probability")
-        found["detection_probability"] = float(f"{min(max(detected, LEAST_DETECTED), MOST_DETECTED):.3g}")
-    if "false_alarms" in found:
-        found["false_alarms"] = float(f"{max(false, FEWEST):.3g}")
-    seen = seen._replace(
-        found=tuple(name for name in found if name in shown), assumed=tuple(name for name in found if name not in shown)
-    )
-    return parameters.replace(radar=radar.replace(**found)), seen
-
-
-def _counted(
-    steps: Iterable[Step],
-    tracker: DetectionTracker,
-    water: Water | None,
-    sea: float,
-    way: Array,
-    bunches: Bunches | None = None,
-) -> tuple[float, int, float]:
-    """Count what a radar sees of confirmed tracks, and beside them where P(water) is ``sea`` at least.
-
-    What no ship explains is taken in by ``bunches``.
-
-    Returns
-    -------
-    tuple
-        Probability of detection, scans of confirmed tracks, and how many plots of no track a scan has, the view all
-        sea.
-    """
-    hits, trials, false, count = 0, 0, 0, 0
-    sensor = tracker.sensor
-    assert isinstance(sensor, RadarSensor)
-    for step in steps:
-        count += 1
-        confirmed = [one for one in step.state.targets if one.life.status == "confirmed" and one.existence > KNOWN]
-        trials += len(confirmed)
-        hits += sum(one.detection >= 0 for one in confirmed)
-        tracks = [one.detection for one in step.state.targets if one.life.status == "confirmed" and one.detection >= 0]
-        left = step.measurement.select_detections(np.delete(np.arange(step.measurement.detections), tracks))
-        if bunches is not None:
-            bunches.add_left_over(step.measurement, sensor, step.state.targets, water)
-        places = sensor.places(left)[0]
-        false += left.detections if water is None else int((water.probability(places) >= sea).sum())
-    open_share = 1.0 if water is None else max(1 - land_share(sensor, water, way), LEAST_SEA)
-    return (hits + 1) / (trials + 2), trials, false / (max(count, 1) * open_share)
 
 
 def bias_of(scans: Iterable[RadarScan], known: Array, range_sd_m: float, bearing_sd_rad: float) -> Bias | None:

@@ -13,7 +13,7 @@ from elusive.io.ship_truth import read_ship_truth
 from elusive.results import TrackLog
 from elusive.sensors.radar_scans import RadarScan
 from elusive.systems.radar.ais import AisFusion
-from elusive.systems.radar.fit import fitted
+from elusive.systems.radar.first_pass import fitted
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.results import ADDED, RadarOutcome, RadarRun
 from elusive.systems.radar.setting import bind_all, charts_in, check_place, frame_of

@@ -1,0 +1,172 @@
+"""What a first pass of the tracker says of a radar: how often it sees ships, how much else, and whether they are hulls.
+
+Tracks of ships that are missed more often than was assumed are lost, and what is seen of them counts as false: the
+recording is therefore tracked again with what was counted, until that is what was assumed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from itertools import islice
+from typing import NamedTuple
+
+import numpy as np
+
+from elusive.charts import Water
+from elusive.contracts import Array
+from elusive.motion import ConstantVelocity
+from elusive.sensors.radar import RadarSensor
+from elusive.sensors.radar_scans import RadarScan
+from elusive.systems.radar.bunches import MOST, Bunches
+from elusive.systems.radar.land import land_share
+from elusive.systems.radar.parameters import RadarTracking
+from elusive.systems.radar.results import Surroundings
+from elusive.systems.radar.setting import bind_all
+from elusive.systems.radar.survey import RadarSurvey
+from elusive.systems.radar.track import track_radar
+from elusive.tracking.detections import DetectionTracker
+
+KNOWN = 0.9  # existence from which a miss is one
+SCANS, TRIALS = 300, 10  # of a recording, by which it is judged before it is tracked; least of confirmed tracks
+PASSES, AS_ASSUMED = 3, 0.03  # at most, and the probability of detection that differs no more from what was assumed
+LEAST_DETECTED, MOST_DETECTED = 0.2, 0.99  # beyond it a scan without a plot is the end of a track
+FEWEST = 0.01  # false alarms a scan: were there none ever, each plot would be its own ship's
+OPEN_SEA = 0.99  # P(water), where no plot is of the coast
+LEAST_SEA = 0.05  # share of the view that is taken to be sea at least
+
+Bound = Callable[[RadarTracking], tuple[DetectionTracker, Water | None]]
+
+
+class Heard(NamedTuple):
+    """What a tracker counted."""
+
+    detected: float  # probability of detection
+    trials: int  # scans of confirmed tracks
+    false: float  # plots of no track a scan, the view all sea
+    bunches: Bunches  # of what no ship explains
+
+
+def fitted(
+    parameters: RadarTracking,
+    scans: Iterable[RadarScan],
+    seen: RadarSurvey,
+    around: Surroundings,
+    outline: Water | None,
+) -> tuple[RadarTracking, RadarSurvey]:
+    """Find what is not told: a radar's errors as plots show; detection, false alarms and hulls by tracking.
+
+    Parameters
+    ----------
+    parameters
+        Of the run.
+    scans
+        The recording's, of which the first are tracked.
+    seen, around, outline
+        Of the look through it, and its charts.
+
+    Returns
+    -------
+    tuple
+        The parameters with all told, and the look with what was found or assumed.
+    """
+    radar = parameters.radar
+    undecided = parameters.extent is None and seen.hulls and isinstance(parameters.motion, ConstantVelocity)
+    if not radar.untold and not undecided:
+        return parameters, seen
+
+    def bound(asked: RadarTracking) -> tuple[DetectionTracker, Water | None]:
+        _, tracker, laid = bind_all(asked, seen, around, outline)
+        return tracker, laid.water
+
+    found = {name: getattr(radar.bind(seen), name) for name in radar.untold}
+    shown = {"false_alarms"} if seen.errors is None else {"false_alarms", "range_sd_m", "bearing_sd_mrad"}
+    for extent in ("point", "hull") if undecided else (parameters.extent,):
+        parameters = parameters.replace(extent=extent)
+        heard = heard_by(bound, scans, parameters, OPEN_SEA, seen.way[:, 1:], SCANS)
+        if not heard.bunches.share > MOST:  # of ships in company each plot is one's
+            break
+    if "detection_probability" in found and heard.trials >= TRIALS:
+        shown.add("detection_probability")
+        found["detection_probability"] = float(f"{_possible(heard.detected):.3g}")
+    if "false_alarms" in found:
+        found["false_alarms"] = float(f"{max(heard.false, FEWEST):.3g}")
+    seen = seen._replace(
+        found=tuple(name for name in found if name in shown), assumed=tuple(name for name in found if name not in shown)
+    )
+    return parameters.replace(radar=radar.replace(**found)), seen
+
+
+def heard_by(
+    bound: Bound,
+    scans: Iterable[RadarScan],
+    parameters: RadarTracking,
+    sea: float,
+    way: Array,
+    first: int | None = None,
+) -> Heard:
+    """Count what a radar sees of confirmed tracks, and beside them where P(water) is ``sea`` at least.
+
+    Parameters
+    ----------
+    bound
+        Gives the tracker of parameters, and what it knows of water.
+    scans
+        Read once for each pass.
+    parameters
+        Of the run; what they tell of the radar stays.
+    sea
+        P(water) of places that count.
+    way
+        Of the radar, ``(S, 2)`` [m].
+    first
+        Number of scans that are tracked; None: all.
+    """
+    told = parameters.radar
+    for _ in range(PASSES):
+        tracker, water = bound(parameters)
+        heard = _counted(islice(scans, first), parameters, tracker, water, sea, way)
+        assumed = tracker.sensor.detection_probability  # type: ignore[attr-defined]
+        as_assumed = abs(heard.detected - assumed) < AS_ASSUMED
+        if told.detection_probability is not None or heard.trials < TRIALS or as_assumed:
+            break
+        false = max(heard.false, FEWEST) if told.false_alarms is None else told.false_alarms
+        radar = told.replace(detection_probability=_possible(heard.detected), false_alarms=false)
+        parameters = parameters.replace(radar=radar)
+    return heard
+
+
+def _possible(detected: float) -> float:
+    return min(max(detected, LEAST_DETECTED), MOST_DETECTED)
+
+
+def _counted(
+    scans: Iterable[RadarScan],
+    parameters: RadarTracking,
+    tracker: DetectionTracker,
+    water: Water | None,
+    sea: float,
+    way: Array,
+) -> Heard:
+    """Count in a pass; plots by which a track that is confirmed later began are none of nothing."""
+    sensor, bunches = tracker.sensor, Bunches()
+    assert isinstance(sensor, RadarSensor)
+    hits = trials = false = count = 0
+    begun: dict[int, int] = {}  # plots of each candidate
+    for step in track_radar(scans, tracker, parameters):
+        count, scan = count + 1, step.measurement
+        confirmed = [one for one in step.state.targets if one.life.status == "confirmed"]
+        known = [one.detection >= 0 for one in confirmed if one.existence > KNOWN]
+        trials, hits = trials + len(known), hits + sum(known)
+        bunches.add_left_over(scan, sensor, step.state.targets, water)
+        at_sea = np.ones(scan.detections, dtype=bool)
+        if water is not None and scan.detections:
+            at_sea = water.probability(sensor.places(scan)[0]) >= sea
+        left = at_sea.copy()
+        left[[one.detection for one in confirmed if one.detection >= 0]] = False
+        false += int(left.sum())
+        for one in step.state.targets:
+            if one.life.status == "candidate" and one.detection >= 0:
+                begun[one.life.track or 0] = begun.get(one.life.track or 0, 0) + int(at_sea[one.detection])
+        false -= sum(begun.pop(one.life.track or 0, 0) for one in confirmed)
+    open_share = 1.0 if water is None else max(1 - land_share(sensor, water, way), LEAST_SEA)
+    return Heard((hits + 1) / (trials + 2), trials, max(false, 0) / (max(count, 1) * open_share), bunches)
