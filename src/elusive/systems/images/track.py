@@ -8,11 +8,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator
 from itertools import count
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from elusive.contracts import Array
+from elusive.io.live_frames import TimedFrame
 from elusive.runner import timed
 from elusive.sensors import ImageSensor
 from elusive.systems.images.parameters import ImageTracking
@@ -21,9 +22,6 @@ from elusive.systems.images.recurrent import RecurrentImages, SeveralState
 from elusive.systems.images.several import SeveralImages
 from elusive.tracking import Life, Lifecycle, Step, Track
 from elusive.tracking.memory import Memory
-
-if TYPE_CHECKING:
-    from elusive.io.live_frames import TimedFrame
 
 __all__ = ["ImageTracking", "track_images"]
 
