@@ -192,9 +192,8 @@ def _followed(
         places = [track.mean[[X, Y]] for track in people.tracks if track.status == "confirmed"]
         away = away_from(nodes, np.array(places).reshape(-1, 2))
         rss = changing.step(rss, frame, empty=people.nobody, away=away)
-        held = (
-            voxels is None and look is not None and look.likely
-        )  # nobody is looked for by an effect that hardly holds
+        # nobody is looked for by an effect that hardly holds
+        held = voxels is None and look is not None and look.likely
         people = stages.step(people, frame.time_s, None if held else stages.seen(rss), rng)
         memory.keep(frame.time_s, calibration, rss, people, rng, look, voxels)
         words = "" if voxels is None else _words(voxels)
