@@ -25,6 +25,8 @@ class PeakMotions(Model):
     steady_q: NonNegative = Field(0.0003, description="Acceleration of a steady target, q [px^2 / frame^3]")
     agile_speed: Positive = Field(2.5, description="Deviation of another's velocity at first [px / frame]")
     agile_q: NonNegative = Field(0.03, description="Its acceleration, q [px^2 / frame^3]")
+    fast_speed: Positive = Field(8.0, description="Deviation of a fast target's velocity at first [px / frame]")
+    fast_q: NonNegative = Field(0.3, description="Its acceleration, q [px^2 / frame^3]")
     uneven: NonNegative = Field(
         0.7, description="Where frames are dropped or repeated: deviation of the way made, in speeds times frames"
     )
@@ -42,6 +44,7 @@ class PeakMotions(Model):
         moving = [
             (0.0, 0.0, self.steady_q, self.steady_speed, 0.0, 0.0),
             (0.0, 0.0, self.agile_q, self.agile_speed, self.uneven, 0.0),
+            (0.0, 0.0, self.fast_q, self.fast_speed, self.uneven, 0.0),
         ]
         return np.array(still + moving)
 
@@ -63,7 +66,7 @@ class PeakMotions(Model):
         moving = np.flatnonzero(~rests)
         found = np.diag(np.where(rests, 1 - self.set_off, 1 - self.change))
         found[np.ix_(rests, ~rests)] = self.set_off / len(moving)
-        found[moving, moving[::-1]] = self.change
+        found[np.ix_(~rests, ~rests)] += self.change / (len(moving) - 1) * (1 - np.eye(len(moving)))
         return found
 
     @property
