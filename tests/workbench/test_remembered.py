@@ -83,6 +83,8 @@ def test_a_run_stays_with_its_settings_and_the_page_says_what_was_changed(
     choose_in(page, page.get_by_label("Colours"), "dark")
     page.locator("body.body--dark").wait_for()
     page.get_by_role("link", name="elusive workbench").click()
+    page.get_by_role("heading", name="What shall be tracked?").wait_for()
+    page.wait_for_function("window.did_handshake")  # what is pressed before that is lost
     page.get_by_role("button", name="Run the example: People in a radio network").click()
     page.locator(READY).wait_for()
     page.locator("body.body--dark").wait_for()  # colours go from page to page
