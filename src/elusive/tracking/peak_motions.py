@@ -17,7 +17,7 @@ RESTING = ((0.0, 0.0, 1.0), (0.0, 0.0, 6.0), (0.5, 0.0, 1.0), (1.5, 0.0, 1.0), (
 
 
 class PeakMotions(Model):
-    """Ways of resting, and two of moving: steadily, or in any manner; times are frames, places are in the scene."""
+    """Ways of resting, and three of moving: steadily, in any manner, fast; times are frames, places in the scene."""
 
     walk: NonNegative = Field(0.02, description="Drift of what rests, by the registration's errors [px / frame^.5]")
     sway: Positive = Field(1.0, description="What rests sways and hops by this many times .5 to 4 px")
@@ -27,6 +27,9 @@ class PeakMotions(Model):
     agile_q: NonNegative = Field(0.03, description="Its acceleration, q [px^2 / frame^3]")
     fast_speed: Positive = Field(8.0, description="Deviation of a fast target's velocity at first [px / frame]")
     fast_q: NonNegative = Field(0.3, description="Its acceleration, q [px^2 / frame^3]")
+    fast_odds: Positive = Field(
+        0.3, le=1, description="A fast target is this many times as likely beforehand as another that moves"
+    )
     uneven: NonNegative = Field(
         0.7, description="Where frames are dropped or repeated: deviation of the way made, in speeds times frames"
     )
@@ -59,19 +62,23 @@ class PeakMotions(Model):
         jitter, hop = self.table[self.rests][:, 0], self.table[self.rests][:, 5]
         return np.asarray(np.sqrt(self.sway**2 + jitter**2 + hop**2))
 
+    @property
+    def _moving(self) -> Array:
+        """Probability of each motion given that it moves, ``(M,)``."""
+        odds = np.where(self.rests, 0.0, 1.0)
+        odds[-1] = self.fast_odds
+        return np.asarray(odds / odds.sum())
+
     @cached_property
     def switch(self) -> Array:
         """Probability of each motion, a row, being followed by each, a column, a frame later."""
-        rests = self.rests
-        moving = np.flatnonzero(~rests)
-        found = np.diag(np.where(rests, 1 - self.set_off, 1 - self.change))
-        found[np.ix_(rests, ~rests)] = self.set_off / len(moving)
-        found[np.ix_(~rests, ~rests)] += self.change / (len(moving) - 1) * (1 - np.eye(len(moving)))
-        return found
+        rests, moving = self.rests, self._moving
+        others = np.where(np.eye(len(moving), dtype=bool), 0.0, moving)
+        leaves = np.where(rests, self.set_off, self.change)
+        return np.asarray(np.diag(1 - leaves) + leaves[:, None] * others / others.sum(axis=1, keepdims=True))
 
     @property
     def first_weights(self) -> Array:
         """Probability of each motion of what has just appeared, ``(M,)``."""
-        rests = self.rests
-        shares = (1 - self.moving_share) / rests.sum(), self.moving_share / (~rests).sum()
-        return np.asarray(np.where(rests, *shares))
+        resting = self.rests / self.rests.sum()
+        return np.asarray((1 - self.moving_share) * resting + self.moving_share * self._moving)
