@@ -56,13 +56,26 @@ def imprecise(seed, times=5.0):
     ]
 
 
-def two_alternating(seed):
-    """Two emitters, each heard at every second time."""
+def second(seed):
+    """The bearings of another emitter at the same times."""
     flight, sensors = RIGHT.flight(), RIGHT.placed_sensors
     other = flight.states.copy()
     other[:, 0], other[:, 2] = 30 - other[::-1, 0], 60 - other[:, 2]
-    theirs = sensors.simulate(other, flight.times_s, np.random.default_rng([seed, 5]))
-    return [one if k % 2 else two for k, (one, two) in enumerate(zip(flown(seed), theirs, strict=True))]
+    return sensors.simulate(other, flight.times_s, np.random.default_rng([seed, 5]))
+
+
+def two_alternating(seed):
+    """Two emitters, each heard at every second time."""
+    return [one if k % 2 else two for k, (one, two) in enumerate(zip(flown(seed), second(seed), strict=True))]
+
+
+def two_at_random(seed):
+    """Two emitters, of which each sensor hears one or the other at each time."""
+    rng = np.random.default_rng([seed, 7])
+    return [
+        one._replace(azimuth_rad=np.where(rng.random(len(one.sensor)) < 0.5, one.azimuth_rad, two.azimuth_rad))
+        for one, two in zip(flown(seed), second(seed), strict=True)
+    ]
 
 
 def resting(seed, place=(30.0, 35.0), velocity=(0.0, 0.0), sigma_deg=SIGMA_DEG):
@@ -183,6 +196,8 @@ WRONG = {
     "swapped": (flown, SITES_M[:, ::-1], SIGMA_DEG, "x and y exchanged"),
     "degrees": (flown, SITES_M / 1.1e5 + (5.1, 53.2), SIGMA_DEG, "longitudes and latitudes"),
     "too sure": (flown, SITES_M, SIGMA_DEG / 10, "they fit with a deviation of"),
+    "too sure by four": (flown, SITES_M, SIGMA_DEG / 4, "they fit with a deviation of"),  # two short tracks explain it
+    "two at random": (two_at_random, SITES_M, SIGMA_DEG, "more than one emitter"),
     "north": (lambda seed: erring(seed, turned_deg=6.0), SITES_M, SIGMA_DEG, "azimuths of sensor 2 are"),
     "clock": (lambda seed: erring(seed, late=3), SITES_M, SIGMA_DEG, "sensor 2"),
     "imprecise": (imprecise, SITES_M, SIGMA_DEG, "sensor 2 reports lies"),

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Callable, Iterator, Sequence
 from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import chdtri
 
 from elusive.contracts import Array, X, Y
+from elusive.errors import DataError
+from elusive.filters.gaussian.geolocation import Geolocation
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearings import wrapped
 from elusive.systems.bearings.choices import Cruise, Interacting, SeveralEmitters
@@ -26,7 +30,8 @@ FEWEST, MOST = 3, 5  # sensors of which one alone may be read otherwise
 TOGETHER, EXPLAINED, NEAR = 0.3, 0.7, 4.0  # share of the times with two tracks, of the bearings near one; deviations
 HEARD_AT_TIMES, FALSE_AT_TIMES = 0.4, 0.5  # probability, and number
 DEVIATIONS = (1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 7.0, 10.0, 14.0, 20.0, 30.0, 50.0)  # tried, of the one told
-ALONE = 4.0  # times the deviation told up to which a greater one is no second emitter
+ALONE = 4.0  # times the deviation told up to which a greater one is no second emitter, where no fixes tell
+FIXES, CROSSING = 8, 0.5  # times with a fix that are enough, and their deviation to the likeliest of one emitter
 SIGMA_MOST_DEG = 60.0
 
 
@@ -116,8 +121,7 @@ def cause_of(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSi
         if turned is not None:
             return Cause(*turned)
         likeliest = _likeliest(heard, parameters, sites)
-        near = likeliest is not None and likeliest < ALONE * parameters.sigma_deg
-        if not near and several_explain(heard, parameters, sites):
+        if not _one_scatters(heard, likeliest, parameters, sites) and several_explain(heard, parameters, sites):
             return Cause(
                 "they are of more than one emitter, as two tracks or more explain them",
                 "Do not rely on the track; take --emitters several.",
@@ -167,6 +171,28 @@ def several_explain(heard: Sequence[object], parameters: BearingTracking, sites:
             away = np.abs(wrapped(step.measurement.azimuth_rad[:, None] - angle)).min(axis=1)
             near, count = near + int((away < NEAR * sigma).sum()), count + len(away)
     return together > TOGETHER * times and near > EXPLAINED * max(count, 1)
+
+
+def _one_scatters(
+    heard: Sequence[BearingSet], likeliest_deg: float | None, parameters: BearingTracking, sites: SensorSites
+) -> bool:
+    """Say whether one emitter's bearings of a greater deviation are likelier than several emitters'.
+
+    Where three sensors or more hear one emitter, their lines miss a point of their own time by their deviation,
+    wherever it goes: several emitters leave a quarter of the times, at least, too close for that.
+    """
+    if likeliest_deg is None:
+        return False
+    missed = []
+    for times in heard:
+        places = sites.positions_m[times.sensor] if times.places_m is None else times.places_m
+        if len(times.sensor) > 2:
+            with contextlib.suppress(DataError):  # lines that meet nowhere
+                fix = Geolocation().locate(times.azimuth_rad, places[:, :2])
+                missed.append((fix.residuals_rad**2).sum() / chdtri(len(times.sensor) - 2, 0.75))
+    if len(missed) < FIXES:
+        return likeliest_deg < ALONE * parameters.sigma_deg
+    return math.degrees(math.sqrt(np.quantile(missed, 0.25))) > CROSSING * likeliest_deg
 
 
 def _likeliest(heard: Sequence[object], parameters: BearingTracking, sites: SensorSites) -> float | None:
