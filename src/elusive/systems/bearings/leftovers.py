@@ -25,7 +25,7 @@ FEW = 8.0  # independent residuals below which they tell nothing
 HALF, MOST = 0.67449, 1.95996  # deviations that half and 95 % of a Gaussian's residuals lie within
 FAR, STRAYS = 5.0, 0.1  # deviations from the track, and the share of bearings that may be as far
 WIDE_HALF, WIDE_MOST = 1.35, 1.7  # residuals to those expected, beyond their own errors
-UNEVEN = 1.5  # the same, of one sensor's in the median, where all together are as they should be
+UNEVEN = 1.5  # the same, of one sensor's in the median, in those of the others together
 PERSISTING = 0.4  # correlation of a sensor's residuals from a time to the next
 CLIPPED = 3.0  # deviations, in a correlation: a stray or two shall not make it
 LARGE = 3.0  # deviations of a reading: what is left of so much tells something all the same
@@ -96,12 +96,13 @@ def scale_of(left: Leftovers) -> Scale:
 
 
 def least_precise(left: Leftovers) -> tuple[int, float]:
-    """Return the sensor whose residuals are largest beyond their number's doing, and their size in the median."""
+    """Return the sensor whose residuals exceed the others' most, beyond their number's doing, and their median size."""
     worst, size = -1, 0.0
     for number in np.unique(left.sensor).tolist():
-        of = left.of(number)
+        of, others = left.of(number), left.deviations[left.sensor != number]
         half = float(np.median(np.abs(of.deviations))) / HALF
-        if of.number >= FEW and size < half and half > UNEVEN + 1.17 * 4 / math.sqrt(of.number):
+        usual = max(float(np.median(np.abs(others))) / HALF, 1.0) if len(others) else 1.0
+        if of.number >= FEW and size < half and half > usual * (UNEVEN + 1.17 * 4 / math.sqrt(of.number)):
             worst, size = number, half
     return worst, size
 
