@@ -137,6 +137,21 @@ def test_gaps_hold_no_peaks():
         assert len(x) > 20
 
 
+@pytest.mark.parametrize("missing", [0.02, 0.1, 0.2])
+def test_pixels_missing_here_and_there_hide_nothing(missing):
+    """A moving target of 14 dB keeps the strength that the known share of its pixels leaves it, within a fifth."""
+    rng = np.random.default_rng(6)
+    paths = np.stack([10 + 0.7 * np.arange(60), 20 + 0.5 * np.arange(60)], axis=1)
+    whole = [1000 + rng.normal(0, 25, (64, 64)) + bell((64, 64), *p, 1.0, 125) for p in paths]
+    known = [np.where(rng.random(frame.shape) < missing, np.nan, frame) for frame in whole]
+    strength = []
+    for found in (found_in(whole), found_in(known)):
+        ranks = [nearest(peaks, place) for peaks, place in zip(found[10:], paths[10:], strict=True)]
+        assert np.mean([rank is not None and rank < 5 for rank in ranks]) >= 0.9
+        strength.append(np.median([found[10 + k].strength[i] for k, i in enumerate(ranks) if i is not None]))
+    assert strength[1] > 0.8 * np.sqrt(1 - missing) * strength[0]
+
+
 def test_a_stuck_pixel_is_no_point_once_the_camera_has_moved():
     scene = recording(n=30, defect=(70, 33))
     found = found_in(scene.frames)

@@ -14,7 +14,9 @@ from elusive.preprocess import scales
 from elusive.preprocess._scale_kernels import Image, Mask
 from elusive.preprocess.stuck import StuckPixels
 
-FILL_PX = 4.0  # width of the surroundings from which gaps are filled
+FILL_PX, NEXT_PX = 4.0, 1.0  # width of the surroundings from which gaps are filled, and of a lone pixel's
+NEXT_SHARE = 0.3  # of what is about a pixel, next to it, which must be known to fill it
+LOST_PX, LOST_SHARE = 1.5, 0.5  # where so much is missing within such a width, nothing is seen
 SUSPECT = 4.0  # deviations from which a point may be a stuck pixel
 FORGIVEN, FORGET_PX = 2.0, 5.0  # deviations of its mean height below which a pixel is none, after such a path
 
@@ -22,20 +24,33 @@ BESIDE = (0, 1, 2, 5, 6, 7), (0, 3, 5, 2, 4, 7)  # of the eight neighbours, thos
 
 
 def fill_gaps(image: Image, number: int) -> tuple[Image, list[Mask] | None]:
-    """Fill what is not finite from about it, and tell where each scale does not see enough; None where all is seen."""
+    """Fill what is not finite from about it, and tell where each scale does not see enough; None where all is seen.
+
+    A pixel missing here and there is known from those next to it, and hides nothing.
+    """
     if np.isfinite(image.sum()):
         return image, None
     gaps = ~np.isfinite(image)
     if gaps.all():
         raise DataError(f"frame {number}: no pixel is finite; drop it.")
-    known = np.where(gaps, 0.0, image - np.median(image[~gaps]))
-    share = ndimage.gaussian_filter((~gaps).astype(np.float32), FILL_PX)
-    fill = np.median(image[~gaps]) + ndimage.gaussian_filter(known, FILL_PX) / np.maximum(share, 1e-3)
-    hidden, gap = [], gaps
+    level = np.median(image[~gaps])
+    known = np.where(gaps, 0.0, image - level).astype(np.float32)
+    fill, _ = _mean_about(known, gaps, FILL_PX)
+    nearest, near = _mean_about(known, gaps, NEXT_PX)
+    fill = level + np.where(near > NEXT_SHARE, nearest, fill)
+    missing = gaps.astype(np.float32)
+    hidden = []
     for k in range(scales.count_of(image.shape)):
-        gap = gap if k == 0 else ndimage.maximum_filter(gap, 3)[::2, ::2]
-        hidden.append(ndimage.maximum_filter(gap, 7))
+        missing = missing if k == 0 else ndimage.uniform_filter(missing, 3)[::2, ::2]
+        lost = ndimage.gaussian_filter(missing, LOST_PX) > LOST_SHARE
+        hidden.append(ndimage.maximum_filter(lost, 7))
     return np.where(gaps, fill, image).astype(np.float32), hidden
+
+
+def _mean_about(known: Image, gaps: Mask, width_px: float) -> tuple[Image, Image]:
+    """Mean of what is known about each pixel, and the share of what is about it that is known."""
+    share = ndimage.gaussian_filter((~gaps).astype(np.float32), width_px)
+    return ndimage.gaussian_filter(known, width_px) / np.maximum(share, np.float32(1e-3)), share
 
 
 class Watched(NamedTuple):
