@@ -23,6 +23,7 @@ from elusive.preprocess import _summit_kernels, peak_tails, scales
 from elusive.preprocess._scale_kernels import Image, Mask
 from elusive.preprocess.dead_lines import without_dead_lines
 from elusive.preprocess.drawn import Drawn, drawn, without_drawn
+from elusive.preprocess.impulses import without_impulses
 from elusive.preprocess.peak_maps import Found, Groups, PeakMaps, find, groups_of, in_space, in_time
 from elusive.preprocess.peak_tails import TailState
 from elusive.preprocess.repair import NONE_WATCHED, SUSPECT, Watched, fill_gaps, watch, without_stuck
@@ -115,7 +116,8 @@ class PeakFinder(Model):
         unit = state.unit or _unit(frame)
         image = np.multiply(frame, unit or 1.0, dtype=np.float32, order="C")
         over = drawn(state.drawn, image)
-        image, hidden = fill_gaps(without_drawn(image, over.mask), state.frames_seen)
+        known = without_impulses(image, state.drawn.last if state.drawn else None, state.step_px)
+        image, hidden = fill_gaps(without_drawn(known, over.mask), state.frames_seen)
         image = without_dead_lines(image)
         pedestal, quantum = _levels(image)
         whole = without_stuck(image, self.stuck, state.stuck)

@@ -20,6 +20,7 @@ LOST_PX, LOST_SHARE = 1.5, 0.5  # where so much is missing within such a width, 
 SUSPECT = 4.0  # deviations from which a point may be a stuck pixel
 FORGIVEN, FORGET_PX = 2.0, 5.0  # deviations of its mean height below which a pixel is none, after such a path
 
+NEIGHBOURS = np.array([(j, i) for j in (-1, 0, 1) for i in (-1, 0, 1) if j or i])
 BESIDE = (0, 1, 2, 5, 6, 7), (0, 3, 5, 2, 4, 7)  # of the eight neighbours, those in other rows; in other columns
 
 
@@ -123,9 +124,13 @@ def _stuck(judge: StuckPixels, state: Watched) -> Mask:
 
 
 def _neighbours(image: Image, pixels: NDArray[np.int64]) -> Image:
-    """Values of the eight neighbours, ``(8, m)``, mirrored at the edge."""
-    around = np.array([(j, i) for j in (-1, 0, 1) for i in (-1, 0, 1) if j or i])
-    row, column = (at + step[:, None] for at, step in zip(np.divmod(pixels, image.shape[1]), around.T, strict=True))
+    """Values of the eight neighbours, ``(8, m)``."""
+    return values_about(image, pixels, NEIGHBOURS)
+
+
+def values_about(image: Image, pixels: NDArray[np.int64], steps: NDArray[np.int64]) -> Image:
+    """Values at steps ``(n, 2)`` of rows and columns from pixels ``(m,)``, ``(n, m)``, mirrored at the edge."""
+    row, column = (at + step[:, None] for at, step in zip(np.divmod(pixels, image.shape[1]), steps.T, strict=True))
     mirrored = [size - 1 - np.abs(size - 1 - np.abs(at)) for at, size in zip((row, column), image.shape, strict=True)]
     found: Image = image[mirrored[0], mirrored[1]]
     return found

@@ -180,6 +180,11 @@ def test_a_recorded_scene_is_seldom_remarked_on(moved):
     assert np.mean([bool(failing(scene(moved, seed=seed), **LEARNT)) for seed in range(20)]) <= 1 / 20
 
 
+def test_levels_that_flicker_are_no_other_order_of_axes():
+    levels = np.random.default_rng(2).normal(0, 200, (30, 1, 1))
+    assert "frames.axes" not in failing(scene() + levels, **LEARNT)
+
+
 def test_the_order_of_noise_alone_is_a_remark():
     """Without a scene the shape alone tells: as many frames as rows, of a square camera."""
     found = failing(np.random.default_rng(0).normal(0, 1, (64, 64, 30)), **LEARNT)

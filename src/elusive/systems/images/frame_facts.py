@@ -136,9 +136,10 @@ class FrameFacts:
             return image[SHIFT + down : rows - SHIFT + down, SHIFT + right : columns - SHIFT + right]
 
         here = moved(part, 0, 0)
-        along_time = min(_rms(moved(last, i, j) - here) for i in moves for j in moves)
-        along_x = min(_rms(moved(part, i, -1) - here) for i in moves)
-        along_y = min(_rms(moved(part, -1, j) - here) for j in moves)
+        # their levels aside: those of frames may flicker
+        along_time = min(float(np.std(moved(last, i, j) - here)) for i in moves for j in moves)
+        along_x = min(float(np.std(moved(part, i, -1) - here)) for i in moves)
+        along_y = min(float(np.std(moved(part, -1, j) - here)) for j in moves)
         self.steps.append((along_time**2, along_x**2, along_y**2))
         if len(self.steps) > KEPT:
             self.steps = self.steps[::2]
