@@ -11,6 +11,7 @@ from scipy import ndimage
 from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.preprocess import scales
+from elusive.preprocess._repair_kernels import surroundings
 from elusive.preprocess._scale_kernels import Image, Mask
 from elusive.preprocess.stuck import StuckPixels
 
@@ -61,7 +62,7 @@ def without_stuck(image: Image, judge: StuckPixels, state: Watched) -> Image:
     if not len(stuck):
         return image
     whole = image.copy()
-    whole.ravel()[stuck] = np.median(_neighbours(image, stuck), axis=0)
+    whole.ravel()[stuck] = surroundings(image, stuck)[1]
     return whole
 
 
@@ -77,8 +78,7 @@ def watch(image: Image, judge: StuckPixels, state: Watched, places_px: Array, sc
     looks = np.ones(len(pixels))
     looks[known] += state.looks
     gain = 1.0 / np.minimum(looks, judge.memory_px)
-    near = _neighbours(image, pixels).astype(np.float64)
-    level = np.median(near, axis=0)
+    near, level = surroundings(image, pixels)
     height = image.ravel()[pixels] - level
     means = []
     for before, now in ((state.height, height), (state.square, height**2), (state.about, near - level)):
@@ -105,12 +105,3 @@ def _stuck(judge: StuckPixels, state: Watched) -> Mask:
     narrow = each_way | one_way[0] | one_way[1]
     sure = _sureness(judge, state.height, state.square, state.looks) > judge.spike
     return np.asarray(narrow & sure & (state.looks > judge.path_px))
-
-
-def _neighbours(image: Image, pixels: NDArray[np.int64]) -> Image:
-    """Values of the eight neighbours, ``(8, m)``, mirrored at the edge."""
-    around = np.array([(j, i) for j in (-1, 0, 1) for i in (-1, 0, 1) if j or i])
-    row, column = (at + step[:, None] for at, step in zip(np.divmod(pixels, image.shape[1]), around.T, strict=True))
-    mirrored = [size - 1 - np.abs(size - 1 - np.abs(at)) for at, size in zip((row, column), image.shape, strict=True)]
-    found: Image = image[mirrored[0], mirrored[1]]
-    return found
