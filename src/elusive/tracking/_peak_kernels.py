@@ -96,6 +96,14 @@ def _first(values: Array, least: float) -> int:
     return low
 
 
+@njit(cache=True, nogil=True)
+def _doubled(rows: Array) -> Array:
+    """Return an array of twice as many rows, of which the second half is not set."""
+    more = np.empty((2 * len(rows), rows.shape[1]))
+    copy_rows(more, rows)
+    return more
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def explain(
     place: Array,
@@ -123,10 +131,11 @@ def explain(
     """
     n, kinds = weight.shape
     target, peak = np.empty(4 * n + 16, np.int64), np.empty(4 * n + 16, np.int64)
-    ratio, rough = np.zeros((len(target), kinds)), np.zeros((len(target), kinds))
+    ratio, rough = np.empty((len(target), kinds)), np.empty((len(target), kinds))
     pairs, widest = 0, 0.0
     for j in range(len(places)):
         widest = max(widest, spread[j])
+    rarity = detected * np.exp(-log_clutter)
     across, along, looks = places[by_x, 0], places[by_x, 1], bright[by_x]
     inside = np.empty(len(places), np.int64)
     # of each motion of a target: variance of a peak's place without its own, and what is uneven of the way
@@ -157,8 +166,7 @@ def explain(
         for j in inside[:found]:
             if pairs == len(target):
                 target, peak = np.concatenate((target, target)), np.concatenate((peak, peak))
-                nothing = np.zeros_like(ratio)
-                ratio, rough = np.concatenate((ratio, nothing)), np.concatenate((rough, nothing))
+                ratio, rough = _doubled(ratio), _doubled(rough)
             near = False
             for k in range(kinds):
                 x, y = places[j, 0] - place[i, k, 0], places[j, 1] - place[i, k, 1]
@@ -166,20 +174,22 @@ def explain(
                 own = sure[k] + spread[j]
                 wide = own + more[k]
                 if far > GATE * wide:
+                    ratio[pairs, k] = rough[pairs, k] = 0.0
                     continue
+                share = 0.0
                 density = np.exp(-0.5 * far / own) / (2 * np.pi * own)
                 if motions[k, 4] + motions[k, 5] > 0.0:
                     other = uneven * np.exp(-0.5 * far / wide) / (2 * np.pi * wide)
                     density = (1 - uneven) * density + other
-                    rough[pairs, k] = other / density
-                ratio[pairs, k] = density
+                    share = other / density
+                ratio[pairs, k], rough[pairs, k] = density, share
                 near = True
             if not near:
                 continue
             target[pairs], peak[pairs] = i, j
             change = (levels[j] - level[i]) / level_spread
             alike = (1 + change * change / HEAVY) ** -2 / (2.2 * level_spread)
-            factor = detected * alike * np.exp(-log_clutter[j])
+            factor = alike * rarity[j]
             for k in range(kinds):
                 ratio[pairs, k] *= factor
             pairs += 1
