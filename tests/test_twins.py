@@ -122,6 +122,7 @@ TWINS: dict[str, dict[str, str]] = {
         "deviate": "preprocess/test_peak_kernels.py::reference.read_between",
         "learn": "preprocess/test_peak_kernels.py::reference.learn",
     },
+    "preprocess._repair_kernels": {"surroundings": "preprocess/test_peak_kernels.py::sliding_window_view"},
     "preprocess._scale_kernels": {
         "halve": "preprocess/test_peak_kernels.py::reference.smoothed",
         "level_lines": "preprocess/test_peak_kernels.py::reference.level_lines",

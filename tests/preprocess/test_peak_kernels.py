@@ -3,7 +3,15 @@
 import numpy as np
 import pytest
 
-from elusive.preprocess import _past_kernels, _scale_kernels, _scene_kernels, _summit_kernels, _tail_kernels, scales
+from elusive.preprocess import (
+    _past_kernels,
+    _repair_kernels,
+    _scale_kernels,
+    _scene_kernels,
+    _summit_kernels,
+    _tail_kernels,
+    scales,
+)
 from elusive.preprocess.peak_maps import BORDER, NO_MAP, RINGS
 from elusive.preprocess.peak_tails import EDGES, EXCESS, HEAVY, LEAST, POWER
 from tests.reference import peaks as reference
@@ -190,3 +198,14 @@ def test_rating_and_counting():
                 excess[p][np.unique(groups_of)],
                 np.bincount(groups_of[counted], over, groups)[np.unique(groups_of)],
             )
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_neighbours_of_pixels_and_their_median(shape):
+    image = image_of(shape)
+    pixels = np.concatenate([[0, shape[1] - 1, image.size - 1], RNG.integers(0, image.size, 50)])
+    near, middle = _repair_kernels.surroundings(image, pixels)
+    around = np.pad(image, 1, mode="reflect")
+    windows = np.lib.stride_tricks.sliding_window_view(around, (3, 3)).reshape(-1, 9)[pixels]
+    np.testing.assert_array_equal(near.T, np.delete(windows, 4, axis=1))
+    np.testing.assert_array_equal(middle, np.median(near, axis=0))

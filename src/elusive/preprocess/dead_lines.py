@@ -38,9 +38,9 @@ def dead_lines(image: Image) -> NDArray[np.intp]:
     some = image[:, :: max(1, image.shape[1] // SAMPLES)]
     before, middle, after = some[: -2 * WIDE_PX], some[WIDE_PX:-WIDE_PX], some[2 * WIDE_PX :]
     differs = np.minimum(np.abs(middle - before), np.abs(middle - after))
-    place = int((1 - ALONG) * differs.shape[1])
-    # where both sides differ by more, as at a margin, it may be what lies between
-    along = np.partition(np.where(np.abs(after - before) < differs, differs, 0), place, axis=1)[:, place]
     sample = differs.ravel()[:: max(1, differs.size // RANKED) | 1]
     usual = np.partition(sample, int(TAIL * len(sample)))[int(TAIL * len(sample))]
-    return np.flatnonzero(along > FACTOR * usual) + WIDE_PX
+    # where both sides differ by more, as at a margin, it may be what lies between
+    along = (differs > FACTOR * usual) & (np.abs(after - before) < differs)
+    least = differs.shape[1] - int((1 - ALONG) * differs.shape[1])
+    return np.flatnonzero(np.count_nonzero(along, axis=1) >= least) + WIDE_PX

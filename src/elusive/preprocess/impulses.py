@@ -12,7 +12,6 @@ from scipy.special import ndtri
 
 from elusive.contracts import Array
 from elusive.preprocess._scale_kernels import Image
-from elusive.preprocess.repair import values_about
 
 HEIGHT = 8.0  # deviations from which a pixel may be an impulse
 NARROW = 4.0  # times as high as the four beside it on the mean: a point of a spread of .6 px and more is not
@@ -59,7 +58,7 @@ def _flashes(image: Image, last: Image, step_px: Array, every: int) -> NDArray[n
     row, column = np.nonzero(curved > HEIGHT / ndtri((1 + UPPER) / 2) * usual)
     pixels = every * row * image.shape[1] + column + 1
     level, height = _height(image, pixels)
-    beside = np.abs(np.median(values_about(image, pixels, BESIDE), axis=0) - level)
+    beside = np.abs(np.median(_values_about(image, pixels, BESIDE), axis=0) - level)
     before = pixels - int(np.rint(step_px[1])) * image.shape[1] - int(np.rint(step_px[0]))
     _, as_high = _height(last, np.clip(before, 0, image.size - 1))
     narrow = np.abs(height) > NARROW * beside
@@ -68,5 +67,13 @@ def _flashes(image: Image, last: Image, step_px: Array, every: int) -> NDArray[n
 
 def _height(image: Image, pixels: NDArray[np.int64]) -> tuple[Image, Image]:
     """Median about pixels, and their heights over it."""
-    level: Image = np.median(values_about(image, pixels, RING), axis=0)
+    level: Image = np.median(_values_about(image, pixels, RING), axis=0)
     return level, image.ravel()[pixels] - level
+
+
+def _values_about(image: Image, pixels: NDArray[np.int64], steps: NDArray[np.int64]) -> Image:
+    """Values at steps ``(n, 2)`` of rows and columns from pixels ``(m,)``, ``(n, m)``, mirrored at the edge."""
+    row, column = (at + step[:, None] for at, step in zip(np.divmod(pixels, image.shape[1]), steps.T, strict=True))
+    mirrored = [size - 1 - np.abs(size - 1 - np.abs(at)) for at, size in zip((row, column), image.shape, strict=True)]
+    found: Image = image[mirrored[0], mirrored[1]]
+    return found

@@ -75,7 +75,7 @@ def rate(state: TailState, area_px: Array, pool: Index, groups: Index, white: Ar
         *(keep * values for values in (state.peaks, state.excess, state.histogram)),
     )
     # where nothing was seen before, the frame's own peaks tell the tail
-    fresh = not state.peaks[np.unique(pool)].any(axis=1).all()
+    fresh = not state.peaks[np.bincount(pool, minlength=len(area_px)) > 0].any(axis=1).all()
     rated = _rated(state, pool, groups, white)
     _tail_kernels.count(
         white,

@@ -11,6 +11,7 @@ from scipy import ndimage
 from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.preprocess import scales
+from elusive.preprocess._repair_kernels import surroundings
 from elusive.preprocess._scale_kernels import Image, Mask
 from elusive.preprocess.stuck import StuckPixels
 
@@ -20,7 +21,6 @@ LOST_PX, LOST_SHARE = 1.5, 0.5  # where so much is missing within such a width, 
 SUSPECT = 4.0  # deviations from which a point may be a stuck pixel
 FORGIVEN, FORGET_PX = 2.0, 5.0  # deviations of its mean height below which a pixel is none, after such a path
 
-NEIGHBOURS = np.array([(j, i) for j in (-1, 0, 1) for i in (-1, 0, 1) if j or i])
 BESIDE = (0, 1, 2, 5, 6, 7), (0, 3, 5, 2, 4, 7)  # of the eight neighbours, those in other rows; in other columns
 
 
@@ -77,7 +77,7 @@ def without_stuck(image: Image, judge: StuckPixels, state: Watched) -> Image:
     if not len(stuck):
         return image
     whole = image.copy()
-    whole.ravel()[stuck] = np.median(_neighbours(image, stuck), axis=0)
+    whole.ravel()[stuck] = surroundings(image, stuck)[1]
     return whole
 
 
@@ -93,8 +93,7 @@ def watch(image: Image, judge: StuckPixels, state: Watched, places_px: Array, sc
     looks = np.ones(len(pixels))
     looks[known] += state.looks
     gain = 1.0 / np.minimum(looks, judge.memory_px)
-    near = _neighbours(image, pixels).astype(np.float64)
-    level = np.median(near, axis=0)
+    near, level = surroundings(image, pixels)
     height = image.ravel()[pixels] - level
     means = []
     for before, now in ((state.height, height), (state.square, height**2), (state.about, near - level)):
@@ -121,16 +120,3 @@ def _stuck(judge: StuckPixels, state: Watched) -> Mask:
     narrow = each_way | one_way[0] | one_way[1]
     sure = _sureness(judge, state.height, state.square, state.looks) > judge.spike
     return np.asarray(narrow & sure & (state.looks > judge.path_px))
-
-
-def _neighbours(image: Image, pixels: NDArray[np.int64]) -> Image:
-    """Values of the eight neighbours, ``(8, m)``."""
-    return values_about(image, pixels, NEIGHBOURS)
-
-
-def values_about(image: Image, pixels: NDArray[np.int64], steps: NDArray[np.int64]) -> Image:
-    """Values at steps ``(n, 2)`` of rows and columns from pixels ``(m,)``, ``(n, m)``, mirrored at the edge."""
-    row, column = (at + step[:, None] for at, step in zip(np.divmod(pixels, image.shape[1]), steps.T, strict=True))
-    mirrored = [size - 1 - np.abs(size - 1 - np.abs(at)) for at, size in zip((row, column), image.shape, strict=True)]
-    found: Image = image[mirrored[0], mirrored[1]]
-    return found

@@ -44,12 +44,13 @@ def associate(
         for e in range(pairs):
             to_detection[e] = odds[e] / max(by_target[target[e]] - odds[e] * to_target[e], 1.0)
             by_detection[detection[e]] += to_detection[e]
-        change = 0.0
+        smallest = largest = 1.0
         for e in range(pairs):
             after = 1.0 / max(by_detection[detection[e]] - to_detection[e], 1.0)
-            change = max(change, abs(np.log(after / to_target[e])))
+            change = after / to_target[e]
+            smallest, largest = min(smallest, change), max(largest, change)
             to_target[e] = after
-        if change <= tolerance:
+        if max(-np.log(smallest), np.log(largest)) <= tolerance:
             break
     by_target[:] = 1.0
     for e in range(pairs):

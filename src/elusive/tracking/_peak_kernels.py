@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from elusive._kernels import copy_rows
+from elusive._kernels import copy_row, copy_rows
 from elusive.contracts import Array
 
 GATE = 16.0  # squared deviations within which a peak may be a target's
@@ -27,12 +27,12 @@ def predict(
     """
     n, kinds = weight.shape
     old_place, old_velocity, old_variance = np.empty((kinds, 2)), np.empty((kinds, 2)), np.empty((kinds, 3))
-    share = np.empty(kinds)
+    before, share = np.empty(kinds), np.empty(kinds)
     for i in range(n):
         copy_rows(old_place, place[i])
         copy_rows(old_velocity, velocity[i])
         copy_rows(old_variance, variance[i])
-        before = weight[i].copy()
+        copy_row(before, weight[i])
         for k in range(kinds):
             total = 0.0
             for j in range(kinds):
@@ -41,53 +41,45 @@ def predict(
             weight[i, k] = total
             if total <= 0.0:
                 continue
-            for c in range(3):
-                variance[i, k, c] = 0.0
-            for a in range(2):
-                place[i, k, a] = 0.0
-                velocity[i, k, a] = 0.0
+            x = y = along_x = along_y = own = cross = speed = 0.0
             starts = motions[k, 3] ** 2
             for j in range(kinds):
                 share[j] /= total
-                rests = motions[j, 3] == 0.0
-                for a in range(2):
-                    place[i, k, a] += share[j] * old_place[j, a]
-                    velocity[i, k, a] += share[j] * old_velocity[j, a]
-                variance[i, k, 0] += share[j] * old_variance[j, 0]
-                variance[i, k, 1] += share[j] * old_variance[j, 1]
-                variance[i, k, 2] += share[j] * (starts if rests else old_variance[j, 2])
+                x += share[j] * old_place[j, 0]
+                y += share[j] * old_place[j, 1]
+                along_x += share[j] * old_velocity[j, 0]
+                along_y += share[j] * old_velocity[j, 1]
+                own += share[j] * old_variance[j, 0]
+                cross += share[j] * old_variance[j, 1]
+                speed += share[j] * (starts if motions[j, 3] == 0.0 else old_variance[j, 2])
             for j in range(kinds):
                 if share[j] < 1e-9:
                     continue
-                for a in range(2):
-                    off = old_place[j, a] - place[i, k, a]
-                    faster = old_velocity[j, a] - velocity[i, k, a]
-                    variance[i, k, 0] += 0.5 * share[j] * off * off
-                    variance[i, k, 1] += 0.5 * share[j] * off * faster
-                    variance[i, k, 2] += 0.5 * share[j] * faster * faster
-            for a in range(2):
-                place[i, k, a] += frames * velocity[i, k, a]
+                off_x, off_y = old_place[j, 0] - x, old_place[j, 1] - y
+                faster_x, faster_y = old_velocity[j, 0] - along_x, old_velocity[j, 1] - along_y
+                own += 0.5 * share[j] * (off_x * off_x + off_y * off_y)
+                cross += 0.5 * share[j] * (off_x * faster_x + off_y * faster_y)
+                speed += 0.5 * share[j] * (faster_x * faster_x + faster_y * faster_y)
             pushed = motions[k, 2]
-            variance[i, k, 0] += (
-                2 * frames * variance[i, k, 1]
-                + frames**2 * variance[i, k, 2]
-                + pushed * frames**3 / 3
-                + motions[k, 1] ** 2 * frames
-            )
-            variance[i, k, 1] += frames * variance[i, k, 2] + pushed * frames**2 / 2
-            variance[i, k, 2] += pushed * frames
+            place[i, k, 0], place[i, k, 1] = x + frames * along_x, y + frames * along_y
+            velocity[i, k, 0], velocity[i, k, 1] = along_x, along_y
+            own += 2 * frames * cross + frames**2 * speed + pushed * frames**3 / 3 + motions[k, 1] ** 2 * frames
+            variance[i, k, 0] = own
+            variance[i, k, 1] = cross + frames * speed + pushed * frames**2 / 2
+            variance[i, k, 2] = speed + pushed * frames
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def crowding(places: Array, bright: NDArray[np.bool_], radius: float) -> Array:
     """Count, for each peak, those at least as strong of its polarity within a radius; the strongest stand first."""
     found = np.zeros(len(places))
+    across, along = places[:, 0].copy(), places[:, 1].copy()
     for i in range(len(places)):
+        near = 0
         for j in range(i):
-            if bright[i] == bright[j]:
-                x, y = places[i, 0] - places[j, 0], places[i, 1] - places[j, 1]
-                if x * x + y * y <= radius * radius:
-                    found[i] += 1.0
+            x, y = across[i] - across[j], along[i] - along[j]
+            near += (bright[i] == bright[j]) & (x * x + y * y <= radius * radius)
+        found[i] = near
     return found
 
 
@@ -102,6 +94,14 @@ def _first(values: Array, least: float) -> int:
         else:
             high = middle
     return low
+
+
+@njit(cache=True, nogil=True)
+def _doubled(rows: Array) -> Array:
+    """Return an array of twice as many rows, of which the second half is not set."""
+    more = np.empty((2 * len(rows), rows.shape[1]))
+    copy_rows(more, rows)
+    return more
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -131,60 +131,65 @@ def explain(
     """
     n, kinds = weight.shape
     target, peak = np.empty(4 * n + 16, np.int64), np.empty(4 * n + 16, np.int64)
-    ratio, rough = np.zeros((len(target), kinds)), np.zeros((len(target), kinds))
+    ratio, rough = np.empty((len(target), kinds)), np.empty((len(target), kinds))
     pairs, widest = 0, 0.0
     for j in range(len(places)):
         widest = max(widest, spread[j])
-    across, inside = places[by_x, 0], np.empty(len(places), np.int64)
-    box = np.empty((2, 2))
+    rarity = detected * np.exp(-log_clutter)
+    across, along, looks = places[by_x, 0], places[by_x, 1], bright[by_x]
+    inside = np.empty(len(places), np.int64)
+    # of each motion of a target: variance of a peak's place without its own, and what is uneven of the way
+    sure, more = np.empty(kinds), np.empty(kinds)
     for i in range(n):
-        box[0], box[1] = np.inf, -np.inf
+        left = low = np.inf
+        right = high = -np.inf
         for k in range(kinds):
             speed = velocity[i, k, 0] ** 2 + velocity[i, k, 1] ** 2
-            reach = variance[i, k, 0] + motions[k, 0] ** 2 + widest + motions[k, 4] ** 2 * speed + motions[k, 5] ** 2
-            reach = np.sqrt(GATE * reach)
-            for a in range(2):
-                box[0, a] = min(box[0, a], place[i, k, a] - reach)
-                box[1, a] = max(box[1, a], place[i, k, a] + reach)
+            sure[k] = variance[i, k, 0] + motions[k, 0] ** 2
+            more[k] = motions[k, 4] ** 2 * speed + motions[k, 5] ** 2
+            reach = np.sqrt(GATE * (sure[k] + widest + more[k]))
+            left, right = min(left, place[i, k, 0] - reach), max(right, place[i, k, 0] + reach)
+            low, high = min(low, place[i, k, 1] - reach), max(high, place[i, k, 1] + reach)
         found = 0
-        for at in range(_first(across, box[0, 0]), len(places)):
-            if across[at] > box[1, 0]:
+        for at in range(_first(across, left), len(places)):
+            if across[at] > right:
                 break
-            j = by_x[at]
-            if bright[j] == polarity[i] and box[0, 1] <= places[j, 1] <= box[1, 1]:
-                to = found
-                while to > 0 and inside[to - 1] > j:
-                    inside[to] = inside[to - 1]
-                    to -= 1
-                inside[to] = j
-                found += 1
+            # without a branch, which would be foreseen wrongly too often
+            inside[found] = by_x[at]
+            found += (looks[at] == polarity[i]) & (low <= along[at]) & (along[at] <= high)
+        for last in range(1, found):
+            to, j = last, inside[last]
+            while to > 0 and inside[to - 1] > j:
+                inside[to] = inside[to - 1]
+                to -= 1
+            inside[to] = j
         for j in inside[:found]:
             if pairs == len(target):
                 target, peak = np.concatenate((target, target)), np.concatenate((peak, peak))
-                nothing = np.zeros_like(ratio)
-                ratio, rough = np.concatenate((ratio, nothing)), np.concatenate((rough, nothing))
+                ratio, rough = _doubled(ratio), _doubled(rough)
             near = False
             for k in range(kinds):
                 x, y = places[j, 0] - place[i, k, 0], places[j, 1] - place[i, k, 1]
                 far = x * x + y * y
-                own = variance[i, k, 0] + motions[k, 0] ** 2 + spread[j]
-                speed = velocity[i, k, 0] ** 2 + velocity[i, k, 1] ** 2
-                wide = own + motions[k, 4] ** 2 * speed + motions[k, 5] ** 2
+                own = sure[k] + spread[j]
+                wide = own + more[k]
                 if far > GATE * wide:
+                    ratio[pairs, k] = rough[pairs, k] = 0.0
                     continue
+                share = 0.0
                 density = np.exp(-0.5 * far / own) / (2 * np.pi * own)
                 if motions[k, 4] + motions[k, 5] > 0.0:
                     other = uneven * np.exp(-0.5 * far / wide) / (2 * np.pi * wide)
                     density = (1 - uneven) * density + other
-                    rough[pairs, k] = other / density
-                ratio[pairs, k] = density
+                    share = other / density
+                ratio[pairs, k], rough[pairs, k] = density, share
                 near = True
             if not near:
                 continue
             target[pairs], peak[pairs] = i, j
             change = (levels[j] - level[i]) / level_spread
             alike = (1 + change * change / HEAVY) ** -2 / (2.2 * level_spread)
-            factor = detected * alike * np.exp(-log_clutter[j])
+            factor = alike * rarity[j]
             for k in range(kinds):
                 ratio[pairs, k] *= factor
             pairs += 1
@@ -214,6 +219,7 @@ def absorb(
     """
     n, kinds = weight.shape
     likelihood = np.empty((n, kinds))
+    moved, faster = np.empty(2), np.empty(2)
     start = 0
     for i in range(n):
         end = start
@@ -224,14 +230,18 @@ def absorb(
             for e in range(start, end):
                 likelihood[i, k] += message[e] * ratio[e, k]
             before, cross = variance[i, k, 0], variance[i, k, 1]
-            moved, faster = np.zeros(2), np.zeros(2)
+            speed = velocity[i, k, 0] ** 2 + velocity[i, k, 1] ** 2
+            wide = before + motions[k, 4] ** 2 * speed + motions[k, 5] ** 2
+            moved[:] = 0.0
+            faster[:] = 0.0
             shrink = shrink_cross = second = second_cross = second_speed = 0.0
             for e in range(start, end):
+                # most peaks are in reach of the fastest motions alone
+                if ratio[e, k] == 0.0:
+                    continue
                 part = message[e] * ratio[e, k] / likelihood[i, k]
                 j = peak[e]
                 noise = spread[j] + motions[k, 0] ** 2
-                speed = velocity[i, k, 0] ** 2 + velocity[i, k, 1] ** 2
-                wide = before + motions[k, 4] ** 2 * speed + motions[k, 5] ** 2
                 gain = (1 - rough[e, k]) * before / (before + noise) + rough[e, k] * wide / (wide + noise)
                 pull = cross * ((1 - rough[e, k]) / (before + noise) + rough[e, k] / (wide + noise))
                 shrink += part * gain

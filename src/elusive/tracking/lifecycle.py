@@ -73,11 +73,13 @@ class Lifecycle(Model):
         gone
             Whether the tracker knows that the target has gone, whatever its existence.
         """
-        window = self.confirm_window or self.confirm_frames
-        if life[1:] == ("confirmed", (1 << window) - 1, 0) and existence >= self.confirm_from and not gone:
+        track, status, recent, missed = life
+        whole = (1 << (self.confirm_window or self.confirm_frames)) - 1
+        if recent == whole and not missed and status == "confirmed" and existence >= self.confirm_from and not gone:
             return life, born
-        track, status, recent, missed = Life() if life.status == "deleted" else life
-        recent = (recent << 1 | (existence >= self.confirm_from)) & ((1 << window) - 1)
+        if status == "deleted":
+            track, status, recent, missed = Life()
+        recent = (recent << 1 | (existence >= self.confirm_from)) & whole
         missed = missed + 1 if existence < self.delete_below else 0
         if track is None:
             if existence >= self.candidate_from and not gone:

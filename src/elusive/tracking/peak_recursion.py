@@ -99,7 +99,7 @@ class PeakRecursion(Model):
         existence = np.minimum(targets.existence, SUREST)
         visible = targets.visible * existence / np.maximum(targets.existence, 1e-300)
         missed_odds = 1 - visible * self.detected
-        likely = np.einsum("em,em->e", targets.weight[target], ratio)
+        likely = np.einsum("em,em->e", targets.weight.take(target, axis=0), ratio)
         odds = np.maximum(visible[target] * likely / missed_odds[target], LEAST_ODDS)
         share, missed, unclaimed = associate(target, peak, np.log(odds), count, heard, TOLERANCE, ROUNDS)
         message = np.minimum(share / np.maximum(missed[target] * odds, 1e-300), 1.0)

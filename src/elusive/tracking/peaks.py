@@ -132,11 +132,12 @@ class SceneTracker(PeakRecursion):
         moves = self.null.moves(*reached.T, *others.T)
         existence = targets.existence
         begins = (existence >= self.lifecycle.candidate_from).tolist()
+        known, new, step = belief.lives, Life(), self.lifecycle.step
         for k, (number, exists) in enumerate(zip(targets.number.tolist(), existence.tolist(), strict=True)):
-            before = belief.lives.get(number)
-            if before is None and not begins[k]:
+            before = known.get(number, new if begins[k] else None)
+            if before is None:
                 continue
-            life, numbered = self.lifecycle.step(before or Life(), exists, numbered)
+            life, numbered = step(before, exists, numbered)
             lives[number] = life
             tracks.append((k, life))
         some = np.array([k for k, _ in tracks], np.int64)
@@ -161,11 +162,12 @@ class SceneTracker(PeakRecursion):
         extra = np.stack([height, snr_db, moves, shown], axis=1)[some].tolist()
         found = []
         rows = zip(tracks, told[some].tolist(), mean[some], covariance[some], extra, strict=True)
-        for (_, life), exists, centre, spread, (grey, ratio_db, moving, visible) in rows:
-            assert life.track is not None
-            assert life.status is not None
+        # by place rather than by name: there are hundreds in a frame
+        for (_, (track, status, _, _)), exists, centre, spread, (grey, ratio_db, moving, visible) in rows:
+            assert track is not None
+            assert status is not None
             named = {"intensity": grey, "snr_db": ratio_db, "moves": moving, "shown": visible}
-            found.append(Track(life.track, life.status, exists, centre, spread, extra=named))
+            found.append(Track(track, status, exists, centre, spread, math.nan, named))
         lives = {number: life for number, life in lives.items() if life.status != "deleted"}
         return belief._replace(
             targets=targets._replace(shown=shown), lives=lives, numbered=numbered, reliability=reliability,
