@@ -27,6 +27,7 @@ from elusive.preprocess.impulses import without_impulses
 from elusive.preprocess.peak_maps import Found, Groups, PeakMaps, find, groups_of, in_space, in_time
 from elusive.preprocess.peak_tails import TailState
 from elusive.preprocess.repair import NONE_WATCHED, SUSPECT, Watched, fill_gaps, watch, without_stuck
+from elusive.preprocess.saturated import rims_of
 from elusive.preprocess.scene import Past, Scene, follow
 from elusive.preprocess.stuck import StuckPixels
 
@@ -114,9 +115,9 @@ class PeakFinder(Model):
         if state.shape and frame.shape != state.shape:
             raise DataError(f"frame {state.frames_seen}: shape {frame.shape}, must be {state.shape} as before.")
         unit = state.unit or _unit(frame)
-        image = np.multiply(frame, unit or 1.0, dtype=np.float32, order="C")
-        over = drawn(state.drawn, image)
-        known = without_impulses(image, state.drawn.last if state.drawn else None, state.step_px)
+        recorded = np.multiply(frame, unit or 1.0, dtype=np.float32, order="C")
+        over = drawn(state.drawn, recorded)
+        known = without_impulses(recorded, state.drawn.last if state.drawn else None, state.step_px)
         image, hidden = fill_gaps(without_drawn(known, over.mask), state.frames_seen)
         image = without_dead_lines(image)
         pedestal, quantum = _levels(image)
@@ -126,7 +127,8 @@ class PeakFinder(Model):
         groups = groups_of(tuple(values.shape for values in maps))
         scene = Scene(maps, list(state.pasts), floors)
         # what is compared with the past runs beside what is not: kernels do not hold the interpreter
-        second = _second().submit(_found_in_space, scene, groups, hidden)
+        unseen = _joined(hidden, rims_of(recorded, quantum, len(maps)))
+        second = _second().submit(_found_in_space, scene, groups, unseen)
         offset, usual, cut = np.zeros(2), 0.0, True
         if state.pasts:
             offset, usual, cut = follow(scene, state.last, state.offset_px, state.step_px, state.usual)
@@ -138,7 +140,7 @@ class PeakFinder(Model):
             temporal, pasts = in_time(scene, offset, self.memory)
             # a place must have been seen twice before what differs from it counts
             if state.tails is not None and state.tails.frames > 1.0:
-                found.append(_found(temporal, groups, hidden))
+                found.append(_found(temporal, groups, unseen))
         if hidden is not None:
             pasts = tuple(
                 past._replace(seen=np.where(gap, 0, past.seen)) for past, gap in zip(pasts, hidden, strict=True)
@@ -216,6 +218,13 @@ def _found(maps: PeakMaps, groups: Groups, hidden: list[Mask] | None) -> Found:
         at = (np.clip(np.round(p[here] / 2.0**k).astype(int), 0, n - 1) for p, n in zip((y, x), gap.shape, strict=True))
         seen[here] = ~gap[*at]
     return found._replace(table=found.table[:, seen])
+
+
+def _joined(hidden: list[Mask] | None, rims: list[Mask] | None) -> list[Mask] | None:
+    """Return where either hides a peak, scale by scale."""
+    if hidden is None or rims is None:
+        return rims if hidden is None else hidden
+    return [gap | rim for gap, rim in zip(hidden, rims, strict=True)]
 
 
 def _unit(frame: Array) -> float:
