@@ -41,19 +41,19 @@ def gather(
 def overlap(total: NDArray[np.float32], spokes: NDArray[np.int64], tall: int, wide: int) -> NDArray[np.float32]:
     """Mean of ``tall x wide`` neighbouring cells, round the turn; NaN where a row has no spoke, or columns end."""
     rows, columns = total.shape
-    found = np.empty((rows, columns), np.float32)
+    found = np.zeros((rows, columns), np.float32)
     for i in range(rows):
         found[i, columns - wide + 1 :] = np.nan
-        for j in range(columns - wide + 1):
-            power = np.float32(0.0)
-            for a in range(tall):
-                row = (i + a) % rows
-                for c in range(wide):
-                    power += total[row, j + c] / np.float32(spokes[row] * wide * tall)
-            found[i, j] = power
+        line = found[i]
         for a in range(tall):
+            row = total[(i + a) % rows]
             if spokes[(i + a) % rows] == 0:
-                found[i, :] = np.nan
+                line[:] = np.nan
+                break
+            share = np.float32(1 / (spokes[(i + a) % rows] * wide * tall))
+            for c in range(wide):
+                for j in range(columns - wide + 1):
+                    line[j] += row[j + c] * share
     return found
 
 

@@ -272,7 +272,8 @@ class TurnGatherer:
     def _spoilt(self) -> NDArray[np.bool_]:
         """Say which rows are far stronger than those a beam away on either side, in all strips of range but one."""
         with np.errstate(invalid="ignore", divide="ignore"):
-            level = np.log(np.maximum(self._total / self._spokes[:, None], LEAST_POWER if self._least else 1e-12))
+            mean = self._total / self._spokes.astype(np.float32)[:, None]
+            level = np.log(np.maximum(mean, np.float32(LEAST_POWER if self._least else 1e-12)))
         strips = np.array([part.mean(axis=1) for part in np.array_split(level, STRIPS, axis=1)])
         before, after = (
             np.median([np.roll(strips, sign * step, axis=1) for step in ASIDE], axis=0) for sign in (1, -1)
