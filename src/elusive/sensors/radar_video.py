@@ -145,6 +145,11 @@ class RadarVideo(Model):
             + ((distance * s_t) ** 2)[:, None, None] * (along[:, :, None] * along[:, None])
         )
 
+    def density(self, places: Array, measurement: EvidenceTurn) -> Array:
+        """Density at places ``(T, 2)`` of a target that is in any cell alike, ``(T,)`` [1 / m^2]."""
+        distance = np.maximum(np.hypot(*(places - np.asarray(measurement.place)).T), self.cell_m)
+        return np.asarray(1 / (math.prod(self.shape) * self.cell_m * self.grid[2] * distance))
+
     def look(
         self, mean: Array, covariance: Array, levels: Array, existence: Array, number: NDArray[np.int64],
         measurement: EvidenceTurn, gate: float,
