@@ -98,8 +98,12 @@ TWINS: dict[str, dict[str, str]] = {
     "filters.particle._step_kernels": {"step": "filters/particle/test_bernoulli.py::bernoulli_step"},
     "preprocess._clutter_map_kernels": {
         "count": "preprocess/test_clutter_map.py::twin.counted",
+        "follow": "preprocess/test_clutter_map.py::twin.followed",
         "judge": "preprocess/test_clutter_map.py::twin.judged",
+        "sums": "preprocess/test_clutter_map.py::twin.summed",
+        "widened": "preprocess/test_clutter_map.py::maximum_filter",
     },
+    "preprocess._turn_evidence_kernels": {"mean_about": "preprocess/test_turn_evidence.py::twin.mean_about"},
     "preprocess._blob_kernels": {
         "average_linkage": "preprocess/test_blobs.py::reference.clusters",
         "centroid_offsets": "preprocess/test_blobs.py::reference.centroid",

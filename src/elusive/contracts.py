@@ -146,6 +146,9 @@ class EvidenceSensor(Protocol):
     def arrival_s(self, places: Array, measurement: Any) -> Array:
         """Time at which places ``(T, 2)`` are looked at, ``(T,)``."""
 
+    def density(self, places: Array, measurement: Any) -> Array:
+        """Probability density at places ``(T, 2)`` of a target that may be in any part of the view alike, ``(T,)``."""
+
     def look(
         self, mean: Array, covariance: Array, levels: Array, existence: Array, number: NDArray[np.int64],
         measurement: Any, gate: float,

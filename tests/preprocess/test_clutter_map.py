@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.ndimage import maximum_filter
 
 from elusive.preprocess import _clutter_map_kernels as kernels
 from elusive.preprocess.clutter_map import BINS, LOW, WIDTH, ClutterMap
@@ -17,15 +18,43 @@ def test_cells_are_counted_and_judged_as_by_the_twin():
     rng = np.random.default_rng(1)
     level = rng.normal(0, 3, (20, 30)).astype(np.float32)
     level[3, 4] = np.nan
-    middle, block = rng.normal(0, 1, level.shape).astype(np.float32), rng.integers(-1, 3, level.shape).astype(np.int16)
-    counts = np.zeros((3, 60))
-    kernels.count(level, middle, block, -6.0, 0.25, counts)
-    assert np.abs(counts - twin.counted(level, middle, block, -6.0, 0.25, 0 * counts)).sum() <= 2  # at an edge
-    table, found = np.sort(rng.exponential(size=(3, 60)), axis=1), np.empty_like(level)
-    kernels.judge(level, middle, np.abs(block), -6.0, 0.25, table, found)
-    np.testing.assert_allclose(
-        found, twin.judged(level, middle, np.abs(block), -6.0, 0.25, table), rtol=1e-4, atol=1e-5
-    )
+    mean, slope = rng.normal(0, 1, (2, 2, 30)).astype(np.float32)
+    sector, part = np.repeat([0, 1], 10), np.repeat([0, 1, 2], 10)
+    across = rng.uniform(-0.5, 0.5, 20).astype(np.float32)
+    own, fixed = rng.normal(0, 1, level.shape).astype(np.float32), rng.random(level.shape) < 0.3
+    beside, chosen = fixed & (rng.random(level.shape) < 0.5), rng.random(level.shape) < 0.6
+    known = mean, slope, sector, across, part, own, fixed, beside
+    middle, block = twin.expected(*known)
+    counts = np.zeros((8, 60))
+    kernels.count(level, chosen, *known, -6.0, 0.25, counts)
+    by = np.where(chosen | fixed, np.where(fixed, np.where(beside, 6, 7), block), -1)
+    assert np.abs(counts - twin.counted(level, middle, by, -6.0, 0.25, 0 * counts)).sum() <= 2  # at an edge
+    table, found = np.sort(rng.exponential(size=(13, 60)), axis=1), np.full_like(level, -7)
+    kernels.judge(level, chosen, *known, -6.0, 0.25, table, found)
+    told = twin.judged(level, middle, block, -6.0, 0.25, table)
+    np.testing.assert_allclose(found, np.where(chosen, told, -7), rtol=1e-4, atol=1e-5)
+    sums = np.zeros((5, 2, 30))
+    kernels.sums(level, chosen & (level == level), sector, across, sums)
+    np.testing.assert_allclose(sums, twin.summed(level, chosen & (level == level), sector, across), atol=1e-12)
+
+
+@pytest.mark.parametrize("steps", [(0.0, 0.0), (0.2, 0.1)])
+def test_levels_are_followed_as_by_the_twin(steps):
+    rng = np.random.default_rng(2)
+    level, own, quiet = rng.normal(0, 3, (3, 20, 30)).astype(np.float32)
+    level[3, 4] = np.nan
+    told = twin.followed(level, 0.3, *steps, own, quiet)
+    kernels.follow(level, 0.3, *steps, own, quiet)
+    np.testing.assert_allclose([own, quiet], told, rtol=1e-5, atol=1e-6)
+
+
+@pytest.mark.parametrize("reach", [1, 7])
+def test_what_is_beside_cells_is_the_greatest_about_each(reach):
+    rng = np.random.default_rng(3)
+    for share in (0.0, 0.001, 0.02, 1.0):
+        cells = rng.random((40, 50)) < share
+        found = maximum_filter(cells, 2 * reach + 1, mode=("wrap", "nearest"))
+        np.testing.assert_array_equal(kernels.widened(cells, reach), found)
 
 
 def power_of(shape, rng, falls=3.0):

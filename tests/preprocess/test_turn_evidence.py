@@ -7,11 +7,20 @@ import math
 import numpy as np
 import pytest
 
+from elusive.preprocess import _turn_evidence_kernels as kernels
 from elusive.preprocess.turn_evidence import as_in_turn
+from tests.reference import radar_video as twin
 
 
 def clutter(seed=0):
     return np.random.default_rng(seed).exponential(size=(180, 400)).astype(np.float32)
+
+
+def test_the_mean_about_a_cell_is_that_of_the_twin():
+    evidence = 6 * clutter(2)[:23, :19]
+    evidence[3, 5] = evidence[8:16, :7] = np.nan
+    found = kernels.mean_about(evidence, 5, 10.0, 1e-6)
+    np.testing.assert_allclose(found, twin.mean_about(evidence, 5, 10.0, 1e-6), rtol=1e-6)
 
 
 def test_clutter_as_it_was_learnt_keeps_its_evidence():

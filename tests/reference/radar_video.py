@@ -83,6 +83,32 @@ def look(mean, covariance, weights, evidence, grid, sd, ratios, gate, claimed):
     return np.log(weights @ sum(likely) / whole), mean + gain @ middle, covariance, after
 
 
+def summed(level, chosen, sector, across):
+    """Sums over each sector's chosen cells of 1, level, across, its square and its product with level."""
+    found = np.zeros((5, sector.max() + 1, level.shape[1]))
+    for i, j in np.argwhere(chosen):
+        v, x = float(level[i, j]), float(across[i])
+        found[:, sector[i], j] += 1, v, x, x * x, x * v
+    return found
+
+
+def expected(mean, slope, sector, across, part, own, fixed, beside):
+    """Middle and block of each cell: those of its sector and part of range; then what is fixed, and what beside."""
+    middle, block = np.empty(own.shape), np.empty(own.shape, int)
+    blocks = (sector.max() + 1) * (part.max() + 1)
+    for i, j in np.ndindex(own.shape):
+        of_sector = sector[i] * (part.max() + 1) + part[j]
+        middle[i, j] = own[i, j] if fixed[i, j] else mean[sector[i], j] + across[i] * slope[sector[i], j]
+        block[i, j] = of_sector if not fixed[i, j] else blocks + 1 + of_sector if beside[i, j] else blocks
+    return middle, block
+
+
+def followed(level, pace, falls, rises, own, quiet):
+    """Mean and quiet levels after a turn's."""
+    moved = np.where(level < quiet, -falls, rises) if falls else np.fmin(level, quiet) - quiet
+    return np.where(np.isnan(level), [own, quiet], [own + pace * (level - own), quiet + moved])
+
+
 def counted(level, middle, block, low, width, counts):
     """Histogram of levels by block."""
     counts = counts.copy()
@@ -99,4 +125,19 @@ def judged(level, middle, block, low, width, table):
     found = np.empty(level.shape)
     for place in np.ndindex(level.shape):
         found[place] = np.interp(level[place] - middle[place], edges, table[block[place]])
+    return found
+
+
+def mean_about(evidence, around, most, least):
+    """Mean about each cell of what is known, round the turn; beyond an end of range as at that end."""
+    half, (rows, columns) = around // 2, evidence.shape
+    found = np.empty(evidence.shape)
+    for i, j in np.ndindex(evidence.shape):
+        some = [
+            evidence[(i + a) % rows, min(max(j + c, 0), columns - 1)]
+            for a in range(-half, half + 1)
+            for c in range(-half, half + 1)
+        ]
+        known = np.minimum([one for one in some if not np.isnan(one)], most)
+        found[i, j] = max(known.mean(), least) if len(known) else least
     return found

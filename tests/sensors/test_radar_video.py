@@ -222,6 +222,15 @@ def test_spokes_full_of_another_radars_pulses_are_not_received():
     assert np.isfinite(turns[0].row_s).all()
 
 
+def test_one_that_may_be_in_any_cell_is_somewhere_in_view():
+    """Its density integrates to 1, over rings of a cell's depth."""
+    turn = turn_of(np.zeros(RADAR.shape), place=(30.0, -20.0))
+    middles = RADAR.places()[:, 2:].reshape(-1, 2) + turn.place
+    area = RADAR.cell_m * 2 * np.pi / RADAR.shape[0] * np.hypot(*(middles - turn.place).T)
+    share = 1 - 2 / RADAR.shape[1]
+    np.testing.assert_allclose(RADAR.density(middles, turn) @ area, share, rtol=1e-12)
+
+
 def test_a_map_of_another_size_is_refused():
     with pytest.raises(DataError, match="cells"):
         RADAR.look(*NOTHING, turn_of(np.zeros((3, 4))), 3.0)

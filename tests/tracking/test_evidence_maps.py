@@ -18,11 +18,14 @@ class Told:
 
     ratios = np.array([4.0])
 
-    def __init__(self, ratios):
-        self.said = ratios
+    def __init__(self, ratios, dense=0.0):
+        self.said, self.dense = ratios, dense
 
     def arrival_s(self, places, measurement):
         return np.full(len(places), float(measurement))
+
+    def density(self, places, measurement):
+        return np.full(len(places), self.dense)
 
     def look(self, mean, covariance, levels, existence, number, measurement, gate):
         said = np.full(len(mean), np.log(self.said[measurement]))
@@ -144,16 +147,21 @@ def test_a_track_that_ends_is_told_once():
 
 
 def test_what_is_given_up_is_looked_for_again():
-    """Targets that are there and unknown are as many as Bayes has it: those of a cell given up are among them again."""
-    rng = np.random.default_rng(0)
-    rules = {"velocity_parts": 1, "mean_life_s": 1e12, "births_per_h": 1e-9, "targets_first": 2.0}
-    tracker = EvidenceTracker(sensor=Told([1.0, 1e-3]), **rules)
-    state = tracker.step(tracker.init(rng), 0.0, 0, rng)
-    np.testing.assert_allclose(state.unseen, [1.0])
-    odds = 0.6e-3
-    state = tracker.step(state, 1.0, 1, rng)
-    assert len(state.targets.existence) == 0
-    np.testing.assert_allclose(state.unseen, [0.5 + odds / (1 + odds)], rtol=1e-9)
+    """Targets that are there and unknown are as many as Bayes has it: those of a cell given up are among them again.
+
+    It is when no denser than they are: of odds .6 / 1000, over a variance of 1 m^2 and that of 1 s at 8 m/s.
+    """
+    rules = {"velocity_parts": 1, "mean_life_s": 1e12, "births_per_h": 1e-9, "targets_first": 2.0, "q": 0.0}
+    odds, given = 0.6e-3, 0.6e-3 / (1 + 0.6e-3)
+    alike = given / (2 * np.pi * (1 + 8.0**2))  # density [1 / m^2] of one target in view, which are 1
+    for dense, left in ((0.99 * alike, 1), (1.01 * alike, 0)):
+        rng = np.random.default_rng(0)
+        tracker = EvidenceTracker(sensor=Told([1.0, 1e-3], dense), **rules)
+        state = tracker.step(tracker.init(rng), 0.0, 0, rng)
+        np.testing.assert_allclose(state.unseen, [1.0])
+        state = tracker.step(state, 1.0, 1, rng)
+        assert len(state.targets.existence) == left
+        np.testing.assert_allclose(state.unseen, [0.5 + (1 - left) * odds / (1 + odds)], rtol=1e-9)
 
 
 def test_parts_of_velocity_are_one_target():

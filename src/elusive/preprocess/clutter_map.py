@@ -14,12 +14,12 @@ echoes saturate or are longer than a cell: both are set against whichever of the
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
-from scipy.ndimage import maximum_filter, uniform_filter1d
+from scipy.ndimage import uniform_filter1d
 
 from elusive.contracts import Array
 from elusive.model import Model, Positive, Probability
@@ -78,30 +78,23 @@ class ClutterMap(Model):
             nothing, nowhere = np.zeros(level.shape, np.float32), np.zeros(level.shape, np.bool_)
             mean, counts = np.zeros((self.sectors, level.shape[1])), np.zeros((self.sectors * self.bands + 2, BINS))
             state = ClutterState(0, mean, mean, counts, nothing + np.float32(np.inf), nothing, nowhere, nowhere)
-        known = np.isfinite(level)
         turns = state.turns + 1
         pace = max(1 / turns, 1 / self.memory_turns)
-        sea = known & ~state.fixed
+        sea = np.isfinite(level) & ~state.fixed
         if open_water is not None:
             sea &= open_water
         mean, slope = self._means(level, sea, state, pace)
-        own = np.where(known, state.level + np.float32(pace) * (level - state.level), state.level)
-        if turns <= FIRST:
-            quiet = np.fmin(state.quiet, level)
-        else:
-            step = np.where(level < state.quiet, np.float32(-FALLS), np.float32(RISES))
-            quiet = np.where(known, state.quiet + step, state.quiet)
-        state = state._replace(turns=turns, mean=mean, slope=slope, level=own, quiet=quiet)
+        own, quiet = state.level.copy(), state.quiet.copy()
+        kernels.follow(level, pace, *((0.0, 0.0) if turns <= FIRST else (FALLS, RISES)), own, quiet)
         counts = state.counts * (1 - 1 / self.memory_turns)
-        block = np.where(sea | (known & state.fixed), self._counted(state), np.int16(-1))
-        kernels.count(level, self._middle(state), block, LOW, WIDTH, counts)
-        state = state._replace(counts=counts)
+        state = state._replace(turns=turns, mean=mean, slope=slope, level=own, quiet=quiet, counts=counts)
+        kernels.count(level, sea, *self._expected(state, self.bands), LOW, WIDTH, counts)
         if turns >= FIRST:
             nowhere = np.zeros_like(state.fixed)
             everywhere = state._replace(fixed=nowhere, beside=nowhere)
-            rests = self._evidence(everywhere, np.where(np.isfinite(quiet), quiet, np.float32(-math.inf)))
-            itself = rests > self.fixed_from
-            fixed = maximum_filter(itself, 3, mode=("wrap", "nearest"))
+            rests = np.where(np.isfinite(quiet), quiet, np.float32(-math.inf))
+            itself = self._evidence(everywhere, rests) > self.fixed_from
+            fixed = kernels.widened(itself, 1)
             state = state._replace(fixed=fixed, beside=fixed & ~itself)
         return state
 
@@ -118,22 +111,30 @@ class ClutterMap(Model):
         }
         return ClutterState(**nothing)
 
-    def evidence(self, state: ClutterState, power: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return the evidence of each cell ``(A, R)``, exponential of mean 1 in clutter; NaN where nothing is known."""
-        return self._evidence(state, np.log(np.maximum(power, FAINTEST)))
+    def evidence(
+        self, state: ClutterState, power: NDArray[np.float32], asked: NDArray[np.bool_] | None = None,
+        otherwise: NDArray[np.float32] | None = None,
+    ) -> NDArray[np.float32]:  # fmt: skip
+        """Return the evidence of each cell ``(A, R)``, exponential of mean 1 in clutter; NaN where nothing is known.
 
-    def _evidence(self, state: ClutterState, level: NDArray[np.float32]) -> NDArray[np.float32]:
+        ``asked`` says of which cells, if not of all; ``otherwise``, which is written to, is that of the others.
+        """
+        return self._evidence(state, np.log(np.maximum(power, FAINTEST)), asked, otherwise)
+
+    def _evidence(
+        self, state: ClutterState, level: NDArray[np.float32], asked: NDArray[np.bool_] | None = None,
+        otherwise: NDArray[np.float32] | None = None,
+    ) -> NDArray[np.float32]:  # fmt: skip
         from elusive.preprocess import _clutter_map_kernels as kernels
 
         table = self.laws(state.counts)
         sea, still = self._between(table[:-2]), table[-1]
-        place = self._blocks(state.fixed.shape, FINER)
-        block = np.where(state.beside, place + np.int16(len(sea) + 1), np.where(state.fixed, np.int16(len(sea)), place))
         # what is beside a fixed echo may be the sea itself, which can be spikier than any of them
         beside = np.where(sea[:, -1:] > 0, np.minimum(sea, still), still)
-        found = np.empty_like(level)
         laws = np.concatenate([sea, still[None], beside])
-        kernels.judge(level, self._middle(state), block, LOW, WIDTH, laws, found)
+        found = np.full_like(level, np.nan) if otherwise is None else otherwise
+        asked = np.ones(level.shape, np.bool_) if asked is None else asked
+        kernels.judge(level, asked, *self._expected(state, self.bands * FINER), LOW, WIDTH, laws, found)
         return found
 
     def _between(self, sea: Array) -> Array:
@@ -194,52 +195,44 @@ class ClutterMap(Model):
         self, level: NDArray[np.float32], sea: NDArray[np.bool_], state: ClutterState, pace: float
     ) -> tuple[Array, Array]:
         """Mean logarithm of power by sector and range, and its rise across: over the sea if any, over all else."""
-        mean, slope = state.mean.copy(), state.slope.copy()
-        for sector, rows in enumerate(np.array_split(np.arange(len(level)), self.sectors)):
-            values, here = level[rows], sea[rows]
-            if not here.any():
-                here = np.isfinite(values)
-            across = _across(len(rows))[:, None]
-            heard = here.sum(axis=0).astype(np.float64)
-            total = np.where(here, values, 0.0).sum(axis=0, dtype=np.float64)
-            middle = np.where(here, across, 0.0).sum(axis=0) / np.maximum(heard, 1)
-            off = np.where(here, across - middle, 0.0)
+        from elusive.preprocess import _clutter_map_kernels as kernels
+
+        mean, slope, counted = state.mean.copy(), state.slope.copy(), sea
+        sector, across = self._rows(len(level))
+        for rows in np.array_split(np.arange(len(level)), self.sectors):
+            if not sea[rows].any():
+                counted = np.where(np.isin(np.arange(len(level)), rows)[:, None], np.isfinite(level), counted)
+        found = np.zeros((5, *mean.shape))
+        kernels.sums(level, counted, sector, across, found)
+        for k, (heard, total, x, xx, xy) in enumerate(found.transpose(1, 0, 2)):
+            middle = x / np.maximum(heard, 1)
             rise, spread = (
-                uniform_filter1d(term.sum(axis=0), SLOPED, mode="constant")
-                for term in (off * np.where(here, values, 0.0), off * off)
+                uniform_filter1d(term, SLOPED, mode="constant")
+                for term in (xy - middle * total, np.maximum(xx - middle * x, 0))
             )
-            tilt = rise / (spread + LEAST_SPREAD * len(rows))
+            tilt = rise / (spread + LEAST_SPREAD * np.count_nonzero(sector == k))
             smooth = _along(total - heard * tilt * middle, heard)
             known = np.isfinite(smooth)
-            mean[sector, known] += pace * (smooth - mean[sector])[known]
-            slope[sector, known] += pace * (tilt - slope[sector])[known]
+            mean[k, known] += pace * (smooth - mean[k])[known]
+            slope[k, known] += pace * (tilt - slope[k])[known]
         return mean, slope
 
-    def _middle(self, state: ClutterState) -> NDArray[np.float32]:
-        parts = np.array_split(np.arange(len(state.fixed)), self.sectors)
-        mean, slope = state.mean.astype(np.float32), state.slope.astype(np.float32)
-        expected = [mean[k] + _across(len(part))[:, None] * slope[k] for k, part in enumerate(parts)]
-        return np.where(state.fixed, state.level, np.concatenate(expected))
+    def _expected(self, state: ClutterState, parts: int) -> tuple[Any, ...]:
+        """Return what the kernels read a cell's expected level and block from, of so many parts of the range."""
+        lines = state.mean.astype(np.float32), state.slope.astype(np.float32)
+        part = _parts(state.fixed.shape[1], parts)
+        return *lines, *self._rows(len(state.fixed)), part, state.level, state.fixed, state.beside
 
-    def _blocks(self, shape: tuple[int, ...], finer: int = 1) -> NDArray[np.int16]:
-        """Block of sector and band of each cell, ``(A, R)``; ``finer`` parts of a band are blocks of their own."""
-        sector, band = (
-            np.repeat(np.arange(parts), [len(part) for part in np.array_split(np.arange(cells), parts)])
-            for cells, parts in zip(shape, (self.sectors, self.bands * finer), strict=True)
-        )
-        return np.asarray(sector[:, None] * (self.bands * finer) + band, np.int16)
-
-    def _counted(self, state: ClutterState) -> NDArray[np.int16]:
-        """Block that each cell is counted in: of sector and band, or one of the last two."""
-        block = self._blocks(state.fixed.shape)
-        block[state.fixed] = len(state.counts) - 1
-        block[state.beside] = len(state.counts) - 2
-        return block
+    def _rows(self, rows: int) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
+        """Sector of each row, ``(A,)``, and where it lies in that, from -1/2 to 1/2."""
+        sector = _parts(rows, self.sectors)
+        first, count = np.searchsorted(sector, sector), np.bincount(sector, minlength=self.sectors)[sector]
+        return sector, ((np.arange(rows) - first + 0.5) / count - 0.5).astype(np.float32)
 
 
-def _across(rows: int) -> NDArray[np.float32]:
-    """Where rows lie in a sector, from -1/2 to 1/2, ``(rows,)``."""
-    return ((np.arange(rows) + 0.5) / rows - 0.5).astype(np.float32)
+def _parts(cells: int, parts: int) -> NDArray[np.int64]:
+    """Part that each of some cells in a row is in, ``(cells,)``; the first ones are a cell longer."""
+    return np.repeat(np.arange(parts), [len(part) for part in np.array_split(np.arange(cells), parts)])
 
 
 def _along(total: Array, weight: Array) -> Array:

@@ -12,7 +12,6 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter
 
 AROUND = 21  # rows and columns over which evidence is averaged
 MOST = 10.0  # evidence that counts in that mean: a ship's few cells are not to be more than a part of it
@@ -23,14 +22,14 @@ OF_SHIPS = 45  # cells of such evidence that are thought to be ships'
 
 def as_in_turn(evidence: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return the evidence of a turn's cells ``(A, R)``, where what is not learnt stands out less; NaN stays."""
-    known = np.isfinite(evidence)
-    counted = np.where(known, np.minimum(evidence, np.float32(MOST)), np.float32(0.0))
-    mode = ("wrap", "nearest")
-    share = np.maximum(uniform_filter(known.astype(np.float32), AROUND, mode=mode), np.float32(1e-6))
-    mean = np.maximum(uniform_filter(counted, AROUND, mode=mode) / share, np.float32(1e-6))
-    wholly = np.clip((mean - FROM) / (FULLY - FROM), 0.0, 1.0)
-    found = (evidence / mean**wholly).astype(np.float32)
-    cells, strong = int(known.sum()), int((found[known] > STRONG).sum())
+    from elusive.preprocess import _turn_evidence_kernels as kernels
+
+    evidence = np.asarray(evidence, np.float32)
+    mean = kernels.mean_about(evidence, AROUND, MOST, 1e-6)
+    raised, found = mean > FROM, evidence.copy()
+    wholly = np.clip((mean[raised] - FROM) / (FULLY - FROM), 0.0, 1.0)
+    found[raised] /= mean[raised] ** wholly
+    cells, strong = np.count_nonzero(np.isfinite(found)), np.count_nonzero(found > STRONG)
     if strong > OF_SHIPS + 2 * cells * math.exp(-STRONG):
         found = np.minimum(found, np.float32(-math.log(strong / cells)))
-    return np.asarray(found)
+    return found

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from elusive.contracts import Array
 
-MOST = 300.0  # logarithm up to which a cell's likelihood ratio is told apart
+MOST = 40.0  # evidence and logarithm of a likelihood ratio up to which they are told apart
+FINE, LANES = 64, 4  # parts of a unit of evidence whose powers are tabled; numbers that a vector holds
 RENEWED = 0.02  # of what is known of a target's strength is forgotten at each look
 HIDDEN = 0.02  # probability that a target shows nothing at a look
 CLAIMS = 0.05  # existence from which a target's cells are no other's
@@ -40,19 +41,19 @@ def gather(
 def overlap(total: NDArray[np.float32], spokes: NDArray[np.int64], tall: int, wide: int) -> NDArray[np.float32]:
     """Mean of ``tall x wide`` neighbouring cells, round the turn; NaN where a row has no spoke, or columns end."""
     rows, columns = total.shape
-    found = np.empty((rows, columns), np.float32)
+    found = np.zeros((rows, columns), np.float32)
     for i in range(rows):
         found[i, columns - wide + 1 :] = np.nan
-        for j in range(columns - wide + 1):
-            power = np.float32(0.0)
-            for a in range(tall):
-                row = (i + a) % rows
-                for c in range(wide):
-                    power += total[row, j + c] / np.float32(spokes[row] * wide * tall)
-            found[i, j] = power
+        line = found[i]
         for a in range(tall):
+            row = total[(i + a) % rows]
             if spokes[(i + a) % rows] == 0:
-                found[i, :] = np.nan
+                line[:] = np.nan
+                break
+            share = np.float32(1 / (spokes[(i + a) % rows] * wide * tall))
+            for c in range(wide):
+                for j in range(columns - wide + 1):
+                    line[j] += row[j + c] * share
     return found
 
 
@@ -79,7 +80,7 @@ def peaks(
     return row[:n], column[:n]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
 def look(
     mean: Array, covariance: Array, existence: Array, levels: Array, number: NDArray[np.int64],
     order: NDArray[np.int64], evidence: NDArray[np.float32], grid: tuple[float, float, float, float, float],
@@ -98,11 +99,10 @@ def look(
     """
     rows, columns = evidence.shape
     kinds = len(ratios)
-    slope, scale = 1 - 1 / ratios, (1 - HIDDEN) / (ratios - 1)
+    base, scale, slope, powers = _laws(ratios)
     start, step, first, east, north = grid
-    turn = 2 * np.pi
-    pitch = turn / rows
-    likely, gain = np.empty(kinds), np.empty((4, 2))
+    pitch = 2 * np.pi / rows
+    held, likely, gain = np.zeros(len(slope)), np.empty(len(slope)), np.empty((4, 2))
     spot, first_of = np.full((len(order), 2), -1), 0
     for place in range(len(order)):
         t = order[place]
@@ -120,48 +120,54 @@ def look(
         size = s_rr * s_tt - s_rt * s_rt
         i_rr, i_tt, i_rt = s_tt / size, s_rr / size, -s_rt / size
         half = int(min(np.ceil(gate * np.sqrt(s_tt) / (r * pitch)), rows // 2 - 1))
-        near = int(np.ceil((r - gate * np.sqrt(s_rr) - start) / step))
-        far = int(np.floor((r + gate * np.sqrt(s_rr) - start) / step))
-        middle = int(np.round(at))
+        middle, falls = int(np.round(at)), np.exp(-i_rr * step * step)
         whole, w_rr, w_tt, w_rt = 0.0, 0.0, 0.0, 0.0
         total, m_r, m_t, m_rr, m_tt, m_rt = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        likely[:] = 0.0
+        held[:kinds], likely[:] = levels[t], 0.0
         for a in range(middle - half, middle + half + 1):
             d_t = (a - at) * pitch * r
+            left = gate * gate - d_t * d_t / s_tt
+            if left < 0:
+                continue
+            there, reach = r - i_rt / i_rr * d_t - start, np.sqrt(left / i_rr)
+            near, far = int(np.ceil((there - reach) / step)), int(np.floor((there + reach) / step))
+            d_r = start + near * step - r
+            weight = np.exp(-0.5 * (i_rr * d_r * d_r + 2 * i_rt * d_r * d_t + i_tt * d_t * d_t))
+            factor = np.exp(-step * (i_rr * (d_r + 0.5 * step) + i_rt * d_t))  # to the next cell's, which falls too
+            line, claims = evidence[a % rows], claimed[a % rows]
+            w_0, w_1, w_2, s_0, s_1, s_2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
             for c in range(near, far + 1):
-                d_r = start + c * step - r
-                squared = i_rr * d_r * d_r + 2 * i_rt * d_r * d_t + i_tt * d_t * d_t
-                if squared > gate * gate:
-                    continue
-                weight = np.exp(-0.5 * squared)
-                whole += weight
-                w_rr += weight * d_r * d_r
-                w_tt += weight * d_t * d_t
-                w_rt += weight * d_r * d_t
-                seen = 0 <= c < columns
-                e = evidence[a % rows, c] if seen else 0.0
-                claim = claimed[a % rows, c] if seen else 0.0
                 share = 0.0
-                for k in range(kinds):
-                    ratio = 1.0 if e != e or not seen else HIDDEN + scale[k] * (np.exp(min(e * slope[k], MOST)) - 1)
-                    if claim > 0.0:
-                        ratio /= claim * max(ratio, 1.0) + 1 - claim
-                    likely[k] += weight * ratio
-                    share += levels[t, k] * ratio
+                if not 0 <= c < columns or line[c] != line[c]:
+                    for k in range(len(slope)):
+                        likely[k] += weight
+                        share += held[k]
+                else:
+                    e = min(max(np.float64(line[c]), 0.0), MOST)
+                    n = int(e * FINE + 0.5)
+                    rest, claim = e - n / FINE, claims[c]
+                    for k in range(len(slope)):
+                        z = rest * slope[k]
+                        ratio = base[k] + scale[k] * powers[n, k] * (1 + z + 0.5 * z * z)
+                        if claim > 0:
+                            ratio /= claim * max(ratio, 1.0) + 1 - claim
+                        likely[k] += weight * ratio
+                        share += held[k] * ratio
                 share *= weight
-                total += share
-                m_r += share * d_r
-                m_t += share * d_t
-                m_rr += share * d_r * d_r
-                m_tt += share * d_t * d_t
-                m_rt += share * d_r * d_t
+                w_0, w_1, w_2 = w_0 + weight, w_1 + weight * d_r, w_2 + weight * d_r * d_r
+                s_0, s_1, s_2 = s_0 + share, s_1 + share * d_r, s_2 + share * d_r * d_r
+                d_r += step
+                weight *= factor
+                factor *= falls
+            whole, w_rr, w_rt, w_tt = whole + w_0, w_rr + w_2, w_rt + w_1 * d_t, w_tt + w_0 * d_t * d_t
+            total, m_r, m_t = total + s_0, m_r + s_1, m_t + s_0 * d_t
+            m_rr, m_rt, m_tt = m_rr + s_2, m_rt + s_1 * d_t, m_tt + s_0 * d_t * d_t
         if not (whole > 0.0 and total > 0.0):
             log_ratio[t] = missed
             continue
-        ratio = total / whole
         for k in range(kinds):
             levels[t, k] = (1 - RENEWED) * levels[t, k] * likely[k] / total + RENEWED / kinds
-        log_ratio[t] = np.log(ratio)
+        log_ratio[t] = np.log(total / whole)
         m_r, m_t = m_r / total, m_t / total
         # against what lies within the gate: cells that say nothing leave the belief as it was
         v_rr = m_rr / total - m_r * m_r - w_rr / whole
@@ -178,6 +184,23 @@ def look(
                 covariance[t, d, f] += gain[d, 1] * (v_rt * gain[f, 0] + v_tt * gain[f, 1])
         spot[t, 0], spot[t, 1] = int(np.round(at + m_t / (pitch * r))), int(np.round((r + m_r - start) / step))
     _claim(order[first_of:], existence, log_ratio, spot, claimed)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _laws(ratios: Array) -> tuple[Array, Array, Array, Array]:
+    """Return a, b, c ``(L,)`` of each strength's ratio a + b exp(c e), and exp(c e) at steps of 1 / FINE, ``(N, L)``.
+
+    L is the next multiple of LANES, of which the last have ratio 1: loops over them are then whole vectors.
+    """
+    lanes = (len(ratios) + LANES - 1) // LANES * LANES
+    base, scale, slope = np.ones(lanes), np.zeros(lanes), np.zeros(lanes)
+    slope[: len(ratios)] = 1 - 1 / ratios
+    scale[: len(ratios)] = (1 - HIDDEN) / (ratios - 1)
+    base[: len(ratios)] = HIDDEN - scale[: len(ratios)]
+    powers = np.empty((int(MOST * FINE) + 1, lanes))
+    for n in range(len(powers)):
+        powers[n] = np.exp(n / FINE * slope)
+    return base, scale, slope, powers
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -145,6 +145,11 @@ class RadarVideo(Model):
             + ((distance * s_t) ** 2)[:, None, None] * (along[:, :, None] * along[:, None])
         )
 
+    def density(self, places: Array, measurement: EvidenceTurn) -> Array:
+        """Density at places ``(T, 2)`` of a target that is in any cell alike, ``(T,)`` [1 / m^2]."""
+        distance = np.maximum(np.hypot(*(places - np.asarray(measurement.place)).T), self.cell_m)
+        return np.asarray(1 / (math.prod(self.shape) * self.cell_m * self.grid[2] * distance))
+
     def look(
         self, mean: Array, covariance: Array, levels: Array, existence: Array, number: NDArray[np.int64],
         measurement: EvidenceTurn, gate: float,
@@ -272,7 +277,8 @@ class TurnGatherer:
     def _spoilt(self) -> NDArray[np.bool_]:
         """Say which rows are far stronger than those a beam away on either side, in all strips of range but one."""
         with np.errstate(invalid="ignore", divide="ignore"):
-            level = np.log(np.maximum(self._total / self._spokes[:, None], LEAST_POWER if self._least else 1e-12))
+            mean = self._total / self._spokes.astype(np.float32)[:, None]
+            level = np.log(np.maximum(mean, np.float32(LEAST_POWER if self._least else 1e-12)))
         strips = np.array([part.mean(axis=1) for part in np.array_split(level, STRIPS, axis=1)])
         before, after = (
             np.median([np.roll(strips, sign * step, axis=1) for step in ASIDE], axis=0) for sign in (1, -1)

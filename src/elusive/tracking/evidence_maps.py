@@ -28,7 +28,7 @@ from elusive.tracking.lifecycle import Life, Lifecycle
 from elusive.tracking.track import Track
 
 LEAST = 1e-12  # existence of what is followed
-TAKEN = 0.1  # existence from which a target is not given up for its odds having fallen
+TAKEN = 0.1  # existence from which a target is not given up for being spread wide
 PART_SD, AROUND = 0.59, 1.23  # of seven parts, six round one, that together have mean 0 and deviation 1
 
 
@@ -57,9 +57,6 @@ class EvidenceRules(Model):
     least_evidence: Positive = Field(4.0, description="Evidence from which a cell may begin a target [nats]")
     most_beginnings: int = Field(200, ge=1, description="Cells of a measurement that may begin a target, at most")
     gate: Positive = Field(2.5, description="Farthest a cell may be from where its target is expected [deviations]")
-    forget_below: float = Field(
-        0.05, gt=0, lt=1, description="A beginning is given up once its odds fall below this share of its first"
-    )
     rest_deviations: NonNegative = Field(
         3.0, description="A speed under this multiple of its deviation is none: what lies still is told, not confirmed"
     )
@@ -114,7 +111,7 @@ class EvidenceTracker(EvidenceRules):
         targets = targets.weighed(np.exp(np.minimum(looked.log_ratio, 50.0)))._replace(
             mean=looked.mean, covariance=looked.covariance, levels=looked.levels
         )
-        targets, given_up = self._kept(self._allowed(targets))
+        targets, given_up = self._kept(self._allowed(targets), measurement, float(unseen.sum()))
         new = self.sensor.beginnings(measurement, looked, self.least_evidence, self.most_beginnings)
         targets = targets.joined(self._begun(new, unseen, state.born))
         return self._judged(state, time_s, targets, state.born + len(new.places), unseen * (1 - new.seen) + given_up)
@@ -149,16 +146,16 @@ class EvidenceTracker(EvidenceRules):
         driest = np.minimum(targets.driest, np.exp(self._log_allowed(targets.mean)))
         return targets.weighed(driest / targets.driest)._replace(driest=driest)
 
-    def _kept(self, targets: EvidenceTargets) -> tuple[EvidenceTargets, Array]:
-        """Leave out what hardly exists, is too fast, or is a double of a surer one.
+    def _kept(self, targets: EvidenceTargets, measurement: Any, unseen: float) -> tuple[EvidenceTargets, Array]:
+        """Leave out what hardly exists, says nothing of a place, is too fast, or is a double of a surer one.
 
-        Of what hardly exists the expected number, by strength, is given back to those that nobody follows (Williams,
-        2012, Hybrid Poisson and multi-Bernoulli filters).
+        A guess that is nowhere denser than those that nobody follows says no more of where a target is than they do,
+        and as well begins anew where one shows. Of these and of what hardly exists the expected number, by strength, is
+        given back to those (Williams, 2012, Hybrid Poisson and multi-Bernoulli filters).
         """
-        odds = targets.existence / (1 - targets.existence)
-        kept = (targets.existence > LEAST) & (
-            (odds > self.forget_below * targets.first_odds) | (targets.existence > TAKEN)
-        )
+        size = 2 * math.pi * np.sqrt(np.linalg.det(targets.covariance[:, PLACE][:, :, PLACE]))
+        alike = unseen * self.sensor.density(targets.mean[:, PLACE], measurement) * size
+        kept = (targets.existence > LEAST) & ((targets.existence > alike) | (targets.existence > TAKEN))
         given_up = targets.existence[~kept] @ targets.levels[~kept]
         kept &= np.hypot(targets.mean[:, VX], targets.mean[:, VY]) < self.fastest_mps
         return self._without_doubles(targets.kept(kept)), given_up
@@ -214,9 +211,8 @@ class EvidenceTracker(EvidenceRules):
         existence = odds / (1 + np.bincount(cell, odds)[cell])
         weights /= total[:, None]
         begun = EvidenceTargets(
-            new.time_s[cell], mean, covariance, existence, existence / (1 - existence), weights, allowed,
-            born + 1 + cell,
-        )  # fmt: skip
+            new.time_s[cell], mean, covariance, existence, weights, allowed, born + 1 + cell
+        )
         return begun.kept(existence > LEAST)
 
     def _judged(

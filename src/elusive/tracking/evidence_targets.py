@@ -25,7 +25,6 @@ class EvidenceTargets(NamedTuple):
     mean: Array  # (T, 4) x, vx, y, vy
     covariance: Array  # (T, 4, 4)
     existence: Array  # (T,) probability that the target exists and is this part; at most 1 in all of a number
-    first_odds: Array  # (T,) of existence when it began
     levels: Array  # (T, K)
     driest: Array  # (T,) least probability that what is known allowed it so far
     number: NDArray[np.int64]  # (T,) from 1, never used again
@@ -34,7 +33,7 @@ class EvidenceTargets(NamedTuple):
     def none(cls, levels: int) -> Self:
         """Return no targets."""
         one, whole = np.zeros(0), np.zeros(0, np.int64)
-        return cls(one, np.zeros((0, 4)), np.zeros((0, 4, 4)), one, one, np.zeros((0, levels)), one, whole)
+        return cls(one, np.zeros((0, 4)), np.zeros((0, 4, 4)), one, np.zeros((0, levels)), one, whole)
 
     def kept(self, which: NDArray[Any]) -> Self:
         """Return some of them."""

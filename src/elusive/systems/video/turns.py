@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter
 
 from elusive.contracts import Array
 from elusive.errors import DataError, ParameterError
@@ -230,14 +229,16 @@ def _learnt(
 
 def _edged(clutter: ClutterState) -> NDArray[np.bool_]:
     """Return what is fixed, and its edge: now and then an even echo fills that, and would be a ship by its root."""
-    return np.asarray(maximum_filter(clutter.fixed, EDGE, mode=("wrap", "nearest")))
+    from elusive.preprocess import _clutter_map_kernels as kernels
+
+    return kernels.widened(clutter.fixed, EDGE // 2)
 
 
 def _evidence(clutter: ClutterMap, state: Learnt, turn: VideoTurn) -> NDArray[np.float32]:
-    power, edged = clutter.evidence(state.clutter, turn.power), _edged(state.clutter)
+    edged = _edged(state.clutter)
     if edged.mean() > 1 - OPEN:
-        return power
-    return np.where(edged, power, clutter.evidence(state.even, turn.even))
+        return clutter.evidence(state.clutter, turn.power)
+    return clutter.evidence(state.clutter, turn.power, edged, clutter.evidence(state.even, turn.even, ~edged))
 
 
 def _judged(clutter: ClutterMap, state: Learnt, turn: VideoTurn, held: float) -> Heard:
