@@ -116,9 +116,7 @@ class GrowingReports:
         try:
             with self._path.open("rb") as file:
                 now = os.fstat(file.fileno())
-                if self._stamp is not None and (
-                    now.st_size < self._octets or not os.path.samestat(now, self._stamp)
-                ):
+                if self._stamp is not None and (now.st_size < self._octets or not os.path.samestat(now, self._stamp)):
                     self._feed.say(f"{self._path}: is another file now, or got shorter; it is read from its start.")
                     self._begin()
                 self._stamp = now
