@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import os
 import re
 import sys
 import threading
@@ -160,10 +161,27 @@ def test_a_followed_file_that_gets_shorter_is_read_from_its_start_again(tmp_path
         next(frames)
     header, first, *_ = wide().splitlines()
     cells = first.split(",")
-    path.write_text(f"{header}\n" + ",".join(["1000", *cells[1:]]) + "\n")
-    assert next(frames).time_s == 1000
+    path.write_text(f"{header}\n" + ",".join(["10", *cells[1:]]) + "\n")
+    assert next(frames).time_s == 10
     assert feed.counts == {"restarted": 1}
     assert "got shorter" in said[0]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows replaces no open file")
+def test_a_followed_file_that_another_takes_the_place_of_is_left_for_that(tmp_path):
+    path, said = saved(tmp_path, wide()), []
+    feed = Feed(idle_s=HUNG_S, say=said.append)
+    frames = iter(open_link_log(path, NODES, feed=feed))
+    for _ in TIMES:
+        next(frames)
+    header, first, *_ = wide().splitlines()
+    beside = tmp_path / "beside"
+    later = [",".join([f"{10 + k}", *first.split(",")[1:]]) for k in range(len(TIMES) + 2)]
+    beside.write_text("\n".join([header, *later]) + "\n")  # longer than the one that was read
+    beside.replace(path)
+    assert [next(frames).time_s for _ in later] == [10 + k for k in range(len(later))]
+    assert feed.counts == {"restarted": 1}
+    assert "is another file now" in said[0]
 
 
 def test_what_comes_late_twice_or_spoilt_is_left_out_and_counted(tmp_path):

@@ -134,7 +134,9 @@ def feed_of(source: str, follow: bool, idle_s: float | None, hold_s: float | Non
         if hold_s is not None:
             raise ParameterError("--hold-s: has no meaning without --follow; leave it out.")
         return None
-    return Feed(idle_s, hold_s or 0.0, tell)
+    memory = memory_of_run()
+    known_s = memory.time_s if is_address(source) else -math.inf  # a file is read from its start again
+    return Feed(idle_s, hold_s or 0.0, tell, known_s=known_s, passed_s=memory.time_s + memory.elapsed_s)
 
 
 def memory_of_run() -> Memory:

@@ -117,7 +117,13 @@ def wide_rows(lines: Lines, columns: Columns, links: int, name: str, feed: Feed 
 
     with closing(lines):
         rows = (feed or STRICT).each((line for line in lines if not line[1].startswith("#")), read)
-        yield from rows if feed is None else in_order(rows, lambda row: row[1], lambda row: row[1], feed)
+        yield from (
+            rows
+            if feed is None
+            else in_order(
+                rows, lambda row: row[1], lambda row: row[1], feed, lambda row, by_s: (row[0], row[1] + by_s, *row[2:])
+            )
+        )
 
 
 class Reading(NamedTuple):
@@ -154,7 +160,17 @@ def long_readings(
 
     with closing(lines):
         readings = (feed or STRICT).each((line for line in lines if not line[1].startswith("#")), read)
-        yield from readings if feed is None else in_order(readings, lambda of: of.time_s, lambda of: of[2:4], feed)
+        yield from (
+            readings
+            if feed is None
+            else in_order(
+                readings,
+                lambda of: of.time_s,
+                lambda of: of[2:4],
+                feed,
+                lambda of, by_s: of._replace(time_s=of.time_s + by_s),
+            )
+        )
 
 
 def gathered(readings: Iterator[Reading], period_s: float | None) -> Iterator[list[Reading]]:

@@ -78,8 +78,9 @@ class PlotTable:
     def _rows(self) -> Generator[tuple[float, RadarPlot | None], None, None]:
         """Yield each line's time and plot, None where the line says that there is none at that time."""
         with closing(self._lines()) as lines:
-            rows = (self.feed or STRICT).each(lines, _Reading(self, ordered=self.feed is None))
-            yield from rows if self.feed is None else in_order(rows, itemgetter(0), repr, self.feed)
+            read = _Reading(self, ordered=self.feed is None)
+            rows = (self.feed or STRICT).each(lines, read)
+            yield from rows if self.feed is None else in_order(rows, itemgetter(0), repr, self.feed, read.moved)
 
     def plot_of(self, line: TableLine, time_s: float, columns: RadarColumns, *, empty: bool) -> RadarPlot | None:
         """Return a line's plot, its radar's place taken in."""
@@ -148,6 +149,19 @@ class _Reading:
             )
         self._before, self._earlier, self._alone = time_s, line.cells[clock], empty
         return time_s, self._table.plot_of(line, time_s, columns, empty=empty)
+
+    def moved(self, row: tuple[float, RadarPlot | None], by_s: float) -> tuple[float, RadarPlot | None]:
+        """Return a row at a later time.
+
+        Raises
+        ------
+        DataError
+            If the radar's own way goes by these times too.
+        """
+        if self._columns is not None and self._columns.own is not None:
+            raise DataError(f"{self._table.path}: the clock went back, by which the radar's own way goes; start anew.")
+        time_s, plot = row
+        return time_s + by_s, None if plot is None else plot._replace(time_s=plot.time_s + by_s)
 
 
 def _time(line: TableLine, columns: RadarColumns) -> float:

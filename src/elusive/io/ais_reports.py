@@ -99,7 +99,11 @@ class GrowingReports:
         self._path, self._frame, self._feed = existing_file(path), frame, feed
         if self._path.suffix.lower() not in TABLES or not _named(self._path):
             raise DataError(f"{path}: live, reports are read of a table; write {','.join(NEEDED[1:])} and time.")
-        self._table, self._octets, self._lines = Table(str(path), NEEDED, PERHAPS), 0, 0
+        self._begin()
+        self._stamp: os.stat_result | None = None  # of the file that was read
+
+    def _begin(self) -> None:
+        self._table, self._octets, self._lines = Table(str(self._path), NEEDED, PERHAPS), 0, 0
 
     def since(self) -> list[tuple[AisPosition, Array, Array]]:
         """Return the reports of the lines that were completed since the last look, as :func:`in_frame` does.
@@ -111,8 +115,15 @@ class GrowingReports:
         """
         try:
             with self._path.open("rb") as file:
+                now = os.fstat(file.fileno())
+                if self._stamp is not None and (now.st_size < self._octets or not os.path.samestat(now, self._stamp)):
+                    self._feed.say(f"{self._path}: is another file now, or got shorter; it is read from its start.")
+                    self._begin()
+                self._stamp = now
                 file.seek(self._octets)
                 octets = file.read()
+        except FileNotFoundError:  # between its removal and the next
+            return []
         except OSError as error:
             raise DataError(f"{self._path}: cannot be read ({error.strerror}); check the path.") from None
         octets = octets[: octets.rfind(b"\n") + 1]

@@ -48,5 +48,8 @@ def live_asterix_plots(source: str, feed: Feed, radar: tuple[int, int] | None = 
                     latest_s = time_s
                     yield octets, RadarPlot(time_s, report.range_m, report.bearing_rad, report.doppler_mps)
 
-    for _, plot in in_order(plots(), lambda each: each[1].time_s, lambda each: each[0], feed):
+    def moved(report: tuple[bytes, RadarPlot], by_s: float) -> tuple[bytes, RadarPlot]:
+        return report[0], report[1]._replace(time_s=report[1].time_s + by_s)
+
+    for _, plot in in_order(plots(), lambda each: each[1].time_s, lambda each: each[0], feed, moved):
         yield plot

@@ -106,7 +106,11 @@ class BearingSource:
         )
         with closing(lines):
             rows = feed.each(lines, _Reading(self.sites, ordered=self.feed is None))
-            yield from rows if self.feed is None else in_order(rows, lambda row: row[0], repr, self.feed)
+            yield from (
+                rows
+                if self.feed is None
+                else in_order(rows, lambda row: row[0], repr, self.feed, lambda row, by_s: (row[0] + by_s, *row[1:]))
+            )
 
 
 class _Reading:

@@ -21,7 +21,7 @@ from elusive.io._standard_input import STANDARD_INPUT, standard_input
 from elusive.io._wav import ADVICE, Wav, wav_header
 from elusive.io.signals import TEXT, SignalSource, check_long, cut_of, source_of
 from elusive.io.sources import Feed, is_address
-from elusive.io.sources.lines import every_line
+from elusive.io.sources.lines import changed, every_line
 
 __all__ = ["STANDARD_INPUT", "RawForm", "follow_signal"]
 
@@ -41,7 +41,6 @@ class _Octets:
 
     def __init__(self, file: BinaryIO, name: str, feed: Feed, *, grows: bool) -> None:
         self._file, self._name, self._feed, self._grows = file, name, feed, grows
-        self._read = 0
         feed.stir()
 
     def take(self, count: int) -> bytes:
@@ -52,12 +51,11 @@ class _Octets:
             if part:
                 self._feed.stir()
                 parts.append(part)
-                left, self._read = left - len(part), self._read + len(part)
+                left -= len(part)
             elif not self.waited():
                 break
-            else:
-                if Path(self._name).stat().st_size < self._read:
-                    raise DataError(f"{self._name}: got shorter, and is another recording; begin anew.")
+            elif why := changed(self._name, self._file):
+                raise DataError(f"{self._name}: {why}, and is another recording; begin anew.")
         return b"".join(parts)
 
     def close(self) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from elusive.geometry.local_frame import LocalFrame
 
-SINCE_1970_S = 1e8  # a measurement's time from here on is since 1970
+SINCE_1970_S = 1e8, 1e10  # a measurement's time between these, 1973 and 2286, is in seconds since 1970
 
 
 class Ground(NamedTuple):
@@ -85,13 +85,13 @@ class Watch:
     def take(self, record: Mapping[str, Any]) -> Told:
         """Take in a step's record."""
         time_s = float(record["time_s"])
-        self._unix_s = time_s if time_s > SINCE_1970_S else _number(record, "unix_s")
+        since, until = SINCE_1970_S
+        self._unix_s = time_s if since < time_s < until else _number(record, "unix_s")
         shown = (track for track in record["tracks"] if track.get("shown", 1) != 0)  # of images: what does not rest
         now = {int(track["track"]): self._seen(track, time_s) for track in shown}
         here = {number: seen for number, seen in now.items() if seen.status != "deleted"}
         ended = tuple(now.get(number, seen) for number, seen in self._latest.items() if number not in here)
-        for seen in ended:
-            del self._first_s[seen.track]
+        self._first_s = {number: first_s for number, first_s in self._first_s.items() if number in here}
         self._latest = here
         return Told(record, self._unix_s, tuple(here.values()), ended)
 

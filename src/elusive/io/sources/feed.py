@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections import Counter
@@ -31,6 +32,9 @@ class Feed:
         Told in a sentence when the source goes, comes back, or gives what cannot be used.
     lenient
         Whether what cannot be used is counted and left out; else it ends the reading.
+    known_s, passed_s
+        Of a run that goes on: the latest time that is known, where earlier ones do not come again, and what that of
+        the source should be now.
     """
 
     def __init__(
@@ -40,12 +44,21 @@ class Feed:
         say: Callable[[str], None] = lambda sentence: None,
         *,
         lenient: bool = True,
+        known_s: float = -math.inf,
+        passed_s: float = -math.inf,
     ) -> None:
         self.idle_s, self.hold_s, self.say, self.lenient = idle_s, hold_s, say, lenient
         self.counts: Counter[str] = Counter()
         """``late``, ``repeated``, ``spoilt``, ``reconnected``, ...: what was met so far."""
         self.halted = threading.Event()
         self.latest_s = time.monotonic()
+        self.known_s, self._passed = known_s, (passed_s, self.latest_s)
+
+    @property
+    def passed_s(self) -> float:
+        """What the source's time should be now, of a run that goes on."""
+        passed_s, since_s = self._passed
+        return passed_s + time.monotonic() - since_s
 
     def looking(self) -> Feed:
         """Return a feed for a first look at what is read again afterwards: it says and counts nothing here."""

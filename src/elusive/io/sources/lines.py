@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import time
 from collections.abc import Callable, Generator, Iterator
 from contextlib import closing
@@ -109,9 +110,9 @@ def _to_the_end(file: BinaryIO, name: str, feed: Feed | None) -> Generator[bytes
             begun += octets
             if octets:
                 feed.stir()
-            elif _is_shorter(name, file.tell()):
+            elif why := changed(name, file):
                 feed.counts["restarted"] += 1
-                feed.say(f"{name}: got shorter; it is read from its start again.")
+                feed.say(f"{name}: {why}; it is read from its start.")
                 return True
             elif feed.over:
                 octets, feed = b"", None
@@ -126,11 +127,15 @@ def _to_the_end(file: BinaryIO, name: str, feed: Feed | None) -> Generator[bytes
         yield whole
 
 
-def _is_shorter(name: str, read: int) -> bool:
+def changed(name: str, file: BinaryIO) -> str:
+    """Say why an open file is not what its name is for any more, as logs are rotated; empty: it is."""
     try:
-        return Path(name).stat().st_size < read
+        there = Path(name).stat()
     except FileNotFoundError:  # between its removal and the next
-        return False
+        return ""
+    if not os.path.samestat(there, os.fstat(file.fileno())):
+        return "is another file now"
+    return "got shorter" if there.st_size < file.tell() else ""
 
 
 def _over_network(address: Address, feed: Feed) -> Lines:

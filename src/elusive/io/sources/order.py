@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import heapq
-import math
+import time
 from collections.abc import Callable, Hashable, Iterable, Iterator
+from itertools import chain
 from typing import TypeVar
 
+from elusive.io.sources.clock import SourceClock
 from elusive.io.sources.feed import Feed
 
 Item = TypeVar("Item")
@@ -15,12 +17,18 @@ MOST = 100_000  # held at a time, whatever their times say
 
 
 def in_order(
-    items: Iterable[Item], time_of: Callable[[Item], float], key_of: Callable[[Item], Hashable], feed: Feed
+    items: Iterable[Item],
+    time_of: Callable[[Item], float],
+    key_of: Callable[[Item], Hashable],
+    feed: Feed,
+    moved: Callable[[Item, float], Item] | None = None,
+    now_s: Callable[[], float] = time.monotonic,
 ) -> Iterator[Item]:
     """Yield items in the order of time, each at once where ``feed.hold_s`` is 0.
 
     One that comes after a later one has been handed over is ``late``; one whose key was there at its time is
-    ``repeated``. Both are left out, counted, and the first few said.
+    ``repeated``. Both are left out, counted, and the first few said. Of a clock that was set back the times are counted
+    on (:class:`~elusive.io.sources.clock.SourceClock`).
 
     Parameters
     ----------
@@ -30,25 +38,30 @@ def in_order(
         An item's time [s], and what tells it from others of that time.
     feed
         Of the source.
+    moved
+        An item at a time that is later by so much [s]; None: a clock that was set back ends the reading.
+    now_s
+        Time that passes on this machine.
+
+    Raises
+    ------
+    DataError
+        If the clock was set back and items cannot be moved.
     """
     waiting: list[tuple[float, int, Item]] = []
     seen: dict[float, set[Hashable]] = {}
-    latest_s = handed_s = -math.inf
-    for number, item in enumerate(items):
-        time_s, key = time_of(item), key_of(item)
-        if time_s < handed_s:
-            feed.spoilt(f"A measurement of {time_s:g} s comes after {handed_s:g} s.", "late")
-            continue
-        keys = seen.setdefault(time_s, set())
+    clock, latest_s, number = SourceClock(time_of, moved, feed, now_s), feed.known_s, 0
+    for time_s, item in chain(chain.from_iterable(map(clock.judged, items)), clock.rest()):
+        keys, key = seen.setdefault(time_s, set()), key_of(item)
         if key in keys:
             feed.spoilt(f"A measurement of {time_s:g} s comes twice.", "repeated")
             continue
         keys.add(key)
-        latest_s = max(latest_s, time_s)
+        latest_s, number = max(latest_s, time_s), number + 1
         heapq.heappush(waiting, (time_s, number, item))
         while waiting and (waiting[0][0] <= latest_s - feed.hold_s or len(waiting) > MOST):
-            handed_s, _, ready = heapq.heappop(waiting)
-            for past_s in [past_s for past_s in seen if past_s < handed_s]:
+            clock.handed_s, _, ready = heapq.heappop(waiting)
+            for past_s in [past_s for past_s in seen if past_s < clock.handed_s]:
                 del seen[past_s]
             yield ready
     while waiting:

@@ -30,7 +30,7 @@ from elusive.systems.bearings.results import BearingOutcome, outcome_of, write_o
 from elusive.systems.bearings.several import crowding_of, decided, fitted
 from elusive.systems.bearings.several_checks import several_findings
 from elusive.systems.bearings.several_results import names_of, several_outcome
-from elusive.systems.bearings.track import together, track, track_labelled
+from elusive.systems.bearings.track import Emitter, together, track, track_labelled
 from elusive.tracking.memory import Memory
 from elusive.tracking.track import Step
 
@@ -178,7 +178,8 @@ def follow_bearings(
         def heeded(live: LiveStep) -> None:
             nonlocal alone, due, steps_done
             step = live.step
-            latest.append(step)
+            # nothing that is checked of several reads their clouds, which for all of these times would fill memory
+            latest.append(step if isinstance(step.state, Emitter) else step._replace(state=None))
             steps_done += 1
             if alone and crowding_of([step.measurement], parameters.sigma_deg).several:
                 remarks.append(f"{moment(step.time_s)}: {ONE_OF_MANY}")

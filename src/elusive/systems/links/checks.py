@@ -85,7 +85,7 @@ class LinkFacts:
         found = frozenset(track.track for track in step.tracks if track.status == "confirmed")
         if found - self._found:
             self._late.clear()
-        self._found |= found
+        self._found = (self._found | found) & {track.track for track in step.tracks}
         log_ratio = step.state.people.unexplained.log_ratio
         if math.isfinite(log_ratio):
             self._late.append((step.time_s, log_ratio))

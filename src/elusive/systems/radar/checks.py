@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -24,7 +24,6 @@ from elusive.systems.radar.still import still_finding
 from elusive.systems.radar.survey import RadarSurvey
 from elusive.tracking.detection_targets import Target
 
-KEPT = 0.9  # P(the constraints allow a track), at the median, of one that keeps to them
 NEAREST_M = 50.0  # no radar sees nothing but what is nearer
 FEW = 20  # plots or triples from which something is said
 RATIO = 1.5  # of a deviation seen to that told, within which it is as good as right
@@ -101,19 +100,6 @@ def findings_of(
         )
     )
     return tuple(found)
-
-
-def constraints_kept(allowed: Mapping[int, Sequence[float]]) -> Finding:
-    """Judge whether ships keep to the constraints, by how probable these found each confirmed track, scan by scan."""
-    against = [track for track, values in allowed.items() if np.median(values) < KEPT]
-    share = len(against) / max(len(allowed), 1)
-    return Finding(
-        "radar.constraints", not against, KEPT, share,
-        f"{len(against)} of {len(allowed)} tracks are at the constraints' edge or beyond: ships that break them are "
-        "pushed aside, lost and begun anew.",
-        "Look at the constraints of the configuration: their units and places (metres about the radar), their sigma; "
-        "or leave them out.",
-    )  # fmt: skip
 
 
 def innovation(target: Target, scan: RadarScan, sensor: RadarSensor) -> float:

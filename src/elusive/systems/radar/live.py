@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import defaultdict, deque
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from itertools import chain, islice
 from pathlib import Path
@@ -17,7 +17,8 @@ from elusive.results.live import LiveEnd, LiveStep, follow_live, live_folder
 from elusive.sensors.radar_scans import RadarScan
 from elusive.systems.radar.ais import AisFusion
 from elusive.systems.radar.bunches import Bunches
-from elusive.systems.radar.checks import constraints_kept, findings_of, innovation
+from elusive.systems.radar.checks import findings_of, innovation
+from elusive.systems.radar.kept import ConstraintsKept
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.results import ADDED
 from elusive.systems.radar.setting import bind_all, charts_in, check_place
@@ -93,8 +94,7 @@ def follow_radar(
     sensor, tracker, around = bind_all(
         parameters, seen._replace(max_doppler_mps=max(DOPPLER_MPS, seen.max_doppler_mps)), around, outline
     )
-    innovations, bunches = deque[float](maxlen=LATEST), Bunches()
-    allowed = defaultdict[int, deque[float]](lambda: deque(maxlen=LATEST))  # of each track, while it is confirmed
+    innovations, bunches, kept = deque[float](maxlen=LATEST), Bunches(), ConstraintsKept()
 
     def reported() -> list[Report]:
         assert ais is not None
@@ -108,8 +108,8 @@ def follow_radar(
             sure = [beliefs[track.track] for track in step.tracks if track.status == "confirmed"]
             bunches.add_left_over(step.measurement, sensor, step.state.targets, around.water)
             innovations.extend(innovation(target, step.measurement, sensor) for target in sure)
-            for target in sure if parameters.constraints else ():
-                allowed[target.life.track or 0].append(target.allowed)
+            there = {track.track for track in step.tracks}
+            kept.add({target.life.track or 0: target.allowed for target in sure}, there)
             yield step
 
     with (
@@ -118,7 +118,7 @@ def follow_radar(
     ):
         end = follow_live(steps(), coming, log, on_step)
     findings = findings_of(seen, sensor, around.water, innovations, bunches)
-    findings += (constraints_kept(allowed),) if parameters.constraints else ()
+    findings += (kept.finding(),) if parameters.constraints else ()
     findings += () if fusion is None else (fusion.finding(),)
     write_checks(out, findings)
     return end._replace(findings=findings)

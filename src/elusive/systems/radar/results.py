@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -26,7 +25,8 @@ from elusive.sensors.radar_hulls import HullRadar
 from elusive.sensors.radar_scans import RadarScan
 from elusive.systems.radar.ais import AisFusion
 from elusive.systems.radar.bunches import Bunches
-from elusive.systems.radar.checks import constraints_kept, findings_of, innovation
+from elusive.systems.radar.checks import findings_of, innovation
+from elusive.systems.radar.kept import ConstraintsKept
 from elusive.systems.radar.land import water_at
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.report import (
@@ -185,7 +185,7 @@ class RadarRun:
         self._bias: CoastBias | None = None  # of the chart, as it is known by now
         self._innovations: list[float] = []  # of confirmed tracks
         self._bunches, self._ais = Bunches(), ais
-        self._allowed = defaultdict[int, list[float]](list)  # of each track, while it is confirmed
+        self._kept = ConstraintsKept()
 
     def append(self, step: Step) -> None:
         """Take in a scan's result."""
@@ -194,10 +194,11 @@ class RadarRun:
         self._bunches.add_left_over(step.measurement, self._sensor, step.state.targets, self._around.water)
         self._bias = coast_bias(step.state.knowledge)
         beliefs = {target.life.track: target for target in step.state.targets}
+        sure = {track.track for track in step.tracks if track.status == "confirmed"}
+        self._kept.add({number: beliefs[number].allowed for number in sure}, {track.track for track in step.tracks})
         for track in step.tracks:
             state, water = beliefs[track.track], self._around.water
-            if track.status == "confirmed":
-                self._allowed[track.track].append(state.allowed)
+            if track.track in sure:
                 self._innovations.append(innovation(state, step.measurement, self._sensor))
             least = math.nan
             if water is not None:
@@ -253,7 +254,7 @@ class RadarRun:
             way=self._seen.way,
         )
         found = findings_of(self._seen, self._sensor, self._around.water, self._innovations, self._bunches, source)
-        found += (constraints_kept(self._allowed),) if self._parameters.constraints else ()
+        found += (self._kept.finding(),) if self._parameters.constraints else ()
         found += () if self._ais is None else (self._ais.finding(),)
         return RadarOutcome(self._log, self._charted(tracked), scores, found)
 

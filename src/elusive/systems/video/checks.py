@@ -41,7 +41,8 @@ class Judged:
 
     def __init__(self, sensor: RadarVideo) -> None:
         self._sensor = sensor
-        self._beside = dict[int, bool]()  # whether a ship has never left what is fixed
+        self._beside = dict[int, bool]()  # whether a ship that is there has never left what is fixed
+        self._gone = Counter[bool]()  # the same of those that have ended, and how many
         self._at_once, self._alike = 0, np.zeros((0, 2))
         self._held = deque[float](maxlen=LATEST)
         self._turned = deque[Array](maxlen=LATEST)
@@ -56,6 +57,8 @@ class Judged:
         for ship in ships:
             if self._beside.get(ship.track, True):
                 self._beside[ship.track] = self._is_beside(ship, heard)
+        for gone in self._beside.keys() - {track.track for track in tracks}:
+            self._gone[self._beside.pop(gone)] += 1
         place = np.array(heard.turn.place)
         self._least, self._most = np.minimum(self._least, place), np.maximum(self._most, place)
         self._held.append(heard.held)
@@ -85,8 +88,9 @@ class Judged:
         ships = [_many(self._at_once), _swell(self._alike)]
         if moved <= _still_m(start.sensor):
             ships.append(swings(np.array(self._turned), start.sensor))
-        if water is None and self._beside:
-            ships.append(_beside(sum(self._beside.values()), len(self._beside)))
+        known = self._gone + Counter(self._beside.values())
+        if water is None and known:
+            ships.append(_beside(known[True], known.total()))
         return registration, (
             *findings_of(counts, registration, list(self._held), moved, start, fixed, charted=water is not None),
             *ships,
