@@ -240,7 +240,7 @@ document.title = JSON.stringify({
 def test_names_scales_and_legends_hide_no_data_and_stand_where_they_belong(tmp_path: Path) -> None:
     places = np.array([[19.0, 5.0], [21.0, 5.0], [39.9, 5.0]])
     named = draw.points(places, "--truth", texts=["left", "right", "edge"], name="nodes")
-    curves = [draw.line(TIMES, 0.01 * TIMES, colour, name=name) for name, colour in (("a", "--mark"), ("b", "--accent"))]
+    curves = [draw.line(TIMES, TIMES, colour, name=name) for name, colour in (("a", "--mark"), ("b", "--accent"))]
     drawn = draw.drawing(
         "Laid out", TIMES,
         [
