@@ -53,7 +53,7 @@ def test_calibration_warns_of_somebody_inside_and_of_silent_links():
     levels = quiet()
     levels[20:, :5] += 8 * np.random.default_rng(1).standard_normal((20, 5, CHANNELS))
     (remark,) = Calibrate().over(frames(levels)).remarks
-    assert remark.startswith("calibration: 25% of the links vary by more than 2 dB, as if somebody were inside")
+    assert remark.startswith("Calibration: 25% of the links vary by more than 2 dB, as if somebody were inside")
     levels = quiet()
     levels[:, 7:9] = np.nan
     (remark,) = Calibrate().over(frames(levels)).remarks

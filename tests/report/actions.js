@@ -107,7 +107,7 @@ made.draw();
 tell("followed");
 press("0");
 const before = canvas(1).toDataURL();
-made.root.querySelectorAll(".layers input")[1].click();
+made.root.querySelectorAll(".layers input")[2].click();
 told.layers = [...made.root.querySelectorAll(".layers label")].map((one) => one.textContent);
 told.off = canvas(1).toDataURL() !== before;
 press(" ");

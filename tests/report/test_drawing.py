@@ -162,7 +162,7 @@ def test_wheel_pointer_keys_time_line_and_layers_do_what_they_say(tmp_path: Path
     assert told["ruler"].startswith("5.0")
     assert told["ruler"].endswith("m, 037°")
     assert [told["followed"]["x"], told["followed"]["y"]] == pytest.approx([25, 9])
-    assert told["layers"] == ["image", "land", "error", "ellipses, 95 %", "whole paths, faintly"]
+    assert told["layers"] == ["error", "image", "land", "ellipses, 95 %", "whole paths, faintly"]  # as they stand
     assert told["off"]
     assert (told["playing"], told["paused"]) == ([True, True], False)
     assert told["played"]["index"] == 30
@@ -187,6 +187,7 @@ CLOCKED: list[tuple[list[float], str, float, str]] = [
 WORDS = """
 document.title = JSON.stringify([
   %s.map(([times, unit, t]) => elusive.clockOf(times, unit).say(t)), elusive.ticks(0, 10, 5), elusive.ticks(0, 2, 8, 1),
+  elusive.ticks(0.2, 9.3, 2), elusive.ticks(1700000010, 1700000098, 2, 0, elusive.OF_CLOCKS), elusive.ticks(3, 3, 2, 1),
   elusive.upTo([0, 1, 1, 2], 1),
   elusive.nearest([0, 1, 2], 1.4), elusive.nearest([0, 1, 2], 9), elusive.nearest([0, 1, 2], -5),
   elusive.degrees({ x: 0, y: 0, half: 1, degree: 0, lon: [181.5], lat: [-3.25] }, 0, 0),
@@ -197,9 +198,71 @@ document.title = JSON.stringify([
 def test_times_ticks_and_degrees_in_words(tmp_path: Path) -> None:
     words = [expected for *_, expected in CLOCKED]
     assert told_by(made(tmp_path), WORDS % json.dumps(CLOCKED)) == [
-        words, [0, 2, 4, 6, 8, 10], [0, 1, 2], 3, 1, 2, 0,
+        words, [0, 2, 4, 6, 8, 10], [0, 1, 2],
+        [2, 4, 6, 8], [1700000010, 1700000040, 1700000070], [3],  # one number alone tells no scale
+        3, 1, 2, 0,
         "3.25000° S, 178.50000° W",
     ]  # fmt: skip
+
+
+# what is written and filled while everything is drawn once more
+LAID_OUT = """
+const [written, filled] = [[], []];
+const [text, rect] = [CanvasRenderingContext2D.prototype.fillText, CanvasRenderingContext2D.prototype.fillRect];
+CanvasRenderingContext2D.prototype.fillText = function (...given) {
+  written.push([given[0], this.textAlign, Math.round(given[1])]);
+  return text.apply(this, given);
+};
+CanvasRenderingContext2D.prototype.fillRect = function (...given) {
+  filled.push(given);
+  return rect.apply(this, given);
+};
+made.draw();
+const keys = () => [...made.root.querySelectorAll(".key")].filter((one) => !one.hidden).map((one) => one.style.color);
+const inks = () => {
+  const layers = made.spec.panels.flatMap((panel) => panel.layers).filter((one) => one.name);
+  const one = document.createElement("i");
+  return layers.map((layer) => ((one.style.color = made.at({}).ink(layer.colour)), one.style.color));
+};
+const once = filled.length;
+const bright = [keys(), inks()];
+document.body.classList.replace("body--light", "body--dark");
+made.draw();
+document.title = JSON.stringify({
+  written, filled: once, bright, dark: [keys(), inks()],
+  legends: made.panels.map((panel) => [...panel.legend.querySelectorAll("label")].map((one) => one.textContent)),
+  below: [...made.box.querySelectorAll("label")].map((one) => one.textContent),
+  widths: made.panels.map((panel) => panel.root.offsetWidth / made.grid.offsetWidth),
+});
+"""
+
+
+def test_names_scales_and_legends_hide_no_data_and_stand_where_they_belong(tmp_path: Path) -> None:
+    places = np.array([[19.0, 5.0], [21.0, 5.0], [39.9, 5.0]])
+    named = draw.points(places, "--truth", texts=["left", "right", "edge"], name="nodes")
+    curves = [draw.line(TIMES, TIMES, colour, name=name) for name, colour in (("a", "--mark"), ("b", "--accent"))]
+    drawn = draw.drawing(
+        "Laid out", TIMES,
+        [
+            draw.plane("Map", EXTENT, [named], span=8),
+            draw.chart("First", TIMES, curves, unit="m", span=4), draw.chart("Second", TIMES, curves[1:], unit="m"),
+        ],
+    )  # fmt: skip
+    Report("r", "", drawn).write_page(tmp_path / "r.html")
+    told = told_by(tmp_path / "r.html", LAID_OUT)
+    sides = {text: side for text, side, _ in told["written"] if text in named["texts"]}
+    assert sides == {"left": "left", "right": "left", "edge": "right"}  # two neighbours' names cannot meet
+    assert told["filled"] == 3  # the ground of each panel: no box lies over what is drawn
+    assert told["legends"] == [[], ["a"], []]  # of the chart that alone has it
+    assert told["below"] == ["nodes", "b"]
+    for keys, inks in (told["bright"], told["dark"]):
+        assert set(keys) == set(inks)
+    assert told["bright"] != told["dark"]
+    document, _ = browse(tmp_path / "r.html", 700, LAID_OUT)
+    titled = re.search(r"<title>(.*)</title>", document)
+    assert titled is not None
+    narrow = json.loads(titled.group(1))["widths"]
+    assert narrow == pytest.approx([1.0, 0.49, 0.49], abs=0.02)  # no third of a row stays empty
 
 
 def test_times_in_sentences_are_those_of_the_drawing() -> None:

@@ -51,7 +51,7 @@ def test_the_ready_example_runs_by_one_click_and_the_command_finds_its_numbers(
     field(page, "simulation.speed_mps").fill("7")
     told(page, "37 s long")  # it has come
     page.goto(served.address)
-    page.get_by_role("button", name="Run the example: An emitter by its bearings").click()
+    page.get_by_role("link", name="Run the example: An emitter by its bearings").click()
     page.locator(READY).wait_for()
     assert titles(page) == ["Bearings", "map", "fixed-lag", "iekf"]
     played_to_the_end(page, 63)

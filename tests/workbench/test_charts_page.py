@@ -43,7 +43,7 @@ def test_the_ready_example_runs_by_one_click_and_the_command_finds_its_numbers(
 ) -> None:
     page = open_tab().page
     page.goto(served.address)
-    page.get_by_role("button", name="Run the example: Ships near charted coasts").click()
+    page.get_by_role("link", name="Run the example: Ships near charted coasts").click()
     page.locator(READY).wait_for()
     uses = ["none", "hard", "nearest", "grid", "exact", "field"]
     assert titles(page) == [*uses, "How far off?"]

@@ -29,7 +29,7 @@ def test_the_example_is_run_compared_and_run_again_and_what_was_set_stays(
 ) -> None:
     page = open_tab(1440).page
     page.goto(served.address)
-    button(page, "Run the example: Faint targets in images").click()
+    page.get_by_role("link", name="Run the example: Faint targets in images").click()
     shown = report(page, "001-images_scene").locator(".panel figcaption > span").all_inner_texts()
     assert shown[:3] == ["The frames", "Is it there?", "How far off?"]
     main_quietly("scene", served.folder / "runs" / "001-images_scene" / "scene.yaml", "--out", tmp_path / "out")
@@ -49,7 +49,7 @@ def test_the_example_is_run_compared_and_run_again_and_what_was_set_stays(
     page.evaluate("window.scrollTo(0, 0)")
     picture(page, "images")
     page.goto(served.address)
-    button(page, "Run the example: Faint targets in images").click()
+    page.get_by_role("link", name="Run the example: Faint targets in images").click()
     report(page, "003-images_scene")
     expect(field(page, "snr_db")).to_have_value("12")
     told(page, "Changed since this run: SNR 6.71 -> 12 dB.")

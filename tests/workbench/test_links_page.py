@@ -322,7 +322,7 @@ def test_two_tabs_do_not_meet(served: Served, open_tab: OpenTab) -> None:
 def test_a_card_runs_its_example_in_one_click_and_the_page_goes_on_answering(served: Served, open_tab: OpenTab) -> None:
     page = open_tab(moves=True).page  # with less motion nothing plays of itself
     page.goto(served.address)
-    page.get_by_role("button", name="Run the example: People in a radio network").click()
+    page.get_by_role("link", name="Run the example: People in a radio network").click()
     page.locator(READY).wait_for()
     page.wait_for_function(
         "Number(document.querySelector('.drawing:not(.ew-live)').dataset.frame) > 3"

@@ -221,7 +221,7 @@ def test_a_recording_is_refused_then_tracked_kept_compared_and_deleted(
     (served.folder / "empty.csv").write_text("time_s,sensor\n")
     page = open_tab().page
     page.goto(served.address)
-    button(page, "Open a recording").click()
+    page.get_by_role("link", name="Open a recording").click()
     button(page, "Run").click()
     told(page, "What do you have? Choose the kind of recording first.")
     assert colours(button(page, "Close")) == ["rgb(255, 255, 255)", "rgb(180, 35, 24)"]

@@ -84,8 +84,7 @@ def test_a_run_stays_with_its_settings_and_the_page_says_what_was_changed(
     page.locator("body.body--dark").wait_for()
     page.get_by_role("link", name="elusive workbench").click()
     page.get_by_role("heading", name="What shall be tracked?").wait_for()
-    page.wait_for_function("window.did_handshake")  # what is pressed before that is lost
-    page.get_by_role("button", name="Run the example: People in a radio network").click()
+    page.get_by_role("link", name="Run the example: People in a radio network").click()
     page.locator(READY).wait_for()
     page.locator("body.body--dark").wait_for()  # colours go from page to page
     expect(page.locator("input[type=range]")).to_have_attribute("max", "149")
@@ -138,6 +137,8 @@ def test_fields_are_named_by_their_labels() -> None:
     said = in_plain_words("Walks.latest_entrance: step 74 is after the last, 29; give an earlier one.")
     assert said == "Latest entrance: step 74 is after the last, 29; give an earlier one."
     assert in_plain_words("log.csv, line 2: has 3 cells.") == "log.csv, line 2: has 3 cells."
+    assert in_plain_words("Give --noise-sigma, or --filter several.") == 'Give "Noise sigma", or "Filter" several.'
+    assert in_plain_words("Fit it by `elusive fit images --out a`.") == "Fit it by `elusive fit images --out a`."
 
 
 def test_work_that_does_not_notice_is_not_waited_for_once_it_is_called_off() -> None:
@@ -190,4 +191,4 @@ def test_a_port_that_is_taken_is_said_and_who_has_it_goes_on(
     assert "is at" not in said
     page = open_tab().page
     page.goto(served.address)
-    button(page, "Open a recording").wait_for()
+    page.get_by_role("link", name="Open a recording").wait_for()

@@ -20,7 +20,7 @@ from tests.workbench.test_links_page import OpenTab, button, field, picture, rep
 def test_the_example_is_run_and_objects_put_in_and_taken_out(served: Served, open_tab: OpenTab) -> None:
     page = open_tab().page
     page.goto(served.address)
-    button(page, "Run the example: Noise objects along a signal").click()
+    page.get_by_role("link", name="Run the example: Noise objects along a signal").click()
     shown = report(page, "001-signals_scene")
     shown.get_by_text("One object was found").first.wait_for()
     picture(page, "signals")

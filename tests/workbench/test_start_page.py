@@ -90,6 +90,27 @@ def test_a_scene_tells_its_system(tmp_path: Path, name: str, text: str, system: 
     assert system_of(path.parent if path.parent != tmp_path else path) == system
 
 
+def test_a_press_counts_before_the_pictures_are_there_and_before_the_server_hears_the_page(
+    served: Served, open_tab: OpenTab
+) -> None:
+    page = open_tab().page
+    held: list[Any] = []
+    page.route("**/*.svg", lambda route: held.append(route))
+    page.route_web_socket("**/*", lambda socket: socket.close())
+    page.route("**/_nicegui_ws/**", lambda route: None)  # nor is it heard in any other way
+    page.evaluate("(address) => { window.location = address }", f"{served.address}/")
+    example = page.get_by_role("link", name="Run the example: Noise objects along a signal")
+    example.wait_for()
+    before = example.bounding_box()
+    for route in held:
+        route.continue_()
+    page.wait_for_function("[...document.querySelectorAll('.ew-picture')].every((one) => one.naturalWidth > 0)")
+    assert example.bounding_box() == before  # what is pressed does not move away
+    assert not page.evaluate("window.did_handshake")
+    example.click()
+    page.wait_for_url("**/signals?example=*")
+
+
 def test_a_scene_of_any_system_is_opened_on_its_page(served: Served, open_tab: OpenTab) -> None:
     """That of radar video stands in the test of its page."""
     changed: dict[str, dict[str, Any]] = {

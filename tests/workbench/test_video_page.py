@@ -67,7 +67,7 @@ def test_a_scene_is_opened_run_changed_exported_and_opened_again(
 def test_the_example_runs_by_one_click(served: Served, open_tab: OpenTab) -> None:
     page = open_tab().page
     page.goto(served.address)
-    button(page, "Run the example: Ships in radar video").click()
+    page.get_by_role("link", name="Run the example: Ships in radar video").click()
     seen = report(page, "001-video_scene")
     seen.get_by_text("4 ships under way were found.").wait_for()
     seen.locator(".drawing").evaluate("(one) => one.scrollIntoView()")

@@ -75,16 +75,43 @@ def test_every_system_has_something_to_try(system: object) -> None:
         ("1,2\n3,-4.5\n", "2 lines of 2 numbers -4.5 to 3."),
         (
             "time_s," + ",".join(f"0-{k}-1" for k in range(9)) + "\n",
-            "0 lines: time_s, 0-0-1, 0-1-1, 0-2-1, 0-3-1, 0-4-1, and 4 more columns.",
+            "0 lines: time_s, levels of 9 links among 9 nodes, 1 channel.",
         ),
-        ("dear diary\n", None),
-        ("", None),
+        ("time_s,range_m\n1764123456.5,0.123456\n", "1 line: time_s 1764123456, range_m 0.1235."),
+        ("17 18 19\n", None),
+        ("dear diary\n", ""),
+        ("", ""),
     ],
 )
 def test_a_table_tells_from_what_to_what_its_columns_go(tmp_path: Path, text: str, said: str | None) -> None:
     (tmp_path / "some.csv").write_text(text)
     found = look_at_table(tmp_path / "some.csv")
     assert (None if found is None else found.said) == said
+
+
+@pytest.mark.parametrize(
+    ("text", "doubt"),
+    [
+        ("dear diary,\ntoday\n", "some.csv: holds no numbers; its first line is 'dear diary,'."),
+        ("time_s,sensor,azimuth_deg\n", "some.csv: holds no line below the names of its columns."),
+        (
+            "time_s,bearing_deg\n" + "".join(f"{k},{0.2 * k}\n" for k in range(30)),
+            "bearing_deg 0 to 5.8 looks like radians.",
+        ),
+        (
+            "time_s,range_m\n" + "".join(f"{k},{1 + 0.1 * k}\n" for k in range(30)),
+            "range_m 1 to 3.9 looks like nautical miles or kilometres.",
+        ),
+        ("time_s,bearing_deg,range_m\n" + "".join(f"{k},{k / 90},{90 * k}\n" for k in range(90)), ""),
+    ],
+)
+def test_a_table_in_other_units_or_without_numbers_is_doubted_before_a_run(
+    tmp_path: Path, text: str, doubt: str
+) -> None:
+    (tmp_path / "some.csv").write_text(text)
+    found = look_at_table(tmp_path / "some.csv")
+    assert found is not None
+    assert [one.sentence for one in found.findings] == ([doubt] if doubt else [])
 
 
 def test_noise_says_why_it_has_no_track_and_a_press_tries_more(served: Served, open_tab: OpenTab) -> None:

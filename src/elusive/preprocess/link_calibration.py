@@ -84,7 +84,7 @@ class Calibrate(Model):
         busy = float((known > self.busy_sd_db**2).mean()) if known.size else 0.0
         if busy > self.busy_share:
             remarks.append(
-                f"calibration: {busy:.0%} of the links vary by more than {self.busy_sd_db:g} dB, as if somebody were "
+                f"Calibration: {busy:.0%} of the links vary by more than {self.busy_sd_db:g} dB, as if somebody were "
                 "inside; calibrate on frames in which nobody is."
             )
         silent = int((count == 0).all(axis=1).sum())

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.gridspec import SubplotSpec
 
+Scale = tuple[Any, ...]  # of the colours of an image
 WIDTH_IN = 11.0
 PLANE_ROWS, PLANE_WIDE = 2, 7 / 12  # of a plane that leads, and its share of the width beside others
 ROW_IN, HEAD_IN, KEY_IN = 2.45, 0.55, 0.3
@@ -26,6 +27,7 @@ LETTERS, LETTERS_IN = 150, 10.5  # of a verdict's line; of a title, an inch
 NAMED_AT_MOST = 12  # tracks with their numbers beside them
 ELLIPSES = 12  # along all tracks of a panel
 LEGEND_AT_MOST = 8  # curves of a chart
+WHOLE_FROM_S = 8.0  # of an axis from here on its ticks stand at whole seconds
 
 
 class Slot(NamedTuple):
@@ -54,10 +56,10 @@ def write_picture(path: Path, drawn: Drawing, title: str, verdict: str = "") -> 
         only.remove()
         engine: Any = figure.get_layout_engine()
         engine.set(rect=(0.0, 0.0, 1.0, 1.0 - head / height))
-        key = dict[str, Any]()
+        key, scales = dict[str, Any](), set[Scale]()
         for panel, (slot, high, wide) in zip(panels, _slots(figure, panels, rows), strict=True):
             axes = figure.add_subplot(slot)
-            _draw(axes, panel, float(panel.get("at", start)), clock)
+            _draw(axes, panel, float(panel.get("at", start)), clock, scales)
             letters = round(LETTERS_IN * WIDTH_IN * wide)
             axes.set_title("\n".join(textwrap.wrap(panel["title"], letters)))
             if panel.get("plane"):
@@ -95,7 +97,8 @@ def _slots(figure: Figure, panels: list[Panel], rows: int) -> list[Slot]:
     return slots
 
 
-def _draw(axes: Axes, panel: Panel, time: float, clock: Clock) -> None:
+def _draw(axes: Axes, panel: Panel, time: float, clock: Clock, told: set[Scale]) -> None:
+    """Draw a panel; ``told``: scales of colours that a bar of another panel tells, which is not drawn over this one."""
     from matplotlib.patheffects import withStroke
 
     layers, night = panel["layers"], bool(panel.get("night"))
@@ -109,12 +112,14 @@ def _draw(axes: Axes, panel: Panel, time: float, clock: Clock) -> None:
     axes.set_autoscale_on(False)
     for depth, layer in enumerate(layers):
         PAINTERS[layer["type"]](axes, layer, at, 1.0 + depth)
-    scales = [layer.get("unit") for layer in layers if layer["type"] == "image"]
-    if any(scales) and "at" not in panel:
-        number = next(k for k, scale in enumerate(scales) if scale)
+    images = [layer for layer in layers if layer["type"] == "image"]
+    number = next((k for k, layer in enumerate(images) if layer.get("unit")), None)
+    scale = () if number is None else tuple(images[number].get(name) for name in ("colours", "low", "high", "unit"))
+    if number is not None and "at" not in panel and scale not in told:
+        told.add(scale)
         beside, ink = axes.inset_axes((0.975, 0.04, 0.015, 0.4)), at.ink("--ink")
         bar = axes.figure.colorbar(axes.images[number], cax=beside, ticklocation="left")
-        bar.set_label(scales[number], color=ink)
+        bar.set_label(images[number]["unit"], color=ink)
         bar.outline.set_visible(False)
         beside.tick_params(colors=ink)
         halo: Any = [withStroke(linewidth=2.5, foreground=at.ink("--dusk") if night else "white")]
@@ -126,7 +131,8 @@ def _draw(axes: Axes, panel: Panel, time: float, clock: Clock) -> None:
         of = (clock.unit or "UTC" * (clock.kind == "utc")) if shown.get("time") else shown.get("unit", "")
         axes.set(**{f"{name}label": f"{shown['title']} [{of}]" if of else shown["title"]})
         if shown.get("time") and not clock.unit:
-            getattr(axes, f"{name}axis").set_major_formatter(lambda time, _: clock.of_day(time))
+            plain = clock._replace(digits=0) if np.ptp(panel["extent"][:2]) > WHOLE_FROM_S else clock
+            getattr(axes, f"{name}axis").set_major_formatter(lambda time, _, plain=plain: plain.of_day(time))
     names = axes.get_legend_handles_labels()[1]
     if not panel.get("plane") and 0 < len(names) <= LEGEND_AT_MOST:
         axes.legend(loc="best", labelcolor="white" if night else None)

@@ -53,6 +53,7 @@ SYSTEMS = (
         "elusive track signal signal.npy --out result",
         "elusive.systems.signals.page",
         fits=True,
+        look="elusive.systems.signals.look:look",
         tries=(("probability", "x10"), ("object_size", "x2"), ("confirm_frames", "x0.5")),
     ),
     System(

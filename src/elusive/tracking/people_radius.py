@@ -29,8 +29,7 @@ class RadiusTracker(Model):
     memory_frames: int = Field(5, ge=1, description="Earlier frames whose heads are remembered, 'n_memory'")
     life: Lifecycle = Field(
         Lifecycle(confirm_frames=5, confirm_window=10, delete_frames=5, drop_frames=5),
-        description="When a track is confirmed, N heads of the latest frames, 'n_confirm' of 'n_max_confirm', and "
-        "ends, M frames without a head, 'n_delete'",
+        description="When a track is confirmed, and when it ends",
     )
 
     @property

@@ -34,6 +34,7 @@ WORDS = {
 CHANGES_SAID = 4
 OF_FIELD = re.compile(r"^\w+(?:\.|: )\w+(?:\.\d+)*: ")
 OWNED = re.compile(r"\b[A-Z]\w+(?:\.|: )([a-z]\w*): ")  # a field, with the class that declares it
+OPTION, COMMAND = re.compile(r"--([a-z][a-z0-9-]*[a-z0-9])"), "elusive "
 BOUNDS = (("ge", "from {}"), ("gt", "above {}"), ("le", "to {}"), ("lt", "below {}"))
 
 
@@ -160,8 +161,14 @@ def faults(error: ParameterError, shown: Sequence[Control]) -> tuple[dict[FieldP
 
 
 def in_plain_words(sentence: str) -> str:
-    """Name fields as their controls do: of ``Walks.latest_entrance: step 74 ...``, ``Latest entrance: step 74 ...``."""
-    return OWNED.sub(lambda found: f"{_label(SUFFIX.sub('', found[1]))}: ", sentence)
+    """Name fields as their controls do: of ``Walks.latest_entrance: step 74 ...``, ``Latest entrance: step 74 ...``.
+
+    So are the options of a command: of ``--noise-sigma``, ``"Noise sigma"``; not where a whole command is told.
+    """
+    named = OWNED.sub(lambda found: f"{_label(SUFFIX.sub('', found[1]))}: ", sentence)
+    if COMMAND in named:
+        return named
+    return OPTION.sub(lambda found: f'"{_label(SUFFIX.sub("", found[1].replace("-", "_")))}"', named)
 
 
 def _said_at_field(sentence: str) -> str:

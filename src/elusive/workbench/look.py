@@ -10,6 +10,7 @@ from elusive.checks import Looked, broken
 from elusive.errors import ElusiveError
 from elusive.report import drawing as draw
 from elusive.workbench.asking import FOLLOW, Asking, refused
+from elusive.workbench.forms import in_plain_words
 from elusive.workbench.guessing import kind_of
 from elusive.workbench.jobs import away
 from elusive.workbench.parts import Drawing
@@ -49,13 +50,14 @@ class Look:
             return
         with self._box:
             if isinstance(looked, str):
-                ui.label(looked).classes("ew-doubt")
+                ui.label(in_plain_words(looked)).classes("ew-doubt")
                 return
             if looked is None:
                 return
-            ui.label(looked.said)
+            if looked.said:
+                ui.label(looked.said)
             for one in broken(looked.findings):
-                ui.label(f"{one.sentence} {one.remedy}").classes("ew-doubt")
+                ui.label(in_plain_words(f"{one.sentence} {one.remedy}")).classes("ew-doubt")
             if looked.picture is not None:
                 rows, columns = looked.picture.shape
                 edges = (-0.5, columns - 0.5, -0.5, rows - 0.5)

@@ -79,6 +79,7 @@ def show_run(run: Kept) -> None:
             f'<iframe class="ew-report" src="{address}/{REPORT}#{chosen_colours()}" title="Report of {run.name}" '
             'sandbox="allow-scripts allow-downloads"></iframe>', sanitize=False,
         ).classes("w-full")  # fmt: skip
+        ui.link("The report in a tab of its own", f"{address}/{REPORT}#{chosen_colours()}", new_tab=True)
     with ui.element("div").classes("ew-row"):
         for name in run.files:
             ui.button(name, on_click=lambda name=name: ui.download(f"{address}/{name}", name)).props(

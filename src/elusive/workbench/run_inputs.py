@@ -144,7 +144,7 @@ class RunInputs:
 
             made = ui.select(
                 names, value=chosen if several else (chosen[0] if chosen else None), on_change=take, multiple=several,
-                label=f"{one.label}: a file that grows, or an address" if typed else one.label,
+                label=f"{one.label}: a file that grows, or an address" if typed else _asked_as(one),
                 clearable=not one.needed, with_input=True, new_value_mode="add-unique" if typed else None,
             ).props("dense outlined options-dense").classes("w-full")  # fmt: skip
             self._lists.append(made)
@@ -187,3 +187,8 @@ class RunInputs:
     def _reset(self) -> None:
         self._state.models[self._state.noun] = asking_of(self._state.noun).parameters()
         self.show()
+
+
+def _asked_as(one: Asked) -> str:
+    """Return what stands on a field: its label, and of a file whether it may be left out."""
+    return f"{one.label} (optional)" if one.is_file and not one.needed else one.label

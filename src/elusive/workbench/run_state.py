@@ -64,7 +64,8 @@ class RunState:
 
     def again(self, run: Kept) -> None:
         """Take a run's files and settings, and see it."""
-        settings = settings_of(run.folder, asking_of(run.noun))
+        settings_of(run.folder, asking_of(run.noun))  # or it is gone, or of no use
+        settings = asking_of(run.noun).parameters(**run.settings)  # what was set, not what the recording then gave
         self.choose(run.noun)
         self.given[run.noun] = dict(run.given) or self.given[run.noun]
         self.models[run.noun] = settings

@@ -36,19 +36,20 @@ def start_page() -> None:
                     "choose the files, press Run, and see the report. Runs are kept and compared.</p>", sanitize=False,
                 ).classes("ew-grow")  # fmt: skip
                 with ui.element("div").classes("ew-row"):
-                    ui.button("Open a recording", on_click=lambda: ui.navigate.to(OWN[0])).props("unelevated no-caps")
+                    _leading("Open a recording", OWN[0], "Open a recording", "unelevated")
             for page in pages():
                 with _card(page.path, page.title):
                     ui.html(f"<p>{page.summary}</p>", sanitize=False)
                     ui.html(f"<p><b>Example:</b> {page.example}</p>", sanitize=False).classes("ew-grow")
                     with ui.element("div").classes("ew-row"):
-                        ui.button(
-                            "Run the example",
-                            on_click=lambda path=page.path: ui.navigate.to(f"{path}?example={secrets.token_hex(4)}"),
-                        ).props(f'unelevated no-caps aria-label="Run the example: {page.title}"')
-                        ui.button("Open", on_click=lambda path=page.path: ui.navigate.to(path)).props(
-                            f'flat no-caps aria-label="Open {page.title}"'
-                        )
+                        example = f"{page.path}?example={secrets.token_hex(4)}"
+                        _leading("Run the example", example, f"Run the example: {page.title}", "unelevated")
+                        _leading("Open", page.path, f"Open {page.title}", "flat")
+
+
+def _leading(words: str, address: str, name: str, look: str) -> None:
+    """Build a button that leads to a page: a link, which the browser follows before the server hears this page, too."""
+    ui.button(words).props(f'{look} no-caps href="{address}" aria-label="{name}"')
 
 
 @contextmanager

@@ -16,6 +16,7 @@ from elusive.systems.images.report import (
     Tracked,
     images_report,
     paired_error,
+    verdict,
 )
 from tests.browsing import data_in, is_drawn, layers, names, numbers, pixels, stands_alone, titles
 
@@ -186,6 +187,15 @@ def test_the_error_of_several_is_over_all_targets_and_the_tracks_at_them() -> No
     np.testing.assert_allclose(found, [np.sqrt(2.5), 1.0, 1.0, 2.0])
     assert np.isnan(paired_error(truths, [], 4)).all()
     assert np.isnan(paired_error(truths[:1], tracks[2:], 4)).all()
+
+
+def test_a_sentence_says_what_was_found_and_when() -> None:
+    assert verdict(tracked(40)) == "One target was found, from frame 10 to frame 29."
+    assert verdict(tracked(40, unit="s")) == "One target was found, from 0.40 s to 1.16 s."
+    assert verdict(tracked(40)._replace(existence=np.full(40, np.nan))) == "No target was found."
+    several_of = several(30)
+    assert verdict(several_of) == "2 tracks were found, from frame 3 to frame 29, at most 2 at a time."
+    assert verdict(several_of._replace(tracks={})) == "No target was found."
 
 
 def test_no_track_of_several_is_a_report_too(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ elusive.axes = function (panel, pen, view, at, height) {
     x1,
     Math.max(2, Math.min(8, wide / (clock ? 95 : 80))),
     clock ? clock.least : spec.x.least,
+    clock?.steps,
   );
   const ys = elusive.ticks(
     Math.min(y0, y1),
@@ -54,15 +55,19 @@ elusive.scaleBar = function (pen, view, at) {
   const power = 10 ** Math.floor(Math.log10(most));
   const length = power * [5, 2, 1].find((m) => m * power <= most);
   const [long, x, y] = [length * view.sx, view.right - 12 - length * view.sx, view.bottom - 10];
-  pen.fillStyle = at.css("--halo");
-  pen.globalAlpha = 0.75;
-  pen.fillRect(x - 6, y - 20, long + 12, 26);
-  pen.globalAlpha = 1;
-  pen.strokeStyle = pen.fillStyle = at.ink("--ink");
-  elusive.polyline(pen, [[x, y - 4], [x, y], [x + long, y], [x + long, y - 4]], 2); // prettier-ignore
-  pen.font = "11px system-ui, sans-serif";
+  const ends = [[x, y - 4], [x, y], [x + long, y], [x + long, y - 4]]; // prettier-ignore
+  // no box behind it, which would hide what lies there
+  for (const [colour, width] of [
+    ["--halo", 5],
+    ["--ink", 2],
+  ]) {
+    // prettier-ignore
+    pen.strokeStyle = colour === "--halo" ? at.css(colour) : at.ink(colour);
+    elusive.polyline(pen, ends, width);
+  }
+  const words = length >= 1000 ? `${length / 1000} km` : `${Number(length.toPrecision(1))} m`;
   pen.textAlign = "center";
-  pen.fillText(length >= 1000 ? `${length / 1000} km` : `${Number(length.toPrecision(1))} m`, x + long / 2, y - 7);
+  elusive.word(pen, words, x + long / 2, y - 7, at.ink("--ink"), at.css("--halo"), 11);
   pen.textAlign = "left";
 };
 

@@ -26,16 +26,19 @@ elusive.nearest = function (times, t) {
   return after && (after === times.length || t - times[after - 1] <= times[after] - t) ? after - 1 : after;
 };
 
-// round numbers from low to high, about so many, no closer than least
-elusive.ticks = function (low, high, count, least = 0) {
+// round numbers from low to high, about so many, no closer than least; two at least, for one alone tells no scale
+elusive.ticks = function (low, high, count, least = 0, steps = []) {
   const rough = Math.max((high - low) / Math.max(1, count), least, 1e-12);
   const power = 10 ** Math.floor(Math.log10(rough) + 1e-9);
-  const step = [1, 2, 5, 10].map((m) => m * power).find((one) => one >= 0.999 * rough);
+  const round = [1, 2, 5, 10].map((m) => m * power);
+  const step = (rough > 1 && steps.find((one) => one >= 0.999 * rough)) || round.find((one) => one >= 0.999 * rough);
   const found = [];
   for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++)
     found.push(Number((k * step).toPrecision(12)));
-  return found;
+  return found.length < 2 && step > least && count < 16 ? elusive.ticks(low, high, 1.5 * count, least, steps) : found;
 };
+
+elusive.OF_CLOCKS = [1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 10800, 21600, 43200, 86400];
 
 // a number with as many digits as a step of it needs
 elusive.digits = (step) => Math.max(0, Math.min(6, Math.ceil(-Math.log10(Math.max(step, 1e-9)))));
@@ -57,9 +60,12 @@ elusive.clockOf = function (times, unit) {
   if (unit !== "s") return { say: (t) => `frame ${t}`, tick: (t) => `${t}`, unit: "frame", least: 1 };
   if (times[0] >= 1e9) {
     const say = (t) => new Date(1000 * t).toISOString().slice(0, 10) + " " + hours(t % 86400, digits) + " UTC";
-    return { say, tick: (t) => hours(t % 86400, span < 5 ? 1 : 0), unit: "UTC", least: 0 };
+    return { say, tick: (t) => hours(t % 86400, span < 5 ? 1 : 0), unit: "UTC", least: 0, steps: elusive.OF_CLOCKS };
   }
-  if (span >= 7200) return { say: (t) => hours(t, digits), tick: (t) => hours(t, 0), unit: "h:min:s", least: 0 };
+  if (span >= 7200) {
+    const say = (t) => hours(t, digits);
+    return { say, tick: (t) => hours(t, 0), unit: "h:min:s", least: 0, steps: elusive.OF_CLOCKS };
+  }
   return { say: (t) => `${t.toFixed(digits)} s`, tick: (t) => `${t}`, unit: "s", least: 0 };
 };
 
@@ -159,8 +165,9 @@ elusive.marker = function (pen, kind, x, y, r) {
   }
 };
 
+elusive.font = (size) => `600 ${size}px system-ui, sans-serif`;
 elusive.word = function (pen, text, x, y, colour, halo, size = 13) {
-  pen.font = `600 ${size}px system-ui, sans-serif`;
+  pen.font = elusive.font(size);
   pen.lineJoin = "round";
   pen.lineWidth = 3.5;
   pen.strokeStyle = halo;

@@ -69,24 +69,28 @@ elusive.layerNames = function (spec) {
   return names;
 };
 
-// one switch a name that layers have, in their order
+// one switch a name that layers have, in their order: below the chart that alone has it, or below all panels
 elusive.switches = function (figure) {
   const { make } = elusive;
   const names = elusive.layerNames(figure.spec);
+  const having = (name) => figure.panels.filter((panel) => panel.spec.layers.some((layer) => layer.name === name));
   if (figure.tracks.size) {
     if ([...figure.tracks.values()].some((one) => one.sx))
       names.set("ellipses", { type: "text", words: "ellipses, 95 %" });
     names.set("whole paths", { type: "text", words: "whole paths, faintly" });
   }
   const box = make("div", { class: "layers" });
+  for (const panel of figure.panels) panel.legend.replaceChildren();
   for (const [name, layer] of names) {
+    const [only, ...others] = having(name);
+    const place = only && !others.length && !only.spec.plane ? only.legend : box;
     const check = make("input", { type: "checkbox" });
     check.checked = !figure.off.has(name);
     check.addEventListener("change", () => figure.switch(name, check.checked));
-    box.append(
+    place.append(
       make("label", {}, check, make("i", { class: `key ${layer.type} ${layer.marker || ""}` }), layer.words || name),
     );
-    const key = box.lastChild.querySelector(".key");
+    const key = place.lastChild.querySelector(".key");
     key.hidden = layer.type === "image" || layer.type === "text";
     if (!key.hidden) key.style.color = figure.at({}).ink(layer.colour || layer.fill || "--ink");
   }

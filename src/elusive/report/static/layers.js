@@ -163,8 +163,9 @@ elusive.layers.points = function (layer, pen, view, at) {
     if (kind === "dot" && size < 2.5) pen.fillRect(x - size, y - size, 2 * size, 2 * size);
     else elusive.marker(pen, kind, x, y, size);
     if (layer.texts && layer.texts[i] !== "") {
-      // towards the middle, so that no name leaves the panel
-      pen.textAlign = x > 0.5 * (view.left + view.right) ? "right" : "left";
+      // on the same side of all, or two neighbours' would meet; but no name leaves the panel
+      pen.font = elusive.font(12);
+      pen.textAlign = x + 8 + pen.measureText(layer.texts[i]).width > view.right ? "right" : "left";
       elusive.word(
         pen,
         layer.texts[i],

@@ -24,7 +24,8 @@ elusive.Panel = class {
     large.addEventListener("click", () => figure.enlarge(this.number));
     this.caption = make("figcaption", {}, make("span", {}, spec.title), this.bar, this.under);
     if (figure.spec.panels.length > 1) this.caption.append(large);
-    this.root = make("figure", { class: "panel" }, this.caption, this.canvas);
+    this.legend = make("div", { class: "layers" });
+    this.root = make("figure", { class: "panel" }, this.caption, this.canvas, this.legend);
     this.root.style.setProperty("--span", spec.span || 6);
     this.root.style.setProperty("--rows", spec.rows || 1);
     this.xs = spec.x.group || `x ${this.number}`;

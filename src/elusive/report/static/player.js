@@ -321,6 +321,14 @@ elusive.Figure = class {
   }
 
   // ---- drawing
+  // what is not drawn anew each time takes other colours
+  paint(dark) {
+    if (this.dark === dark) return;
+    this.dark = dark;
+    this.root.classList.toggle("dark", dark);
+    this.box.replaceWith((this.box = elusive.switches(this)));
+  }
+
   refresh() {
     if (this.waiting) return;
     this.waiting = requestAnimationFrame(() => this.draw());
@@ -330,7 +338,7 @@ elusive.Figure = class {
     cancelAnimationFrame(this.waiting);
     this.waiting = 0;
     if (!this.panels) return;
-    this.root.classList.toggle("dark", elusive.isDark());
+    this.paint(elusive.isDark());
     const { main } = this;
     const focus = this.following && this.focus();
     if (focus && main.view) {

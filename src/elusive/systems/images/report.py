@@ -13,10 +13,12 @@ from elusive.contracts import Array
 from elusive.metrics._assignment import linear_sum_assignment
 from elusive.report import drawing as draw
 from elusive.report import plots
+from elusive.report.clock import Clock
 from elusive.report.page import Report
 from elusive.report.scored import gospa_chart
 from elusive.results import Scored
 
+THERE = 0.5  # existence above which the one target that is looked for is there
 NEAR_PX = 4.0  # distance within which a track is at a target
 SHOWN_AT_MOST = 240  # frames kept for the report, whatever the recording's length
 SIDE_AT_MOST = 320  # pixels a side
@@ -114,7 +116,21 @@ def paired_error(truths: Sequence[Array], tracks: Sequence[Array], frames: int) 
 
 def images_report(tracked: Tracked, frames: FrameKeeper, findings: Sequence[Finding] = ()) -> Report:
     """Return the frames that play with truth and estimate, beside existence and error over time."""
-    return Report(tracked.title, "", images_drawing(tracked, frames), tracked.rows, findings)
+    return Report(tracked.title, verdict(tracked), images_drawing(tracked, frames), tracked.rows, findings)
+
+
+def verdict(tracked: Tracked) -> str:
+    """Say in a sentence what was found, and when."""
+    say, found = Clock.of(tracked.times, tracked.time_unit).say, list((tracked.tracks or {}).values())
+    lives = np.array([np.isfinite(path[:, 0]) for path in found]).reshape(-1, len(tracked.times)).sum(axis=0)
+    if tracked.tracks is None:  # one is looked for
+        lives = (np.nan_to_num(tracked.existence) > THERE).astype(np.int64)
+    there = tracked.times[lives > 0]
+    if not len(there):
+        return "No target was found."
+    many = "One target was" if max(len(found), 1) == 1 else f"{len(found)} tracks were"
+    at_most = f", at most {lives.max()} at a time" if len(found) > 1 else ""
+    return f"{many} found, from {say(there[0])} to {say(there[-1])}{at_most}."
 
 
 def images_drawing(tracked: Tracked, frames: FrameKeeper) -> draw.Drawing:

@@ -9,13 +9,14 @@ import numpy as np
 
 from elusive.charts import Water
 from elusive.checks import Finding, scale_of
+from elusive.checks.units import NEAREST_M, like_kilometres, like_radians
 from elusive.contracts import VX, VY, Array, X, Y
 from elusive.filters.particle import _kernels
 from elusive.io import RadarSource
 from elusive.sensors.own_track import FASTEST_MPS
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_hulls import HullRadar
-from elusive.sensors.radar_scans import TURN_RAD, RadarScan
+from elusive.sensors.radar_scans import RadarScan
 from elusive.systems.radar.bunches import MOST, NEAR_M, Bunches
 from elusive.systems.radar.given import given_findings, seen_finding
 from elusive.systems.radar.rates import doppler_finding
@@ -24,12 +25,10 @@ from elusive.systems.radar.still import still_finding
 from elusive.systems.radar.survey import RadarSurvey
 from elusive.tracking.detection_targets import Target
 
-NEAREST_M = 50.0  # no radar sees nothing but what is nearer
 FEW = 20  # plots or triples from which something is said
 RATIO = 1.5  # of a deviation seen to that told, within which it is as good as right
 ERRORS = 3.0  # standard errors beyond
 DRY, DRY_SHARE = 0.05, 0.3  # P(water) of what is on land, and the share of what moves there
-HALF_TURN, WHOLE_TURN = 0.5 * TURN_RAD, 1.01 * TURN_RAD
 INNOVATIONS = 1.6  # of their scale: a particle filter's own
 INDEPENDENT = 0.5
 WHOLE_EARTH = math.hypot(180.0, 90.0)  # reach of degrees
@@ -144,7 +143,7 @@ def _ends(bunches: Bunches) -> Finding:
 
 def _ranges(seen: RadarSurvey) -> Finding:
     return Finding(
-        "radar.ranges", not (seen.plots >= FEW and seen.max_range_m < NEAREST_M), NEAREST_M, seen.max_range_m,
+        "radar.ranges", not like_kilometres(seen.max_range_m, seen.plots), NEAREST_M, seen.max_range_m,
         f"All {seen.plots} plots lie within {seen.max_range_m:.3g} m of the radar: the ranges look like nautical miles "
         "or kilometres.",
         "Convert the column range_m to metres, or name it range_nmi or range_km.",
@@ -153,9 +152,8 @@ def _ranges(seen: RadarSurvey) -> Finding:
 
 def _bearings(seen: RadarSurvey) -> Finding:
     low, high = seen.bearings_deg
-    radians = seen.plots >= FEW and high <= WHOLE_TURN and high - low > HALF_TURN
     return Finding(
-        "radar.bearings", not radians, 360.0, high,
+        "radar.bearings", not like_radians(low, high, seen.plots), 360.0, high,
         f"All {seen.plots} bearings lie between {low:.3g} and {high:.3g} degrees: they look like radians.",
         "Convert the column bearing_deg to degrees clockwise from north.",
     )  # fmt: skip
