@@ -179,8 +179,9 @@ def test_a_scan_is_that_of_all_associations(knowledge):
     """Two targets apart, each with a detection, and a false one: no loop, so that the tracker is exact."""
     rng = np.random.default_rng(3)
     looks, _ = sail([[25, 1, 5000, -6], [2500, 0, 3000, 5]], CLUTTER, 9, seed=3)
-    rules = {"forget_below": 1e-9, "merge_within": 0.0, "gate": 50.0, "mean_life_s": 50.0, "resample_below": 0.0}
-    tracker = follower(CLUTTER, knowledge, q=0.0, particles=400, **rules)  # the prediction can be repeated
+    rules = {"forget_below": 1e-9, "merge_within": 0.0, "gate": 50.0, "mean_life_s": 50.0}
+    drawn = {"resample_below": 0.0, "redraw_below": 0.0}
+    tracker = follower(CLUTTER, knowledge, q=0.0, particles=400, **rules, **drawn)  # the prediction can be repeated
     states = track(looks[:-1], tracker)
     for before, look in zip(states[2:], looks[3:], strict=True):
         # one target of each ship, and what the tracker makes of them alone

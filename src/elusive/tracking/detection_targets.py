@@ -149,11 +149,15 @@ def kernel_of(times: float, components: int, counting: float) -> float:
 
 def has_one_mode(target: Target) -> bool:
     """Tell a belief of one mode by the kurtosis along the axes of its ellipsoid."""
-    squares, axes = np.linalg.eigh(target.covariance)
+    return bool((kurtosis(target) > LEAST_KURTOSIS).all())
+
+
+def kurtosis(cloud: Target | Expected) -> Array:
+    """Kurtosis along the axes of a cloud's ellipsoid, ``(d,)``; zero where that is flat."""
+    squares, axes = np.linalg.eigh(cloud.covariance)
     if squares[0] <= 0:
-        return False
-    fourth = target.weights @ ((target.particles - target.mean) @ (axes / np.sqrt(squares))) ** 4
-    return bool((fourth > LEAST_KURTOSIS).all())
+        return np.zeros(len(squares))
+    return np.asarray(cloud.weights @ ((cloud.particles - cloud.mean) @ (axes / np.sqrt(squares))) ** 4)
 
 
 def evidence(

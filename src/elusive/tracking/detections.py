@@ -23,9 +23,10 @@ from elusive.model import FROM_RECORDING, Model, NonNegative, Positive, Probabil
 from elusive.motion import transition
 from elusive.tracking.detection_births import newborn
 from elusive.tracking.detection_doubles import kept_up, merged
+from elusive.tracking.detection_informed import informed
 from elusive.tracking.detection_pairs import redrawn
 from elusive.tracking.detection_scan import associated, begun
-from elusive.tracking.detection_targets import Expected, Target, after_scan, evidence, expected
+from elusive.tracking.detection_targets import Evidence, Expected, Target, after_scan, evidence, expected
 from elusive.tracking.extended_scan import ExtendedSensor, associated_extended, joined
 from elusive.tracking.fixed_echoes import FORGOTTEN, Backdrop, EchoScan, FixedEcho
 from elusive.tracking.lifecycle import Lifecycle
@@ -117,6 +118,9 @@ class DetectionTracker(DetectionRules):
         description="Deviation about zero of what a new target's state has beside place and velocity",
     )
     resample_below: Probability = Field(0.5, description="Resample when the effective size falls below this share of N")
+    redraw_below: Probability = Field(
+        0.1, description="Draw half of the particles where a detection would leave less than this share of N; 0: never"
+    )
     kernel_width: NonNegative = Field(
         0.75, description="Width of the kernels that a belief of one mode is resampled with, to Silverman's; 0: none"
     )
@@ -200,13 +204,18 @@ class DetectionTracker(DetectionRules):
         if fixed is not None:
             gates = np.concatenate([gates | fixed.near[: len(alive)], fixed.near[len(alive) :]])
         within = [np.flatnonzero(gate) for gate in gates]
-        found = [
-            evidence(
-                one, self.sensor, measurement, which, log_new[which], least,
-                None if fixed is None else fixed.of_row(row, which),
-            )
-            for row, (one, which) in enumerate(zip(alive, within, strict=False))
-        ]  # fmt: skip
+
+        def asked(row: int, one: Expected) -> Evidence:
+            which = within[row]
+            echo = None if fixed is None else fixed.of_row(row, which)
+            return evidence(one, self.sensor, measurement, which, log_new[which], least, echo)
+
+        alive, found = list(alive), [asked(row, one) for row, one in enumerate(alive)]
+        if transition(self.motion, 1.0) is not None:
+            for row, (one, its) in enumerate(zip(alive, found, strict=True)):
+                anew = informed(one, its, self.sensor, measurement, log_new[its.which], known, self.redraw_below, rng)
+                if anew is not None:
+                    alive[row], found[row] = anew, asked(row, anew)
         room = None
         if isinstance(self.sensor, ExtendedSensor):
             followed, echoes, unclaimed = associated_extended(alive, found, echoes, within, fixed, log_new, self.sensor)

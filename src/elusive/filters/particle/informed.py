@@ -60,8 +60,8 @@ def fit_likelihood(places: Array, log_prior: Array, log_likelihood: Array) -> Fi
     log_weights = np.log(np.maximum(weights, 1e-300))
     power = share_of(log_likelihood, log_weights, 1.0, EFFECTIVE / float(weights @ weights))
     after, _ = _kernels.weigh(log_weights + power * log_likelihood)
-    mean, covariance = _moments(places, weights)
-    found, left = _moments(places, after)
+    mean, covariance = proper_moments(places, weights)
+    found, left = proper_moments(places, after)
     # axes in which the posterior has unit covariance, and the prediction has that of the values
     values, axes, failed = dsygv(covariance, left, uplo="L")
     if failed:
@@ -132,13 +132,14 @@ def smoothed(states: Array, weights: Array, width: float, rng: Generator) -> Arr
 
     ``width`` is that of the kernel, in deviations of the cloud.
     """
-    n, (mean, covariance) = len(states), _moments(states, weights)
+    n, (mean, covariance) = len(states), proper_moments(states, weights)
     drawn = mean + math.sqrt(1 - width**2) * (_kernels.gather(states, resample(weights, n, rng), n) - mean)
     drawn += width * rng.standard_normal(states.shape) @ np.linalg.cholesky(covariance).T
     return np.asfortranarray(drawn)
 
 
-def _moments(places: Array, weights: Array) -> tuple[Array, Array]:
+def proper_moments(places: Array, weights: Array) -> tuple[Array, Array]:
+    """Mean and covariance of a cloud, the latter positive definite even where all stand in one place."""
     mean, covariance = _kernels.moments(places, weights)
     covariance.flat[:: len(mean) + 1] += LEAST_SPREAD * (1.0 + mean**2)
     return mean, covariance
