@@ -35,7 +35,7 @@ def without_dead_lines(image: Image) -> Image:
 
 def dead_lines(image: Image) -> NDArray[np.intp]:
     """Return the numbers of the dead rows, none of which is at the edge."""
-    some = image[:, :: max(1, image.shape[1] // SAMPLES)]
+    some = image[:, :: max(1, image.shape[1] // SAMPLES)].copy(order="K")
     before, middle, after = some[: -2 * WIDE_PX], some[WIDE_PX:-WIDE_PX], some[2 * WIDE_PX :]
     differs = np.minimum(np.abs(middle - before), np.abs(middle - after))
     sample = differs.ravel()[:: max(1, differs.size // RANKED) | 1]

