@@ -136,7 +136,9 @@ class HeldOutlet:
 
 
 def file_outlet(path: str, say: Callable[[str], None]) -> HeldOutlet:
-    """Add to a file; a message of which a full disk took a part is completed later.
+    """Add to a file, or to a new one where it was moved away, as logs are rotated.
+
+    A message of which a full disk took a part is completed later.
 
     Raises
     ------
@@ -147,10 +149,18 @@ def file_outlet(path: str, say: Callable[[str], None]) -> HeldOutlet:
         pass
     left: list[bytes] = []  # of a message that was begun
 
+    def begun() -> int:
+        return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
+
     def opened() -> tuple[Callable[[bytes], None], Callable[[], None]]:
-        descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
+        descriptor = begun()
 
         def send(message: bytes) -> None:
+            nonlocal descriptor
+            if not _is_there(path, descriptor):
+                moved, descriptor = descriptor, begun()
+                os.close(moved)
+                left.clear()
             rest = left.pop() if left else message
             while rest:
                 try:
@@ -162,6 +172,14 @@ def file_outlet(path: str, say: Callable[[str], None]) -> HeldOutlet:
         return send, lambda: os.close(descriptor)
 
     return HeldOutlet(path, opened, say)
+
+
+def _is_there(path: str, descriptor: int) -> bool:
+    """Whether a file that is open still has its name."""
+    try:
+        return os.path.samestat(Path(path).stat(), os.fstat(descriptor))
+    except FileNotFoundError:
+        return False
 
 
 def tcp_outlet(address: Address, say: Callable[[str], None]) -> HeldOutlet:
