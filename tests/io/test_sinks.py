@@ -491,6 +491,7 @@ def test_what_is_held_is_bounded():
         ("nmea:", "m", "names no file"),
         ("ndjson:/nowhere/x", "m", "cannot be written"),
         ("mqtt://127.0.0.1", "m", "names no topic to write under"),
+        ("cot+udp://no.host.invalid:1", "m", "has no address"),
         ("cot+udp://127.0.0.1:1?color=red", "m", "the option 'color' has no meaning"),
     ],
 )

@@ -14,6 +14,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Protocol
 
+from elusive.errors import DataError
 from elusive.io.atomic import refused
 from elusive.io.sources.address import Address
 from elusive.io.sources.feed import FIRST_S, LOOK_S
@@ -244,11 +245,20 @@ def _hung_up(connection: socket.socket) -> bool:
 
 
 class UdpOutlet:
-    """Sends packets at once; those that the system refuses are lost and counted: an old place is of no use."""
+    """Sends packets at once; those that the system refuses are lost and counted: an old place is of no use.
+
+    Raises
+    ------
+    DataError
+        If the host has no address.
+    """
 
     def __init__(self, address: Address, say: Callable[[str], None]) -> None:
         self.name, self.counts, self._say = address.text, Counter[str](), say
-        family, _, _, _, where = socket.getaddrinfo(address.host, address.port, type=socket.SOCK_DGRAM)[0]
+        try:
+            family, _, _, _, where = socket.getaddrinfo(address.host, address.port, type=socket.SOCK_DGRAM)[0]
+        except OSError as error:
+            raise DataError(f"{address.text}: has no address ({error.strerror or error}); check the host.") from None
         self._where: tuple[object, ...] = where
         self._socket = socket.socket(family, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
