@@ -207,6 +207,21 @@ def test_a_configuration_without_meaning_is_refused(tmp_path, capsys, more, sent
     assert sentence in " ".join(capsys.readouterr().err.split())
 
 
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such locks")
+def test_one_folder_serves_one_run_at_a_time(tmp_path, capsys, emitters):
+    config = configured(tmp_path, emitters.port)
+    process = started(config)
+    try:
+        wait_until(lambda: bool(lines_of(tmp_path / "told.ndjson")), process)
+        with pytest.raises(SystemExit) as ended:
+            main(["serve", str(config)])
+    finally:
+        process.kill()
+        process.communicate()
+    assert ended.value.code == 2
+    assert "another run is going on from it" in " ".join(capsys.readouterr().err.split())
+
+
 @pytest.mark.skipif(os.name == "nt", reason="others' rights are of POSIX")
 def test_a_checkpoint_that_others_may_have_written_is_not_read(tmp_path, capsys):
     state = tmp_path / "out" / "checkpoint" / "state.bin"

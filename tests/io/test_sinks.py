@@ -450,6 +450,28 @@ def test_broker_listener_and_disk_are_gone_for_half_a_minute(tmp_path, monkeypat
     print(f"the slowest step took {max(took_s) * 1e3:.0f} ms, the last came {back_s:.1f} s late; {len(said)} sentences")
 
 
+@pytest.mark.skipif(os.name == "nt", reason="Windows moves no open file")
+def test_a_file_that_was_moved_away_is_begun_anew(tmp_path):
+    path, said = tmp_path / "told.ndjson", []
+    outlet = file_outlet(str(path), said.append)
+    for number, moved in enumerate(("told.1", "told.2", None)):
+        outlet.send(b"%d\n" % number)
+        waiting(lambda number=number: path.exists() and path.read_bytes() == b"%d\n" % number)
+        if moved is not None:
+            path.rename(tmp_path / moved)
+    outlet.close()
+    assert (tmp_path / "told.1").read_bytes() == b"0\n"
+    assert not said
+
+
+def test_a_time_that_is_no_year_is_told_by_this_machines(ear):
+    name = f"cot+udp://127.0.0.1:{ear.getsockname()[1]}"
+    for time_s in (1.75e12, 9e99):  # milliseconds since 1970; nonsense
+        told(opened(name), [record(0, [track(7, 1.0, 2.0)]) | {"time_s": time_s}])
+        assert b'time="2025-06-15' in heard(ear, 1)[0]
+        heard(ear, 1)  # that it has ended
+
+
 def test_what_is_held_is_bounded():
     sinks = opened(f"ndjson+tcp://127.0.0.1:{free_port()}")
     for k in range(HELD + 10):
@@ -469,6 +491,7 @@ def test_what_is_held_is_bounded():
         ("nmea:", "m", "names no file"),
         ("ndjson:/nowhere/x", "m", "cannot be written"),
         ("mqtt://127.0.0.1", "m", "names no topic to write under"),
+        ("cot+udp://no.host.invalid:1", "m", "has no address"),
         ("cot+udp://127.0.0.1:1?color=red", "m", "the option 'color' has no meaning"),
     ],
 )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import secrets
+from contextlib import closing
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -69,18 +70,19 @@ def serve_command(
     folder = existing_folder(wanted.out)
     what = json.dumps([wanted.system, wanted.source, wanted.options, wanted.parameters], sort_keys=True, default=str)
     served = serving.Served(f"elusive {wanted.system}: {Path(config).stem}", folder / "checkpoint", what)
-    parameters = folder / "parameters.yaml"
-    parameters.write_text(yaml.safe_dump(wanted.parameters), encoding="utf-8")
-    token = wanted.health.token or _token(folder / TOKEN)
-    with health_page(wanted.health.host, wanted.health.port, token, served.health, served.watched) as port:
-        where = f"http://{wanted.health.host}:{port}/"
-        (folder / "health.url").write_text(where + "\n", encoding="utf-8")
-        say(f"Health: {where}?token=..., the token is in {folder / TOKEN}.")
-        serving.now = served
-        try:
-            main(wanted.arguments(_next_run(folder), parameters))
-        finally:
-            serving.now = None
+    with closing(served):
+        parameters = folder / "parameters.yaml"
+        parameters.write_text(yaml.safe_dump(wanted.parameters), encoding="utf-8")
+        token = wanted.health.token or _token(folder / TOKEN)
+        with health_page(wanted.health.host, wanted.health.port, token, served.health, served.watched) as port:
+            where = f"http://{wanted.health.host}:{port}/"
+            (folder / "health.url").write_text(where + "\n", encoding="utf-8")
+            say(f"Health: {where}?token=..., the token is in {folder / TOKEN}.")
+            serving.now = served
+            try:
+                main(wanted.arguments(_next_run(folder), parameters))
+            finally:
+                serving.now = None
 
 
 def _token(path: Path) -> str:

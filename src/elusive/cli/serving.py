@@ -62,6 +62,10 @@ class Served:
         self._watchers: set[queue.Queue[str]] = set()
         self._turn = threading.Lock()  # watchers come and go in threads of their own
 
+    def close(self) -> None:
+        """Let go of the checkpoint."""
+        self._checkpoint.close()
+
     def begin(self, coming: Coming[Any], sinks: Sinks, first: Mapping[str, Any]) -> None:
         """Take note of the source, the sinks and what watchers are told first; sinks go on from the checkpoint."""
         self._coming, self._sinks, self._first = coming, sinks, json_line(first)

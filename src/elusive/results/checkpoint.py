@@ -6,6 +6,7 @@ import hashlib
 import os
 import pickle
 import struct
+import sys
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -48,17 +49,20 @@ class Checkpoint:
     Raises
     ------
     DataError
-        If it holds another run's, belongs to another user, or cannot be read or written.
+        If it holds another run's, belongs to another user, is another process's now, or cannot be read or written.
     """
 
     def __init__(self, folder: Path, what: str) -> None:
         self._folder, self._digest = existing_folder(folder), hashlib.sha256(what.encode()).hexdigest()
         folder.chmod(0o700)
-        self.saved = self._read()
+        self._mark = _alone(folder / MARK)
+        try:
+            self.saved = self._read()
+        except DataError:
+            self.close()
+            raise
         self._tracks: dict[int, str] = {}
         self._due_s = 0.0
-        mark = folder / MARK
-        self._mark = os.open(mark, os.O_RDWR | os.O_CREAT, OWN)
         told = os.pread(self._mark, TIME.size, 0)
         self.told_s = TIME.unpack(told)[0] if self.saved is not None and len(told) == TIME.size else -float("inf")
         """Time of the last step that was told before."""
@@ -117,3 +121,26 @@ class Checkpoint:
         if saved.digest != self._digest:
             raise DataError(f"{path}: is of another configuration; remove it to begin anew, or name another folder.")
         return saved
+
+
+def _alone(path: Path) -> int:
+    """Open a file that no other process has; the system lets go of it when this one ends, however that comes.
+
+    Raises
+    ------
+    DataError
+        If another has it.
+    """
+    descriptor = os.open(path, os.O_RDWR | os.O_CREAT, OWN)
+    if sys.platform == "win32":
+        return descriptor
+    import fcntl
+
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(descriptor)
+        raise DataError(f"{path.parent}: another run is going on from it; end that, or name another folder.") from None
+    except OSError:  # a file system without locks
+        pass
+    return descriptor

@@ -14,6 +14,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Protocol
 
+from elusive.errors import DataError
 from elusive.io.atomic import refused
 from elusive.io.sources.address import Address
 from elusive.io.sources.feed import FIRST_S, LOOK_S
@@ -136,7 +137,9 @@ class HeldOutlet:
 
 
 def file_outlet(path: str, say: Callable[[str], None]) -> HeldOutlet:
-    """Add to a file; a message of which a full disk took a part is completed later.
+    """Add to a file, or to a new one where it was moved away, as logs are rotated.
+
+    A message of which a full disk took a part is completed later.
 
     Raises
     ------
@@ -147,10 +150,18 @@ def file_outlet(path: str, say: Callable[[str], None]) -> HeldOutlet:
         pass
     left: list[bytes] = []  # of a message that was begun
 
+    def begun() -> int:
+        return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
+
     def opened() -> tuple[Callable[[bytes], None], Callable[[], None]]:
-        descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
+        descriptor = begun()
 
         def send(message: bytes) -> None:
+            nonlocal descriptor
+            if not _is_there(path, descriptor):
+                moved, descriptor = descriptor, begun()
+                os.close(moved)
+                left.clear()
             rest = left.pop() if left else message
             while rest:
                 try:
@@ -162,6 +173,14 @@ def file_outlet(path: str, say: Callable[[str], None]) -> HeldOutlet:
         return send, lambda: os.close(descriptor)
 
     return HeldOutlet(path, opened, say)
+
+
+def _is_there(path: str, descriptor: int) -> bool:
+    """Whether a file that is open still has its name."""
+    try:
+        return os.path.samestat(Path(path).stat(), os.fstat(descriptor))
+    except FileNotFoundError:
+        return False
 
 
 def tcp_outlet(address: Address, say: Callable[[str], None]) -> HeldOutlet:
@@ -226,11 +245,20 @@ def _hung_up(connection: socket.socket) -> bool:
 
 
 class UdpOutlet:
-    """Sends packets at once; those that the system refuses are lost and counted: an old place is of no use."""
+    """Sends packets at once; those that the system refuses are lost and counted: an old place is of no use.
+
+    Raises
+    ------
+    DataError
+        If the host has no address.
+    """
 
     def __init__(self, address: Address, say: Callable[[str], None]) -> None:
         self.name, self.counts, self._say = address.text, Counter[str](), say
-        family, _, _, _, where = socket.getaddrinfo(address.host, address.port, type=socket.SOCK_DGRAM)[0]
+        try:
+            family, _, _, _, where = socket.getaddrinfo(address.host, address.port, type=socket.SOCK_DGRAM)[0]
+        except OSError as error:
+            raise DataError(f"{address.text}: has no address ({error.strerror or error}); check the host.") from None
         self._where: tuple[object, ...] = where
         self._socket = socket.socket(family, socket.SOCK_DGRAM)
         self._socket.setblocking(False)

@@ -23,7 +23,7 @@ class _Earlier(NamedTuple):
     since_s: float  # of this machine
     first_s: float
     latest_s: float
-    count: int = 1
+    times: int = 1  # how many
 
 
 class SourceClock(Generic[Item]):
@@ -97,10 +97,10 @@ class SourceClock(Generic[Item]):
         if before is None or time_s < before.latest_s:
             self._earlier = _Earlier(now_s, time_s, time_s)
             return False
-        count = before.count + (time_s > before.latest_s)
-        self._earlier = now = before._replace(latest_s=time_s, count=count)
+        times = before.times + (time_s > before.latest_s)
+        self._earlier = now = before._replace(latest_s=time_s, times=times)
         lasted_s = now_s - now.since_s
-        return lasted_s >= LASTS_S and count >= FEWEST and time_s - now.first_s <= PACE * lasted_s
+        return lasted_s >= LASTS_S and times >= FEWEST and time_s - now.first_s <= PACE * lasted_s
 
     def _set_on(self, time_s: float, now_s: float) -> float:
         """Add from now on what the clock was set back by; returns the new time."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager, nullcontext
 from itertools import chain
 from pathlib import Path
@@ -174,9 +175,10 @@ def follow_bearings(
         alone = not isinstance(parameters.emitters, SeveralEmitters)
         latest, named = deque[Step](maxlen=LATEST), set[str]()
         due, steps_done = FIRST_CHECKED, 0
+        judged: Future[tuple[Finding, ...]] | None = None
 
         def heeded(live: LiveStep) -> None:
-            nonlocal alone, due, steps_done
+            nonlocal alone, due, steps_done, judged
             step = live.step
             # nothing that is checked of several reads their clouds, which for all of these times would fill memory
             latest.append(step if isinstance(step.state, Emitter) else step._replace(state=None))
@@ -186,15 +188,19 @@ def follow_bearings(
                 alone = False  # it is said once
             if steps_done == due:
                 due *= 2
-                new = [one for one in broken(checked(parameters, sites, latest)) if one.name not in named]
+                judged = judged or beside.submit(checked, parameters, sites, tuple(latest))
+            if judged is not None and judged.done():
+                new = [one for one in broken(judged.result()) if one.name not in named]
                 named.update(one.name for one in new)
                 remarks.extend(f"{one.sentence} {one.remedy}" for one in new)
+                judged = None
             on_step(live._replace(remarks=(*remarks, *said())))
             remarks.clear()
 
         with (
             live_folder(out, parameters.to_yaml()) as folder,
             TrackLog(names_of(first, parameters), "m", path=folder / "tracks.csv") as log,
+            ThreadPoolExecutor(1, "checks") as beside,  # what may be the cause is tracked again, for seconds
         ):
             end = follow_live(chain([first], steps), coming, log, heeded)
             findings = checked(parameters, sites, latest)
