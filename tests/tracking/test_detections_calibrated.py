@@ -70,5 +70,5 @@ def test_existence_over_all_targets_is_as_often_true_as_it_says(found):
 
 @pytest.mark.validate
 def test_squared_errors_of_tracks_away_from_others_are_those_of_their_covariance(found):
-    # 2.15 +- .04 where ships' second plots left few particles
-    check_squares(found, 2)
+    # 2.05 +- .02 in 240 trials, 2.02 +- .03 in these: what so many particles cost; 2.14 where second plots left few
+    check_squares(found, 2, narrow=0.1)

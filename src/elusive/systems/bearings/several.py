@@ -104,8 +104,9 @@ def tracker_of(parameters: BearingTracking, sites: SensorSites) -> DetectionTrac
         reach_m=emitters.reach_m,
     )
     rules = {name: getattr(emitters, name) for name in RULES}
+    # along a bearing beliefs are too skew for a Gaussian, and drawing anew by one was no gain
     return DetectionTracker(
-        motion=parameters.over_ground(motion, solid=False), sensor=sensor, kernel_width=1.0, **rules
+        motion=parameters.over_ground(motion, solid=False), sensor=sensor, kernel_width=1.0, redraw_below=0.0, **rules
     )
 
 
