@@ -65,11 +65,10 @@ def found():
 
 @pytest.mark.validate
 def test_existence_over_all_targets_is_as_often_true_as_it_says(found):
-    # in 240 trials nine bins hold: of targets told .45, .52 +- .02 are
-    check_existence(found[:40], fewest=50, by_chance=CHANCE)
+    check_existence(found, fewest=50, by_chance=CHANCE)
 
 
 @pytest.mark.validate
 def test_squared_errors_of_tracks_away_from_others_are_those_of_their_covariance(found):
-    # 2.14 +- .02 in 240 trials, and no less with four times the particles: deviations are told 3.5 % too small
-    check_squares(found, 2, narrow=0.25)
+    # 2.05 +- .02 in 240 trials, 2.02 +- .03 in these: what so many particles cost; 2.14 where second plots left few
+    check_squares(found, 2, narrow=0.1)

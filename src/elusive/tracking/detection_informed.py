@@ -10,7 +10,7 @@ leave the prediction what it is: Owen and Zhou (2000), J. Am. Stat. Assoc. 95(44
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -83,10 +83,7 @@ def informed(
         return None
     n = len(one.weights)
     before = _Gaussian(*proper_moments(one.particles, one.weights))
-    places = [
-        _posterior(one, before, lambda states, k=k: sensor.log_densities(states, measurement, k)[:, 0], rng)
-        for k in found.which[few, None]
-    ]
+    places = [_posterior(one, before, sensor, measurement, number, rng) for number in found.which[few]]
     each = round(DRAWN * n / len(places))
     left = n - each * len(places)
     kept = _kernels.gather(one.particles, resample(one.weights, left, rng), left)
@@ -117,15 +114,17 @@ def _is_gaussian(one: Expected) -> bool:
     return bool(((fourth > GAUSSIAN[0]) & (fourth < GAUSSIAN[1])).all())
 
 
-def _posterior(one: Expected, before: _Gaussian, log_density: Callable[[Array], Array], rng: Generator) -> _Gaussian:
-    """Find a Gaussian like the posterior, and a little wider."""
+def _posterior(
+    one: Expected, before: _Gaussian, sensor: DetectionSensor, measurement: Any, number: int, rng: Generator
+) -> _Gaussian:
+    """Find a Gaussian like the posterior of a detection, and a little wider."""
     states = _kernels.gather(one.particles, resample(one.weights, PILOTS, rng), PILOTS)
     log_weight, after = np.zeros(PILOTS), before
     for stage in range(STAGES):
         if stage:
             states = after.drawn(PILOTS, rng)
             log_weight = before.log_density(states) - after.log_density(states)
-        level = np.ascontiguousarray(log_density(states))
+        level = np.ascontiguousarray(sensor.log_densities(states, measurement, np.array([number]))[:, 0])
         share = share_of(level, log_weight, 1.0, EFFECTIVE * PILOTS)
         after = _Gaussian(*proper_moments(states, _kernels.weigh(log_weight + share * level)[0]))
         if share == 1.0:

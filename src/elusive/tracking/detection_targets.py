@@ -157,7 +157,8 @@ def kurtosis(cloud: Target | Expected) -> Array:
     squares, axes = np.linalg.eigh(cloud.covariance)
     if squares[0] <= 0:
         return np.zeros(len(squares))
-    return np.asarray(cloud.weights @ ((cloud.particles - cloud.mean) @ (axes / np.sqrt(squares))) ** 4)
+    off = ((cloud.particles - cloud.mean) @ (axes / np.sqrt(squares))) ** 2
+    return np.asarray(cloud.weights @ (off * off))  # a power of four takes ten times as long
 
 
 def evidence(

@@ -104,8 +104,9 @@ def tracker_of(parameters: BearingTracking, sites: SensorSites) -> DetectionTrac
         reach_m=emitters.reach_m,
     )
     rules = {name: getattr(emitters, name) for name in RULES}
+    # drawing particles anew was no gain: NEES 4.3 +- .2 for 4, 4.0 +- .1 without (four recordings of five emitters)
     return DetectionTracker(
-        motion=parameters.over_ground(motion, solid=False), sensor=sensor, kernel_width=1.0, **rules
+        motion=parameters.over_ground(motion, solid=False), sensor=sensor, kernel_width=1.0, redraw_below=0.0, **rules
     )
 
 
