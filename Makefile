@@ -31,7 +31,7 @@ test validate: export OPENBLAS_NUM_THREADS = 1
 test: $(VENV)/.dev
 	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal
 
-validate: $(VENV)/.dev
+validate: $(VENV)/.docs
 	$(BIN)/python -m pytest -m validate -n $(JOBS) --dist worksteal
 
 bench: $(VENV)/.dev
@@ -47,7 +47,7 @@ lint: $(VENV)/.dev
 	    echo "JavaScript is not checked: its linters could not be installed, see above."; \
 	else npm run --prefix tools/js --silent lint; fi
 
-docs: $(VENV)/.dev
+docs: $(VENV)/.docs
 	$(BIN)/sphinx-build -W -q --keep-going -b html docs docs/_build/html
 	@echo "Open docs/_build/html/index.html"
 
@@ -65,11 +65,17 @@ $(VENV)/.core: $(VENV)/.python $(PINS)
 	@$(INSTALL) --no-build-isolation --editable .
 	@touch $@
 
+# Python compiles a module when it is first imported: most of those installed here never are.
 $(VENV)/.dev: $(VENV)/.python $(PINS)
-	@echo "Installing what elusive, its tests and its documentation need (the first time only) ..."
-	@$(INSTALL) hatchling editables
-	@$(INSTALL) --no-build-isolation --editable ".[video,cluster,ais,charts,workbench,radar,live,test,bench,lint,docs]"
+	@echo "Installing what elusive and its tests need (the first time only) ..."
+	@$(INSTALL) --no-compile hatchling editables
+	@$(INSTALL) --no-compile --no-build-isolation --editable ".[video,cluster,ais,charts,workbench,live,test,bench,lint]"
 	@touch $(VENV)/.core $@
+
+$(VENV)/.docs: $(VENV)/.dev
+	@echo "Installing what the documentation needs (the first time only) ..."
+	@$(INSTALL) --no-compile --no-build-isolation --editable ".[docs]"
+	@touch $@
 
 $(VENV)/.python:
 	@$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 14))' 2>/dev/null || { \

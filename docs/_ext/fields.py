@@ -8,16 +8,17 @@ import re
 from collections.abc import Iterator
 from importlib import import_module
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from annotated_types import Ge, Gt, Le, Lt
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
-from sphinx.application import Sphinx
-from sphinx.util.typing import stringify_annotation
 
 from elusive.model import Model
 from elusive.systems.registry import SYSTEMS
+
+if TYPE_CHECKING:  # tests read this module where no documentation is built
+    from sphinx.application import Sphinx
 
 FIELD = re.compile(r"^    (\w+): ([^#]+?)(?:\s+#\s*(.+))?$")
 SYSTEMS_HERE = "% systems\n"
@@ -83,6 +84,8 @@ def _defined(module: ModuleType) -> Iterator[str]:
 
 def add_fields(app: Sphinx, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
     """Append what a model or a named tuple holds."""
+    from sphinx.util.typing import stringify_annotation
+
     if what != "class":
         return
     if issubclass(obj, Model):

@@ -41,7 +41,7 @@ class Model(BaseModel):
 
     main_options: ClassVar[tuple[str, ...]] = ()  # of a command's parameters: the options that help shows first
 
-    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, allow_inf_nan=False)
+    model_config = ConfigDict(defer_build=True, frozen=True, extra="forbid", validate_default=True, allow_inf_nan=False)
 
     @model_validator(mode="before")
     @classmethod

@@ -65,14 +65,16 @@ def label(expected: Expected) -> str:
     return f"{expected.motion}-{expected.filter}-{expected.snr_db:g}-{expected.column}"
 
 
-def campaign(folder: object, motion: str, filters: list[str], snrs_db: tuple[float, ...], trials: int) -> xr.Dataset:
+def campaign(
+    folder: object, motion: str, filters: list[str], snrs_db: tuple[float, ...], trials: int, workers: int
+) -> xr.Dataset:
     configuration = CampaignConfig(
         scenario="amrouche2018",
         grid={"motion": [motion], "snr_db": list(snrs_db), "filter": filters},
         trials=trials,
         seed=2018,
     )
-    with make_executor(2) as executor:
+    with make_executor(workers) as executor:
         return run_campaign(SCENARIO, configuration, f"{folder}/{motion}.zarr", executor=executor).load()
 
 
@@ -84,10 +86,10 @@ class Measured(NamedTuple):
     mixed: np.ndarray  # (3, trials, 30) the same at each SNR
 
 
-def measure(factory: pytest.TempPathFactory, filters: list[str], trials: int) -> Measured:
+def measure(factory: pytest.TempPathFactory, filters: list[str], trials: int, workers: int) -> Measured:
     folder = factory.mktemp("table")
-    cv = campaign(folder, "cv", filters, SNRS_DB, trials)
-    ct = campaign(folder, "ct", list(CT), SNRS_DB[:2], trials)
+    cv = campaign(folder, "cv", filters, SNRS_DB, trials, workers)
+    ct = campaign(folder, "ct", list(CT), SNRS_DB[:2], trials, workers)
     cells = {(cell.motion, cell.filter, cell.snr_db): cell for cell in [*summarise(cv), *summarise(ct)]}
     mixed = cv["existence"].sel(motion="cv", filter=BOLD).values
     return Measured(cells, mixed[SNRS_DB.index(6.71)], mixed)
@@ -95,12 +97,12 @@ def measure(factory: pytest.TempPathFactory, filters: list[str], trials: int) ->
 
 @pytest.fixture(scope="module")
 def quick(tmp_path_factory: pytest.TempPathFactory) -> Measured:
-    return measure(tmp_path_factory, [name for name in CV if name != "near-optimal"], QUICK_RUNS)
+    return measure(tmp_path_factory, [name for name in CV if name != "near-optimal"], QUICK_RUNS, workers=1)
 
 
 @pytest.fixture(scope="module")
 def full(tmp_path_factory: pytest.TempPathFactory) -> Measured:
-    return measure(tmp_path_factory, list(CV), TABLE_RUNS)
+    return measure(tmp_path_factory, list(CV), TABLE_RUNS, workers=2)
 
 
 def assert_agrees(value: float, error: float, trials: int, printed: str, rounding: float) -> None:
