@@ -8,6 +8,7 @@ from typing import Any, Protocol, TypeVar
 from nicegui import ui
 
 from elusive.errors import ElusiveError
+from elusive.model import Model
 from elusive.workbench.forms import in_plain_words
 from elusive.workbench.jobs import CancelledError, Job, away
 from elusive.workbench.parts import refuse
@@ -33,10 +34,18 @@ class RunBar:
         Done at a press of the first button.
     label
         What stands on it.
+    model
+        Gives the settings that stand, where refusals name fields that these may lack.
     """
 
-    def __init__(self, state: Working, start: Callable[[], Any], label: str = "Run") -> None:
-        self._state = state
+    def __init__(
+        self,
+        state: Working,
+        start: Callable[[], Any],
+        label: str = "Run",
+        model: Callable[[], Model | None] | None = None,
+    ) -> None:
+        self._state, self._model = state, model or (lambda: None)
         with ui.element("div").classes("ew-stays"):
             with ui.element("div").classes("ew-row"):
                 self._start = ui.button(label, on_click=start).props("unelevated no-caps")
@@ -78,8 +87,8 @@ class RunBar:
 
     def refuse(self, sentence: str) -> None:
         """Say why nothing is done, until something is."""
-        self._state.refused = in_plain_words(sentence)
-        refuse(sentence)
+        self._state.refused = in_plain_words(sentence, self._model())
+        refuse(self._state.refused)
         self.show()
 
     def tell(self, words: str, share: float = 0.0) -> None:
