@@ -103,8 +103,9 @@ def test_frames_too_small_for_the_usual_filter_are_tracked_as_the_refusal_says(
     field(page, "filter.motions.walk").wait_for(state="detached")  # of another filter, in another form
     choose(page, "filter.sensor.kind", "white")
     field(page, "filter.sensor.noise_sigma").fill("3")
-    button(page, "Run").click()
+    button(page, "Run").press("Enter")
     report(page, "001-small.npy").get_by_text("was found, from frame").wait_for()
+    expect(button(page, "Run")).to_be_focused()  # again: the next key goes on from there
     with page.context.expect_page() as opened:
         page.get_by_role("link", name="The report in a tab of its own").click()
     opened.value.get_by_text("was found, from frame").wait_for()

@@ -74,7 +74,13 @@ class RunBar:
             self._state.job = None
             self.tell("")
             self.show()
+            self._focus()
         return found
+
+    def _focus(self) -> None:
+        """Lead who pressed a key back to the button, which lost the focus while it could not be pressed."""
+        press = f"getHtmlElement({self._start.id})?.focus({{ preventScroll: true }})"
+        self._start.client.run_javascript(f"if (document.activeElement === document.body) {press}")
 
     def show(self) -> None:
         """Show whether there is work, and so what can be pressed."""
