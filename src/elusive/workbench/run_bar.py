@@ -45,10 +45,15 @@ class RunBar:
         label: str = "Run",
         model: Callable[[], Model | None] | None = None,
     ) -> None:
-        self._state, self._model = state, model or (lambda: None)
+        self._state, self._model, self._pressed = state, model or (lambda: None), False
+
+        def press() -> Any:
+            self._pressed = True
+            return start()
+
         with ui.element("div").classes("ew-stays"):
             with ui.element("div").classes("ew-row"):
-                self._start = ui.button(label, on_click=start).props("unelevated no-caps")
+                self._start = ui.button(label, on_click=press).props("unelevated no-caps")
                 self._cancel = ui.button(Job.ends_by, on_click=self._call_off).props("outline no-caps")
             self._bar = ui.linear_progress(0.0, show_value=False).props('aria-label="Progress"')
             self._told = ui.label().classes("ew-note").props('role="status"')
@@ -78,9 +83,11 @@ class RunBar:
         return found
 
     def _focus(self) -> None:
-        """Lead who pressed a key back to the button, which lost the focus while it could not be pressed."""
-        press = f"getHtmlElement({self._start.id})?.focus({{ preventScroll: true }})"
-        self._start.client.run_javascript(f"if (document.activeElement === document.body) {press}")
+        """Lead who pressed the button back to it, which lost the focus while it could not be pressed."""
+        focus = f"getHtmlElement({self._start.id})?.focus({{ preventScroll: true }})"
+        if self._pressed:
+            self._start.client.run_javascript(f"if (document.activeElement === document.body) {focus}")
+        self._pressed = False
 
     def show(self) -> None:
         """Show whether there is work, and so what can be pressed."""
