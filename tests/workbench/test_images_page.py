@@ -86,6 +86,35 @@ def test_a_wrong_value_is_marked_a_run_called_off_and_the_filters_fields_follow_
     assert page.evaluate("document.documentElement.scrollWidth") <= 800
 
 
+def test_frames_too_small_for_the_usual_filter_are_tracked_as_the_refusal_says(
+    served: Served, open_tab: OpenTab
+) -> None:
+    np.save(served.folder / "small.npy", draw_images(ImageScene()).frames)
+    page = open_tab(800, "dark").page
+    page.goto(f"{served.address}/own")
+    choose(page, "kind", "A sequence of frames")
+    choose(page, "source", "small.npy")
+    button(page, "Run").click()
+    # fields by their names on this page, and of which part
+    told(page, 'give its deviation ("Noise sigma" of "Sensor" white, with "Filter" single or "Filter" several)')
+    button(page, "Close").click()
+    field(page, "filter.motions.walk").wait_for(state="attached")
+    choose(page, "filter.kind", "several")
+    field(page, "filter.motions.walk").wait_for(state="detached")  # of another filter, in another form
+    choose(page, "filter.sensor.kind", "white")
+    field(page, "filter.sensor.noise_sigma").fill("3")
+    button(page, "Run").press("Enter")
+    report(page, "001-small.npy").get_by_text("was found, from frame").wait_for()
+    expect(button(page, "Run")).to_be_focused()  # again: the next key goes on from there
+    with page.context.expect_page() as opened:
+        page.get_by_role("link", name="The report in a tab of its own").click()
+    opened.value.get_by_text("was found, from frame").wait_for()
+    run = page.locator('[data-run="001-small.npy"]')
+    tops = [button(page, f"{act} 001-small.npy").bounding_box() for act in ("Open", "Delete")]
+    assert tops[0]["y"] == tops[1]["y"]
+    assert run.bounding_box()["width"] <= 800
+
+
 def test_the_scene_as_it_stands_is_the_papers() -> None:
     for motion in ("cv", "ct"):
         scene = ImageScene(motion={"motion": {"kind": motion}}, seed=3)

@@ -265,6 +265,17 @@ def test_a_recording_is_refused_then_tracked_kept_compared_and_deleted(
     assert [one.name for one in kept_runs(served.folder)] == ["002-bearings.csv"]
 
 
+def test_a_run_opens_with_what_was_set_and_not_with_what_its_recording_gave(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("elusive.workbench.run_state.asking_of", of)
+    written = BearingTracking(sigma_deg=0.25, emitters={"kind": "several"})  # as a command writes what it estimated
+    (tmp_path / "config.yaml").write_text(written.to_yaml())
+    state = RunState(("bearings",))
+    state.again(Kept("001-b.csv", "bearings", {"bearings": "b.csv"}, {"sigma_deg": 0.25}, "", [], tmp_path))
+    assert state.models["bearings"] == state.ran == BearingTracking(sigma_deg=0.25)
+
+
 def test_a_long_value_of_the_printed_table_is_compared_whole(tmp_path: Path) -> None:
     said = "┃ a │ b ┃\n│ MOTA │ 0.9: 2 misses, │\n│      │ 0 false │\n│ IDF1 │ 0.944 │\n"
     runs = [Kept(name, "images", {}, {}, said, [], tmp_path) for name in ("001-a", "002-b")]

@@ -66,6 +66,10 @@ class Form:
         """Paths of the fields that are shown."""
         return [one.path for one in self._shown]
 
+    def fits(self, model: Model) -> bool:
+        """Whether the fields that are shown are those of another model, too: one of other kinds has others."""
+        return self._fields(model) == self._shown
+
     def show(self, model: Model) -> None:
         """Take another model's values."""
         self.model = model
@@ -77,11 +81,7 @@ class Form:
         self._made.clear()
         self._resets.clear()
         self._sections: list[tuple[Any, list[Control]]] = []
-        self._shown = [
-            one
-            for one in controls(self.model, self._only)
-            if not any(one.path[: len(path)] == path for path in self._without)
-        ]
+        self._shown = self._fields(self.model)
         groups: dict[str, list[Control]] = {}
         for one in self._shown:
             groups.setdefault(one.group if self._grouped else "", []).append(one)
@@ -96,6 +96,13 @@ class Form:
             self._general = ui.label().classes("ew-fault").props('role="alert"')
             self._general.visible = False
         self._mark_changes()
+
+    def _fields(self, model: Model) -> list[Control]:
+        return [
+            one
+            for one in controls(model, self._only)
+            if not any(one.path[: len(path)] == path for path in self._without)
+        ]
 
     def put(self, path: FieldPath, text: str | bool) -> None:
         """Set a field, as a change of its own."""

@@ -18,6 +18,7 @@ from pydantic.fields import FieldInfo
 
 from elusive.errors import ParameterError
 from elusive.model import FROM_RECORDING, Model, models_in
+from elusive.options import options_of
 
 FieldPath = tuple[str, ...]
 UNIT = re.compile(r"\s*\[([^\]]+)\]$")
@@ -29,7 +30,7 @@ UNITS = {
 SUFFIX = re.compile(rf"_({'|'.join(UNITS)})$")
 WORDS = {
     "sd": "deviation", "snr": "SNR", "q": "process noise q", "db": "dB", "lat": "latitude", "lon": "longitude",
-    "ais": "AIS", "mmsi": "MMSI",
+    "ais": "AIS", "mmsi": "MMSI", "psf": "PSF",
 }  # fmt: skip
 CHANGES_SAID = 4
 OF_FIELD = re.compile(r"^\w+(?:\.|: )\w+(?:\.\d+)*: ")
@@ -160,15 +161,29 @@ def faults(error: ParameterError, shown: Sequence[Control]) -> tuple[dict[FieldP
     return marked, in_plain_words(text[: cuts[0]].strip() if cuts else text)
 
 
-def in_plain_words(sentence: str) -> str:
+def in_plain_words(sentence: str, model: Model | None = None) -> str:
     """Name fields as their controls do: of ``Walks.latest_entrance: step 74 ...``, ``Latest entrance: step 74 ...``.
 
-    So are the options of a command: of ``--noise-sigma``, ``"Noise sigma"``; not where a whole command is told.
+    So are the options of a command: of ``--noise-sigma``, ``"Noise sigma"``; not where a whole command is told. Of
+    what a model has only with another kind of a part of it, that kind is told: ``"Noise sigma" of "Sensor" white``.
     """
     named = OWNED.sub(lambda found: f"{_label(SUFFIX.sub('', found[1]))}: ", sentence)
     if COMMAND in named:
         return named
-    return OPTION.sub(lambda found: f'"{_label(SUFFIX.sub("", found[1].replace("-", "_")))}"', named)
+    return OPTION.sub(lambda found: _called(found[1].replace("-", "_"), model), named)
+
+
+def _called(name: str, model: Model | None) -> str:
+    """Return what the field of an option is called, and of what it is a part where the model has another there."""
+    called = f'"{_label(SUFFIX.sub("", name))}"'
+    options = [] if model is None else options_of(type(model))
+    for union, kinds in next((sorted(one.kinds.items()) for one in options if one.name == name), [])[-1:]:
+        here: Any = model
+        for part in union:
+            here = getattr(here, part, None)
+        if getattr(here, "kind", "") not in kinds:
+            return f'{called} of "{_label(union[-1])}" {" or ".join(kinds)}'
+    return called
 
 
 def _said_at_field(sentence: str) -> str:

@@ -8,6 +8,7 @@ from typing import Any, Protocol, TypeVar
 from nicegui import ui
 
 from elusive.errors import ElusiveError
+from elusive.model import Model
 from elusive.workbench.forms import in_plain_words
 from elusive.workbench.jobs import CancelledError, Job, away
 from elusive.workbench.parts import refuse
@@ -33,13 +34,26 @@ class RunBar:
         Done at a press of the first button.
     label
         What stands on it.
+    model
+        Gives the settings that stand, where refusals name fields that these may lack.
     """
 
-    def __init__(self, state: Working, start: Callable[[], Any], label: str = "Run") -> None:
-        self._state = state
+    def __init__(
+        self,
+        state: Working,
+        start: Callable[[], Any],
+        label: str = "Run",
+        model: Callable[[], Model | None] | None = None,
+    ) -> None:
+        self._state, self._model, self._pressed = state, model or (lambda: None), False
+
+        def press() -> Any:
+            self._pressed = True
+            return start()
+
         with ui.element("div").classes("ew-stays"):
             with ui.element("div").classes("ew-row"):
-                self._start = ui.button(label, on_click=start).props("unelevated no-caps")
+                self._start = ui.button(label, on_click=press).props("unelevated no-caps")
                 self._cancel = ui.button(Job.ends_by, on_click=self._call_off).props("outline no-caps")
             self._bar = ui.linear_progress(0.0, show_value=False).props('aria-label="Progress"')
             self._told = ui.label().classes("ew-note").props('role="status"')
@@ -65,7 +79,15 @@ class RunBar:
             self._state.job = None
             self.tell("")
             self.show()
+            self._focus()
         return found
+
+    def _focus(self) -> None:
+        """Lead who pressed the button back to it, which lost the focus while it could not be pressed."""
+        focus = f"getHtmlElement({self._start.id})?.focus({{ preventScroll: true }})"
+        if self._pressed:
+            self._start.client.run_javascript(f"if (document.activeElement === document.body) {focus}")
+        self._pressed = False
 
     def show(self) -> None:
         """Show whether there is work, and so what can be pressed."""
@@ -78,8 +100,8 @@ class RunBar:
 
     def refuse(self, sentence: str) -> None:
         """Say why nothing is done, until something is."""
-        self._state.refused = in_plain_words(sentence)
-        refuse(sentence)
+        self._state.refused = in_plain_words(sentence, self._model())
+        refuse(self._state.refused)
         self.show()
 
     def tell(self, words: str, share: float = 0.0) -> None:

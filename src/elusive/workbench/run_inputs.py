@@ -177,7 +177,7 @@ class RunInputs:
         kept: Model = self._kinds.get(noun, ALL).settle(model)
         self._state.models[self._state.noun] = kept
         for form in self._whole:
-            if kept != model and form.is_right:  # it is not the one that is typed in
+            if form.is_right and (kept != model or not form.fits(kept)):  # it is not the one that is typed in
                 form.show(kept)
             form.model = kept
         if self.without(noun, before) != self.without(noun, kept):

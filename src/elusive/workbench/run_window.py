@@ -49,7 +49,7 @@ class RunWindow:
         with window() as (side, stage):
             with side:
                 self._kind = self._choice(dict(kinds))
-                self._bar = RunBar(state, self.run)
+                self._bar = RunBar(state, self.run, model=lambda: state.models.get(state.noun))
                 self._inputs = RunInputs(state, shown or {})
                 if elsewhere:
                     with ui.expansion("Watch what runs elsewhere").props("dense").classes("w-full"):
