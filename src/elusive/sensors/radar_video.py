@@ -220,7 +220,7 @@ class RadarVideo(Model):
             )
         evidence = np.array(measurement.evidence, dtype=np.float32, order="C")
         # rarer than any cell of a turn: there the law of clutter is extrapolated, and a wrong tail would be a sure ship
-        counted = np.float32(math.log(max(np.count_nonzero(np.isfinite(evidence)), 1)))
+        counted = np.float32(math.log(max(int(np.isfinite(evidence).sum()), 1)))
         over = evidence > counted
         evidence[over] = counted + np.log1p(evidence[over] - counted)
         return evidence
