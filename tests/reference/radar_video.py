@@ -128,15 +128,16 @@ def judged(level, middle, block, low, width, table):
     return found
 
 
-def mean_about(evidence, around, most, least):
-    """Mean about each cell of what is known, round the turn; beyond an end of range as at that end."""
-    half, (rows, columns) = around // 2, evidence.shape
+def mean_about(evidence, around, guard, most, least):
+    """Mean in a frame about each cell of what is known, round the turn; beyond an end of range as at that end."""
+    half, inner, (rows, columns) = around // 2, guard // 2, evidence.shape
     found = np.empty(evidence.shape)
     for i, j in np.ndindex(evidence.shape):
         some = [
             evidence[(i + a) % rows, min(max(j + c, 0), columns - 1)]
             for a in range(-half, half + 1)
             for c in range(-half, half + 1)
+            if max(abs(a), abs(c)) > inner
         ]
         known = np.minimum([one for one in some if not np.isnan(one)], most)
         found[i, j] = max(known.mean(), least) if len(known) else least

@@ -237,8 +237,9 @@ def test_a_map_of_another_size_is_refused():
 
 
 def test_what_begins_is_where_the_peaks_are_with_the_ratio_of_their_neighbourhood():
+    """Of cells that stand out: one in the others is not seen, and stays among those."""
     evidence = np.full(RADAR.shape, 0.1)
-    evidence[5, 9], evidence[5, 10] = 8.2, 8.0
+    evidence[5, 9], evidence[5, 10], evidence[6, 9] = 8.2, 8.0, 3.9
     turn = turn_of(evidence, place=(50.0, 0.0))
     none = RADAR.look(*NOTHING, turn, 3.0)
     new = RADAR.beginnings(turn, none, 4.0, 100)
@@ -246,8 +247,22 @@ def test_what_begins_is_where_the_peaks_are_with_the_ratio_of_their_neighbourhoo
     np.testing.assert_allclose(new.places, [place])
     np.testing.assert_allclose(new.time_s, [turn.row_s[5]])
     rho = RADAR.ratios
-    cells = np.array([8.2, 8.0] + [0.1] * 7)[:, None]
-    np.testing.assert_allclose(new.ratio[0], twin.ratio_of(cells, rho).mean(axis=0), rtol=1e-5)
+    cells = np.array([8.2, 8.0])[:, None]
+    np.testing.assert_allclose(new.ratio[0], twin.ratio_of(cells, rho).sum(axis=0) / 9, rtol=1e-5)
+
+
+def test_noise_begins_no_more_than_it_takes_of_those_that_nobody_follows():
+    """Else their number grows from turn to turn: half as many again began as were taken."""
+    weak, begun, taken = RADAR.replace(levels_db=(1.5, 4.0)), [], []
+    rng, nothing = np.random.default_rng(6), (*NOTHING[:2], np.zeros((0, 2)), *NOTHING[3:])
+    for _ in range(300):
+        turn = turn_of(rng.exponential(size=RADAR.shape))
+        new = weak.beginnings(turn, weak.look(*nothing, turn, 3.0), 3.0, 10_000)
+        begun.append(new.share * new.ratio.sum(axis=0))
+        taken.append(new.seen)
+    error = np.std(begun, axis=0) / np.sqrt(len(begun))
+    assert (np.mean(begun, axis=0) < np.mean(taken, axis=0) + 3 * error).all()
+    assert (np.mean(begun, axis=0) > 0.5 * np.mean(taken, axis=0)).all()
 
 
 @pytest.mark.parametrize("strongest", [12.0, 20.0, 40.0])

@@ -14,7 +14,7 @@ echoes saturate or are longer than a cell: both are set against whichever of the
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +36,12 @@ ALIKE = 0.4  # weight of other sectors' cells at a range
 HEAVIER = 0.87  # the exponent of K and of averaged clutter falls on beyond what is counted: this much of it is left
 FINER = 8  # parts of a band of range that have a law of their own, between those of two bands
 REST = 1.5  # evidence over which the tail's exponent is read
+
+
+Levels = NDArray[np.float32]
+Flags = NDArray[np.bool_]
+Places = NDArray[np.int64]
+Expected = tuple[Levels, Levels, Places, Levels, Places, Levels, Flags, Flags]
 
 
 class ClutterState(NamedTuple):
@@ -217,7 +223,7 @@ class ClutterMap(Model):
             slope[k, known] += pace * (tilt - slope[k])[known]
         return mean, slope
 
-    def _expected(self, state: ClutterState, parts: int) -> tuple[Any, ...]:
+    def _expected(self, state: ClutterState, parts: int) -> Expected:
         """Return what the kernels read a cell's expected level and block from, of so many parts of the range."""
         lines = state.mean.astype(np.float32), state.slope.astype(np.float32)
         part = _parts(state.fixed.shape[1], parts)

@@ -179,7 +179,7 @@ class RadarVideo(Model):
         order = np.argsort(-found, kind="stable")[:most]
         least = float(found[order[-1]]) if len(found) > most else least
         row, column, found = row[order], column[order], found[order]
-        ratio = self._around(evidence, row, column)
+        ratio = self._around(evidence, row, column, least)
         azimuth, distance = self.azimuth_rad[row], self.range_m[column]
         out = np.stack([np.sin(azimuth), np.cos(azimuth)], axis=1)
         places = np.asarray(measurement.place) + distance[:, None] * out
@@ -195,8 +195,13 @@ class RadarVideo(Model):
             / (self.ratios - 1),
         )
 
-    def _around(self, evidence: NDArray[np.float32], row: NDArray[np.int64], column: NDArray[np.int64]) -> Array:
-        """Likelihood ratio of a target of each strength in one of the nine cells round each peak, ``(m, K)``."""
+    def _around(
+        self, evidence: NDArray[np.float32], row: NDArray[np.int64], column: NDArray[np.int64], least: float
+    ) -> Array:
+        """Likelihood ratio of a target of each strength in those of nine cells round each peak that stand out, (m, K).
+
+        One in a cell of less evidence is among those that were not seen.
+        """
         from elusive.sensors._radar_video_kernels import HIDDEN
 
         rows, slope = len(evidence), 1 - 1 / self.ratios
@@ -204,9 +209,8 @@ class RadarVideo(Model):
         total = np.zeros((len(row), len(slope)))
         for down, right in AROUND:
             beside = evidence[(row + down) % rows, column + right].astype(np.float64)
-            total += np.where(
-                np.isnan(beside)[:, None], 1.0, HIDDEN + scale * np.expm1(np.minimum(beside[:, None] * slope, 600.0))
-            )
+            said = HIDDEN + scale * np.expm1(np.minimum(beside[:, None] * slope, 600.0))
+            total += np.where(beside[:, None] >= least, said, 0.0)
         return np.asarray(total / len(AROUND))
 
     def _checked(self, measurement: EvidenceTurn) -> NDArray[np.float32]:
@@ -214,10 +218,12 @@ class RadarVideo(Model):
             raise DataError(
                 f"turn at {measurement.time_s:g} s: has cells {measurement.evidence.shape}, the radar has {self.shape}."
             )
-        evidence = np.ascontiguousarray(measurement.evidence, dtype=np.float32)
+        evidence = np.array(measurement.evidence, dtype=np.float32, order="C")
         # rarer than any cell of a turn: there the law of clutter is extrapolated, and a wrong tail would be a sure ship
         counted = np.float32(math.log(max(int(np.isfinite(evidence).sum()), 1)))
-        return np.where(evidence > counted, counted + np.log1p(np.maximum(evidence - counted, 0)), evidence)
+        over = evidence > counted
+        evidence[over] = counted + np.log1p(evidence[over] - counted)
+        return evidence
 
 
 class TurnGatherer:

@@ -210,9 +210,7 @@ class EvidenceTracker(EvidenceRules):
         odds = new.share * total * allowed / len(off)
         existence = odds / (1 + np.bincount(cell, odds)[cell])
         weights /= total[:, None]
-        begun = EvidenceTargets(
-            new.time_s[cell], mean, covariance, existence, weights, allowed, born + 1 + cell
-        )
+        begun = EvidenceTargets(new.time_s[cell], mean, covariance, existence, weights, allowed, born + 1 + cell)
         return begun.kept(existence > LEAST)
 
     def _judged(

@@ -212,7 +212,7 @@ def _beside(beside: int, ships: int) -> Finding:
     return Finding(
         "video.beside", beside == 0, 0.0, beside,
         f"{beside} of {ships} ships under way never left what is fixed by more than an echo: a coast in strong sea "
-        "clutter makes such tracks, slow ones along it, sure and wrong.",
+        "clutter, or rain, makes such tracks, slow ones along it, sure and wrong.",
         "Give --chart, so that land is known; else take them for the coast.", grave=2 * beside > ships,
     )  # fmt: skip
 

@@ -20,7 +20,7 @@ from elusive.tracking.evidence_maps import EvidenceRules, EvidenceTracker
 from elusive.tracking.lifecycle import Lifecycle
 
 MOST_BYTES = 2e9  # of cells and what is learnt of them
-OF_CELL, OF_TURN = 350.0, 9e7  # what a turn's cell takes, and its targets, in logarithms of an array: measured
+OF_CELL, OF_TURN = 200.0, 9e7  # what a turn's cell takes, and its targets, in logarithms of an array: measured
 BEAM_DEG = 2.0  # of a recording in which nothing shows it
 PROBED = 1 << 18  # logarithms that are timed
 
