@@ -50,7 +50,8 @@ class PeakTargets(NamedTuple):
         return cls(
             whole, whole, np.zeros((0, motions, 2)), np.zeros((0, motions, 2)), np.zeros((0, motions, 3)),
             np.zeros((0, motions)), one, one, one, one, one, flag, one, np.zeros((0, resting)), flag,
-            np.zeros((0, 2)), one, np.zeros((0, HOP, 2)), np.zeros((0, 2)), one, np.zeros((0, 2, 2)), np.zeros((0, 2)), one, flag,
+            np.zeros((0, 2)), one, np.zeros((0, HOP, 2)), np.zeros((0, 2)), one, np.zeros((0, 2, 2)),
+            np.zeros((0, 2)), one, flag,
         )  # fmt: skip
 
     @property
@@ -101,7 +102,8 @@ class PeakTargets(NamedTuple):
         return self._replace(
             age=begun(self.age), evidence=begun(self.evidence), resting=begun(self.resting), shown=self.shown & ~which,
             origin=begun(self.origin, place), farthest=begun(self.farthest), lately=begun(self.lately, lately),
-            drift=begun(self.drift), hop=begun(self.hop), usual=begun(self.usual, usual), strayed=begun(self.strayed), swept=begun(self.swept),
+            drift=begun(self.drift), hop=begun(self.hop), usual=begun(self.usual, usual),
+            strayed=begun(self.strayed), swept=begun(self.swept),
         )  # fmt: skip
 
     def kept(self, which: NDArray[np.bool_]) -> Self:
