@@ -14,8 +14,8 @@ from elusive.tracking import _peak_kernels as kernels
 from elusive.tracking.peak_motions import PeakMotions
 from elusive.tracking.peak_null import EmpiricalNull
 from elusive.tracking.peak_persistence import groups_of
-from elusive.tracking.peak_targets import DRIFT, HOP, PeakTargets
-from elusive.tracking.peaks import RIVALS, PeakBelief, SceneTracker, chance_of, layered
+from elusive.tracking.peak_targets import HOP, PeakTargets
+from elusive.tracking.peaks import RIVALS, PeakBelief, SceneTracker, chance_of
 from tests.reference import scene_targets as reference
 
 MOTIONS = PeakMotions()
@@ -382,31 +382,6 @@ def test_a_layer_of_clouds_is_not_shown_and_a_target_before_it_is() -> None:
     last = followed(rng, scene, resting(rng))[-1]
     (track,) = (track for track in last.tracks if track.extra["shown"])
     assert track.mean[1] == pytest.approx(-1.0, abs=0.3)
-
-
-def test_a_layer_is_one_where_the_scene_is_laid_now_over_it_and_now_over_another() -> None:
-    """All ways have the camera's error in common: each velocity changes, none against another's of the same layer."""
-    rng = np.random.default_rng(19)
-    clouds, wind = rng.uniform((10, 10), (110, 110), (12, 2)), np.array([0.5, 0.2])
-    laid = np.cumsum(np.repeat(rng.random(20) < 0.5, 3))[:, None] * wind  # in spells of three frames
-    ground = resting(rng)
-
-    def scene(k: int) -> tuple[np.ndarray, np.ndarray]:
-        places = np.concatenate([ground, clouds + k * wind, [[140.0 - k, 60.0]]]) - laid[k]
-        return places, np.concatenate([rng.normal(4, 0.3, len(ground)), rng.normal(5, 0.3, 12), [8.0]])
-
-    for k in (35, 45):
-        targets = followed(rng, scene, np.zeros((0, 2)), k + 1)[-1].targets
-        apart = np.hypot(*np.moveaxis(targets.mean_place[:, None] - (clouds + k * wind - laid[k]), 2, 0))
-        of_layer = (apart.min(axis=1) < 1.5) & (targets.existence > 0.9) & (targets.age >= DRIFT)
-        assert of_layer.sum() > 10
-        way = wind - (laid[k] - laid[k - DRIFT]) / DRIFT
-        np.testing.assert_allclose(targets.drift[of_layer].mean(axis=0), way, atol=0.1)  # spells of .1 in a mean
-        assert targets.drift[of_layer].std(axis=0).max() < 0.05  # places .2 to .3 px in deviation, over some 15 frames
-        unlike = targets._replace(velocity=targets.velocity + rng.normal(0, 1, (len(targets.number), 1, 2)))
-        np.testing.assert_array_equal(layered(unlike) & of_layer, of_layer)
-        strewn = targets._replace(drift=rng.uniform(-20, 20, targets.drift.shape))
-        assert layered(strewn).sum() < 5
 
 
 def test_one_target_alone_is_shown_and_its_existence_told() -> None:

@@ -20,7 +20,7 @@ from elusive.preprocess.peaks import Peaks
 from elusive.tracking import _peak_kernels as kernels
 from elusive.tracking._detection_kernels import associate
 from elusive.tracking.peak_motions import PeakMotions
-from elusive.tracking.peak_targets import DRIFT, HOP, PeakTargets
+from elusive.tracking.peak_targets import HOP, PeakTargets
 
 SUREST = 0.999  # existence, at most: a target may always have just gone
 ROUNDS, TOLERANCE = 30, 1e-3  # of the messages of association
@@ -143,8 +143,6 @@ class PeakRecursion(Model):
             usual=targets.usual + latest[:, None] * off,
             strayed=(1 - latest) * (targets.strayed + latest * np.einsum("nsa,nsa->ns", off, off)),
             swept=swept,
-            drift=targets.drift
-            + (now - targets.lately[:, -1] - targets.drift) / np.minimum(updated.age, DRIFT)[:, None],
             hop=np.maximum(targets.hop, lately),
             lately=np.concatenate([targets.lately[:, 1:], now[:, None]], axis=1),
         ), unclaimed
@@ -179,7 +177,6 @@ class PeakRecursion(Model):
             origin=clutter.places[chosen],
             farthest=zero,
             lately=np.repeat(clutter.places[chosen, None], HOP, axis=1),
-            drift=np.zeros((count, 2)),
             hop=zero,
             usual=np.stack([clutter.places[chosen], clutter.places[chosen] + peaks.offset_px], axis=1),
             strayed=np.zeros((count, 2)),

@@ -11,7 +11,6 @@ from elusive.contracts import Array
 from elusive.tracking._peak_kernels import moments
 
 LEAST = np.finfo(np.float64).tiny  # of a likelihood, after a minute in which nothing rested
-DRIFT = 20  # frames over which a target's way is known well enough to be told from another's
 HOP = 6  # frames within which what rests is taken for what rests beside it
 
 
@@ -36,7 +35,6 @@ class PeakTargets(NamedTuple):
     origin: Array  # (n, 2) its first place
     farthest: Array  # (n,) from there so far [px]
     lately: Array  # (n, HOP, 2) its places before, the latest last
-    drift: Array  # (n, 2) mean way a frame, of the latest DRIFT ones
     hop: Array  # (n,) greatest way within so many frames so far [px]
     usual: Array  # (n, 2, 2) its mean place in the scene, and on the sensor, over the camera's latest way
     strayed: Array  # (n, 2) mean squared distance from each [px^2]
@@ -50,8 +48,7 @@ class PeakTargets(NamedTuple):
         return cls(
             whole, whole, np.zeros((0, motions, 2)), np.zeros((0, motions, 2)), np.zeros((0, motions, 3)),
             np.zeros((0, motions)), one, one, one, one, one, flag, one, np.zeros((0, resting)), flag,
-            np.zeros((0, 2)), one, np.zeros((0, HOP, 2)), np.zeros((0, 2)), one, np.zeros((0, 2, 2)),
-            np.zeros((0, 2)), one, flag,
+            np.zeros((0, 2)), one, np.zeros((0, HOP, 2)), one, np.zeros((0, 2, 2)), np.zeros((0, 2)), one, flag,
         )  # fmt: skip
 
     @property
@@ -102,8 +99,7 @@ class PeakTargets(NamedTuple):
         return self._replace(
             age=begun(self.age), evidence=begun(self.evidence), resting=begun(self.resting), shown=self.shown & ~which,
             origin=begun(self.origin, place), farthest=begun(self.farthest), lately=begun(self.lately, lately),
-            drift=begun(self.drift), hop=begun(self.hop), usual=begun(self.usual, usual),
-            strayed=begun(self.strayed), swept=begun(self.swept),
+            hop=begun(self.hop), usual=begun(self.usual, usual), strayed=begun(self.strayed), swept=begun(self.swept),
         )  # fmt: skip
 
     def kept(self, which: NDArray[np.bool_]) -> Self:

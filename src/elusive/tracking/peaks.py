@@ -18,7 +18,7 @@ from elusive.tracking.peak_jumps import rejoined
 from elusive.tracking.peak_null import EmpiricalNull
 from elusive.tracking.peak_persistence import Persistence, Reliability, groups_of
 from elusive.tracking.peak_recursion import LIKELY, SWEPT_PX, PeakRecursion
-from elusive.tracking.peak_targets import DRIFT, PeakTargets
+from elusive.tracking.peak_targets import PeakTargets
 from elusive.tracking.peak_warp import Warp, carried, warp_of
 from elusive.tracking.track import Track
 
@@ -30,7 +30,7 @@ FAINT, TRAIL_PX = 0.6, 6.0  # what is fainter by this share is a companion so mu
 ALIKE = (0.5, 0.3)  # velocities that differ by less than this [px / frame], and this share, are alike
 LAYER, LAYER_STRENGTH = 3, 0.5  # others, as strong by this share, that make a layer
 LAYER_PX, LAYER_SPEED = 5.0, 0.2  # way that they have gone, and frames' [px]: what is slower may go alike by chance
-LAYER_ALIKE = (0.05, 0.2)  # ways a frame that differ by less than this [px / frame], and this share, are of a layer
+LAYER_ALIKE = (0.05, 0.2)  # velocities that differ by less than this [px / frame], and this share, are of a layer
 # how far a mark strays on the sensor at most [px], and as a share of what it does in the scene: as one of the first, as
 # one of several, and as what was one before
 RESTS, STRAYS, LEAVES = (1.5, 0.15), (3.0, 0.22), (4.0, 0.4)
@@ -149,7 +149,7 @@ class SceneTracker(PeakRecursion):
         enough = moves > np.where(targets.shown, self.show_until, self.show_from)
         seen = targets.visible > UNSEEN * existence
         shown = confirmed & seen & ~targets.mark & (enough | self._alone(targets, confirmed & ~targets.mark))
-        shown &= ~layered(targets)
+        _leave_layers(targets, shown, confirmed & (targets.farthest > LAYER_PX))
         _leave_companions(targets, shown)
         mean, covariance = targets.moments()
         mean[:, 0::2] += peaks.offset_px
@@ -237,23 +237,17 @@ def marked(targets: PeakTargets, shape: tuple[int, int]) -> NDArray[np.bool_]:
     return marks
 
 
-def layered(targets: PeakTargets) -> NDArray[np.bool_]:
-    """Say what moves as several others do that are as strong: a layer of clouds, a second scene, in which it rests.
-
-    By the ways of the latest frames, from which what all have in common falls out: where a scene is now laid over one
-    layer and now over another, each velocity changes, but not one against the other.
-    """
-    layer = np.zeros(len(targets.number), np.bool_)
-    gone = (targets.farthest > LAYER_PX) & (targets.existence > LIKELY) & ~targets.mark
-    some = np.flatnonzero(gone & (targets.age >= DRIFT) & (np.hypot(*targets.drift.T) > LAYER_SPEED))
-    way, place = targets.drift[some], targets.mean_place[some]
-    strength, scale = targets.strength[some], targets.scale[some]
-    apart = np.hypot(*np.moveaxis(way[:, None] - way, 2, 0))
-    alike = apart < LAYER_ALIKE[0] + LAYER_ALIKE[1] * np.hypot(*way.T)[:, None]
-    alike &= strength > LAYER_STRENGTH * strength[:, None]
-    alike &= np.hypot(*np.moveaxis(place[:, None] - place, 2, 0)) > COMPANION * scale[:, None] + TRAIL_PX
-    layer[some] = alike.sum(axis=1) >= LAYER
-    return layer
+def _leave_layers(targets: PeakTargets, shown: NDArray[np.bool_], moving: NDArray[np.bool_]) -> None:
+    """Show nothing of what moves as several others do that are as strong: a layer of clouds, a second scene."""
+    velocity, strength = targets.mean_velocity, targets.strength
+    for k in np.flatnonzero(shown).tolist():
+        speed = math.hypot(*velocity[k])
+        alike = LAYER_ALIKE[0] + LAYER_ALIKE[1] * speed if speed > LAYER_SPEED else 0.0
+        others = moving & (np.hypot(*(velocity - velocity[k]).T) < alike) & (strength > LAYER_STRENGTH * strength[k])
+        others[k] = False
+        others &= np.hypot(*(targets.mean_place - targets.mean_place[k]).T) > COMPANION * targets.scale[k] + TRAIL_PX
+        if others.sum() >= LAYER:
+            shown[k] = False
 
 
 def _leave_companions(targets: PeakTargets, shown: NDArray[np.bool_]) -> None:
