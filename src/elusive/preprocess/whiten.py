@@ -13,6 +13,7 @@ from numpy.random import Generator
 
 from elusive.contracts import Array
 from elusive.errors import DataError
+from elusive.preprocess.cycles import Cycles, cycles_after, no_cycles
 from elusive.preprocess.level_trend import Trend, flattened, no_trend
 from elusive.preprocess.levels import MEMORIES, Levels, hidden_mean, levelled, levels_after, mean_log_level, no_levels
 from elusive.preprocess.linear_prediction import LinearPrediction, innovations, learnt, no_prediction
@@ -41,6 +42,7 @@ class NoiseModel(NamedTuple):
     swift: Levels  # of the whitened frames: what their levels still drift
     trend: Trend
     repeated: Repeated  # in the frames without spectrum and levels
+    cycles: Cycles  # of what is new in the frames at each place: a level with a period of its own
 
     @property
     def memory_frames(self) -> float:
@@ -65,8 +67,9 @@ def no_noise_model(samples: int, window: int) -> NoiseModel:
     nothing = np.zeros(samples)
     trend, repeated = no_trend(samples, window), nothing_repeated(samples, window)
     return NoiseModel(
-        0, nothing, spectrum, no_past(samples), spectrum, level, level, spectrum, 0.0, nothing, level, trend, repeated
-    )
+        0, nothing, spectrum, no_past(samples), spectrum, level, level, spectrum, 0.0, nothing, level, trend, repeated,
+        no_cycles(samples, window),
+    )  # fmt: skip
 
 
 def whitened(state: NoiseModel, frame: Array, rng: Generator) -> tuple[NoiseModel, Array]:
@@ -101,19 +104,22 @@ def whitened(state: NoiseModel, frame: Array, rng: Generator) -> tuple[NoiseMode
         scale, centred = scale * (left := _rms(centred)), centred / left
         plain = learnt(state.plain, centred)
         fresh = innovations(plain, centred, rng)
+    cycles, loud = cycles_after(state.cycles, np.abs(fresh) ** 2), np.sqrt(state.cycles.levels)
+    fresh, calm = fresh / loud, centred / loud
+    calm /= _rms(calm)
     judged = _after(state.judged, _parts(fresh / _rms(fresh)))
     even, first = state.even, state.first
     if state.judged.chosen is not None:
         # a level on coloured noise, or colour on noise of that level: what predicts better
         known = state.levels._replace(chosen=state.judged.chosen)
-        level = _joined(levelled(known, _parts(centred)))
+        level = _joined(levelled(known, _parts(calm)))
         even = learnt(even, level)
         other = innovations(even, level, rng)
         alike = _joined(levelled(state.judged, _parts(fresh / _rms(fresh))))
         gain = math.log(_rms(fresh) * _rms(alike) / _rms(other)) + mean_log_level(state.judged) - mean_log_level(known)
         first += (gain - first) / JUDGED_FRAMES
         fresh = other if first >= 0 else alike * _rms(fresh)
-    levels = _after(state.levels, _parts(centred))
+    levels = _after(state.levels, _parts(calm))
     repeated, fresh = without_repeated(state.repeated, fresh)
     power = _rms(fresh)
     parts = _parts(fresh / power)
@@ -123,8 +129,15 @@ def whitened(state: NoiseModel, frame: Array, rng: Generator) -> tuple[NoiseMode
     if state.judged.chosen is not None and state.staying > STAYS:
         parts = levelled(state.swift._replace(chosen=FOLLOWED), parts)
     trend, parts = flattened(state.trend, parts)
-    after = NoiseModel(frames, offsets, before, past, plain, judged, levels, even, first, stays, swift, trend, repeated)
-    return after, scale * power * _joined(parts)
+    model = NoiseModel(
+        frames, offsets, before, past, plain, judged, levels, even, first, stays, swift, trend, repeated, cycles
+    )
+    return model, scale * power * _joined(parts)
+
+
+def passed(state: NoiseModel) -> NoiseModel:
+    """Return what is known after a frame that is missing."""
+    return state._replace(cycles=cycles_after(state.cycles, None))
 
 
 def _centred(state: NoiseModel, frame: Array) -> tuple[Array, Array]:

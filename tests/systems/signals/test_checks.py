@@ -108,7 +108,7 @@ def test_alarms_are_counted_unless_they_are_believed(ends: str) -> None:
         (lambda: noise("bursts", 1, times=300), [], "signals.bursts", True),
         (lambda: noise("bursts", 1, times=300), ["--clip", "2"], "signals.drift", False),
         (lambda: noise("fast", 1), [], "signals.bursts", False),
-        (lambda: noise("rotor", 1), [], "signals.alike", False),
+        (lambda: noise("rotor", 1), ["--noise", "white"], "signals.alike", False),
         (
             lambda: noise("white", 1),
             ["--statistic", "dot", "--boundaries", "-0.674", "--boundaries", "0", "--boundaries", "0.674"],

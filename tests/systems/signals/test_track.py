@@ -485,3 +485,36 @@ def test_a_signal_rounded_to_hardly_any_value_is_refused() -> None:
     frames = np.round(np.random.default_rng(1).standard_normal((30, 200)) / 3)
     with pytest.raises(DataError, match="half one value"):
         list(track_signal(frames, SignalTracking(**QUICK)))
+
+
+def rotor(lobes: float, seed: int, frames: int = 150, samples: int = 300) -> np.ndarray:
+    """Frames of noise, twice as loud in a fifth of each of so many periods in a frame."""
+    phase = np.arange(frames * samples) * lobes / samples
+    loud = 1 + (phase % 1.0 < 0.2)
+    return np.random.default_rng(seed).standard_normal((frames, samples)) * loud.reshape(frames, samples)
+
+
+def believed(frames: np.ndarray, **told: Any) -> int:
+    """Count the tracks that are confirmed at some time."""
+    steps = track_signal(frames, SignalTracking(**QUICK, **told))
+    return len({track.track for step in steps for track in step.tracks if track.status == "confirmed"})
+
+
+@pytest.mark.parametrize("lobes", [3.98, 5.03, 7.02])
+def test_a_rotor_is_no_object(lobes: float) -> None:
+    # of three signals one ghost in what is left over; each has at least four where noise is taken to be white
+    assert sum(believed(rotor(lobes, seed)) for seed in range(3)) <= 1
+    assert believed(rotor(lobes, 0), noise="white") >= 4
+
+
+def test_an_object_before_a_rotor_is_found() -> None:
+    frames, rng = rotor(5.03, 1), np.random.default_rng(1)
+    places = (40 + 1.5 * np.arange(150)) % 300
+    for frame, place in zip(frames, places, strict=True):
+        frame[(round(place) + np.arange(-2, 3)) % 300] += 2.5 * rng.standard_normal(5)
+    found = [
+        [abs((track.mean[0] - place + 150) % 300 - 150) for track in step.tracks if track.status == "confirmed"]
+        for step, place in zip(track_signal(frames, SignalTracking(**QUICK)), places, strict=True)
+    ]
+    assert np.mean([any(off < 5 for off in one) for one in found[60:]]) > 0.9
+    assert np.mean([sum(off >= 5 for off in one) for one in found[60:]]) < 0.1

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from elusive.contracts import Array
 from elusive.preprocess.linear_prediction import LinearPrediction, innovations, learnt, no_prediction
-from elusive.preprocess.whiten import NoiseModel, no_noise_model, whitened
+from elusive.preprocess.whiten import NoiseModel, no_noise_model, passed, whitened
 from elusive.systems.signals.evidence import SignalEvidence
 
 SILENT = 32  # samples in a row that are equal: nothing was received
@@ -46,7 +46,7 @@ class Whitened(NamedTuple):
         """Return what is known after one more frame, and its samples as they are taken; None of a gap."""
         missing = missing_samples(frame)
         if missing.mean() > MOST_MISSING:
-            return self, None
+            return self._replace(model=None if self.model is None else passed(self.model)), None
         filled = _bridged(frame, missing)
         if self.evidence.standard is not None:
             return self, _drawn(self.flat(self.evidence.taken(filled), rng), missing, rng)
