@@ -39,7 +39,9 @@ def test_missing_path_and_glob(tmp_path):
 
 
 def test_empty_folder(tmp_path):
-    refused(r"holds no image \(of \.png", tmp_path)
+    refused(r"holds no image \(of \.png.*check the folder", tmp_path)
+    (tmp_path / "frames.npy").write_bytes(b"")
+    refused(r"holds frames\.npy: give a recording's own name", tmp_path)
     (tmp_path / "a.png").write_bytes(b"")
     refused(r"holds no image that matches '\*\.tif'", tmp_path, pattern="*.tif")
     refused(r"a\.png: cannot be read", tmp_path)

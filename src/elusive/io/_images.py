@@ -17,6 +17,7 @@ from elusive.io._tiff import read_single_tiff, tiff_shape, tiff_times
 
 TIFF = (".tif", ".tiff")
 IMAGES = (".png", *TIFF, ".jpg", ".jpeg", ".bmp", ".pgm")
+NAMED = 3  # other files of a folder without images
 # Named, because Pillow left to guess would hand a hostile file to decoders such as EPS, which runs Ghostscript.
 FORMATS = ("PNG", "JPEG", "BMP", "PPM")
 
@@ -28,7 +29,9 @@ def find_images(folder: Path, pattern: str | None) -> list[Path]:
     images = sorted((file for file in files if file.suffix.lower() in IMAGES), key=lambda file: natural_key(str(file)))
     if not images:
         sought = f"no image that matches {pattern!r}" if pattern else "no image"
-        raise DataError(f"{folder}: holds {sought} (of {', '.join(IMAGES)}); check the folder.")
+        held = sorted(file.name for file in files)[:NAMED]
+        advice = f"it holds {', '.join(held)}: give a recording's own name" if held else "check the folder"
+        raise DataError(f"{folder}: holds {sought} (of {', '.join(IMAGES)}); {advice}.")
     kinds = sorted({file.suffix.lower() for file in images})
     if pattern is None and len(kinds) > 1:
         raise DataError(f"{folder}: mixes {' and '.join(kinds)} images; choose with pattern='*{kinds[0]}'.")
