@@ -18,6 +18,7 @@ WIDE = 5  # pixels of a scale's map along the side of a square that no point of 
 REACH = 3  # pixels of a scale's map that a step reaches
 _BESIDE = WIDE // 2 + WIDE // 2 + REACH  # pixels about one that tell whether it is in reach of a square
 PILED = 2  # grey levels next to the last one that hold fewer pixels, together, than it does: else nothing is cut off
+STEP = 8  # grey levels from the last one beyond which is beside it: the brightest of few levels ends in its next ones
 
 
 def rims_of(image: Image, quantum: float, count: int) -> list[Mask] | None:
@@ -30,20 +31,20 @@ def rims_of(image: Image, quantum: float, count: int) -> list[Mask] | None:
     quantum
         Step between grey levels; 0 where there are none.
     """
-    flat = [plateau for plateau in (_plateau(image, side, quantum) for side in (1.0, -1.0)) if plateau is not None]
+    flat = [parts for parts in (_parts(image, side, quantum) for side in (1.0, -1.0)) if parts is not None]
     if not flat:
         return None
     rims = []
     for k in range(count):
         rim = np.zeros(image[:: 2**k, :: 2**k].shape, bool)
-        for plateau in flat:
-            _add_rim(rim, plateau[:: 2**k, :: 2**k])
+        for plateau, beside in flat:
+            _add_rim(rim, plateau[:: 2**k, :: 2**k], beside[:: 2**k, :: 2**k])
         rims.append(rim)
     return rims
 
 
-def _plateau(image: Image, sign: float, quantum: float) -> Mask | None:
-    """Return where the frame is at an end of its range, the upper or the lower; None where it is nowhere cut off."""
+def _parts(image: Image, sign: float, quantum: float) -> tuple[Mask, Mask] | None:
+    """Return where the frame is at an end of its range, and where far from it; None where it is nowhere cut off."""
     end = np.fmax.reduce(image, axis=None) if sign > 0 else np.fmin.reduce(image, axis=None)
     coarse = image[::2, ::2]
     # a sample of every wide plateau
@@ -51,19 +52,19 @@ def _plateau(image: Image, sign: float, quantum: float) -> Mask | None:
     if some < (WIDE // 2) ** 2:
         return None
     beside = np.count_nonzero(sign * (end - coarse) < (PILED + 0.5) * quantum) - some
-    return image == end if some > beside else None
+    return (image == end, sign * (end - image) > STEP * quantum) if some > beside else None
 
 
-def _add_rim(rim: Mask, plateau: Mask) -> None:
+def _add_rim(rim: Mask, plateau: Mask, beside: Mask) -> None:
     """Add where the wide parts of a plateau and of its surroundings are both within reach."""
     margin = REACH + _BESIDE
     lines = [np.flatnonzero(plateau.any(axis=axis)) for axis in (1, 0)]
     if not len(lines[0]):
         return
     about = tuple(slice(max(line[0] - margin, 0), line[-1] + margin + 1) for line in lines)
-    part = np.pad(plateau[about], _BESIDE, mode="edge")
     within, without = (
-        _slid(_slid(side, WIDE, np.logical_and), WIDE + 2 * REACH, np.logical_or) for side in (part, ~part)
+        _slid(_slid(np.pad(side[about], _BESIDE, mode="edge"), WIDE, np.logical_and), WIDE + 2 * REACH, np.logical_or)
+        for side in (plateau, beside)
     )
     rim[about] |= within & without
 
