@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import io
 import sys
 from collections.abc import Callable
 from typing import NamedTuple
@@ -23,6 +24,7 @@ LEAST_DUE = 10  # frames in which a target is due, without which it says nothing
 SHAKE_PX, SHAKE_FRAMES = 3.0, 17.0  # amplitude and period of a camera that sways
 BAR_PX = 12  # of a border about the frame
 RADIANCE = 1e-4  # a grey level in other units
+SPOILT = 0.02  # share of the pixels
 
 
 def _placed(sequence: Sequence, frames: np.ndarray, scale: float, shift: np.ndarray | float = 0.0) -> Sequence:
@@ -122,6 +124,42 @@ def captioned(sequence: Sequence) -> Sequence:
     return sequence._replace(frames=np.stack(frames))
 
 
+def gappy(sequence: Sequence) -> Sequence:
+    """Lose one pixel in fifty, each frame others."""
+    missing = np.random.default_rng(3).random(sequence.frames.shape) < SPOILT
+    return sequence._replace(frames=np.where(missing, np.nan, sequence.frames))
+
+
+def snowy(sequence: Sequence) -> Sequence:
+    """Make as many pixels white or black, as a disturbed transmission does."""
+    rng = np.random.default_rng(4)
+    spoilt = rng.random(sequence.frames.shape) < SPOILT
+    return sequence._replace(frames=np.where(spoilt, rng.choice([0.0, 255.0], sequence.frames.shape), sequence.frames))
+
+
+def flickering(sequence: Sequence) -> Sequence:
+    """Draw gain and level of each frame anew."""
+    rng, each = np.random.default_rng(5), (len(sequence.frames), 1, 1)
+    gain, level = rng.normal(1.0, 0.1, each), rng.normal(0.0, 20.0, each)
+    return sequence._replace(frames=np.clip(np.round(gain * sequence.frames + level), 0, 255))
+
+
+def banded(sequence: Sequence) -> Sequence:
+    """Add noise that a whole row shares, each frame anew."""
+    rows = np.random.default_rng(6).normal(0.0, 3.0, (*sequence.frames.shape[:2], 1))
+    return sequence._replace(frames=np.round(sequence.frames + rows))
+
+
+def compressed(sequence: Sequence) -> Sequence:
+    """Compress each frame by itself, as JPEG of quality 40."""
+    frames = []
+    for frame in sequence.frames:
+        file = io.BytesIO()
+        Image.fromarray(frame.astype(np.uint8)).save(file, "JPEG", quality=40)
+        frames.append(np.array(Image.open(file)))
+    return sequence._replace(frames=np.stack(frames))
+
+
 def unchanged(sequence: Sequence) -> Sequence:
     """The recording itself."""
     return sequence
@@ -131,7 +169,7 @@ VERSIONS: dict[str, Callable[[Sequence], Sequence]] = {
     made.__name__.replace("_", " "): made
     for made in (
         unchanged, cropped, halved, magnified, every_second, shaken, noisier, negative, six_bits,
-        radiance, bordered, captioned,
+        radiance, bordered, captioned, gappy, snowy, flickering, banded, compressed,
     )
 }  # fmt: skip
 
