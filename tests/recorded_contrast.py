@@ -1,4 +1,4 @@
-"""Recorded targets painted out, and scaled in contrast: two tables of docs/images.md.
+"""Recorded targets painted out, and scaled in contrast: two tables of docs/recordings.md.
 
 ``python -m tests.recorded_contrast`` measures their rows, of some recordings or all (ten minutes), without trackpy's
 columns, which ``python -m tests.recorded_trackpy --contrast .5`` measures.

@@ -1,4 +1,4 @@
-"""The table of docs/images.md: ``python -m tests.recorded_table`` measures its rows, of some recordings or all."""
+"""The table of docs/recordings.md: ``python -m tests.recorded_table`` measures its rows, of some recordings or all."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tests import infrared
 
 WIDTHS_PX = (1.0, 1.5, 2.0, 3.0)  # of the Laplacian of Gaussian, the best of them by the labels
 COLUMNS = 6  # name, followed, shown, others, strongest peak, brightest spot: what this makes of a row
-DOCUMENT = Path(__file__).parents[1] / "docs" / "images.md"
+DOCUMENT = Path(__file__).parents[1] / "docs" / "recordings.md"
 
 
 def brightest_spot(sequence: infrared.Sequence) -> float:

@@ -1,4 +1,4 @@
-"""What trackpy finds on recorded infrared, its settings the best by the labels: two columns of docs/images.md.
+"""What trackpy finds on recorded infrared, its settings the best by the labels: two columns of docs/recordings.md.
 
 ``python -m tests.recorded_trackpy`` measures them, of some recordings or all; ``--contrast .5``, of targets of half
 their contrast. The project does not depend on trackpy: ``pip install trackpy==0.7`` first. A minute a recording.

@@ -1,6 +1,6 @@
 """Versions of recorded infrared, as other cameras, recorders and units would have given it.
 
-``python -m tests.recorded_versions`` measures the rows of their table in docs/images.md, of some versions or all.
+``python -m tests.recorded_versions`` measures the rows of their table in docs/recordings.md, of some versions or all.
 """
 
 from __future__ import annotations
