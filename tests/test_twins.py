@@ -202,10 +202,12 @@ TWINS: dict[str, dict[str, str]] = {
         "slopes": "sensors/test_shadowing_slopes.py::shadowed_log_ratio",
     },
     "sensors._waveform_kernels": {"covered_sums": "sensors/test_waveform.py::log_likelihood"},
-    "tracking._peak_kernels": {
+    "tracking._pair_kernels": {
         "absorb": "tracking/test_peaks.py::reference.absorbed",
-        "crowding": "tracking/test_peaks.py::reference.crowd",
         "explain": "tracking/test_peaks.py::reference.ratio",
+    },
+    "tracking._peak_kernels": {
+        "crowding": "tracking/test_peaks.py::reference.crowd",
         "leave_doubles": "tracking/test_peaks.py::reference.undoubled",
         "moments": "tracking/test_peaks.py::reference.mixed",
         "nearest": "tracking/test_peaks.py::cKDTree",

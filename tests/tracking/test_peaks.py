@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 from elusive.errors import DataError
 from elusive.preprocess.peaks import Peaks
 from elusive.tracking import _peak_kernels as kernels
+from elusive.tracking._pair_kernels import absorb, explain
 from elusive.tracking.peak_motions import PeakMotions
 from elusive.tracking.peak_null import EmpiricalNull
 from elusive.tracking.peak_persistence import groups_of
@@ -71,7 +72,7 @@ def test_peaks_explain_and_update_targets_as_in_the_twin() -> None:
     level, levels = rng.normal(size=4), rng.normal(size=6)
     polarity, bright = np.array([True, False, True, True]), rng.random(6) < 0.6
     clutter = rng.normal(-6, 1, 6)
-    target, peak, ratio, rough = kernels.explain(
+    pairs = explain(
         place, velocity, variance, weight, level, polarity, MOTIONS.table, 0.2, places,
         np.argsort(places[:, 0]), spread, levels, bright,
         clutter, 0.4, 0.9,
@@ -91,13 +92,20 @@ def test_peaks_explain_and_update_targets_as_in_the_twin() -> None:
             if any(density for density, _ in found):
                 scale = 0.9 * alike * np.exp(-clutter[j])
                 made[i, j] = [density * scale for density, _ in found], [share for _, share in found]
-    assert list(zip(target.tolist(), peak.tolist(), strict=True)) == list(made)
-    np.testing.assert_allclose(ratio, [values for values, _ in made.values()])
-    np.testing.assert_allclose(rough, [values for _, values in made.values()])
+    target, peak = pairs.target, pairs.peak
+    both = list(zip(target.tolist(), peak.tolist(), strict=True))
+    assert sorted(both) == list(made)
+    assert target.tolist() == sorted(target.tolist())
+    ratio, rough = np.zeros((2, len(target), weight.shape[1]))
+    of = np.repeat(np.arange(len(target)), np.diff(pairs.begins))
+    ratio[of, pairs.motion], rough[of, pairs.motion] = pairs.ratio, pairs.rough
+    np.testing.assert_allclose(ratio, [made[pair][0] for pair in both])
+    np.testing.assert_allclose(rough, [made[pair][1] for pair in both])
+    np.testing.assert_allclose(pairs.likely, (weight[target] * ratio).sum(axis=1))
 
     message, seen = rng.uniform(0.2, 1, len(target)), rng.uniform(0.3, 0.9, 4)
     after = tuple(values.copy() for values in (place, velocity, variance, weight))
-    likelihood = kernels.absorb(*after, MOTIONS.table, target, peak, ratio, rough, message, seen, places, spread)
+    likelihood = absorb(*after, MOTIONS.table, pairs, message, seen, places, spread)
     for i in range(4):
         mine = np.flatnonzero(target == i)
         for k in range(weight.shape[1]):

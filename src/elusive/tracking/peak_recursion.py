@@ -19,6 +19,7 @@ from elusive.model import Model, Positive, Probability
 from elusive.preprocess.peaks import Peaks
 from elusive.tracking import _peak_kernels as kernels
 from elusive.tracking._detection_kernels import associate
+from elusive.tracking._pair_kernels import absorb, explain
 from elusive.tracking.peak_motions import PeakMotions
 from elusive.tracking.peak_targets import HOP, PeakTargets
 
@@ -90,7 +91,7 @@ class PeakRecursion(Model):
         """Update targets, and return what part of each peak none of them claims."""
         count, heard = len(targets.number), len(clutter.places)
         motions = self.motions
-        target, peak, ratio, rough = kernels.explain(
+        pairs = explain(
             targets.place, targets.velocity, targets.variance, targets.weight, targets.level, targets.bright,
             motions.table, motions.uneven_share, clutter.places, np.argsort(clutter.places[:, 0]), clutter.variance,
             clutter.level, peaks.bright[: self.most_peaks], clutter.log_density + math.log(self.tail),
@@ -99,17 +100,17 @@ class PeakRecursion(Model):
         existence = np.minimum(targets.existence, SUREST)
         visible = targets.visible * existence / np.maximum(targets.existence, 1e-300)
         missed_odds = 1 - visible * self.detected
-        likely = np.einsum("em,em->e", targets.weight.take(target, axis=0), ratio)
-        odds = np.maximum(visible[target] * likely / missed_odds[target], LEAST_ODDS)
+        target, peak = pairs.target, pairs.peak
+        odds = np.maximum((visible / missed_odds)[target] * pairs.likely, LEAST_ODDS)
         share, missed, unclaimed = associate(target, peak, np.log(odds), count, heard, TOLERANCE, ROUNDS)
         message = np.minimum(share / np.maximum(missed[target] * odds, 1e-300), 1.0)
         seen = visible / np.maximum(existence, 1e-12)
         place, velocity, variance, weight = (
             values.copy() for values in (targets.place, targets.velocity, targets.variance, targets.weight)
         )
-        likelihood = kernels.absorb(
-            place, velocity, variance, weight, motions.table, target, peak, ratio, rough, message * seen[target],
-            seen * self.detected, clutter.places, clutter.variance,
+        likelihood = absorb(
+            place, velocity, variance, weight, motions.table, pairs, message * seen[target], seen * self.detected,
+            clutter.places, clutter.variance,
         )  # fmt: skip
         hit = np.bincount(target, share, count)
 
