@@ -113,6 +113,10 @@ TWINS: dict[str, dict[str, str]] = {
         "keep": "preprocess/test_drawn.py::np.minimum(kept",
         "long_lines": "preprocess/test_drawn.py::ndimage.binary_opening",
     },
+    "preprocess._impulse_kernels": {
+        "bends": "preprocess/test_peak_kernels.py::np.testing",
+        "flashes": "preprocess/test_peak_kernels.py::reference.flashes",
+    },
     "preprocess._image_prior_kernels": {
         "add_parity_block": "preprocess/test_tomography.py::np.linalg.inv(C)",
         "parity_block": "preprocess/test_tomography.py::np.linalg.inv(C)",

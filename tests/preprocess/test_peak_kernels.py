@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from elusive.preprocess import (
+    _impulse_kernels,
     _past_kernels,
     _repair_kernels,
     _scale_kernels,
@@ -209,3 +210,20 @@ def test_neighbours_of_pixels_and_their_median(shape):
     windows = np.lib.stride_tricks.sliding_window_view(around, (3, 3)).reshape(-1, 9)[pixels]
     np.testing.assert_array_equal(near.T, np.delete(windows, 4, axis=1))
     np.testing.assert_array_equal(middle, np.median(near, axis=0))
+
+
+@pytest.mark.parametrize(("every", "masked"), [(1, False), (3, True)])
+def test_flashes_are_those_of_the_twin(every, masked):
+    rng = np.random.default_rng(21)
+    last, image = rng.normal(100, 1, (2, 24, 19)).astype(np.float32)
+    at = rng.random((24, 19)) < 0.08
+    image[at] += rng.choice(np.float32([-12, 12]), at.sum())
+    image[4:6, 7:9] = np.nan if masked else 100
+    last[np.roll(at & (rng.random(at.shape) < 0.3), (1, -2), (0, 1))] += 12
+    bent = _impulse_kernels.bends(image, every)
+    lines = image[::every]
+    np.testing.assert_allclose(bent, np.abs(lines[:, 1:-1] - (lines[:, :-2] + lines[:, 2:]) / 2), rtol=1e-4, atol=1e-4)
+    step = np.array([2, -1])
+    found = _impulse_kernels.flashes(image, last, bent, every, np.float32(5), 4.0, 0.5, step)
+    assert found.tolist() == reference.flashes(image, last, step, every, 5, 4.0, 0.5)
+    assert len(found) > 3
