@@ -6,14 +6,13 @@ the next frame and an impulse does not. A few are told by the tracker, as they c
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
 from elusive.contracts import Array
 from elusive.preprocess import _impulse_kernels
 from elusive.preprocess._scale_kernels import Image
+from elusive.preprocess.scales import quantile_of
 
 HEIGHT = 8.0  # deviations from which a pixel may be an impulse
 NARROW = 4.0  # times as high as the four beside it on the mean: a point of a spread of .6 px and more is not
@@ -50,20 +49,9 @@ def without_impulses(image: Image, last: Image | None, step_px: Array) -> Image:
 def _flashes(image: Image, last: Image, step_px: Array, every: int) -> NDArray[np.int64]:
     """Numbers of the pixels that flash, in every so-many-th row."""
     bent = _impulse_kernels.bends(image, every)
-    usual = _quantile(bent[:, ::4].ravel(), UPPER)
+    usual = quantile_of(bent[:, ::4], UPPER)
     if not usual:  # in few grey levels a step of one looks like it
         return np.zeros(0, np.int64)
     least, step = np.float32(HEIGHT / NORMAL_UPPER * usual), np.rint(step_px).astype(np.int64)
     found: NDArray[np.int64] = _impulse_kernels.flashes(image, last, bent, every, least, NARROW, AGAIN, step)
     return found
-
-
-def _quantile(values: Image, share: float) -> float:
-    """Quantile of what is finite; 0 where nothing is. By one partition: NumPy parts about two ranks more slowly."""
-    known = np.count_nonzero(np.isfinite(values))
-    if not known:
-        return 0.0
-    part, rank = math.modf(share * (known - 1))
-    ranked = np.partition(values, int(rank))
-    low = float(ranked[int(rank)])
-    return low + part * (float(ranked[int(rank) + 1 : known].min(initial=np.inf)) - low) if part else low
