@@ -212,6 +212,7 @@ TWINS: dict[str, dict[str, str]] = {
     },
     "tracking._peak_kernels": {
         "crowding": "tracking/test_peaks.py::reference.crowd",
+        "fit_affine": "tracking/test_peaks.py::reference.affine",
         "leave_doubles": "tracking/test_peaks.py::reference.undoubled",
         "moments": "tracking/test_peaks.py::reference.mixed",
         "nearest": "tracking/test_peaks.py::cKDTree",

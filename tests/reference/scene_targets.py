@@ -122,3 +122,23 @@ def mixed(place: Array, velocity: Array, variance: Array, weight: Array) -> tupl
     for w, m, (pp, pv, vv) in zip(weight, means, variance, strict=True):
         covariance += w * (np.outer(m - mean, m - mean) + np.kron(np.eye(2), [[pp, pv], [pv, vv]]))
     return mean, covariance
+
+
+def affine(at: Array, to: Array, guess: Array, gate: float) -> tuple[Array, Array, int, float]:
+    """Fit a map from places to places by weighted least squares: shift, linear part, how many fit, Wald's statistic."""
+
+    def deviation(error: Array) -> float:
+        return max(float(np.median(error)) / 1.18, 0.15)
+
+    centre = at.mean(axis=0)
+    unit = max(float(np.std(at - centre)), 1.0)
+    terms = np.column_stack([np.ones(len(at)), (at - centre) / unit])
+    error = np.hypot(*(to - guess).T)
+    weight = (error < gate) / (1 + (error / (2 * deviation(error))) ** 2)
+    normal = (terms * weight[:, None]).T @ terms + 1e-6 * np.eye(3)
+    found = np.linalg.solve(normal, (terms * weight[:, None]).T @ (to - at))
+    error = np.hypot(*(to - at - terms @ found).T)
+    spread = np.linalg.inv(normal)[1:, 1:] * deviation(error) ** 2
+    wald = float(np.trace(found[1:].T @ np.linalg.inv(spread) @ found[1:]))
+    linear = found[1:] / unit
+    return found[0] - centre @ linear, linear, int((error < 1).sum()), wald

@@ -130,6 +130,18 @@ def test_neighbours_are_counted_and_doubles_left_out_as_by_the_twins() -> None:
     assert kept.tolist() == expected
 
 
+@pytest.mark.parametrize("gate", [5.0, np.inf])
+def test_a_map_is_fitted_as_by_the_twin(gate: float) -> None:
+    rng = np.random.default_rng(4)
+    at = rng.uniform(0, 200, (40, 2))
+    to = at + [1.0, -2.0] + at @ [[0.01, 0.02], [-0.02, 0.01]] + rng.normal(0, 0.3, (40, 2))
+    to[:6] += rng.normal(0, 8, (6, 2))
+    guess = at + np.array([1.0, -2.0])
+    found = kernels.fit_affine(at, to, guess, gate, 2.0, 1e-6, 0.15, 1.0)
+    for value, expected in zip(found, reference.affine(at, to, guess, gate), strict=True):
+        np.testing.assert_allclose(value, expected, rtol=1e-9, atol=1e-11)
+
+
 def peaks_of(number: int, places: np.ndarray, strength: np.ndarray, offset: np.ndarray, step: np.ndarray) -> Peaks:
     """Return bright spatial peaks of a pixel's scale."""
     order = np.argsort(-strength)

@@ -178,3 +178,59 @@ def moments(place: Array, velocity: Array, variance: Array, weight: Array) -> tu
                 for b in range(4):
                     covariance[i, a, b] += weight[i, k] * off[a] * off[b]
     return mean, covariance
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def fit_affine(
+    at: Array, to: Array, guess: Array, gate: float, cauchy: float, ridge: float, tight: float, near: float
+) -> tuple[Array, Array, int, float]:
+    """Fit an affine map from places ``at`` to places ``to``, ``(n, 2)``, with Cauchy weights by how far off a guess is.
+
+    Deviations are from the median way of both axes (Rayleigh), ``tight`` at least.
+
+    Returns
+    -------
+    tuple
+        Shift ``(2,)`` and linear part ``(2, 2)`` beside the identity; how many are within ``near`` of it; Wald's
+        statistic of the linear part.
+    """
+    n = len(at)
+    centre, unit, error = np.zeros(2), 0.0, np.empty(n)
+    for i in range(n):
+        centre += at[i] / n
+    for i in range(n):
+        unit += ((at[i, 0] - centre[0]) ** 2 + (at[i, 1] - centre[1]) ** 2) / (2 * n)
+        error[i] = np.sqrt((to[i, 0] - guess[i, 0]) ** 2 + (to[i, 1] - guess[i, 1]) ** 2)
+    unit = max(np.sqrt(unit), 1.0)
+    wide = cauchy * max(np.median(error) / 1.18, tight)
+    # normal equations of one, x and y about the centre, and their right sides
+    one, x, y, xx, xy, yy, right = ridge, 0.0, 0.0, ridge, 0.0, ridge, np.zeros((3, 2))
+    for i in range(n):
+        if not error[i] < gate:
+            continue
+        weight = 1 / (1 + (error[i] / wide) ** 2)
+        u, v = (at[i, 0] - centre[0]) / unit, (at[i, 1] - centre[1]) / unit
+        one, x, y = one + weight, x + weight * u, y + weight * v
+        xx, xy, yy = xx + weight * u * u, xy + weight * u * v, yy + weight * v * v
+        for a in range(2):
+            way = weight * (to[i, a] - at[i, a])
+            right[0, a] += way
+            right[1, a] += u * way
+            right[2, a] += v * way
+    # without the shift: Schur's complement, which is the linear part's information, too
+    xx, xy, yy = xx - x * x / one, xy - x * y / one, yy - y * y / one
+    shift, linear, wald = np.empty(2), np.empty((2, 2)), 0.0
+    for a in range(2):
+        r, s = right[1, a] - x * right[0, a] / one, right[2, a] - y * right[0, a] / one
+        b, c = (yy * r - xy * s) / (xx * yy - xy * xy), (xx * s - xy * r) / (xx * yy - xy * xy)
+        wald += xx * b * b + 2 * xy * b * c + yy * c * c
+        linear[0, a], linear[1, a] = b / unit, c / unit
+        shift[a] = (right[0, a] - x * b - y * c) / one - centre[0] * linear[0, a] - centre[1] * linear[1, a]
+    fits = 0
+    for i in range(n):
+        square = 0.0
+        for a in range(2):
+            square += (to[i, a] - at[i, a] - shift[a] - at[i, 0] * linear[0, a] - at[i, 1] * linear[1, a]) ** 2
+        error[i] = np.sqrt(square)
+        fits += error[i] < near
+    return shift, linear, fits, wald / max(np.median(error) / 1.18, tight) ** 2
