@@ -36,21 +36,14 @@ def _mark(row: Image, least: np.float32, out: Counts) -> None:
         out[i] = abs(row[i]) >= least
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, fastmath=FAST)
 def _is_summit(value: float, above: Image, here: Image, below: Image, i: int) -> Any:
     """Whether a pixel's magnitude is beyond that of its eight neighbours; of equals the first."""
     s = np.float32(1) if value > 0 else np.float32(-1)
     v = abs(value)
-    return (
-        v > s * here[i - 1]
-        and v >= s * here[i + 1]
-        and v > s * above[i - 1]
-        and v > s * above[i]
-        and v > s * above[i + 1]
-        and v >= s * below[i - 1]
-        and v >= s * below[i]
-        and v >= s * below[i + 1]
-    )
+    first = max(s * here[i - 1], s * above[i - 1], s * above[i], s * above[i + 1])
+    later = max(s * here[i + 1], s * below[i - 1], s * below[i], s * below[i + 1])
+    return (v > first) & (v >= later)
 
 
 @njit(cache=True, nogil=True)
@@ -66,10 +59,14 @@ def _beside(white: Image, x: float, y: float, sign: np.float32, reach: int) -> A
     rows, columns = white.shape
     best = np.float32(-1)
     row, column = int(np.floor(y + 0.5)), int(np.floor(x + 0.5))
-    left, right = max(column - reach, 0), min(column + reach + 1, columns)
+    if reach <= row < rows - reach and reach <= column < columns - reach:
+        for j in range(2 * reach + 1):
+            for i in range(2 * reach + 1):
+                best = max(best, sign * white[np.uintp(row - reach + j), np.uintp(column - reach + i)])
+        return best
     for j in range(max(row - reach, 0), min(row + reach + 1, rows)):
-        for i in range(left, right):
-            best = max(best, sign * white[np.uintp(j), np.uintp(i)])
+        for i in range(max(column - reach, 0), min(column + reach + 1, columns)):
+            best = max(best, sign * white[j, i])
     return best
 
 
@@ -135,7 +132,7 @@ def summits(
         columns; the level.
     """
     rows, columns = white.shape
-    found = np.empty((256, 9))
+    found = np.empty((256 + white.size // 64, 9))  # of noise there are no more
     m, unit = 0, 2.0**level
     low = np.float32(least)
     beyond = np.zeros((columns // CHUNK + 1) * CHUNK, dtype=np.uint8)
@@ -175,7 +172,7 @@ def summits(
                 found[m, 7] = grid[3] + row * grid[0] // rows * grid[1] + i * grid[1] // columns
                 found[m, 8] = level
                 m += 1
-    return found[:m].copy()
+    return found[:m]
 
 
 @njit(cache=True, nogil=True)
