@@ -224,6 +224,11 @@ TWINS: dict[str, dict[str, str]] = {
         "clusters": "tracking/test_detections.py::connected_components",
         "explanations": "tracking/test_detections.py::twin.step",
     },
+    "tracking._target_kernels": {
+        "moving": "tracking/test_peaks.py::reference.moving",
+        "recent": "tracking/test_peaks.py::reference.recent",
+        "ways": "tracking/test_peaks.py::reference.ways",
+    },
     "tracking._trail_kernels": {
         "climb": "tracking/test_search.py::twin.climb",
         "total": "tracking/test_search.py::twin.values",

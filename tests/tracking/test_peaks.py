@@ -12,6 +12,7 @@ from elusive.errors import DataError
 from elusive.preprocess.peaks import Peaks
 from elusive.tracking import _peak_kernels as kernels
 from elusive.tracking._pair_kernels import absorb, explain
+from elusive.tracking._target_kernels import moving, recent, ways
 from elusive.tracking.peak_motions import PeakMotions
 from elusive.tracking.peak_null import EmpiricalNull
 from elusive.tracking.peak_persistence import groups_of
@@ -128,6 +129,25 @@ def test_neighbours_are_counted_and_doubles_left_out_as_by_the_twins() -> None:
     expected = reference.undoubled(places, velocity, scale, bright, age, rank, kept)
     kernels.leave_doubles(np.argsort(-rank), np.argsort(places[:, 0]), places, velocity, scale, bright, age, kept)
     assert kept.tolist() == expected
+
+
+def test_looks_ways_and_motion_are_those_of_the_twins() -> None:
+    rng, n, pairs = np.random.default_rng(5), 7, 15
+    target, peak, share = np.sort(rng.integers(0, n - 1, pairs)), rng.integers(0, 9, pairs), rng.uniform(0, 0.3, pairs)
+    looks = rng.normal(size=(3, n)), rng.normal(size=(3, 9))
+    for value, expected in zip(
+        recent(target, peak, share, *looks, 0.15), reference.recent(target, peak, share, *looks, 0.15), strict=True
+    ):
+        np.testing.assert_allclose(value, expected, rtol=1e-12, atol=1e-12)
+    place, _, _, weight = drawn(rng, n)
+    origin, lately, usual = rng.normal(50, 3, (n, 2)), rng.normal(50, 3, (n, HOP, 2)), rng.normal(50, 3, (n, 2, 2))
+    rest = weight, rng.uniform(0, 1, n), np.array([3.0, -2.0]), origin, lately, usual, rng.uniform(0, 9, (n, 2))
+    for value, expected in zip(ways(place, *rest), reference.ways(place, *rest), strict=True):
+        np.testing.assert_allclose(value, expected, rtol=1e-12, atol=1e-12)
+    evidence, resting = rng.normal(8, 5, n), rng.normal(5, 5, (n, int(MOTIONS.rests.sum())))
+    farthest, age = rng.uniform(0, 9, n), rng.integers(0, 20, n)
+    known = evidence, resting, place, origin, MOTIONS.leash, farthest, farthest * rng.uniform(0.3, 1, n), age
+    np.testing.assert_allclose(moving(*known, HOP, 1e-300), reference.moving(*known), rtol=1e-12, atol=1e-12)
 
 
 @pytest.mark.parametrize("gate", [5.0, np.inf])

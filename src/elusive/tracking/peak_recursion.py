@@ -20,6 +20,7 @@ from elusive.preprocess.peaks import Peaks
 from elusive.tracking import _peak_kernels as kernels
 from elusive.tracking._detection_kernels import associate
 from elusive.tracking._pair_kernels import absorb, explain
+from elusive.tracking._target_kernels import recent, ways
 from elusive.tracking.peak_motions import PeakMotions
 from elusive.tracking.peak_targets import HOP, PeakTargets
 
@@ -112,14 +113,17 @@ class PeakRecursion(Model):
             place, velocity, variance, weight, motions.table, pairs, message * seen[target], seen * self.detected,
             clutter.places, clutter.variance,
         )  # fmt: skip
-        hit = np.bincount(target, share, count)
-
-        def recent(known: Array, new: Array) -> Array:
-            mean = np.bincount(target, share * new[peak], count) / np.maximum(hit, 1e-9)
-            return known + np.where(hit > 1e-6, RECENT * hit * (mean - known), 0.0)
-
+        known = np.stack([targets.level, targets.strength, targets.scale])
+        new = np.stack([clutter.level, peaks.strength[:heard], peaks.scale_px[:heard]])
+        hit, (level, strength, scale) = recent(target, peak, share, known, new, RECENT)
         unseen = missed / missed_odds
-        updated = targets._replace(
+        step = math.hypot(*peaks.step_px)
+        swept = targets.swept + step
+        latest = hit * np.maximum(-math.expm1(-step / SWEPT_PX), step / np.maximum(swept, LEAST_PX))
+        far, hop, lately, usual, strayed = ways(
+            place, weight, latest, peaks.offset_px, targets.origin, targets.lately, targets.usual, targets.strayed
+        )
+        return targets._replace(
             age=targets.age + 1,
             place=place,
             velocity=velocity,
@@ -127,25 +131,17 @@ class PeakRecursion(Model):
             weight=weight,
             visible=hit + unseen * visible * (1 - self.detected),
             hidden=unseen * (existence - visible),
-            level=recent(targets.level, clutter.level),
-            strength=recent(targets.strength, peaks.strength),
-            scale=recent(targets.scale, peaks.scale_px),
+            level=level,
+            strength=strength,
+            scale=scale,
             evidence=targets.evidence + np.log(np.einsum("nm,nm->n", targets.weight, likelihood)),
             resting=targets.resting + np.log(likelihood[:, motions.rests]),
-        )
-        now = updated.mean_place
-        away, lately = (np.hypot(*(now - before).T) for before in (targets.origin, targets.lately[:, 0]))
-        step = math.hypot(*peaks.step_px)
-        swept = targets.swept + step
-        latest = (hit * np.maximum(-math.expm1(-step / SWEPT_PX), step / np.maximum(swept, LEAST_PX)))[:, None]
-        off = np.stack([now, now + peaks.offset_px], axis=1) - targets.usual
-        return updated._replace(
-            farthest=np.maximum(targets.farthest, away),
-            usual=targets.usual + latest[:, None] * off,
-            strayed=(1 - latest) * (targets.strayed + latest * np.einsum("nsa,nsa->ns", off, off)),
+            farthest=np.maximum(targets.farthest, far),
+            usual=usual,
+            strayed=strayed,
             swept=swept,
-            hop=np.maximum(targets.hop, lately),
-            lately=np.concatenate([targets.lately[:, 1:], now[:, None]], axis=1),
+            hop=np.maximum(targets.hop, hop),
+            lately=lately,
         ), unclaimed
 
     def newborn(self, peaks: Peaks, clutter: Clutter, unclaimed: Array, born: int) -> PeakTargets:
@@ -186,11 +182,17 @@ class PeakRecursion(Model):
         )
 
     def kept(self, targets: PeakTargets, offset_px: Array, shape: tuple[int, int]) -> NDArray[np.bool_]:
-        """Say which targets are followed on: in the frame, likely enough, no double of another, not too many."""
+        """Say which targets are followed on: in the frame, likely enough, no double of another, not too many.
+
+        A guess against which its frames speak, and which is less likely than all that begin now, is not: were it right
+        after all, it would begin anew and be likelier.
+        """
         existence, place = targets.existence, targets.mean_place
         x, y = (place + offset_px).T
         rows, columns = shape
         out = targets.scale
+        fresh = targets.age == 0
+        begun = np.min(existence[fresh], initial=1.0) if fresh.any() else 0.0
         kept = existence > LEAST_EXISTENCE
         kept &= (x > -out) & (y > -out) & (x < columns - 1 + out) & (y < rows - 1 + out)
         rank = existence + np.where(existence > LIKELY, 1e3 + np.maximum(targets.evidence, 0.0), 0.0)
