@@ -145,7 +145,6 @@ TWINS: dict[str, dict[str, str]] = {
     },
     "preprocess._summit_kernels": {
         "apart": "preprocess/test_peak_kernels.py::reference.apart",
-        "kinds": "preprocess/test_peak_kernels.py::reference.kind",
         "summits": "preprocess/test_peak_kernels.py::reference.summits",
     },
     "preprocess._tail_kernels": {

@@ -92,16 +92,6 @@ def _kind(white: Image, row: int, column: int, bounds: Array) -> int:
 
 
 @njit(cache=True, nogil=True)
-def kinds(white: Image, bounds: Array, step: int) -> NDArray[np.int64]:
-    """Count the pixels of each kind of clutter, of every ``step``-th one along both axes; ``(len(bounds) + 1,)``."""
-    found = np.zeros(len(bounds) + 1, dtype=np.int64)
-    for row in range(step // 2, white.shape[0], step):
-        for column in range(step // 2, white.shape[1], step):
-            found[_kind(white, row, column, bounds)] += 1
-    return found
-
-
-@njit(cache=True, nogil=True)
 def summits(
     white: Image,
     values: Image,
@@ -117,8 +107,9 @@ def summits(
     level: int,
     narrow: float,
     wide: float,
-) -> Array:
-    """Extrema over place and scale beyond a magnitude.
+    step: int,
+) -> tuple[Array, NDArray[np.int64]]:
+    """Extrema over place and scale beyond a magnitude, and how much of a map is clutter of each kind.
 
     ``values`` are in grey levels; ``narrow`` and ``wide`` are the variances of centre and surround in the frame. Maps
     beside are without pixels where there are none; ``part`` is the place of a map's first pixel in the frame, in pixels
@@ -126,10 +117,10 @@ def summits(
 
     Returns
     -------
-    ndarray
+    tuple
         ``(m, 9)``: x, y in the frame; height, not above a point's of its weaker curvature; sign; scale in pixels of
         the frame; contrast; kind of clutter and tile, from the numbers that ``grid`` gives after the tiles' rows and
-        columns; the level.
+        columns; the level. ``(len(bounds) + 1,)``: pixels of each kind, of every ``step``-th one along both axes.
     """
     rows, columns = white.shape
     found = np.empty((256 + white.size // 64, 9))  # of noise there are no more
@@ -137,7 +128,13 @@ def summits(
     low = np.float32(least)
     beyond = np.zeros((columns // CHUNK + 1) * CHUNK, dtype=np.uint8)
     chunks = beyond.view(np.uint64)
-    for row in range(border, rows - border):
+    kinds = np.zeros(len(bounds) + 1, dtype=np.int64)
+    for row in range(rows):
+        if row % step == step // 2:
+            for column in range(step // 2, columns, step):
+                kinds[_kind(white, row, column, bounds)] += 1
+        if not border <= row < rows - border:
+            continue
         above, here, below = white[row - 1], white[row], white[row + 1]
         _mark(here[border : columns - border], low, beyond[border:])
         for chunk in range(len(chunks)):
@@ -172,7 +169,7 @@ def summits(
                 found[m, 7] = grid[3] + row * grid[0] // rows * grid[1] + i * grid[1] // columns
                 found[m, 8] = level
                 m += 1
-    return found[:m]
+    return found[:m], kinds
 
 
 @njit(cache=True, nogil=True)
