@@ -28,6 +28,7 @@ SUREST = 0.999  # existence, at most: a target may always have just gone
 ROUNDS, TOLERANCE = 30, 1e-3  # of the messages of association
 LEAST_ODDS = 1e-30
 LEAST_EXISTENCE = 1e-4  # of what is followed
+HOPELESS = 0.1  # of the least existence of what begins, below which a guess is followed no more
 LIKELY = 0.5  # existence from which a track is not given up for a younger one
 RECENT = 0.15  # weight of the latest peak in what is known of a target's looks
 SWEPT_PX, LEAST_PX = 10.0, 1e-6  # way of the camera over which it is known how far a target strays
@@ -184,16 +185,16 @@ class PeakRecursion(Model):
     def kept(self, targets: PeakTargets, offset_px: Array, shape: tuple[int, int]) -> NDArray[np.bool_]:
         """Say which targets are followed on: in the frame, likely enough, no double of another, not too many.
 
-        A guess against which its frames speak, and which is less likely than all that begin now, is not: were it right
-        after all, it would begin anew and be likelier.
+        A guess against which its frames speak is not, once it is a tenth as likely as the least of those that begin
+        now: were it right after all, it would begin anew and be likelier.
         """
         existence, place = targets.existence, targets.mean_place
         x, y = (place + offset_px).T
         rows, columns = shape
         out = targets.scale
-        fresh = targets.age == 0
-        begun = np.min(existence[fresh], initial=1.0) if fresh.any() else 0.0
-        kept = existence > LEAST_EXISTENCE
+        begun = existence[targets.age == 0]
+        least = HOPELESS * begun.min() if len(begun) else 0.0
+        kept = (existence > LEAST_EXISTENCE) & ((existence > least) | (targets.evidence >= 0.0))
         kept &= (x > -out) & (y > -out) & (x < columns - 1 + out) & (y < rows - 1 + out)
         rank = existence + np.where(existence > LIKELY, 1e3 + np.maximum(targets.evidence, 0.0), 0.0)
         kernels.leave_doubles(
