@@ -113,6 +113,10 @@ TWINS: dict[str, dict[str, str]] = {
         "keep": "preprocess/test_drawn.py::np.minimum(kept",
         "long_lines": "preprocess/test_drawn.py::ndimage.binary_opening",
     },
+    "preprocess._impulse_kernels": {
+        "bends": "preprocess/test_peak_kernels.py::np.testing",
+        "flashes": "preprocess/test_peak_kernels.py::reference.flashes",
+    },
     "preprocess._image_prior_kernels": {
         "add_parity_block": "preprocess/test_tomography.py::np.linalg.inv(C)",
         "parity_block": "preprocess/test_tomography.py::np.linalg.inv(C)",
@@ -141,7 +145,6 @@ TWINS: dict[str, dict[str, str]] = {
     },
     "preprocess._summit_kernels": {
         "apart": "preprocess/test_peak_kernels.py::reference.apart",
-        "kinds": "preprocess/test_peak_kernels.py::reference.kind",
         "summits": "preprocess/test_peak_kernels.py::reference.summits",
     },
     "preprocess._tail_kernels": {
@@ -202,10 +205,13 @@ TWINS: dict[str, dict[str, str]] = {
         "slopes": "sensors/test_shadowing_slopes.py::shadowed_log_ratio",
     },
     "sensors._waveform_kernels": {"covered_sums": "sensors/test_waveform.py::log_likelihood"},
-    "tracking._peak_kernels": {
+    "tracking._pair_kernels": {
         "absorb": "tracking/test_peaks.py::reference.absorbed",
-        "crowding": "tracking/test_peaks.py::reference.crowd",
         "explain": "tracking/test_peaks.py::reference.ratio",
+    },
+    "tracking._peak_kernels": {
+        "crowding": "tracking/test_peaks.py::reference.crowd",
+        "fit_affine": "tracking/test_peaks.py::reference.affine",
         "leave_doubles": "tracking/test_peaks.py::reference.undoubled",
         "moments": "tracking/test_peaks.py::reference.mixed",
         "nearest": "tracking/test_peaks.py::cKDTree",
@@ -216,6 +222,11 @@ TWINS: dict[str, dict[str, str]] = {
         "associate_few": "tracking/test_detections.py::twin.marginals",
         "clusters": "tracking/test_detections.py::connected_components",
         "explanations": "tracking/test_detections.py::twin.step",
+    },
+    "tracking._target_kernels": {
+        "moving": "tracking/test_peaks.py::reference.moving",
+        "recent": "tracking/test_peaks.py::reference.recent",
+        "ways": "tracking/test_peaks.py::reference.ways",
     },
     "tracking._trail_kernels": {
         "climb": "tracking/test_search.py::twin.climb",

@@ -17,6 +17,7 @@ BLOCK = 256  # particles at a time
 LOG2_E = 1.4426950408889634
 LN2_HIGH, LN2_LOW = 6.93145751953125e-1, 1.42860682030941723212e-6
 LEAST_EXPONENT = -700.0
+MANTISSA, HALF, ROOT_HALF = (1 << 52) - 1, 1022 << 52, 0.70710678118654752440
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
@@ -95,3 +96,32 @@ def exponentiate(row: Array) -> None:
             part[i] = 0.0 if part[i] < LEAST_EXPONENT else 1.0 + 2.0 * odd / (even + 2.0 - odd)
         for i in range(len(part)):
             part[i] *= powers[i]
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+def take_logarithms(row: Array) -> None:
+    """Replace each of a row's values by its natural logarithm; all are positive, normal and finite.
+
+    Cephes' rational approximation (Moshier, 1989), right to one unit in the last place or two, see
+    :func:`exponentiate`.
+    """
+    mantissas = np.empty(BLOCK)
+    bits = mantissas.view(np.int64)
+    for first in range(0, len(row), BLOCK):
+        part = row[first : first + BLOCK]
+        for i in range(len(part)):
+            mantissas[i] = part[i]
+        for i in range(len(part)):
+            part[i] = (bits[i] >> 52) - 1022
+            bits[i] = (bits[i] & MANTISSA) | HALF
+        for i in range(len(part)):
+            small = mantissas[i] < ROOT_HALF
+            whole = part[i] - (1.0 if small else 0.0)
+            x = mantissas[i] + (mantissas[i] if small else 0.0) - 1.0
+            above = ((1.01875663804580931796e-4 * x + 4.97494994976747001425e-1) * x + 4.70579119878881725854) * x
+            above = ((above + 1.44989225341610930846e1) * x + 1.79368678507819816313e1) * x + 7.70838733755885391666
+            below = ((x + 1.12873587189167450590e1) * x + 4.52279145837532221105e1) * x
+            below = ((below + 8.29875266912776603211e1) * x + 7.11544750618563894466e1) * x + 2.31251620126765340583e1
+            square = x * x
+            rest = x * (square * above / below) - 2.121944400546905827679e-4 * whole - 0.5 * square
+            part[i] = x + rest + 0.693359375 * whole

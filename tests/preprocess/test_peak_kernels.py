@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from elusive.preprocess import (
+    _impulse_kernels,
     _past_kernels,
     _repair_kernels,
     _scale_kernels,
@@ -103,8 +104,8 @@ def test_summits_are_extrema_over_place_and_scale():
     nowhere = np.zeros(2)
     grid = (2, 3, 100, 200)
     finer, coarser = ((maps[k], nowhere) for k in (0, 2))
-    found = _summit_kernels.summits(
-        maps[1], maps[1], nowhere, *finer, *coarser, 1.0, BORDER, RINGS, grid, 1, *scales.moments_of(1)
+    found, kinds = _summit_kernels.summits(
+        maps[1], maps[1], nowhere, *finer, *coarser, 1.0, BORDER, RINGS, grid, 1, *scales.moments_of(1), 5
     )
     expected = reference.summits(maps[1], maps[0], maps[2], 1.0, BORDER)
     assert len(found) == len(expected) > 3
@@ -117,7 +118,7 @@ def test_summits_are_extrema_over_place_and_scale():
     counted = [
         reference.kind(maps[1], j, i, RINGS, _summit_kernels.RING) for j in range(2, 40, 5) for i in range(2, 48, 5)
     ]
-    np.testing.assert_array_equal(_summit_kernels.kinds(maps[1], RINGS, 5), np.bincount(counted, minlength=8))
+    np.testing.assert_array_equal(kinds, np.bincount(counted, minlength=8))
 
 
 def test_a_line_is_no_point():
@@ -126,7 +127,7 @@ def test_a_line_is_no_point():
     line = 20 * np.exp(-((0.8 * x + 0.6 * y) ** 2) / 3) * np.exp(-(x**2 + y**2) / 2000)
     height = {}
     for name, image in (("point", point), ("line", line)):
-        found = _summit_kernels.summits(
+        found, _ = _summit_kernels.summits(
             image.astype("f4"),
             image.astype("f4"),
             np.zeros(2),
@@ -139,6 +140,7 @@ def test_a_line_is_no_point():
             0,
             0.75,
             3.5,
+            16,
         )
         height[name] = found[np.hypot(found[:, 0] - 32, found[:, 1] - 32) < 3, 2].max()
     assert height["point"] == pytest.approx(20)
@@ -209,3 +211,20 @@ def test_neighbours_of_pixels_and_their_median(shape):
     windows = np.lib.stride_tricks.sliding_window_view(around, (3, 3)).reshape(-1, 9)[pixels]
     np.testing.assert_array_equal(near.T, np.delete(windows, 4, axis=1))
     np.testing.assert_array_equal(middle, np.median(near, axis=0))
+
+
+@pytest.mark.parametrize(("every", "masked"), [(1, False), (3, True)])
+def test_flashes_are_those_of_the_twin(every, masked):
+    rng = np.random.default_rng(21)
+    last, image = rng.normal(100, 1, (2, 24, 19)).astype(np.float32)
+    at = rng.random((24, 19)) < 0.08
+    image[at] += rng.choice(np.float32([-12, 12]), at.sum())
+    image[4:6, 7:9] = np.nan if masked else 100
+    last[np.roll(at & (rng.random(at.shape) < 0.3), (1, -2), (0, 1))] += 12
+    bent = _impulse_kernels.bends(image, every)
+    lines = image[::every]
+    np.testing.assert_allclose(bent, np.abs(lines[:, 1:-1] - (lines[:, :-2] + lines[:, 2:]) / 2), rtol=1e-4, atol=1e-4)
+    step = np.array([2, -1])
+    found = _impulse_kernels.flashes(image, last, bent, every, np.float32(5), 4.0, 0.5, step)
+    assert found.tolist() == reference.flashes(image, last, step, every, 5, 4.0, 0.5)
+    assert len(found) > 3

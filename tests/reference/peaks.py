@@ -197,3 +197,25 @@ def quantile_plot(histogram, edges, least, spared, prior, power):
     slope = np.log(place[last] / place[half]) / np.log((least + edges[last]) / (least + edges[half]))
     beyond = place[last] * ((least + edges) / (least + edges[last])) ** np.clip(slope, *power)
     return np.where(np.arange(len(edges)) <= last, place, beyond)
+
+
+def flashes(image, last, step, every, least, narrow, again):
+    """Pixels that stand out along their rows, narrow, and were not there in the last frame."""
+    found = []
+    for row in range(0, len(image), every):
+        for column in range(1, image.shape[1] - 1):
+            bent = abs(image[row, column] - (image[row, column - 1] + image[row, column + 1]) / 2)
+            beside = abs(median_at(image, row, column, 1) - median_at(image, row, column, 2))
+            height = image[row, column] - median_at(image, row, column, 2)
+            before = np.clip((row - step[1]) * image.shape[1] + column - step[0], 0, image.size - 1)
+            as_high = last.ravel()[before] - median_at(last, *np.divmod(before, image.shape[1]), 2)
+            if bent > least and abs(height) > narrow * beside and as_high * np.sign(height) < again * abs(height):
+                found.append(row * image.shape[1] + column)
+    return found
+
+
+def median_at(image, row, column, far):
+    """Median of the four beside a pixel, or of the sixteen two pixels off."""
+    about = np.pad(image.astype(float), 2, mode="reflect")[row : row + 5, column : column + 5]
+    y, x = np.abs(np.mgrid[-2:3, -2:3])
+    return np.median(about[(y + x == 1) if far == 1 else np.maximum(y, x) == 2])

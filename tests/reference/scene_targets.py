@@ -122,3 +122,58 @@ def mixed(place: Array, velocity: Array, variance: Array, weight: Array) -> tupl
     for w, m, (pp, pv, vv) in zip(weight, means, variance, strict=True):
         covariance += w * (np.outer(m - mean, m - mean) + np.kron(np.eye(2), [[pp, pv], [pv, vv]]))
     return mean, covariance
+
+
+def affine(at: Array, to: Array, guess: Array, gate: float) -> tuple[Array, Array, int, float]:
+    """Fit a map from places to places by weighted least squares: shift, linear part, how many fit, Wald's statistic."""
+
+    def deviation(error: Array) -> float:
+        return max(float(np.median(error)) / 1.18, 0.15)
+
+    centre = at.mean(axis=0)
+    unit = max(float(np.std(at - centre)), 1.0)
+    terms = np.column_stack([np.ones(len(at)), (at - centre) / unit])
+    error = np.hypot(*(to - guess).T)
+    weight = (error < gate) / (1 + (error / (2 * deviation(error))) ** 2)
+    normal = (terms * weight[:, None]).T @ terms + 1e-6 * np.eye(3)
+    found = np.linalg.solve(normal, (terms * weight[:, None]).T @ (to - at))
+    error = np.hypot(*(to - at - terms @ found).T)
+    spread = np.linalg.inv(normal)[1:, 1:] * deviation(error) ** 2
+    wald = float(np.trace(found[1:].T @ np.linalg.inv(spread) @ found[1:]))
+    linear = found[1:] / unit
+    return found[0] - centre @ linear, linear, int((error < 1).sum()), wald
+
+
+def recent(target: Array, peak: Array, share: Array, known: Array, new: Array, gain: float) -> tuple[Array, Array]:
+    """Probability that each target has a peak; its looks, drawn towards the mean of the peaks that it may have."""
+    hit, after = np.zeros(known.shape[1]), known.copy()
+    for i in range(len(hit)):
+        mine = target == i
+        hit[i] = share[mine].sum()
+        if hit[i] > 1e-6:
+            after[:, i] += gain * hit[i] * (np.average(new[:, peak[mine]], axis=1, weights=share[mine]) - known[:, i])
+    return hit, after
+
+
+def ways(
+    place: Array, weight: Array, latest: Array, offset: Array, origin: Array, lately: Array, usual: Array,
+    strayed: Array,
+) -> tuple[Array, ...]:  # fmt: skip
+    """How far targets are from where they began and were lately; latest and usual places, and strays from these."""
+    now = np.einsum("nm,nma->na", weight, place)
+    far, hop = (np.hypot(*(now - before).T) for before in (origin, lately[:, 0]))
+    off = np.stack([now, now + offset], axis=1) - usual
+    latest = latest[:, None]
+    strayed = (1 - latest) * (strayed + latest * np.einsum("nsa,nsa->ns", off, off))
+    return far, hop, np.concatenate([lately[:, 1:], now[:, None]], axis=1), usual + latest[:, None] * off, strayed
+
+
+def moving(
+    evidence: Array, resting: Array, place: Array, origin: Array, leash: Array, farthest: Array, hop: Array, age: Array
+) -> Array:
+    """Log evidence of moving against all ways of resting, no more than its way lets it have."""
+    away = place[:, : len(leash)] - origin[:, None]
+    still = np.log(np.exp(resting - np.einsum("nra,nra->nr", away, away) * (0.5 / leash**2)).mean(axis=1))
+    even = farthest * np.minimum(6 / np.maximum(age, 1), 1.0)
+    way = farthest - np.clip(hop - even - leash.min(), 0.0, farthest)
+    return np.minimum(evidence - np.maximum(still, 0.0), 0.5 * (way / leash.min()) ** 2)

@@ -11,6 +11,8 @@ from scipy.spatial import cKDTree
 from elusive.errors import DataError
 from elusive.preprocess.peaks import Peaks
 from elusive.tracking import _peak_kernels as kernels
+from elusive.tracking._pair_kernels import absorb, explain
+from elusive.tracking._target_kernels import moving, recent, ways
 from elusive.tracking.peak_motions import PeakMotions
 from elusive.tracking.peak_null import EmpiricalNull
 from elusive.tracking.peak_persistence import groups_of
@@ -71,7 +73,7 @@ def test_peaks_explain_and_update_targets_as_in_the_twin() -> None:
     level, levels = rng.normal(size=4), rng.normal(size=6)
     polarity, bright = np.array([True, False, True, True]), rng.random(6) < 0.6
     clutter = rng.normal(-6, 1, 6)
-    target, peak, ratio, rough = kernels.explain(
+    pairs = explain(
         place, velocity, variance, weight, level, polarity, MOTIONS.table, 0.2, places,
         np.argsort(places[:, 0]), spread, levels, bright,
         clutter, 0.4, 0.9,
@@ -91,13 +93,20 @@ def test_peaks_explain_and_update_targets_as_in_the_twin() -> None:
             if any(density for density, _ in found):
                 scale = 0.9 * alike * np.exp(-clutter[j])
                 made[i, j] = [density * scale for density, _ in found], [share for _, share in found]
-    assert list(zip(target.tolist(), peak.tolist(), strict=True)) == list(made)
-    np.testing.assert_allclose(ratio, [values for values, _ in made.values()])
-    np.testing.assert_allclose(rough, [values for _, values in made.values()])
+    target, peak = pairs.target, pairs.peak
+    both = list(zip(target.tolist(), peak.tolist(), strict=True))
+    assert sorted(both) == list(made)
+    assert target.tolist() == sorted(target.tolist())
+    ratio, rough = np.zeros((2, len(target), weight.shape[1]))
+    of = np.repeat(np.arange(len(target)), np.diff(pairs.begins))
+    ratio[of, pairs.motion], rough[of, pairs.motion] = pairs.ratio, pairs.rough
+    np.testing.assert_allclose(ratio, [made[pair][0] for pair in both])
+    np.testing.assert_allclose(rough, [made[pair][1] for pair in both])
+    np.testing.assert_allclose(pairs.likely, (weight[target] * ratio).sum(axis=1))
 
     message, seen = rng.uniform(0.2, 1, len(target)), rng.uniform(0.3, 0.9, 4)
     after = tuple(values.copy() for values in (place, velocity, variance, weight))
-    likelihood = kernels.absorb(*after, MOTIONS.table, target, peak, ratio, rough, message, seen, places, spread)
+    likelihood = absorb(*after, MOTIONS.table, pairs, message, seen, places, spread)
     for i in range(4):
         mine = np.flatnonzero(target == i)
         for k in range(weight.shape[1]):
@@ -120,6 +129,37 @@ def test_neighbours_are_counted_and_doubles_left_out_as_by_the_twins() -> None:
     expected = reference.undoubled(places, velocity, scale, bright, age, rank, kept)
     kernels.leave_doubles(np.argsort(-rank), np.argsort(places[:, 0]), places, velocity, scale, bright, age, kept)
     assert kept.tolist() == expected
+
+
+def test_looks_ways_and_motion_are_those_of_the_twins() -> None:
+    rng, n, pairs = np.random.default_rng(5), 7, 15
+    target, peak, share = np.sort(rng.integers(0, n - 1, pairs)), rng.integers(0, 9, pairs), rng.uniform(0, 0.3, pairs)
+    looks = rng.normal(size=(3, n)), rng.normal(size=(3, 9))
+    for value, expected in zip(
+        recent(target, peak, share, *looks, 0.15), reference.recent(target, peak, share, *looks, 0.15), strict=True
+    ):
+        np.testing.assert_allclose(value, expected, rtol=1e-12, atol=1e-12)
+    place, _, _, weight = drawn(rng, n)
+    origin, lately, usual = rng.normal(50, 3, (n, 2)), rng.normal(50, 3, (n, HOP, 2)), rng.normal(50, 3, (n, 2, 2))
+    rest = weight, rng.uniform(0, 1, n), np.array([3.0, -2.0]), origin, lately, usual, rng.uniform(0, 9, (n, 2))
+    for value, expected in zip(ways(place, *rest), reference.ways(place, *rest), strict=True):
+        np.testing.assert_allclose(value, expected, rtol=1e-12, atol=1e-12)
+    evidence, resting = rng.normal(8, 5, n), rng.normal(5, 5, (n, int(MOTIONS.rests.sum())))
+    farthest, age = rng.uniform(0, 9, n), rng.integers(0, 20, n)
+    known = evidence, resting, place, origin, MOTIONS.leash, farthest, farthest * rng.uniform(0.3, 1, n), age
+    np.testing.assert_allclose(moving(*known, HOP, 1e-300), reference.moving(*known), rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("gate", [5.0, np.inf])
+def test_a_map_is_fitted_as_by_the_twin(gate: float) -> None:
+    rng = np.random.default_rng(4)
+    at = rng.uniform(0, 200, (40, 2))
+    to = at + [1.0, -2.0] + at @ [[0.01, 0.02], [-0.02, 0.01]] + rng.normal(0, 0.3, (40, 2))
+    to[:6] += rng.normal(0, 8, (6, 2))
+    guess = at + np.array([1.0, -2.0])
+    found = kernels.fit_affine(at, to, guess, gate, 2.0, 1e-6, 0.15, 1.0)
+    for value, expected in zip(found, reference.affine(at, to, guess, gate), strict=True):
+        np.testing.assert_allclose(value, expected, rtol=1e-9, atol=1e-11)
 
 
 def peaks_of(number: int, places: np.ndarray, strength: np.ndarray, offset: np.ndarray, step: np.ndarray) -> Peaks:
@@ -200,6 +240,24 @@ def test_a_target_that_is_hidden_for_a_while_keeps_its_number() -> None:
     number = {track.track for track in beliefs[34].tracks if track.extra["shown"]}
     assert len(number) == 1
     assert number == {track.track for track in beliefs[-1].tracks if track.extra["shown"]}
+
+
+def test_in_noise_no_guess_is_kept_for_a_likelier_one_and_what_was_seen_before_is() -> None:
+    rng, shape, none = np.random.default_rng(6), (512, 640), np.zeros(2)
+    tracker = SceneTracker()
+    belief, number = tracker.begin(), 0
+    for k in range(20):
+        places, strength = rng.uniform((0, 0), shape[::-1], (300, 2)), 2.5 + rng.exponential(0.35, 300)
+        if k < 12:
+            places[0], strength[0] = (80.0, 60.0), 8.0
+        belief = tracker.follow(belief, float(k), peaks_of(k, places, strength, none, none), shape, 1.0)
+        targets = belief.targets
+        begun = targets.existence[targets.age == 0]
+        # a tenth, less what the least that began had before it was left out as a double
+        assert (targets.existence[targets.evidence < 0] > 0.06 * begun.min()).all()
+        if k < 12:
+            number = targets.number[np.hypot(*(targets.mean_place - (80.0, 60.0)).T).argmin()]
+        assert number in targets.number
 
 
 def test_what_has_left_is_given_up() -> None:

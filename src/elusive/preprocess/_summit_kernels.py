@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from elusive._kernels import copy_rows
 from elusive.contracts import Array
-from elusive.preprocess._scale_kernels import FAST, Image
+from elusive.preprocess._scale_kernels import FAST, Counts, Image
 
 ROUND = 2.3  # height of a point over its weaker curvature, at most [px^2]; an edge bends in one direction only
 SLACK = 2.0  # deviations that noise may add to it
-CHUNK = 16  # pixels that are passed over at once
+CHUNK = 8  # pixels that are passed over at once: as many bytes as a word has
 # pixels about another, row and column, on two circles that a point does not reach
 RING = np.array(
     [
@@ -23,34 +23,27 @@ RING = np.array(
         for a in 2 * np.pi * (np.arange(n) + 0.5) / n
     ]
 )
+FARTHEST = int(np.abs(RING).max())
+LOG_4 = np.log(4.0)
 BESIDE = 0.8  # of its height a point has at a scale twice or half its own
 CELL_PX = 8  # of the grid by which neighbours are found
 
 
 @njit(cache=True, nogil=True, fastmath=FAST)
-def _greatest(some: Image) -> Any:
-    """Greatest magnitude of :data:`CHUNK` pixels."""
-    greatest = np.float32(0)
-    for i in range(CHUNK):
-        greatest = max(greatest, abs(some[i]))
-    return greatest
+def _mark(row: Image, least: np.float32, out: Counts) -> None:
+    """Say which pixels have a magnitude beyond one."""
+    for i in range(len(row)):
+        out[i] = abs(row[i]) >= least
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, fastmath=FAST)
 def _is_summit(value: float, above: Image, here: Image, below: Image, i: int) -> Any:
     """Whether a pixel's magnitude is beyond that of its eight neighbours; of equals the first."""
     s = np.float32(1) if value > 0 else np.float32(-1)
     v = abs(value)
-    return (
-        v > s * here[i - 1]
-        and v >= s * here[i + 1]
-        and v > s * above[i - 1]
-        and v > s * above[i]
-        and v > s * above[i + 1]
-        and v >= s * below[i - 1]
-        and v >= s * below[i]
-        and v >= s * below[i + 1]
-    )
+    first = max(s * here[i - 1], s * above[i - 1], s * above[i], s * above[i + 1])
+    later = max(s * here[i + 1], s * below[i - 1], s * below[i], s * below[i + 1])
+    return (v > first) & (v >= later)
 
 
 @njit(cache=True, nogil=True)
@@ -60,42 +53,42 @@ def _top(left: float, middle: float, right: float) -> float:
     return min(max(0.5 * (left - right) / bend, -0.5), 0.5) if bend < 0.0 else 0.0
 
 
-@njit(cache=True, nogil=True)
-def _beside(white: Image, x: float, y: float, sign: float, reach: int) -> float:
+@njit(cache=True, nogil=True, fastmath=FAST)
+def _beside(white: Image, x: float, y: float, sign: np.float32, reach: int) -> Any:
     """Greatest ``sign * value`` of a map about a place; -1 where there is no such map."""
     rows, columns = white.shape
-    best = -1.0
+    best = np.float32(-1)
     row, column = int(np.floor(y + 0.5)), int(np.floor(x + 0.5))
+    if reach <= row < rows - reach and reach <= column < columns - reach:
+        for j in range(2 * reach + 1):
+            for i in range(2 * reach + 1):
+                best = max(best, sign * white[np.uintp(row - reach + j), np.uintp(column - reach + i)])
+        return best
     for j in range(max(row - reach, 0), min(row + reach + 1, rows)):
         for i in range(max(column - reach, 0), min(column + reach + 1, columns)):
             best = max(best, sign * white[j, i])
     return best
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, fastmath=FAST)
 def _kind(white: Image, row: int, column: int, bounds: Array) -> int:
     """How restless it is in a ring round a pixel: how many bounds its mean root magnitude exceeds."""
     rows, columns = white.shape
-    total, n = 0.0, 0
-    for k in range(len(RING)):
-        j, i = row + RING[k, 0], column + RING[k, 1]
-        if 0 <= j < rows and 0 <= i < columns:
-            total += np.sqrt(abs(white[j, i]))
-            n += 1
+    total, n = np.float32(0), len(RING)
+    if FARTHEST <= row < rows - FARTHEST and FARTHEST <= column < columns - FARTHEST:
+        for k in range(len(RING)):
+            total += np.sqrt(abs(white[np.uintp(row + RING[k, 0]), np.uintp(column + RING[k, 1])]))
+    else:
+        n = 0
+        for k in range(len(RING)):
+            j, i = row + RING[k, 0], column + RING[k, 1]
+            if 0 <= j < rows and 0 <= i < columns:
+                total += np.sqrt(abs(white[j, i]))
+                n += 1
     kind = 0
     for bound in bounds:
         kind += 1 if total > bound * n else 0
     return kind
-
-
-@njit(cache=True, nogil=True)
-def kinds(white: Image, bounds: Array, step: int) -> NDArray[np.int64]:
-    """Count the pixels of each kind of clutter, of every ``step``-th one along both axes; ``(len(bounds) + 1,)``."""
-    found = np.zeros(len(bounds) + 1, dtype=np.int64)
-    for row in range(step // 2, white.shape[0], step):
-        for column in range(step // 2, white.shape[1], step):
-            found[_kind(white, row, column, bounds)] += 1
-    return found
 
 
 @njit(cache=True, nogil=True)
@@ -114,8 +107,9 @@ def summits(
     level: int,
     narrow: float,
     wide: float,
-) -> Array:
-    """Extrema over place and scale beyond a magnitude.
+    step: int,
+) -> tuple[Array, NDArray[np.int64]]:
+    """Extrema over place and scale beyond a magnitude, and how much of a map is clutter of each kind.
 
     ``values`` are in grey levels; ``narrow`` and ``wide`` are the variances of centre and surround in the frame. Maps
     beside are without pixels where there are none; ``part`` is the place of a map's first pixel in the frame, in pixels
@@ -123,25 +117,33 @@ def summits(
 
     Returns
     -------
-    ndarray
+    tuple
         ``(m, 9)``: x, y in the frame; height, not above a point's of its weaker curvature; sign; scale in pixels of
         the frame; contrast; kind of clutter and tile, from the numbers that ``grid`` gives after the tiles' rows and
-        columns; the level.
+        columns; the level. ``(len(bounds) + 1,)``: pixels of each kind, of every ``step``-th one along both axes.
     """
     rows, columns = white.shape
-    found = np.empty((256, 9))
+    found = np.empty((256 + white.size // 64, 9))  # of noise there are no more
     m, unit = 0, 2.0**level
-    for row in range(border, rows - border):
+    low = np.float32(least)
+    beyond = np.zeros((columns // CHUNK + 1) * CHUNK, dtype=np.uint8)
+    chunks = beyond.view(np.uint64)
+    kinds = np.zeros(len(bounds) + 1, dtype=np.int64)
+    for row in range(rows):
+        if row % step == step // 2:
+            for column in range(step // 2, columns, step):
+                kinds[_kind(white, row, column, bounds)] += 1
+        if not border <= row < rows - border:
+            continue
         above, here, below = white[row - 1], white[row], white[row + 1]
-        for first in range(border, columns - border, CHUNK):
-            end = min(first + CHUNK, columns - border)
-            if first + CHUNK <= columns and _greatest(here[first : first + CHUNK]) < least:
+        _mark(here[border : columns - border], low, beyond[border:])
+        for chunk in range(len(chunks)):
+            if not chunks[chunk]:
                 continue
-            for i in range(first, end):
-                value = here[i]
-                if abs(value) < least or not _is_summit(value, above, here, below, i):
+            for i in range(chunk * CHUNK, (chunk + 1) * CHUNK):
+                if not beyond[i] or not _is_summit(here[i], above, here, below, i):
                     continue
-                s, v = (1.0, abs(value)) if value > 0 else (-1.0, abs(value))
+                s, v = np.float32(1.0 if here[i] > 0 else -1.0), abs(here[i])
                 x = i + _top(s * here[i - 1], v, s * here[i + 1]) + part[0]
                 y = row + _top(s * above[i], v, s * below[i]) + part[1]
                 left = _beside(finer, 2 * x - finer_part[0], 2 * y - finer_part[1], s, 2)
@@ -159,16 +161,15 @@ def summits(
                 found[m, 0], found[m, 1] = x * unit, y * unit
                 found[m, 2] = max(min(v, ROUND * weaker + SLACK), least)
                 found[m, 3] = s
-                square = narrow * 4.0 ** _top(
-                    left if finer.size else BESIDE * v, v, right if coarser.size else BESIDE * v
-                )
+                octaves = _top(left if finer.size else BESIDE * v, v, right if coarser.size else BESIDE * v)
+                square = narrow * np.exp(LOG_4 * octaves)
                 found[m, 4] = np.sqrt(square)
                 found[m, 5] = values[row, i] / (square / (square + narrow) - square / (square + wide))
                 found[m, 6] = grid[2] + _kind(white, row, i, bounds)
                 found[m, 7] = grid[3] + row * grid[0] // rows * grid[1] + i * grid[1] // columns
                 found[m, 8] = level
                 m += 1
-    return found[:m].copy()
+    return found[:m], kinds
 
 
 @njit(cache=True, nogil=True)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from elusive._kernels import BLOCK, copy_row, exponentiate, take_logarithms
 from elusive.contracts import Array
 
 Index = NDArray[np.int64]
@@ -15,17 +14,29 @@ Index = NDArray[np.int64]
 NEWTON = 3  # steps, from a start that is near
 
 
-@njit(cache=True, nogil=True)
-def invert(cost: float) -> Any:
-    """Solve ``u^2 / 2 - log u = cost`` for u above 1."""
-    cost = max(cost, 0.51)
-    u = np.sqrt(2.0 * cost + np.log(2.0 * cost + 1.0))
-    for _ in range(NEWTON):
-        u = max(u - (0.5 * u * u - np.log(u) - cost) / max(u - 1.0 / u, 0.3), 1.0)
-    return u
+@njit(cache=True, nogil=True, error_model="numpy")
+def invert(costs: Array) -> None:
+    """Replace each of a row's values by the u above 1 that solves ``u^2 / 2 - log u = cost``."""
+    logs, roots = np.empty(BLOCK), np.empty(BLOCK)
+    for first in range(0, len(costs), BLOCK):
+        cost = costs[first : first + BLOCK]
+        log, u = logs[: len(cost)], roots[: len(cost)]
+        for i in range(len(cost)):
+            cost[i] = max(cost[i], 0.51)
+            log[i] = 2.0 * cost[i] + 1.0
+        take_logarithms(log)
+        for i in range(len(cost)):
+            u[i] = log[i] = np.sqrt(2.0 * cost[i] + log[i])
+        for _ in range(NEWTON):
+            take_logarithms(log)
+            for i in range(len(cost)):
+                u[i] = max(u[i] - (0.5 * u[i] * u[i] - log[i] - cost[i]) / max(u[i] - 1.0 / u[i], 0.3), 1.0)
+                log[i] = u[i]
+        for i in range(len(cost)):
+            cost[i] = u[i]
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def quantile_plots(
     histogram: Array, edges: Array, least: float, spared: float, prior: float, power: tuple[float, float]
 ) -> Array:
@@ -37,29 +48,37 @@ def quantile_plots(
     shapes, n = len(histogram), len(edges)
     places = np.empty((shapes, n))
     base = 0.5 * least * least - np.log(least)
+    log_height, gauss, cost = np.empty(n), np.empty(n), np.empty(n)
+    for i in range(n):
+        log_height[i] = (least + edges[i]) / least
+    take_logarithms(log_height)
+    for i in range(n):
+        gauss[i] = np.exp(log_height[i] - 0.5 * ((least + edges[i]) ** 2 - least * least))
     for k in range(shapes):
         total = histogram[k].sum()
         left, last, half = total, 0, -1
         for i in range(n):
             left -= histogram[k, i]
-            height = least + edges[i]
-            gauss = np.exp(np.log(height / least) - 0.5 * (height * height - least * least))
-            share = (left + prior * gauss) / (total + prior)
-            places[k, i] = invert(base - np.log(max(share, 1e-300)))
-            if half < 0 and share < 0.3:
+            cost[i] = max((left + prior * gauss[i]) / (total + prior), 1e-300)
+            if half < 0 and cost[i] < 0.3:
                 half = i
-            if left > spared or height < least + 0.4:
+            if left > spared or edges[i] < 0.4:
                 last = i
+        known = cost[: last + 1]
+        take_logarithms(known)
+        for i in range(len(known)):
+            known[i] = base - known[i]
+        invert(known)
+        copy_row(places[k], known)
         half = max(min(half, last - 4), 0)
-        top = least + edges[last]
-        slope = np.log(places[k, last] / places[k, half]) / np.log(top / (least + edges[half]))
+        slope = np.log(places[k, last] / places[k, half]) / (log_height[last] - log_height[half])
         slope = min(max(slope, power[0]), power[1])
         for i in range(last + 1, n):
-            places[k, i] = places[k, last] * ((least + edges[i]) / top) ** slope
+            places[k, i] = places[k, last] * np.exp(slope * (log_height[i] - log_height[last]))
     return places
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def rate(
     heights: Array,
     pool: Index,
@@ -77,31 +96,38 @@ def rate(
 ) -> tuple[Array, Array, Index, Index]:
     """Strength of each peak, its mean excess, and its row and bin in the histogram."""
     n = len(heights)
-    strength, middle = np.empty(n), np.empty(n)
+    strength, middle, place = np.empty(n), np.empty(n), np.empty(n)
     row, column = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
     per_edge = np.log(edges[1] / edges[0])
     base = 0.5 * least * least - np.log(least)
     for k in range(n):
-        p = pool[k]
-        middle[k] = np.exp(0.5 * (log_middle[p, kind[k]] + log_middle[p, tile[k]]))
+        middle[k] = 0.5 * (log_middle[pool[k], kind[k]] + log_middle[pool[k], tile[k]])
+    exponentiate(middle)
+    for k in range(n):
+        # as though its group's mean excess were Gaussian noise's
+        strength[k] = max((heights[k] - least) / middle[k] * unit, 1e-9) / edges[0]
+    take_logarithms(strength)
+    for k in range(n):
         shape = 0
         for bound in heavy:
             shape += 1 if middle[k] > bound * unit else 0
-        row[k] = p * (len(heavy) + 1) + shape
-        # as though its group's mean excess were Gaussian noise's
-        scaled = (heights[k] - least) / middle[k] * unit
-        at = np.log(max(scaled, 1e-9) / edges[0]) / per_edge
+        row[k] = pool[k] * (len(heavy) + 1) + shape
+        at = strength[k] / per_edge
         column[k] = min(max(int(np.ceil(at)), 0), len(edges))
         plot = places[row[k]]
         if at <= 0.0:
-            place = least + max(scaled, 0.0) / edges[0] * (plot[0] - least)
+            scaled = (heights[k] - least) / middle[k] * unit
+            place[k] = least + max(scaled, 0.0) / edges[0] * (plot[0] - least)
         else:
             i = min(int(at), len(edges) - 2)
-            place = plot[i] + min(at - i, 1.0) * (plot[i + 1] - plot[i])
-        place = max(place, 1.0)
-        left = np.log(place) - 0.5 * place * place + base
-        log_density = 0.5 * (log_local[p, kind[k]] + log_local[p, tile[k]]) + left
-        strength[k] = invert(log_rate[scale[k]] - log_density)
+            place[k] = plot[i] + min(at - i, 1.0) * (plot[i + 1] - plot[i])
+        place[k] = strength[k] = max(place[k], 1.0)
+    take_logarithms(strength)
+    for k in range(n):
+        left = strength[k] - 0.5 * place[k] * place[k] + base
+        log_density = 0.5 * (log_local[pool[k], kind[k]] + log_local[pool[k], tile[k]]) + left
+        strength[k] = log_rate[scale[k]] - log_density
+    invert(strength)
     return strength, middle, row, column
 
 

@@ -98,21 +98,20 @@ def find(maps: PeakMaps, groups: Groups) -> Found:
     for k, white in enumerate(maps.white):
         beside = [(maps.white[j], maps.parts[j]) if 0 <= j < len(maps.white) else NO_MAP for j in (k - 1, k + 1)]
         grid = (*groups.grids[k], k * KINDS, groups.first[k])
-        tables.append(
-            _summit_kernels.summits(
-                white,
-                maps.values[k],
-                maps.parts[k],
-                *beside[0],
-                *beside[1],
-                LEAST,
-                BORDER,
-                RINGS,
-                grid,
-                k,
-                *scales.moments_of(k),
-            )
+        table, share = _summit_kernels.summits(
+            white,
+            maps.values[k],
+            maps.parts[k],
+            *beside[0],
+            *beside[1],
+            LEAST,
+            BORDER,
+            RINGS,
+            grid,
+            k,
+            *scales.moments_of(k),
+            GRID,
         )
-        share = _summit_kernels.kinds(white, RINGS, GRID)
+        tables.append(table)
         areas.append(share * (white.size * 4.0**k / share.sum()))
     return Found(np.concatenate(tables).T, np.concatenate([*areas, groups.tile_px]))

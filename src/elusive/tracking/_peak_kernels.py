@@ -1,4 +1,4 @@
-"""Compiled kernels of the tracker of peaks: motions of each target side by side, and what peaks say of them.
+"""Compiled kernels of the tracker of peaks: motions of each target side by side, and what lies beside what.
 
 Orders are handed in: Numba would compile a sort anew for each kind of array, which takes longer than all the rest.
 """
@@ -11,9 +11,6 @@ from numpy.typing import NDArray
 
 from elusive._kernels import copy_row, copy_rows
 from elusive.contracts import Array
-
-GATE = 16.0  # squared deviations within which a peak may be a target's
-HEAVY = 3.0  # degrees of freedom of a level's change
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -84,7 +81,7 @@ def crowding(places: Array, bright: NDArray[np.bool_], radius: float) -> Array:
 
 
 @njit(cache=True, nogil=True)
-def _first(values: Array, least: float) -> int:
+def first_of(values: Array, least: float) -> int:
     """Return the place of the first of increasing values that is not below a bound."""
     low, high = 0, len(values)
     while low < high:
@@ -94,184 +91,6 @@ def _first(values: Array, least: float) -> int:
         else:
             high = middle
     return low
-
-
-@njit(cache=True, nogil=True)
-def _doubled(rows: Array) -> Array:
-    """Return an array of twice as many rows, of which the second half is not set."""
-    more = np.empty((2 * len(rows), rows.shape[1]))
-    copy_rows(more, rows)
-    return more
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def explain(
-    place: Array,
-    velocity: Array,
-    variance: Array,
-    weight: Array,
-    level: Array,
-    polarity: NDArray[np.bool_],
-    motions: Array,
-    uneven: float,
-    places: Array,
-    by_x: NDArray[np.int64],
-    spread: Array,
-    levels: Array,
-    bright: NDArray[np.bool_],
-    log_clutter: Array,
-    level_spread: float,
-    detected: float,
-) -> tuple[NDArray[np.int64], NDArray[np.int64], Array, Array]:
-    """Likelihood ratio of each peak in reach of each target against clutter, by motion.
-
-    ``by_x`` is the order of the peaks' ``places``.
-
-    Returns the pairs' targets and peaks, ``(E, M)`` ratios, and ``(E,)`` how much of the last motion's is uneven.
-    """
-    n, kinds = weight.shape
-    target, peak = np.empty(4 * n + 16, np.int64), np.empty(4 * n + 16, np.int64)
-    ratio, rough = np.empty((len(target), kinds)), np.empty((len(target), kinds))
-    pairs, widest = 0, 0.0
-    for j in range(len(places)):
-        widest = max(widest, spread[j])
-    rarity = detected * np.exp(-log_clutter)
-    across, along, looks = places[by_x, 0], places[by_x, 1], bright[by_x]
-    inside = np.empty(len(places), np.int64)
-    # of each motion of a target: variance of a peak's place without its own, and what is uneven of the way
-    sure, more = np.empty(kinds), np.empty(kinds)
-    for i in range(n):
-        left = low = np.inf
-        right = high = -np.inf
-        for k in range(kinds):
-            speed = velocity[i, k, 0] ** 2 + velocity[i, k, 1] ** 2
-            sure[k] = variance[i, k, 0] + motions[k, 0] ** 2
-            more[k] = motions[k, 4] ** 2 * speed + motions[k, 5] ** 2
-            reach = np.sqrt(GATE * (sure[k] + widest + more[k]))
-            left, right = min(left, place[i, k, 0] - reach), max(right, place[i, k, 0] + reach)
-            low, high = min(low, place[i, k, 1] - reach), max(high, place[i, k, 1] + reach)
-        found = 0
-        for at in range(_first(across, left), len(places)):
-            if across[at] > right:
-                break
-            # without a branch, which would be foreseen wrongly too often
-            inside[found] = by_x[at]
-            found += (looks[at] == polarity[i]) & (low <= along[at]) & (along[at] <= high)
-        for last in range(1, found):
-            to, j = last, inside[last]
-            while to > 0 and inside[to - 1] > j:
-                inside[to] = inside[to - 1]
-                to -= 1
-            inside[to] = j
-        for j in inside[:found]:
-            if pairs == len(target):
-                target, peak = np.concatenate((target, target)), np.concatenate((peak, peak))
-                ratio, rough = _doubled(ratio), _doubled(rough)
-            near = False
-            for k in range(kinds):
-                x, y = places[j, 0] - place[i, k, 0], places[j, 1] - place[i, k, 1]
-                far = x * x + y * y
-                own = sure[k] + spread[j]
-                wide = own + more[k]
-                if far > GATE * wide:
-                    ratio[pairs, k] = rough[pairs, k] = 0.0
-                    continue
-                share = 0.0
-                density = np.exp(-0.5 * far / own) / (2 * np.pi * own)
-                if motions[k, 4] + motions[k, 5] > 0.0:
-                    other = uneven * np.exp(-0.5 * far / wide) / (2 * np.pi * wide)
-                    density = (1 - uneven) * density + other
-                    share = other / density
-                ratio[pairs, k], rough[pairs, k] = density, share
-                near = True
-            if not near:
-                continue
-            target[pairs], peak[pairs] = i, j
-            change = (levels[j] - level[i]) / level_spread
-            alike = (1 + change * change / HEAVY) ** -2 / (2.2 * level_spread)
-            factor = alike * rarity[j]
-            for k in range(kinds):
-                ratio[pairs, k] *= factor
-            pairs += 1
-    return target[:pairs], peak[:pairs], ratio[:pairs], rough[:pairs]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def absorb(
-    place: Array,
-    velocity: Array,
-    variance: Array,
-    weight: Array,
-    motions: Array,
-    target: NDArray[np.int64],
-    peak: NDArray[np.int64],
-    ratio: Array,
-    rough: Array,
-    message: Array,
-    seen: Array,
-    places: Array,
-    spread: Array,
-) -> Array:
-    """Update targets in place by what they may have made: probabilistic data association in each motion.
-
-    ``message`` ``(E,)`` is how far other targets leave a pair's peak to its target, ``seen`` ``(n,)`` the probability
-    that a target is seen. Returns the likelihood of what was seen given each motion, ``(n, M)``.
-    """
-    n, kinds = weight.shape
-    likelihood = np.empty((n, kinds))
-    moved, faster = np.empty(2), np.empty(2)
-    start = 0
-    for i in range(n):
-        end = start
-        while end < len(target) and target[end] == i:
-            end += 1
-        for k in range(kinds):
-            likelihood[i, k] = 1.0 - seen[i]
-            for e in range(start, end):
-                likelihood[i, k] += message[e] * ratio[e, k]
-            before, cross = variance[i, k, 0], variance[i, k, 1]
-            speed = velocity[i, k, 0] ** 2 + velocity[i, k, 1] ** 2
-            wide = before + motions[k, 4] ** 2 * speed + motions[k, 5] ** 2
-            moved[:] = 0.0
-            faster[:] = 0.0
-            shrink = shrink_cross = second = second_cross = second_speed = 0.0
-            for e in range(start, end):
-                # most peaks are in reach of the fastest motions alone
-                if ratio[e, k] == 0.0:
-                    continue
-                part = message[e] * ratio[e, k] / likelihood[i, k]
-                j = peak[e]
-                noise = spread[j] + motions[k, 0] ** 2
-                gain = (1 - rough[e, k]) * before / (before + noise) + rough[e, k] * wide / (wide + noise)
-                pull = cross * ((1 - rough[e, k]) / (before + noise) + rough[e, k] / (wide + noise))
-                shrink += part * gain
-                shrink_cross += part * pull
-                squared = 0.0
-                for a in range(2):
-                    off = places[j, a] - place[i, k, a]
-                    moved[a] += part * gain * off
-                    faster[a] += part * pull * off
-                    squared += 0.5 * off * off
-                second += part * gain * gain * squared
-                second_cross += part * gain * pull * squared
-                second_speed += part * pull * pull * squared
-            for a in range(2):
-                second -= 0.5 * moved[a] * moved[a]
-                second_cross -= 0.5 * moved[a] * faster[a]
-                second_speed -= 0.5 * faster[a] * faster[a]
-                place[i, k, a] += moved[a]
-                velocity[i, k, a] += faster[a]
-            variance[i, k, 2] = max(variance[i, k, 2] - shrink_cross * cross + max(second_speed, 0.0), 0.0)
-            variance[i, k, 1] = (1 - shrink) * cross + second_cross
-            variance[i, k, 0] = max((1 - shrink) * before + max(second, 0.0), 1e-4)
-        total = 0.0
-        for k in range(kinds):
-            weight[i, k] = max(weight[i, k] * likelihood[i, k], 1e-300)
-            total += weight[i, k]
-        for k in range(kinds):
-            weight[i, k] /= total
-        start = end
-    return likelihood
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -299,7 +118,7 @@ def leave_doubles(
             continue
         speed = np.sqrt(velocity[i, 0] ** 2 + velocity[i, 1] ** 2)
         farthest = 0.5 + 0.8 * widest
-        for at in range(_first(across, place[i, 0] - farthest), len(by_x)):
+        for at in range(first_of(across, place[i, 0] - farthest), len(by_x)):
             j = by_x[at]
             if across[at] > place[i, 0] + farthest:
                 break
@@ -325,7 +144,7 @@ def nearest(known: Array, order: NDArray[np.int64], sought: Array, reach: float)
     apart, which = np.full(len(sought), np.inf), np.full(len(sought), -1)
     for i in range(len(sought)):
         least = reach * reach
-        for at in range(_first(first, sought[i, 0] - reach), len(first)):
+        for at in range(first_of(first, sought[i, 0] - reach), len(first)):
             j = order[at]
             if first[at] > sought[i, 0] + reach:
                 break
@@ -359,3 +178,59 @@ def moments(place: Array, velocity: Array, variance: Array, weight: Array) -> tu
                 for b in range(4):
                     covariance[i, a, b] += weight[i, k] * off[a] * off[b]
     return mean, covariance
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def fit_affine(
+    at: Array, to: Array, guess: Array, gate: float, cauchy: float, ridge: float, tight: float, near: float
+) -> tuple[Array, Array, int, float]:
+    """Fit an affine map from places ``at`` to places ``to``, ``(n, 2)``, with Cauchy weights by how far off a guess is.
+
+    Deviations are from the median way of both axes (Rayleigh), ``tight`` at least.
+
+    Returns
+    -------
+    tuple
+        Shift ``(2,)`` and linear part ``(2, 2)`` beside the identity; how many are within ``near`` of it; Wald's
+        statistic of the linear part.
+    """
+    n = len(at)
+    centre, unit, error = np.zeros(2), 0.0, np.empty(n)
+    for i in range(n):
+        centre += at[i] / n
+    for i in range(n):
+        unit += ((at[i, 0] - centre[0]) ** 2 + (at[i, 1] - centre[1]) ** 2) / (2 * n)
+        error[i] = np.sqrt((to[i, 0] - guess[i, 0]) ** 2 + (to[i, 1] - guess[i, 1]) ** 2)
+    unit = max(np.sqrt(unit), 1.0)
+    wide = cauchy * max(np.median(error) / 1.18, tight)
+    # normal equations of one, x and y about the centre, and their right sides
+    one, x, y, xx, xy, yy, right = ridge, 0.0, 0.0, ridge, 0.0, ridge, np.zeros((3, 2))
+    for i in range(n):
+        if not error[i] < gate:
+            continue
+        weight = 1 / (1 + (error[i] / wide) ** 2)
+        u, v = (at[i, 0] - centre[0]) / unit, (at[i, 1] - centre[1]) / unit
+        one, x, y = one + weight, x + weight * u, y + weight * v
+        xx, xy, yy = xx + weight * u * u, xy + weight * u * v, yy + weight * v * v
+        for a in range(2):
+            way = weight * (to[i, a] - at[i, a])
+            right[0, a] += way
+            right[1, a] += u * way
+            right[2, a] += v * way
+    # without the shift: Schur's complement, which is the linear part's information, too
+    xx, xy, yy = xx - x * x / one, xy - x * y / one, yy - y * y / one
+    shift, linear, wald = np.empty(2), np.empty((2, 2)), 0.0
+    for a in range(2):
+        r, s = right[1, a] - x * right[0, a] / one, right[2, a] - y * right[0, a] / one
+        b, c = (yy * r - xy * s) / (xx * yy - xy * xy), (xx * s - xy * r) / (xx * yy - xy * xy)
+        wald += xx * b * b + 2 * xy * b * c + yy * c * c
+        linear[0, a], linear[1, a] = b / unit, c / unit
+        shift[a] = (right[0, a] - x * b - y * c) / one - centre[0] * linear[0, a] - centre[1] * linear[1, a]
+    fits = 0
+    for i in range(n):
+        square = 0.0
+        for a in range(2):
+            square += (to[i, a] - at[i, a] - shift[a] - at[i, 0] * linear[0, a] - at[i, 1] * linear[1, a]) ** 2
+        error[i] = np.sqrt(square)
+        fits += error[i] < near
+    return shift, linear, fits, wald / max(np.median(error) / 1.18, tight) ** 2

@@ -12,6 +12,7 @@ from pydantic import Field
 
 from elusive.contracts import Array
 from elusive.model import Model, Positive, Probability
+from elusive.preprocess.scales import quantile_of
 
 
 class EmpiricalNull(Model):
@@ -41,10 +42,10 @@ class EmpiricalNull(Model):
         """
         own, count = len(null_moved), max(len(null_moved), self.least_tracks)
         reached = np.append(null_moved, np.zeros(count - own))
-        level = max(self.least, float(np.quantile(reached, self.level)))
+        level = max(self.least, quantile_of(reached, self.level))
         supposed = np.full(round((1 - self.level) * (count - own)), self.supposed)
         excess = np.append(reached[reached > level] - level, supposed)
-        middle = float(np.median(np.append(excess, [self.supposed] * self.supposed_tracks)))
+        middle = quantile_of(np.append(excess, [self.supposed] * self.supposed_tracks), 0.5)
         width = middle * self.shape / (2**self.shape - 1)
         beyond = (1 + self.shape * np.maximum(moved - level, 0.0) / width) ** (-1 / self.shape)
         by_motion = np.where(moved > level, (len(excess) + 1) / (count + 1) * beyond, 1.0)

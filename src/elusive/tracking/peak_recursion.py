@@ -19,6 +19,8 @@ from elusive.model import Model, Positive, Probability
 from elusive.preprocess.peaks import Peaks
 from elusive.tracking import _peak_kernels as kernels
 from elusive.tracking._detection_kernels import associate
+from elusive.tracking._pair_kernels import absorb, explain
+from elusive.tracking._target_kernels import recent, ways
 from elusive.tracking.peak_motions import PeakMotions
 from elusive.tracking.peak_targets import HOP, PeakTargets
 
@@ -26,6 +28,7 @@ SUREST = 0.999  # existence, at most: a target may always have just gone
 ROUNDS, TOLERANCE = 30, 1e-3  # of the messages of association
 LEAST_ODDS = 1e-30
 LEAST_EXISTENCE = 1e-4  # of what is followed
+HOPELESS = 0.1  # of the least existence of what begins, below which a guess is followed no more
 LIKELY = 0.5  # existence from which a track is not given up for a younger one
 RECENT = 0.15  # weight of the latest peak in what is known of a target's looks
 SWEPT_PX, LEAST_PX = 10.0, 1e-6  # way of the camera over which it is known how far a target strays
@@ -90,7 +93,7 @@ class PeakRecursion(Model):
         """Update targets, and return what part of each peak none of them claims."""
         count, heard = len(targets.number), len(clutter.places)
         motions = self.motions
-        target, peak, ratio, rough = kernels.explain(
+        pairs = explain(
             targets.place, targets.velocity, targets.variance, targets.weight, targets.level, targets.bright,
             motions.table, motions.uneven_share, clutter.places, np.argsort(clutter.places[:, 0]), clutter.variance,
             clutter.level, peaks.bright[: self.most_peaks], clutter.log_density + math.log(self.tail),
@@ -99,26 +102,29 @@ class PeakRecursion(Model):
         existence = np.minimum(targets.existence, SUREST)
         visible = targets.visible * existence / np.maximum(targets.existence, 1e-300)
         missed_odds = 1 - visible * self.detected
-        likely = np.einsum("em,em->e", targets.weight.take(target, axis=0), ratio)
-        odds = np.maximum(visible[target] * likely / missed_odds[target], LEAST_ODDS)
+        target, peak = pairs.target, pairs.peak
+        odds = np.maximum((visible / missed_odds)[target] * pairs.likely, LEAST_ODDS)
         share, missed, unclaimed = associate(target, peak, np.log(odds), count, heard, TOLERANCE, ROUNDS)
         message = np.minimum(share / np.maximum(missed[target] * odds, 1e-300), 1.0)
         seen = visible / np.maximum(existence, 1e-12)
         place, velocity, variance, weight = (
             values.copy() for values in (targets.place, targets.velocity, targets.variance, targets.weight)
         )
-        likelihood = kernels.absorb(
-            place, velocity, variance, weight, motions.table, target, peak, ratio, rough, message * seen[target],
-            seen * self.detected, clutter.places, clutter.variance,
+        likelihood = absorb(
+            place, velocity, variance, weight, motions.table, pairs, message * seen[target], seen * self.detected,
+            clutter.places, clutter.variance,
         )  # fmt: skip
-        hit = np.bincount(target, share, count)
-
-        def recent(known: Array, new: Array) -> Array:
-            mean = np.bincount(target, share * new[peak], count) / np.maximum(hit, 1e-9)
-            return known + np.where(hit > 1e-6, RECENT * hit * (mean - known), 0.0)
-
+        known = np.stack([targets.level, targets.strength, targets.scale])
+        new = np.stack([clutter.level, peaks.strength[:heard], peaks.scale_px[:heard]])
+        hit, (level, strength, scale) = recent(target, peak, share, known, new, RECENT)
         unseen = missed / missed_odds
-        updated = targets._replace(
+        step = math.hypot(*peaks.step_px)
+        swept = targets.swept + step
+        latest = hit * np.maximum(-math.expm1(-step / SWEPT_PX), step / np.maximum(swept, LEAST_PX))
+        far, hop, lately, usual, strayed = ways(
+            place, weight, latest, peaks.offset_px, targets.origin, targets.lately, targets.usual, targets.strayed
+        )
+        return targets._replace(
             age=targets.age + 1,
             place=place,
             velocity=velocity,
@@ -126,25 +132,17 @@ class PeakRecursion(Model):
             weight=weight,
             visible=hit + unseen * visible * (1 - self.detected),
             hidden=unseen * (existence - visible),
-            level=recent(targets.level, clutter.level),
-            strength=recent(targets.strength, peaks.strength),
-            scale=recent(targets.scale, peaks.scale_px),
+            level=level,
+            strength=strength,
+            scale=scale,
             evidence=targets.evidence + np.log(np.einsum("nm,nm->n", targets.weight, likelihood)),
             resting=targets.resting + np.log(likelihood[:, motions.rests]),
-        )
-        now = updated.mean_place
-        away, lately = (np.hypot(*(now - before).T) for before in (targets.origin, targets.lately[:, 0]))
-        step = math.hypot(*peaks.step_px)
-        swept = targets.swept + step
-        latest = (hit * np.maximum(-math.expm1(-step / SWEPT_PX), step / np.maximum(swept, LEAST_PX)))[:, None]
-        off = np.stack([now, now + peaks.offset_px], axis=1) - targets.usual
-        return updated._replace(
-            farthest=np.maximum(targets.farthest, away),
-            usual=targets.usual + latest[:, None] * off,
-            strayed=(1 - latest) * (targets.strayed + latest * np.einsum("nsa,nsa->ns", off, off)),
+            farthest=np.maximum(targets.farthest, far),
+            usual=usual,
+            strayed=strayed,
             swept=swept,
-            hop=np.maximum(targets.hop, lately),
-            lately=np.concatenate([targets.lately[:, 1:], now[:, None]], axis=1),
+            hop=np.maximum(targets.hop, hop),
+            lately=lately,
         ), unclaimed
 
     def newborn(self, peaks: Peaks, clutter: Clutter, unclaimed: Array, born: int) -> PeakTargets:
@@ -185,12 +183,18 @@ class PeakRecursion(Model):
         )
 
     def kept(self, targets: PeakTargets, offset_px: Array, shape: tuple[int, int]) -> NDArray[np.bool_]:
-        """Say which targets are followed on: in the frame, likely enough, no double of another, not too many."""
+        """Say which targets are followed on: in the frame, likely enough, no double of another, not too many.
+
+        A guess against which its frames speak is not, once it is a tenth as likely as the least of those that begin
+        now: were it right after all, it would begin anew and be likelier.
+        """
         existence, place = targets.existence, targets.mean_place
         x, y = (place + offset_px).T
         rows, columns = shape
         out = targets.scale
-        kept = existence > LEAST_EXISTENCE
+        begun = existence[targets.age == 0]
+        least = HOPELESS * begun.min() if len(begun) else 0.0
+        kept = (existence > LEAST_EXISTENCE) & ((existence > least) | (targets.evidence >= 0.0))
         kept &= (x > -out) & (y > -out) & (x < columns - 1 + out) & (y < rows - 1 + out)
         rank = existence + np.where(existence > LIKELY, 1e3 + np.maximum(targets.evidence, 0.0), 0.0)
         kernels.leave_doubles(

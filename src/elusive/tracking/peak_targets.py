@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from elusive.contracts import Array
 from elusive.tracking._peak_kernels import moments
+from elusive.tracking._target_kernels import moving
 
-LEAST = np.finfo(np.float64).tiny  # of a likelihood, after a minute in which nothing rested
+LEAST = float(np.finfo(np.float64).tiny)  # of a likelihood, after a minute in which nothing rested
 HOP = 6  # frames within which what rests is taken for what rests beside it
 
 
@@ -76,13 +77,9 @@ class PeakTargets(NamedTuple):
         One hop is no motion: what rests is now and then taken for what rests beside it. So its greatest way within a
         few frames counts for no more than what even motion makes in as many.
         """
-        away = self.place[:, : len(leash)] - self.origin[:, None]
-        resting = self.resting - np.einsum("nra,nra->nr", away, away) * (0.5 / leash**2)
-        top = resting.max(axis=1, initial=0.0)
-        still = top + np.log(np.exp(resting - top[:, None]).mean(axis=1) + LEAST)
-        even = self.farthest * np.minimum(HOP / np.maximum(self.age, 1), 1.0)
-        way = self.farthest - np.clip(self.hop - even - leash.min(), 0.0, self.farthest)
-        found: Array = np.minimum(self.evidence - np.maximum(still, 0.0), 0.5 * (way / leash.min()) ** 2)
+        found: Array = moving(
+            self.evidence, self.resting, self.place, self.origin, leash, self.farthest, self.hop, self.age, HOP, LEAST
+        )
         return found
 
     def anew(self, which: NDArray[np.bool_], offset_px: Array) -> Self:

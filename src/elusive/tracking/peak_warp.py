@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elusive.contracts import Array
-from elusive.tracking._peak_kernels import nearest
+from elusive.tracking._peak_kernels import fit_affine, nearest
 from elusive.tracking.peak_targets import PeakTargets
 
 SURE, LEAST = 0.5, 16  # existence from which a track tells of the scene; of them, at least
@@ -123,21 +123,5 @@ def _matched(
 
 def _fitted(at: Array, to: Array, guess: Array, gate_px: float) -> tuple[Warp, int, float]:
     """Fit a map from places to places: it, how many fit, and Wald's statistic; 0 where too few fit."""
-    centre = at.mean(axis=0)
-    unit = max(float(np.std(at - centre)), 1.0)
-    terms = np.column_stack([np.ones(len(at)), (at - centre) / unit])
-    error = np.hypot(*(to - guess).T)
-    weight = (error < gate_px) / (1 + (error / (CAUCHY * _deviation(error))) ** 2)
-    normal = (terms * weight[:, None]).T @ terms + RIDGE * np.eye(3)
-    found = np.linalg.solve(normal, (terms * weight[:, None]).T @ (to - at))
-    error = np.hypot(*(to - at - terms @ found).T)
-    fits = error < NEAR_PX
-    spread = np.linalg.inv(normal)[1:, 1:] * _deviation(error) ** 2
-    wald = float(np.einsum("ia,ij,ja->", found[1:], np.linalg.inv(spread), found[1:]))
-    linear = found[1:] / unit
-    return Warp(found[0] - centre @ linear, linear), int(fits.sum()), wald if fits.mean() > SHARE else 0.0
-
-
-def _deviation(error: Array) -> float:
-    """Deviation of an axis, from the median way of both (Rayleigh)."""
-    return max(float(np.median(error)) / 1.18, TIGHT_PX)
+    shift, linear, fits, wald = fit_affine(at, to, guess, gate_px, CAUCHY, RIDGE, TIGHT_PX, NEAR_PX)
+    return Warp(shift, linear), fits, wald if fits > SHARE * len(at) else 0.0

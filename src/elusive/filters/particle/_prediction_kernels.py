@@ -32,12 +32,21 @@ def _extent(row: Array, weights: Array) -> tuple[float, float]:
     return low, high
 
 
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc"})
+def _sum(row: Array, other: Array) -> float:
+    """Sum of both rows, not finite where a value is not."""
+    total = 0.0
+    for i in range(len(row)):
+        total += row[i] + other[i]
+    return total
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def _cells(states: Array, weights: Array, side: float) -> tuple[np.ndarray, int]:
     """Each particle's cell, one more for those without weight, and how many there are of the first."""
     along_x, along_y, n = states.T[X], states.T[Y], len(weights)
     cell = np.empty(n, dtype=np.int64)
-    if not np.isfinite(along_x.sum() + along_y.sum()):
+    if not np.isfinite(_sum(along_x, along_y)):
         for i in range(n):
             cell[i] = 0 if weights[i] > 0.0 else 1
         return cell, 1
