@@ -18,7 +18,7 @@ import tifffile
 from PIL import Image
 
 from elusive.errors import DataError
-from elusive.io import open_frames
+from elusive.io import _growing, open_frames
 from elusive.io.live_frames import is_live, open_live_frames
 
 HUNG_S = 30.0
@@ -161,6 +161,38 @@ def test_a_slow_reader_loses_the_oldest_and_is_told_how_many(tmp_path):
     came = list(first)
     assert [frame.time_s for frame in came][-4:] == [8, 9, 10, 11]  # the time of those that are dropped passes
     assert frames.dropped == 11 - len(came) > 0
+
+
+def test_a_folder_is_gone_on_from_where_an_earlier_run_was_and_what_was_removed_is_counted(tmp_path):
+    names = [f"f{2 * k:03d}.png" for k in range(12)]
+    written(tmp_path, names[:7]).join()
+    places = [frame.place for frame in taken(open_live_frames(tmp_path, rate_hz=10.0), 7)]
+    assert [(place.number, place.name) for place in places] == list(enumerate(names[:7]))
+    for name in names[:7]:
+        (tmp_path / name).unlink()
+    for name, pixels in list(zip(names, MOVIE, strict=True))[9:]:  # two came and went meanwhile
+        save(tmp_path / name, pixels)
+    for elapsed_s, lost in ((60.0, 2), (0.1, 1)):  # there was time for one only
+        frames = open_live_frames(tmp_path, rate_hz=10.0)
+        frames.go_on(places[-1], elapsed_s)
+        came = taken(frames, 3)
+        np.testing.assert_allclose([frame.time_s for frame in came], (7 + lost + np.arange(3)) / 10)
+        np.testing.assert_array_equal([frame.pixels for frame in came], MOVIE[9:])
+        assert frames.late == 0
+
+
+def test_a_file_that_is_removed_while_it_is_read_ends_nothing(tmp_path, monkeypatch):
+    read = _growing.read_image
+
+    def read_and_removed(path, where):
+        pixels = read(path, where)
+        path.unlink()
+        return pixels
+
+    monkeypatch.setattr(_growing, "read_image", read_and_removed)
+    frames = open_live_frames(tmp_path)
+    written(tmp_path, [f"f{k}.png" for k in range(6)]).join()
+    np.testing.assert_array_equal([frame.pixels for frame in taken(frames, 6)], MOVIE[:6])
 
 
 def piped(octets, monkeypatch):

@@ -1,11 +1,14 @@
 """A log of tracks: exact columns, files that read back, memory that does not grow, contradictions refused."""
 
+import errno
 import math
+import os
 
 import numpy as np
 import pytest
 
 from elusive.errors import DataError, ParameterError
+from elusive.io import added_file
 from elusive.results import TrackLog, read_tracks_csv, write_tracks_csv
 from elusive.results.spool import Spool
 from elusive.tracking import Step, Track
@@ -209,3 +212,54 @@ def test_a_log_on_a_full_disk_says_so(tmp_path):
             log.append(Step(0.0, None, None, (track(),)))
             with pytest.raises(DataError, match="No space left"):
                 log.flush()
+
+
+def test_a_live_log_goes_on_while_the_disk_is_full(tmp_path, monkeypatch):
+    """Its file holds all in the end; what could not be kept beside it is left out as whole steps, and said."""
+    full = []
+    write, make_room = os.write, Spool.make_room
+
+    def writing(descriptor, octets):
+        if full:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return write(descriptor, octets)
+
+    def room(spool, count):
+        if full:
+            raise DataError("tracks: cannot be kept (No space left on device); check space on the disk.")
+        make_room(spool, count)
+
+    monkeypatch.setattr(os, "write", writing)
+    monkeypatch.setattr(Spool, "make_room", room)
+    monkeypatch.setattr(added_file, "AGAIN_S", 0.0)
+    said = []
+    with TrackLog(FLAT, "px", path=tmp_path / "t.csv", live=True) as log:
+        for k in range(9):
+            full[:] = [1] if 3 <= k < 6 else []
+            log.append(Step(float(k), None, None, (track(),)))
+            log.flush()
+            said.append(len(log.said()))
+    assert said == [0, 0, 0, 2, 0, 0, 2, 0, 0]
+    rows = (tmp_path / "t.csv").read_text().splitlines()[1:]
+    assert [row.split(",")[0] for row in rows] == [f"{k}.0" for k in range(9)]
+    assert log.times_s.tolist() == [0, 1, 2, 6, 7, 8]
+    assert log.rows["step"].tolist() == [0, 1, 2, 3, 4, 5]
+
+
+def test_a_live_log_may_keep_nothing_beside_its_file(tmp_path):
+    with TrackLog(FLAT, "px", path=tmp_path / "t.csv", live=True, keeps=False) as log:
+        log.append(Step(0.0, None, None, (track(),)))
+        assert len(log.latest) == 1
+    assert len(log.rows) == len(log.steps) == 0
+    assert len((tmp_path / "t.csv").read_text().splitlines()) == 2
+
+
+def test_a_spool_whose_disk_was_full_in_the_middle_of_a_write_is_whole(tmp_path):
+    spool = Spool(np.dtype([("track", np.int64)]), tmp_path, at_once=4)
+    everything = np.arange(40, dtype=np.int64).view(spool.dtype)
+    for k in range(len(everything)):
+        spool.extend(everything[k : k + 1])
+        if k == 20:
+            spool._file.seek(0, 2)
+            spool._file.write(b"a part")  # before the system refused the rest
+    np.testing.assert_array_equal(spool.records()["track"], everything["track"])

@@ -22,7 +22,8 @@ from elusive.workbench.jobs import CancelledError, Job
 from elusive.workbench.kept_runs import Kept, differences, forget, kept_runs, read, results, served_file, track
 from elusive.workbench.own_runs import compared_html
 from elusive.workbench.run_state import RunState
-from tests.workbench.conftest import Served
+from tests.walked_room import write_room
+from tests.workbench.conftest import Served, expect
 from tests.workbench.test_links_page import OpenTab, button, choose, download, field, report, told
 
 
@@ -263,6 +264,50 @@ def test_a_recording_is_refused_then_tracked_kept_compared_and_deleted(
     told(page, "001-bearings.csv: holds no config.yaml")
     told(page, "Settings: sigma_deg 2.0")
     assert [one.name for one in kept_runs(served.folder)] == ["002-bearings.csv"]
+
+
+def test_a_log_of_other_nodes_is_said_as_soon_as_both_are_chosen(served: Served, open_tab: OpenTab) -> None:
+    write_room(served.folder)
+    header, *lines = (served.folder / "nodes.csv").read_text().splitlines()
+    (served.folder / "fewer.csv").write_text("\n".join([header, *lines[:-1]]) + "\n")
+    (served.folder / "more.csv").write_text("\n".join([header, *lines, "far,30,30"]) + "\n")
+    page = open_tab().page
+    page.goto(f"{served.address}/own")
+    choose(page, "kind", "Levels of a radio network")
+    choose(page, "log", "log.csv")
+    told(page, "levels of 112 links among 8 nodes, 2 channels")
+    choose(page, "nodes", "fewer.csv")
+    told(page, "is no link of the nodes n0, n1, n2, n3, n4, n5, n6; name it transmitter-receiver-channel")
+    choose(page, "nodes", "more.csv")
+    told(page, "No reading is of 1 of the 9 nodes (far)")
+    choose(page, "nodes", "nodes.csv")
+    expect(page.locator(".ew-look .ew-doubt")).to_have_count(0)
+    told(page, "levels of 112 links among 8 nodes, 2 channels")
+    for name in ("log.csv", "nodes.csv", "truth.csv", "fewer.csv", "more.csv"):
+        (served.folder / name).unlink()
+
+
+def test_a_press_is_heard_as_soon_as_there_is_a_button_and_over_a_connection_that_broke(
+    served: Served, open_tab: OpenTab
+) -> None:
+    page = open_tab().page
+    page.add_init_script(
+        """new MutationObserver((_, watching) => {
+          const run = [...document.querySelectorAll("button:enabled")].find((one) => one.textContent.trim() === "Run");
+          if (run) { watching.disconnect(); run.click(); }
+        }).observe(document, { childList: true, subtree: true, attributes: true });"""
+    )
+    page.goto(f"{served.address}/own")
+    told(page, "What do you have? Choose the kind of recording first.")
+    choose(page, "kind", "Bearings from a few places")
+    page.locator('[data-field="bearings"]').first.wait_for()
+    page.evaluate(
+        """() => {
+          window.socket.io.engine.close();
+          [...document.querySelectorAll("button")].find((one) => one.textContent.trim() === "Run").click();
+        }"""
+    )
+    told(page, "Bearings: is needed; choose a file.")
 
 
 def test_a_run_opens_with_what_was_set_and_not_with_what_its_recording_gave(

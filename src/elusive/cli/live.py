@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 import os
 import signal
-import sys
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from types import FrameType
 from typing import Annotated, Any
@@ -23,6 +23,7 @@ from elusive.geometry.local_frame import LocalFrame
 from elusive.io.arrivals import Coming
 from elusive.io.sinks import Ground, Sinks, open_sinks
 from elusive.io.sinks.formats import json_line
+from elusive.io.sinks.standard_output import StandardOutput
 from elusive.io.sources import Feed, is_address
 from elusive.options import SHOWN
 from elusive.report.clock import moment
@@ -148,7 +149,8 @@ def tell(sentence: str) -> None:
     """Say something on the terminal that is to be heeded."""
     if serving.now is not None:
         serving.now.heed(sentence)
-    console.print(f"[yellow]{escape(sentence)}[/]", highlight=False, soft_wrap=True)
+    with suppress(OSError):  # its disk is full, too
+        console.print(f"[yellow]{escape(sentence)}[/]", highlight=False, soft_wrap=True)
 
 
 def check_live(follow: bool, idle_s: float | None, truth: Path | None, *, strict: bool = False) -> None:
@@ -199,7 +201,7 @@ def run_live(
     DataError
         If the source fails before the first step.
     """
-    seeing = Seeing(sites)
+    seeing, lines = Seeing(sites), StandardOutput(tell)
 
     def interrupt(signum: int, frame: FrameType | None) -> None:
         """Let a first Ctrl-C end the source; a second does not wait for what is still to be written."""
@@ -217,17 +219,20 @@ def run_live(
             tell(f"{moment(live.record['time_s'])}: nothing came in the {live.record['gap_s']:g} s before.")
         send = sinks.prepared(live.record)
         if serving.now is not None:
-            serving.now.keep(live.record, sinks.state)
+            if said := serving.now.keep(live.record, sinks.state):
+                tell(said)
             serving.now.show(live, seeing)
         send()
         seen = {"seen": seeing(live.step.measurement)} if SHOWN in os.environ else {}
-        if not sinks.own_stdout and not _tell(live.record | seen):
+        if not sinks.own_stdout:
+            lines.send(json_line(live.record | seen).encode() + b"\n")
+        if lines.closed:
             coming.stop()
 
     if serving.now is not None:
         serving.now.begin(coming, sinks, seeing.first)
     if SHOWN in os.environ:
-        _tell(seeing.first)
+        lines.send(json_line(seeing.first).encode() + b"\n")
     previous = signal.signal(signal.SIGINT, interrupt)
     try:
         heed_interrupt()  # pressed while all of this was made ready
@@ -237,7 +242,7 @@ def run_live(
         sinks.close()
     why = "interrupted" if interrupted.is_set() else "source ended" if end.fault is None else "source failed"
     if not sinks.own_stdout:
-        _tell(end.record(ended=why, files=list(files)))
+        lines.send(json_line(end.record(ended=why, files=list(files))).encode() + b"\n")
     if interrupted.is_set():
         say("Interrupted.")
     dropped = f", {end.dropped} more dropped, for newer ones came faster than they could be tracked" * bool(end.dropped)
@@ -250,14 +255,3 @@ def run_live(
     if end.fault is not None:
         console.print(f"[bold red]Error:[/] {escape(end.fault)}", highlight=False, soft_wrap=True)
         raise typer.Exit(FAILED)
-
-
-def _tell(record: dict[str, Any]) -> bool:
-    """Write a line; whether anybody still reads them."""
-    try:
-        sys.stdout.write(json_line(record) + "\n")
-        sys.stdout.flush()
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or the interpreter complains as it ends
-        return False
-    return True

@@ -91,9 +91,9 @@ class Served:
             self._resumed_s = None
         return True
 
-    def keep(self, record: Mapping[str, Any], told: Any) -> None:
-        """Keep a step before it is told."""
-        self._checkpoint.keep(self.memory, record, told)
+    def keep(self, record: Mapping[str, Any], told: Any) -> str:
+        """Keep a step before it is told; returns what is to be said of that, if anything is."""
+        return self._checkpoint.keep(self.memory, record, told)
 
     def show(self, live: LiveStep, seeing: Seeing) -> None:
         """Tell a step to who watches, with what was measured."""

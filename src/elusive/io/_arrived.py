@@ -16,3 +16,5 @@ class ArrivedFrame(NamedTuple):
     time_s: float | None = None  # of the source's own clock, from its first frame; None where it has none
     waits: bool = False  # whether it waits where it is, so that none is to be left out for newer ones
     fault: str = ""  # why there are no pixels
+    name: str = ""  # of its file, by which one that stands in a folder is found again
+    step: int = 0  # by which the latest names are numbered; 0 where they are not, evenly

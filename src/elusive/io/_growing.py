@@ -9,6 +9,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Iterator
+from contextlib import suppress
 from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
@@ -27,6 +28,14 @@ BROKEN_S = 1.0  # after which a file that cannot be read and is not written to a
 REGULAR = 4  # names in a row that show how they are numbered
 LAST_NUMBER = re.compile(r"^(.*?)([0-9]+)([^0-9]*)$", re.DOTALL)
 DIGITS = str.maketrans("123456789", "000000000")
+
+
+def lacking(earlier: str, later: str, step: int) -> int:
+    """Return how many names lack between two that are numbered by a step; 0 where that is not known."""
+    first, last = LAST_NUMBER.match(earlier), LAST_NUMBER.match(later)
+    if not step or first is None or last is None or (first[1], first[3]) != (last[1], last[3]):
+        return 0
+    return max(0, (int(last[2]) - int(first[2])) // step - 1)
 
 
 class _Seen(NamedTuple):
@@ -65,12 +74,22 @@ class GrowingFolder:
         self._seen: dict[str, _Seen] = {}  # not yet read
         self._latest: str | None = None
         self._numbers: deque[int] = deque(maxlen=REGULAR)  # of the latest names
-        self._passed = 0  # names read or given up
+        self._passed = 0  # names read or given up, or there before
         self._started_s = self._looked_s = self._due_s = 0.0
 
     def halt(self) -> None:
         """End the waiting."""
         self._halted.set()
+
+    def go_on(self, latest: str, step: int) -> None:
+        """Begin after a name that was read before; ``step``: by which names are numbered, 0 where they are not."""
+        self._latest = latest
+        found = LAST_NUMBER.match(latest)
+        if found and step:
+            self._numbers.extend(int(found[2]) - step * k for k in reversed(range(REGULAR)))
+        with suppress(OSError), os.scandir(self._folder) as entries:  # a folder that is gone is said when it is read
+            names = [entry.name for entry in entries if self._is_frame(entry.name)]
+            self._passed = sum(not self._comes_after(name) for name in names)
 
     def __iter__(self) -> Iterator[ArrivedFrame]:
         """Yield the frames; without pixels, and with the reason, where a file stays unreadable.
@@ -117,15 +136,15 @@ class GrowingFolder:
         try:
             with decoding(where, EXPORT_AGAIN):
                 raw = read_image(path, where)
-            if _stamp(path) != stamp:
+            if _is_written_to(path, stamp):
                 return None
         except DataError as error:
             if now_s - seen.since_s < BROKEN_S:
                 return None
             self._pass(name)
-            return ArrivedFrame(where, None, seen.came_s, fault=str(error))
+            return ArrivedFrame(where, None, seen.came_s, fault=str(error), name=name, step=self._step())
         self._pass(name)
-        return ArrivedFrame(where, raw, seen.came_s)
+        return ArrivedFrame(where, raw, seen.came_s, name=name, step=self._step())
 
     def _pass(self, name: str) -> None:
         del self._seen[name]
@@ -151,14 +170,16 @@ class GrowingFolder:
 
     def _expected(self) -> str | None:
         """Return the name that follows from the latest, where they have been numbered evenly."""
-        if self._latest is None or len(self._numbers) < REGULAR:
+        step = self._step()
+        found = LAST_NUMBER.match(self._latest) if self._latest is not None and step else None
+        if found is None:
             return None
-        numbers = list(self._numbers)
-        step = numbers[-1] - numbers[-2]
-        found = LAST_NUMBER.match(self._latest)
-        if step <= 0 or found is None or {b - a for a, b in pairwise(numbers)} != {step}:
-            return None
-        return f"{found[1]}{numbers[-1] + step:0{len(found[2])}d}{found[3]}"
+        return f"{found[1]}{self._numbers[-1] + step:0{len(found[2])}d}{found[3]}"
+
+    def _step(self) -> int:
+        """Return by how much the latest names are numbered; 0 where they are not, or unevenly."""
+        steps = {later - earlier for earlier, later in pairwise(self._numbers)}
+        return max(0, steps.pop()) if len(self._numbers) == REGULAR and len(steps) == 1 else 0
 
     def _look_at(self, name: str) -> None:
         now_s = time.monotonic()
@@ -206,6 +227,14 @@ class GrowingFolder:
         if len(name) == len(latest) and name.translate(DIGITS) == latest.translate(DIGITS):
             return name > latest  # digits at the same places: the order of text is that of numbers
         return natural_key(name) > natural_key(latest)
+
+
+def _is_written_to(path: Path, stamp: tuple[int, int]) -> bool:
+    """Whether a file has changed; one that was removed once it was read has not."""
+    try:
+        return _stamp(path) != stamp
+    except FileNotFoundError:
+        return False
 
 
 def _stamp(path: Path) -> tuple[int, int]:

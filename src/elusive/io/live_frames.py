@@ -15,6 +15,7 @@ import numpy as np
 
 from elusive.contracts import Array
 from elusive.errors import DataError
+from elusive.io import _growing
 from elusive.io._arrived import ArrivedFrame
 from elusive.io._growing import GrowingFolder
 from elusive.io._piped_frames import Piped
@@ -29,11 +30,20 @@ HELD_S, HELD_BYTES = 10.0, 1 << 28  # frames that wait for the tracker, at most
 HOPELESS = 100  # frames that cannot be used, one after the other, before the first that can
 
 
+class FramePlace(NamedTuple):
+    """Where a frame stands in a folder."""
+
+    number: int  # from 0, of all that came
+    name: str  # of its file
+    step: int  # by which names are numbered; 0 where they are not, evenly
+
+
 class TimedFrame(NamedTuple):
     """A frame and its time."""
 
     time_s: float
     pixels: Array | None  # (rows, columns), NaN where masked; None where the frame cannot be used
+    place: FramePlace | None = None  # None where it is not found again
 
 
 class LiveFrames:
@@ -57,6 +67,8 @@ class LiveFrames:
         self.unusable = 0
         """Frames that could not be used."""
         self._source, self._rate_hz, self._on_fault = source, rate_hz, on_fault
+        self._before = 0  # frames that came in an earlier run, or since
+        self._after: tuple[FramePlace, float] | None = None
         self._coming = Arrivals(
             enumerate(source),
             held_bytes,
@@ -88,6 +100,16 @@ class LiveFrames:
     def starts_anew(self) -> bool:
         """Whether its times begin again where it is opened again."""
         return not isinstance(self._source, GrowingFolder)
+
+    def go_on(self, place: FramePlace, elapsed_s: float) -> None:
+        """Go on, before the first frame is asked for, after one of an earlier run, which need not be there any more.
+
+        Those that came since and have been removed are counted by the files' numbers, as many at most as come in
+        ``elapsed_s``, the time since.
+        """
+        if isinstance(self._source, GrowingFolder):
+            self._source.go_on(place.name, place.step)
+            self._before, self._after = place.number + 1, (place, elapsed_s)
 
     def stop(self) -> None:
         """End soon, as if the source had ended."""
@@ -149,13 +171,19 @@ class LiveFrames:
         shape, interval_s, timed = self._known
         latest_s = -math.inf
         for (number, frame), came_s in chain(self._ahead, ((item, self._coming.came_s) for item in self._frames)):
+            if self._after is not None:
+                (before, elapsed_s), self._after = self._after, None
+                lacking = _growing.lacking(before.name, frame.name, before.step)
+                self._before += min(lacking, round(elapsed_s * self._rate_hz)) if self._rate_hz else lacking
+            number += self._before
             time_s: float | None = number / self._rate_hz if self._rate_hz else float(number)
             if timed and not self._rate_hz:
                 time_s = frame.time_s
             if time_s is None or not time_s > latest_s:  # the stream's clock stood still, or was set back
                 time_s = latest_s + interval_s
             latest_s, self.came_s = time_s, came_s
-            yield TimedFrame(time_s, self._usable(frame, shape))
+            place = FramePlace(number, frame.name, frame.step) if frame.name else None
+            yield TimedFrame(time_s, self._usable(frame, shape), place)
 
     def _usable(self, frame: ArrivedFrame, shape: tuple[int, int]) -> Array | None:
         fault = frame.fault

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import os
 import pickle
 import struct
@@ -13,12 +14,15 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from elusive.errors import DataError
-from elusive.io.atomic import existing_folder
+from elusive.io.atomic import existing_folder, refused
 from elusive.tracking.memory import Memory
 
 EVERY_S = 1.0  # at most so long between two, and where a track begins or ends at once
-STATE, MARK = "state.bin", "told.bin"
+STATES, MARK = ("state.bin", "spare.bin"), "told.bin"
 TIME = struct.Struct("<d")
+HEAD = struct.Struct("<8sQQ32s")  # what it is, its number, the state's length and digest
+KIND = b"elusive\x02"
+ROOM = 1 << 16  # a file is so many times as large, with room for twice the state: a full disk refuses none of the next
 OWN = 0o600
 
 
@@ -27,9 +31,10 @@ class Saved(NamedTuple):
 
     digest: str  # of what was run
     unix_s: float  # when it was saved
-    time_s: float
-    first: Any
     held: Any
+    first: Any
+    time_s: float
+    place: Any
     told: Any  # what is known of what was told: see :attr:`elusive.io.sinks.Sinks.state`
 
 
@@ -37,7 +42,8 @@ class Checkpoint:
     """Keeps a run's memory in a folder that is this user's alone.
 
     A number that was told is in the state that stands in the file, for that is written before it is told; and a time
-    that was told is not told again.
+    that was told is not told again. Of two files the older is written over in its place: one is whole at any time, and
+    a disk that is full later does not matter.
 
     Parameters
     ----------
@@ -54,17 +60,24 @@ class Checkpoint:
 
     def __init__(self, folder: Path, what: str) -> None:
         self._folder, self._digest = existing_folder(folder), hashlib.sha256(what.encode()).hexdigest()
-        folder.chmod(0o700)
-        self._mark = _alone(folder / MARK)
+        with refused(folder):
+            folder.chmod(0o700)
+            self._mark = _alone(folder / MARK)
+        self._states: list[int] = []
         try:
-            self.saved = self._read()
+            with refused(folder):
+                for name in STATES:
+                    self._states.append(_own(folder / name))
+                self.saved = self._read()
+                if not os.fstat(self._mark).st_size:
+                    os.pwrite(self._mark, TIME.pack(-math.inf), 0)  # its place is had from now on
         except DataError:
             self.close()
             raise
         self._tracks: dict[int, str] = {}
-        self._due_s = 0.0
+        self._due_s, self._gone_s = 0.0, math.nan
         told = os.pread(self._mark, TIME.size, 0)
-        self.told_s = TIME.unpack(told)[0] if self.saved is not None and len(told) == TIME.size else -float("inf")
+        self.told_s = TIME.unpack(told)[0] if self.saved is not None and len(told) == TIME.size else -math.inf
         """Time of the last step that was told before."""
 
     @property
@@ -73,54 +86,100 @@ class Checkpoint:
         saved = self.saved
         if saved is None:
             return Memory()
-        return Memory(saved.held, saved.first, saved.time_s, max(0.0, time.time() - saved.unix_s))
+        return Memory(saved.held, saved.first, saved.time_s, max(0.0, time.time() - saved.unix_s), saved.place)
 
-    def keep(self, memory: Memory, record: Mapping[str, Any], told: Any) -> None:
-        """Save what is due, before a step is told.
+    def keep(self, memory: Memory, record: Mapping[str, Any], told: Any) -> str:
+        """Save what is due, before a step is told; returns what is to be said, where the system begins to refuse it.
 
         Raises
         ------
         DataError
-            If the system refuses to write.
+            If the tracker's state cannot be kept at all.
         """
         tracks = {track["track"]: track["status"] for track in record["tracks"]}
-        now_s = time.monotonic()
-        if memory.held is not None and (tracks != self._tracks or now_s >= self._due_s):
-            saved = Saved(self._digest, time.time(), memory.time_s, memory.first, memory.held, told)
-            try:
-                octets = pickle.dumps(tuple(saved), protocol=pickle.HIGHEST_PROTOCOL)
-                temporary = self._folder / f".{STATE}"
-                with os.fdopen(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, OWN), "wb") as file:
-                    file.write(octets)
-                temporary.replace(self._folder / STATE)
-            except OSError as error:
-                raise DataError(
-                    f"{self._folder}: the checkpoint cannot be written ({error.strerror or error}); check space."
-                ) from None
-            except (pickle.PicklingError, AttributeError, TypeError) as error:
-                raise DataError(f"{self._folder}: this tracker's state cannot be kept ({error}).") from None
-            self._tracks, self._due_s = tracks, now_s + EVERY_S
-        os.pwrite(self._mark, TIME.pack(record["time_s"]), 0)
+        now_s, said = time.monotonic(), ""
+        try:
+            if memory.held is not None and (tracks != self._tracks or now_s >= self._due_s):
+                self._save(Saved(self._digest, time.time(), *memory.kept, told))
+                self._tracks, self._due_s = tracks, now_s + EVERY_S
+                if not math.isnan(self._gone_s):
+                    said = f"{self._folder}: the checkpoint is written again after {now_s - self._gone_s:.1f} s."
+                self._gone_s = math.nan
+            os.pwrite(self._mark, TIME.pack(record["time_s"]), 0)
+        except OSError as error:
+            if not math.isnan(self._gone_s):
+                return ""
+            self._gone_s = now_s
+            said = (
+                f"{self._folder}: the checkpoint cannot be written ({error.strerror or error}); tracking goes on, but "
+                "killed now it would begin again from the one before, and numbers told since may come twice."
+            )
+        except (pickle.PicklingError, AttributeError, TypeError) as error:
+            raise DataError(f"{self._folder}: this tracker's state cannot be kept ({error}).") from None
+        return said
 
     def close(self) -> None:
         """Close its files."""
-        os.close(self._mark)
+        for descriptor in (self._mark, *self._states):
+            os.close(descriptor)
+
+    def _save(self, saved: Saved) -> None:
+        state = pickle.dumps(tuple(saved), protocol=pickle.HIGHEST_PROTOCOL)
+        head = HEAD.pack(KIND, self._number + 1, len(state), hashlib.sha256(state).digest())
+        descriptor = self._states[(self._number + 1) % len(STATES)]
+        room = os.fstat(descriptor).st_size - HEAD.size - len(state)
+        if room < 0:
+            room = len(state) + -(HEAD.size + 2 * len(state)) % ROOM
+            state += bytes(room)
+        rest = memoryview(head + state)
+        while len(rest):
+            rest = rest[os.pwrite(descriptor, rest, len(head) + len(state) - len(rest)) :]
+        self._number += 1
 
     def _read(self) -> Saved | None:
-        path = self._folder / STATE
-        if not path.exists():
+        """Return the newest state that is whole, if there is one."""
+        self._number, found, torn = 0, None, 0
+        for name, descriptor in zip(STATES, self._states, strict=True):
+            path, size = self._folder / name, os.fstat(descriptor).st_size
+            if not size:
+                continue
+            octets = os.pread(descriptor, size, 0)
+            if len(octets) < HEAD.size or not octets.startswith(KIND):
+                raise DataError(f"{path}: is no checkpoint of this version; remove it to begin anew.")
+            _, number, length, digest = HEAD.unpack_from(octets)
+            state = octets[HEAD.size : HEAD.size + length]
+            if hashlib.sha256(state).digest() != digest:
+                torn += 1  # killed as it was written: the other one stands
+            elif number > self._number:
+                self._number, found = number, (path, state)
+        if found is None:
+            if torn == len(STATES):
+                raise DataError(f"{self._folder}: neither of its checkpoints is whole; remove them to begin anew.")
             return None
-        of = path.stat()
-        # a pickle runs what it says: it is read only where nobody else can have written it
-        if hasattr(os, "getuid") and (of.st_uid != os.getuid() or of.st_mode & 0o022):
-            raise DataError(f"{path}: may be written by others, and is not read; remove it.")
+        path, state = found
         try:
-            saved = Saved(*pickle.loads(path.read_bytes()))
+            saved = Saved(*pickle.loads(state))
         except Exception as error:  # of another version: anything
             raise DataError(f"{path}: is no checkpoint of this version ({error}); remove it to begin anew.") from None
         if saved.digest != self._digest:
             raise DataError(f"{path}: is of another configuration; remove it to begin anew, or name another folder.")
         return saved
+
+
+def _own(path: Path) -> int:
+    """Open a file, made if need be, that nobody else can have written: a pickle runs what it says.
+
+    Raises
+    ------
+    DataError
+        If somebody else can.
+    """
+    descriptor = os.open(path, os.O_RDWR | os.O_CREAT, OWN)
+    of = os.fstat(descriptor)
+    if hasattr(os, "getuid") and (of.st_uid != os.getuid() or of.st_mode & 0o022):
+        os.close(descriptor)
+        raise DataError(f"{path}: may be written by others, and is not read; remove it.")
+    return descriptor
 
 
 def _alone(path: Path) -> int:

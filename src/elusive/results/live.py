@@ -1,4 +1,7 @@
-"""A live run, of any system: each step's rows stand in the files, and its line is told, before the next is taken."""
+"""A live run, of any system: each step's rows stand in the files, and its line is told, before the next is taken.
+
+Rows that a full disk refuses are held, and the run goes on.
+"""
 
 from __future__ import annotations
 
@@ -132,7 +135,7 @@ def follow_live(
         gap_s = gaps.before(step.time_s)
         if gap_s:
             told["gap_s"] = round(gap_s, 6)
-        on_step(LiveStep(step, latency_s, told | {"tracks": tracks}))
+        on_step(LiveStep(step, latency_s, told | {"tracks": tracks}, log.said()))
     return LiveEnd(count, coming.dropped, latencies, {**coming.counts, "gaps": gaps.count}, fault)
 
 

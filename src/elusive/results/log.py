@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from elusive.contracts import Array
 from elusive.errors import DataError
+from elusive.io.added_file import HeldFile
 from elusive.io.atomic import refused
 from elusive.io.csv_files import csv_text, records_of, write_csv
 from elusive.results.spool import Records, Spool
@@ -51,6 +52,11 @@ class TrackLog:
         Names, with their units, of what is known of every step, with tracks or without.
     path
         Of the CSV file that the rows are written to as they come; it is closed with the block.
+    live
+        Whether a run goes on where the system refuses to write: lines of the file are held until it takes them, and
+        steps that cannot be kept beside it are left out. Else that is a DataError.
+    keeps
+        Whether all rows and steps are kept, to be asked for; else they are in the file alone.
 
     Raises
     ------
@@ -65,6 +71,9 @@ class TrackLog:
         added: Sequence[str] = (),
         step_values: Sequence[str] = (),
         path: Path | None = None,
+        *,
+        live: bool = False,
+        keeps: bool = True,
     ) -> None:
         self.columns = Columns(tuple(state_names), unit, tuple(added)).checked()
         folder = None if path is None else path.parent
@@ -74,9 +83,13 @@ class TrackLog:
         self.latest: list[list[Any]] = []
         """Cells of the last step's rows, where they are written to a file."""
         self._latest_s = -math.inf
-        self._file: TextIO | None = None
+        self._live, self._keeps, self._is_left_out = live, keeps, False
+        self._said: list[str] = []
+        self._file: TextIO | HeldFile | None = None
         self._path = path
-        if path is not None:
+        if path is not None and live:
+            self._file = HeldFile(path, csv_text(self.columns.names, ()), self.note)
+        elif path is not None:
             with refused(path):
                 self._file = path.open("w", encoding="utf-8", newline="")
                 self._write([self.columns.names])
@@ -112,15 +125,43 @@ class TrackLog:
         self._latest_s = step.time_s
         rows = self.columns.rows(step, len(self._steps))
         self.latest = []
-        known = (values.get(name, math.nan) for name in self.step_values)
         with refused(self._path):
-            self._steps.extend(np.array([(step.time_s, *known)], self._steps.dtype))
-            if not len(rows):
-                return
-            self._rows.extend(rows)
-            if self._file is not None:
+            if self._has_room(rows, step.time_s):
+                known = (values.get(name, math.nan) for name in self.step_values)
+                self._steps.extend(np.array([(step.time_s, *known)], self._steps.dtype))
+                self._rows.extend(rows)
+            if self._file is not None and len(rows):
                 self.latest = list(self.columns.cells(rows))
                 self._write(self.latest)
+
+    def _has_room(self, rows: Records, time_s: float) -> bool:
+        """Whether a step is kept: live, not where the system refuses; that is said when it begins and ends."""
+        if not self._keeps:
+            return False
+        try:
+            self._steps.make_room(1)
+            self._rows.make_room(len(rows))
+        except DataError as error:
+            if not self._live:
+                raise
+            if not self._is_left_out:
+                self._said.append(f"{error} Tracking goes on; result.nc will lack the steps from {time_s:g} s on.")
+            self._is_left_out = True
+            return False
+        if self._is_left_out:
+            self._said.append(f"tracks: are kept again from {time_s:g} s on.")
+        self._is_left_out = False
+        return True
+
+    def note(self, sentence: str) -> None:
+        """Take a sentence in among those that are said."""
+        self._said.append(sentence)
+
+    def said(self) -> tuple[str, ...]:
+        """Return what is to be said of its files since the last call."""
+        said = tuple(self._said)
+        self._said.clear()
+        return said
 
     def flush(self) -> None:
         """Hand what has been written to the system, for others to read.

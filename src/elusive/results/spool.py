@@ -50,12 +50,22 @@ class Spool:
             If the system refuses to write the temporary file.
         """
         while len(records):
+            self.make_room(1)
             room = len(self._newest) - self._held
             part, records = records[:room], records[room:]
             self._newest[self._held : self._held + len(part)] = part
             self._held += len(part)
-            if self._held == len(self._newest):
-                self._write()
+
+    def make_room(self, count: int) -> None:
+        """See to it that so many records, or as many as are in memory at most, can be appended without a write.
+
+        Raises
+        ------
+        DataError
+            If the system refuses to write the temporary file; nothing is lost.
+        """
+        if self._held and self._held + min(count, len(self._newest)) > len(self._newest):
+            self._write()
 
     def records(self) -> Records:
         """Return all records, ``(N,)``: a view of those in memory, or a map of the file."""
@@ -100,16 +110,17 @@ class Spool:
         return ordered
 
     def _temporary(self) -> IO[bytes]:
-        return tempfile.TemporaryFile(dir=self._folder)
+        return tempfile.TemporaryFile(dir=self._folder, buffering=0)
 
     def _write(self) -> None:
         try:
             if self._file is None:
                 self._file = self._temporary()
                 weakref.finalize(self, self._file.close)
-            self._file.seek(0, 2)
-            self._file.write(self._newest[: self._held].tobytes())
-            self._file.flush()
+            self._file.seek(self._filed * self.dtype.itemsize)  # where a write was refused, a part may stand after it
+            rest = memoryview(self._newest[: self._held].tobytes())
+            while len(rest):
+                rest = rest[self._file.write(rest) :]
         except OSError as error:
             raise DataError(f"tracks: cannot be kept ({error.strerror or error}); check space on the disk.") from None
         self._filed += self._held

@@ -32,6 +32,7 @@ SYSTEMS = (
         "elusive track links log.csv --nodes nodes.csv --out result",
         "elusive.systems.links.page",
         fits=True,
+        look="elusive.systems.links.look:look",
         tries=(("confirm_from", "x0.7"), ("confirm_frames", "x0.5"), ("birth_probability", "x5")),
     ),
     System(

@@ -32,12 +32,26 @@ class Memory:
         Time of the latest measurement that the state knows.
     elapsed_s
         Time that has passed since then, where a clock that starts anew has to be told.
+    place
+        Where that measurement stands in its source, where one can be gone on from there; None: it is read again.
     """
 
-    def __init__(self, held: Any = None, first: Any = None, time_s: float = -math.inf, elapsed_s: float = 0.0) -> None:
-        self.held, self.first, self.time_s, self.elapsed_s = held, first, time_s, elapsed_s
+    def __init__(
+        self,
+        held: Any = None,
+        first: Any = None,
+        time_s: float = -math.inf,
+        elapsed_s: float = 0.0,
+        place: Any = None,
+    ) -> None:
+        self.held, self.first, self.time_s, self.elapsed_s, self.place = held, first, time_s, elapsed_s, place
         self.passed = 0
         """Measurements that the state knew already."""
+
+    @property
+    def kept(self) -> tuple[Any, Any, float, Any]:
+        """What a restart needs: held, first, time_s, place."""
+        return self.held, self.first, self.time_s, self.place
 
     def keep(self, time_s: float, *held: Any) -> None:
         """Keep what is known after a measurement."""

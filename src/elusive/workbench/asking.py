@@ -24,7 +24,8 @@ LEFT_OUT = ("out", "config", "follow", "idle_s", "hold_s", "strict", "to", "give
 FOLLOW = "follow"  # among what is given: whether the source is followed as it comes
 
 
-Look = Callable[[Path], Looked]  # at a recording, before it is tracked
+# at a recording, before it is tracked, with what else is given to the command, by name
+Look = Callable[[Path, Mapping[str, str | bool]], Looked | None]
 
 LIVE = re.compile(r"[a-z][a-z0-9+]*://\S|camera:\d+$")  # a live source that is no file
 

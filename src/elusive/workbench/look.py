@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 
 from nicegui import ui
@@ -30,7 +31,7 @@ class Look:
     """
 
     def __init__(self, asked: Asking, given: Mapping[str, str | bool]) -> None:
-        self._recording = asked._replace(asked=asked.asked[:1])
+        self._asked, self._recording = asked, asked._replace(asked=asked.asked[:1])
         self._given = given
         self._box = ui.column().classes("w-full gap-1 ew-look").props('role="status"')
         self.again()
@@ -65,6 +66,16 @@ class Look:
                 panel = draw.plane("One of them", edges, [seen], unit="px", down=True, bare=True, span=12)
                 Drawing(draw.drawing(looked.said, [0.0], [panel]))
 
+    def _known(self) -> dict[str, str | bool]:
+        """Return what is given to the command, without files that are none of the folder's."""
+        every = {one.name: one for one in self._asked.asked}
+        return {
+            name: value
+            for name, value in self._given.items()
+            if (one := every.get(name)) is None
+            or not (one.is_file and refused(self._asked._replace(asked=(one,)), self._given, SETTINGS.folder))
+        }
+
     def _looked(self, name: str) -> Looked | str | None:
         """Return what it is, as far as that can be told, or why it cannot be read here."""
         path, here = SETTINGS.folder / name, self._recording.noun
@@ -75,6 +86,6 @@ class Look:
         if path.is_file() and not path.stat().st_size:
             return f"{name}: is empty; choose another, or write it again."
         try:
-            return look_at_table(path) if self._recording.look is None else self._recording.look(path)
+            return look_at_table(path) if self._recording.look is None else self._recording.look(path, self._known())
         except ElusiveError as error:
-            return str(error).replace(str(path), name)
+            return str(error).replace(f"{SETTINGS.folder}{os.sep}", "")

@@ -139,8 +139,7 @@ class RunInputs:
             def take(event: Any) -> None:
                 parts = event.value if isinstance(event.value, list) else [event.value] if event.value else []
                 given[one.name] = ", ".join(parts)
-                if not one.flag and self._look is not None:
-                    self._look.again()
+                self._look_again()
 
             made = ui.select(
                 names, value=chosen if several else (chosen[0] if chosen else None), on_change=take, multiple=several,
@@ -150,10 +149,14 @@ class RunInputs:
             self._lists.append(made)
         else:
             made = ui.input(one.label, value=str(value), on_change=lambda event: given.update({one.name: event.value}))
-            made.props("dense outlined").classes("w-full")
+            made.props("dense outlined").classes("w-full").on("blur", self._look_again)
         made.props["data-field"] = one.name
         with made:
             ui.tooltip(one.help.replace("\\[", "[")).props("delay=600 max-width=320px")
+
+    def _look_again(self) -> None:
+        if self._look is not None:
+            self._look.again()
 
     def _refresh(self) -> None:
         """Put into the lists what has come into the folder meanwhile, and take out what has gone."""

@@ -308,7 +308,7 @@ def test_a_look_before_the_run_tells_the_order_of_axes(tmp_path, axis):
     rng = np.random.default_rng(5)
     frames = 100 + 20 * rng.normal(size=(1, 48, 64)) + rng.normal(size=(40, 48, 64))
     np.save(tmp_path / "frames.npy", np.moveaxis(frames, 0, axis))
-    looked = look(tmp_path / "frames.npy")
+    looked = look(tmp_path / "frames.npy", {})
     assert looked.said == ("40 frames of 64 x 48 pixels." if axis == 0 else "48 frames of 40 x 64 pixels.")
     assert [one.name for one in broken(looked.findings)] == ([] if axis == 0 else ["frames.axes"])
     assert looked.picture.shape == np.moveaxis(frames, 0, axis).shape[1:]

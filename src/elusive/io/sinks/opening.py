@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
@@ -14,6 +13,7 @@ from elusive.io.sinks.nmea import Nmea
 from elusive.io.sinks.outlet import Outlet, UdpOutlet, file_outlet, tcp_outlet
 from elusive.io.sinks.presence import Presence
 from elusive.io.sinks.seen import Ground, Told, Watch
+from elusive.io.sinks.standard_output import StandardOutput
 from elusive.io.sources.address import address_of
 
 Write = Callable[[Told], Iterator[bytes]]
@@ -181,7 +181,7 @@ def _open(name: str, system: str, unit: str, placed: bool, say: Callable[[str], 
         options = dict(address.options)
         outlet = UdpOutlet(address, say) if carrier == "udp" else tcp_outlet(address, say)
     elif path == STDOUT:
-        outlet = StandardOutput()
+        outlet = StandardOutput(say)
     elif path and not path.startswith("//"):
         outlet = file_outlet(path, say)
     else:
@@ -199,25 +199,3 @@ def _format(form: str, system: str, options: Mapping[str, str], say: Callable[[s
     if form == "mot":
         return Mot(HALF_PX)
     return geojson if form == "geojson" else ndjson
-
-
-class StandardOutput:
-    """Lines to standard output."""
-
-    name = "standard output"
-
-    def __init__(self) -> None:
-        self.counts: Counter[str] = Counter()
-
-    def send(self, message: bytes) -> None:
-        """Write a line; whoever reads them no more is left alone."""
-        try:
-            sys.stdout.write(message.decode())
-            sys.stdout.flush()
-        except BrokenPipeError:
-            self.counts["dropped"] += 1
-            return
-        self.counts["sent"] += 1
-
-    def close(self) -> None:
-        """Leave it open: it is the program's."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import os
 import socket
 import struct
 import sys
@@ -15,6 +14,7 @@ from pathlib import Path
 from typing import Protocol
 
 from elusive.errors import DataError
+from elusive.io.added_file import AddedFile
 from elusive.io.atomic import refused
 from elusive.io.sources.address import Address
 from elusive.io.sources.feed import FIRST_S, LOOK_S
@@ -137,9 +137,7 @@ class HeldOutlet:
 
 
 def file_outlet(path: str, say: Callable[[str], None]) -> HeldOutlet:
-    """Add to a file, or to a new one where it was moved away, as logs are rotated.
-
-    A message of which a full disk took a part is completed later.
+    """Add to a file: see :class:`~elusive.io.added_file.AddedFile`.
 
     Raises
     ------
@@ -148,39 +146,12 @@ def file_outlet(path: str, say: Callable[[str], None]) -> HeldOutlet:
     """
     with refused(path), Path(path).open("ab"):
         pass
-    left: list[bytes] = []  # of a message that was begun
-
-    def begun() -> int:
-        return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
+    file = AddedFile(path)
 
     def opened() -> tuple[Callable[[bytes], None], Callable[[], None]]:
-        descriptor = begun()
-
-        def send(message: bytes) -> None:
-            nonlocal descriptor
-            if not _is_there(path, descriptor):
-                moved, descriptor = descriptor, begun()
-                os.close(moved)
-                left.clear()
-            rest = left.pop() if left else message
-            while rest:
-                try:
-                    rest = rest[os.write(descriptor, rest) :]
-                except OSError:
-                    left.append(rest)
-                    raise
-
-        return send, lambda: os.close(descriptor)
+        return file.send, file.close
 
     return HeldOutlet(path, opened, say)
-
-
-def _is_there(path: str, descriptor: int) -> bool:
-    """Whether a file that is open still has its name."""
-    try:
-        return os.path.samestat(Path(path).stat(), os.fstat(descriptor))
-    except FileNotFoundError:
-        return False
 
 
 def tcp_outlet(address: Address, say: Callable[[str], None]) -> HeldOutlet:

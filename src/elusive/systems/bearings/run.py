@@ -194,12 +194,12 @@ def follow_bearings(
                 named.update(one.name for one in new)
                 remarks.extend(f"{one.sentence} {one.remedy}" for one in new)
                 judged = None
-            on_step(live._replace(remarks=(*remarks, *said())))
+            on_step(live._replace(remarks=(*remarks, *said(), *live.remarks)))
             remarks.clear()
 
         with (
             live_folder(out, parameters.to_yaml()) as folder,
-            TrackLog(names_of(first, parameters), "m", path=folder / "tracks.csv") as log,
+            TrackLog(names_of(first, parameters), "m", path=folder / "tracks.csv", live=True, keeps=False) as log,
             ThreadPoolExecutor(1, "checks") as beside,  # what may be the cause is tracked again, for seconds
         ):
             end = follow_live(chain([first], steps), coming, log, heeded)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import closing
 from itertools import islice
 from pathlib import Path
@@ -14,7 +15,7 @@ from elusive.systems.images.frame_facts import FrameFacts
 FRAMES = 33  # looked at: axes are compared at the 2nd, 3rd, 5th, 9th, 17th and 33rd
 
 
-def look(path: Path) -> Looked:
+def look(path: Path, given: Mapping[str, str | bool]) -> Looked:
     """Look at a recording's first frames: their number and size, the order of axes, the last of them as a picture.
 
     Raises

@@ -29,7 +29,9 @@ QUANTILES = tuple(f"whitened_at_{level:g}" for level in LEVELS)  # of the whiten
 class ImageLog(TrackLog):
     """The log of a run: of every frame the probability that anything is there, or the highest score."""
 
-    def __init__(self, parameters: ImageTracking, path: Path | None = None, *, hidden: bool = False) -> None:
+    def __init__(
+        self, parameters: ImageTracking, path: Path | None = None, *, hidden: bool = False, live: bool = False
+    ) -> None:
         accumulated = isinstance(parameters.filter, RecurrentImages)
         self.several = not isinstance(parameters.filter, BernoulliFilter | ExistenceParticleFilter)
         self.measure = "score" if accumulated else "existence"  # of every frame
@@ -38,10 +40,10 @@ class ImageLog(TrackLog):
         added = ("score",) if accumulated else bright if parameters.has_intensity or everything else ()
         added = (*added, *(("moves", "shown") if everything else ()))
         values = (self.measure, *(QUANTILES if isinstance(parameters.sensor, ClutterSensor) else ()))
-        super().__init__(parameters.filter.state_names, "px", added, values, path)
+        super().__init__(parameters.filter.state_names, "px", added, values, path, live=live)
         # what report, figures and scores are of
         self.shown: ImageLog = self
-        if everything and parameters.show == "moving" and not hidden:
+        if everything and parameters.show == "moving" and not (hidden or live):
             self.shown = ImageLog(parameters, hidden=True)
 
     def append(self, step: Step, **values: float) -> None:

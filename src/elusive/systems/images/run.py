@@ -14,7 +14,7 @@ import numpy as np
 from elusive.checks import Finding, grave, write_checks
 from elusive.errors import DataError
 from elusive.io import FrameSource, Truth, atomic_folder
-from elusive.io.live_frames import LiveFrames
+from elusive.io.live_frames import LiveFrames, TimedFrame
 from elusive.results import Scored, scored, write_mot_csv, write_recording, write_result
 from elusive.results.live import LiveEnd, LiveStep, follow_live, live_folder
 from elusive.systems.images.checks import FrameChecks
@@ -64,15 +64,21 @@ class _Run:
 
 def follow(source: FrameSource | LiveFrames, parameters: ImageTracking, memory: Memory | None = None) -> Iterator[Step]:
     """Track through a source's frames at their times; live perhaps from where a run had come to."""
-    bound = parameters.bind(source.shape, source.interval_s)
     if isinstance(source, LiveFrames):
         memory = memory or Memory()
-        shift_s = memory.time_s + memory.elapsed_s if memory.held is not None and source.starts_anew else 0.0
-        frames = memory.new(frame._replace(time_s=frame.time_s + shift_s) for frame in source)
-        memory.first = 0  # no frame is kept
-        yield from track_images(frames, bound, memory=memory)
+        yield from track_images(_new(source, memory), parameters.bind(source.shape, source.interval_s), memory=memory)
     else:
+        bound = parameters.bind(source.shape, source.interval_s)
         yield from track_images(source, bound, source.times_s())
+
+
+def _new(source: LiveFrames, memory: Memory) -> Iterator[TimedFrame]:
+    """Yield the frames that are not known; what the memory keeps is of the frame that was yielded last."""
+    shift_s = memory.time_s + memory.elapsed_s if memory.held is not None and source.starts_anew else 0.0
+    memory.first = 0  # no frame is kept
+    for frame in memory.new(frame._replace(time_s=frame.time_s + shift_s) for frame in source):
+        memory.place = frame.place
+        yield frame
 
 
 def track_recording(
@@ -165,10 +171,13 @@ def track_live(
     # what is loaded stays: looking through all of it for garbage, now and then, would hold up a frame by .1 s
     gc.collect()
     gc.freeze()
+    memory = memory or Memory()
+    if memory.place is not None:
+        source.go_on(memory.place, memory.elapsed_s)
     bound = parameters.bind(source.shape, source.interval_s)  # waits for the first frame
     config = bound.to_yaml()
     with live_folder(out, config) as folder:
-        with ImageLog(bound, folder / "tracks.csv") as log:
+        with ImageLog(bound, folder / "tracks.csv", live=True) as log:
             run = _Run(bound, log)
             end = follow_live(follow(source, bound, memory), source, log, on_step, sink=run, extra=log.frame_values)
         write_result(folder / "result.nc", log, title=source.name, config=config, timed=source.timed)

@@ -19,7 +19,7 @@ from elusive.errors import DataError
 from elusive.preprocess.link_calibration import Calibration
 from elusive.preprocess.link_settled import ANOTHER_ROOM
 from elusive.report.clock import moment
-from elusive.sensors.radio_network import RadioNodes, links_of, undirected_of
+from elusive.sensors.radio_network import RadioNodes, directed_links_of, links_of, undirected_of
 from elusive.systems.links.beside import BESIDE, Pairs
 from elusive.systems.links.by_links import LinksState
 from elusive.systems.links.standing import Stays
@@ -30,6 +30,7 @@ STEEP = -3.0  # slope of levels over distance, in its deviations, from which it 
 USUAL_SLOPE = -20.0  # dB a decade, of free space
 POWER = 1.5  # deviations by which a usual slope must differ, for the absence of any to say something
 FEWEST = 10  # links
+LEAST_HEARD = 0.75  # share of the nodes that a log of them has links of
 SWAPPED = 5.0  # gain of log likelihood from which two nodes seem exchanged: below 2.3 in 18 right networks
 LEAST_EXTENT_M = 0.3
 LOUDEST_DBM = 10.0  # of a radio at 900 MHz, or 20 at 2.4 GHz, and what its antennas gain
@@ -99,8 +100,7 @@ class LinkFacts:
             return ()
         mean = self._calibration.mean_dbm
         found = [self._rounding(), self._room(), self._model(), self._alike(), self._people(), self._rests()]
-        misread = _reciprocity(self._nodes, mean)
-        return (*found, self._beside(), misread, *([] if not misread.holds else _distances(self._nodes, mean)))
+        return (*found, self._beside(), *network_findings(self._nodes, mean))
 
     def _rounding(self) -> Finding:
         return Fact(1.0, self._step_db, not self._step_db > COARSE_DB, math.nan).finding(
@@ -186,6 +186,34 @@ def _least_step(levels: Array) -> float:
 def _pairs(nodes: RadioNodes, mean: Array) -> tuple[Array, Array]:
     ways = np.argsort(undirected_of(len(nodes.names)), kind="stable").reshape(-1, 2)
     return mean[ways[:, 0]], mean[ways[:, 1]]
+
+
+def network_findings(nodes: RadioNodes, mean: Array) -> tuple[Finding, ...]:
+    """Check whether levels are of these nodes, in this order.
+
+    Parameters
+    ----------
+    nodes
+        The network as it was told.
+    mean
+        Level of each link and channel while nothing changes, ``(links, channels)`` [dBm]; NaN where none was heard.
+    """
+    misread = _reciprocity(nodes, mean)
+    return _silent(nodes, mean), misread, *([] if not misread.holds else _distances(nodes, mean))
+
+
+def _silent(nodes: RadioNodes, mean: Array) -> Finding:
+    heard = np.unique(directed_links_of(len(nodes.names))[np.isfinite(mean).any(axis=1)])
+    silent = [name for k, name in enumerate(nodes.names) if k not in heard]
+    listed = ", ".join(silent[:6]) + ", ..." * (len(silent) > 6)
+    every, share = len(nodes.names), 1 - len(silent) / len(nodes.names)
+    return Fact(1.0, share, not silent, every).finding(
+        "links.nodes",
+        f"No reading is of {len(silent)} of the {every} nodes ({listed}): they were silent, or the list is of another "
+        "network, and then all places are wrong.",
+        "Give --nodes of the log's own network; leave out nodes that are broken.",
+        grave=share < LEAST_HEARD,
+    )
 
 
 def _reciprocity(nodes: RadioNodes, mean: Array) -> Finding:

@@ -8,16 +8,17 @@ from __future__ import annotations
 import csv
 import math
 from collections import deque
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from pathlib import Path
 from types import TracebackType
-from typing import NamedTuple, Self
+from typing import NamedTuple, Self, TextIO
 
 import numpy as np
 from numpy.typing import NDArray
 
 from elusive.checks import Finding
 from elusive.contracts import Array
+from elusive.io.added_file import HeldFile
 from elusive.io.atomic import refused
 from elusive.io.csv_files import csv_text
 from elusive.io.truth import Truth
@@ -66,6 +67,8 @@ class LinkRun:
         Distance up to which a track can stand for somebody, and c of GOSPA; None: 2 m.
     folder
         Where ``tracks.csv`` and ``events.csv`` are written to; None: nowhere.
+    live
+        Whether it goes on where the system refuses to write, and nothing is asked of it but its files.
 
     Raises
     ------
@@ -81,6 +84,8 @@ class LinkRun:
         truth: Truth | None = None,
         folder: Path | None = None,
         cutoff_m: float | None = None,
+        *,
+        live: bool = False,
     ) -> None:
         self.title = Path(name).name or name
         self._nodes, self._parameters, self._truth, self._folder = nodes, parameters, truth, folder
@@ -93,13 +98,17 @@ class LinkRun:
         with ExitStack() as stack:
             tracks = None if folder is None else folder / "tracks.csv"
             added = parameters.method.added
-            self.log = stack.enter_context(TrackLog(STATE_NAMES, "m", added, path=tracks))
-            self._file = None
-            if folder is not None:
+            self.log = stack.enter_context(TrackLog(STATE_NAMES, "m", added, path=tracks, live=live, keeps=not live))
+            self._file: TextIO | HeldFile | None = None
+            if folder is not None and live:
+                held = HeldFile(folder / "events.csv", csv_text(EVENT_COLUMNS, ()), self.log.note)
+                self._file = stack.enter_context(closing(held))
+            elif folder is not None:
                 with refused(folder):
                     path = folder / "events.csv"
-                    self._file = stack.enter_context(path.open("w", encoding="utf-8", newline=""))
-                    csv.writer(self._file, lineterminator="\n").writerow(EVENT_COLUMNS)
+                    file = stack.enter_context(path.open("w", encoding="utf-8", newline=""))
+                    csv.writer(file, lineterminator="\n").writerow(EVENT_COLUMNS)
+                    self._file = file
             self._open = stack.pop_all()
 
     def __enter__(self) -> Self:

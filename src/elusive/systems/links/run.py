@@ -123,11 +123,11 @@ def follow_links(
     def heeded(live: LiveStep) -> None:
         remarks = tuple(remark for remark in live.step.state.remarks if remark not in said)
         said.update(remarks)
-        on_step(live._replace(remarks=remarks))
+        on_step(live._replace(remarks=(*remarks, *live.remarks)))
 
     with (
         live_folder(out, parameters.to_yaml(), LIVE_FILES[:2]) as folder,
-        LinkRun("live", nodes, parameters, folder=folder) as run,
+        LinkRun("live", nodes, parameters, folder=folder, live=True) as run,
     ):
         return follow_live(track(coming, nodes, parameters, memory), coming, run.log, heeded, sink=run, extra=_events)
 

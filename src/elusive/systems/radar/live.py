@@ -114,7 +114,7 @@ def follow_radar(
 
     with (
         live_folder(out, parameters.to_yaml()) as folder,
-        TrackLog(tracker.state_names, "m", ADDED, path=folder / "tracks.csv") as log,
+        TrackLog(tracker.state_names, "m", ADDED, path=folder / "tracks.csv", live=True, keeps=False) as log,
     ):
         end = follow_live(steps(), coming, log, on_step)
     findings = findings_of(seen, sensor, around.water, innovations, bunches)

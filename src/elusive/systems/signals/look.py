@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from elusive.checks import Looked
 from elusive.io import open_signal
 
 
-def look(path: Path) -> Looked:
+def look(path: Path, given: Mapping[str, str | bool]) -> Looked:
     """Look at a recording: how many frames of how many samples it is cut into.
 
     Raises

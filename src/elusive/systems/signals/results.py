@@ -26,8 +26,8 @@ STATE, ADDED, OF_FRAMES = ("x", "vx"), ("score", "evidence"), ("highest", "thres
 
 
 def log_of(path: Path) -> TrackLog:
-    """Return a log without pictures, for a run that may last."""
-    return TrackLog(STATE, "samples", ADDED, OF_FRAMES, path)
+    """Return the log of a run that may last."""
+    return TrackLog(STATE, "samples", ADDED, OF_FRAMES, path, live=True, keeps=False)
 
 
 def values_of(state: SignalState) -> dict[str, float]:

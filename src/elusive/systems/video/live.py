@@ -93,9 +93,10 @@ def follow_video(
     with (
         live_folder(out, parameters.to_yaml()) as folder,
         TrackLog(
-            tracker.state_names, "m", ADDED if start.frame is not None else ADDED[:-2], path=folder / "tracks.csv"
+            tracker.state_names, "m", ADDED if start.frame is not None else ADDED[:-2], path=folder / "tracks.csv",
+            live=True, keeps=False,
         ) as log,
-    ):
+    ):  # fmt: skip
         end = follow_live(steps(), coming, log, on_step)
     if last is None:  # gone on with, and nothing came
         return end

@@ -13,6 +13,7 @@ from elusive.geometry.places import NamedPlace
 from elusive.io.link_logs import open_link_log
 from elusive.io.truth import Truth
 from elusive.sensors.radio_network import RssFrame, directed_links_of
+from elusive.systems.links.checks import LEAST_HEARD
 from elusive.systems.links.networks import PlacedNodes
 from elusive.systems.links.presets import first_simulation
 from elusive.systems.links.scene import LinkScene, Radiated, SceneRun
@@ -22,7 +23,6 @@ from elusive.workbench.jobs import Job
 
 LOGS = (".csv", ".txt")
 UNDONE = 50  # changes, at most
-LEAST_HEARD = 0.75  # share of the sensors that a log of them has links of
 
 
 class Recorded(NamedTuple):
