@@ -12,6 +12,7 @@ from elusive.tracking.detection_targets import CERTAIN, Target
 from elusive.tracking.fixed_echoes import FixedEcho
 
 PLACE = np.array([X, Y])
+VAGUE = 10.0  # times as wide a belief of place: one that is lost, and would be the double of whatever appears
 
 
 def merged(targets: list[Target], within: float, room: Array | None = None) -> list[Target]:
@@ -29,6 +30,10 @@ def merged(targets: list[Target], within: float, room: Array | None = None) -> l
     variances = np.diagonal(covariances, axis1=1, axis2=2)
     squares = (means[:, None] - means) ** 2
     close = (squares <= 4 * within**2 * (variances[:, None] + variances)).all(axis=-1)
+    area = np.sqrt(np.linalg.det(covariances[:, PLACE[:, None], PLACE]).clip(0.0))
+    detected = np.array([target.detection >= 0 for target in targets])
+    close &= detected[:, None] | detected  # a detection makes doubles; lost ones all lie within each other's deviations
+    close &= area <= VAGUE**2 * area[:, None]  # [target, the one that it would become]
 
     def apart(first: int, second: int) -> float:
         """Root mean square difference of place and velocity of two beliefs, in their deviations."""
