@@ -31,8 +31,6 @@ def merged(targets: list[Target], within: float, room: Array | None = None) -> l
     squares = (means[:, None] - means) ** 2
     close = (squares <= 4 * within**2 * (variances[:, None] + variances)).all(axis=-1)
     area = np.sqrt(np.linalg.det(covariances[:, PLACE[:, None], PLACE]).clip(0.0))
-    detected = np.array([target.detection >= 0 for target in targets])
-    close &= detected[:, None] | detected  # a detection makes doubles; lost ones all lie within each other's deviations
     close &= area <= VAGUE**2 * area[:, None]  # [target, the one that it would become]
 
     def apart(first: int, second: int) -> float:
@@ -53,6 +51,8 @@ def merged(targets: list[Target], within: float, room: Array | None = None) -> l
             kept[number] = target
         else:  # what one detection after the other may have begun is there once
             both = kept[same].existence + target.existence
+            if target.detection < 0 and kept[same].detection < 0:  # or they are lost, and one is as likely anywhere
+                both = max(kept[same].existence, target.existence)
             kept[same] = kept[same]._replace(existence=min(both, CERTAIN), echo=_likelier(target, kept[same], both))
     return [kept[number] for number in sorted(kept)]
 

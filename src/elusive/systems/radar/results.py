@@ -27,6 +27,7 @@ from elusive.systems.radar.ais import AisFusion
 from elusive.systems.radar.bunches import Bunches
 from elusive.systems.radar.checks import findings_of, in_view, innovation
 from elusive.systems.radar.company import company_findings
+from elusive.systems.radar.fast import fast_finding
 from elusive.systems.radar.kept import ConstraintsKept
 from elusive.systems.radar.land import water_at
 from elusive.systems.radar.parameters import RadarTracking
@@ -255,7 +256,9 @@ class RadarRun:
             way=self._seen.way,
         )
         found = findings_of(self._seen, self._sensor, self._around.water, self._innovations, self._bunches, source)
-        found += company_findings(tracked.paths, times_s, self._seen.way[0, 1:] if len(self._seen.way) == 1 else None)
+        seen = self._seen
+        found += company_findings(tracked.paths, times_s, seen.way[0, 1:] if len(seen.way) == 1 else None)
+        found += (fast_finding(seen.fast, self._parameters.tracker.speed_sd_mps),)
         found += (self._kept.finding(),) if self._parameters.constraints else ()
         found += () if self._ais is None else (self._ais.finding(),)
         return RadarOutcome(self._log, self._charted(tracked), scores, found)

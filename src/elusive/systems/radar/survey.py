@@ -16,6 +16,7 @@ from elusive.sensors.radar_scans import RadarScan
 from elusive.systems.radar import bunches
 from elusive.systems.radar.alternating import Alternating
 from elusive.systems.radar.bunches import Bunches, at_sea
+from elusive.systems.radar.fast import Counted, Fast
 from elusive.systems.radar.given import Gathered, Given
 from elusive.systems.radar.land import land_share
 from elusive.systems.radar.registered import FixedPlaces
@@ -45,6 +46,7 @@ class RadarSurvey(NamedTuple):
     passed: tuple[RadarScan, ...] = ()  # the first scans of a radar that moves
     turned: Turned = Turned()
     alternate: Finding = Alternating().finding
+    fast: Counted = Counted()
     found: tuple[str, ...] = ()  # what of the radar was not told, and is as they show
     assumed: tuple[str, ...] = ()  # what was not told, and they do not show
 
@@ -65,7 +67,7 @@ def survey(scans: Iterable[RadarScan], water: Water | None = None) -> RadarSurve
     count, plots, furthest, fastest, on_chart, on_land = 0, 0, 0.0, 0.0, 0, 0
     triples, low, high, way = Triples(), math.inf, -math.inf, list[tuple[float, float, float]]()
     bunched, gathered, fixed, scans_kept = Bunches(), Gathered(), FixedPlaces(), list[RadarScan]()
-    turns, alternating = Turns(), Alternating()
+    turns, alternating, fast = Turns(), Alternating(), Fast()
     for scan in scans:
         count, plots = count + 1, plots + scan.detections
         if not way or way[-1][1:] != (scan.own.x_m, scan.own.y_m):
@@ -74,6 +76,7 @@ def survey(scans: Iterable[RadarScan], water: Water | None = None) -> RadarSurve
         gathered.add(scan)
         turns.add(scan)
         alternating.add(scan)
+        fast.add(scan)
         if count <= PASSED:
             scans_kept.append(scan)
         low, high = float(scan.bearing_rad.min(initial=low)), float(scan.bearing_rad.max(initial=high))
@@ -94,5 +97,5 @@ def survey(scans: Iterable[RadarScan], water: Water | None = None) -> RadarSurve
         count, plots, furthest, fastest, on_chart, on_land, itself, bearings, triples.fit(), where, gathered.given,
         fixed.places if len(where) == 1 else np.zeros((0, 2)), bunched.share,
         tuple(scans_kept) if len(where) > 1 else (), turns.turned,
-        alternating.finding,
+        alternating.finding, fast.counted,
     )  # fmt: skip
