@@ -202,7 +202,7 @@ def in_parts(lines: list[str]) -> list[str]:
 
 @pytest.mark.parametrize(
     ("change", "name"),
-    [(told_again, "radar.repeated"), (coarse, "radar.rounding"), (in_parts, "radar.detection")],
+    [(told_again, "radar.repeated"), (coarse, "radar.rounding")],
 )
 def test_what_is_not_measured_anew_is_named(
     elusive_in: Run, tmp_path: Path, change: Callable[[list[str]], list[str]], name: str
@@ -211,10 +211,22 @@ def test_what_is_not_measured_anew_is_named(
     head, *lines = (tmp_path / "plots.csv").read_text().splitlines()
     changed = sorted(change(lines), key=lambda line: float(line.split(",")[0]))
     (tmp_path / "plots.csv").write_text("\n".join([head, *changed]))
-    for told, code in (("--detection-probability", "0.9"), 3), ((), 3 if name != "radar.detection" else 0):
+    for told in ("--detection-probability", "0.9"), ():
         left, said = elusive_in(*TRACK, *RADAR, "--particles", "300", *told)
-        assert left == code, said
+        assert left == 3, said
         assert name in failing(tmp_path)
+
+
+def test_parts_of_a_turn_are_put_together(elusive_in: Run, tmp_path: Path) -> None:
+    plots(tmp_path)
+    head, *lines = (tmp_path / "plots.csv").read_text().splitlines()
+    changed = sorted(in_parts(lines), key=lambda line: float(line.split(",")[0]))
+    (tmp_path / "plots.csv").write_text("\n".join([head, *changed]))
+    code, said = elusive_in(*TRACK, *RADAR, "--particles", "300")
+    assert code == 0, said
+    assert "turns in 2." in said, said
+    assert failing(tmp_path) == set()
+    assert len(set(tracks(tmp_path)[:, 1])) == len(WAYS)
 
 
 def test_ships_that_break_a_constraint_are_told(elusive_in: Run, tmp_path: Path) -> None:

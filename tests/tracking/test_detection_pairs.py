@@ -101,4 +101,11 @@ def test_a_pair_is_drawn_anew_row_by_row_and_never_one():
     after = redrawn(two, 0.5, 0.0, rng)
     np.testing.assert_array_equal(after[0].particles, after[1].particles)
     assert {tuple(row) for row in after[0].particles} == {tuple(row) for row in particles[:3]}
-    assert [len(merged(these, 0.5)) for these in (two, [one._replace(pair=None) for one in two])] == [2, 1]
+    alone = [one._replace(pair=None, existence=0.4) for one in two]
+    detected = [alone[0], alone[1]._replace(detection=0)]
+    assert [len(merged(these, 0.5)) for these in (two, alone)] == [2, 1]
+    assert [merged(these, 0.5)[0].existence for these in (alone, detected)] == [0.4, 0.8]
+    spread = alone[0]._replace(
+        covariance=1e4 * alone[0].covariance
+    )  # lost: whatever appears lies within its deviations
+    assert [len(merged([spread, alone[1]], 0.5)), len(merged([alone[1], spread], 0.5))] == [2, 1]

@@ -30,7 +30,7 @@ OWN_TIME = 0.5  # share of plots that stand alone at their time, from which a sc
 class Rotation(NamedTuple):
     """Whether plots are those of a turning antenna, and how fast it turns."""
 
-    needed: bool  # plots have times of their own, so that equal times are no scans
+    needed: bool  # plots have times of their own, perhaps rounded, so that equal times are no scans
     period_s: float | None  # None: these times and bearings do not say
 
 
@@ -43,19 +43,25 @@ def rotation_of(plots: Sequence[RadarPlot]) -> Rotation:
     gaps = np.diff(times)
     with_next = np.concatenate([gaps == 0, [False]])
     alone = ~(with_next | np.concatenate([[False], gaps == 0]))
-    if alone.mean() < OWN_TIME or _regular(gaps[gaps > 0]):
+    if alone.mean() < OWN_TIME:
+        # equal times that are rounded ones are sectors: the antenna turns in more than goes by from one to the next
+        period_s = period_of(times, bearings, (1 + REGULAR) * float(np.median(gaps[gaps > 0]))) if gaps.any() else None
+        return Rotation(period_s is not None, period_s)
+    if _regular(gaps[gaps > 0]):
         return Rotation(False, None)
     return Rotation(True, period_of(times, bearings))
 
 
-def period_of(times_s: Array, bearing_rad: Array) -> float | None:
+def period_of(times_s: Array, bearing_rad: Array, shortest_s: float = SHORTEST_S) -> float | None:
     """Return the period of an antenna that turns clockwise [s]; None where no period, or several, fit."""
     first = times_s <= times_s[0] + WINDOW_S
     times, bearing = (times_s[first] - times_s[0])[:MOST], bearing_rad[first][:MOST]
     n, window = len(times), float(times[-1]) if len(times) else 0.0
     if n < FEW or window <= 0:
         return None
-    frequency = np.arange(1 / LONGEST_S, 1 / SHORTEST_S, min(STEP / window, STEP))
+    frequency = np.arange(1 / LONGEST_S, 1 / max(shortest_s, SHORTEST_S), min(STEP / window, STEP))
+    if len(frequency) < 2:
+        return None
     length = _resultant(frequency, times, bearing)
     best = int(length.argmax())
     fine = frequency[best] + np.linspace(-1, 1, 201) * (frequency[1] - frequency[0])

@@ -12,6 +12,7 @@ from elusive.tracking.detection_targets import CERTAIN, Target
 from elusive.tracking.fixed_echoes import FixedEcho
 
 PLACE = np.array([X, Y])
+VAGUE = 10.0  # times as wide a belief of place: one that is lost, and would be the double of whatever appears
 
 
 def merged(targets: list[Target], within: float, room: Array | None = None) -> list[Target]:
@@ -29,6 +30,8 @@ def merged(targets: list[Target], within: float, room: Array | None = None) -> l
     variances = np.diagonal(covariances, axis1=1, axis2=2)
     squares = (means[:, None] - means) ** 2
     close = (squares <= 4 * within**2 * (variances[:, None] + variances)).all(axis=-1)
+    area = np.sqrt(np.linalg.det(covariances[:, PLACE[:, None], PLACE]).clip(0.0))
+    close &= area <= VAGUE**2 * area[:, None]  # [target, the one that it would become]
 
     def apart(first: int, second: int) -> float:
         """Root mean square difference of place and velocity of two beliefs, in their deviations."""
@@ -48,6 +51,8 @@ def merged(targets: list[Target], within: float, room: Array | None = None) -> l
             kept[number] = target
         else:  # what one detection after the other may have begun is there once
             both = kept[same].existence + target.existence
+            if target.detection < 0 and kept[same].detection < 0:  # or they are lost, and one is as likely anywhere
+                both = max(kept[same].existence, target.existence)
             kept[same] = kept[same]._replace(existence=min(both, CERTAIN), echo=_likelier(target, kept[same], both))
     return [kept[number] for number in sorted(kept)]
 

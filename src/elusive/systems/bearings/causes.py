@@ -68,6 +68,11 @@ CONVENTIONS = (
     Convention("in radians", "Convert the azimuths to degrees.", lambda azimuth: np.rad2deg(azimuth)),
 )
 RADIANS = CONVENTIONS[-1]
+ELEVATIONS = (
+    Convention("from the zenith", "Convert the elevations (90 - elevation).", lambda angle: math.pi / 2 - angle),
+    Convention("below the horizon", "Change the sign of the elevations.", lambda angle: -angle),
+    Convention("in radians", "Convert the elevations to degrees.", lambda angle: np.rad2deg(angle)),
+)
 
 
 def reread(heard: Sequence[object], convention: Convention, sensor: int | None = None) -> list[BearingSet]:
@@ -87,6 +92,10 @@ def _readings(heard: Sequence[BearingSet], sites: SensorSites) -> Iterator[tuple
     """Other ways to read bearings: all of them, those of one sensor, or two sensors under each other's names."""
     for convention in CONVENTIONS:
         yield Cause(f"the azimuths are read {convention.name}", convention.remedy), reread(heard, convention)
+    if any(np.isfinite(times.elevation_rad).any() for times in heard):
+        for convention in ELEVATIONS:
+            other = [times._replace(elevation_rad=convention.meant(times.elevation_rad)) for times in heard]
+            yield Cause(f"the elevations are read {convention.name}", convention.remedy), other
     used = np.unique(np.concatenate([times.sensor for times in heard])).tolist()
     if not FEWEST <= len(used) <= MOST or any(times.places_m is not None for times in heard):
         return

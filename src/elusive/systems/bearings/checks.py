@@ -23,6 +23,7 @@ from elusive.systems.bearings.given import (
 )
 from elusive.systems.bearings.heard import sensors_of
 from elusive.systems.bearings.leftovers import FAR, FEW, Leftovers, Scale, least_precise, leftovers, scale_of
+from elusive.systems.bearings.mirrored import mirrored_finding
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.receiver import receiver_finding
 from elusive.tracking.track import Step
@@ -31,6 +32,7 @@ NARROW = 0.7  # residuals in the median, to those expected, beyond their own err
 COVERED = 0.7  # of a deviation, within which it covers errors that persist: from the one such recording, a drone's
 AT_SENSOR, OFTEN = 0.02, 0.2  # distance to a sensor, of the sensors' extent, and share of the times that near
 TOO_SURE = 0.5  # of the deviation that all bearings together allow
+REMOTE, SHIFTED = 5.0, 4.0  # extents of the sensors away, and deviations that a north off by its own moves the place
 NOW_AND_THEN, SELDOM = 3, 0.02  # manoeuvres beyond the motion that are none too many, and their share of the times
 
 
@@ -52,7 +54,9 @@ def track_findings(
     said = f"{who}: " if who else ""
     found = [units_finding(sites), rounding_finding(steps, parameters, sites, said)]
     found.append(times_finding([step.measurement for step in steps], said))
-    found.append(repeated_finding([step.measurement for step in steps], sites, parameters.sigma_deg, said))
+    heard = [step.measurement for step in steps]
+    found.append(repeated_finding(heard, sites, parameters.sigma_deg, said))
+    found.append(mirrored_finding(heard, sites, parameters.sigma_deg, said))
     if not known or isinstance(parameters.filter, GraphFilter):  # whose ellipses are said to be too small
         return tuple(found)
     flt = parameters.filter
@@ -193,6 +197,7 @@ def geometry_findings(
     ]  # fmt: skip
     bearings = [times for times in heard if isinstance(times, BearingSet)]
     if len(used) > 1 and len(bearings) == len(heard):
+        found.append(_remote(places, spread, stations, away, parameters, said))
         count = sum(len(times.sensor) for times in bearings)
         second = float(np.median(np.sort(away, axis=1)[:, 1]))
         allowed = math.radians(parameters.sigma_deg) * second / math.sqrt(max(count, 1))
@@ -206,6 +211,28 @@ def geometry_findings(
             )
         )  # fmt: skip
     return found
+
+
+def _remote(
+    places: Array, spread: Array, stations: Array, away: Array, parameters: BearingTracking, said: str
+) -> Finding:
+    """Say what a north that is off would do to a place far from all sensors, whose lines nearly run alike."""
+    extent = float(np.linalg.norm(np.ptp(stations.reshape(-1, 2), axis=0)))
+    off = places[:, None] - stations  # (K, n, 2)
+    slope = np.stack([off[..., 1], -off[..., 0]], axis=-1) / np.maximum(away, 1e-9)[..., None] ** 2
+    shifts = np.einsum("kab,knb->kna", np.linalg.pinv(np.einsum("kna,knb->kab", slope, slope)), slope)
+    shift = math.radians(parameters.sigma_deg) * float(np.median(np.linalg.norm(shifts, axis=2).max(axis=1)))
+    claimed = float(np.median(np.sqrt(np.trace(spread, axis1=1, axis2=2))))
+    far = float(np.median(away.min(axis=1))) / max(extent, 1e-9)
+    flt = parameters.filter
+    known = isinstance(flt, Estimation) and flt.bias is not None
+    return Finding(
+        "bearings.remote", known or far < REMOTE or shift < SHIFTED * claimed, claimed, shift,
+        f"{_upper(said + 'the emitter')} is {far:.0f} times as far as the sensors are apart: if the north of one is "
+        f"off by {parameters.sigma_deg:g} degrees all the time, the place is {shift:.2g} m elsewhere, and the bearings "
+        f"fit as well. The {claimed:.2g} m that are claimed hold for norths that are exact.",
+        "Measure each sensor's north, or let it be estimated: --bias-sd-deg with --bias-memory-s 1e6.", grave=False,
+    )  # fmt: skip
 
 
 def _precision(parameters: BearingTracking, heard: type[object]) -> str:

@@ -15,7 +15,9 @@ from elusive.sensors.bearings import wrapped
 from elusive.systems.bearings.causes import CONVENTIONS, reread
 from elusive.systems.bearings.checks import geometry_findings
 from elusive.systems.bearings.given import repeated_finding, rounding_finding, units_finding
+from elusive.systems.bearings.images import images_finding
 from elusive.systems.bearings.leftovers import HALF
+from elusive.systems.bearings.mirrored import mirrored_finding
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.several import track_several
 from elusive.tracking.track import Step, Track
@@ -158,6 +160,7 @@ def several_findings(steps: Sequence[Step], parameters: BearingTracking, sites: 
         units_finding(sites),
         rounding_finding(steps, parameters, sites),
         repeated_finding([step.measurement for step in steps], sites, parameters.sigma_deg),
+        mirrored_finding([step.measurement for step in steps], sites, parameters.sigma_deg),
         Finding(
             "bearings.residuals", not wide, 1.0, scale.half,
             f"Bearings near the tracks are {scale.half:.2g} times as far from them as --sigma-deg "
@@ -176,6 +179,7 @@ def several_findings(steps: Sequence[Step], parameters: BearingTracking, sites: 
             f"any two bearings cross somewhere, and such tracks are ghosts as like as not{sentence}.", remedy,
         )
     )  # fmt: skip
+    found.append(images_finding(steps))
     if not wide:
         found.append(astray_finding(steps, parameters, sites))
     if not bad and scale.number >= LEAST:

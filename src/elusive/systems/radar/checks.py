@@ -17,12 +17,14 @@ from elusive.sensors.own_track import FASTEST_MPS
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_hulls import HullRadar
 from elusive.sensors.radar_scans import RadarScan
+from elusive.sensors.radar_view import seen_from
 from elusive.systems.radar.bunches import MOST, NEAR_M, Bunches
-from elusive.systems.radar.given import given_findings, seen_finding
+from elusive.systems.radar.given import given_findings, seen_finding, times_finding
 from elusive.systems.radar.rates import doppler_finding
 from elusive.systems.radar.registered import fixed_finding
 from elusive.systems.radar.still import still_finding
 from elusive.systems.radar.survey import RadarSurvey
+from elusive.systems.radar.turned import Together, turned_finding
 from elusive.tracking.detection_targets import Target
 
 FEW = 20  # plots or triples from which something is said
@@ -53,7 +55,7 @@ def findings_of(
     sensor, water
         What it was tracked with; without a chart, None.
     innovations
-        Of the plots of confirmed tracks, in deviations of what was expected.
+        Of the plots of confirmed tracks in view, in deviations of what was expected.
     bunches
         Of plots that no ship's extent explains.
     source
@@ -78,6 +80,8 @@ def findings_of(
         found += [] if water is None else [_on_land(seen, water)]
         found += [doppler_finding(seen.errors.rates_mps, sensor.doppler_sd_mps)] if len(seen.errors.rates_mps) else []
     found += given_findings(seen.given, seen.way, sensor)
+    found.append(seen.alternate)
+    found.append(turned_finding(Together() if seen.errors is None else seen.errors.together, seen.turned))
     found += [] if water is None else [fixed_finding(seen.fixed, seen.way[0, 1:], water)]
     if seen.passed:
         trusted = None if seen.errors is None or seen.errors.crowded else seen.errors
@@ -85,6 +89,7 @@ def findings_of(
         found += [still_finding(seen.passed, *sds)]
     known = list(innovations)
     if found[0].holds and found[1].holds:
+        found.append(times_finding(seen.given, known))
         found += [seen_finding(known, sensor, told="detection_probability" not in seen.found)]
     scale = scale_of(np.array(known), 2, tolerance=INNOVATIONS, independent=INDEPENDENT)
     worst = scale.worst
@@ -99,6 +104,11 @@ def findings_of(
         )
     )
     return tuple(found)
+
+
+def in_view(target: Target, scan: RadarScan, sensor: RadarSensor) -> bool:
+    """Whether a scan could see a target: it is where the radar looks."""
+    return target.detection >= 0 or bool(sensor.in_view(seen_from(scan, target.mean[None]))[0])
 
 
 def innovation(target: Target, scan: RadarScan, sensor: RadarSensor) -> float:

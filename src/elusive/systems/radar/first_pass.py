@@ -18,6 +18,7 @@ from elusive.motion import ConstantVelocity
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarScan
 from elusive.systems.radar.bunches import MOST, Bunches
+from elusive.systems.radar.checks import in_view
 from elusive.systems.radar.land import land_share
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.results import Surroundings
@@ -155,7 +156,7 @@ def _counted(
     for step in track_radar(scans, tracker, parameters):
         count, scan = count + 1, step.measurement
         confirmed = [one for one in step.state.targets if one.life.status == "confirmed"]
-        known = [one.detection >= 0 for one in confirmed if one.existence > KNOWN]
+        known = [one.detection >= 0 for one in confirmed if one.existence > KNOWN and in_view(one, scan, sensor)]
         trials, hits = trials + len(known), hits + sum(known)
         bunches.add_left_over(scan, sensor, step.state.targets, water)
         at_sea = np.ones(scan.detections, dtype=bool)

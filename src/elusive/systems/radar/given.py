@@ -18,6 +18,9 @@ KEPT = 5000  # bearings by which steps are judged
 FEW = 20  # bearings
 SELDOM = 0.5  # share of the scans with a plot of a ship, below which it is asked why, whatever was told
 PLOTS, COPY = 3, 0.8  # of a scan that can be a copy, and the share of them that stood before
+RARE = 0.02  # share of other scans' plots that stood before, up to which no scan is a copy by chance
+ROUNDED = 0.05  # share of scans that may be, where plots are rounded
+INTERVALS_S = 0.1, 120.0  # between turns of an antenna
 LATER_S, TIMES, SAILS_MPS = 20.0, 5.0, 2.0  # that a radar stays, as often as it usually does, and how fast it went
 
 
@@ -26,6 +29,8 @@ class Given(NamedTuple):
 
     compared: int = 0  # scans of some plots
     copied: int = 0  # of which most plots stood there before, to the last digit
+    by_chance: float = 0.0  # share of the others' plots that did
+    interval_s: float = math.nan  # from a scan to the next, in the median
     bearings_deg: Array = np.zeros(0)  # the first of them
     until_s: float = math.nan
 
@@ -35,27 +40,32 @@ class Gathered:
 
     def __init__(self) -> None:
         self._before: set[tuple[float, float]] = set()
-        self._compared = self._copied = 0
+        self._compared = self._copied = self._plots = self._stood = 0
+        self._intervals: list[float] = []
         self._bearings: list[float] = []
         self._until_s = math.nan
 
     def add(self, scan: RadarScan) -> None:
         """Take a scan in, of the order of time."""
         plots = list(zip(scan.range_m.tolist(), scan.bearing_rad.tolist(), strict=True))
+        if len(self._intervals) < KEPT and not math.isnan(self._until_s):
+            self._intervals.append(scan.time_s - self._until_s)
         self._until_s = scan.time_s
         if len(self._bearings) < KEPT:
             self._bearings += np.degrees(scan.bearing_rad).tolist()
         if len(plots) >= PLOTS:
             twice = len(plots) - len(set(plots))
             again = sum(plot in self._before for plot in plots)
-            self._compared += 1
-            self._copied += max(again, 2 * twice) >= COPY * len(plots)
+            copied = max(again, 2 * twice) >= COPY * len(plots)
+            self._compared, self._copied = self._compared + 1, self._copied + copied
+            self._plots, self._stood = self._plots + len(plots) * (not copied), self._stood + again * (not copied)
         self._before = set(plots)
 
     @property
     def given(self) -> Given:
         """What they are like."""
-        return Given(self._compared, self._copied, np.array(self._bearings), self._until_s)
+        by_chance, interval_s = self._stood / max(self._plots, 1), float(np.median(self._intervals or [math.nan]))
+        return Given(self._compared, self._copied, by_chance, interval_s, np.array(self._bearings), self._until_s)
 
 
 def given_findings(given: Given, way: Array, sensor: RadarSensor) -> tuple[Finding, ...]:
@@ -64,7 +74,7 @@ def given_findings(given: Given, way: Array, sensor: RadarSensor) -> tuple[Findi
 
 
 def _copied(given: Given) -> Finding:
-    fact = share_of(given.copied, given.compared, 0.0)
+    fact = share_of(given.copied, given.compared, 0.0, tolerance=ROUNDED if given.by_chance > RARE else 0.0)
     return Finding(
         "radar.repeated", fact.holds, 0.0, fact.seen,
         f"In {given.copied} of {given.compared} scans most plots stood there before, to the last digit: scans or lines "
@@ -103,6 +113,20 @@ def _frozen(given: Given, way: Array) -> Finding:
         f"{moment(float(last_s))}, and it sailed at {before[first]:.2g} m/s until then: its log is frozen, and every "
         "track there is off by as far as it went.",
         "Leave that part out, or give another log of the ship (--own-ship).",
+    )  # fmt: skip
+
+
+def times_finding(given: Given, innovations: Sequence[float]) -> Finding:
+    """Judge the unit of times, where tracks have few plots: antennas turn in seconds."""
+    least, most = INTERVALS_S
+    slow = given.interval_s > most
+    values = np.array(innovations)
+    seen = float(np.isfinite(values).mean()) if len(values) else 0.0
+    return Finding(
+        "radar.times", not ((slow or given.interval_s < least) and seen < SELDOM), 1.0, given.interval_s,
+        f"Scans are {given.interval_s:.3g} s apart, as no antenna turns, and tracks are seen in {100 * seen:.0f} % of "
+        f"them: times look like {'milliseconds' if slow else 'minutes or hours'}, and ships are not where tracks are.",
+        "Convert the column time_s to seconds.",
     )  # fmt: skip
 
 

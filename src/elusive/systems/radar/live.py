@@ -17,7 +17,7 @@ from elusive.results.live import LiveEnd, LiveStep, follow_live, live_folder
 from elusive.sensors.radar_scans import RadarScan
 from elusive.systems.radar.ais import AisFusion
 from elusive.systems.radar.bunches import Bunches
-from elusive.systems.radar.checks import findings_of, innovation
+from elusive.systems.radar.checks import findings_of, in_view, innovation
 from elusive.systems.radar.kept import ConstraintsKept
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.results import ADDED
@@ -107,7 +107,8 @@ def follow_radar(
             beliefs = {target.life.track: target for target in step.state.targets}
             sure = [beliefs[track.track] for track in step.tracks if track.status == "confirmed"]
             bunches.add_left_over(step.measurement, sensor, step.state.targets, around.water)
-            innovations.extend(innovation(target, step.measurement, sensor) for target in sure)
+            seen_now = [target for target in sure if in_view(target, step.measurement, sensor)]
+            innovations.extend(innovation(target, step.measurement, sensor) for target in seen_now)
             there = {track.track for track in step.tracks}
             kept.add({target.life.track or 0: target.allowed for target in sure}, there)
             yield step

@@ -25,7 +25,9 @@ from elusive.sensors.radar_hulls import HullRadar
 from elusive.sensors.radar_scans import RadarScan
 from elusive.systems.radar.ais import AisFusion
 from elusive.systems.radar.bunches import Bunches
-from elusive.systems.radar.checks import findings_of, innovation
+from elusive.systems.radar.checks import findings_of, in_view, innovation
+from elusive.systems.radar.company import company_findings
+from elusive.systems.radar.fast import fast_finding
 from elusive.systems.radar.kept import ConstraintsKept
 from elusive.systems.radar.land import water_at
 from elusive.systems.radar.parameters import RadarTracking
@@ -198,7 +200,7 @@ class RadarRun:
         self._kept.add({number: beliefs[number].allowed for number in sure}, {track.track for track in step.tracks})
         for track in step.tracks:
             state, water = beliefs[track.track], self._around.water
-            if track.track in sure:
+            if track.track in sure and in_view(state, step.measurement, self._sensor):
                 self._innovations.append(innovation(state, step.measurement, self._sensor))
             least = math.nan
             if water is not None:
@@ -254,6 +256,9 @@ class RadarRun:
             way=self._seen.way,
         )
         found = findings_of(self._seen, self._sensor, self._around.water, self._innovations, self._bunches, source)
+        seen = self._seen
+        found += company_findings(tracked.paths, times_s, seen.way[0, 1:] if len(seen.way) == 1 else None)
+        found += (fast_finding(seen.fast, self._parameters.tracker.speed_sd_mps),)
         found += (self._kept.finding(),) if self._parameters.constraints else ()
         found += () if self._ais is None else (self._ais.finding(),)
         return RadarOutcome(self._log, self._charted(tracked), scores, found)

@@ -9,15 +9,19 @@ from typing import NamedTuple
 import numpy as np
 
 from elusive.charts import Water
+from elusive.checks import Finding
 from elusive.contracts import Array
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarScan
 from elusive.systems.radar import bunches
+from elusive.systems.radar.alternating import Alternating
 from elusive.systems.radar.bunches import Bunches, at_sea
+from elusive.systems.radar.fast import Counted, Fast
 from elusive.systems.radar.given import Gathered, Given
 from elusive.systems.radar.land import land_share
 from elusive.systems.radar.registered import FixedPlaces
 from elusive.systems.radar.triples import PlotErrors, Triples
+from elusive.systems.radar.turned import Turned, Turns
 
 HALF = 0.5  # P(water) below which a plot is on charted land
 PASSED = 10_000  # scans of which what stands still is looked for
@@ -40,6 +44,9 @@ class RadarSurvey(NamedTuple):
     fixed: Array = np.zeros((0, 2))  # (n, 2) places of echoes that stay, where the radar rests and there is a chart [m]
     bunched: float = math.nan  # plots near a plot, off charted land, that chance does not explain; NaN: not known
     passed: tuple[RadarScan, ...] = ()  # the first scans of a radar that moves
+    turned: Turned = Turned()
+    alternate: Finding = Alternating().finding
+    fast: Counted = Counted()
     found: tuple[str, ...] = ()  # what of the radar was not told, and is as they show
     assumed: tuple[str, ...] = ()  # what was not told, and they do not show
 
@@ -60,12 +67,16 @@ def survey(scans: Iterable[RadarScan], water: Water | None = None) -> RadarSurve
     count, plots, furthest, fastest, on_chart, on_land = 0, 0, 0.0, 0.0, 0, 0
     triples, low, high, way = Triples(), math.inf, -math.inf, list[tuple[float, float, float]]()
     bunched, gathered, fixed, scans_kept = Bunches(), Gathered(), FixedPlaces(), list[RadarScan]()
+    turns, alternating, fast = Turns(), Alternating(), Fast()
     for scan in scans:
         count, plots = count + 1, plots + scan.detections
         if not way or way[-1][1:] != (scan.own.x_m, scan.own.y_m):
             way.append((scan.time_s, scan.own.x_m, scan.own.y_m))
         triples.add(scan)
         gathered.add(scan)
+        turns.add(scan)
+        alternating.add(scan)
+        fast.add(scan)
         if count <= PASSED:
             scans_kept.append(scan)
         low, high = float(scan.bearing_rad.min(initial=low)), float(scan.bearing_rad.max(initial=high))
@@ -85,5 +96,6 @@ def survey(scans: Iterable[RadarScan], water: Water | None = None) -> RadarSurve
     return RadarSurvey(
         count, plots, furthest, fastest, on_chart, on_land, itself, bearings, triples.fit(), where, gathered.given,
         fixed.places if len(where) == 1 else np.zeros((0, 2)), bunched.share,
-        tuple(scans_kept) if len(where) > 1 else (),
+        tuple(scans_kept) if len(where) > 1 else (), turns.turned,
+        alternating.finding, fast.counted,
     )  # fmt: skip

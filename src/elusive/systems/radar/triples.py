@@ -18,6 +18,7 @@ from scipy.spatial import cKDTree
 from elusive.contracts import Array
 from elusive.sensors.radar_scans import RadarScan
 from elusive.sensors.radar_view import RadarView
+from elusive.systems.radar.turned import Together, common_of
 
 FASTEST_MPS, ROOM_M = 25.0, 60.0  # of what is looked for, and beside it
 WIDEST_M, WIDEST_RAD = 120.0, 0.04  # of an error
@@ -42,6 +43,7 @@ class PlotErrors(NamedTuple):
     share_sd: float  # standard error of the deviations, relative
     places: Array  # (n, 2) where targets pass by [m]
     rates_mps: Array  # (m, 3) of targets: how fast the range grows, Doppler of the middle plot, mean of the others'
+    together: Together = Together()  # what bearings of a scan have in common
     crowded: bool = False  # echoes lie so close to each other that the deviations come out too large
 
     @property
@@ -105,13 +107,14 @@ def _fitted(rows: Array) -> PlotErrors | None:
     inside_rows, total = rows[inside], float(member.sum())
     if total < FEW:
         return None
-    sure = inside_rows[member > SURE]
+    sure = certain = inside_rows[member > SURE]
     rates = sure[np.isfinite(sure[:, 6:]).all(axis=1), 6:]
     sure = sure[:: max(1, len(sure) // MOST_PLACES)]
     moving = _passing(sure[:, 2], sure[:, 4:6], AT_A_PLACE * np.hypot(sd[0], sd[1] * sure[:, 3]))
     range_sd_m, bearing_sd_rad = sd.tolist()
     share_sd = math.sqrt(OVERLAP / (2 * total))
-    return PlotErrors(range_sd_m, bearing_sd_rad, total, share_sd, sure[moving, 4:6], rates)
+    common = common_of(certain[:, 2], certain[:, 1])
+    return PlotErrors(range_sd_m, bearing_sd_rad, total, share_sd, sure[moving, 4:6], rates, common)
 
 
 def _passing(scans: Array, places: Array, reach: Array) -> NDArray[np.bool_]:

@@ -1,0 +1,110 @@
+"""Bearings that are not what they are taken for: a finding that names it."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from elusive.contracts import Array
+from tests.cli.test_bearings import run
+
+SITES = np.array([(-60.0, -35.0, 1.0), (75.0, -20.0, 2.0), (10.0, 90.0, 3.0)])
+WIDE = np.array([(-400.0, -350.0, 0.0), (450.0, -300.0, 0.0), (380.0, 420.0, 0.0), (-420.0, 380.0, 0.0)])
+SIGMA_DEG = 1.0
+Row = tuple[float, int, float, float]  # time, sensor, azimuth and elevation [s, deg]
+
+
+def circling(rng: np.random.Generator, centre: Array, radius_m: float, times: int = 80) -> Array:
+    """Places of an emitter that flies round a place, 30 m above the ground, ``(times, 3)`` [m]."""
+    angle = rng.uniform(0, 2 * np.pi) + 0.08 * np.arange(times)
+    off = radius_m * np.column_stack([np.cos(angle), np.sin(angle)])
+    return np.column_stack([centre + off, np.full(times, 30.0)])
+
+
+def heard(rng: np.random.Generator, way: Array, sites: Array, north_deg: Array | float = 0.0) -> list[Row]:
+    rows = []
+    for time_s, place in enumerate(way):
+        off = place - sites
+        azimuth = np.degrees(np.arctan2(off[:, 0], off[:, 1])) + rng.normal(0, SIGMA_DEG, len(sites)) + north_deg
+        up = np.degrees(np.arctan2(off[:, 2], np.hypot(*off[:, :2].T))) + rng.normal(0, SIGMA_DEG, len(sites))
+        rows += [(float(time_s), k, a, e) for k, (a, e) in enumerate(zip(azimuth.tolist(), up.tolist(), strict=True))]
+    return rows
+
+
+def told(folder: Path, rows: list[Row], sites: Array, *, elevations: bool = False) -> list[str]:
+    """Write a recording; return what the command takes."""
+    with (folder / "bearings.csv").open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(["time_s", "sensor", "azimuth_deg", *(["elevation_deg"] if elevations else [])])
+        for time_s, sensor, azimuth, up in sorted(rows, key=lambda row: row[0]):
+            writer.writerow([time_s, sensor, f"{azimuth % 360:.3f}", *([f"{up:.3f}"] if elevations else [])])
+    lines = [f"{number},{x},{y},{z}" for number, (x, y, z) in enumerate(sites.tolist())]
+    (folder / "sensors.csv").write_text("\n".join(["sensor,x_m,y_m,z_m", *lines]))
+    return [str(folder / "bearings.csv"), "--sensors", str(folder / "sensors.csv"), "--out", str(folder / "out")]
+
+
+def failing(folder: Path) -> dict[str, str]:
+    rows = json.loads((folder / "out/checks.json").read_text())
+    return {row["name"]: row["sentence"] for row in rows if not row["holds"]}
+
+
+def right(rng: np.random.Generator) -> tuple[list[Row], Array]:
+    return heard(rng, circling(rng, np.array([10.0, 15.0]), 40.0), SITES), SITES
+
+
+def front_and_back(rng: np.random.Generator) -> tuple[list[Row], Array]:
+    """Each array in a line hears the emitter on either side of its axis."""
+    rows, _ = right(rng)
+    axes = (20.0, 75.0, 140.0)
+    return rows + [(t, k, 2 * axes[k] - a, e) for t, k, a, e in rows], SITES
+
+
+def off_a_wall(rng: np.random.Generator) -> tuple[list[Row], Array]:
+    """A wall in the east lets the emitter be heard a second time."""
+    way = circling(rng, np.array([0.0, 0.0]), 250.0)
+    return heard(rng, way, WIDE) + heard(rng, way * [-1, 1, 1] + [800, 0, 0], WIDE), WIDE
+
+
+def far_away(rng: np.random.Generator) -> tuple[list[Row], Array]:
+    """Each north is off by half a degree and more."""
+    way = circling(rng, np.array([1200.0, 900.0]), 40.0)
+    return heard(rng, way, SITES, np.array([0.6, -0.7, 0.5])), SITES
+
+
+ODD: dict[str, tuple[Callable[[np.random.Generator], tuple[list[Row], Array]], str, str]] = {
+    "front and back": (front_and_back, "bearings.mirrored", "does not tell front from back"),
+    "off a wall": (off_a_wall, "bearings.images", "(in a line 0 degrees from north) are mirror images"),
+    "far away": (far_away, "bearings.remote", "times as far as the sensors are apart"),
+}
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_it_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str) -> None:
+    draw, finding, sentence = ODD[name]
+    rows, sites = draw(np.random.default_rng([3, list(ODD).index(name)]))
+    code, said = run(capsys, *told(tmp_path, rows, sites), "--sigma-deg", SIGMA_DEG)
+    assert code == 0, said
+    assert sentence in failing(tmp_path)[finding]
+
+
+def test_elevations_from_the_zenith_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rows, sites = right(np.random.default_rng(4))
+    given = told(tmp_path, [(t, k, a, min(90 - e, 90.0)) for t, k, a, e in rows], sites, elevations=True)
+    code, said = run(capsys, *given, "--sigma-deg", SIGMA_DEG)
+    assert code == 0, said
+    assert "the elevations are read from the zenith" in " ".join(failing(tmp_path).values())
+
+
+@pytest.mark.parametrize("elevations", [False, True])
+def test_the_same_without_it_has_no_finding(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], elevations: bool
+) -> None:
+    rows, sites = right(np.random.default_rng(4))
+    code, said = run(capsys, *told(tmp_path, rows, sites, elevations=elevations), "--sigma-deg", SIGMA_DEG)
+    assert code == 0, said
+    assert failing(tmp_path) == {}
