@@ -30,7 +30,7 @@ def shadowed_log_ratio(sensor, places, change, others_mean, variance):
     mean, squared = shadowing(model, sensor.fade_db, sensor.nodes, places)
     there = t.logpdf(change, model.degrees, others_mean + mean, np.sqrt(variance + squared))
     away = t.logpdf(change, model.degrees, others_mean, np.sqrt(variance))
-    return sensor.temper * np.nansum(there - away, axis=(1, 2))
+    return sensor.temper_of(change) * np.nansum(there - away, axis=(1, 2))
 
 
 def bell(model, centres, places):

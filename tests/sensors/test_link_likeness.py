@@ -82,7 +82,7 @@ def test_frames_that_do_not_follow_each_other_tell_nothing_of_how_long():
 def test_less_is_made_of_a_frame_whose_readings_err_alike_and_go_on_doing_so():
     sensor, rise = shadowed_links(), np.zeros((90, 4))
     apart, alike = Likeness(0.0, 1.0, 0.0, 1.0), Likeness(ALIKE, 1.0, 0.8 * ALIKE, 1.0)
-    assert sensor.tempered(rise, apart, 0.9)[1:] == (1.0, 0.0)
+    assert sensor.tempered(rise, apart, 0.9)[1:] == (1.0, 0.0, 0.0)
     assert sensor.tempered(rise, alike, 0.0).temper == pytest.approx(1 / 8)  # the readings of a link count for one
     assert sensor.tempered(rise, alike, 0.5).temper == pytest.approx(1 / 8 * 0.6 / 1.4)
     assert sensor.tempered(rise, alike, 0.5).optimism == pytest.approx(2 * 0.8 * 7)  # of a place, by the design effect

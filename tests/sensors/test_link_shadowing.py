@@ -8,6 +8,7 @@ import pytest
 from elusive.contracts import AdditiveSensor
 from elusive.errors import DataError, ParameterError
 from elusive.sensors.link_effects import total
+from elusive.sensors.link_likeness import Likeness
 from elusive.sensors.link_shadowing import LinkShadowing, fade_levels
 from elusive.sensors.radio_network import directed_links_of, radio_nodes
 from tests.reference.links import shadowed_log_ratio, shadowing
@@ -121,9 +122,21 @@ def test_fade_levels_take_the_loss_with_distance_out():
 def test_it_is_a_sensor_of_people_whose_effects_add_up():
     sensor = network(np.random.default_rng(5))
     assert isinstance(sensor, AdditiveSensor)
-    assert sensor.with_model(LinkShadowing(temper=0.5)).temper == 0.5
-    # 59 readings of ten links
-    assert sensor.temper == pytest.approx(10 / 59)
+    rise = np.zeros((20, CHANNELS))
+    assert sensor.with_model(LinkShadowing(temper=0.5)).temper_of(rise) == 0.5
+    # of ten links; the mean over readings of how many there are on a link
+    heard = (~sensor.unheard).sum(axis=1)[sensor.tables.ways].sum(axis=1)
+    assert heard.sum() == 59
+    assert sensor.temper_of(rise) == pytest.approx(59 / (heard**2).sum())
+
+
+def test_as_much_is_made_of_a_reading_as_its_link_has_in_the_frame():
+    """Of radios that hop, a channel a frame: were all channels counted, a third was made of it."""
+    sensor, rise = network(np.random.default_rng(5), unheard=False), np.zeros((20, CHANNELS))
+    hopping = np.where(np.arange(CHANNELS) == 1, rise, np.nan)
+    assert sensor.temper_of(rise) == pytest.approx(1 / 6)
+    assert sensor.temper_of(hopping) == sensor.tempered(hopping, Likeness(), 0.0).temper == pytest.approx(1 / 2)
+    assert sensor.temper_of(np.full((20, CHANNELS), np.nan)) == 1.0
 
 
 @pytest.mark.parametrize(

@@ -19,6 +19,7 @@ from elusive.errors import DataError
 from elusive.model import Model, Positive
 from elusive.preprocess.link_calibration import Calibrate, Calibration, fade_level
 from elusive.preprocess.link_settled import Flags, Settled
+from elusive.preprocess.node_gains import node_gains, of_readings
 from elusive.sensors.radio_network import Indices, RssFrame, undirected_of
 
 __all__ = ["Calibrate", "Calibration", "RssChange", "RssState", "fade_level"]
@@ -35,6 +36,7 @@ class RssState(NamedTuple):
     rise_db: Array  # (D, C) of each reading of the latest frame above the calibration, NaN where missing
     settled: Settled
     settled_share: float = 0.0  # of the readings, that had settled off the empty room's levels
+    gains_db: Array = np.zeros((0, 2))  # (S, 2) change of each node's own gain, as it sends and hears: taken out
 
 
 class RssChange(Model):
@@ -98,6 +100,9 @@ class RssChange(Model):
                 f"frame at {frame.time_s:g} s: must hold levels of shape {state.calibration.mean_dbm.shape} (links, "
                 f"channels), finite or missing (got shape {level.shape})."
             )
+        level = np.where(level <= state.calibration.floor_dbm, np.nan, level)
+        gains = self._gains(level, state.calibration)
+        level = level - of_readings(gains)
         recent, rise = state.recent_dbm, level - state.calibration.mean_dbm
         if self.measure == "variance":
             recent = np.concatenate([recent[-(self.window_frames - 1) :], level[None]])
@@ -109,7 +114,12 @@ class RssChange(Model):
         calibration = self._recalibrated(state.calibration, level, frame.time_s, empty)
         if away is not None:
             settled, calibration, share = settled.moved(calibration, away)
-        return RssState(change, calibration, recent, rise, settled, share)
+        return RssState(change, calibration, recent, rise, settled, share, gains)
+
+    def _gains(self, level: Array, empty: Calibration) -> Array:
+        """Return the changes of the nodes' own gains since the calibration, ``(S, 2)`` [dB]."""
+        sd = np.sqrt(np.maximum(np.nan_to_num(empty.variance_db2), LEAST_SD_DB**2))
+        return node_gains(level - empty.mean_dbm, sd, _nodes(len(level)))
 
     def _averaged(self, values: Array, mean_dbm: Array) -> Array:
         """Average of each undirected link over channels and directions, eq. 3.8; NaN where there is nothing."""
@@ -147,10 +157,15 @@ class RssChange(Model):
 @lru_cache(maxsize=8)
 def _undirected(directed: int) -> Indices:
     """Undirected link of each of so many directed ones."""
-    nodes = (1 + math.isqrt(1 + 4 * directed)) // 2
+    nodes = _nodes(directed)
     if nodes < 2 or nodes * (nodes - 1) != directed:
         raise DataError(f"calibration: has {directed} links; S nodes have S (S - 1), both directions of each pair.")
     return undirected_of(nodes)
+
+
+def _nodes(directed: int) -> int:
+    """Nodes of so many directed links."""
+    return (1 + math.isqrt(1 + 4 * directed)) // 2
 
 
 def _variance(levels: Array) -> Array:

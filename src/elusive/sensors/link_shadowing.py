@@ -128,6 +128,7 @@ class TemperedRise(NamedTuple):
     rise_db: Array  # (D, C) change of every reading from its mean in the empty room, NaN where missing
     temper: float  # exponent of the likelihood
     optimism: float = 0.0  # of the log likelihood, not tempered, for each person beyond the first
+    by_chance: float = 0.0  # of it too, that somebody gains where nobody is
 
 
 class Tables(NamedTuple):
@@ -164,15 +165,15 @@ class ShadowedLinks:
             np.nan_to_num(variance_db2) + model.floor_sd_db**2,
         )
         self.lengths = float(model.loss_length_m), float(model.near_length_m), float(model.far_length_m)
-        heard = np.isfinite(fade_db)
-        self.unheard = ~heard
-        of_link = heard.sum(axis=1)[self.tables.ways].sum(axis=1)
-        self._readings = float(of_link.sum() / np.sum(of_link > 0))  # of a link
-        self.temper = 1 / self._readings if model.temper is None else float(model.temper)
+        self.unheard = np.isnan(fade_db)
 
     def with_model(self, model: LinkShadowing) -> ShadowedLinks:
         """Return the same network with other constants."""
         return ShadowedLinks(model, self.nodes, self.fade_db, self.variance_db2)
+
+    def with_variance(self, variance_db2: Array) -> ShadowedLinks:
+        """Return the same network with other variances ``(D, C)`` of the empty room."""
+        return ShadowedLinks(self.model, self.nodes, self.fade_db, variance_db2)
 
     def expected(self, states: Array) -> Array:
         """Distances of each state's place to each node, ``(N, d) -> (S, N)`` [m]."""
@@ -206,7 +207,8 @@ class ShadowedLinks:
         from elusive.sensors._shadowing_kernels import log_ratio, prepare
 
         tables, (residual, variance, frame) = self.tables, self._less(measurement, others)
-        degrees, temper, owed = float(self.model.degrees), frame.temper, frame.optimism * min(people_of(others), 1.0)
+        degrees, temper = float(self.model.degrees), frame.temper
+        owed = frame.by_chance + frame.optimism * min(people_of(others), 1.0)
         said = prepare(
             residual, variance, tables.loss, tables.near_variance, tables.far_variance, degrees, tables.ways
         )  # fmt: skip
@@ -221,7 +223,9 @@ class ShadowedLinks:
         """Return the log likelihood of the others alone, tempered, but for a constant."""
         degrees, (residual, variance, frame) = self.model.degrees, self._less(measurement, others)
         away = 0.5 * degrees * np.log(variance) - 0.5 * (degrees + 1) * np.log(degrees * variance + residual**2)
-        return frame.temper * (float(np.nansum(away)) - frame.optimism * max(people_of(others) - 1.0, 0.0))
+        people = people_of(others)
+        owed = frame.by_chance * people + frame.optimism * max(people - 1.0, 0.0)
+        return frame.temper * (float(np.nansum(away)) - owed)
 
     def log_likelihood(self, states: Array, measurement: Array | TemperedRise) -> Array:
         """Log likelihood ratio of one person at each state against nobody, ``(N, d) -> (N,)``, tempered."""
@@ -234,16 +238,26 @@ class ShadowedLinks:
         draw = rng.standard_t(self.model.degrees, self.unheard.shape)
         return np.where(self.unheard, np.nan, mean + np.sqrt(variance) * draw)
 
-    def tempered(self, rise_db: Array, likeness: Likeness, kept: float) -> TemperedRise:
+    def tempered(self, rise_db: Array, likeness: Likeness, kept: float, by_chance: float = 0.0) -> TemperedRise:
         """Return a frame with as much made of it as its readings err apart, and its errors from those of the last.
 
         Unless the exponent is given, it is one over how many readings count for one, of a link and in time; ``kept``
         is the share of the error of a place that is kept from frame to frame.
         """
         if self.model.temper is not None:
-            return TemperedRise(rise_db, self.temper)
-        readings = self._readings * likeness.over(kept)
-        return TemperedRise(rise_db, 1 / (1 + (readings - 1) * likeness.misfit), likeness.optimism(self._readings))
+            return TemperedRise(rise_db, self.model.temper, by_chance=by_chance)
+        readings = self._readings(rise_db)
+        temper = 1 / (1 + (readings * likeness.over(kept) - 1) * likeness.misfit)
+        return TemperedRise(rise_db, temper, likeness.optimism(readings), by_chance)
+
+    def temper_of(self, rise_db: Array) -> float:
+        """Return the exponent of a frame's likelihood where nothing is known but that a link's readings err alike."""
+        return 1 / self._readings(rise_db) if self.model.temper is None else float(self.model.temper)
+
+    def _readings(self, rise_db: Array) -> float:
+        """Return how many readings of a link a frame has, the mean over readings: Kish's, of unequal clusters."""
+        of_link = (np.isfinite(rise_db) & ~self.unheard).sum(axis=1)[self.tables.ways].sum(axis=1)
+        return float((of_link**2).sum() / max(of_link.sum(), 1)) or 1.0
 
     def bias_variance(self, likeness: Likeness) -> float:
         """Variance on each axis by which the site bends places [m^2].
@@ -267,11 +281,13 @@ class ShadowedLinks:
 
     def _less(self, measurement: Array | TemperedRise, others: Sequence[Effect]) -> tuple[Array, Array, TemperedRise]:
         """Return what others leave over of the changes, its variance, ``(D, C)``, and how much is made of them."""
-        frame = measurement if isinstance(measurement, TemperedRise) else TemperedRise(measurement, self.temper)
+        frame = measurement if isinstance(measurement, TemperedRise) else TemperedRise(measurement, math.nan)
         change = np.asarray(frame.rise_db, dtype=np.float64)
         if change.shape != self.unheard.shape or np.isinf(change).any():
             raise DataError(
                 f"frame: has shape {change.shape}, not {self.unheard.shape}, or an infinite change; missing is NaN."
             )
+        if math.isnan(frame.temper):
+            frame = frame._replace(temper=self.temper_of(change))
         mean, variance = total(others, self.tables.floor)
         return np.where(self.unheard, np.nan, change - mean), variance, frame

@@ -89,4 +89,5 @@ def log_likelihood(
     by_constant[7] = (by_spread * by_fade).sum()
     for number, of_mean, of_variance in moves:
         by_constant[number] += float((by_mean * of_mean + by_scale * of_variance).sum())
-    return sensor.temper * total, sensor.temper * by_constant
+    temper = sensor.temper_of(change)
+    return temper * total, temper * by_constant

@@ -45,7 +45,9 @@ def step_of(time_s, tracks, events, cloud, calibrating=False):
         for one in tracks
     )
     people = SimpleNamespace(belief=SimpleNamespace(targets=targets), events=tuple(events))
-    rss = SimpleNamespace(calibration=Calibration(0.0, QUIET, np.zeros_like(QUIET), ()), settled_share=0.0)
+    rss = SimpleNamespace(
+        calibration=Calibration(0.0, QUIET, np.zeros_like(QUIET), ()), settled_share=0.0, gains_db=np.zeros((0, 2))
+    )
     state = SimpleNamespace(people=people, events=tuple(events), calibrating=calibrating, remarks=REMARKS, rss=rss)
     return Step(time_s, RssFrame(time_s, QUIET), state, tuple(tracks))
 

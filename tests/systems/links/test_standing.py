@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from elusive.systems.links.standing import Stays
+from elusive.systems.links.standing import AGAIN_S, Stays
 from tests.tracking.test_walking_speeds import walked
 
 SD_M = 0.4
@@ -40,9 +40,16 @@ def test_half_a_minute_is_not_told_from_less_or_by_few_frames():
     assert judged([np.zeros(2)] * 20, 10.0).least is None
 
 
-def test_another_track_at_the_same_place_begins_anew():
+@pytest.mark.parametrize(
+    ("silent_s", "off_m", "one"), [(0, 0.0, True), (AGAIN_S - 2, 1.0, True), (AGAIN_S + 2, 0.0, False), (0, 5.0, False)]
+)
+def test_a_track_that_is_found_again_where_it_was_lost_is_one_stay(silent_s, off_m, one):
+    """A fan leaves such ones, which nobody was told of."""
     stays = Stays()
-    for second in range(50):
-        track = SimpleNamespace(track=second // 25, status="confirmed", mean=np.zeros(4), covariance=np.eye(4))
-        stays.add(SimpleNamespace(time_s=float(second), tracks=[track]))
-    assert stays.least is None
+    for second in range(45):
+        later = second >= 20
+        mean = np.array([off_m * later, 0.0, 0.0, 0.0])
+        track = SimpleNamespace(track=1 + later, status="confirmed", mean=mean, covariance=np.eye(4))
+        seen = not 20 <= second < 20 + silent_s
+        stays.add(SimpleNamespace(time_s=float(second), tracks=[track] if seen else []))
+    assert (stays.least is not None) == one

@@ -44,6 +44,7 @@ class LinksState(NamedTuple):
     bias_m2: float  # variance on each axis of the site's bias of places
     learns: bool = True  # whether the likeness is learned: of shadowed links
     unexplained: Unexplained = NOTHING  # what the tracked people leave over
+    by_chance: float = 0.0  # log likelihood, not tempered, that somebody gains where nobody is
 
     @property
     def tracks(self) -> tuple[Track, ...]:
@@ -153,8 +154,17 @@ class LinksChain:
         return state.tracks
 
     def init(self, empty: Array, rng: Generator) -> LinksState:
-        """Return the state before the first frame: nobody."""
-        return LinksState(self._filter.init(rng), (), Likeness(), 0.0, isinstance(self._filter.sensor, ShadowedLinks))
+        """Return the state before the first frame: nobody.
+
+        Parameters
+        ----------
+        empty
+            ``(K, ...)`` changes of the frames in which nobody was there [dB], as :meth:`seen` gives them.
+        rng
+            Source of randomness.
+        """
+        state = LinksState(self._filter.init(rng), (), Likeness(), 0.0, isinstance(self._filter.sensor, ShadowedLinks))
+        return state if self._one_more is None else state._replace(by_chance=self._one_more.by_chance(empty))
 
     def init_from(self, state: LinksState) -> LinksState:
         """Return the state of another effect's chain as one of this chain: who is there stays."""
@@ -184,7 +194,8 @@ class LinksChain:
             belief = self._filter.step(state.belief, time_s, change, rng)
         else:
             interval_s = FIRST_S if math.isnan(state.belief.time_s) else interval_since(state.belief.time_s, time_s)
-            tempered = sensor.tempered(change, likeness, self._kept(state.belief, interval_s))
+            kept = self._kept(state.belief, interval_s)
+            tempered = sensor.tempered(change, likeness, kept, state.by_chance)
             belief = self._filter.step(state.belief, time_s, tempered, rng)
             sure = [track.mean for track in belief.tracks if track.status == "confirmed"]
             if sure and self._one_more is not None:
@@ -201,7 +212,7 @@ class LinksChain:
         if isinstance(sensor, ShadowedLinks):
             bias_m2 = sensor.bias_variance(likeness)
         events = events_between(time_s, state.belief.tracks, belief.tracks, self._entrance, self._near_m)
-        return LinksState(belief, tuple(events), likeness, bias_m2, state.learns, unexplained)
+        return LinksState(belief, tuple(events), likeness, bias_m2, state.learns, unexplained, state.by_chance)
 
     def _kept(self, belief: SuperposedState, interval_s: float) -> float:
         """Return the share of readings' errors in places that the filter keeps until the next frame.

@@ -17,11 +17,11 @@ from elusive.checks import Fact, Finding
 from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.preprocess.link_calibration import Calibration
-from elusive.preprocess.link_settled import ANOTHER_ROOM
 from elusive.report.clock import moment
 from elusive.sensors.radio_network import RadioNodes, directed_links_of, links_of, undirected_of
 from elusive.systems.links.beside import BESIDE, Pairs
 from elusive.systems.links.by_links import LinksState
+from elusive.systems.links.levels import LevelFacts
 from elusive.systems.links.standing import Stays
 from elusive.tracking.track import Step
 
@@ -37,7 +37,6 @@ LOUDEST_DBM = 10.0  # of a radio at 900 MHz, or 20 at 2.4 GHz, and what its ante
 AT_ONE_METRE_DB = 32.0  # loss of free space at 900 MHz, the least of the usual bands
 INTERVALS_S = 0.005, 60.0  # between frames
 IMPOSSIBLE = 0.5  # share of the links that is louder than radios can be
-COARSE_DB = 2.5  # steps of readings
 MISFIT, LEARNED_FRAMES = 2.0, 20
 FEWEST_PAIRS = 10  # frames with somebody, after each other, from which it is known how long readings err alike
 # log likelihood a frame of one more person: to 2.2 where few nodes track all, else below .9; where two were one, above
@@ -60,17 +59,13 @@ class LinkFacts:
         self._late: deque[tuple[float, float]] = deque()  # time and what was left over, of the last seconds
         self._found: frozenset[int] = frozenset()
         self._stays, self._pairs_there = Stays(), Pairs()
-        self._step_db = math.nan
-        self._settled, self._settled_s = 0.0, math.nan
+        self._levels = LevelFacts(nodes)
 
     def add(self, step: Step) -> None:
         """Take in a step."""
         if self._calibration is None:
             self._calibration = step.state.rss.calibration
-            self._step_db = _least_step(step.measurement.rss_dbm)
-        if step.state.rss.settled_share > self._settled:
-            self._settled = step.state.rss.settled_share
-            self._settled_s = step.time_s
+        self._levels.add(step)
         people = step.state.people
         if isinstance(people, LinksState) and people.learns:
             sure = any(track.status == "confirmed" for track in step.tracks)
@@ -99,25 +94,8 @@ class LinkFacts:
         if self._calibration is None:
             return ()
         mean = self._calibration.mean_dbm
-        found = [self._rounding(), self._room(), self._model(), self._alike(), self._people(), self._rests()]
+        found = [*self._levels.findings(), self._model(), self._alike(), self._people(), self._rests()]
         return (*found, self._beside(), *network_findings(self._nodes, mean))
-
-    def _rounding(self) -> Finding:
-        return Fact(1.0, self._step_db, not self._step_db > COARSE_DB, math.nan).finding(
-            "links.rounding",
-            f"Readings come in steps of {self._step_db:.3g} dB: most of what a person changes is lost in rounding.",
-            "Export levels in steps of 1 dB or finer, in dB.",
-            grave=False,
-        )
-
-    def _room(self) -> Finding:
-        return Fact(0.0, self._settled, not self._settled > ANOTHER_ROOM, math.nan).finding(
-            "links.room",
-            f"At {moment(self._settled_s)} {self._settled:.0%} of the readings keep quietly to another level than in "
-            "the empty room, as when a door was opened, furniture moved or radios drift. The levels were taken for "
-            "those of the empty room from then on; tracks of the time before may be nobody's.",
-            "Calibrate again on the room as it is then, or track each part of the log with its own.",
-        )
 
     def _model(self) -> Finding:
         known = self._confirmed >= LEARNED_FRAMES
@@ -175,12 +153,6 @@ class LinkFacts:
             "likelihood): two may be tracked as one, or somebody is not tracked, and ellipses are too sure.",
             "Let as many be tracked as come (--most-targets); more nodes or channels tell people apart.",
         )
-
-
-def _least_step(levels: Array) -> float:
-    """Least difference between readings [dB]."""
-    values = np.unique(levels[np.isfinite(levels)])
-    return float(np.diff(values).min()) if len(values) > 2 else math.nan
 
 
 def _pairs(nodes: RadioNodes, mean: Array) -> tuple[Array, Array]:

@@ -152,15 +152,16 @@ class _Fitting:
     @property
     def evidence(self) -> float:
         """Log likelihood, tempered, less what errors that last gain for everybody beside the first."""
-        likeness, walkers = Likeness(), self._walkers
+        likeness, walkers, sensor = Likeness(), self._walkers, self.sensor
         for change, *frame in zip(self._changes, *(chain.frames for chain in self._chains), strict=True):
             there = [one.weights @ walkers.centres[one.cells] / one.presence for one in frame if one.presence > SURE]
             if there:
                 states = np.array([[x, 0.0, y, 0.0] for x, y in there])
-                likeness = self.sensor.likeness_after(likeness, change, states)
+                likeness = sensor.likeness_after(likeness, change, states)
             else:
                 likeness = likeness._replace(last=None)
-        owed = self.sensor.temper * self.sensor.tempered(self._changes[0], likeness, 0.0).optimism
+        gains = [sensor.temper_of(rise) * sensor.tempered(rise, likeness, 0.0).optimism for rise in self._changes]
+        owed = sum(gains) / len(gains)
         present = [float(chain.presence.sum()) for chain in self._chains]
         return self.history[-1] - owed * (sum(present) - max(present))
 

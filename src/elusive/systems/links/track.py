@@ -145,17 +145,17 @@ def track(
     changing = parameters.method.measured(parameters.change)
     rss = calibrated = changing.init(parameters.calibrate.over(empty))
     refuse_impossible(nodes, rss.calibration.mean_dbm, [frame.time_s for frame in empty])
+    stages: Any = parameters.method.bind(nodes, parameters.area_of(nodes), rss.calibration)
     changes = []
     for frame in empty:
         calibrated = changing.step(calibrated, frame, empty=True)
-        changes.append(calibrated.change)
+        changes.append(stages.seen(calibrated))
     first = next(stream, None)
     if first is None:
         raise DataError(
             f"calibration_frames: the log has {len(empty)} frames, all of them taken for calibration; take fewer."
         )
     rng = np.random.default_rng(parameters.seed)
-    stages: Any = parameters.method.bind(nodes, parameters.area_of(nodes), rss.calibration)
     people = stages.init(np.array(changes), rng)
     before = [Step(frame.time_s, frame, RoomState(rss, people, True), ()) for frame in empty]
     look = None

@@ -18,6 +18,7 @@ from elusive.contracts import Array, X, Y
 from elusive.geometry.areas import Area
 from elusive.sensors.link_effects import Effect
 from elusive.sensors.link_shadowing import ShadowedLinks, TemperedRise
+from elusive.systems.links.by_chance import gained_by_chance
 from elusive.tracking.birth_density import CellBirths
 from elusive.tracking.lifecycle import Life
 from elusive.tracking.sought import LOUD
@@ -79,8 +80,12 @@ class OneMore:
         levels = np.where(free, ratio(self._expected), -math.inf)
         best = int(levels.argmax())
         log_ratio = float(levels[best])
-        summed = max(0.0, before.summed + frame.temper * (log_ratio - frame.optimism))
+        summed = max(0.0, before.summed + frame.temper * (log_ratio - frame.optimism - frame.by_chance))
         return Unexplained(log_ratio, summed, self._centres[best], levels)
+
+    def by_chance(self, empty: Array) -> float:
+        """Return what somebody gains in frames ``(K, D, C)`` of the empty room; see :func:`gained_by_chance`."""
+        return gained_by_chance(self._sensor, self._centres, empty)
 
     def joined(
         self, belief: SuperposedState, found: Unexplained, temper: float, n: int, rng: Generator

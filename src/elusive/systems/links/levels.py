@@ -1,0 +1,101 @@
+"""Whether the levels of a log are those that radios in a room tell: how finely, down to which, and by what they change.
+
+Levels in coarse steps, at the radios' floor, of a radio whose gain has changed, or of another room than was calibrated.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from elusive.checks import Fact, Finding
+from elusive.contracts import Array
+from elusive.preprocess.link_calibration import Calibration
+from elusive.preprocess.link_settled import ANOTHER_ROOM
+from elusive.report.clock import moment
+from elusive.sensors.radio_network import RadioNodes
+from elusive.tracking.track import Step
+
+COARSE_DB = 2.5  # steps of readings
+GAIN_STEP_DB = 1.0  # by which a node's gain has changed anew
+
+
+class LevelFacts:
+    """What the levels of a run's steps say, at constant memory."""
+
+    def __init__(self, nodes: RadioNodes) -> None:
+        self._nodes = nodes
+        self._calibration: Calibration | None = None
+        self._step_db = math.nan
+        self._settled, self._settled_s = 0.0, math.nan
+        self._gain_db, self._gain_of, self._gain_s = 0.0, "", math.nan
+
+    def add(self, step: Step) -> None:
+        """Take in a step."""
+        if self._calibration is None:
+            self._calibration = step.state.rss.calibration
+            self._step_db = _least_step(step.measurement.rss_dbm)
+        if step.state.rss.settled_share > self._settled:
+            self._settled = step.state.rss.settled_share
+            self._settled_s = step.time_s
+        self._gain(step)
+
+    def _gain(self, step: Step) -> None:
+        """Keep the greatest change of a node's own gain, and when it was first as great."""
+        gains = step.state.rss.gains_db
+        if gains.size and (greatest := float(np.abs(gains).max())) > abs(self._gain_db):
+            node, side = np.unravel_index(int(np.abs(gains).argmax()), gains.shape)
+            if greatest > abs(self._gain_db) + GAIN_STEP_DB:
+                self._gain_s = step.time_s
+            self._gain_db = float(gains[node, side])
+            self._gain_of = f"what {self._nodes.names[node]} {('sends', 'hears')[side]}"
+
+    def findings(self) -> tuple[Finding, ...]:
+        """Return what was checked."""
+        return self._rounding(), self._floor(), self._radio(), self._room()
+
+    def _rounding(self) -> Finding:
+        return Fact(1.0, self._step_db, not self._step_db > COARSE_DB, math.nan).finding(
+            "links.rounding",
+            f"Readings come in steps of {self._step_db:.3g} dB: most of what a person changes is lost in rounding.",
+            "Export levels in steps of 1 dB or finer, in dB.",
+            grave=False,
+        )
+
+    def _floor(self) -> Finding:
+        assert self._calibration is not None
+        floor_dbm, unheard = self._calibration.floor_dbm, np.isnan(self._calibration.mean_dbm).mean()
+        seen = float(unheard) if math.isfinite(floor_dbm) else 0.0
+        return Fact(0.0, seen, seen == 0.0, math.nan).finding(
+            "links.floor",
+            f"Many readings keep to the least level, {floor_dbm:g} dBm, which radios write of all that is fainter: it "
+            f"is taken for not heard. {seen:.0%} of the readings are not heard in the empty room.",
+            "Put nodes closer, or let them send louder; export what is not heard as missing.",
+            grave=False,
+        )
+
+    def _radio(self) -> Finding:
+        same = self._gain_db == 0.0
+        return Fact(0.0, abs(self._gain_db), same, math.nan).finding(
+            "links.gain",
+            f"From {moment(self._gain_s)} on {self._gain_of} reads {self._gain_db:+.1f} dB on all links alike, which "
+            "nobody does who walks: a radio's own gain has changed, and is taken out of its levels.",
+            "See to the radio's supply and antenna, or calibrate again.",
+            grave=False,
+        )
+
+    def _room(self) -> Finding:
+        return Fact(0.0, self._settled, not self._settled > ANOTHER_ROOM, math.nan).finding(
+            "links.room",
+            f"At {moment(self._settled_s)} {self._settled:.0%} of the readings keep quietly to another level than in "
+            "the empty room, as when a door was opened, furniture moved or radios drift. The levels were taken for "
+            "those of the empty room from then on; tracks of the time before may be nobody's.",
+            "Calibrate again on the room as it is then, or track each part of the log with its own.",
+        )
+
+
+def _least_step(levels: Array) -> float:
+    """Least difference between readings [dB]."""
+    values = np.unique(levels[np.isfinite(levels)])
+    return float(np.diff(values).min()) if len(values) > 2 else math.nan
