@@ -17,10 +17,10 @@ from elusive.io.radar_video import open_radar_video
 from elusive.preprocess.clutter_map import ClutterMap
 from elusive.sensors.echo_extent import EchoExtent
 from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
-from elusive.systems.video.checks import Judged, findings_of, swings
+from elusive.systems.video.checks import Judged, findings_of
 from elusive.systems.video.parameters import PlotFinding, VideoTracking
 from elusive.systems.video.plots import write_video_plots
-from elusive.systems.video.registration import register, turned
+from elusive.systems.video.registration import register
 from elusive.systems.video.scene import VideoScene, track_video_scene
 from elusive.systems.video.sea import Sea, SeaState, Still, VideoRadar, cell_places
 from elusive.systems.video.simulate import (
@@ -32,6 +32,7 @@ from elusive.systems.video.simulate import (
     simulate_video,
     spokes_of,
 )
+from elusive.systems.video.swinging import swings, turned
 from elusive.systems.video.track import track_video, track_video_recording
 from elusive.systems.video.turns import Heard, Learnt, VideoStart, heard, start_of, turns_of
 from elusive.tracking.track import Track
@@ -404,3 +405,20 @@ def test_headings_that_lag_are_told_by_what_is_fixed(swing):
     assert found.seen == pytest.approx(np.std(truth), abs=0.15)
     assert np.isnan(turned(np.ones(fixed.shape), np.zeros_like(fixed))).all()
     assert np.isnan(turned(np.full(fixed.shape, np.nan), fixed)).all()
+
+
+@pytest.mark.parametrize("turns", [30, 120])
+def test_rain_that_drifts_is_no_bow_that_swings(turns):
+    """Four of ten drawn recordings of rain were told so: near and far it turned by rows, one way."""
+    rng, sensor = np.random.default_rng(3), RadarVideo(beam_deg=2.0, samples=240)
+    when = np.arange(turns) / 30
+    drift = np.column_stack([np.sin(1.5 * when + 0.3), 1.5 * np.sin(1.2 * when)]) * 2.0
+    rain = drift + 0.15 * rng.standard_normal((turns, 2))
+    assert np.corrcoef(rain.T)[0, 1] > 0.5
+    assert swings(rain, sensor).holds
+    rain[::7] = np.nan
+    assert swings(rain, sensor).holds
+    yaws = 0.8 * np.sin(2 * np.pi * np.arange(turns) / 8)[:, None]
+    found = swings(rain + yaws, sensor)
+    assert not found.holds
+    assert found.seen == pytest.approx(0.8 / np.sqrt(2), rel=0.1)

@@ -14,11 +14,11 @@ from elusive.checks import Finding
 from elusive.contracts import VX, VY, Array, X, Y
 from elusive.sensors.echo_extent import EchoExtent
 from elusive.sensors.radar_video import RadarVideo
-from elusive.systems.video.registration import Registration, register, turned
+from elusive.systems.video.registration import Registration, register
+from elusive.systems.video.swinging import FEW_TURNS, swings, turned
 from elusive.systems.video.turns import Heard, VideoStart
 from elusive.tracking.track import Track
 
-FEW_TURNS = 10
 CHANGED = 3  # turns at the end in another range scale
 LATEST = 2000  # turns by whose clutter a run is checked
 SURE = 3.0  # errors of a registration beyond which it is told
@@ -33,7 +33,6 @@ INTERFERED = 0.002  # share of azimuths
 MANY = 50  # ships at once
 LIKE_MPS, TOGETHER, SLOW_MPS = 2.5, 10, 5.0  # velocities that are alike, of how many ships, none of them slow
 LEVELS = 8  # of amplitude, three bits
-SWINGS = 0.2  # of a beam, deviation of azimuths from turn to turn: less than what made ten tracks of no ship
 
 
 class Judged:
@@ -162,19 +161,6 @@ def _registered(registration: Registration, start: VideoStart) -> list[Finding]:
             )
         )  # fmt: skip
     return found
-
-
-def swings(rows: Array, sensor: RadarVideo) -> Finding:
-    """Whether what is fixed turns to and fro, near and far alike, by ``rows`` of each turn, ``(T, 2)``."""
-    known = rows[np.isfinite(rows).all(axis=1)]
-    common = float(np.cov(known.T)[0, 1]) if len(known) >= FEW_TURNS else 0.0  # the errors of both are independent
-    off = math.degrees(sensor.grid[2]) * math.sqrt(max(common, 0.0))
-    return Finding(
-        "video.swings", off < SWINGS * sensor.beam_deg, 0.0, off,
-        f"What is fixed, near and far, turns to and fro by {off:.1f} degrees from turn to turn: headings lag or jitter "
-        "as the radar's ship yaws. Edges of what is fixed are then tracked as ships, sure and wrong.",
-        "Record the heading that the radar itself uses, at ten a second or so; or give --chart.",
-    )  # fmt: skip
 
 
 def _many(at_once: int) -> Finding:
