@@ -32,6 +32,7 @@ from elusive.systems.video.simulate import (
     simulate_video,
     spokes_of,
 )
+from elusive.systems.video.swell import swell_after, without_crests
 from elusive.systems.video.swinging import swings, turned
 from elusive.systems.video.track import track_video, track_video_recording
 from elusive.systems.video.turns import Heard, Learnt, VideoStart, heard, start_of, turns_of
@@ -285,22 +286,51 @@ def test_ships_that_are_a_coasts_edge_or_too_many_are_named(ships, off_m, broken
     assert {one.name for one in found if not one.holds and one.grave} == {f"video.{name}" for name in broken}
 
 
-@pytest.mark.parametrize(("spread", "told"), [(1.0, True), (40.0, False)])
-def test_crests_of_swell_that_are_tracked_are_named(spread, told):
-    """Eighty tracks of waves were put down to another radar's interference; ships of a harbour go all ways."""
-    sensor, rng = RadarVideo(step_m=12.5), np.random.default_rng(0)
+def sea_of(sensor, rng, contrast):
+    """Turns of evidence under a swell of 12 m/s towards 60 degrees, and what sails there: crests, or as they do."""
+    way, speed, period = np.array([math.sin(math.pi / 3), 0.5]), 12.0, 2.5
+    along, wave = np.array([way[1], -way[0]]), 2 * math.pi / (2 * math.pi * speed**2 / 9.81)
+    places = sensor.places()
+    middle = rng.uniform(-400, 400, (12, 2)) + np.array([900.0, 900.0])
+    middle -= ((middle @ way) % (2 * math.pi / wave))[:, None] * way  # on a crest
+    velocity = speed * way + rng.uniform(-5, 5, (12, 1)) * along
+    for turn in range(8):
+        time_s = turn * period
+        height = np.cos(wave * (places @ way - speed * time_s))
+        evidence = np.exp(0.5 * contrast * height) * rng.exponential(size=sensor.shape)
+        now = middle + time_s * velocity
+        tracks = [
+            Track(k, "confirmed", 1.0, np.array([x, vx, y, vy]), 0.01 * np.eye(4))
+            for k, ((x, y), (vx, vy)) in enumerate(zip(now, velocity, strict=True))
+        ]
+        other = Track(99, "confirmed", 1.0, np.array([-900.0, 3.0, 900.0, 4.0]), 0.01 * np.eye(4))
+        rows = time_s + period * np.arange(sensor.shape[0]) / sensor.shape[0]
+        yield EvidenceTurn(time_s, rows, evidence.astype(np.float32), (0.0, 0.0)), [*tracks, other]
+
+
+@pytest.mark.parametrize(("contrast", "told"), [(1.5, True), (0.0, False)])
+def test_crests_of_swell_are_told_from_a_lane_of_ships(contrast, told):
+    """A hundred crests were sure ships, or twenty and nothing said so, for how fast one goes along itself is not seen.
+
+    Ships that sail alike are left as they are, and so is what sails otherwise in a swell.
+    """
+    sensor = RadarVideo(step_m=12.5, samples=160)
     power = np.ones(sensor.shape, np.float32)
     state = ClutterMap().learnt(None, power)
-    turn = EvidenceTurn(0.0, np.zeros(len(power)), power, (0.0, 0.0))
-    way = np.array([math.sin(1.0), math.cos(1.0)]) * 12.0 + spread * rng.uniform(-1, 1, (30, 2))
-    tracks = [Track(k, "confirmed", 1.0, np.array([900.0, v[0], 900.0, v[1]]), np.eye(4)) for k, v in enumerate(way)]
-    judged = Judged(sensor)
-    judged.add(Heard(turn, power, Learnt(state, state), 1.0), tracks)
+    judged, swell = Judged(sensor), None
+    for turn, tracks in sea_of(sensor, np.random.default_rng(5), contrast):
+        swell = swell_after(swell, tracks, turn, sensor)
+        shown = without_crests(tracks, swell)
+        judged.add(Heard(turn, power, Learnt(state, state, swell), 1.0), shown)
+    assert {one.track for one in shown if one.status == "confirmed"} == ({99} if told else {*range(12), 99})
     start = VideoStart(sensor, None, 0.0, 0.0, EchoExtent(np.nan, np.nan), 256)
     found = judged.findings(Counter({"spokes": 1, "turns": 20}), start, None)[1]
-    swell = next(one for one in found if one.name == "video.swell")
-    assert swell.holds != told
-    assert not told or "30 ships under way sailed alike at once, 12 m/s towards" in swell.sentence
+    finding = next(one for one in found if one.name == "video.swell")
+    assert finding.holds != told
+    if told:
+        assert swell.speed_mps == pytest.approx(12.0, abs=0.5)
+        assert math.degrees(swell.towards_rad) == pytest.approx(60.0, abs=5.0)
+        assert "12 tracks at once were crests of a swell" in finding.sentence
 
 
 def test_a_radar_that_is_not_told_of_is_read_from_its_echoes():

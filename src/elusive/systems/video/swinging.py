@@ -43,7 +43,7 @@ def _off_course(rows: Array) -> Array:
     """Return what is known of rows ``(T, 2)``, less the quadratic through the turns about each, ``(n, 2)``."""
     known = np.flatnonzero(np.isfinite(rows).all(axis=1))
     wide, left = 2 * COURSE + 1, []
-    for turn in known:
+    for turn in known.tolist():
         first = max(0, min(turn - COURSE, len(rows) - wide))
         near = known[(known >= first) & (known < first + wide)]
         if len(near) < FEW_TURNS:

@@ -19,6 +19,7 @@ from elusive.sensors.echo_extent import EchoExtent, echo_extent, first_turn
 from elusive.sensors.radar_video import EvidenceTurn, RadarVideo, TurnGatherer, VideoTurn
 from elusive.sensors.spokes import Spokes
 from elusive.systems.video.parameters import MOST_BYTES, PlotFinding, VideoTracking, bytes_held, seconds_a_turn
+from elusive.systems.video.swell import Swell
 from elusive.tracking.memory import Memory
 
 SPARSE = 8  # samples of a spoke of which one is looked at for its levels
@@ -57,6 +58,7 @@ class Learnt(NamedTuple):
 
     clutter: ClutterState  # of mean power: what is fixed, and how that fluctuates
     even: ClutterState  # of the mean root's, in open sea
+    swell: Swell | None = None  # of crests that are tracked
 
 
 class Heard(NamedTuple):
