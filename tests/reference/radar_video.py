@@ -5,13 +5,22 @@ from __future__ import annotations
 import numpy as np
 
 
-def gathered(amplitude, rows, samples, shape):
-    """Sums of the mean power, and of the mean root of the amplitude, of neighbouring samples, row by row."""
-    total = np.zeros((2, *shape))
-    for spoke, row in zip(amplitude.astype(float), rows, strict=True):
+def gathered(amplitude, time_s, received, place, width, samples, shape):
+    """Sums of the mean power, and of the mean root of the amplitude, of neighbouring samples, row by row.
+
+    Each spoke is dealt out to a thousand points across its width; then how many were received, passed, and when.
+    """
+    total, counted = np.zeros((2, *shape)), np.zeros((3, shape[0]))
+    across = (np.arange(1000) + 0.5) / 1000 - 0.5
+    for spoke, time, heard, middle in zip(amplitude.astype(float), time_s, received, place, strict=True):
         cells = spoke[: shape[1] * samples].reshape(shape[1], samples)
-        total[:, row] += (cells**2).mean(axis=1), np.sqrt(cells).mean(axis=1)
-    return total
+        reached, parts = np.unique(np.floor(middle + width * across).astype(int), return_counts=True)
+        for row, part in zip(reached, parts / 1000, strict=True):
+            total[:, row % shape[0]] += part * (cells**2).mean(axis=1), part * np.sqrt(cells).mean(axis=1)
+            counted[0, row % shape[0]] += part * heard
+            if 0 <= row < shape[0]:
+                counted[1:, row] += part, part * time
+    return *total, counted
 
 
 def overlapped(total, spokes, tall, wide):
@@ -22,7 +31,8 @@ def overlapped(total, spokes, tall, wide):
         for j in range(columns):
             some = [((i + a) % rows, j + c) for a in range(tall) for c in range(wide)]
             missing = any(spokes[row] == 0 or column >= columns for row, column in some)
-            found[i, j] = np.nan if missing else np.mean([total[row, column] / spokes[row] for row, column in some])
+            heard = sum(spokes[row] for row, _ in some)
+            found[i, j] = np.nan if missing else sum(total[row, column] for row, column in some) / heard
     return found
 
 

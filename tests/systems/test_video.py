@@ -17,10 +17,10 @@ from elusive.io.radar_video import open_radar_video
 from elusive.preprocess.clutter_map import ClutterMap
 from elusive.sensors.echo_extent import EchoExtent
 from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
-from elusive.systems.video.checks import Judged, findings_of, swings
+from elusive.systems.video.checks import Judged, findings_of
 from elusive.systems.video.parameters import PlotFinding, VideoTracking
 from elusive.systems.video.plots import write_video_plots
-from elusive.systems.video.registration import register, turned
+from elusive.systems.video.registration import register
 from elusive.systems.video.scene import VideoScene, track_video_scene
 from elusive.systems.video.sea import Sea, SeaState, Still, VideoRadar, cell_places
 from elusive.systems.video.simulate import (
@@ -32,6 +32,8 @@ from elusive.systems.video.simulate import (
     simulate_video,
     spokes_of,
 )
+from elusive.systems.video.swell import swell_after, without_crests
+from elusive.systems.video.swinging import swings, turned
 from elusive.systems.video.track import track_video, track_video_recording
 from elusive.systems.video.turns import Heard, Learnt, VideoStart, heard, start_of, turns_of
 from elusive.tracking.track import Track
@@ -284,22 +286,51 @@ def test_ships_that_are_a_coasts_edge_or_too_many_are_named(ships, off_m, broken
     assert {one.name for one in found if not one.holds and one.grave} == {f"video.{name}" for name in broken}
 
 
-@pytest.mark.parametrize(("spread", "told"), [(1.0, True), (40.0, False)])
-def test_crests_of_swell_that_are_tracked_are_named(spread, told):
-    """Eighty tracks of waves were put down to another radar's interference; ships of a harbour go all ways."""
-    sensor, rng = RadarVideo(step_m=12.5), np.random.default_rng(0)
+def sea_of(sensor, rng, contrast):
+    """Turns of evidence under a swell of 12 m/s towards 60 degrees, and what sails there: crests, or as they do."""
+    way, speed, period = np.array([math.sin(math.pi / 3), 0.5]), 12.0, 2.5
+    along, wave = np.array([way[1], -way[0]]), 2 * math.pi / (2 * math.pi * speed**2 / 9.81)
+    places = sensor.places()
+    middle = rng.uniform(-400, 400, (12, 2)) + np.array([900.0, 900.0])
+    middle -= ((middle @ way) % (2 * math.pi / wave))[:, None] * way  # on a crest
+    velocity = speed * way + rng.uniform(-5, 5, (12, 1)) * along
+    for turn in range(8):
+        time_s = turn * period
+        height = np.cos(wave * (places @ way - speed * time_s))
+        evidence = np.exp(0.5 * contrast * height) * rng.exponential(size=sensor.shape)
+        now = middle + time_s * velocity
+        tracks = [
+            Track(k, "confirmed", 1.0, np.array([x, vx, y, vy]), 0.01 * np.eye(4))
+            for k, ((x, y), (vx, vy)) in enumerate(zip(now, velocity, strict=True))
+        ]
+        other = Track(99, "confirmed", 1.0, np.array([-900.0, 3.0, 900.0, 4.0]), 0.01 * np.eye(4))
+        rows = time_s + period * np.arange(sensor.shape[0]) / sensor.shape[0]
+        yield EvidenceTurn(time_s, rows, evidence.astype(np.float32), (0.0, 0.0)), [*tracks, other]
+
+
+@pytest.mark.parametrize(("contrast", "told"), [(1.5, True), (0.0, False)])
+def test_crests_of_swell_are_told_from_a_lane_of_ships(contrast, told):
+    """A hundred crests were sure ships, or twenty and nothing said so, for how fast one goes along itself is not seen.
+
+    Ships that sail alike are left as they are, and so is what sails otherwise in a swell.
+    """
+    sensor = RadarVideo(step_m=12.5, samples=160)
     power = np.ones(sensor.shape, np.float32)
     state = ClutterMap().learnt(None, power)
-    turn = EvidenceTurn(0.0, np.zeros(len(power)), power, (0.0, 0.0))
-    way = np.array([math.sin(1.0), math.cos(1.0)]) * 12.0 + spread * rng.uniform(-1, 1, (30, 2))
-    tracks = [Track(k, "confirmed", 1.0, np.array([900.0, v[0], 900.0, v[1]]), np.eye(4)) for k, v in enumerate(way)]
-    judged = Judged(sensor)
-    judged.add(Heard(turn, power, Learnt(state, state), 1.0), tracks)
+    judged, swell = Judged(sensor), None
+    for turn, tracks in sea_of(sensor, np.random.default_rng(5), contrast):
+        swell = swell_after(swell, tracks, turn, sensor)
+        shown = without_crests(tracks, swell)
+        judged.add(Heard(turn, power, Learnt(state, state, swell), 1.0), shown)
+    assert {one.track for one in shown if one.status == "confirmed"} == ({99} if told else {*range(12), 99})
     start = VideoStart(sensor, None, 0.0, 0.0, EchoExtent(np.nan, np.nan), 256)
     found = judged.findings(Counter({"spokes": 1, "turns": 20}), start, None)[1]
-    swell = next(one for one in found if one.name == "video.swell")
-    assert swell.holds != told
-    assert not told or "30 ships under way sailed alike at once, 12 m/s towards" in swell.sentence
+    finding = next(one for one in found if one.name == "video.swell")
+    assert finding.holds != told
+    if told:
+        assert swell.speed_mps == pytest.approx(12.0, abs=0.5)
+        assert math.degrees(swell.towards_rad) == pytest.approx(60.0, abs=5.0)
+        assert "12 tracks at once were crests of a swell" in finding.sentence
 
 
 def test_a_radar_that_is_not_told_of_is_read_from_its_echoes():
@@ -404,3 +435,20 @@ def test_headings_that_lag_are_told_by_what_is_fixed(swing):
     assert found.seen == pytest.approx(np.std(truth), abs=0.15)
     assert np.isnan(turned(np.ones(fixed.shape), np.zeros_like(fixed))).all()
     assert np.isnan(turned(np.full(fixed.shape, np.nan), fixed)).all()
+
+
+@pytest.mark.parametrize("turns", [30, 120])
+def test_rain_that_drifts_is_no_bow_that_swings(turns):
+    """Four of ten drawn recordings of rain were told so: near and far it turned by rows, one way."""
+    rng, sensor = np.random.default_rng(3), RadarVideo(beam_deg=2.0, samples=240)
+    when = np.arange(turns) / 30
+    drift = np.column_stack([np.sin(1.5 * when + 0.3), 1.5 * np.sin(1.2 * when)]) * 2.0
+    rain = drift + 0.15 * rng.standard_normal((turns, 2))
+    assert np.corrcoef(rain.T)[0, 1] > 0.5
+    assert swings(rain, sensor).holds
+    rain[::7] = np.nan
+    assert swings(rain, sensor).holds
+    yaws = 0.8 * np.sin(2 * np.pi * np.arange(turns) / 8)[:, None]
+    found = swings(rain + yaws, sensor)
+    assert not found.holds
+    assert found.seen == pytest.approx(0.8 / np.sqrt(2), rel=0.1)

@@ -33,6 +33,7 @@ NEAR = 1e-4  # strengths this close to 1 are taken as that far from it
 LEAST_ROWS = 16
 NOISE = 20  # samples of a spoke that hold some, from which a spoke without any was not received
 STRIPS, ASIDE, LOUDER = 8, (3, 4, 5, 6), math.log(4.0)  # of range; rows beyond an echo's beam; logarithm of power
+FEW_SPOKES = 2  # of a row, below which they are shared among rows
 NORTH = 32  # part of a turn within which its first and its last spoke are at north
 LEAST_POWER = 0.1  # of quantised samples: what is below a step is not told apart
 AROUND = [(down, right) for down in (-1, 0, 1) for right in (-1, 0, 1)]
@@ -233,10 +234,16 @@ class TurnGatherer:
     ----------
     sensor
         Whose cells.
+    spacing_rad
+        From spoke to spoke. Where a row holds fewer than two, each is shared among the rows that it covers: some would
+        else hold twice as many as others, whose clutter averages out less. Where it holds more, edges stay sharp: a
+        spoke counts in the row of its azimuth alone, as with a spacing of 0.
     """
 
-    def __init__(self, sensor: RadarVideo) -> None:
+    def __init__(self, sensor: RadarVideo, spacing_rad: float = 0.0) -> None:
         self.sensor = sensor
+        width = spacing_rad / sensor.grid[2]
+        self._width = width if width * FEW_SPOKES > 1 else 0.0
         self._row = -1
         self._least = self._noise = 0.0
         self._clear()
@@ -244,14 +251,15 @@ class TurnGatherer:
     def _clear(self) -> None:
         rows, columns = self.sensor.shape
         self._total, self._roots = np.zeros((2, rows, columns), np.float32)
-        self._spokes, self._passed, self._time = np.zeros(rows, np.int64), np.zeros(rows, np.int64), np.zeros(rows)
+        self._counted = np.zeros((3, rows))  # spokes received, spokes passed, and the sum of the latter's times
 
     def add(self, spokes: Spokes, azimuth_rad: Array, place: tuple[float, float]) -> list[VideoTurn]:
         """Take in spokes, whose azimuths are from north, and return the turns that ended with them."""
         from elusive.sensors import _radar_video_kernels as kernels
 
         rows = self.sensor.shape[0]
-        row = np.minimum((azimuth_rad % TURN_RAD * (rows / TURN_RAD)).astype(np.int64), rows - 1)
+        across = azimuth_rad % TURN_RAD * (rows / TURN_RAD)
+        row = np.minimum(across.astype(np.int64), rows - 1)
         before = np.concatenate([[self._row if self._row >= 0 else row[0]], row[:-1]])
         ends = np.flatnonzero(row < before - rows // 2).tolist()
         found = []
@@ -260,17 +268,19 @@ class TurnGatherer:
                 found.append(self._ended(place))
             part = slice(start, stop)
             self._least = LEAST_POWER if spokes.bits else 0.0
-            kernels.gather(spokes.amplitude[part], row[part], self.sensor.grouped, self._total, self._roots)
-            self._spokes += np.bincount(row[part], self._received(spokes.amplitude[part]), rows).astype(np.int64)
-            self._passed += np.bincount(row[part], minlength=rows)
-            self._time += np.bincount(row[part], spokes.time_s[part], minlength=rows)
+            amplitude = spokes.amplitude[part]
+            kernels.gather(
+                amplitude, spokes.time_s[part], self._received(amplitude), across[part], self._width,
+                self.sensor.grouped, self._total, self._roots, self._counted,
+            )  # fmt: skip
         self._row = int(row[-1])
         return found
 
     def rest(self, place: tuple[float, float]) -> list[VideoTurn]:
         """Return the turn in hand once no spoke comes any more: none if it did not go from north round to north."""
-        edge = max(1, len(self._passed) // NORTH)
-        return [self._ended(place)] if self._passed[:edge].any() and self._passed[-edge:].any() else []
+        passed = self._counted[1]
+        edge = max(1, len(passed) // NORTH)
+        return [self._ended(place)] if passed[:edge].any() and passed[-edge:].any() else []
 
     def _received(self, amplitude: NDArray[np.generic]) -> NDArray[np.bool_]:
         """Say which spokes were: those of a blanked sector have no noise, where others have."""
@@ -283,7 +293,7 @@ class TurnGatherer:
     def _spoilt(self) -> NDArray[np.bool_]:
         """Say which rows are far stronger than those a beam away on either side, in all strips of range but one."""
         with np.errstate(invalid="ignore", divide="ignore"):
-            mean = self._total / self._spokes.astype(np.float32)[:, None]
+            mean = self._total / self._counted[0].astype(np.float32)[:, None]
             level = np.log(np.maximum(mean, np.float32(LEAST_POWER if self._least else 1e-12)))
         strips = np.array([part.mean(axis=1) for part in np.array_split(level, STRIPS, axis=1)])
         before, after = (
@@ -295,10 +305,10 @@ class TurnGatherer:
         from elusive.sensors import _radar_video_kernels as kernels
 
         with np.errstate(invalid="ignore", divide="ignore"):
-            times = self._time / self._passed
+            times = self._counted[2] / self._counted[1]
         spoilt = self._spoilt()
-        self._spokes[spoilt] = 0
-        power, root = (kernels.overlap(total, self._spokes, 2, 2) for total in (self._total, self._roots))
+        self._counted[0, spoilt] = 0
+        power, root = (kernels.overlap(total, self._counted[0], 2, 2) for total in (self._total, self._roots))
         least = np.float32(self._least)
         turn = VideoTurn(
             float(np.nanmax(times)),

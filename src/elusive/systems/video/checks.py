@@ -11,14 +11,15 @@ from numpy.typing import NDArray
 
 from elusive.charts import Water
 from elusive.checks import Finding
-from elusive.contracts import VX, VY, Array, X, Y
+from elusive.contracts import Array, X, Y
 from elusive.sensors.echo_extent import EchoExtent
 from elusive.sensors.radar_video import RadarVideo
-from elusive.systems.video.registration import Registration, register, turned
+from elusive.systems.video.registration import Registration, register
+from elusive.systems.video.swell import Swell
+from elusive.systems.video.swinging import FEW_TURNS, swings, turned
 from elusive.systems.video.turns import Heard, VideoStart
 from elusive.tracking.track import Track
 
-FEW_TURNS = 10
 CHANGED = 3  # turns at the end in another range scale
 LATEST = 2000  # turns by whose clutter a run is checked
 SURE = 3.0  # errors of a registration beyond which it is told
@@ -31,9 +32,7 @@ CROWDED = 0.1  # share of the cells that are fixed
 EDGE = 2  # cells about a ship in which what is fixed shows as well
 INTERFERED = 0.002  # share of azimuths
 MANY = 50  # ships at once
-LIKE_MPS, TOGETHER, SLOW_MPS = 2.5, 10, 5.0  # velocities that are alike, of how many ships, none of them slow
 LEVELS = 8  # of amplitude, three bits
-SWINGS = 0.2  # of a beam, deviation of azimuths from turn to turn: less than what made ten tracks of no ship
 
 
 class Judged:
@@ -43,7 +42,8 @@ class Judged:
         self._sensor = sensor
         self._beside = dict[int, bool]()  # whether a ship that is there has never left what is fixed
         self._gone = Counter[bool]()  # the same of those that have ended, and how many
-        self._at_once, self._alike = 0, np.zeros((0, 2))
+        self._at_once = self._crests = 0
+        self._swell: Swell | None = None
         self._held = deque[float](maxlen=LATEST)
         self._turned = deque[Array](maxlen=LATEST)
         self._least, self._most = np.full(2, math.inf), np.full(2, -math.inf)
@@ -53,7 +53,10 @@ class Judged:
         """Take in a turn, and the tracks after it."""
         ships = [track for track in tracks if track.status == "confirmed"]
         self._at_once = max(self._at_once, len(ships))
-        self._alike = max(self._alike, _alike(ships), key=len)
+        swell = heard.learnt.swell
+        if swell is not None and swell.sure:
+            crests = sum(track.status != "deleted" and swell.carries(track) for track in tracks)
+            self._crests, self._swell = max(self._crests, crests), swell
         for ship in ships:
             if self._beside.get(ship.track, True):
                 self._beside[ship.track] = self._is_beside(ship, heard)
@@ -85,7 +88,7 @@ class Judged:
         if water is not None and moved <= _still_m(start.sensor):
             itself = fixed & ~clutter.beside
             registration = register(itself, start.sensor, water.probability, self._last.turn.place)
-        ships = [_many(self._at_once), _swell(self._alike)]
+        ships = [_many(self._at_once), _swell(self._swell, self._crests)]
         if moved <= _still_m(start.sensor):
             ships.append(swings(np.array(self._turned), start.sensor))
         known = self._gone + Counter(self._beside.values())
@@ -164,19 +167,6 @@ def _registered(registration: Registration, start: VideoStart) -> list[Finding]:
     return found
 
 
-def swings(rows: Array, sensor: RadarVideo) -> Finding:
-    """Whether what is fixed turns to and fro, near and far alike, by ``rows`` of each turn, ``(T, 2)``."""
-    known = rows[np.isfinite(rows).all(axis=1)]
-    common = float(np.cov(known.T)[0, 1]) if len(known) >= FEW_TURNS else 0.0  # the errors of both are independent
-    off = math.degrees(sensor.grid[2]) * math.sqrt(max(common, 0.0))
-    return Finding(
-        "video.swings", off < SWINGS * sensor.beam_deg, 0.0, off,
-        f"What is fixed, near and far, turns to and fro by {off:.1f} degrees from turn to turn: headings lag or jitter "
-        "as the radar's ship yaws. Edges of what is fixed are then tracked as ships, sure and wrong.",
-        "Record the heading that the radar itself uses, at ten a second or so; or give --chart.",
-    )  # fmt: skip
-
-
 def _many(at_once: int) -> Finding:
     return Finding(
         "video.many", at_once <= MANY, MANY, at_once,
@@ -186,25 +176,15 @@ def _many(at_once: int) -> Finding:
     )  # fmt: skip
 
 
-def _alike(ships: Sequence[Track]) -> Array:
-    """Return the velocities of the most ships that sail with one of them, ``(n, 2)``."""
-    velocity = np.array([ship.mean[[VX, VY]] for ship in ships]).reshape(-1, 2)
-    velocity = velocity[np.hypot(*velocity.T) > SLOW_MPS]
-    if len(velocity) < TOGETHER:
-        return np.zeros((0, 2))
-    like = np.hypot(*(velocity[:, None] - velocity).transpose(2, 0, 1)) < LIKE_MPS
-    return np.asarray(velocity[like[like.sum(axis=1).argmax()]])
-
-
-def _swell(alike: Array) -> Finding:
-    """Whether ships sail alike, as crests of waves do: found in 5 of 6 drawn seas of swell."""
-    east, north = alike.mean(axis=0) if len(alike) else (0.0, 0.0)
+def _swell(swell: Swell | None, crests: int) -> Finding:
+    """Whether tracks are carried by a swell, whose crests stand out of the sea between them."""
+    towards = 0.0 if swell is None else math.degrees(swell.towards_rad)
+    speed, length = (0.0, 0.0) if swell is None else (swell.speed_mps, swell.length_m)
     return Finding(
-        "video.swell", len(alike) < TOGETHER, TOGETHER, len(alike),
-        f"{len(alike)} ships under way sailed alike at once, {math.hypot(east, north):.0f} m/s towards "
-        f"{math.degrees(math.atan2(east, north)) % 360:.0f} degrees: crests of swell are tracked so, sure and wrong, "
-        "unless it is a lane of ships.",
-        "Look at the report for stripes; take tracks of that speed and course for waves.", grave=False,
+        "video.swell", swell is None, 0.0, crests,
+        f"{crests} tracks at once were crests of a swell, {length:.0f} m long, that goes {speed:.0f} m/s towards "
+        f"{towards:.0f} degrees: what goes at that speed in that direction is told as a candidate, be it a ship.",
+        "Look at the report for ships that sail with the swell.", grave=False,
     )  # fmt: skip
 
 

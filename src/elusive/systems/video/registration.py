@@ -28,9 +28,6 @@ SECTORS = 12
 ROUNDS = 6
 SMALLEST = 0.02  # curvature, of the largest, below which a direction is not known
 
-FEW_FIXED = 50  # cells of what is fixed from which a turn's azimuths are held against it
-MOST_DEG = 10.0  # by which they are looked for
-
 
 class Registration(NamedTuple):
     """How the radar lies to the chart."""
@@ -140,32 +137,3 @@ def _peak(stencil: Array, values: Array) -> tuple[Array, bool]:
     good = sizes > SMALLEST * max(float(sizes.max()), 0.0)
     along = np.where(good, (ways.T @ fitted[1:4]) / np.where(good, sizes, 1.0), 0.0)
     return np.asarray(ways @ along), bool(good.all())
-
-
-def turned(power: NDArray[np.float32], fixed: NDArray[np.bool_]) -> Array:
-    """By how many rows the near and the far half of what is fixed lie further on in a turn, ``(2,)``; NaN: unknown.
-
-    Where power ``(A, R)`` and what is fixed, turned about the radar, are most alike (by a parabola between rows).
-    """
-    rows = len(power)
-    parts = fixed & ~fixed.all(axis=0)
-    seen = np.cumsum(parts.sum(axis=0))
-    found = np.full(2, np.nan)
-    known = np.isfinite(power)
-    if seen[-1] < FEW_FIXED or not known.any():
-        return found
-    mean = np.where(known, power, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
-    level = np.log(np.maximum(np.where(known, power, mean), 1e-12))
-    reach = min(round(rows * MOST_DEG / 360), rows // 4)
-    steps = np.arange(-reach, reach + 1)
-    here = np.flatnonzero(parts.any(axis=0))
-    for half, columns in enumerate((here[seen[here] <= seen[-1] / 2], here[seen[here] > seen[-1] / 2])):
-        mask = parts[:, columns] - parts[:, columns].mean(axis=0)
-        alike = np.fft.irfft(
-            (np.fft.rfft(mask, axis=0).conj() * np.fft.rfft(level[:, columns], axis=0)).sum(axis=1), rows
-        )[steps]
-        k = int(alike.argmax())
-        if 0 < k < 2 * reach:
-            bend = alike[k - 1] - 2 * alike[k] + alike[k + 1]
-            found[half] = steps[k] + 0.5 * (alike[k - 1] - alike[k + 1]) / bend
-    return found

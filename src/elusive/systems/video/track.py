@@ -20,8 +20,10 @@ from elusive.io.atomic import atomic_folder
 from elusive.io.radar_video import RadarVideoSource
 from elusive.io.ship_truth import read_ship_truth
 from elusive.results import TrackLog
+from elusive.sensors.radar_video import RadarVideo
 from elusive.systems.video.parameters import VideoTracking
 from elusive.systems.video.results import ADDED, VideoOutcome, VideoRun
+from elusive.systems.video.swell import swell_after, without_crests
 from elusive.systems.video.turns import Heard, VideoStart, heard, start_of, turns_of, water_map
 from elusive.tracking.evidence_maps import EvidenceState, EvidenceTracker
 from elusive.tracking.memory import Memory
@@ -67,11 +69,16 @@ def track_video(
     """
     memory = memory or Memory()
     rng = np.random.default_rng(seed)
-    belief, rng, _ = memory.held or (tracker.init(rng), rng, None)
+    sensor = tracker.sensor
+    assert isinstance(sensor, RadarVideo)
+    belief, rng, learnt = memory.held or (tracker.init(rng), rng, None)
+    swell = None if learnt is None else learnt.swell
     for one in turns:
         belief = tracker.step(belief, one.turn.time_s, one.turn, rng)
+        swell = swell_after(swell, belief.tracks, one.turn, sensor)
+        one = one._replace(learnt=one.learnt._replace(swell=swell))
         memory.keep(one.turn.time_s, belief, rng, one.learnt)
-        tracks = belief.tracks
+        tracks = without_crests(belief.tracks, swell)
         if frame is not None and tracks:
             lonlat = frame.to_lonlat(np.array([track.mean[[X, Y]] for track in tracks])).tolist()
             tracks = tuple(

@@ -19,6 +19,7 @@ from elusive.sensors.echo_extent import EchoExtent, echo_extent, first_turn
 from elusive.sensors.radar_video import EvidenceTurn, RadarVideo, TurnGatherer, VideoTurn
 from elusive.sensors.spokes import Spokes
 from elusive.systems.video.parameters import MOST_BYTES, PlotFinding, VideoTracking, bytes_held, seconds_a_turn
+from elusive.systems.video.swell import Swell
 from elusive.tracking.memory import Memory
 
 SPARSE = 8  # samples of a spoke of which one is looked at for its levels
@@ -39,6 +40,7 @@ class VideoStart(NamedTuple):
     turn_s: float  # what a turn takes of one core, about
     extent: EchoExtent  # as the first turn's echoes show it
     levels: int  # different amplitudes in the first turn
+    spacing_rad: float = 0.0  # from spoke to spoke
 
     @property
     def sentence(self) -> str:
@@ -56,6 +58,7 @@ class Learnt(NamedTuple):
 
     clutter: ClutterState  # of mean power: what is fixed, and how that fluctuates
     even: ClutterState  # of the mean root's, in open sea
+    swell: Swell | None = None  # of crests that are tracked
 
 
 class Heard(NamedTuple):
@@ -90,7 +93,7 @@ def start_of(
     turn = first_turn(spokes)
     if not turn:
         raise DataError("radar video: no spoke came.")
-    _check_turning(np.concatenate([part.azimuth_rad for part in turn]))
+    spacing = _spacing_of(np.concatenate([part.azimuth_rad for part in turn]))
     extent = echo_extent(turn)
     sensor = parameters.radar.bind(turn[0], extent)
     needed = bytes_held(sensor, parameters.learning_turns)
@@ -101,7 +104,9 @@ def start_of(
         )
     levels = len(np.unique(np.concatenate([part.amplitude[:, ::SPARSE].ravel() for part in turn])))
     if lon_deg is not None and lat_deg is not None:
-        return VideoStart(sensor, LocalFrame.at(lon_deg, lat_deg), needed, seconds_a_turn(sensor), extent, levels)
+        return VideoStart(
+            sensor, LocalFrame.at(lon_deg, lat_deg), needed, seconds_a_turn(sensor), extent, levels, spacing
+        )
     lonlat_deg = np.concatenate([part.lonlat_deg for part in turn])
     known = lonlat_deg[np.isfinite(lonlat_deg).all(axis=1)]
     if needs_place and not len(known):
@@ -109,11 +114,11 @@ def start_of(
             f"{needs_place}: the recording does not say where the radar is; give --radar-lat-deg and --radar-lon-deg."
         )
     frame = LocalFrame.at(*known[0].tolist()) if len(known) else None
-    return VideoStart(sensor, frame, needed, seconds_a_turn(sensor), extent, levels)
+    return VideoStart(sensor, frame, needed, seconds_a_turn(sensor), extent, levels, spacing)
 
 
-def _check_turning(azimuth_rad: Array) -> None:
-    """Refuse an antenna that stands, or turns against the clock."""
+def _spacing_of(azimuth_rad: Array) -> float:
+    """Return the mean step from spoke to spoke; refuse an antenna that stands, or turns against the clock."""
     steps = (np.diff(azimuth_rad) + math.pi) % TURN_RAD - math.pi
     if len(steps) and not steps.any():
         raise DataError(
@@ -125,6 +130,7 @@ def _check_turning(azimuth_rad: Array) -> None:
             "radar video: azimuths fall from spoke to spoke, as of an antenna that turns against the clock; count them "
             "clockwise, 360 degrees minus each."
         )
+    return max(float(steps.mean()), 0.0) if len(steps) else 0.0
 
 
 def turns_of(
@@ -136,7 +142,7 @@ def turns_of(
     ``moves`` says whether the radar's place is that of the spokes; else it stands at the frame's origin. ``live`` ends
     them once the range scale has changed for good; ``counts`` tells the turns of another one since.
     """
-    sensor, gatherer, place, away = start.sensor, TurnGatherer(start.sensor), (0.0, 0.0), 0.0
+    sensor, gatherer, place, away = start.sensor, TurnGatherer(start.sensor, start.spacing_rad), (0.0, 0.0), 0.0
     for part in spokes:
         counts["spokes"] += len(part.time_s)
         if (part.start_m, part.step_m, part.amplitude.shape[1]) != (sensor.start_m, sensor.step_m, sensor.samples):
@@ -148,7 +154,7 @@ def turns_of(
                 return
             continue
         if away > 0.5:  # of a turn: what was begun before is of another one
-            gatherer = TurnGatherer(sensor)
+            gatherer = TurnGatherer(sensor, start.spacing_rad)
         away = 0.0
         counts["turns away"] = 0
         azimuth = part.azimuth_rad + math.radians(bias_deg)
