@@ -111,6 +111,7 @@ TWINS: dict[str, dict[str, str]] = {
     },
     "preprocess._drawn_kernels": {
         "keep": "preprocess/test_drawn.py::np.minimum(kept",
+        "leave_round": "preprocess/test_drawn.py::of_the_scene(",
         "long_lines": "preprocess/test_drawn.py::ndimage.binary_opening",
     },
     "preprocess._impulse_kernels": {

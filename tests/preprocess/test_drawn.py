@@ -4,8 +4,19 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from elusive.preprocess._drawn_kernels import keep, long_lines
-from elusive.preprocess.drawn import FIRST, FRAMES, PASSED_PX, drawn, margins, without_drawn
+from elusive.preprocess._drawn_kernels import keep, leave_round, long_lines
+from elusive.preprocess.drawn import (
+    FIRST,
+    FRAMES,
+    LONG_PX,
+    PASSED_PX,
+    SHARP,
+    STRAIGHT,
+    WIDE_PX,
+    drawn,
+    margins,
+    without_drawn,
+)
 from elusive.preprocess.peaks import PeakFinder
 from tests.preprocess.scenes import recording
 
@@ -63,6 +74,37 @@ def test_short_pieces_stay_and_a_flat_part_is_seen_where_something_passes():
     assert found[19][10, 5]
 
 
+@pytest.mark.parametrize(("sigma", "height"), [(4.0, 600.0), (3.0, 3000.0), (12.0, 600.0)])
+def test_what_is_cut_off_and_round_is_of_the_scene(sigma, height):
+    """A target that the camera follows to a tenth of a pixel, and a sun: as wide as a line is long, and wider."""
+    rng = np.random.default_rng(3)
+    frames = 100 + recording(n=14).frames
+    rows, columns = np.indices(frames.shape[1:])
+    for frame in frames:
+        x, y = rng.normal([50.0, 44.0], 0.1)
+        frame += height * np.exp(-((columns - x) ** 2 + (rows - y) ** 2) / (2 * sigma**2))
+    frames = np.minimum(frames, 255.0)
+    assert np.count_nonzero((frames == 255).all(axis=0)) > LONG_PX**2 / 2
+    assert all(mask is None or not mask[34:54, 40:60].any() for mask in masks(frames))
+
+
+def test_boxes_crosses_and_their_lines_are_drawn_whatever_lies_beside_them():
+    """A dark part of the scene that has a margin's value does not make that round."""
+    frames = 100 + recording(n=14).frames
+    rows, columns = np.indices(frames.shape[1:])
+    over = np.zeros(frames.shape[1:], bool)
+    over[30:52, 20:60] = True  # a box
+    over[10:17, 62:96] = over[2:29, 76:83] = True  # a cross, thick
+    over[60, 10:40] = over[50:72, 25] = True  # lines
+    frames[:, over] = 255.0
+    frames[:, np.hypot(columns - 98, rows - 60) < 12] = 0.0
+    frames[:, :, 100:] = 0.0
+    *_, mask = masks(frames)
+    assert mask[over].all()
+    assert mask[:, 100:].all()
+    assert not mask[~over][(columns < 86)[~over]].any()
+
+
 def test_nothing_is_drawn_where_most_stays_the_same():
     frames = np.repeat(recording(n=1).frames, 2 * FRAMES, axis=0)
     assert all(mask is None for mask in masks(frames))
@@ -110,3 +152,64 @@ def test_long_lines_are_openings_by_lines(share):
     mask, found = long_lines(still.astype(np.uint8), 1, 10)
     np.testing.assert_array_equal(mask, lines[0] | lines[1])
     assert found == mask.any()
+
+
+def views(image):
+    """From each of the four sides, rows first."""
+    return image, image[::-1], image.T, image.T[::-1]
+
+
+def of_the_scene(kept, image, blank, lines, bound):
+    """Lines of wide parts that are bent and have flanks, one part after the other."""
+    taken = np.zeros(lines.shape, bool)
+    for first in np.argwhere(lines & ~blank):
+        if taken[*first]:
+            continue
+        alike = (kept == FRAMES) & ~blank & (np.abs(image - image[*first]) <= bound)
+        names, _ = ndimage.label(alike)
+        part = names == names[*first]
+        taken |= part & lines
+        every = straight = whole = beyond = 0.0
+        for turned, values in (
+            (part, image),
+            (part.T, image.T),
+            (part[::-1], image[::-1]),
+            (part.T[::-1], image.T[::-1]),
+        ):
+            ends = turned[:-1] & ~turned[1:]
+            every += ends.sum()
+            straight += ndimage.binary_opening(ends, np.ones((1, LONG_PX), bool)).sum()
+            seen = ends[:-1] & ~turned[2:]
+            inside, near, far = (values[k : len(values) - 2 + k][seen] for k in range(3))
+            whole += np.abs(inside - far).sum()
+            beyond += ((near - far) * np.sign(inside - far)).sum()
+        wide = ndimage.binary_erosion(part, np.ones((WIDE_PX, WIDE_PX), bool)).any()
+        if wide and straight < STRAIGHT * every and beyond > SHARP * whole:
+            yield part & lines
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_wide_parts_with_bent_outlines_and_flanks_are_left(seed):
+    rng = np.random.default_rng(seed)
+    kept = np.full((70, 90), FRAMES, np.uint8)
+    rows, columns = np.indices(kept.shape)
+    image = 10 * ndimage.gaussian_filter(rng.normal(size=kept.shape), 5)
+    image += np.minimum(60 * np.exp(-((rows - 50) ** 2 + (columns - 40) ** 2) / 60), 30)
+    image = np.round(image).astype(np.float32)
+    image[8:20, 30:62] = image[30:60, 70:78] = 9.0
+    image[np.hypot(rows - 30, columns - 15) < 8] = -7.0
+    image[64, 5:50] = -9.0
+    kept[rng.random(kept.shape) < 0.01] = 0
+    blank = np.zeros(kept.shape, bool)
+    blank[:4] = True
+    lines, _ = long_lines(kept, FRAMES, LONG_PX)
+    wanted, left = lines.copy(), 0
+    for part in of_the_scene(kept, image, blank, lines, 0.25):
+        wanted &= ~part
+        left += 1
+    assert left
+    assert wanted[12, 45]
+    assert wanted[30, 15]
+    limits = LONG_PX, WIDE_PX, STRAIGHT, SHARP
+    assert leave_round(lines, kept, image, blank, FRAMES, np.float32(0.25), *limits)
+    np.testing.assert_array_equal(lines, wanted)
