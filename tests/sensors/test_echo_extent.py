@@ -56,3 +56,21 @@ def test_samples_of_noise_say_nothing():
 def test_a_turn_is_taken_and_no_more():
     parts = [spokes_with(np.zeros((64, 40), np.float32)) for _ in range(4)]
     assert len(first_turn(iter(parts))) == 2
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_showers_do_not_make_the_beam_long(seed):
+    """They rise over tens of degrees in most of what shows any correlation: a beam of 2 degrees was read as 3."""
+    simulation = VideoSimulation(
+        turns=2, ships=0, coast_north_m=None, sea={"shape": 5.0}, radar={"spokes": 512, "samples": 256}
+    )
+    rng = np.random.default_rng(seed)
+    first = next(iter(spokes_of(scenario_of(simulation, rng), simulation, rng)))
+    distance = first.start_m + first.step_m * np.arange(256)
+    places = distance * np.exp(1j * first.azimuth_rad)[:, None]
+    rain = np.zeros(places.shape)
+    for _ in range(12):
+        middle, size = rng.uniform(500, 3500) * np.exp(2j * np.pi * rng.random()), rng.uniform(200, 700)
+        rain += rng.uniform(3, 15) * np.exp(-0.5 * np.abs((places - middle) / size) ** 2)
+    found = echo_extent([first._replace(amplitude=(first.amplitude * np.sqrt(1 + rain)).astype(np.float32))])
+    assert 0.75 < found.beam_deg / 2.0 < 1.35

@@ -2,9 +2,11 @@
 
 Echoes are no shorter than the radar's resolution, and speckle of single samples has none of it: in patches, the lag at
 which the correlation of amplitudes falls to half of what it is beside the sample itself; the lower quartile of patches
-in which there is any, since land and piers are longer. A point's amplitude that a Gaussian pulse of width w between
-half powers makes has half its correlation at w, one that a beam makes, both ways, at w / sqrt(2) (Richards, 2014,
-Fundamentals of radar signal processing, section 4.2); clutter that is constant over a pulse or beam at w / 2.
+in which there is any, since land and piers are longer. Along azimuth, where a patch is many beams long, it is less the
+plane through it: showers rise over tens of degrees, and the beam was read as long. A point's amplitude that a Gaussian
+pulse of width w between half powers makes has half its correlation at w, one that a beam makes, both ways, at
+w / sqrt(2) (Richards, 2014, Fundamentals of radar signal processing, section 4.2); clutter that is constant over a
+pulse or beam at w / 2.
 """
 
 from __future__ import annotations
@@ -14,8 +16,8 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from elusive.contracts import Array
 from elusive.sensors.spokes import Spokes
 
 TURN_RAD = 2 * math.pi
@@ -68,16 +70,22 @@ def echo_extent(spokes: Sequence[Spokes]) -> EchoExtent:
     for i in range(0, amplitude.shape[0] - tall + 1, tall):
         for j in range(0, amplitude.shape[1] - wide + 1, wide):
             patch = amplitude[i : i + tall, j : j + wide].astype(np.float32)
-            patch = patch - patch.mean()
-            along.append(_half(patch))
-            across.append(_half(patch.T))
+            along.append(_half(patch - patch.mean()))
+            across.append(_half(_less_plane(patch).T))
     pulse, beam = (_lowest(lags) for lags in (along, across))
     return EchoExtent(
         max(OF_PULSE * pulse, SHORTEST) * first.step_m, math.degrees(OF_BEAM * beam * float(steps.mean()))
     )
 
 
-def _half(patch: Array) -> float:
+def _less_plane(patch: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return what the plane through a patch leaves of it."""
+    down, right = (np.linspace(-1, 1, n) for n in patch.shape)
+    rise, tilt = down @ patch.mean(axis=1) / (down @ down), patch.mean(axis=0) @ right / (right @ right)
+    return np.asarray(patch - patch.mean() - (rise * down)[:, None] - tilt * right, np.float32)
+
+
+def _half(patch: NDArray[np.float32]) -> float:
     """Lag along the rows at which their correlation is half of that beside a sample; NaN where there is none."""
     n = patch.shape[1]
     spectrum = np.abs(np.fft.rfft(patch, 2 * n, axis=1)) ** 2
