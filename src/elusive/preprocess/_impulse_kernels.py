@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -26,7 +28,7 @@ def bends(image: Image, every: int) -> Image:
 
 
 @njit(cache=True, nogil=True)
-def _middle_of(image: Image, row: int, column: int, steps: NDArray[np.int64], ranked: Image) -> np.float32:
+def _middle_of(image: Image, row: int, column: int, steps: NDArray[np.int64], ranked: Image) -> Any:
     """Median about a pixel, of an even number of values, mirrored at the edge; NaN where one is."""
     rows, columns = image.shape
     for k in range(len(steps)):

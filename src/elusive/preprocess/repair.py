@@ -112,11 +112,12 @@ def _sureness(judge: StuckPixels, height: Array, square: Array, looks: Array) ->
     return found
 
 
-def _stuck(judge: StuckPixels, state: Watched) -> Mask:
+def _stuck(judge: StuckPixels, state: Watched) -> NDArray[np.int64]:
     """Say which are stuck: surely high, and narrower than optics let a point be, each way or, of a pair, one way."""
-    height, about = np.abs(state.height), np.abs(state.about)
+    sure = _sureness(judge, state.height, state.square, state.looks) > judge.spike
+    # hardly any of those watched are so high, so long
+    which = np.flatnonzero(sure & (state.looks > judge.path_px))
+    height, about = np.abs(state.height[which]), np.abs(state.about[:, which])
     each_way = height > judge.neighbour_ratio * about.max(axis=0)
     one_way = [height > judge.neighbour_ratio**2 * about[list(line)].max(axis=0) for line in BESIDE]
-    narrow = each_way | one_way[0] | one_way[1]
-    sure = _sureness(judge, state.height, state.square, state.looks) > judge.spike
-    return np.asarray(narrow & sure & (state.looks > judge.path_px))
+    return which[each_way | one_way[0] | one_way[1]]

@@ -83,12 +83,12 @@ def local_variance(image: Image, least: float) -> Image:
     return variance
 
 
-def median_of(values: Array) -> float:
+def median_of(values: Array | Image) -> float:
     """Return the median of what is finite, 0 where nothing is."""
     return quantile_of(values, 0.5)
 
 
-def quantile_of(values: Array, share: float) -> float:
+def quantile_of(values: Array | Image, share: float) -> float:
     """Return a quantile of what is finite, 0 where nothing is: one partition.
 
     About two ranks, even where one is enough: NumPy parts about one alone two to three times slower.

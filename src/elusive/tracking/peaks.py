@@ -127,7 +127,8 @@ class SceneTracker(PeakRecursion):
     def _judged(self, belief: PeakBelief, reached: Array, peaks: Peaks, interval_s: float) -> PeakBelief:
         """Say which targets, that reached so much, are tracks, which of them move, and which are shown."""
         targets = belief.targets
-        lives, numbered, tracks = dict[int, Life](), belief.numbered, []
+        lives, numbered = dict[int, Life](), belief.numbered
+        lived, sure, some = list[Life](), list[int](), list[int]()
         others = np.concatenate([belief.ended, reached[(targets.age >= OLD) & ~targets.mark]])
         moves = self.null.moves(*reached.T, *others.T)
         existence = targets.existence
@@ -138,15 +139,19 @@ class SceneTracker(PeakRecursion):
             if before is None:
                 continue
             life, numbered = step(before, exists, numbered)
-            lives[number] = life
-            tracks.append((k, life))
-        some = np.array([k for k, _ in tracks], np.int64)
+            some.append(k)
+            lived.append(life)
+            if life.status != "deleted":
+                lives[number] = life
+            if life.status == "confirmed":
+                sure.append(k)
+        tracked = np.array(some, np.int64)
         reliability = self.persistence.after(
-            belief.reliability, belief.time_s, interval_s, targets, some, peaks, self.most_peaks
+            belief.reliability, belief.time_s, interval_s, targets, tracked, peaks, self.most_peaks
         )
         told = reliability.share[groups_of(targets)]
         confirmed = np.zeros(len(existence), np.bool_)
-        confirmed[[k for k, life in tracks if life.status == "confirmed"]] = True
+        confirmed[sure] = True
         enough = moves > np.where(targets.shown, self.show_until, self.show_from)
         seen = targets.visible > UNSEEN * existence
         shown = confirmed & seen & ~targets.mark & (enough | self._alone(targets, confirmed & ~targets.mark))
@@ -159,16 +164,14 @@ class SceneTracker(PeakRecursion):
         covariance *= np.outer(scales, scales)
         height = np.where(targets.bright, 1.0, -1.0) * np.exp(targets.level)
         snr_db = 20 * np.log10(np.maximum(targets.strength, 1e-3))
-        extra = np.stack([height, snr_db, moves, shown], axis=1)[some].tolist()
+        columns = (values[tracked].tolist() for values in (told, height, snr_db, moves, shown.astype(np.float64)))
         found = []
-        rows = zip(tracks, told[some].tolist(), mean[some], covariance[some], extra, strict=True)
         # by place rather than by name: there are hundreds in a frame
-        for (_, (track, status, _, _)), exists, centre, spread, (grey, ratio_db, moving, visible) in rows:
-            assert track is not None
-            assert status is not None
+        for (track, status, _, _), centre, spread, exists, grey, ratio_db, moving, visible in zip(
+            lived, mean[tracked], covariance[tracked], *columns, strict=True
+        ):
             named = {"intensity": grey, "snr_db": ratio_db, "moves": moving, "shown": visible}
             found.append(Track(track, status, exists, centre, spread, math.nan, named))
-        lives = {number: life for number, life in lives.items() if life.status != "deleted"}
         return belief._replace(
             targets=targets._replace(shown=shown), lives=lives, numbered=numbered, reliability=reliability,
             tracks=tuple(found),
