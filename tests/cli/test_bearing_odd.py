@@ -78,7 +78,7 @@ def far_away(rng: np.random.Generator) -> tuple[list[Row], Array]:
 
 ODD: dict[str, tuple[Callable[[np.random.Generator], tuple[list[Row], Array]], str, str]] = {
     "front and back": (front_and_back, "bearings.mirrored", "does not tell front from back"),
-    "off a wall": (off_a_wall, "bearings.images", "(in a line 0 degrees from north) are mirror images"),
+    "off a wall": (off_a_wall, "bearings.images", "are mirror images of each other"),
     "far away": (far_away, "bearings.remote", "times as far as the sensors are apart"),
 }
 

@@ -25,6 +25,7 @@ ALIKE, LEAST_VARIANCE = 0.7, 1e-6  # resultant length of a fit at least; circula
 EVIDENCE = 20.0  # by which a period must be likelier than any other
 REGULAR, REGULAR_SHARE = 0.05, 0.9  # scans of one plot each come at times as regular as that
 OWN_TIME = 0.5  # share of plots that stand alone at their time, from which a scan's are not of one time
+BLOCK = 2000  # products at a time: a table that is never held whole is looked at in little memory too
 
 
 class Rotation(NamedTuple):
@@ -76,7 +77,7 @@ def period_of(times_s: Array, bearing_rad: Array, shortest_s: float = SHORTEST_S
 
 def _resultant(frequency: Array, times: Array, bearing: Array) -> Array:
     seen = np.exp(-1j * bearing)
-    parts = np.array_split(frequency, max(1, len(frequency) * len(times) // 1_000_000))
+    parts = np.array_split(frequency, max(1, len(frequency) * len(times) // BLOCK))
     return np.concatenate([np.abs(np.exp(1j * TURN_RAD * np.outer(part, times)) @ seen) for part in parts]) / len(times)
 
 

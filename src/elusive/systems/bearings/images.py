@@ -77,4 +77,4 @@ def _wall(one: _Way, other: _Way) -> int | None:
     straight = abs(float(np.mean(across @ along))) < ASIDE * spread and scatter(across @ along) < FITS
     if not (moves and straight and scatter(middle @ unit) < FITS):
         return None
-    return round(math.degrees(math.atan2(*along)) % 180)
+    return round(math.degrees(math.atan2(*along))) % 180

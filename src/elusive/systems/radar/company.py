@@ -23,7 +23,7 @@ SCANS, REACH_M = 10, 250.0  # in which it has, and how far from it, beside what 
 MANY, MOST = 8, 0.5  # tracks of one velocity, and their share of those of a time
 ERRORS, ALIKE_MPS, SLOW_MPS = 3.0, 0.5, 1.0  # deviations and speeds within which velocities are one, or none
 WIDE_M = 200.0  # deviation of their places across, from which they sail in no line
-OVERLAP, SAILED_M = 15, 100.0  # scans of two tracks together, and how far they go, by which one copies the other
+OVERLAP, SAILED = 15, 10.0  # scans of two tracks together, and times what they may differ by that they go
 LONGEST = 40  # tracks that are compared
 COPIES, APART_MPS = 2, 1.0  # that are copied in one way, and by how much their velocities differ
 AWAY_M, TURN_RAD, SHIFT_M = 100.0, math.radians(1.0), 60.0  # of a copy, and within which ways are one
@@ -169,7 +169,7 @@ def _ways(path: RadarPath, other: RadarPath, radar: Array) -> list[_Copy]:
     _, mine, its = np.intersect1d(path.times_s, other.times_s, return_indices=True)
     known = np.maximum(path.spread[mine], other.spread[its]) < SHIFT_M
     mine, its = mine[known], its[known]
-    if len(mine) < OVERLAP or np.hypot(*(path.places[mine[-1]] - path.places[mine[0]])) < SAILED_M:
+    if len(mine) < OVERLAP:
         return []
     one, two = path.places[mine] - radar, other.places[its] - radar
     spread = math.hypot(float(np.median(path.spread[mine])), float(np.median(other.spread[its])))
@@ -177,24 +177,28 @@ def _ways(path: RadarPath, other: RadarPath, radar: Array) -> list[_Copy]:
     velocity = np.median(path.velocity[mine], axis=0)
     ways = list[_Copy]()
 
-    def fits(where: Array) -> bool:
-        return float(np.sqrt(np.mean(((where - two) ** 2).sum(axis=1)))) < room
+    def fits(where: Array, gone: float) -> bool:
+        """Whether the other is there, within less than what both have gone."""
+        off = float(np.sqrt(np.mean(((where - two) ** 2).sum(axis=1))))
+        return off < room and gone > SAILED * off
 
     shift = np.median(two - one, axis=0)
     if np.hypot(*shift) < AWAY_M:
         return []
-    if fits(one + shift):
+    sailed = float(np.hypot(*(one[-1] - one[0])))
+    if fits(one + shift, sailed):
         ways.append(_Copy("shifted", shift, velocity, path.track, other.track))
     far = np.hypot(*one.T)
     turn = np.angle(np.mean((two[:, 1] + 1j * two[:, 0]) / (one[:, 1] + 1j * one[:, 0])))
     turned = far * np.exp(1j * (np.arctan2(one[:, 0], one[:, 1]) + turn))
-    if np.ptp(far) > SAILED_M and fits(np.column_stack([turned.imag, turned.real])):
+    nears = float(np.ptp(far))
+    if fits(np.column_stack([turned.imag, turned.real]), nears):
         ways.append(_Copy("turned", np.array([turn, 0.0]), velocity, path.track, other.track))
-    if fits(2 * one):
+    if fits(2 * one, sailed):
         ways.append(_Copy("twice", np.zeros(2), velocity, path.track, other.track))
     sight = two.mean(axis=0) / np.hypot(*two.mean(axis=0))
     mirrored = (far + np.median(two @ sight - far))[:, None] * sight
     passes = np.ptp(np.unwrap(np.arctan2(one[:, 0], one[:, 1]))) > TURN_RAD
-    if passes and np.ptp(far) > SAILED_M and fits(mirrored):
+    if passes and fits(mirrored, nears):
         ways.append(_Copy("mirrored", np.array([math.atan2(*sight), 0.0]), velocity, path.track, other.track))
     return ways

@@ -12,6 +12,7 @@ from collections import deque
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from elusive.checks import Finding
@@ -19,7 +20,7 @@ from elusive.contracts import Array
 from elusive.sensors.radar_scans import RadarScan
 from elusive.sensors.radar_view import RadarView
 
-SLOWEST_MPS, FASTEST_MPS = 45.0, 400.0
+SLOW_MPS, SLOWEST_MPS, FASTEST_MPS = 25.0, 45.0, 400.0
 ROOM_M, ROOM_RAD = 60.0, 0.02  # beside where a plot would be straight ahead
 MOST, SCANS = 60, 1000  # plots of a scan, and scans, that are looked at
 TOLD = 3.0  # deviations of a new target's velocity, from which it is not found
@@ -53,12 +54,20 @@ class Fast:
         self._before.append((scan.time_s, places))
 
     def _count(self, first: Array, middle: Array, last: Array, before_s: float, after_s: float) -> None:
+        # ships in a lane come to where another was
+        alone = _unlike(_unlike(middle, first, before_s), last, after_s)
+        first, middle, last = _unlike(first, middle, before_s), alone, _unlike(last, middle, after_s)
+        if not (len(first) and len(middle) and len(last)):
+            return
         way = (middle[:, None] - first) / before_s
         speed = np.hypot(*way.transpose(2, 0, 1))
         row, column = np.nonzero((speed > SLOWEST_MPS) & (speed < FASTEST_MPS))
         along, tree = after_s * way[row, column], cKDTree(last)
         room = ROOM_M + ROOM_RAD * np.hypot(*middle[row].T)
-        near = lambda aim: tree.query(middle[row] + aim)[0] < room  # noqa: E731
+
+        def near(aim: Array) -> NDArray[np.bool_]:
+            return np.asarray(tree.query(middle[row] + aim)[0] < room)
+
         ahead = near(along)
         self._ahead += int(ahead.sum())
         self._aside += int(near(along[:, ::-1] * [1, -1]).sum())
@@ -68,6 +77,14 @@ class Fast:
     def counted(self) -> Counted:
         """What was counted."""
         return Counted(self._ahead, self._aside, float(np.median(self._speeds or [math.nan])))
+
+
+def _unlike(places: Array, others: Array, apart_s: float) -> Array:
+    """Return the places where no slow target of others can be."""
+    if not (len(places) and len(others)):
+        return places
+    found: Array = places[cKDTree(others).query(places)[0] > ROOM_M + SLOW_MPS * apart_s]
+    return found
 
 
 def fast_finding(counted: Counted, speed_sd_mps: float) -> Finding:
