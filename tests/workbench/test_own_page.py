@@ -24,7 +24,7 @@ from elusive.workbench.own_runs import compared_html
 from elusive.workbench.run_state import RunState
 from tests.walked_room import write_room
 from tests.workbench.conftest import Served, expect
-from tests.workbench.test_links_page import OpenTab, button, choose, download, field, report, told
+from tests.workbench.test_links_page import OpenTab, button, choose, download, field, picture, report, told
 
 
 def main_quietly(*words: object) -> None:
@@ -235,8 +235,12 @@ def test_a_recording_is_refused_then_tracked_kept_compared_and_deleted(
     button(page, "Run").click()
     told(page, "empty.csv, line 1: the columns are")
     choose(page, "bearings", "bearings.csv")
+    choose(page, "truth", "truth.csv")
+    told(page, "192 lines: time_s 0 to 31.5")
     button(page, "Run").click()
     report(page, "001-bearings.csv").get_by_text("bearings.residuals").first.wait_for()
+    page.evaluate("document.activeElement.blur()")
+    picture(page, "own")
     field(page, "sigma_deg").fill("2")
     button(page, "Run").click()
     page.locator("button:enabled", has_text="Cancel").wait_for()

@@ -87,13 +87,18 @@ def test_a_recording_of_ones_own_a_wrong_file_first(served: Served, open_tab: Op
     told(page, "Video: is needed; choose a file.")
 
     choose(page, "video", "wrong.pcap")
+    told(page, "wrong.pcap: is text")  # as soon as it is chosen
     button(page, "Run").click()
     told(page, "wrong.pcap: ")
     choose(page, "video", "sea.pcap")
+    told(page, "Radar video: 128 spokes a turn of 2.5 s, each of 96 samples of 25 m from 200 to 2600 m")
     field(page, "radar.pulse_m").fill("50")
     field(page, "radar.beam_deg").fill("8")
     button(page, "Run").click()
-    report(page, "001-sea.pcap")
+    seen = report(page, "001-sea.pcap")
+    moment = seen.locator("table td").nth(1).inner_text()
+    assert moment.startswith("22:13")  # of the time line's clock, whose day is said once
+    assert seen.locator("table th").nth(1).inner_text().casefold() == "from [utc]"
     told(page, "elusive track video sea.pcap --config runs/001-sea.pcap/config.yaml --out result")
     assert page.evaluate("document.documentElement.scrollWidth") <= 800
     shutil.rmtree(served.folder / "runs" / "001-sea.pcap")

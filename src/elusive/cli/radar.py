@@ -11,7 +11,7 @@ import typer
 from elusive.cli.fit import FittedOut, tell_fitted
 from elusive.cli.given import accepts, parameters_of
 from elusive.cli.live import Follow, HoldS, IdleS, To, check_live, feed_of, memory_of_run, run_live, sinks_of
-from elusive.cli.recorded import SHIPS, Charts, bare, cutoff_in, tell_run, truth_of
+from elusive.cli.recorded import SHIPS, Charts, cutoff_in, tell_run, truth_of
 from elusive.cli.terminal import Config, Out, Strict, bar, check_scores
 from elusive.errors import ParameterError
 from elusive.geometry.local_frame import LocalFrame
@@ -128,7 +128,7 @@ def track_radar_command(
     files = [TABLE, *([LOCATED] if tracked.lonlat is not None else []), *FILES]
     tell_run(
         outcome, (tracked.title, tracked.rows), out, files, sinks, strict=strict, verdict=tracked.verdict,
-        tracks=(bare(tracked.header), tracked.tracks),
+        tracks=(tracked.header, tracked.tracks),
     )  # fmt: skip
 
 

@@ -50,11 +50,6 @@ def cutoff_in(unit: str, usual: str) -> Any:
     return typer.Option(f"--truth-cutoff-{unit}", help=help_)
 
 
-def bare(header: Iterable[str]) -> list[str]:
-    """Return the heads of columns without their units, of a table whose cells have them."""
-    return [name.partition(" [")[0] for name in header]
-
-
 def tell_run(
     outcome: Outcome,
     table: tuple[str, Sequence[tuple[str, str]]],

@@ -11,7 +11,7 @@ import typer
 from elusive.cli.fit import FittedOut, tell_fitted
 from elusive.cli.given import accepts, parameters_of
 from elusive.cli.live import Follow, IdleS, To, check_live, feed_of, memory_of_run, run_live, sinks_of
-from elusive.cli.recorded import RateHz, Start, Stop, bare, cutoff_in, tell_run, truth_of
+from elusive.cli.recorded import RateHz, Start, Stop, cutoff_in, tell_run, truth_of
 from elusive.cli.terminal import Config, OneBased, Out, Strict, bar, known_truth, tell_findings
 from elusive.errors import ParameterError
 from elusive.io import SignalFrame, SignalSource, open_signal
@@ -84,7 +84,7 @@ def track_signals_command(
     tracked = outcome.tracked
     tell_run(
         outcome, (tracked.title, tracked.rows), out, FILES, sinks, strict=strict, verdict=tracked.verdict,
-        tracks=(bare(tracked.header), tracked.tracks),
+        tracks=(tracked.header, tracked.tracks),
     )  # fmt: skip
 
 

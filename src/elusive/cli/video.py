@@ -12,7 +12,7 @@ import typer
 
 from elusive.cli.given import accepts, parameters_of
 from elusive.cli.live import Follow, IdleS, To, check_live, feed_of, memory_of_run, run_live, sinks_of, tell
-from elusive.cli.recorded import SHIPS, Charts, bare, cutoff_in, tell_run, truth_of
+from elusive.cli.recorded import SHIPS, Charts, cutoff_in, tell_run, truth_of
 from elusive.cli.terminal import Config, Out, Strict, bar, check_scores, say
 from elusive.errors import ParameterError
 from elusive.io.arrivals import fed
@@ -22,7 +22,6 @@ from elusive.results.live import LiveEnd, LiveStep
 from elusive.systems.video.live import LIVE_FILES, follow_video
 from elusive.systems.video.parameters import PlotFinding, VideoTracking
 from elusive.systems.video.plots import write_video_plots
-from elusive.systems.video.report import HEADER
 from elusive.systems.video.results import FILES, LOCATED
 from elusive.systems.video.track import track_video_recording
 
@@ -118,7 +117,7 @@ def track_video_command(
     files = [*FILES, *([LOCATED] if tracked.lonlat is not None else [])]
     tell_run(
         outcome, (tracked.title, tracked.rows), out, files, sinks, strict=strict, verdict=tracked.verdict,
-        tracks=(bare(HEADER), tracked.lines if tracked.paths else ()),
+        tracks=(tracked.header, tracked.lines if tracked.paths else ()),
     )  # fmt: skip
 
 

@@ -19,6 +19,7 @@ class Clock(NamedTuple):
 
     kind: str  # "frame", "s", "hours" or "utc"
     digits: int
+    one_day: bool = False  # of "utc": whether all are of one day, which need not be said again and again
 
     @classmethod
     def of(cls, times: ArrayLike, unit: str = "s") -> Clock:
@@ -30,7 +31,7 @@ class Clock(NamedTuple):
         if unit != "s":
             return cls("frame", digits)
         if len(known) and known[0] >= UNIX_FROM_S:
-            return cls("utc", digits)
+            return cls("utc", digits, one_day=len(known) > 1 and known[0] // DAY_S == known[-1] // DAY_S)
         return cls("hours" if span >= LONG_S else "s", digits)
 
     def say(self, time: float) -> str:
@@ -49,12 +50,17 @@ class Clock(NamedTuple):
 
     @property
     def unit(self) -> str:
-        """What the head of a table says of bare times: ``s``, ``frame``, or nothing."""
+        """What the axis of bare times says: ``s``, ``frame``, or nothing."""
         return self.kind if self.kind in ("s", "frame") else ""
 
     def bare(self, time: float) -> str:
-        """Return a time as it is said, less the word or unit that a table has in its head."""
-        return self.say(time).removeprefix("frame ").removesuffix(" s")
+        """Return a time as it is said, less the word, unit or day that a table has in its head or need not have."""
+        return self.of_day(time) if self.one_day else self.say(time).removeprefix("frame ").removesuffix(" s")
+
+    def heads(self, *names: str) -> tuple[str, ...]:
+        """Return the heads of columns of bare times; of one day they say that it is UTC."""
+        unit = "UTC" if self.one_day else self.unit
+        return tuple(f"{name} [{unit}]" if unit else name for name in names)
 
     def _hours(self, time_s: float) -> str:
         whole = round(time_s, self.digits)

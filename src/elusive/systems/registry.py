@@ -74,6 +74,7 @@ SYSTEMS = (
         "ships too faint for plots",
         "elusive track video video.npz --out result",
         "elusive.systems.video.page",
+        look="elusive.systems.video.look:look",
         tries=(("confirm_from", "x0.7"), ("births_per_h", "x5"), ("confirm_frames", "x0.5")),
     ),
     System(

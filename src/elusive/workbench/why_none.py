@@ -109,6 +109,14 @@ def _level(model: Model) -> float:
     return float(value) if isinstance(value, float) else float("nan")
 
 
+def told_apart(one: float, other: float) -> tuple[str, str]:
+    """Write two numbers with as few digits, three at least, as tell them apart."""
+    digits = 3
+    while f"{one:.{digits}g}" == f"{other:.{digits}g}" and one != other:
+        digits += 1
+    return f"{one:.{digits}g}", f"{other:.{digits}g}"
+
+
 def _sentence(found: Best, levels: Array) -> str:
     times, best, _, unit, _ = found
     what = found.what
@@ -117,12 +125,13 @@ def _sentence(found: Best, levels: Array) -> str:
             f"No track was confirmed, and none began: nothing stood out enough for a candidate, whose {what} is told."
         )
     k = int(np.nanargmax(best))
-    asked = f"; {levels[k]:.3g} is asked" if np.isfinite(levels[k]) else ""
+    reached, level = told_apart(float(best[k]), float(levels[k]))
+    asked = f"; {level} is asked" if np.isfinite(levels[k]) else ""
     above = int(np.sum(best >= levels))
     often = f", which it reached at {above} of {len(times)} times, but not often enough in a row" if above else ""
     when = Clock.of(times, unit).say(times[k])
     when = f"in {when}" if unit == "frame" else f"at {when}"
-    return f"No track was confirmed. The best {what} was {best[k]:.3g}, {when}{asked}{often}."
+    return f"No track was confirmed. The best {what} was {reached}, {when}{asked}{often}."
 
 
 def _drawn(curves: Mapping[str, tuple[str, Best, Array]], title: str) -> draw.Drawing:

@@ -36,7 +36,7 @@ def test_more_nodes_than_the_log_has_are_said(room):
     given = listed(room, lambda lines: [*lines, "far,30,30", "away,35,30"])
     (one,) = broken(look(room / "log.csv", given).findings)
     many = len((room / "nodes.csv").read_text().splitlines()) + 1
-    assert one.name == "links.nodes"
+    assert one.name == "links.silent"
     assert f"No reading is of 2 of the {many} nodes (far, away)" in one.sentence
     assert not one.grave
 

@@ -180,7 +180,7 @@ def _silent(nodes: RadioNodes, mean: Array) -> Finding:
     listed = ", ".join(silent[:6]) + ", ..." * (len(silent) > 6)
     every, share = len(nodes.names), 1 - len(silent) / len(nodes.names)
     return Fact(1.0, share, not silent, every).finding(
-        "links.nodes",
+        "links.silent",
         f"No reading is of {len(silent)} of the {every} nodes ({listed}): they were silent, or the list is of another "
         "network, and then all places are wrong.",
         "Give --nodes of the log's own network; leave out nodes that are broken.",

@@ -22,6 +22,7 @@ from elusive.io.added_file import HeldFile
 from elusive.io.atomic import refused
 from elusive.io.csv_files import csv_text
 from elusive.io.truth import Truth
+from elusive.report.clock import Clock
 from elusive.results import CONFIRMED, DELETED, Scored, TrackLog, scored, spread
 from elusive.results.spool import Records
 from elusive.sensors.radio_network import RadioNodes
@@ -34,7 +35,6 @@ from elusive.tracking.track import Step
 
 STATE_NAMES = ("x", "vx", "y", "vy")
 EVENT_COLUMNS = ("time_s", "track", "event", "x_m", "y_m")
-HEADER = ("track", "from [s]", "to [s]", "confirmed [s]", "walked [m]", "mean existence")
 CUTOFF_M = 2.0  # of the thesis's scores, section 4.1
 EVENTS_KEPT = 5000  # latest ones, for the report
 FRAMES_AT_MOST, POINTS_AT_MOST = 50_000, 200_000  # of the report; of all tracks together
@@ -180,7 +180,9 @@ class LinkRun:
             *([] if scores is None else scores.lines()),
         ]
         verdict = _verdict(people, len(confirmed))
-        lines = [_line(number, rows) for number, rows in confirmed.items()]
+        clock = Clock.of(times_s)
+        header = ("track", *clock.heads("from", "to", "confirmed"), "walked [m]", "mean existence")
+        lines = [_line(number, rows, clock) for number, rows in confirmed.items()]
         every = 1
         while len(times_s) > every * FRAMES_AT_MOST or sum(map(len, confirmed.values())) > every * POINTS_AT_MOST:
             every *= 2
@@ -192,7 +194,7 @@ class LinkRun:
             [path for path in paths if path.confirmed.any()], self._scenes.scenes,
             None if grid is None else (grid.shape, (grid.x0, grid.x1, grid.y0, grid.y1)),
             truth,
-            list(self._events), table, HEADER, lines, -(-self._calibrated // every),
+            list(self._events), table, header, lines, -(-self._calibrated // every),
             self._befell - len(self._events), scores,
         )  # fmt: skip
         return LinkOutcome(verdict, self._remarks, scores, tracked, self._facts.findings())
@@ -212,11 +214,11 @@ def _sure(rows: Records) -> Array:
     return sure
 
 
-def _line(number: int, rows: Records) -> tuple[str, ...]:
+def _line(number: int, rows: Records, clock: Clock) -> tuple[str, ...]:
     """Return a confirmed track's line."""
     confirmed = rows[rows["status"] == CONFIRMED]
     walked_m = np.hypot(*np.diff(confirmed["position"], axis=0).T).sum()
-    times = (f"{time_s:.1f}" for time_s in (rows["time_s"][0], rows["time_s"][-1], confirmed["time_s"][0]))
+    times = map(clock.bare, (rows["time_s"][0], rows["time_s"][-1], confirmed["time_s"][0]))
     return str(number), *times, f"{walked_m:.1f}", f"{_sure(confirmed).mean():.2f}"
 
 

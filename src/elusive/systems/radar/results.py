@@ -18,6 +18,7 @@ from elusive.filters.particle.coast_error import anchored_probability, coast_bia
 from elusive.filters.particle.particle_map import likeliest
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io import RadarSource, Truth
+from elusive.report.clock import Clock
 from elusive.results import CONFIRMED, DELETED, Scored, TrackLog, scored, write_geojson, write_recording
 from elusive.results.spool import Records
 from elusive.sensors.radar import RadarSensor
@@ -221,6 +222,7 @@ class RadarRun:
             If the truth is of other times.
         """
         times_s = self._log.times_s
+        clock = Clock.of(times_s)
         scores = (
             None
             if truth is None
@@ -248,8 +250,10 @@ class RadarRun:
                 ("Candidates never confirmed", f"{len(self._log.by_track().numbers) - len(paths)}"),
                 *([] if scores is None else scores.lines()),
             ],
-            header=header(truth is not None, hulls=isinstance(self._sensor, HullRadar)),
-            tracks=[line_of(paths[n], bool(rows["status"][-1] == DELETED), truth) for n, rows in confirmed.items()],
+            header=header(clock, truth is not None, hulls=isinstance(self._sensor, HullRadar)),
+            tracks=[
+                line_of(paths[n], bool(rows["status"][-1] == DELETED), truth, clock) for n, rows in confirmed.items()
+            ],
             lonlat=None if self._around.frame is None else self._around.frame.to_lonlat,
             estimate="MAP" if self._parameters.estimate == "map" else "mean",
             scored=scores,

@@ -58,21 +58,21 @@ def contradicts(on_water: Array) -> NDArray[np.bool_]:
     return found
 
 
-def header(scored: bool, *, hulls: bool = False) -> tuple[str, ...]:
+def header(clock: Clock, scored: bool, *, hulls: bool = False) -> tuple[str, ...]:
     """Return the names of the columns of :func:`line_of`."""
-    names = ("Track", "Since [s]", "Sure [s]", "Until [s]", "Speed [m/s]", "Course [deg]", "SD [m]", "No map [scans]")
+    names = ("Track", *clock.heads("Since", "Sure", "Until"), "Speed [m/s]", "Course [deg]", "SD [m]", "No map [scans]")
     return (*names, *(("Hull [m]",) if hulls else ()), *(("RMSE [m]",) if scored else ()))
 
 
-def line_of(path: RadarPath, ended: bool, truth: Truth | None) -> tuple[str, ...]:
+def line_of(path: RadarPath, ended: bool, truth: Truth | None, clock: Clock) -> tuple[str, ...]:
     """Return a track's line of the table; the error's where the track is confirmed. ``ended``: it was deleted."""
     alive = slice(-1) if ended else slice(None)
     vx, vy = path.velocity[alive].mean(axis=0)
     line: tuple[str, ...] = (
         str(path.track),
-        f"{path.times_s[0]:.1f}",
-        f"{path.times_s[path.confirmed][0]:.1f}",
-        f"{path.times_s[-1]:.1f}" if ended else "the end",
+        clock.bare(path.times_s[0]),
+        clock.bare(path.times_s[path.confirmed][0]),
+        clock.bare(path.times_s[-1]) if ended else "the end",
         f"{np.hypot(*path.velocity[alive].T).mean():.1f}",
         f"{math.degrees(math.atan2(vx, vy)) % 360:.0f}",
         f"{np.median(path.spread[alive]):.1f}",

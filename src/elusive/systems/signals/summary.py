@@ -23,9 +23,16 @@ def apart(way: Array, period: float) -> Array:
 
 def header(clock: Clock) -> tuple[str, ...]:
     """Return the names of the columns of :func:`line_of`."""
-    times = (f"{name} [{clock.unit}]" if clock.unit else name for name in ("Since", "Sure", "Until"))
     speed = f"Velocity [samples/{'frame' if clock.kind == 'frame' else 's'}]"
-    return ("Track", *times, "From [sample]", "To [sample]", speed, "Highest score", "By chance")
+    return (
+        "Track",
+        *clock.heads("Since", "Sure", "Until"),
+        "From [sample]",
+        "To [sample]",
+        speed,
+        "Highest score",
+        "By chance",
+    )
 
 
 def line_of(
@@ -77,7 +84,7 @@ def verdict(lines: Sequence[Sequence[str]], clock: Clock) -> str:
     if len(lines) > 1:
         return f"{len(lines)} tracks were found."
     _, since, _, until, start, _, speed, *_ = lines[0]
-    after = f" {clock.unit}" if clock.kind == "s" else ""
+    after = " UTC" if clock.one_day else f" {clock.unit}" if clock.kind == "s" else ""
     time = f"frame {since}" if clock.kind == "frame" else since + after
     end = f"to {until}" if until == "the end" else f"to {until}{after}"
     per = "frame" if clock.kind == "frame" else "second"

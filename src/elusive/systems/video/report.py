@@ -12,13 +12,13 @@ from elusive.checks import Finding
 from elusive.contracts import Array
 from elusive.io.truth import Truth
 from elusive.report import drawing as draw
+from elusive.report.clock import Clock
 from elusive.report.extents import lonlat_fit
 from elusive.report.page import Report, track_table
 from elusive.report.plots import track_colour
 from elusive.report.scored import gospa_chart
 from elusive.results import Scored
 
-HEADER = ("Track", "from [s]", "to [s]", "speed [m/s]", "course [deg]", "over clutter [dB]", "existence")
 SHORE, RADAR = "#d6c79a", "#ffffff"  # on pictures that are dark on any page
 TOP = 42.5  # decibels over the median at which a picture is brightest
 
@@ -69,23 +69,29 @@ class VideoTracked(NamedTuple):
         return x - reach, x + reach, y - reach, y + reach
 
     @property
-    def lines(self) -> list[list[str]]:
+    def header(self) -> tuple[str, ...]:
         """Of the table of tracks."""
-        found = []
+        times = Clock.of(self.times_s).heads("from", "to")
+        return ("Track", *times, "speed [m/s]", "course [deg]", "over clutter [dB]", "existence")
+
+    @property
+    def lines(self) -> list[list[str]]:
+        """Of the table of tracks; its times are those of the time line."""
+        found, clock = list[list[str]](), Clock.of(self.times_s)
         for one in self.paths:
             vx, vy = one.velocity[-1]
             course = np.degrees(np.arctan2(vx, vy)) % 360
-            since = one.times_s[[0, -1]] - self.times_s[0]
             found.append([
-                str(one.track), f"{since[0]:.0f}", f"{since[1]:.0f}", f"{np.hypot(vx, vy):.1f}", f"{course:.0f}",
-                f"{np.median(one.level_db):.0f}", f"{one.existence.max():.3f}",
+                str(one.track), *map(clock.bare, one.times_s[[0, -1]].tolist()),
+                f"{np.hypot(vx, vy):.1f}", f"{course:.0f}", f"{np.median(one.level_db):.0f}",
+                f"{one.existence.max():.3f}",
             ])  # fmt: skip
         return found
 
 
 def video_report(tracked: VideoTracked, findings: Sequence[Finding] = ()) -> Report:
     """Return the plan, range over azimuth, and the tracks over time; the figure is of the last turn."""
-    table = track_table(HEADER, tracked.lines, {str(one.track) for one in tracked.paths})
+    table = track_table(tracked.header, tracked.lines, {str(one.track) for one in tracked.paths})
     return Report(tracked.title, tracked.verdict, video_drawing(tracked), tracked.rows, findings, table)
 
 

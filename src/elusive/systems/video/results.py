@@ -130,6 +130,7 @@ class VideoRun:
             else "too few cells"
         )
         rows = [
+            ("Ships under way", f"{len(paths)} tracks"),
             ("Turns", str(self._steps) + self._each()),
             (
                 "Cells of a turn",
