@@ -17,6 +17,7 @@ from pydantic import Field
 from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.model import Model, Positive
+from elusive.preprocess.channel_bursts import disturbed
 from elusive.preprocess.link_calibration import Calibrate, Calibration, fade_level
 from elusive.preprocess.link_settled import Flags, Settled
 from elusive.preprocess.node_gains import node_gains, of_readings
@@ -37,6 +38,7 @@ class RssState(NamedTuple):
     settled: Settled
     settled_share: float = 0.0  # of the readings, that had settled off the empty room's levels
     gains_db: Array = np.zeros((0, 2))  # (S, 2) change of each node's own gain, as it sends and hears: taken out
+    bursts: Flags = np.zeros(0, dtype=bool)  # (C,) channels that something disturbs in the frame: left out
 
 
 class RssChange(Model):
@@ -101,7 +103,10 @@ class RssChange(Model):
                 f"channels), finite or missing (got shape {level.shape})."
             )
         level = np.where(level <= state.calibration.floor_dbm, np.nan, level)
-        gains = self._gains(level, state.calibration)
+        nodes, empty_sd = _nodes(len(level)), deviation(state.calibration)
+        bursts = disturbed(level - state.calibration.mean_dbm, empty_sd, nodes)
+        level[:, bursts] = np.nan
+        gains = node_gains(level - state.calibration.mean_dbm, empty_sd, nodes)
         level = level - of_readings(gains)
         recent, rise = state.recent_dbm, level - state.calibration.mean_dbm
         if self.measure == "variance":
@@ -114,12 +119,7 @@ class RssChange(Model):
         calibration = self._recalibrated(state.calibration, level, frame.time_s, empty)
         if away is not None:
             settled, calibration, share = settled.moved(calibration, away)
-        return RssState(change, calibration, recent, rise, settled, share, gains)
-
-    def _gains(self, level: Array, empty: Calibration) -> Array:
-        """Return the changes of the nodes' own gains since the calibration, ``(S, 2)`` [dB]."""
-        sd = np.sqrt(np.maximum(np.nan_to_num(empty.variance_db2), LEAST_SD_DB**2))
-        return node_gains(level - empty.mean_dbm, sd, _nodes(len(level)))
+        return RssState(change, calibration, recent, rise, settled, share, gains, bursts)
 
     def _averaged(self, values: Array, mean_dbm: Array) -> Array:
         """Average of each undirected link over channels and directions, eq. 3.8; NaN where there is nothing."""
@@ -145,13 +145,19 @@ class RssChange(Model):
             return calibration._replace(time_s=time_s)
         gain = -math.expm1(-max(time_s - calibration.time_s, 0.0) / constant)
         mean, variance = calibration.mean_dbm, calibration.variance_db2
-        limit = self.clip_sd * np.sqrt(np.maximum(np.nan_to_num(variance), LEAST_SD_DB**2))
+        limit = self.clip_sd * deviation(calibration)
         # a link heard for the first time begins with what it reads
         away = np.clip(level - mean, -limit, limit)
         moved = np.where(np.isnan(level), mean, np.where(np.isnan(mean), level, mean + gain * away))
         spread = variance + gain * (away**2 - variance) if empty else variance
         spread = np.where(np.isnan(away), variance, spread)
         return calibration._replace(time_s=time_s, mean_dbm=moved, variance_db2=spread)
+
+
+def deviation(empty: Calibration) -> Array:
+    """Deviations of the empty room's readings ``(D, C)``, not below that of rounding [dB]."""
+    found: Array = np.sqrt(np.maximum(np.nan_to_num(empty.variance_db2), LEAST_SD_DB**2))
+    return found
 
 
 @lru_cache(maxsize=8)

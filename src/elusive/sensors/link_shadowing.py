@@ -24,7 +24,7 @@ from elusive.errors import DataError
 from elusive.model import Model, NonNegative, Positive
 from elusive.sensors.link_effects import Effect, people_of, total
 from elusive.sensors.link_likeness import Likeness
-from elusive.sensors.radio_network import Indices, RadioNodes, directed_links_of, links_of, undirected_of
+from elusive.sensors.radio_network import Indices, RadioNodes, directed_links_of, directions_of, links_of, undirected_of
 
 FADE_SCALE_DB = 5.0  # of the sigmoid g
 FADE_UNIT_DB = 10.0  # of f
@@ -158,7 +158,7 @@ class ShadowedLinks:
         self.tables = Tables(
             pairs,
             np.linalg.norm(nodes.positions_m[pairs[:, 0]] - nodes.positions_m[pairs[:, 1]], axis=1),
-            np.argsort(self.link, kind="stable").reshape(-1, 2),
+            directions_of(len(nodes.names)),
             model.loss_db / (1 + np.exp(-fade / FADE_SCALE_DB)),
             model.near_sd_db**2 * deep,
             model.far_sd_db**2 * deep,

@@ -91,3 +91,8 @@ def undirected_of(nodes: int) -> Indices:
     low, high = np.sort(directed_links_of(nodes), axis=1).T
     number: Indices = low * (2 * nodes - low - 1) // 2 + high - low - 1
     return number
+
+
+def directions_of(nodes: int) -> Indices:
+    """Return the rows of both directions of each link of :func:`links_of`, ``(S (S - 1) / 2, 2)``."""
+    return np.argsort(undirected_of(nodes), kind="stable").reshape(-1, 2).astype(np.int64)

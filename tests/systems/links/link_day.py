@@ -46,7 +46,10 @@ def step_of(time_s, tracks, events, cloud, calibrating=False):
     )
     people = SimpleNamespace(belief=SimpleNamespace(targets=targets), events=tuple(events))
     rss = SimpleNamespace(
-        calibration=Calibration(0.0, QUIET, np.zeros_like(QUIET), ()), settled_share=0.0, gains_db=np.zeros((0, 2))
+        calibration=Calibration(0.0, QUIET, np.zeros_like(QUIET), ()),
+        settled_share=0.0,
+        gains_db=np.zeros((0, 2)),
+        bursts=np.zeros(1, bool),
     )
     state = SimpleNamespace(people=people, events=tuple(events), calibrating=calibrating, remarks=REMARKS, rss=rss)
     return Step(time_s, RssFrame(time_s, QUIET), state, tuple(tracks))

@@ -18,7 +18,7 @@ from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.preprocess.link_calibration import Calibration
 from elusive.report.clock import moment
-from elusive.sensors.radio_network import RadioNodes, directed_links_of, links_of, undirected_of
+from elusive.sensors.radio_network import RadioNodes, directed_links_of, directions_of, links_of
 from elusive.systems.links.beside import BESIDE, Pairs
 from elusive.systems.links.by_links import LinksState
 from elusive.systems.links.levels import LevelFacts
@@ -156,7 +156,7 @@ class LinkFacts:
 
 
 def _pairs(nodes: RadioNodes, mean: Array) -> tuple[Array, Array]:
-    ways = np.argsort(undirected_of(len(nodes.names)), kind="stable").reshape(-1, 2)
+    ways = directions_of(len(nodes.names))
     return mean[ways[:, 0]], mean[ways[:, 1]]
 
 

@@ -19,6 +19,7 @@ from elusive.tracking.track import Step
 
 COARSE_DB = 2.5  # steps of readings
 GAIN_STEP_DB = 1.0  # by which a node's gain has changed anew
+MANY_BURSTS = 0.01  # of the frames of a channel
 
 
 class LevelFacts:
@@ -29,6 +30,7 @@ class LevelFacts:
         self._calibration: Calibration | None = None
         self._step_db = math.nan
         self._settled, self._settled_s = 0.0, math.nan
+        self._bursts, self._looked = 0, 0
         self._gain_db, self._gain_of, self._gain_s = 0.0, "", math.nan
 
     def add(self, step: Step) -> None:
@@ -39,6 +41,8 @@ class LevelFacts:
         if step.state.rss.settled_share > self._settled:
             self._settled = step.state.rss.settled_share
             self._settled_s = step.time_s
+        self._bursts += int(step.state.rss.bursts.sum())
+        self._looked += len(step.state.rss.bursts)
         self._gain(step)
 
     def _gain(self, step: Step) -> None:
@@ -53,7 +57,7 @@ class LevelFacts:
 
     def findings(self) -> tuple[Finding, ...]:
         """Return what was checked."""
-        return self._rounding(), self._floor(), self._radio(), self._room()
+        return self._rounding(), self._floor(), self._radio(), self._burst(), self._room()
 
     def _rounding(self) -> Finding:
         return Fact(1.0, self._step_db, not self._step_db > COARSE_DB, math.nan).finding(
@@ -82,6 +86,16 @@ class LevelFacts:
             f"From {moment(self._gain_s)} on {self._gain_of} reads {self._gain_db:+.1f} dB on all links alike, which "
             "nobody does who walks: a radio's own gain has changed, and is taken out of its levels.",
             "See to the radio's supply and antenna, or calibrate again.",
+            grave=False,
+        )
+
+    def _burst(self) -> Finding:
+        share = self._bursts / max(self._looked, 1)
+        return Fact(0.0, share, not share > MANY_BURSTS, self._looked).finding(
+            "links.bursts",
+            f"In {share:.0%} of the frames of a channel both directions of most links differ by far more than in the "
+            "empty room, as when another network sends: these readings are taken for not heard.",
+            "Take channels that others use less.",
             grave=False,
         )
 

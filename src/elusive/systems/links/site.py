@@ -101,7 +101,7 @@ class Matching:
         The amplitude is a quantile of those of the frames.
         """
         total = sum(frame.total for frame in frames)
-        left = sum(frame.left for frame in frames)
+        explained = sum(frame.total * frame.explained for frame in frames)
         amplitudes = [frame.amplitude_db for frame in frames if not math.isnan(frame.amplitude_db)]
         squares = np.asarray(self._weights.power(2).sum(axis=1)).ravel()
         variance = np.nan_to_num(np.nanvar(empty, axis=0, ddof=1))
@@ -113,7 +113,7 @@ class Matching:
             amplitude_db=max(amplitude, LEAST_NOISE_DB), noise_sd_db=max(math.sqrt(link), LEAST_NOISE_DB),
             voxel_sd_db=math.sqrt(voxel),
         )  # fmt: skip
-        return Voxels(1 - left / total if total > 0 else 0.0, fitted, sd)
+        return Voxels(explained / total if total > 0 else 0.0, fitted, sd)
 
 
 def busy_power(empty: Array) -> float:
