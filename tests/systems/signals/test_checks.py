@@ -46,6 +46,8 @@ def noise(kind: str, seed: int, times: int = TIMES, samples: int = SAMPLES) -> n
         for frame in frames:
             for first in rng.integers(samples, size=rng.poisson(2.0)):
                 frame[(first + np.arange(8)) % samples] += 4 * rng.standard_normal(8)
+    if kind == "rests":
+        frames[20:, 20:28] *= 3
     if kind == "silent":
         frames[: times // 4] = 0.0
     return frames
@@ -108,6 +110,7 @@ def test_alarms_are_counted_unless_they_are_believed(ends: str) -> None:
         (lambda: noise("bursts", 1, times=300), [], "signals.bursts", True),
         (lambda: noise("bursts", 1, times=300), ["--clip", "2"], "signals.drift", False),
         (lambda: noise("fast", 1), [], "signals.bursts", False),
+        (lambda: noise("rests", 1), [], "signals.rests", False),
         (lambda: noise("rotor", 1), ["--noise", "white"], "signals.alike", False),
         (
             lambda: noise("white", 1),

@@ -28,6 +28,7 @@ from elusive.systems.signals.whitened import Whitened, missing_samples
 from elusive.tracking import Follower, Footprint, PeakTrack, ReadBack, Step, Track, read_back
 from elusive.tracking.follow import FollowedState
 from elusive.tracking.memory import Memory
+from elusive.tracking.rest import moves
 
 __all__ = ["SignalState", "SignalTracking", "track_signal"]
 
@@ -88,7 +89,7 @@ def track_signal(
     Step
         A frame's, with a :class:`SignalState`. The score of a track is one minus the probability that noise alone
         holds as high a peak in a frame: no posterior probability of existence. ``extra`` has the evidence of its
-        newest peak, in deviations of noise's.
+        newest peak, in deviations of noise's, and the probability that it moves.
 
     Raises
     ------
@@ -146,7 +147,7 @@ def _follow(
     """Accumulate, find peaks and track them, once it is known what noise does; inside, time counts frames."""
     flt, interval_s = parameters.recursion, parameters.interval_s
     noise, quiet, state, confirmed, start_s, law, null = known
-    read = 0
+    read, fastest = 0, float(np.abs(flt.motion_vectors(1)).max())
 
     def threshold(recurrent: RecurrentState, seen: int) -> float:
         nonlocal law
@@ -172,13 +173,14 @@ def _follow(
         }
         confirmed |= back.keys()
         memory.keep(time_s, _Known(noise, quiet, state, confirmed, start_s, law, null), rng)
-        shown = tuple(_track(track, law, interval_s) for track in state.tracks)
+        scale = follower.scale(state, now)
+        shown = tuple(_track(track, law, interval_s, moves(track, scale, fastest)) for track in state.tracks)
         if taken is None:
             score = state.score if state.seen else np.zeros(frame.shape, np.float32)
             missed = SignalState(np.zeros(frame.shape), score, read_back=back, noise=noise.model, gap=True)
             yield Step(time_s, frame, missed, shown)
         else:
-            alone = math.nan if found is None else _alone(found, state.tracks, null, follower.footprint.reach)
+            alone = math.nan if found is None else _alone(found, state.tracks, null)
             seen = SignalState(taken, state.score, state.threshold, law, back, noise.model, alone)
             yield Step(time_s, frame, seen, shown)
     if state.seen == 0:
@@ -188,19 +190,21 @@ def _follow(
         )
 
 
-def _alone(evidence: Array, tracks: Sequence[PeakTrack], null: NullScores | None, reach: int) -> float:
+def _alone(evidence: Array, tracks: Sequence[PeakTrack], null: NullScores | None) -> float:
     """Probability that noise's evidence of one frame is as high as this is beside confirmed tracks."""
     deviation = deviation_of(evidence)
     if null is None or len(null.ages) == 1 or deviation == 0:
         return math.nan
-    beside, near = evidence.copy(), np.arange(-BESIDE * reach, BESIDE * reach + 1)
+    beside = evidence.copy()
     for track in tracks:
         if track.status == "confirmed":
+            reach = BESIDE * track.footprint.reach
+            near = np.arange(-reach, reach + 1)
             beside[(round(float(track.position[0])) + near) % len(beside)] = 0.0
     return null.at(1).probability(float(beside.max()) / deviation)
 
 
-def _track(track: PeakTrack, law: ExtremeValue, interval_s: float) -> Track:
+def _track(track: PeakTrack, law: ExtremeValue, interval_s: float, moving: float) -> Track:
     (x,), (vx,) = track.position, track.velocity
     score, mean = 1 - law.probability(track.score), np.array([x, vx / interval_s])
-    return Track(track.track, track.status, math.nan, mean, UNKNOWN, score, {"evidence": track.score})
+    return Track(track.track, track.status, math.nan, mean, UNKNOWN, score, {"evidence": track.score, "moves": moving})
