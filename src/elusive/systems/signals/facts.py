@@ -11,7 +11,7 @@ from elusive.contracts import Array
 from elusive.preprocess.levels import hidden_mean
 from elusive.preprocess.whiten import NoiseModel
 from elusive.systems.signals.interleaved import Interleaved, interleaved_of
-from elusive.systems.signals.track import SignalState
+from elusive.systems.signals.track import MOVES, SignalState
 from elusive.tracking import Step
 
 LAGS = 48  # samples apart at most
@@ -25,7 +25,6 @@ ALARMS, TIMES_ASKED = 20, 4.0  # frames, and times the rate asked for, up to whi
 BY_CHANCE, OFTEN = 0.01, 0.05  # of a frame's highest evidence alone; share of the frames that may have so little
 MANY, ALIKE, MOST = 4, 0.15, 0.8  # tracks at once; part of their velocity by which they differ; share that do not
 FEW_FRAMES = 10  # in which many tracks move alike by chance
-MOVES = 0.5  # probability in the mean from which a track moves
 EVEN = 0.45  # of the variance that the squares of Gaussian noise have; uniform noise has .4 of it
 KEPT_LEVELS, KEPT_SAMPLES = 20_000, 1_000_000  # levels of frames, and samples of the first, that are kept
 
