@@ -108,7 +108,7 @@ def test_what_a_target_has_accumulated_is_taken_out_of_every_velocity() -> None:
     for k, given in enumerate(moving((60, 60), [((20.0, 25.0), (0.5, 0.25), 5.0)], 15, 1.0)):
         state = search.step(state, float(k), given, (0.0, 0.0), RNG)
     before = np.abs(state.recurrent.belief.planes).max()  # type: ignore[union-attr]
-    search.take_out(state, np.array([27.0, 28.5, 0.5, 0.25]))
+    search.take_out(state, np.array([27.0, 28.5, 0.5, 0.25]), search.footprint)
     assert np.abs(state.recurrent.belief.planes).max() < 0.03 * before  # type: ignore[union-attr]
 
 

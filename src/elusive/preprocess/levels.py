@@ -11,6 +11,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import gammaln
 
 from elusive.contracts import Array
@@ -61,16 +62,20 @@ def mean_log_level(state: Levels) -> float:
     return 0.5 * float(np.log(variance).mean())
 
 
-def levels_after(state: Levels, frame: Array) -> Levels:
-    """Return what is known after one more frame ``(n,)`` of mean square one."""
+def levels_after(state: Levels, frame: Array, explained: NDArray[np.bool_] | None = None) -> Levels:
+    """Return what is known after one more frame ``(n,)`` of mean square one, but for samples that objects explain."""
     squared = frame**2
     prior = np.array(PRIORS)[None, :, None]
     weight = prior + state.frames[:, None, None]
     predicted = (prior + state.squares[:, None]) / weight
     gain = log_density(squared, predicted, weight) + 0.5 * squared
+    if explained is not None:
+        gain = np.where(explained, 0.0, gain)
     gains = (1 - 1 / JUDGED_FRAMES) * state.gains + block_sums(gain, state.gains.shape[-1])
     kept = 1 - 1 / np.array(MEMORIES)
     held = np.minimum(squared, CLIP * predicted[:, 0])
+    if explained is not None:
+        held = np.where(explained, state.squares / np.maximum(state.frames, 1.0)[:, None], held)
     squares = kept[:, None] * state.squares + held
     return Levels(squares, kept * state.frames + 1, gains, _best(gains))
 

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.random import Generator
+from numpy.typing import NDArray
 
 from elusive.contracts import Array
 from elusive.errors import DataError
@@ -72,7 +73,9 @@ def no_noise_model(samples: int, window: int) -> NoiseModel:
     )  # fmt: skip
 
 
-def whitened(state: NoiseModel, frame: Array, rng: Generator) -> tuple[NoiseModel, Array]:
+def whitened(
+    state: NoiseModel, frame: Array, rng: Generator, explained: NDArray[np.bool_] | None = None
+) -> tuple[NoiseModel, Array]:
     """Return what is known after one more frame, and the frame as white noise, in the signal's units.
 
     Parameters
@@ -83,6 +86,8 @@ def whitened(state: NoiseModel, frame: Array, rng: Generator) -> tuple[NoiseMode
         ``(n,)``, real or complex, finite; not constant.
     rng
         Draws what stands where nothing can be said.
+    explained
+        ``(n,)`` samples in which objects on their way are known to be, and which say nothing of levels.
 
     Raises
     ------
@@ -106,8 +111,9 @@ def whitened(state: NoiseModel, frame: Array, rng: Generator) -> tuple[NoiseMode
         fresh = innovations(plain, centred, rng)
     cycles, loud = cycles_after(state.cycles, np.abs(fresh) ** 2), np.sqrt(state.cycles.levels)
     fresh, calm = fresh / loud, centred / loud
-    calm /= _rms(calm)
-    judged = _after(state.judged, _parts(fresh / _rms(fresh)))
+    calm /= _rms(calm, explained)
+    size = _rms(fresh, explained)
+    judged = _after(state.judged, _parts(fresh / size), explained)
     even, first = state.even, state.first
     if state.judged.chosen is not None:
         # a level on coloured noise, or colour on noise of that level: what predicts better
@@ -115,15 +121,19 @@ def whitened(state: NoiseModel, frame: Array, rng: Generator) -> tuple[NoiseMode
         level = _joined(levelled(known, _parts(calm)))
         even = learnt(even, level)
         other = innovations(even, level, rng)
-        alike = _joined(levelled(state.judged, _parts(fresh / _rms(fresh))))
-        gain = math.log(_rms(fresh) * _rms(alike) / _rms(other)) + mean_log_level(state.judged) - mean_log_level(known)
+        alike = _joined(levelled(state.judged, _parts(fresh / size)))
+        gain = (
+            math.log(size * _rms(alike, explained) / _rms(other, explained))
+            + mean_log_level(state.judged)
+            - mean_log_level(known)
+        )
         first += (gain - first) / JUDGED_FRAMES
-        fresh = other if first >= 0 else alike * _rms(fresh)
-    levels = _after(state.levels, _parts(calm))
+        fresh = other if first >= 0 else alike * size
+    levels = _after(state.levels, _parts(calm), explained)
     repeated, fresh = without_repeated(state.repeated, fresh)
-    power = _rms(fresh)
+    power = _rms(fresh, explained)
     parts = _parts(fresh / power)
-    swift = _after(state.swift, parts)
+    swift = _after(state.swift, parts, explained)
     excess = math.sqrt(len(parts)) * ((parts**2).mean(axis=0) - 1)
     stays = state.stays + (excess - state.stays) / JUDGED_FRAMES
     if state.judged.chosen is not None and state.staying > STAYS:
@@ -154,13 +164,14 @@ def _centred(state: NoiseModel, frame: Array) -> tuple[Array, Array]:
     return frame - common - kept * own, offsets
 
 
-def _rms(frame: Array) -> float:
-    return math.sqrt(float(np.mean(np.abs(frame) ** 2))) or 1.0
+def _rms(frame: Array, explained: NDArray[np.bool_] | None = None) -> float:
+    left = frame if explained is None or explained.all() else frame[~explained]
+    return math.sqrt(float(np.mean(np.abs(left) ** 2))) or 1.0
 
 
-def _after(levels: Levels, parts: Array) -> Levels:
+def _after(levels: Levels, parts: Array, explained: NDArray[np.bool_] | None) -> Levels:
     for part in parts:
-        levels = levels_after(levels, part)
+        levels = levels_after(levels, part, explained)
     return levels
 
 

@@ -15,6 +15,7 @@ from pydantic import Field
 
 from elusive.contracts import Array
 from elusive.model import Model
+from elusive.tracking.footprint import Footprint
 from elusive.tracking.fresh import Fresh
 from elusive.tracking.lifecycle import Life, Lifecycle
 from elusive.tracking.track import Status
@@ -68,7 +69,10 @@ class PeakTrack(NamedTuple):
     first_frame: int  # in which it was found, counted from 1
     fresh: Fresh  # what its place has shown since it was found
     path: Array  # (4,) x, y in the scene, vx, vy
-    trail: Trail
+    trail: Trail  # less what all others explain
+    age: float  # how long ago its evidence came, in the mean
+    about: Trail  # less what those explain that go another way
+    footprint: Footprint  # as wide as it has been seen to be
 
     @property
     def track(self) -> int:

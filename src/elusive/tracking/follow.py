@@ -18,11 +18,13 @@ from elusive.contracts import Array, interval_since
 from elusive.errors import DataError
 from elusive.filters.accumulate.recurrent import Map, RecurrentFilter, RecurrentState
 from elusive.tracking.accumulated import PeakTrack, PeakTracker
-from elusive.tracking.footprint import Footprint
+from elusive.tracking.extent import Scale, age_of, as_wide_as_seen, centred
+from elusive.tracking.footprint import Border, Footprint
 from elusive.tracking.fresh import Fresh
 from elusive.tracking.lifecycle import Life
+from elusive.tracking.neighbours import same, together, way, without_doubles
 from elusive.tracking.search import Candidate, SearchState, VelocitySearch
-from elusive.tracking.trail import Seen, Trail, cut, frame_deviation
+from elusive.tracking.trail import Seen, cut, frame_deviation
 
 STEADY = 0.3  # deviation of a target's evidence in a frame about its level, to that, where nothing says otherwise
 ENTWINED = 0.5  # share of another's evidence at a target's place beyond which a frame tells nothing of it alone
@@ -104,7 +106,7 @@ class Follower:
         left = given
         if given is not None and tracks:
             left = np.array(given, dtype=np.float32)
-            tracks = self._explained(np.atleast_2d(left), time_s, at, tracks)
+            tracks = self._explained(np.atleast_2d(left), at, tracks, self.scale(state, time_s))
         search = self.search.step(state.search, time_s, left, scene, rng)
         recurrent, seen = search.recurrent, state.seen + (given is not None)
         if recurrent.belief is None:
@@ -122,34 +124,46 @@ class Follower:
         if given is not None:
             search, found = self.search.candidates(search, limit, rng)
         for candidate in found:
-            if not any(self._same(track, candidate.path, shape) for track in judged):
-                track = self._started(candidate, born, state.frames + 1, max(seen, 1))
+            track = self._started(candidate, born, state.frames + 1, max(seen, 1))
+            if not any(same(other, track, shape, self.search.filter.border) for other in judged):
                 born = track.track
                 judged.append(self._placed(track, at, shape))
-        judged = self._without_doubles(judged, shape)
+        judged = without_doubles(judged, time_s, shape, self.search.filter.border)
         score = self._shown(best, [track for track in judged if track.life.lives])
         return FollowedState(time_s, state.frames + 1, seen, tuple(judged), born, search, limit, score)
 
-    def _explained(self, evidence: Map, time_s: float, at: Array, tracks: list[PeakTrack]) -> list[PeakTrack]:
+    def scale(self, state: FollowedState, time_s: float) -> Scale:
+        """Return what evidence is measured by after a state's frame."""
+        smoothing, deviation = self.search.filter.smoothing, state.search.recurrent.deviation
+        return Scale(time_s, smoothing, (1 - smoothing) / deviation if deviation else 0.0, state.threshold)
+
+    def _explained(self, evidence: Map, at: Array, tracks: list[PeakTrack], scale: Scale) -> list[PeakTrack]:
         """Follow the tracks to where a frame's evidence has them, and take them out of it, in place."""
-        deviation, flt = frame_deviation(evidence), self.search.filter
-        whole = Seen(time_s, at, evidence.copy(), deviation)
-        most = self.search.remembered(evidence.size)
+        deviation, flt, time_s = frame_deviation(evidence), self.search.filter, scale.time_s
+        frame = Seen(time_s, at, evidence.copy(), deviation)
+        most, patch = self.search.remembered(evidence.size), self.search.patch
         paths = np.array([track.path for track in tracks])
-        sizes, followed = self._sizes(whole, paths, tracks), []
-        alone = (self.footprint.between(paths[:, :2]) - np.eye(len(paths))).max(axis=1) < ENTWINED
-        for i, track in enumerate(tracks):
-            own = self._own(whole, paths, sizes, i)
+        sizes, shape, followed = self._sizes(frame, paths, tracks), evidence.shape, list[PeakTrack]()
+        for track in tracks:
+            others = [(other, size) for other, size in zip(tracks, sizes, strict=True) if other is not track]
+            own = cut([self._without(frame, track, others)], time_s, track.path, patch, flt.border)
             value = float(own.values(time_s, track.path)[0])
             trail = track.trail.after(own, most)
-            path = trail.climbed(time_s, track.path, flt.smoothing, self.search.fine)
-            if np.abs(path[:2] - track.path[:2]).max() > self.search.patch - 1:
+            path = centred(trail, track.path, self.footprint, track.footprint, scale)
+            if np.abs(path[:2] - track.path[:2]).max() > math.ceil(track.footprint.half) + 2:
                 path = track.path  # it has climbed away from all that is known of it
-            fresh = track.fresh.after(value / deviation, flt.smoothing) if alone[i] else track.fresh
-            followed.append(track._replace(path=path, trail=trail, fresh=fresh))
+            hidden = max((_share(other, track, shape, flt.border) for other, _ in others), default=0.0)
+            apart = [one for one in others if not together(track, one[0], patch, shape, flt.border)]
+            seen = cut([self._without(frame, track, apart)], time_s, track.path, patch, flt.border)
+            about = track.about.after(seen, most)
+            followed.append(track._replace(
+                path=path, trail=trail, age=age_of(trail, path, time_s, flt.smoothing), about=about,
+                footprint=as_wide_as_seen(self.footprint, about, path, scale),
+                fresh=track.fresh.after(value / deviation, flt.smoothing) if hidden < ENTWINED else track.fresh,
+            ))  # fmt: skip
         paths = np.array([track.path for track in followed])
-        for path, size in zip(paths, self._sizes(whole, paths, tracks), strict=True):
-            self.footprint.remove(evidence, path[:2] + at, size, deviation, flt.border)
+        for track, size in zip(followed, self._sizes(frame, paths, tracks), strict=True):
+            track.footprint.remove(evidence, track.path[:2] + at, size, deviation, flt.border)
         return followed
 
     def _sizes(self, frame: Seen, paths: Array, tracks: Sequence[PeakTrack]) -> Array:
@@ -158,41 +172,31 @@ class Follower:
         Evidence at their places is G a with noise of covariance G, for matched filters of white noise.
         """
         if not math.isfinite(self.footprint.unknown):
-            return np.zeros(len(paths))
+            return np.zeros(len(tracks))
         now = frame.time_s
         read = [float(cut([frame], now, path, 2, self.search.filter.border).values(now, path)[0]) for path in paths]
         level = np.array([track.fresh.level for track in tracks])
         certain = 1 / (np.array([track.fresh.spread for track in tracks]) + (STEADY * level) ** 2)
-        together = self.footprint.between(paths[:, :2]) + np.diag(certain)
-        found: Array = np.linalg.solve(together, np.array(read) / frame.deviation + certain * level)
+        between = self.footprint.between(paths[:, :2]) + np.diag(certain)
+        found: Array = np.linalg.solve(between, np.array(read) / frame.deviation + certain * level)
         return frame.deviation * np.maximum(found, 0.0)
 
-    def _own(self, frame: Seen, paths: Array, sizes: Array, i: int) -> Trail:
-        """Evidence about one target, less what the others explain; of those that are masked, where they are nearer."""
-        here = frame.evidence.copy() if len(paths) > 1 else frame.evidence
-        shape = (here.shape[0], here.shape[1])
-        for j, path in enumerate(paths):
-            if j == i or np.abs(self._way(paths[i], path, shape)).max() > 2 * self.footprint.reach + 2:
+    def _without(self, frame: Seen, track: PeakTrack, others: Sequence[tuple[PeakTrack, float]]) -> Seen:
+        """Return a frame about a target, less what others explain; of those that are masked, where they are nearer."""
+        here = frame.evidence.copy() if others else frame.evidence
+        shape, border = (here.shape[0], here.shape[1]), self.search.filter.border
+        for other, size in others:
+            if np.abs(way(track.path, other.path, shape, border)).max() > self.search.patch + other.footprint.reach + 2:
                 continue
-            rows, columns, share = self.footprint.box(path[:2] + frame.scene_px, shape, self.search.filter.border)
+            rows, columns, share = other.footprint.box(other.path[:2] + frame.scene_px, shape, border)
             if not math.isfinite(self.footprint.unknown):
                 cells = np.stack(np.meshgrid(columns, rows), axis=-1) - frame.scene_px
                 share = np.where(
-                    share > self.footprint.share(self._way(paths[i], cells, shape)).prod(axis=-1), share, 0
+                    share > track.footprint.share(way(track.path, cells, shape, border)).prod(axis=-1), share, 0
                 )
             at = np.ix_(rows, columns)
-            here[at] = self.footprint.left_over(here[at], share, float(sizes[j]), frame.deviation)
-        left = frame._replace(evidence=here)
-        return cut([left], frame.time_s, paths[i], self.search.patch, self.search.filter.border)
-
-    def _way(self, path: Array, places: Array, shape: tuple[int, ...]) -> Array:
-        """Way from a path to places ``(..., 2)``, the shorter round a ring."""
-        way: Array = places[..., :2] - path[:2]
-        if self.search.filter.border == "bounded":
-            return way
-        period = np.array([*shape[::-1], 1.0][:2])
-        shorter: Array = way - period * np.rint(way / period)
-        return shorter
+            here[at] = other.footprint.left_over(here[at], share, size, frame.deviation)
+        return frame._replace(evidence=here)
 
     def _placed(self, track: PeakTrack, at: Array, shape: tuple[int, ...]) -> PeakTrack:
         """Place a track in the frame."""
@@ -211,34 +215,28 @@ class Follower:
 
     def _started(self, candidate: Candidate, born: int, frame: int, seen: int) -> PeakTrack:
         life, _ = self.tracker.lifecycle.step(Life(), 1.0, born, believed=self.tracker.confirm_risk == 1)
-        fresh = Fresh.expecting(candidate.score, self.search.filter.smoothing, seen)
-        return PeakTrack(life, (), (), candidate.score, frame, fresh, candidate.path, candidate.trail)
-
-    def _same(self, track: PeakTrack, path: Array, shape: tuple[int, ...]) -> bool:
-        """Say whether a path is that of a track, now and a memory ago."""
-        before = (path[2:] - track.path[2:]) / (1 - self.search.filter.smoothing)
-        way = self._way(track.path, path, shape)
-        return track.life.lives and max(np.abs(way).max(), np.abs(way - before).max()) < self.footprint.half
-
-    def _without_doubles(self, tracks: list[PeakTrack], shape: tuple[int, ...]) -> list[PeakTrack]:
-        """End tracks that have come to follow the target of an earlier one."""
-        kept: list[PeakTrack] = []
-        for track in tracks:
-            double = track.life.lives and any(self._same(other, track.path, shape) for other in kept)
-            kept.append(track._replace(life=track.life._replace(status="deleted")) if double else track)
-        return kept
+        fresh = Fresh.expecting(candidate.score, self.search.filter.smoothing, seen, min(candidate.lasting, seen))
+        return PeakTrack(
+            life, (), (), candidate.score, frame, fresh, candidate.path, candidate.trail, candidate.age,
+            candidate.trail, candidate.footprint,
+        )  # fmt: skip
 
     def _shown(self, score: Map, tracks: Sequence[PeakTrack]) -> Map:
         """Return a map of scores with those of the known targets at their places."""
         shown = np.array(np.atleast_2d(score))
         for track in tracks:
             place = np.append(track.position, 0.0)[:2]
-            rows, columns, share = self.footprint.box(
+            rows, columns, share = track.footprint.box(
                 place, (shown.shape[0], shown.shape[1]), self.search.filter.border
             )
             at = np.ix_(rows, columns)
             shown[at] = np.maximum(shown[at], track.score * share)
         return shown.reshape(score.shape)
+
+
+def _share(other: PeakTrack, track: PeakTrack, shape: tuple[int, ...], border: Border) -> float:
+    """Share of another's evidence at a track's place."""
+    return float(other.footprint.share(way(other.path, track.path, shape, border)).prod())
 
 
 def _moved(track: PeakTrack, elapsed_s: float) -> PeakTrack:

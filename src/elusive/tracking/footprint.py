@@ -39,6 +39,20 @@ class Footprint(NamedTuple):
         """Return that of an object under a window; its evidence is drawn anew in every frame."""
         return cls(max(window, size) / 2, (window + size) // 2, abs(window - size) / 2, math.inf)
 
+    @property
+    def slope(self) -> float:
+        """Distance at which evidence falls fastest and to which both sides are compared, near at a bell [cells]."""
+        return max(0.5, (max(self.level, 0.0) + self.half) / 2)
+
+    @property
+    def own(self) -> float:
+        """Distance within which there is no other: objects do not overlap, and points are told apart at half."""
+        return self.half if self.level < 0 else self.reach
+
+    def widened(self, cells: float) -> Self:
+        """Return that of a target wider by so many cells to each side."""
+        return self._replace(half=self.half + cells, reach=self.reach + math.ceil(cells), level=self.level + cells)
+
     def share(self, distance: ArrayLike) -> Array:
         """Return what is left at distances along one axis."""
         d = np.abs(np.asarray(distance, dtype=float))

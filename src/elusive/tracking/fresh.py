@@ -23,14 +23,15 @@ class Fresh(NamedTuple):
     pending: tuple[float, float, int]  # sum, sum of squares and number of frames since then
 
     @classmethod
-    def expecting(cls, score: float, smoothing: float, seen: int) -> Self:
-        """Return the start: the level that gives an average over ``seen`` frames this score.
+    def expecting(cls, score: float, smoothing: float, seen: int, lasting: int | None = None) -> Self:
+        """Return the start: the level that gives an average over ``seen`` frames this score, in the latest of them.
 
-        P_k of eq. 7 of Mazurek (2013) is ``(1 - a^k)`` times the mean of what its trajectory saw.
+        P_k of eq. 7 of Mazurek (2013) is ``(1 - a^n)`` times the mean of what its trajectory saw in ``lasting`` frames,
+        n, and nothing before; by default in all of them.
         """
-        past = smoothing**seen
-        level = score * math.sqrt((1 - smoothing) / (1 + smoothing) * (1 + past) / (1 - past))
-        frames = (1 + smoothing) / (1 - smoothing) * (1 - past) / (1 + past)
+        past, present = smoothing**seen, smoothing ** (lasting or seen)
+        level = score * math.sqrt((1 - smoothing) / (1 + smoothing) * (1 + past) * (1 - past)) / (1 - present)
+        frames = (1 + smoothing) / (1 - smoothing) * (1 - present) / (1 + present)
         return cls(level, 1.0 + (FLUCTUATION * level) ** 2, frames, 0.0, 0.0, 0.0, (0.0, 0.0, 0))
 
     def after(self, value: float, smoothing: float) -> Self:

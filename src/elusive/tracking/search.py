@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +18,7 @@ from scipy import ndimage
 
 from elusive.contracts import Array
 from elusive.filters.accumulate.recurrent import Map, RecurrentFilter, RecurrentState
+from elusive.tracking.extent import Scale, age_of, as_wide_as_seen, centred, patch_of
 from elusive.tracking.footprint import Footprint
 from elusive.tracking.trail import Seen, Trail, cut, frame_deviation
 
@@ -25,6 +27,7 @@ REMEMBERED_BYTES = 2**27  # at most
 AT_ONCE = 8  # targets taken out of a frame; what is left is found in the next
 TRIED = 8  # peaks of a map that are looked at, until one is a target
 LEAST_FRAMES = 1.8  # that a path's evidence must come from: one frame tells no velocity
+STEADY = 4.0  # frames of a steady target, to those that most of its evidence, which is noise too, comes from
 RECUT = 2  # times that patches are cut about a better path
 STAGES = 4  # frames of the first climb, which are doubled up to all
 
@@ -35,6 +38,9 @@ class Candidate(NamedTuple):
     path: Array  # (4,) x, y in the scene, vx, vy
     score: float  # in deviations of what target-free evidence accumulates to
     trail: Trail  # before it was taken out
+    age: float  # how long ago its evidence came, in the mean
+    lasting: int  # frames that its evidence came in, about
+    footprint: Footprint  # as wide as it is seen to be
 
 
 class SearchState(NamedTuple):
@@ -106,7 +112,7 @@ class VelocitySearch:
             if candidate is None:
                 break
             found.append(candidate)
-            self.take_out(state, candidate.path)
+            self.take_out(state, candidate.path, candidate.footprint)
             # the map of what is left, in which the strongest is no ghost
             recurrent = self.filter.step(state.recurrent, state.recurrent.time_s, None, rng)
             state = state._replace(recurrent=recurrent)
@@ -146,31 +152,35 @@ class VelocitySearch:
         # what the first patches, about a coarse path, did not reach
         for _ in range(RECUT):
             trail = cut(state.past, now, path, self.patch, self.filter.border)
-            path = trail.climbed(now, path, smoothing, self.fine)
-        trail = cut(state.past, now, path, self.patch, self.filter.border)
-        score = gain * trail.total(now, path, smoothing)
+            path = trail.climbed(now, path, smoothing, self.footprint.slope)
+        scale, footprint = Scale(now, smoothing, gain, threshold), self.footprint
+        for _ in range(RECUT):
+            # to the middle of all that is seen of it
+            trail = cut(state.past, now, path, self.patch, self.filter.border)
+            footprint = as_wide_as_seen(self.footprint, trail, path, scale)
+            if footprint == self.footprint:
+                break
+            path = centred(trail, path, self.footprint, footprint, scale)
+        score = scale.score(trail, path)
         shares = smoothing ** trail.ages(now) * np.maximum(trail.values(now, path), 0.0)
-        if score <= threshold or shares.sum() ** 2 < LEAST_FRAMES * (shares**2).sum():
+        most = shares.sum() ** 2 / ((shares**2).sum() or 1.0)
+        if score <= threshold or most < LEAST_FRAMES:
             return None
-        return Candidate(path, score, trail)
+        lasting = math.ceil(STEADY * most)
+        return Candidate(path, score, trail, age_of(trail, path, now, smoothing), lasting, footprint)
 
-    @property
-    def fine(self) -> float:
-        """Cells to either side at which a path that is nearly right is compared: near, so that no neighbour counts."""
-        return max(0.5, self.footprint.half / 2)
-
-    @property
+    @cached_property
     def patch(self) -> int:
         """Cells to each side of a target that its trail keeps."""
-        return math.ceil(self.footprint.half) + 3
+        return patch_of(self.footprint)
 
-    def take_out(self, state: SearchState, path: Array) -> None:
+    def take_out(self, state: SearchState, path: Array, footprint: Footprint) -> None:
         """Take a target on a path at the state's time out of the latest frames and of what has been accumulated."""
         now, recurrent, border = state.recurrent.time_s, state.recurrent, self.filter.border
         sizes = cut(state.past, now, path, 2, border).values(now, path)
         for seen, size in zip(state.past, np.maximum(sizes, 0.0), strict=True):
             place = path[:2] - (now - seen.time_s) * path[2:] + seen.scene_px
-            rows, columns, removed = self.footprint.remove(seen.evidence, place, size, seen.deviation, border)
+            rows, columns, removed = footprint.remove(seen.evidence, place, size, seen.deviation, border)
             if removed.size:
                 scene = tuple(seen.scene_px[: recurrent.score.ndim].tolist())
                 self.filter.forget(recurrent, seen.time_s, scene, (int(rows[0]), int(columns[0])), removed)

@@ -46,6 +46,12 @@ def noise(kind: str, seed: int, times: int = TIMES, samples: int = SAMPLES) -> n
         for frame in frames:
             for first in rng.integers(samples, size=rng.poisson(2.0)):
                 frame[(first + np.arange(8)) % samples] += 4 * rng.standard_normal(8)
+    if kind == "rests":
+        frames[20:, 20:28] *= 3
+    if kind == "strong":  # three objects, thrice as loud as noise
+        for first, way in ((10, 1.5), (80, -0.8), (140, 2.2)):
+            for number in range(30, times):
+                frames[number, (first + round(way * number) + np.arange(5)) % samples] += 3 * rng.standard_normal(5)
     if kind == "silent":
         frames[: times // 4] = 0.0
     return frames
@@ -69,7 +75,7 @@ def read_as_pairs(frames: np.ndarray) -> np.ndarray:
     return frames[:, ::2] + 1j * frames[:, 1::2]
 
 
-@pytest.mark.parametrize("kind", ["white", "ar0.9", "unequal", "along"])
+@pytest.mark.parametrize("kind", ["white", "strong", "ar0.9", "unequal", "along"])
 def test_what_is_right_is_not_remarked_on(kind: str) -> None:
     assert [names(noise(kind, seed)) for seed in range(3)] == [{}] * 3
 
@@ -108,6 +114,7 @@ def test_alarms_are_counted_unless_they_are_believed(ends: str) -> None:
         (lambda: noise("bursts", 1, times=300), [], "signals.bursts", True),
         (lambda: noise("bursts", 1, times=300), ["--clip", "2"], "signals.drift", False),
         (lambda: noise("fast", 1), [], "signals.bursts", False),
+        (lambda: noise("rests", 1), [], "signals.rests", False),
         (lambda: noise("rotor", 1), ["--noise", "white"], "signals.alike", False),
         (
             lambda: noise("white", 1),

@@ -223,7 +223,7 @@ def test_everything_is_written_and_says_the_same(tracked: tuple[Path, np.ndarray
     folder, truth, told = tracked
     assert sorted(path.name for path in (folder / "out").iterdir()) == WRITTEN
     read = read_tracks_csv(folder / "out" / "tracks.csv")
-    assert read.columns.added == ("score", "evidence")
+    assert read.columns.added == ("score", "evidence", "moves")
     assert np.isnan(read.rows["existence"]).all()  # a score is no posterior probability
     rows = read.rows[read.rows["status"] == 1]
     assert len(np.unique(rows["track"])) == 1
@@ -518,3 +518,24 @@ def test_an_object_before_a_rotor_is_found() -> None:
     ]
     assert np.mean([any(off < 5 for off in one) for one in found[60:]]) > 0.9
     assert np.mean([sum(off >= 5 for off in one) for one in found[60:]]) < 0.1
+
+
+def louder(seed: int, speed: float, size: int, loud: float) -> np.ndarray:
+    """Frames of noise, in which so many samples are louder from frame 60."""
+    frames = np.random.default_rng(seed).standard_normal((150, 300))
+    for number in range(60, 150):
+        frames[number, (100 + round(speed * number) + np.arange(size)) % 300] *= loud
+    return frames
+
+
+@pytest.mark.parametrize(("speed", "size", "loud"), [(0.0, 8, 3.0), (1.3, 20, 2.0)])
+def test_a_thing_wider_than_was_told_is_one_that_moves_or_does_not(speed: float, size: int, loud: float) -> None:
+    """Eight samples at rest and twenty on their way, five told: they were three to eleven tracks in each signal."""
+    count, moving = [], []
+    for seed in range(3):
+        for step in itertools.islice(track_signal(louder(seed, speed, size, loud), SignalTracking(**QUICK)), 75, None):
+            sure = [track for track in step.tracks if track.status == "confirmed"]
+            count.append(len(sure))
+            moving += [track.extra["moves"] for track in sure]
+    assert np.mean(np.array(count) == 1) > 0.9
+    assert (np.mean(moving) > 0.7) if speed else (np.mean(moving) < 0.3)

@@ -31,6 +31,7 @@ def findings_of(parameters: SignalTracking, facts: SignalFacts) -> tuple[Finding
         _bursts(facts),
         _followed(facts),
         _alike(facts),
+        _rest(parameters, facts),
         _axes(facts),
         _interleaved(facts),
         *_length(parameters, facts),
@@ -151,6 +152,19 @@ def _alike(facts: SignalFacts) -> Finding:
         "propeller, rectified mains) at a period that does not fit the frame, and no objects on their way.",
         "Look at the spectrum of the squared samples for a line, or choose --frame-samples of whole periods, in which "
         "what repeats is at rest.",
+        grave=False,
+    )
+
+
+def _rest(parameters: SignalTracking, facts: SignalFacts) -> Finding:
+    """Say where a track rests, for so does a sample that is louder than others."""
+    fact = facts.rest
+    told = "; --noise white or --calibration-frames takes levels as known" if parameters.noise == "estimated" else ""
+    return fact.finding(
+        "signals.rests",
+        f"{fact.seen:.0f} of the sure tracks rest, as far as is seen: an object at rest is not told from samples that "
+        "are louder than others, a tone or a channel of its own.",
+        f"Look at moves in tracks.csv, and at what is received there{told}.",
         grave=False,
     )
 

@@ -11,7 +11,7 @@ from elusive.contracts import Array
 from elusive.preprocess.levels import hidden_mean
 from elusive.preprocess.whiten import NoiseModel
 from elusive.systems.signals.interleaved import Interleaved, interleaved_of
-from elusive.systems.signals.track import SignalState
+from elusive.systems.signals.track import MOVES, SignalState
 from elusive.tracking import Step
 
 LAGS = 48  # samples apart at most
@@ -46,6 +46,7 @@ class SignalFacts:
         self._alarms, self._waiting = 0, dict[int, int]()  # of nothing; of candidates, that may be believed yet
         self._judged = self._single = self._outstanding = 0
         self.believed = False  # whether there has been a track
+        self._moving = dict[int, float]()  # by track: frames in which it moves rather than rests, in all
         self._many = self._alike = self._tracks_alike = 0
 
     def add(self, step: Step) -> None:
@@ -81,6 +82,10 @@ class SignalFacts:
         """Count frames in which something stands out, until it is believed."""
         believed = [track.track for track in step.tracks if track.status == "confirmed"]
         self.believed |= len(believed) > 0
+        for track in step.tracks:
+            if track.status == "confirmed":
+                moving = self._moving.get(track.track, 0.0)
+                self._moving[track.track] = moving + track.extra.get("moves", 1.0) - MOVES
         velocities = np.array([track.mean[1] for track in step.tracks if track.status == "confirmed"])
         if len(velocities) >= MANY:
             middle = float(np.median(velocities))
@@ -116,6 +121,12 @@ class SignalFacts:
         """Share of the frames with many tracks in which these have one velocity; ``seen`` is how many have."""
         holds = self._alike < max(FEW_FRAMES, self._many / 2)
         return Fact(1.0, self._tracks_alike, holds, self._many)
+
+    @property
+    def rest(self) -> Fact:
+        """Tracks that rest rather than move."""
+        resting = sum(moving < 0 for moving in self._moving.values())
+        return Fact(0.0, resting, resting == 0, self._usable)
 
     @property
     def bursts(self) -> Fact:

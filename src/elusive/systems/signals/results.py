@@ -22,7 +22,7 @@ from elusive.tracking import ReadBack, Step
 KEPT = (2048, 2048)  # scores kept for result.nc, frames and samples; of more, the largest of each block
 
 
-STATE, ADDED, OF_FRAMES = ("x", "vx"), ("score", "evidence"), ("highest", "threshold")
+STATE, ADDED, OF_FRAMES = ("x", "vx"), ("score", "evidence", "moves"), ("highest", "threshold")
 
 
 def log_of(path: Path) -> TrackLog:

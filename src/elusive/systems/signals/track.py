@@ -28,11 +28,13 @@ from elusive.systems.signals.whitened import Whitened, missing_samples
 from elusive.tracking import Follower, Footprint, PeakTrack, ReadBack, Step, Track, read_back
 from elusive.tracking.follow import FollowedState
 from elusive.tracking.memory import Memory
+from elusive.tracking.rest import moves
 
 __all__ = ["SignalState", "SignalTracking", "track_signal"]
 
 FRAME_DIGITS = 6  # of a time counted in frames
 BESIDE = 2  # reaches of an object's evidence, beyond which another thing stands out
+MOVES = 0.5  # probability from which a track moves, and is not taken for a level
 UNKNOWN = np.full((2, 2), np.nan)
 NOTHING: Mapping[int, ReadBack] = {}
 
@@ -60,6 +62,7 @@ class _Known(NamedTuple):
     start_s: float = math.nan  # of the first frame that is not for calibration
     law: ExtremeValue = ExtremeValue(0.0, 1.0)
     null: NullScores | None = None  # what noise does, where it was simulated
+    explained: NDArray[np.bool_] | None = None  # samples of the next frame in which objects on their way will be
 
 
 def track_signal(
@@ -88,7 +91,7 @@ def track_signal(
     Step
         A frame's, with a :class:`SignalState`. The score of a track is one minus the probability that noise alone
         holds as high a peak in a frame: no posterior probability of existence. ``extra`` has the evidence of its
-        newest peak, in deviations of noise's.
+        newest peak, in deviations of noise's, and the probability that it moves.
 
     Raises
     ------
@@ -145,8 +148,8 @@ def _follow(
 ) -> Iterator[Step]:
     """Accumulate, find peaks and track them, once it is known what noise does; inside, time counts frames."""
     flt, interval_s = parameters.recursion, parameters.interval_s
-    noise, quiet, state, confirmed, start_s, law, null = known
-    read = 0
+    noise, quiet, state, confirmed, start_s, law, null, explained = known
+    read, fastest = 0, float(np.abs(flt.motion_vectors(1)).max())
 
     def threshold(recurrent: RecurrentState, seen: int) -> float:
         nonlocal law
@@ -157,7 +160,7 @@ def _follow(
         read += 1
         start_s = time_s if math.isnan(start_s) else start_s
         now = round((time_s - start_s) / interval_s, FRAME_DIGITS)
-        noise, taken = noise.step(frame, rng)
+        noise, taken = noise.step(frame, rng, explained)
         found = None if taken is None else noise.evidence.of_taken(taken)
         if state.seen == 0 and taken is not None and parameters.false_alarm.source == "simulation":
             # not before it is known that the frames can be used
@@ -171,14 +174,17 @@ def _follow(
             if track.status == "confirmed" and track.track not in confirmed
         }
         confirmed |= back.keys()
-        memory.keep(time_s, _Known(noise, quiet, state, confirmed, start_s, law, null), rng)
-        shown = tuple(_track(track, law, interval_s) for track in state.tracks)
+        scale = follower.scale(state, now)
+        moving = [moves(track, scale, fastest) for track in state.tracks]
+        explained = _explained(frame.size, state.tracks, moving)
+        memory.keep(time_s, _Known(noise, quiet, state, confirmed, start_s, law, null, explained), rng)
+        shown = tuple(_track(track, law, interval_s, each) for track, each in zip(state.tracks, moving, strict=True))
         if taken is None:
             score = state.score if state.seen else np.zeros(frame.shape, np.float32)
             missed = SignalState(np.zeros(frame.shape), score, read_back=back, noise=noise.model, gap=True)
             yield Step(time_s, frame, missed, shown)
         else:
-            alone = math.nan if found is None else _alone(found, state.tracks, null, follower.footprint.reach)
+            alone = math.nan if found is None else _alone(found, state.tracks, null)
             seen = SignalState(taken, state.score, state.threshold, law, back, noise.model, alone)
             yield Step(time_s, frame, seen, shown)
     if state.seen == 0:
@@ -188,19 +194,31 @@ def _follow(
         )
 
 
-def _alone(evidence: Array, tracks: Sequence[PeakTrack], null: NullScores | None, reach: int) -> float:
+def _alone(evidence: Array, tracks: Sequence[PeakTrack], null: NullScores | None) -> float:
     """Probability that noise's evidence of one frame is as high as this is beside confirmed tracks."""
     deviation = deviation_of(evidence)
     if null is None or len(null.ages) == 1 or deviation == 0:
         return math.nan
-    beside, near = evidence.copy(), np.arange(-BESIDE * reach, BESIDE * reach + 1)
+    beside = evidence.copy()
     for track in tracks:
         if track.status == "confirmed":
+            reach = BESIDE * track.footprint.reach
+            near = np.arange(-reach, reach + 1)
             beside[(round(float(track.position[0])) + near) % len(beside)] = 0.0
     return null.at(1).probability(float(beside.max()) / deviation)
 
 
-def _track(track: PeakTrack, law: ExtremeValue, interval_s: float) -> Track:
+def _explained(samples: int, tracks: Sequence[PeakTrack], moving: Sequence[float]) -> NDArray[np.bool_] | None:
+    """Return the samples of the next frame that objects will cover which move; None where there are none."""
+    explained = np.zeros(samples, np.bool_)
+    for track, moves_too in zip(tracks, moving, strict=True):
+        if track.status == "confirmed" and moves_too > MOVES:
+            half = math.ceil(track.footprint.half)
+            explained[(round(track.position[0] + track.velocity[0]) + np.arange(-half, half + 1)) % samples] = True
+    return explained if explained.any() else None
+
+
+def _track(track: PeakTrack, law: ExtremeValue, interval_s: float, moving: float) -> Track:
     (x,), (vx,) = track.position, track.velocity
     score, mean = 1 - law.probability(track.score), np.array([x, vx / interval_s])
-    return Track(track.track, track.status, math.nan, mean, UNKNOWN, score, {"evidence": track.score})
+    return Track(track.track, track.status, math.nan, mean, UNKNOWN, score, {"evidence": track.score, "moves": moving})

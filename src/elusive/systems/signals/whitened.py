@@ -42,8 +42,13 @@ class Whitened(NamedTuple):
             return standardised
         return self.evidence.held(innovations(self.prediction, standardised, rng))
 
-    def step(self, frame: Array, rng: Generator) -> tuple[Self, Array | None]:
-        """Return what is known after one more frame, and its samples as they are taken; None of a gap."""
+    def step(
+        self, frame: Array, rng: Generator, explained: NDArray[np.bool_] | None = None
+    ) -> tuple[Self, Array | None]:
+        """Return what is known after one more frame, and its samples as they are taken; None of a gap.
+
+        Samples that are ``explained`` by objects on their way say nothing of levels.
+        """
         missing = missing_samples(frame)
         if missing.mean() > MOST_MISSING:
             return self._replace(model=None if self.model is None else passed(self.model)), None
@@ -53,7 +58,7 @@ class Whitened(NamedTuple):
         if not self.estimated:
             return self, _drawn(self.evidence.taken(filled), missing, rng)
         model = self.model or no_noise_model(frame.size, self.evidence.statistic.window)
-        model, white = whitened(model, self.evidence.held(filled, LOOSE), rng)
+        model, white = whitened(model, self.evidence.held(filled, LOOSE), rng, explained)
         return self._replace(model=model), _drawn(self.evidence.held(white), missing, rng)
 
 
