@@ -120,4 +120,5 @@ def _stuck(judge: StuckPixels, state: Watched) -> NDArray[np.int64]:
     height, about = np.abs(state.height[which]), np.abs(state.about[:, which])
     each_way = height > judge.neighbour_ratio * about.max(axis=0)
     one_way = [height > judge.neighbour_ratio**2 * about[list(line)].max(axis=0) for line in BESIDE]
-    return which[each_way | one_way[0] | one_way[1]]
+    found: NDArray[np.int64] = which[each_way | one_way[0] | one_way[1]]
+    return found
