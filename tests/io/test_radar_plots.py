@@ -334,6 +334,16 @@ def test_a_period_is_found_or_not_said(tmp_path: Path, seed: int) -> None:
         open_radar_plots(saved(tmp_path, HEADER + "\n".join(lines)))
 
 
+def test_a_jammer_that_fills_one_bearing_is_no_antenna(tmp_path: Path) -> None:
+    """Scans of one time each, forty of whose plots lie in one direction."""
+    rng = np.random.default_rng(8)
+    bearings = [np.concatenate([rng.normal(70.0, 0.2, 40), rng.uniform(0, 360, 7)]) for _ in range(40)]
+    lines = [f"{2.5 * k},{rng.uniform(100, 6000):.1f},{one:.3f}," for k, scan in enumerate(bearings) for one in scan]
+    source = open_radar_plots(saved(tmp_path, HEADER + "\n".join(lines)))
+    assert source.rotation_s is None
+    assert [len(one.times_s) for one in source] == [47] * 40
+
+
 @pytest.mark.skipif(not ASTERIX.exists(), reason="the recordings are not here")
 def test_part_of_a_turn_says_how_fast_the_antenna_turns() -> None:
     """Half a second of two radars: bearings rise by 36 degrees a second."""

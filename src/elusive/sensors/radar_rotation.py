@@ -69,7 +69,9 @@ def period_of(times_s: Array, bearing_rad: Array, shortest_s: float = SHORTEST_S
     fine = fine[fine > 0]
     fitted = _resultant(fine, times, bearing)
     found, variance = float(fine[fitted.argmax()]), max(1 - float(fitted.max()), LEAST_VARIANCE)
-    other = max(1 - float(length[np.abs(frequency - found) > 1.5 / window].max(initial=0.0)), LEAST_VARIANCE)
+    # most plots may lie in one direction, as those of a jammer do
+    still = float(_resultant(np.zeros(1), times, bearing)[0])
+    other = max(1 - float(length[np.abs(frequency - found) > 1.5 / window].max(initial=still)), LEAST_VARIANCE)
     if fitted.max() < ALIKE or 0.5 * n * math.log(other / variance) < EVIDENCE:
         return None
     return 1 / found
