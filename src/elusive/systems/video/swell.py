@@ -37,10 +37,7 @@ class Swell(NamedTuple):
 
     towards_rad: float  # clockwise from north
     speed_mps: float
-    crest: tuple[float, float] = (
-        0.0,
-        0.0,
-    )  # sum of the evidence beside tracks, along the crests, and of how many cells
+    crest: tuple[float, float] = (0.0, 0.0)  # evidence beside tracks along the crests: its sum, of how many cells
     trough: tuple[float, float] = (0.0, 0.0)  # the same half a wave before and behind
 
     @property
