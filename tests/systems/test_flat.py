@@ -171,7 +171,8 @@ def test_tracks_that_have_ended_are_counted_alone():
     judged._is_beside = lambda ship, heard: ship.track % 4 == 0
     turn = SimpleNamespace(place=(0.0, 0.0))
     clutter = SimpleNamespace(fixed=np.zeros((4, 4), bool))
-    heard = SimpleNamespace(turn=turn, held=0.0, power=np.zeros((4, 4), np.float32), clutter=clutter)
+    learnt = SimpleNamespace(swell=None)
+    heard = SimpleNamespace(turn=turn, held=0.0, power=np.zeros((4, 4), np.float32), clutter=clutter, learnt=learnt)
     for number in range(1000):
         kept.add({number: 0.5 if number % 4 == 0 else 1.0}, {number, number + 1})
         judged.add(heard, [SimpleNamespace(track=number, status="confirmed", mean=np.zeros(4))])
