@@ -81,7 +81,9 @@ def findings_of(
         found += [doppler_finding(seen.errors.rates_mps, sensor.doppler_sd_mps)] if len(seen.errors.rates_mps) else []
     found += given_findings(seen.given, seen.way, sensor)
     found.append(seen.alternate)
-    found.append(turned_finding(Together() if seen.errors is None else seen.errors.together, seen.turned))
+    # several plots of one hull do not err by themselves
+    alone = seen.errors is not None and not isinstance(sensor, HullRadar)
+    found.append(turned_finding(seen.errors.together if alone and seen.errors else Together(), seen.turned))
     found += [] if water is None else [fixed_finding(seen.fixed, seen.way[0, 1:], water)]
     if seen.passed:
         trusted = None if seen.errors is None or seen.errors.crowded else seen.errors
