@@ -90,12 +90,14 @@ class Opponent:
             CombinedLinearGaussianTransitionModel([ConstantVelocity(0.001), ConstantVelocity(0.001), RandomWalk(0.01)])
         )
         self.updater = ParticleUpdater(image, resampler=SystematicResampler())
-        weight = np.full(len(particles), 1 / len(particles))
-        self.prior = ParticleState(StateVectors(particles.T), weight=weight, timestamp=START)
+        self.particles = StateVectors(particles.T)
+        self.weights = np.full(len(particles), 1 / len(particles))
         self.seen = Detection(
             frame.reshape(-1, 1), timestamp=START + datetime.timedelta(seconds=1), measurement_model=image
         )
 
     def __call__(self):
-        predicted = self.predictor.predict(self.prior, timestamp=self.seen.timestamp)
+        # a state of its own: the predictor remembers what it drew for one that it has seen
+        prior = ParticleState(self.particles, weight=self.weights, timestamp=START)
+        predicted = self.predictor.predict(prior, timestamp=self.seen.timestamp)
         return self.updater.update(SingleHypothesis(predicted, self.seen)).mean

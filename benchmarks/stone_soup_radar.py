@@ -34,8 +34,8 @@ class RadarOpponent:
         )
         resampler = ESSResampler(model.resample_below * len(particles), SystematicResampler())
         self.updater = ParticleUpdater(radar, resampler=resampler)
-        weights = np.full(len(particles), 1 / len(particles))
-        self.prior = ParticleState(StateVectors(particles.T), weight=weights, timestamp=START)
+        self.particles = StateVectors(particles.T)
+        self.weights = np.full(len(particles), 1 / len(particles))
         self.seen = []
         for k, plot in enumerate(plots, 1):
             # its bearing runs from east to north
@@ -45,7 +45,9 @@ class RadarOpponent:
 
     def __call__(self):
         """Mean of the belief after each plot."""
-        state, means = self.prior, []
+        # a state of its own: the predictor remembers what it drew for one that it has seen
+        state = ParticleState(self.particles, weight=self.weights, timestamp=START)
+        means = []
         for seen in self.seen:
             predicted = self.predictor.predict(state, timestamp=seen.timestamp)
             state = self.updater.update(SingleHypothesis(predicted, seen))
