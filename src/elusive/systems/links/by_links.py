@@ -49,6 +49,8 @@ class LinksState(NamedTuple):
     by_chance: float = 0.0  # log likelihood, not tempered, that somebody gains where nobody is
     rests: Rests = NO_RESTS  # what is known of tracks, by their numbers, as far as the room may be what has changed
     changed: Changed | None = None  # that the room is
+    second: float = math.nan  # log likelihood ratio, not tempered, of a second person in a frame, on average
+    tells: float = math.nan  # the same of this frame's readings: tempered, less what errors that last bring
 
     @property
     def tracks(self) -> tuple[Track, ...]:
@@ -168,7 +170,9 @@ class LinksChain:
             Source of randomness.
         """
         state = LinksState(self._filter.init(rng), (), Likeness(), 0.0, isinstance(self._filter.sensor, ShadowedLinks))
-        return state if self._one_more is None else state._replace(by_chance=self._one_more.by_chance(empty))
+        if self._one_more is None:
+            return state
+        return state._replace(by_chance=self._one_more.by_chance(empty), second=self._one_more.second())
 
     def anew(self, state: LinksState) -> LinksState:
         """Return the state once changes are told from the levels of the room as it is now."""
@@ -205,7 +209,7 @@ class LinksChain:
             If the frame is not of the calibration's links and channels, or time runs backwards.
         """
         sensor, likeness, bias_m2, unexplained = self._filter.sensor, state.likeness, 0.0, NOTHING
-        rests, changed = state.rests, None
+        rests, changed, tells = state.rests, None, math.nan
         if not isinstance(sensor, ShadowedLinks) or change is None:
             belief = self._filter.step(state.belief, time_s, change, rng)
         else:
@@ -225,12 +229,15 @@ class LinksChain:
                     unexplained = unexplained._replace(summed=0.0)
             else:
                 likeness = likeness._replace(last=None)
+            tells = tempered.temper * (state.second - tempered.optimism)
             rests, changed = after_frame(state.rests, belief.targets, sensor, change, time_s)
         if isinstance(sensor, ShadowedLinks):
             bias_m2 = sensor.bias_variance(likeness)
         events = events_between(time_s, state.belief.tracks, belief.tracks, self._entrance, self._near_m)
-        told = belief, tuple(events), likeness, bias_m2, state.learns, unexplained, state.by_chance, rests, changed
-        return LinksState(*told)
+        return state._replace(
+            belief=belief, events=tuple(events), likeness=likeness, bias_m2=bias_m2, unexplained=unexplained,
+            rests=rests, changed=changed, tells=tells,
+        )  # fmt: skip
 
     def _kept(self, belief: SuperposedState, interval_s: float) -> float:
         """Return the share of readings' errors in places that the filter keeps until the next frame.
