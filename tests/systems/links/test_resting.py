@@ -61,7 +61,19 @@ def test_who_has_come_or_sways_stays(seed):
     for frames, sensor in (stood(seed, 0.0, 100, walks=8), stood(seed, 0.15, 100)):
         states = list(followed(frames, sensor))
         assert not any(state.changed for state in states)
-        assert sum(track.status == "confirmed" for track in states[-1].tracks) == 1
+        (track,) = (track for track in states[-1].tracks if track.status == "confirmed")
+        assert track.existence > 0.9
+
+
+def test_existence_falls_while_a_track_never_moves_and_keeps_steady():
+    """From 19 in 20 to even, when it is the room's."""
+    frames, sensor = stood(0, 0.0, 40)
+    states = list(followed(frames, sensor))
+    number = next(k for k, state in enumerate(states) if state.changed)
+    told = [track.existence for state in states[:number] for track in state.tracks if track.status == "confirmed"]
+    assert told[0] == pytest.approx(0.95, abs=0.02)
+    assert told[-1] == pytest.approx(0.5, abs=0.05)
+    assert np.all(np.diff(told) < 0.02)
 
 
 def test_the_room_goes_on_from_the_levels_that_it_has_now():

@@ -54,12 +54,16 @@ class LinksState(NamedTuple):
 
     @property
     def tracks(self) -> tuple[Track, ...]:
-        """The tracks; their covariance holds what the site bends places by."""
-        if not self.bias_m2:
-            return self.belief.tracks
+        """The tracks; their covariance holds what the site bends places by, their existence that of the room itself."""
         bias = np.zeros((4, 4))
         bias[X, X] = bias[Y, Y] = self.bias_m2
-        return tuple(track._replace(covariance=track.covariance + bias) for track in self.belief.tracks)
+        return tuple(
+            track._replace(
+                covariance=track.covariance + bias,
+                existence=track.existence * (1 - (self.rests[track.track].nobody if track.track in self.rests else 0)),
+            )
+            for track in self.belief.tracks
+        )
 
     @property
     def nobody(self) -> bool:

@@ -8,6 +8,7 @@ empty room does is watched for longer.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
@@ -30,6 +31,10 @@ STEADY, FEWEST_BLOCKS = 1.35, 5
 NOISY, NOISY_BLOCKS = 2.0, 10  # variance of the readings over the empty room's, from which more blocks are asked
 
 
+# odds that the room has changed rather than that somebody has come, when a track is found, and the time in which they
+# grow by a factor e while it keeps steady: even when the room is taken to have changed
+CHANGES, GROW_S = 0.05, 4.0
+MOST = 50.0  # exponent
 ALONE = 1.0  # variance that others add to a reading, over the empty room's, below which it tells of who rests
 
 
@@ -43,6 +48,7 @@ class Rest(NamedTuple):
     now: Array  # (2,)
     levels: Steadiness | None  # of what others leave alone; none: it has moved
     heard: Array  # (2, D, C): times that readings were heard since, and their sum
+    nobody: float = 0.0  # probability that it is the room's
 
 
 class Changed(NamedTuple):
@@ -77,12 +83,15 @@ def after_frame(
             rest = Rest(time_s, place, covariance, time_s, place, levels, np.zeros((2, *rise_db.shape)))
         off = place - rest.place
         moved = off @ off > MOVED_M**2 and off @ np.linalg.solve(covariance + rest.covariance, off) > MOVED_SD**2
-        rests[name] = rest._replace(seen_s=time_s, now=place, levels=None if moved else rest.levels)
+        kept = None if moved else rest.levels
+        rests[name] = rest._replace(seen_s=time_s, now=place, levels=kept, nobody=0.0)
     resting = {name: target for name, target in sure.items() if rests[name].levels is not None}
     if not resting:
         return rests, None
     rests |= _watched(rests, resting, targets, sensor, rise_db, time_s)
     steady = {name: told for name in resting if (told := _steady(rests[name].levels, sensor.tables.floor)) is not None}
+    for name in resting:
+        rests[name] = _doubted(rests[name], name in steady, time_s)
     if not any(told.known for told in steady.values()):
         return rests, None
     longest = max(steady, key=lambda name: steady[name].levels.blocks)
@@ -137,12 +146,19 @@ def _steady(levels: Steadiness | None, floor: Array) -> _Steady | None:
     return _Steady(levels, noisy, known) if ratio < STEADY else None
 
 
+def _doubted(rest: Rest, steady: bool, time_s: float) -> Rest:
+    """Tell how probably a track that has not moved is the room's."""
+    unknown = rest.levels is not None and rest.levels.blocks < FEWEST_BLOCKS // 2
+    odds = CHANGES * math.exp(min((time_s - rest.found_s) / GROW_S, MOST)) if steady or unknown else CHANGES
+    return rest._replace(nobody=odds / (1 + odds))
+
+
 def anew(rests: Rests, time_s: float, shape: tuple[int, ...]) -> dict[int, Rest]:
     """Return what is known of tracks once levels are told from another room's: their sums begin anew."""
-    levels = Steadiness.none(time_s, shape)
-    heard = np.zeros((2, *shape))
+    levels, heard = Steadiness.none(time_s + COMING_S, shape), np.zeros((2, *shape))
     return {
-        name: rest if rest.levels is None else rest._replace(levels=levels, heard=heard) for name, rest in rests.items()
+        name: rest if rest.levels is None else rest._replace(found_s=time_s, levels=levels, heard=heard)
+        for name, rest in rests.items()
     }
 
 
