@@ -179,7 +179,7 @@ def test_two_people_are_two_or_are_named(tmp_path, capsys, most):
 
 @pytest.mark.parametrize("stood", [False, True])
 def test_somebody_who_stood_through_the_calibration_and_left_is_named(tmp_path, capsys, stood):
-    """They leave a track that never moves where they stood, after 20 s; nobody is there."""
+    """They leave a track that never moves where they stood, after 20 s, for half a minute; nobody is there."""
     room, rng = write_room(tmp_path, frames=120), np.random.default_rng(5)
     excess = excess_of((3.2, 2.1))
     fall = 9 * np.exp(-excess / 0.03) - 2.5 * rng.normal(size=len(excess)) * np.exp(-excess)
@@ -193,4 +193,4 @@ def test_somebody_who_stood_through_the_calibration_and_left_is_named(tmp_path, 
 
     log, quick = changed(room, tmp_path, changing), ("--fit-frames", 0)
     _, names, said = told(capsys, log, room / "nodes.csv", tmp_path / "out", *quick, empty=EMPTY)
-    assert bool(names & {"links.rests", "links.room"}) == stood, said
+    assert ("links.changed" in names) == stood, said

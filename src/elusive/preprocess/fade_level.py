@@ -40,6 +40,27 @@ class RssState(NamedTuple):
     gains_db: Array = np.zeros((0, 2))  # (S, 2) change of each node's own gain, as it sends and hears: taken out
     bursts: Flags = np.zeros(0, dtype=bool)  # (C,) channels that something disturbs in the frame: left out
 
+    def changed(self, level_db: Array, variance_db2: Array | None, away: Flags) -> RssState:
+        """Return the state in a room that has changed.
+
+        Parameters
+        ----------
+        level_db
+            ``(D, C)`` by which its readings have, NaN where that is not known.
+        variance_db2
+            ``(D, C)`` of what goes on in it; none: it is as quiet as it was.
+        away
+            ``(D,)`` directed links that run by nobody; the others stay.
+        """
+        by = np.where(away[:, None], np.nan_to_num(level_db), 0.0)
+        calibration, settled = self.calibration, self.settled
+        calibration = calibration._replace(mean_dbm=calibration.mean_dbm + by)
+        if variance_db2 is not None:
+            wider = np.fmax(calibration.variance_db2, variance_db2)
+            variance = np.where(away[:, None] & np.isfinite(wider), wider, calibration.variance_db2)
+            calibration = calibration._replace(variance_db2=variance)
+        return self._replace(calibration=calibration, settled=settled.less(by, calibration.time_s))
+
 
 class RssChange(Model):
     """How readings become one change a link."""

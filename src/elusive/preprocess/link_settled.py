@@ -61,6 +61,10 @@ class Settled(NamedTuple):
         spread = np.where(np.isnan(rise_db), self.variance_db2, (1 - gain) * (self.variance_db2 + gain * away**2))
         return self._replace(mean_db=self.mean_db + gain * away, variance_db2=spread, frames=self.frames + 1)
 
+    def less(self, by_db: Array, time_s: float) -> Settled:
+        """Return the state once levels are told from others ``(D, C)``, and the room goes on being learned."""
+        return self._replace(mean_db=self.mean_db - by_db, until_s=time_s + RELEARNED_S)
+
     def moved(self, calibration: Calibration, away: Flags) -> tuple[Settled, Calibration, float]:
         """Return the calibration of the room as it is now, and the share of readings that had settled off.
 

@@ -22,6 +22,7 @@ from elusive.sensors.linear_links import LinkRadiation
 from elusive.sensors.link_likeness import Likeness
 from elusive.sensors.link_shadowing import LinkShadowing, ShadowedLinks
 from elusive.sensors.radio_network import RadioNodes
+from elusive.systems.links.resting import NO_RESTS, Changed, Rests, after_frame, anew
 from elusive.systems.links.unexplained import NOTHING, SOMEBODY, OneMore, Unexplained
 from elusive.tracking.birth_density import AreaBirths
 from elusive.tracking.people import Entrance, TrackEvent, events_between
@@ -32,6 +33,7 @@ from elusive.tracking.superposed_state import SuperposedState
 from elusive.tracking.track import Track
 
 KEPT = 0.5  # share of the error of a place that is kept from frame to frame, while nobody is known
+NOBODY = 1e-6  # existence of whom the room was taken for
 EMPTY_BELOW = 0.1  # existence of everybody below which the room is taken for empty
 
 
@@ -45,15 +47,23 @@ class LinksState(NamedTuple):
     learns: bool = True  # whether the likeness is learned: of shadowed links
     unexplained: Unexplained = NOTHING  # what the tracked people leave over
     by_chance: float = 0.0  # log likelihood, not tempered, that somebody gains where nobody is
+    rests: Rests = NO_RESTS  # what is known of tracks, by their numbers, as far as the room may be what has changed
+    changed: Changed | None = None  # that the room is
+    second: float = math.nan  # log likelihood ratio, not tempered, of a second person in a frame, on average
+    tells: float = math.nan  # the same of this frame's readings: tempered, less what errors that last bring
 
     @property
     def tracks(self) -> tuple[Track, ...]:
-        """The tracks; their covariance holds what the site bends places by."""
-        if not self.bias_m2:
-            return self.belief.tracks
+        """The tracks; their covariance holds what the site bends places by, their existence that of the room itself."""
         bias = np.zeros((4, 4))
         bias[X, X] = bias[Y, Y] = self.bias_m2
-        return tuple(track._replace(covariance=track.covariance + bias) for track in self.belief.tracks)
+        return tuple(
+            track._replace(
+                covariance=track.covariance + bias,
+                existence=track.existence * (1 - (self.rests[track.track].nobody if track.track in self.rests else 0)),
+            )
+            for track in self.belief.tracks
+        )
 
     @property
     def nobody(self) -> bool:
@@ -164,7 +174,20 @@ class LinksChain:
             Source of randomness.
         """
         state = LinksState(self._filter.init(rng), (), Likeness(), 0.0, isinstance(self._filter.sensor, ShadowedLinks))
-        return state if self._one_more is None else state._replace(by_chance=self._one_more.by_chance(empty))
+        if self._one_more is None:
+            return state
+        return state._replace(by_chance=self._one_more.by_chance(empty), second=self._one_more.second())
+
+    def anew(self, state: LinksState) -> LinksState:
+        """Return the state once changes are told from the levels of the room as it is now."""
+        assert isinstance(self._filter.sensor, ShadowedLinks)
+        assert state.changed is not None
+        nobody = [
+            target._replace(existence=NOBODY) if target.life.track in state.changed.tracks else target
+            for target in state.belief.targets
+        ]
+        state = state._replace(belief=state.belief._replace(targets=tuple(nobody)))
+        return state._replace(rests=anew(state.rests, state.belief.time_s, self._filter.sensor.unheard.shape))
 
     def init_from(self, state: LinksState) -> LinksState:
         """Return the state of another effect's chain as one of this chain: who is there stays."""
@@ -190,6 +213,7 @@ class LinksChain:
             If the frame is not of the calibration's links and channels, or time runs backwards.
         """
         sensor, likeness, bias_m2, unexplained = self._filter.sensor, state.likeness, 0.0, NOTHING
+        rests, changed, tells = state.rests, None, math.nan
         if not isinstance(sensor, ShadowedLinks) or change is None:
             belief = self._filter.step(state.belief, time_s, change, rng)
         else:
@@ -209,10 +233,15 @@ class LinksChain:
                     unexplained = unexplained._replace(summed=0.0)
             else:
                 likeness = likeness._replace(last=None)
+            tells = tempered.temper * (state.second - tempered.optimism)
+            rests, changed = after_frame(state.rests, belief.targets, sensor, change, time_s)
         if isinstance(sensor, ShadowedLinks):
             bias_m2 = sensor.bias_variance(likeness)
         events = events_between(time_s, state.belief.tracks, belief.tracks, self._entrance, self._near_m)
-        return LinksState(belief, tuple(events), likeness, bias_m2, state.learns, unexplained, state.by_chance)
+        return state._replace(
+            belief=belief, events=tuple(events), likeness=likeness, bias_m2=bias_m2, unexplained=unexplained,
+            rests=rests, changed=changed, tells=tells,
+        )  # fmt: skip
 
     def _kept(self, belief: SuperposedState, interval_s: float) -> float:
         """Return the share of readings' errors in places that the filter keeps until the next frame.

@@ -1,6 +1,7 @@
 """Whether the levels of a log are those that radios in a room tell: how finely, down to which, and by what they change.
 
-Levels in coarse steps, at the radios' floor, of a radio whose gain has changed, or of another room than was calibrated.
+Levels in coarse steps, at the radios' floor, of a radio whose gain has changed, or of another room than was calibrated,
+as a whole or where something in it was moved.
 """
 
 from __future__ import annotations
@@ -14,12 +15,15 @@ from elusive.contracts import Array
 from elusive.preprocess.link_calibration import Calibration
 from elusive.preprocess.link_settled import ANOTHER_ROOM
 from elusive.report.clock import moment
-from elusive.sensors.radio_network import RadioNodes
+from elusive.sensors.radio_network import RadioNodes, links_of, undirected_of
+from elusive.systems.links.by_links import LinksState
+from elusive.systems.links.resting import Changed
 from elusive.tracking.track import Step
 
 COARSE_DB = 2.5  # steps of readings
 GAIN_STEP_DB = 1.0  # by which a node's gain has changed anew
 MANY_BURSTS = 0.01  # of the frames of a channel
+NAMED = 3  # links that have changed most
 
 
 class LevelFacts:
@@ -32,6 +36,7 @@ class LevelFacts:
         self._settled, self._settled_s = 0.0, math.nan
         self._bursts, self._looked = 0, 0
         self._gain_db, self._gain_of, self._gain_s = 0.0, "", math.nan
+        self._changes, self._changed, self._changed_s = 0, "", math.nan
 
     def add(self, step: Step) -> None:
         """Take in a step."""
@@ -44,6 +49,23 @@ class LevelFacts:
         self._bursts += int(step.state.rss.bursts.sum())
         self._looked += len(step.state.rss.bursts)
         self._gain(step)
+        people = step.state.people
+        if isinstance(people, LinksState) and people.changed is not None:
+            if not self._changes:
+                self._changed, self._changed_s = self._told(people.changed), step.time_s
+            self._changes += 1
+
+    def _told(self, changed: Changed) -> str:
+        """Say where something has changed, and which links most."""
+        ends = links_of(len(self._nodes.names))
+        heard = np.isfinite(changed.level_db).sum(axis=1)
+        total = np.abs(np.nan_to_num(changed.level_db)).sum(axis=1)
+        link = undirected_of(len(self._nodes.names))
+        readings = np.maximum(np.bincount(link, heard, len(ends)), 1)
+        most = np.argsort(-np.bincount(link, total, len(ends)) / readings)[:NAMED]
+        links = ", ".join("-".join(self._nodes.names[k] for k in ends[one]) for one in most)
+        places = " and ".join(f"x {x:.1f}, y {y:.1f} m" for x, y in changed.places)
+        return f"at {places} (the links {links} most)"
 
     def _gain(self, step: Step) -> None:
         """Keep the greatest change of a node's own gain, and when it was first as great."""
@@ -57,7 +79,7 @@ class LevelFacts:
 
     def findings(self) -> tuple[Finding, ...]:
         """Return what was checked."""
-        return self._rounding(), self._floor(), self._radio(), self._burst(), self._room()
+        return self._rounding(), self._floor(), self._radio(), self._burst(), self._room(), self._moved()
 
     def _rounding(self) -> Finding:
         return Fact(1.0, self._step_db, not self._step_db > COARSE_DB, math.nan).finding(
@@ -106,6 +128,17 @@ class LevelFacts:
             "the empty room, as when a door was opened, furniture moved or radios drift. The levels were taken for "
             "those of the empty room from then on; tracks of the time before may be nobody's.",
             "Calibrate again on the room as it is then, or track each part of the log with its own.",
+        )
+
+    def _moved(self) -> Finding:
+        return Fact(0.0, float(self._changes), not self._changes, math.nan).finding(
+            "links.changed",
+            f"By {moment(self._changed_s)} what was taken for somebody {self._changed} had never moved, and the levels "
+            "there kept as steady as beside nobody: a door, furniture or a fan has changed them. They were taken for "
+            "those of the room from then on; the track until then was nobody. Who stands there and had come unseen, "
+            "without any motion, is missed." + (f" So it was {self._changes} times." if self._changes > 1 else ""),
+            "Look who is there; calibrate again on the room as it is then (--empty FILE).",
+            grave=False,
         )
 
 

@@ -19,7 +19,7 @@ from elusive.geometry.areas import Area
 from elusive.model import FROM_RECORDING, Model, NonNegative
 from elusive.preprocess.fade_level import RssChange, RssState
 from elusive.preprocess.link_calibration import Calibrate
-from elusive.preprocess.link_settled import away_from
+from elusive.preprocess.link_settled import Flags, away_from
 from elusive.preprocess.voxels import VoxelGrid
 from elusive.sensors.link_shadowing import LinkShadowing
 from elusive.sensors.radio_network import RadioNodes, RssFrame
@@ -189,15 +189,25 @@ def _followed(
                 voxels, parameters = found, _radiating(parameters, found)
                 stages = parameters.method.bind(nodes, parameters.area_of(nodes), calibration)
                 changing, people = losing, stages.init_from(people)
-        places = [track.mean[[X, Y]] for track in people.tracks if track.status == "confirmed"]
-        away = away_from(nodes, np.array(places).reshape(-1, 2))
-        rss = changing.step(rss, frame, empty=people.nobody, away=away)
+        if isinstance(people, LinksState) and people.changed is not None:
+            _, _, level_db, variance_db2 = people.changed
+            rss = rss.changed(level_db, variance_db2, _away(nodes, people, people.changed.tracks))
+            calibration = rss.calibration
+            stages = parameters.method.bind(nodes, parameters.area_of(nodes), calibration)
+            people = stages.anew(people)
+        rss = changing.step(rss, frame, empty=people.nobody, away=_away(nodes, people))
         # nobody is looked for by an effect that hardly holds
         held = voxels is None and look is not None and look.likely
         people = stages.step(people, frame.time_s, None if held else stages.seen(rss), rng)
         memory.keep(frame.time_s, calibration, rss, people, rng, look, voxels)
         words = "" if voxels is None else _words(voxels)
         yield Step(frame.time_s, frame, RoomState(rss, people, False, words), stages.shown(people))
+
+
+def _away(nodes: RadioNodes, people: ImageState | LinksState, but: tuple[int, ...] = ()) -> Flags:
+    """Return which directed links run by nobody who is tracked, but for some of them."""
+    sure = [track for track in people.tracks if track.status == "confirmed" and track.track not in but]
+    return away_from(nodes, np.array([track.mean[[X, Y]] for track in sure]).reshape(-1, 2))
 
 
 def _looks(parameters: LinkTracking) -> bool:

@@ -27,6 +27,7 @@ from elusive.tracking.superposed_state import SuperposedState, Target
 SOMEBODY = 8.0  # summed log evidence, tempered, from which one more is tried; below 3 with one person in a basement
 TRIED = 0.8  # existence of who is tried
 PRECISE = 0.2  # least temper of the places at which they are tried
+PAIRS, KNOWN, KNOWN_M, APART_M = 40, 100, 0.3, 1.0  # pairs drawn, and how well and how far off the first is known
 
 
 class Unexplained(NamedTuple):
@@ -82,6 +83,24 @@ class OneMore:
         log_ratio = float(levels[best])
         summed = max(0.0, before.summed + frame.temper * (log_ratio - frame.optimism - frame.by_chance))
         return Unexplained(log_ratio, summed, self._centres[best], levels)
+
+    def second(self) -> float:
+        """Return the log likelihood ratio, not tempered, that a second person brings a frame on average.
+
+        Of pairs of people of the model itself, at places drawn anywhere, the first of which is tracked. NaN of an area
+        too small for two.
+        """
+        rng, gained = np.random.default_rng(0), list[float]()
+        for first, other in rng.choice(self._centres, (PAIRS, 2)):
+            if ((first - other) ** 2).sum() < APART_M**2:
+                continue
+            places = np.stack([first, other])
+            frame = self._sensor.simulate(np.insert(places, [1, 2], 0.0, axis=1), rng)
+            cloud = self._sensor.expected_at(first + rng.normal(0, KNOWN_M, (KNOWN, 2)))
+            known = self._sensor.effect(cloud, np.full(KNOWN, 1 / KNOWN), 1.0)
+            ratio = self._sensor.given(TemperedRise(frame, 1.0), [known])
+            gained.append(float(ratio(self._sensor.expected_at(places[1:]))[0]))
+        return float(np.mean(gained)) if gained else math.nan
 
     def by_chance(self, empty: Array) -> float:
         """Return what somebody gains in frames ``(K, D, C)`` of the empty room; see :func:`gained_by_chance`."""

@@ -1,0 +1,90 @@
+"""A track that never moves and whose levels keep steady is the room's; who has come, or sways, stays somebody."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from elusive.geometry.areas import Area
+from elusive.preprocess.fade_level import RssChange
+from elusive.preprocess.link_calibration import Calibration
+from elusive.systems.links.by_links import LinksChain, LinksMethod
+from tests.tracking.link_scenes import shadowed_links, states_of
+
+AREA = Area.rectangle(-4, 4, -4, 4)
+INTERVAL_S, PLACE = 0.5, np.array([1.2, -0.8])
+
+
+def followed(frames, sensor):
+    """States of the chain after each frame."""
+    rng = np.random.default_rng(3)
+    chain = LinksChain(LinksMethod().tracker(sensor, AREA), AREA, 1.0, True)
+    state = chain.init(np.empty(0), rng)
+    for number, frame in enumerate(frames):
+        state = chain.step(state, INTERVAL_S * number, frame, rng)
+        yield state
+
+
+def stood(seed, sways, frames, walks=0, varies=False):
+    """What somebody who appears does, or who walks there first, and stands: readings that stay, wander or vary."""
+    rng, sensor = np.random.default_rng(seed), shadowed_links(seed)
+    nobody = states_of(np.empty((0, 2)))
+    quiet = [sensor.simulate(nobody, rng) for _ in range(6)]
+    coming = [sensor.simulate(states_of(PLACE[None] - [0.35 * k, 0.0]), rng) for k in range(walks, 0, -1)]
+    drawn = [sensor.simulate(states_of(PLACE[None]), rng) for _ in range(frames)]
+    done, left = drawn[0], 0.8  # of what is done, after a frame
+    standing = []
+    for number in range(frames):
+        if sways:
+            done = drawn[0] + left * (done - drawn[0]) + np.sqrt(1 - left**2) * sways * (drawn[number] - drawn[0])
+        now = drawn[number] if varies else done
+        standing.append(now + sensor.simulate(nobody, rng))
+    return [*quiet, *coming, *standing], sensor
+
+
+@pytest.mark.parametrize("varies", [False, True])
+@pytest.mark.parametrize("seed", [0, 1])
+def test_what_never_moves_and_keeps_steady_is_the_rooms(seed, varies):
+    """A shelf, or a fan: where it was taken for somebody, and soon."""
+    frames, sensor = stood(seed, 0.0, 70, varies=varies)
+    number, changed = next((k, state.changed) for k, state in enumerate(followed(frames, sensor)) if state.changed)
+    assert INTERVAL_S * number < 40
+    assert np.linalg.norm(changed.places - PLACE, axis=1).min() < 1
+    assert (changed.variance_db2 is not None) == varies
+    if not varies:
+        after = np.array(frames[20:])
+        assert np.nanmedian(np.abs(changed.level_db - np.nanmean(after, axis=0))) < 0.5
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_who_has_come_or_sways_stays(seed):
+    for frames, sensor in (stood(seed, 0.0, 100, walks=8), stood(seed, 0.15, 100)):
+        states = list(followed(frames, sensor))
+        assert not any(state.changed for state in states)
+        (track,) = (track for track in states[-1].tracks if track.status == "confirmed")
+        assert track.existence > 0.9
+
+
+def test_existence_falls_while_a_track_never_moves_and_keeps_steady():
+    """From 19 in 20 to even, when it is the room's."""
+    frames, sensor = stood(0, 0.0, 40)
+    states = list(followed(frames, sensor))
+    number = next(k for k, state in enumerate(states) if state.changed)
+    told = [track.existence for state in states[:number] for track in state.tracks if track.status == "confirmed"]
+    assert told[0] == pytest.approx(0.95, abs=0.02)
+    assert told[-1] == pytest.approx(0.5, abs=0.05)
+    assert np.all(np.diff(told) < 0.02)
+
+
+def test_the_room_goes_on_from_the_levels_that_it_has_now():
+    """Links that run by others stay as they were."""
+    mean, variance = np.full((6, 2), -60.0), np.ones((6, 2))
+    state = RssChange().init(Calibration(0.0, mean, variance, ()))
+    level_db, away = np.arange(12.0).reshape(6, 2), np.arange(6) < 4
+    level_db[0, 0] = np.nan
+    now = state.changed(level_db, 3 * variance, away)
+    told = np.where(away[:, None], np.nan_to_num(level_db), 0.0)
+    assert now.calibration.mean_dbm == pytest.approx(mean + told)
+    assert now.calibration.variance_db2 == pytest.approx(np.where(away[:, None], 3.0, 1.0) * variance)
+    assert now.settled.mean_db == pytest.approx(-told)
+    assert state.changed(level_db, None, away).calibration.variance_db2 is state.calibration.variance_db2
