@@ -110,9 +110,9 @@ def _level(model: Model) -> float:
 
 
 def told_apart(one: float, other: float) -> tuple[str, str]:
-    """Write two numbers with as few digits, three at least, as tell them apart."""
+    """Write two numbers with as few digits, three at least, as tell them apart, and from 1."""
     digits = 3
-    while f"{one:.{digits}g}" == f"{other:.{digits}g}" and one != other:
+    while digits < 17 and len({float(f"{value:.{digits}g}") for value in (one, other, 1.0)}) < len({one, other, 1.0}):
         digits += 1
     return f"{one:.{digits}g}", f"{other:.{digits}g}"
 
