@@ -31,7 +31,7 @@ VIDEO = VideoSimulation(
     radar={"spokes": 256, "samples": 160, "step_m": 20.0, "pulse_m": 40.0, "beam_deg": 6.0, "start_m": 200.0,
            "bits": 8, "gain": 3.0},
 )  # fmt: skip
-ROOM = ["--users", "2", "--total-positions", "3000", "--step-distance-m", "0.12", "--interval-s", "0.1", "--seed", "3"]
+ROOM = ["--users", "2", "--total-positions", "9000", "--step-distance-m", "0.12", "--interval-s", "0.1", "--seed", "3"]
 
 
 class Played(NamedTuple):
@@ -185,7 +185,7 @@ def _links(folder: Path) -> Played:
     with suppress(SystemExit):  # as every command ends
         main(["simulate", "links", *ROOM, "--nodes", "12", "--out", str(folder / "room")])
     header, *lines = (folder / "room" / "log.csv").read_text().splitlines(keepends=True)
-    play = _file(folder / "log.csv", header, 0.1, lambda k: lines[k])
+    play = _file(folder / "log.csv", header, 0.1, lambda k: "".join(lines[k : k + 1]))
     options = {"nodes": str(folder / "room" / "nodes.csv"), "calibration_frames": 10}
     return Played("links", str(folder / "log.csv"), options, {}, play, same=True)
 
