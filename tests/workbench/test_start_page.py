@@ -115,7 +115,8 @@ def test_what_is_chosen_before_the_server_hears_the_page_is_kept_for_it(served: 
     (served.folder / "late.csv").write_text("time_s,sensor,azimuth_deg\n0,a,1\n")
     page = open_tab().page
     sockets: list[Any] = []
-    page.route_web_socket("**/*", lambda socket: sockets.append(socket))  # the browser waits for the server's first word
+    # the browser waits for the server's first word
+    page.route_web_socket("**/*", lambda socket: sockets.append(socket))
     page.evaluate("(address) => { window.location = address }", f"{served.address}/")
     choose(page, "anything", "late.csv")
     assert not page.evaluate("window.did_handshake")
