@@ -7,6 +7,7 @@ import os
 import socket
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -26,11 +27,11 @@ PLOTS = {
     "max_range_m": RANGE_M,
 }  # fmt: skip
 VIDEO = VideoSimulation(
-    turns=300, ships=2, snr_db=(16, 18), speed_mps=(2, 3), coast_north_m=None, rocks=0, write="asterix", seed=4,
+    turns=480, ships=2, snr_db=(16, 18), speed_mps=(2, 3), coast_north_m=None, rocks=0, write="asterix", seed=4,
     radar={"spokes": 256, "samples": 160, "step_m": 20.0, "pulse_m": 40.0, "beam_deg": 6.0, "start_m": 200.0,
            "bits": 8, "gain": 3.0},
 )  # fmt: skip
-ROOM = ["--users", "2", "--total-positions", "3000", "--step-distance-m", "0.12", "--interval-s", "0.1", "--seed", "3"]
+ROOM = ["--users", "2", "--total-positions", "9000", "--step-distance-m", "0.12", "--interval-s", "0.1", "--seed", "3"]
 
 
 class Played(NamedTuple):
@@ -42,6 +43,8 @@ class Played(NamedTuple):
     parameters: dict[str, Any]
     play: Callable[[threading.Event], None]  # until the event
     same: bool  # whether what is told is, to the last digit, what a run that was never killed tells
+    steady: bool = True  # whether two targets are there all the time
+    most: int = 40  # steps between two kills, at most
 
 
 def played(kind: str, folder: Path) -> Played:
@@ -179,9 +182,10 @@ def _signals(folder: Path) -> Played:
 
 
 def _links(folder: Path) -> Played:
-    main(["simulate", "links", *ROOM, "--nodes", "12", "--out", str(folder / "room")])
+    with suppress(SystemExit):  # as every command ends
+        main(["simulate", "links", *ROOM, "--nodes", "12", "--out", str(folder / "room")])
     header, *lines = (folder / "room" / "log.csv").read_text().splitlines(keepends=True)
-    play = _file(folder / "log.csv", header, 0.1, lambda k: lines[k])
+    play = _file(folder / "log.csv", header, 0.1, lambda k: "".join(lines[k : k + 1]))
     options = {"nodes": str(folder / "room" / "nodes.csv"), "calibration_frames": 10}
     return Played("links", str(folder / "log.csv"), options, {}, play, same=True)
 
@@ -191,9 +195,11 @@ def _video(folder: Path) -> Played:
     address = f"udp://127.0.0.1:{free_port(socket.SOCK_DGRAM)}"
 
     def play(over: threading.Event) -> None:
-        replay(folder / "sea" / "video.pcap", address, 2.0, lambda said: None, over)
+        while not over.is_set():  # at its end again from its start, as a radar whose clock is set back
+            replay(folder / "sea" / "video.pcap", address, 2.0, lambda said: None, over)
 
-    return Played("video", address, {"beam_deg": 6, "pulse_m": 40, "learning_turns": 4}, {}, play, same=False)
+    options = {"beam_deg": 6, "pulse_m": 40, "learning_turns": 4}
+    return Played("video", address, options, {}, play, same=False, steady=False, most=12)
 
 
 KINDS: dict[str, Callable[[Path], Played]] = {

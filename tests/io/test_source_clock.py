@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from elusive.errors import DataError
-from elusive.io.sources import Feed, in_order
+from elusive.io.sources import Feed, in_order, lines_of
 
 
 def ordered(times, *, moves=True, paces=None, **known):
@@ -92,3 +92,27 @@ def test_a_run_that_goes_on_hears_a_clock_that_began_anew_meanwhile():
     assert counts["clock set back"] == 1
     assert len(found) == 30
     assert found[0][0] >= 1060.0  # the tracker knows all until 1000 s, a minute ago
+
+
+def test_a_run_that_goes_on_from_a_file_hears_one_of_a_new_clock(tmp_path):
+    """The file is read from its start: what is known of it, or was there already, is no news."""
+    path, said = tmp_path / "log.csv", []
+    path.write_text("".join(f"{k / 2}\n" for k in range(100)))
+    feed = Feed(idle_s=0.0, say=said.append, known_s=1000.0, passed_s=1060.0, again=True)
+    assert feed.comes_again
+    there = [float(text) for _, text in lines_of(str(path), feed)]
+    assert not feed.comes_again  # its end is seen
+    feed.comes_again = True
+
+    def items():
+        yield from there
+        feed.comes_again = False
+        yield from (50.0 + k / 2 for k in range(40))
+
+    moments = iter([0.0, *[0.0] * len(there), *[k / 2 for k in range(40)]])
+    found = list(in_order(items(), float, float, feed, lambda time_s, by_s: time_s + by_s, lambda: next(moments)))
+    assert found[:100] == there  # which the tracker passes over
+    assert feed.counts["late"] == 10  # 5 s, until it is sure
+    assert len(found) == 100 + 30
+    assert found[100] >= 1060.0
+    assert "nothing but times before 1000 s has come" in said[-1]

@@ -31,3 +31,4 @@ def test_two_numbers_are_written_so_that_they_differ():
     assert told_apart(0.5, 0.95) == ("0.5", "0.95")
     assert told_apart(0.99961, 0.9999) == ("0.9996", "0.9999")
     assert told_apart(1.0, 1.0) == ("1", "1")
+    assert told_apart(0.5, 0.9999999) == ("0.5", "0.9999999")  # no number but 1 is told as 1

@@ -116,3 +116,26 @@ def test_of_an_earlier_version_is_refused(tmp_path):
     with pytest.raises(DataError, match="is no checkpoint of this version"):
         known(tmp_path)
     assert checkpoint.OWN == 0o600
+
+
+@pytest.mark.parametrize(("cost_s", "behind"), [(0.001, 1), (0.004, 6), (10.0, 83)])
+def test_the_state_is_as_new_as_a_twentieth_of_the_time_allows(tmp_path, monkeypatch, cost_s, behind):
+    """Of a source that cannot be read again, what the state does not know is lost at a kill."""
+    now, write = [0.0], os.pwrite
+
+    def slow(descriptor, octets, place):
+        now[0] += cost_s * (len(octets) > checkpoint.TIME.size)
+        return write(descriptor, octets, place)
+
+    monkeypatch.setattr(os, "pwrite", slow)
+    monkeypatch.setattr(checkpoint.time, "monotonic", lambda: now[0])
+    one, memory, lags = Checkpoint(tmp_path, "run"), Memory(), []
+    saved = [0.0]
+    monkeypatch.setattr(one, "_save", lambda state, save=one._save: (saved.append(state.time_s), save(state)))
+    for k in range(100):
+        now[0] += 0.012
+        memory.keep(float(k), np.full(100, k))
+        one.keep(memory, told(float(k), 1), k)
+        lags.append(k - saved[-1])
+    one.close()
+    assert max(lags) == behind

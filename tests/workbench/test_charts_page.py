@@ -143,7 +143,7 @@ def test_a_chart_that_is_sent_a_route_that_is_drawn_and_a_run_called_off(served:
     for pressed, near in ((everything, False), (follow, True), (everything, False), (everything, False)):
         pressed.click()
         assert (pressed.inner_text(), follow.get_attribute("aria-pressed")) == (
-            "Follow" if pressed is follow else "all", "true" if near else "false",
+            "Follow" if pressed is follow else "All", "true" if near else "false",
         )  # fmt: skip
         zooms.append(page.locator(READY).evaluate("(root) => root.made.main.view.vx.z"))
     assert zooms[1] > 2

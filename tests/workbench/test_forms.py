@@ -165,6 +165,7 @@ def test_settings_are_found_marked_set_back_and_undone(served: Served, open_tab:
     field(page, "find").fill("")
     sigma.wait_for()
     page.get_by_text("No setting's name or help has these words.").wait_for(state="hidden")
+    page.get_by_text("Process noise q vertical").wait_for(state="hidden")  # folded up again
     assert page.evaluate(DRAWN_OVER) == []
     page.get_by_role("button", name="Sigma: back to the usual").click()
     marked.first.wait_for(state="detached")

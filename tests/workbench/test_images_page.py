@@ -97,7 +97,6 @@ def test_frames_too_small_for_the_usual_filter_are_tracked_as_the_refusal_says(
     button(page, "Run").click()
     # fields by their names on this page, and of which part
     told(page, 'give its deviation ("Noise sigma" of "Sensor" white, with "Filter" single or "Filter" several)')
-    button(page, "Close").click()
     field(page, "filter.motions.walk").wait_for(state="attached")
     choose(page, "filter.kind", "several")
     field(page, "filter.motions.walk").wait_for(state="detached")  # of another filter, in another form

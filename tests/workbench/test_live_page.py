@@ -18,7 +18,7 @@ from elusive.cli.seen import Seeing
 from elusive.report.live import MOST, LiveDrawing
 from elusive.workbench.live import PICTURES, Live
 from tests.workbench.conftest import Served, expect
-from tests.workbench.test_links_page import OpenTab, button, choose, field, told
+from tests.workbench.test_links_page import OpenTab, button, choose, field, picture, told
 
 FIRST, MORE = 30, 20  # times written before the page is open, and at each further look
 
@@ -70,6 +70,7 @@ def test_a_recording_that_is_written_is_watched_paused_resumed_and_kept(served: 
     page.reload()  # what was is there again
     page.locator('[data-live="live"]').wait_for()
     has_come(page, FIRST + MORE - 2)
+    picture(page, "live")
     other = open_tab(width=800, scheme="dark").page
     other.goto(f"{served.address}/own")
     button(other, "Run").wait_for()

@@ -76,9 +76,8 @@ def test_what_has_the_focus_is_ringed_and_what_is_refused_can_be_read_and_closed
             page.get_by_role("checkbox", name="Select 0").wait_for()
             seen |= rings(page)
         assert {one: ring for one, ring in seen.items() if ring[0] < RING_PX or ring[1] < SEEN or not ring[2]} == {}
-    page.goto(f"{served.address}/own")
-    button(page, "Run").click()
-    told(page, "What do you have? Choose the kind of recording first.")
+    page.goto(f"{served.address}/own?run=none")
+    told(page, "'none': is no run that is kept here")
     for one in (button(page, "Close"), page.locator(".q-notification__message")):
         read = one.evaluate("(one) => contrastOf(colourOf(getComputedStyle(one).color), groundOf(one))")
         assert read >= READ

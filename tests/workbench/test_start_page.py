@@ -111,6 +111,22 @@ def test_a_press_counts_before_the_pictures_are_there_and_before_the_server_hear
     page.wait_for_url("**/signals?example=*")
 
 
+def test_what_is_chosen_before_the_server_hears_the_page_is_kept_for_it(served: Served, open_tab: OpenTab) -> None:
+    (served.folder / "late.csv").write_text("time_s,sensor,azimuth_deg\n0,a,1\n")
+    page = open_tab().page
+    sockets: list[Any] = []
+    # the browser waits for the server's first word
+    page.route_web_socket("**/*", lambda socket: sockets.append(socket))
+    page.evaluate("(address) => { window.location = address }", f"{served.address}/")
+    choose(page, "anything", "late.csv")
+    assert not page.evaluate("window.did_handshake")
+    assert page.url == f"{served.address}/"
+    for socket in sockets:
+        socket.connect_to_server()
+    page.wait_for_url("**/own?file=late.csv*")
+    (served.folder / "late.csv").unlink()
+
+
 def test_a_scene_of_any_system_is_opened_on_its_page(served: Served, open_tab: OpenTab) -> None:
     """That of radar video stands in the test of its page."""
     changed: dict[str, dict[str, Any]] = {

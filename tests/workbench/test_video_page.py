@@ -88,8 +88,12 @@ def test_a_recording_of_ones_own_a_wrong_file_first(served: Served, open_tab: Op
 
     choose(page, "video", "wrong.pcap")
     told(page, "wrong.pcap: is text")  # as soon as it is chosen
+    why = page.get_by_text("wrong.pcap: is text").locator("visible=true")
+    expect(why).to_have_count(1)
+    page.evaluate("window.scrollTo(0, document.body.scrollHeight)")
     button(page, "Run").click()
-    told(page, "wrong.pcap: ")
+    expect(page.locator(".ew-stays").get_by_text("wrong.pcap: is text")).to_be_in_viewport()
+    expect(why).to_have_count(1)  # and not once more at the file's name
     choose(page, "video", "sea.pcap")
     told(page, "Radar video: 128 spokes a turn of 2.5 s, each of 96 samples of 25 m from 200 to 2600 m")
     field(page, "radar.pulse_m").fill("50")

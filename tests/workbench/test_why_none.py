@@ -49,6 +49,10 @@ def test_what_was_there_too_briefly_or_never_is_told_apart(tmp_path: Path) -> No
     assert why is not None
     assert why.sentence.endswith("which it reached at 1 of 3 times, but not often enough in a row.")
     (tmp_path / "result.nc").unlink()
+    why = why_none(result(tmp_path, [0.95] * 5 + [0.6]), ImageTracking())
+    assert why is not None
+    assert "which it reached at 5 of 6 times, 5 of them in a row: no one candidate did, or lacked" in why.sentence
+    (tmp_path / "result.nc").unlink()
     why = why_none(result(tmp_path, [np.nan] * 3), ImageTracking())
     assert why is not None
     assert "none began" in why.sentence

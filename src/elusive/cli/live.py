@@ -25,6 +25,7 @@ from elusive.io.sinks import Ground, Sinks, open_sinks
 from elusive.io.sinks.formats import json_line
 from elusive.io.sinks.standard_output import StandardOutput
 from elusive.io.sources import Feed, is_address
+from elusive.io.sources.lines import comes_once
 from elusive.options import SHOWN
 from elusive.report.clock import moment
 from elusive.results.live import LiveEnd, LiveStep
@@ -136,8 +137,10 @@ def feed_of(source: str, follow: bool, idle_s: float | None, hold_s: float | Non
             raise ParameterError("--hold-s: has no meaning without --follow; leave it out.")
         return None
     memory = memory_of_run()
-    known_s = memory.time_s if is_address(source) else -math.inf  # a file is read from its start again
-    return Feed(idle_s, hold_s or 0.0, tell, known_s=known_s, passed_s=memory.time_s + memory.elapsed_s)
+    return Feed(
+        idle_s, hold_s or 0.0, tell, known_s=memory.time_s, passed_s=memory.time_s + memory.elapsed_s,
+        again=not comes_once(source),
+    )  # fmt: skip
 
 
 def memory_of_run() -> Memory:

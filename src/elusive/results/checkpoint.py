@@ -18,6 +18,7 @@ from elusive.io.atomic import existing_folder, refused
 from elusive.tracking.memory import Memory
 
 EVERY_S = 1.0  # at most so long between two, and where a track begins or ends at once
+SHARE = 20  # between two passes so many times what one takes: what was measured since is not in the state
 STATES, MARK = ("state.bin", "spare.bin"), "told.bin"
 TIME = struct.Struct("<d")
 HEAD = struct.Struct("<8sQQ32s")  # what it is, its number, the state's length and digest
@@ -101,7 +102,8 @@ class Checkpoint:
         try:
             if memory.held is not None and (tracks != self._tracks or now_s >= self._due_s):
                 self._save(Saved(self._digest, time.time(), *memory.kept, told))
-                self._tracks, self._due_s = tracks, now_s + EVERY_S
+                saved_s = time.monotonic()
+                self._tracks, self._due_s = tracks, saved_s + min(EVERY_S, SHARE * (saved_s - now_s))
                 if not math.isnan(self._gone_s):
                     said = f"{self._folder}: the checkpoint is written again after {now_s - self._gone_s:.1f} s."
                 self._gone_s = math.nan

@@ -55,7 +55,7 @@ SYSTEMS = (
         "elusive.systems.signals.page",
         fits=True,
         look="elusive.systems.signals.look:look",
-        tries=(("probability", "x10"), ("object_size", "x2"), ("confirm_frames", "x0.5")),
+        tries=(("probability", "x10"), ("object_size", "x2"), ("confirm_risk", "x10")),
     ),
     System(
         "radar",

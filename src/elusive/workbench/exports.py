@@ -53,7 +53,8 @@ def show_command(words: str, command: str) -> None:
     """Build a command to be copied, letter by letter, under what it is for."""
     with ui.element("p").classes("ew-note"):
         ui.label(words)
-        ui.label(command).classes("ew-code")
+        parts = "".join(f"<span>{escape(word)}</span> " for word in command.split(" "))  # an option is not cut in two
+        ui.html(parts, sanitize=False).classes("ew-code")
 
 
 async def give_made(make: Callable[[], bytes], name: str) -> None:

@@ -53,6 +53,7 @@ class Form:
         self._resets: dict[FieldPath, Any] = {}
         self._made: dict[FieldPath, Any] = {}
         self._shown: list[Control] = []
+        self._unfolded: list[ui.expansion] = []  # by what was looked for
         self._box = ui.column().classes("w-full gap-1")
         self._build()
 
@@ -129,9 +130,12 @@ class Form:
             label.visible = any(shown[one.path] for one in members)
         around = self._box.parent_slot
         while wanted and any(shown.values()) and around is not None:  # what is folded up is opened
-            if isinstance(around.parent, ui.expansion):
+            if isinstance(around.parent, ui.expansion) and not around.parent.value:
                 around.parent.set_value(True)
+                self._unfolded.append(around.parent)
             around = around.parent.parent_slot
+        while not wanted and self._unfolded:
+            self._unfolded.pop().set_value(False)
         return any(shown.values())
 
     def explain(self, on: bool) -> None:

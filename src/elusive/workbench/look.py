@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
 
 from nicegui import ui
 
@@ -15,6 +14,7 @@ from elusive.workbench.forms import in_plain_words
 from elusive.workbench.guessing import kind_of
 from elusive.workbench.jobs import away
 from elusive.workbench.parts import Drawing
+from elusive.workbench.run_state import RunState
 from elusive.workbench.settings import SETTINGS
 from elusive.workbench.tables import look_at_table
 
@@ -26,13 +26,13 @@ class Look:
     ----------
     asked
         The command, which looks.
-    given
-        What is given to it, by name.
+    state
+        What the tab holds: what is given to it, by name; and why the last run was refused, which is not said twice.
     """
 
-    def __init__(self, asked: Asking, given: Mapping[str, str | bool]) -> None:
+    def __init__(self, asked: Asking, state: RunState) -> None:
         self._asked, self._recording = asked, asked._replace(asked=asked.asked[:1])
-        self._given = given
+        self._state, self._given = state, state.given[asked.noun]
         self._box = ui.column().classes("w-full gap-1 ew-look").props('role="status"')
         self.again()
 
@@ -51,7 +51,10 @@ class Look:
             return
         with self._box:
             if isinstance(looked, str):
-                ui.label(in_plain_words(looked)).classes("ew-doubt")
+                why = in_plain_words(looked)
+                ui.label(why).classes("ew-doubt").bind_visibility_from(
+                    self._state, "refused", backward=lambda refused: refused != why
+                )
                 return
             if looked is None:
                 return

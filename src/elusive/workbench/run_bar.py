@@ -11,7 +11,6 @@ from elusive.errors import ElusiveError
 from elusive.model import Model
 from elusive.workbench.forms import in_plain_words
 from elusive.workbench.jobs import CancelledError, Job, away
-from elusive.workbench.parts import refuse
 
 Done = TypeVar("Done")
 
@@ -57,7 +56,7 @@ class RunBar:
                 self._cancel = ui.button(Job.ends_by, on_click=self._call_off).props("outline no-caps")
             self._bar = ui.linear_progress(0.0, show_value=False).props('aria-label="Progress"')
             self._told = ui.label().classes("ew-note").props('role="status"')
-            self._refused = ui.label().classes("ew-doubt").props('role="status"')
+            self._refused = ui.label().classes("ew-doubt").props('role="alert"')
         self.show()
 
     async def run(
@@ -99,10 +98,10 @@ class RunBar:
         self._refused.text, self._refused.visible = self._state.refused, bool(self._state.refused)
 
     def refuse(self, sentence: str) -> None:
-        """Say why nothing is done, until something is."""
+        """Say why nothing is done, until something is, where it is seen."""
         self._state.refused = in_plain_words(sentence, self._model())
-        refuse(self._state.refused)
         self.show()
+        self._refused.run_method("scrollIntoView", {"block": "nearest"})
 
     def tell(self, words: str, share: float = 0.0) -> None:
         """Say what is done, and the share of all that it is."""

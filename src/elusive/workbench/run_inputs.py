@@ -85,13 +85,12 @@ class RunInputs:
         state = self._state
         needed = [one for one in asked.asked if one.needed or one.is_file]
         if asked.follows:
-            ui.switch("It comes live", value=bool(state.given[state.noun].get(FOLLOW)), on_change=self._follow).props[
-                "data-field"
-            ] = FOLLOW
+            live = ui.switch("It comes live", value=bool(state.given[state.noun].get(FOLLOW)), on_change=self._follow)
+            live.props("dense").props["data-field"] = FOLLOW
         for one in needed:
             self._ask(one)
             if not one.flag:
-                self._look = Look(asked, state.given[state.noun])
+                self._look = Look(asked, state)
         sender("Send files from this computer to the workbench's folder", self._sent)
         rest = [one for one in asked.asked if one not in needed]
         with ui.expansion("How it is read").props("dense").classes("w-full"):

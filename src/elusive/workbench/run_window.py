@@ -23,6 +23,8 @@ from elusive.workbench.settings import SETTINGS
 from elusive.workbench.shell import head, main, window
 
 FEW = 3  # kinds that stand side by side
+BEGINS = "Nothing is tracked yet: say what shall be and press Run, or open a run below."
+GOES_ON = "It is being tracked; what comes of it will stand here."
 
 
 class RunWindow:
@@ -148,9 +150,7 @@ class RunWindow:
             if self._state.live is not None:
                 LiveDrawing(f"/live/{self._state.live.key}").classes("ew-goes-on")
             elif run is None:
-                ui.label("Nothing is tracked yet: say what shall be and press Run, or open a run below.").classes(
-                    "ew-note"
-                )
+                ui.label(BEGINS if self._state.job is None else GOES_ON).classes("ew-note")
             if run is not None:
                 Changed(lambda: self._state.ran, self._now, self._back)
                 if self._state.ran is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import groupby
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -83,10 +84,10 @@ def why_none(folder: Path, model: Model) -> WhyNone | None:
     best = best_of(folder)
     if best is None or best.confirmed:
         return None
-    levels = np.full(len(best.times), _level(model)) if best.asked is None else best.asked
+    levels = np.full(len(best.times), _set_to(model, "confirm_from")) if best.asked is None else best.asked
     curves = {f"best {best.what}": ("--accent", best, best.values), "asked for a track": ("--soft", best, levels)}
     drawn = _drawn(curves, f"Best {best.what} against what is asked") if len(best.times) > 1 else None
-    return WhyNone(_sentence(best, levels), drawn)
+    return WhyNone(_sentence(best, levels, _set_to(model, "confirm_frames")), drawn)
 
 
 def beside(folders: Mapping[str, Path]) -> draw.Drawing | None:
@@ -100,24 +101,25 @@ def beside(folders: Mapping[str, Path]) -> draw.Drawing | None:
     return _drawn(curves, f"Best {next(iter(found.values())).what} of each time")
 
 
-def _level(model: Model) -> float:
-    """Return the existence that confirms a track; NaN where these parameters have none."""
-    path = next((one.path for one in options_of(type(model)) if one.name == "confirm_from"), None)
+def _set_to(model: Model, option: str) -> float:
+    """Return what a number among the settings is set to; NaN where these parameters have none of that name."""
+    path = next((one.path for one in options_of(type(model)) if one.name == option), None)
     value: Any = model
     for name in path or ("none",):
         value = getattr(value, name, None)
-    return float(value) if isinstance(value, float) else float("nan")
+    return float(value) if isinstance(value, float | int) else float("nan")
 
 
 def told_apart(one: float, other: float) -> tuple[str, str]:
-    """Write two numbers with as few digits, three at least, as tell them apart."""
+    """Write two numbers with as few digits, three at least, as tell them apart, and from 1."""
     digits = 3
-    while f"{one:.{digits}g}" == f"{other:.{digits}g}" and one != other:
+    while digits < 17 and len({float(f"{value:.{digits}g}") for value in (one, other, 1.0)}) < len({one, other, 1.0}):
         digits += 1
     return f"{one:.{digits}g}", f"{other:.{digits}g}"
 
 
-def _sentence(found: Best, levels: Array) -> str:
+def _sentence(found: Best, levels: Array, frames: float) -> str:
+    """Say it; ``frames``: at how many times the level is to be reached."""
     times, best, _, unit, _ = found
     what = found.what
     if not np.isfinite(best).any():
@@ -127,8 +129,13 @@ def _sentence(found: Best, levels: Array) -> str:
     k = int(np.nanargmax(best))
     reached, level = told_apart(float(best[k]), float(levels[k]))
     asked = f"; {level} is asked" if np.isfinite(levels[k]) else ""
-    above = int(np.sum(best >= levels))
-    often = f", which it reached at {above} of {len(times)} times, but not often enough in a row" if above else ""
+    above = best >= levels
+    row = max((sum(1 for _ in run) for reached, run in groupby(above.tolist()) if reached), default=0)
+    often = f", which it reached at {above.sum()} of {len(times)} times" if row else ""
+    if row >= frames:
+        often += f", {row} of them in a row: no one candidate did, or lacked what else is asked for a track to begin"
+    elif row:
+        often += ", but not often enough in a row"
     when = Clock.of(times, unit).say(times[k])
     when = f"in {when}" if unit == "frame" else f"at {when}"
     return f"No track was confirmed. The best {what} was {reached}, {when}{asked}{often}."

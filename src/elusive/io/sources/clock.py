@@ -48,10 +48,10 @@ class SourceClock(Generic[Item]):
         feed: Feed,
         now_s: Callable[[], float],
     ) -> None:
-        self.handed_s = feed.known_s
+        self.handed_s = -math.inf
         """Time of the latest measurement that cannot be overtaken any more."""
         self._time_of, self._moved, self._feed, self._now_s = time_of, moved, feed, now_s
-        self._shift_s, self._latest_s, self._came_s = 0.0, feed.known_s, now_s()
+        self._shift_s, self._latest_s, self._came_s = 0.0, feed.before_s, now_s()
         self._earlier: _Earlier | None = None
         self._doubted: list[tuple[float, Item]] = []
 
@@ -64,9 +64,9 @@ class SourceClock(Generic[Item]):
             If the clock was set back and the measurements cannot be moved.
         """
         time_s, now_s = self._time_of(item) + self._shift_s, self._now_s()
-        if time_s < self.handed_s:
+        if time_s < self._behind_s:
             if not self._is_set_back(time_s, now_s):
-                self._feed.spoilt(f"A measurement of {time_s:g} s comes after {self.handed_s:g} s.", "late")
+                self._feed.spoilt(f"A measurement of {time_s:g} s comes after {self._behind_s:g} s.", "late")
                 return
             time_s = self._set_on(time_s, now_s)
         self._earlier = None
@@ -91,6 +91,11 @@ class SourceClock(Generic[Item]):
         doubted, self._doubted = self._doubted, []
         yield from doubted
 
+    @property
+    def _behind_s(self) -> float:
+        """Time before which what comes is of the past."""
+        return max(self.handed_s, self._feed.before_s)
+
     def _is_set_back(self, time_s: float, now_s: float) -> bool:
         """Whether earlier times have come for a while, in their order and as fast as time passes."""
         before = self._earlier
@@ -105,7 +110,7 @@ class SourceClock(Generic[Item]):
     def _set_on(self, time_s: float, now_s: float) -> float:
         """Add from now on what the clock was set back by; returns the new time."""
         told = (
-            f"The source's clock went back: for {LASTS_S:g} s nothing but times before {self.handed_s:g} s has come, "
+            f"The source's clock went back: for {LASTS_S:g} s nothing but times before {self._behind_s:g} s has come, "
             f"now {time_s - self._shift_s:g} s."
         )
         if self._moved is None:

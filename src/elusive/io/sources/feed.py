@@ -33,8 +33,9 @@ class Feed:
     lenient
         Whether what cannot be used is counted and left out; else it ends the reading.
     known_s, passed_s
-        Of a run that goes on: the latest time that is known, where earlier ones do not come again, and what that of
-        the source should be now.
+        Of a run that goes on: the latest time that is known, and what that of the source should be now.
+    again
+        Whether what is known comes again first, as of a file, which is read from its start.
     """
 
     def __init__(
@@ -46,13 +47,21 @@ class Feed:
         lenient: bool = True,
         known_s: float = -math.inf,
         passed_s: float = -math.inf,
+        again: bool = False,
     ) -> None:
         self.idle_s, self.hold_s, self.say, self.lenient = idle_s, hold_s, say, lenient
+        self.comes_again = again
+        """Whether what comes may be known already: until the end of the file is seen."""
         self.counts: Counter[str] = Counter()
         """``late``, ``repeated``, ``spoilt``, ``reconnected``, ...: what was met so far."""
         self.halted = threading.Event()
         self.latest_s = time.monotonic()
         self.known_s, self._passed = known_s, (passed_s, self.latest_s)
+
+    @property
+    def before_s(self) -> float:
+        """Latest time of a run before, where an earlier one that comes now is of the past."""
+        return -math.inf if self.comes_again else self.known_s
 
     @property
     def passed_s(self) -> float:

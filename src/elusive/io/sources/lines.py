@@ -108,6 +108,7 @@ def _to_the_end(file: BinaryIO, name: str, feed: Feed | None) -> Generator[bytes
         if feed is not None and not octets.endswith(b"\n"):
             # the end of the file, perhaps in the middle of a line that is being written
             begun += octets
+            feed.comes_again = False
             if octets:
                 feed.stir()
             elif why := changed(name, file):

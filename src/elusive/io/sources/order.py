@@ -50,7 +50,7 @@ def in_order(
     """
     waiting: list[tuple[float, int, Item]] = []
     seen: dict[float, set[Hashable]] = {}
-    clock, latest_s, number = SourceClock(time_of, moved, feed, now_s), feed.known_s, 0
+    clock, latest_s, number = SourceClock(time_of, moved, feed, now_s), feed.before_s, 0
     for time_s, item in chain(chain.from_iterable(map(clock.judged, items)), clock.rest()):
         keys, key = seen.setdefault(time_s, set()), key_of(item)
         if key in keys:

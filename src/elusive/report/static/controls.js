@@ -54,7 +54,7 @@ elusive.controls = function (figure) {
       );
     parts.push((figure.ruler = switched("Ruler", "Ruler", () => figure.rule(!figure.ruling))));
   }
-  parts.push(button("all", "Show everything", () => figure.everything()));
+  parts.push(button("All", "Show everything", () => figure.everything()));
   parts.push(button("Full screen", "Full screen", () => figure.fill()));
   return make("div", { class: spec.times.length > 1 || spec.live ? "controls timed" : "controls" }, ...parts);
 };

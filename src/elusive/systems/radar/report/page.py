@@ -195,6 +195,6 @@ def _events(tracked: RadarTracked) -> list[tuple[float, str, int | None]]:
         first = np.flatnonzero(np.diff(np.concatenate([[0], one.forbidden.astype(int)])) > 0)
         found += [(float(one.times_s[k]), "the map was left out: it forbade every particle", one.track) for k in first]
     for cloud in tracked.telling_clouds(TELLING):
-        words = f"P(water) {cloud.water:.2f}" if cloud.water < AT_COAST else "particle cloud"
+        words = f"P(water) {cloud.water:.2f}" if cloud.water < AT_COAST else "its particles are drawn"
         found.append((cloud.time_s, words, cloud.track))
     return sorted(found, key=lambda one: one[0])
