@@ -76,9 +76,34 @@ def far_away(rng: np.random.Generator) -> tuple[list[Row], Array]:
     return heard(rng, way, SITES, np.array([0.6, -0.7, 0.5])), SITES
 
 
+def mirrored_past_a_line(rng: np.random.Generator) -> tuple[list[Row], Array]:
+    """Anticlockwise azimuths of sensors nearly in a line to the north: an emitter in the west fits nearly as well."""
+    sites = np.array([(0.0, 0.0, 0.0), (5.0, 100.0, 0.0), (-4.0, 210.0, 0.0)])
+    rows = heard(rng, circling(rng, np.array([120.0, 100.0]), 40.0), sites)
+    return [(t, k, -a, e) for t, k, a, e in rows], sites
+
+
+def a_drifting_north(rng: np.random.Generator) -> tuple[list[Row], Array]:
+    rows, sites = right(rng)
+    return [(t, k, a + 0.1 * t * (k == 1), e) for t, k, a, e in rows], sites
+
+
+def one_clock_late(rng: np.random.Generator) -> tuple[list[Row], Array]:
+    """Two emitters, unlabelled; one sensor's bearings are of two seconds before."""
+    rows = list[Row]()
+    for middle in ([-150.0, -100.0], [160.0, 120.0]):
+        way = circling(rng, np.array(middle), 150.0, 62)
+        late = heard(rng, way[:-2], WIDE)
+        rows += [row for row in heard(rng, way[2:], WIDE) if row[1] != 1] + [row for row in late if row[1] == 1]
+    return rows, WIDE
+
+
 ODD: dict[str, tuple[Callable[[np.random.Generator], tuple[list[Row], Array]], str, str]] = {
     "front and back": (front_and_back, "bearings.mirrored", "does not tell front from back"),
     "off a wall": (off_a_wall, "bearings.images", "are mirror images of each other"),
+    "mirrored past a line": (mirrored_past_a_line, "bearings.convention", "anticlockwise from north"),
+    "a drifting north": (a_drifting_north, "bearings.sensors", "the north of sensor 1 drifts by"),
+    "one clock late": (one_clock_late, "bearings.sensors", "the bearings of sensor 1 come"),
     "far away": (far_away, "bearings.remote", "times as far as the sensors are apart"),
 }
 
@@ -106,5 +131,36 @@ def test_the_same_without_it_has_no_finding(
 ) -> None:
     rows, sites = right(np.random.default_rng(4))
     code, said = run(capsys, *told(tmp_path, rows, sites, elevations=elevations), "--sigma-deg", SIGMA_DEG)
+    assert code == 0, said
+    assert failing(tmp_path) == {}
+
+
+def test_elevations_that_are_positive_downwards_are_remarked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """An emitter as far beneath the sensors fits as well; the right recording's test has no such remark."""
+    rows, sites = right(np.random.default_rng(4))
+    given = told(tmp_path, [(t, k, a, -e) for t, k, a, e in rows], sites, elevations=True)
+    code, said = run(capsys, *given, "--sigma-deg", SIGMA_DEG)
+    assert code == 0, said
+    assert "bearings.beneath" in failing(tmp_path)
+
+
+def test_times_that_run_backwards_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rows, sites = right(np.random.default_rng(4))
+    given = told(tmp_path, rows, sites)
+    head, *lines = (tmp_path / "bearings.csv").read_text().splitlines()
+    (tmp_path / "bearings.csv").write_text("\n".join([head, *reversed(lines)]))
+    code, said = run(capsys, *given)
+    assert code != 0
+    assert "if times count down, subtract them from the first" in " ".join(said.split())
+
+
+def test_four_sensors_that_agree_on_a_far_emitter_are_not_doubted(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rng = np.random.default_rng(6)
+    way = circling(rng, np.array([5200.0, 4900.0]), 100.0)
+    code, said = run(capsys, *told(tmp_path, heard(rng, way, WIDE), WIDE), "--sigma-deg", SIGMA_DEG)
     assert code == 0, said
     assert failing(tmp_path) == {}

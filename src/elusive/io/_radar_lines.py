@@ -17,7 +17,7 @@ import numpy as np
 from elusive.errors import DataError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io._radar_columns import COLUMNS, DEGREES, NEEDED, RANGES_M, RadarColumns
-from elusive.io._table_lines import TableLine, table_lines
+from elusive.io._table_lines import FORWARDS, TableLine, table_lines
 from elusive.io.sources import Feed, in_order
 from elusive.io.sources.lines import STRICT
 from elusive.sensors.own_track import OwnTrack
@@ -143,7 +143,7 @@ class _Reading:
         empty = not any(line.cells.get(name) for name in (*columns.measured, COLUMNS[3]))
         before = self._before
         if self._ordered and (time_s < before or (time_s == before and (empty or self._alone))):
-            fault = "must go forwards" if time_s < before else "without a plot stands alone"
+            fault = f"must go forwards: {FORWARDS}" if time_s < before else "without a plot stands alone"
             raise DataError(
                 f"{line.where}, column {clock}: {line.cells[clock]} comes after {self._earlier}; a time {fault}."
             )

@@ -17,6 +17,8 @@ from elusive.io.sources.lines import STRICT, lines_of
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?nan", re.ASCII | re.IGNORECASE)
 MOMENT = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d.*", re.ASCII)
 
+FORWARDS = "sort the lines by time, and if times count down, subtract them from the first"  # where they run backwards
+
 
 class TableLine(NamedTuple):
     """A line's cells by column."""

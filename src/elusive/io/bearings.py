@@ -14,7 +14,7 @@ import numpy as np
 
 from elusive.errors import DataError
 from elusive.io._opened import existing_file
-from elusive.io._table_lines import TableLine, table_lines
+from elusive.io._table_lines import FORWARDS, TableLine, table_lines
 from elusive.io.sensor_files import GEOGRAPHIC, PLACES, Place, Placing
 from elusive.io.sources.feed import Feed
 from elusive.io.sources.lines import STRICT, comes_once
@@ -130,9 +130,7 @@ class _Reading:
         clock = "time" if "time" in line.cells else "time_s"
         time_s = line.moment(clock) if clock == "time" else line.number(clock)
         if self._ordered and time_s < self._before:
-            raise DataError(
-                f"{line.where}, column {clock}: {time_s:.10g} comes after {self._before:.10g}; sort the lines by time."
-            )
+            raise DataError(f"{line.where}, column {clock}: {time_s:.10g} comes after {self._before:.10g}; {FORWARDS}.")
         self._before = time_s
         if line.cells["sensor"] not in self._index:
             raise DataError(f"{line.where}: {_unknown(line.cells['sensor'], self._names)}")

@@ -34,14 +34,18 @@ def all_rows(sets):
 def test_bearings_without_an_error_are_what_they_were():
     sets = flown(1)[:20]
     base = list(track(sets, TRACKING, SITES))
-    errors = errors_of(sets, base, SITES, [0, 1, 2], SIGMA_DEG)
-    assert [error.kind for error in errors] == ["north", *(["north", "clock", "place", "place"] * 3)]
-    assert len(pairs_of(errors)) == 12
+    errors = errors_of([sets], [base], SITES, [0, 1, 2], SIGMA_DEG)
+    assert [error.kind for error in errors] == ["north", *(["north", "clock", "drift", "place", "place"] * 3)]
+    assert len(pairs_of(errors)) == 15  # of two sensors twelve, and each one's north that is off and drifts
     north, clock = (
         next(one for one in errors if one.kind == kind and one.sensors == {1}) for kind in ("north", "clock")
     )
     mended, _ = north.without(turned(sets, s2=4.0), SITES, (4.0,))
     np.testing.assert_allclose(all_rows(mended), all_rows(sets), atol=1e-12)
+    drift = next(one for one in errors if one.kind == "drift" and one.sensors == {1})
+    middle_s = 0.5 * (sets[0].time_s + sets[-1].time_s)
+    drifted = [shifted(one, [1], np.full(len(one.sensor), np.deg2rad(0.1) * (one.time_s - middle_s))) for one in sets]
+    np.testing.assert_allclose(all_rows(drift.without(drifted, SITES, (0.1,))[0]), all_rows(sets), atol=1e-12)
     late = [row if row[1] != 1 else (row[0] + 2.0, *row[1:]) for row in all_rows(sets)]
     np.testing.assert_allclose(all_rows(clock.without(sets, SITES, (-2.0,))[0]), sorted(late), atol=1e-12)
     back = clock.without(clock.without(sets, SITES, (-2.0,))[0], SITES, (2.0,))[0]
@@ -55,7 +59,7 @@ def test_two_norths_are_told(first, second):
     """Sizes lie about what was turned, by no more than a bearing errs."""
     for seed in range(5):
         steps = list(track(turned(flown(seed), s1=first, s2=second), TRACKING, SITES))
-        said = fault_of(steps, TRACKING, SITES).what
+        said = fault_of([steps], TRACKING, SITES).what
         found = re.findall(r"sensor (\d) are ([\d.]+) degrees too (large|small)", said)
         assert [int(name) for name, *_ in found[:2]] == [1, 2], said
         sizes = [float(size) * (1 if way == "large" else -1) for _, size, way in found[:2]]

@@ -11,13 +11,14 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import chdtri
 
+from elusive.checks import Finding
 from elusive.contracts import Array, X, Y
 from elusive.errors import DataError
 from elusive.filters.gaussian.geolocation import Geolocation
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearings import wrapped
 from elusive.systems.bearings.choices import Cruise, Interacting, SeveralEmitters
-from elusive.systems.bearings.faults import fault_of
+from elusive.systems.bearings.faults import LEAST_TIMES, evidence_of, fault_of, path_of, tried_with
 from elusive.systems.bearings.fitting import better, fits, tracked
 from elusive.systems.bearings.leftovers import Scale
 from elusive.systems.bearings.parameters import BearingTracking
@@ -32,6 +33,7 @@ HEARD_AT_TIMES, FALSE_AT_TIMES = 0.4, 0.5  # probability, and number
 DEVIATIONS = (1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 7.0, 10.0, 14.0, 20.0, 30.0, 50.0)  # tried, of the one told
 ALONE = 4.0  # times the deviation told up to which a greater one is no second emitter, where no fixes tell
 FIXES, CROSSING = 8, 0.5  # times with a fix that are enough, and their deviation to the likeliest of one emitter
+LIKELIER = 8.0  # of log evidence for another convention, by chance 3e-4 each
 SIGMA_MOST_DEG = 60.0
 
 
@@ -88,14 +90,19 @@ def reread(heard: Sequence[object], convention: Convention, sensor: int | None =
     ]
 
 
-def _readings(heard: Sequence[BearingSet], sites: SensorSites) -> Iterator[tuple[Cause, list[BearingSet]]]:
-    """Other ways to read bearings: all of them, those of one sensor, or two sensors under each other's names."""
+def _conventions(heard: Sequence[BearingSet]) -> Iterator[tuple[Cause, list[BearingSet]]]:
+    """Other ways to read all bearings."""
     for convention in CONVENTIONS:
         yield Cause(f"the azimuths are read {convention.name}", convention.remedy), reread(heard, convention)
     if any(np.isfinite(times.elevation_rad).any() for times in heard):
         for convention in ELEVATIONS:
             other = [times._replace(elevation_rad=convention.meant(times.elevation_rad)) for times in heard]
             yield Cause(f"the elevations are read {convention.name}", convention.remedy), other
+
+
+def _readings(heard: Sequence[BearingSet], sites: SensorSites) -> Iterator[tuple[Cause, list[BearingSet]]]:
+    """Other ways to read bearings: all of them, those of one sensor, or two sensors under each other's names."""
+    yield from _conventions(heard)
     used = np.unique(np.concatenate([times.sensor for times in heard])).tolist()
     if not FEWEST <= len(used) <= MOST or any(times.places_m is not None for times in heard):
         return
@@ -123,7 +130,7 @@ def cause_of(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSi
         if fitting:
             other, cause = min(fitting, key=lambda one: one[0].half)
             return Cause(f"they fit, to {other.half:.2g} times, if {cause.sentence}", cause.remedy)
-        fault = fault_of(steps, parameters, sites)
+        fault = fault_of([steps], parameters, sites)
         if fault is not None and fault.fits:
             return Cause(f"they fit if {fault.what}", fault.remedy)
         turned = turned_sensor(heard, parameters, sites, scale)
@@ -144,6 +151,26 @@ def cause_of(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSi
         "they are of another emitter, or less precise than was told, or sensors stand elsewhere",
         "Do not rely on the track; look at the sensors' places and clocks. --emitters several follows more than one.",
     )
+
+
+def convention_finding(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites, said: str) -> Finding:
+    """Check that bearings that fit as they are read fit no better in another way, by the evidence of the path.
+
+    Where sensors stand nearly in a line from north to south an emitter in the east and one in the west differ little.
+    """
+    heard = [step.measurement for step in steps[:TRIED_TIMES] if isinstance(step.measurement, BearingSet)]
+    asked, gain, best = tried_with(parameters), 0.0, Cause("", "")
+    base = path_of(heard, asked, sites) if asked is not None and len(heard) >= LEAST_TIMES else None
+    if asked is not None and base is not None:
+        for cause, other in _conventions(heard):
+            path = path_of(other, asked, sites)
+            if path is not None and evidence_of(path) - evidence_of(base) > gain:
+                gain, best = evidence_of(path) - evidence_of(base), cause
+    return Finding(
+        "bearings.convention", gain <= LIKELIER, 0.0, gain,
+        f"{said}The bearings fit, and fit better (their log evidence rises by {gain:.0f}) if {best.sentence}: then the "
+        "emitter is elsewhere.", best.remedy,
+    )  # fmt: skip
 
 
 def in_radians(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites) -> Cause | None:

@@ -8,13 +8,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from elusive.checks import Finding
-from elusive.contracts import Array, X, Y
+from elusive.contracts import X, Y
 from elusive.report.clock import moment
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
-from elusive.systems.bearings.causes import cause_of, in_radians
+from elusive.systems.bearings.causes import cause_of, convention_finding, in_radians
 from elusive.systems.bearings.choices import FLAT, BatchMap, Estimation, GraphFilter
 from elusive.systems.bearings.faults import fault_finding, fault_of, motion_finding
+from elusive.systems.bearings.geometry import geometry_findings, upper
 from elusive.systems.bearings.given import (
+    beneath_finding,
     clock_finding,
     repeated_finding,
     rounding_finding,
@@ -30,9 +32,6 @@ from elusive.tracking.track import Step
 
 NARROW = 0.7  # residuals in the median, to those expected, beyond their own error
 COVERED = 0.7  # of a deviation, within which it covers errors that persist: from the one such recording, a drone's
-AT_SENSOR, OFTEN = 0.02, 0.2  # distance to a sensor, of the sensors' extent, and share of the times that near
-TOO_SURE = 0.5  # of the deviation that all bearings together allow
-REMOTE, SHIFTED = 5.0, 4.0  # extents of the sensors away, and deviations that a north off by its own moves the place
 NOW_AND_THEN, SELDOM = 3, 0.02  # manoeuvres beyond the motion that are none too many, and their share of the times
 
 
@@ -70,6 +69,7 @@ def track_findings(
         _convergence(known, parameters, said),
     ]
     found += [_manoeuvres(known, said), _alone(known, parameters, solid, said)]
+    found += [beneath_finding(known, sites, said)] if solid else []
     found.append(clock_finding(known, parameters, sites, said))
     receiver = receiver_finding(known, parameters, sites, said)
     found += [] if receiver is None else [receiver]
@@ -86,7 +86,7 @@ def _manoeuvres(steps: Sequence[Step], said: str) -> Finding:
     first = begun[0] if begun else math.nan
     return Finding(
         "bearings.manoeuvres", len(begun) <= max(NOW_AND_THEN, SELDOM * len(steps)), 0.0, float(len(begun)),
-        f"{_upper(said + 'bearings')} left what was expected at {moment(first)}, {len(begun)} times in all, as after a "
+        f"{upper(said + 'bearings')} left what was expected at {moment(first)}, {len(begun)} times in all, as after a "
         "manoeuvre beyond what the motion allows; the place was sought anew with all that an emitter may have done.",
         "Tell a greater --q; elusive fit bearings finds it.", grave=False,
     )  # fmt: skip
@@ -99,7 +99,7 @@ def _alone(steps: Sequence[Step], parameters: BearingTracking, solid: bool, said
     weighed = isinstance(flt, BatchMap) and flt.bias is None and not solid and parameters.motion.kind not in FLAT
     return Finding(
         "bearings.alone", len(used) > 1 or weighed, 2.0, float(len(used)),
-        f"{_upper(said + 'one sensor alone')} reports, which tells directions: {flt.kind} begins at a guess of the "
+        f"{upper(said + 'one sensor alone')} reports, which tells directions: {flt.kind} begins at a guess of the "
         "distance and may end on the sensor.",
         "Take --filter map --motion cv, which weighs distances by their evidence, or add a sensor.",
     )  # fmt: skip
@@ -123,30 +123,32 @@ def _residuals(
         cause = in_radians(steps, parameters, sites)
     if cause is not None:
         return [
-            Finding("bearings.residuals", False, 1.0, scale.half, f"{_upper(seen)}: {cause.sentence}.", cause.remedy)
+            Finding("bearings.residuals", False, 1.0, scale.half, f"{upper(seen)}: {cause.sentence}.", cause.remedy)
         ]
     error = 1.17 * NARROW * 2 / math.sqrt(max(scale.number, 1.0))
     narrow = scale.number >= FEW and scale.half < NARROW - error and not scale.persists
     found = [
         Finding(
             "bearings.residuals", not narrow, 1.0, scale.half,
-            f"{_upper(seen)}: the deviation told is too large, and so are the ellipses.",
+            f"{upper(seen)}: the deviation told is too large, and so are the ellipses.",
             f"Tell the deviation that was measured: about {scale.half:.2g} of {precise}.", grave=False,
         )
     ]  # fmt: skip
     found.append(
         Finding(
             "bearings.independent", not persists, 0.0, scale.correlation,
-            f"{_upper(said + 'what a sensor leaves')} repeats from one time to the next (correlation "
+            f"{upper(said + 'what a sensor leaves')} repeats from one time to the next (correlation "
             f"{scale.correlation:.2f}): its errors persist, or the emitter manoeuvres more than the motion allows. The "
             "ellipses count each reading as new, and cannot be trusted.",
             "Estimate a bias of each sensor, --bias-sd-deg with --bias-memory-s, or tell a greater deviation; "
             "elusive fit bearings finds both as far as the bearings tell them.",
         )
     )  # fmt: skip
-    fault = fault_of(steps, parameters, sites)
+    convention = convention_finding(steps, parameters, sites, said)
+    found.append(convention)
+    fault = fault_of([steps], parameters, sites) if convention.holds else None
     found.append(fault_finding(fault, said))
-    if fault is None and not persists:
+    if fault is None and not persists and convention.holds:
         found.append(motion_finding(steps, parameters, sites, said))
     return found
 
@@ -156,7 +158,7 @@ def _uneven(left: Leftovers, sites: SensorSites, said: str) -> Finding:
     number, size = least_precise(left)
     return Finding(
         "bearings.uneven", number < 0, 1.0, size if number >= 0 else 1.0,
-        f"{_upper(said + 'what sensor')} {sites.names[number]} reports lies {size:.2g} times as far from the track as "
+        f"{upper(said + 'what sensor')} {sites.names[number]} reports lies {size:.2g} times as far from the track as "
         "its deviation allows in the median: it is less precise than was told, or errs in another way, and draws the "
         "track with it.",
         f"Leave {sites.names[number]} out, or tell a deviation that holds for it.",
@@ -167,71 +169,9 @@ def _convergence(steps: Sequence[Step], parameters: BearingTracking, said: str) 
     converged = all(step.state.converged for step in steps)
     return Finding(
         "bearings.convergence", converged, 1.0, float(converged),
-        f"{_upper(said + 'the descent to the most probable path')} has not come to an end: there is no telling how far "
+        f"{upper(said + 'the descent to the most probable path')} has not come to an end: there is no telling how far "
         "it is.",
         f"Give more --iterations, or another filter than {parameters.filter.kind}.",
-    )  # fmt: skip
-
-
-def geometry_findings(
-    places: Array, spread: Array, heard: Sequence[object], parameters: BearingTracking, sites: SensorSites, said: str
-) -> list[Finding]:
-    """Check that places ``(K, 2)`` of covariances ``(K, 2, 2)`` are on no sensor, and no surer than bearings allow."""
-    used = sorted(set[int]().union(*(set(sensors_of(times).tolist()) for times in heard)))  # type: ignore[arg-type]
-    stations = np.repeat(sites.positions_m[None, used, :2], len(places), axis=0)  # (K, n, 2)
-    for k, times in enumerate(heard):
-        if isinstance(times, BearingSet) and times.places_m is not None:
-            stations[k, np.searchsorted(used, times.sensor)] = times.places_m[:, :2]
-    extent = float(np.linalg.norm(np.ptp(stations.reshape(-1, 2), axis=0)))
-    away = np.linalg.norm(places[:, None] - stations, axis=2)
-    near = away < AT_SENSOR * extent
-    share = float(near.any(axis=1).mean())
-    name = sites.names[used[int(near.sum(axis=0).argmax())]]
-    found = [
-        Finding(
-            "bearings.on-sensor", share <= OFTEN, 0.0, share,
-            f"{_upper(said + 'the place')} lies on a sensor, mostly {name}, at {100 * share:.0f} % of the times: there "
-            "its bearings fit whatever the emitter does.",
-            "Look whether azimuths, places and deviation are right; do not rely on the place.",
-        )
-    ]  # fmt: skip
-    bearings = [times for times in heard if isinstance(times, BearingSet)]
-    if len(used) > 1 and len(bearings) == len(heard):
-        found.append(_remote(places, spread, stations, away, parameters, said))
-        count = sum(len(times.sensor) for times in bearings)
-        second = float(np.median(np.sort(away, axis=1)[:, 1]))
-        allowed = math.radians(parameters.sigma_deg) * second / math.sqrt(max(count, 1))
-        claimed = float(np.median(np.sqrt(np.linalg.eigvalsh(spread)[:, 1])))
-        found.append(
-            Finding(
-                "bearings.ellipse", claimed >= TOO_SURE * allowed, allowed, claimed,
-                f"{_upper(said + 'the place')} is claimed to {claimed:.2g} m, and all {count} bearings of "
-                f"{parameters.sigma_deg:g} degrees together allow {allowed:.2g} m at that distance.",
-                "Do not rely on the ellipses; look whether the sensors' places are right and in metres.",
-            )
-        )  # fmt: skip
-    return found
-
-
-def _remote(
-    places: Array, spread: Array, stations: Array, away: Array, parameters: BearingTracking, said: str
-) -> Finding:
-    """Say what a north that is off would do to a place far from all sensors, whose lines nearly run alike."""
-    extent = float(np.linalg.norm(np.ptp(stations.reshape(-1, 2), axis=0)))
-    off = places[:, None] - stations  # (K, n, 2)
-    slope = np.stack([off[..., 1], -off[..., 0]], axis=-1) / np.maximum(away, 1e-9)[..., None] ** 2
-    shifts = np.einsum("kab,knb->kna", np.linalg.pinv(np.einsum("kna,knb->kab", slope, slope)), slope)
-    shift = math.radians(parameters.sigma_deg) * float(np.median(np.linalg.norm(shifts, axis=2).max(axis=1)))
-    claimed = float(np.median(np.sqrt(np.trace(spread, axis1=1, axis2=2))))
-    far = float(np.median(away.min(axis=1))) / max(extent, 1e-9)
-    flt = parameters.filter
-    known = isinstance(flt, Estimation) and flt.bias is not None
-    return Finding(
-        "bearings.remote", known or far < REMOTE or shift < SHIFTED * claimed, claimed, shift,
-        f"{_upper(said + 'the emitter')} is {far:.0f} times as far as the sensors are apart: if the north of one is "
-        f"off by {parameters.sigma_deg:g} degrees all the time, the place is {shift:.2g} m elsewhere, and the bearings "
-        f"fit as well. The {claimed:.2g} m that are claimed hold for norths that are exact.",
-        "Measure each sensor's north, or let it be estimated: --bias-sd-deg with --bias-memory-s 1e6.", grave=False,
     )  # fmt: skip
 
 
@@ -241,7 +181,3 @@ def _precision(parameters: BearingTracking, heard: type[object]) -> str:
         return told
     arrivals = f"--sigma-s {parameters.arrivals.sigma_s:g}"
     return arrivals if heard.__name__ == "ArrivalSet" else f"{told} and {arrivals}"
-
-
-def _upper(sentence: str) -> str:
-    return sentence[:1].upper() + sentence[1:]

@@ -17,10 +17,12 @@ import numpy as np
 from elusive.checks import Finding
 from elusive.contracts import Array, X, Y
 from elusive.errors import ElusiveError
+from elusive.filters.gaussian.transitions import AngleBias
 from elusive.metrics.consistency import squared_deviations
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearing_table import PlaceSet
 from elusive.systems.bearings.choices import Cruise, Estimation, Interacting, OneEmitter, Turn
+from elusive.systems.bearings.heard import sensors_of
 from elusive.systems.bearings.leftovers import leftovers, scale_of
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.sensor_errors import Heard, SensorError, Sizes, errors_of, pairs_of
@@ -29,6 +31,7 @@ from elusive.tracking.track import Step
 
 TIMES, SENSORS = 200, 8  # of the recording's middle; sensors at most
 LEAST_TIMES = 12
+TWENTY_TO_ONE = 3.0  # of log evidence
 GAIN = 15.0  # of log evidence, by chance 4e-8 each, and 1e-3 where errors persist a little
 MOVED = 1.0  # deviations that the path moves, from which its ellipses are wrong
 AS_LIKELY = 5.0  # of log evidence, by which another error may fall short and be it as well
@@ -44,7 +47,7 @@ class Fault(NamedTuple):
     what: str  # what is said of it, with its size
     remedy: str
     gain: float  # of log evidence
-    moved: float  # how far the path lies off without it, in its deviations
+    moved: float  # how far a path lies off without it, or what is as likely, in its deviations
     fits: bool  # whether nothing is left to be explained
 
 
@@ -52,7 +55,7 @@ class _Explained(NamedTuple):
     error: SensorError
     sizes: Sizes
     gain: float
-    path: list[Step]
+    paths: list[list[Step]]  # of each emitter
 
 
 def tried_with(parameters: BearingTracking) -> BearingTracking | None:
@@ -62,28 +65,28 @@ def tried_with(parameters: BearingTracking) -> BearingTracking | None:
     return asked if isinstance(asked.filter, Estimation) and asked.filter.bias is None else None
 
 
-def fault_of(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites) -> Fault | None:
-    """Return the error of a sensor that explains an emitter's bearings best, if one does and matters.
+def fault_of(emitters: Sequence[Sequence[Step]], parameters: BearingTracking, sites: SensorSites) -> Fault | None:
+    """Return the error of a sensor that explains emitters' bearings best, if one does and matters.
 
     Parameters
     ----------
-    steps
-        Of one emitter.
+    emitters
+        The steps of each, with its bearings alone.
     parameters, sites
-        What it was tracked with.
+        What they were tracked with.
     """
-    start = max(0, (len(steps) - TIMES) // 2)
-    heard: Heard = [step.measurement for step in steps[start : start + TIMES]]
-    if len(heard) < LEAST_TIMES or not all(isinstance(times, BearingSet) for times in heard):
-        return None
-    used = np.unique(np.concatenate([times.sensor for times in heard])).tolist()
-    if not 3 <= len(used) <= SENSORS:
-        return None
     asked = tried_with(parameters)
     if asked is None or not isinstance(asked.filter, Estimation):
         return None
-    base = path_of(heard, asked, sites)
-    if base is None:
+    heard, base = list[Heard](), list[list[Step]]()
+    for steps in emitters:
+        start = max(0, (len(steps) - TIMES) // 2)
+        part = [step.measurement for step in steps[start : start + TIMES] if len(sensors_of(step.measurement))]
+        if len(part) >= LEAST_TIMES and all(isinstance(times, BearingSet) for times in part):
+            path = path_of(part, asked, sites)
+            heard, base = ([*heard, part], [*base, path]) if path is not None else (heard, base)
+    used = sorted({number for part in heard for times in part for number in times.sensor.tolist()})
+    if not 3 <= len(used) <= SENSORS:
         return None
     errors = errors_of(heard, base, sites, used, parameters.sigma_deg)
     found = _explaining(errors, heard, sites, asked, base)
@@ -95,12 +98,25 @@ def fault_of(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSi
     best = found[0]
     what, remedy = best.error.said(best.sizes)
     # over a short path a turned sensor looks like one that stands elsewhere
-    others = [one.error.said(one.sizes)[0] for one in found[1:] if best.gain - one.gain < AS_LIKELY]
-    mended = best.error.without(heard, sites, best.sizes)[1]
-    sensor = asked.sensor_of(mended, BearingSet, "z" in base[0].state.state_names)
-    fits = not scale_of(leftovers(best.path, sensor, asked.filter)).wide
-    fault = Fault(", or ".join([what, *others[:1]]), remedy, best.gain, apart_by(base, best.path), fits)
+    others = [one for one in found[1:] if best.gain - one.gain < AS_LIKELY]
+    mended = best.error.without(heard[0], sites, best.sizes)[1]
+    sensor = asked.sensor_of(mended, BearingSet, "z" in base[0][0].state.state_names)
+    fits = not any(scale_of(leftovers(path, sensor, asked.filter)).wide for path in best.paths)
+    moved = max(apart_by(*two) for one in (best, *others) for two in zip(base, one.paths, strict=True))
+    what = ", or ".join([what, *(one.error.said(one.sizes)[0] for one in others[:1])])
+    fault = Fault(what, remedy, best.gain, moved, fits)
     return fault if fault.moved > MOVED else None
+
+
+def norths_are_exact(heard: Heard, parameters: BearingTracking, sites: SensorSites) -> bool:
+    """Say whether a path is far likelier, or taken, without a bias of each sensor as large as a bearing's deviation."""
+    asked = tried_with(parameters)
+    if asked is None or not isinstance(asked.filter, Estimation):  # they are estimated
+        return True
+    part = [times for times in heard[:LONGEST] if len(times.sensor)]
+    biased = asked.replace(filter=asked.filter.replace(bias=AngleBias(sd_deg=parameters.sigma_deg)))
+    base, other = path_of(part, asked, sites), path_of(part, biased, sites)
+    return base is not None and other is not None and evidence_of(base) > evidence_of(other) + TWENTY_TO_ONE
 
 
 def motion_finding(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites, said: str) -> Finding:
@@ -136,10 +152,10 @@ def fault_finding(fault: Fault | None, said: str) -> Finding:
 
 def _explaining(
     errors: Sequence[SensorError],
-    heard: Heard,
+    heard: list[Heard],
     sites: SensorSites,
     asked: BearingTracking,
-    base: list[Step],
+    base: list[list[Step]],
     least: float = GAIN,
 ) -> list[_Explained]:
     """Return the errors that raise the evidence by enough, those that raise it most first."""
@@ -149,19 +165,26 @@ def _explaining(
 
 
 def _sized(
-    error: SensorError, heard: Heard, sites: SensorSites, asked: BearingTracking, base: list[Step], least: float
+    error: SensorError,
+    heard: list[Heard],
+    sites: SensorSites,
+    asked: BearingTracking,
+    base: list[list[Step]],
+    least: float,
 ) -> _Explained | None:
     """Find the sizes of most evidence by Newton's method on differences; None where it comes to nothing."""
-    n, begun = len(error.units), evidence_of(base)
+    n, begun = len(error.units), sum(map(evidence_of, base))
     at, unit, level, best = np.zeros(n), np.array(error.units), begun, base
 
-    def path(sizes: Array) -> list[Step] | None:
-        mended, places = error.without(heard, sites, tuple(sizes.tolist()))
-        return path_of(mended, asked, places)
+    def along(sizes: Array) -> list[list[Step]] | None:
+        mended = [error.without(part, sites, tuple(sizes.tolist())) for part in heard]
+        paths = [path_of(part, asked, places) for part, places in mended]
+        known = [path for path in paths if path is not None]
+        return known if len(known) == len(paths) else None
 
     def value(sizes: Array) -> float:
-        steps = path(sizes)
-        return math.nan if steps is None else evidence_of(steps)
+        paths = along(sizes)
+        return math.nan if paths is None else sum(map(evidence_of, paths))
 
     for promised in PROMISES:
         ways = np.diag(unit)
@@ -172,15 +195,15 @@ def _sized(
         if not (np.isfinite(slope).all() and np.isfinite(bend).all()):
             return None
         bends, axes = np.linalg.eigh(bend)
-        along = axes.T @ slope
-        steps = np.where(bends > 0, along / np.where(bends > 0, bends, 1.0), 3.0 * np.sign(along))
-        if (bends > 0).all() and level - begun + 0.5 * float(along @ steps) < promised * least:
+        pull = axes.T @ slope
+        steps = np.where(bends > 0, pull / np.where(bends > 0, bends, 1.0), 3.0 * np.sign(pull))
+        if (bends > 0).all() and level - begun + 0.5 * float(pull @ steps) < promised * least:
             return None
         move = axes @ np.clip(steps, -6.0, 6.0) * unit
-        there = path(at + move)
+        there = along(at + move)
         if there is None:
             return None
-        if (now := evidence_of(there)) > level:
+        if (now := sum(map(evidence_of, there))) > level:
             at, level, best = at + move, now, there
         unit = 0.5 * unit
     return _Explained(error, tuple(at.tolist()), level - begun, best)

@@ -15,6 +15,7 @@ from elusive.contracts import VX, VY, Array, X, Y
 from elusive.report.clock import moment
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearings import wrapped
+from elusive.sensors.placed import Z
 from elusive.systems.bearings.leftovers import FEW
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.tracking.track import Step
@@ -23,6 +24,7 @@ DEGREES_MOST, DEGREES_APART = 5.0, 5.0  # extent of sensors in degrees, and how 
 COARSE = 2.0  # deviations of a bearing: steps up to which rounding is a small part of it
 AT_ONCE = 3.0  # bearings of a sensor at the only time there is
 STUCK, BY_CHANCE = 5, 1e-4  # equal readings in a row, and how probable the longest such row may be
+BENEATH = 3.0  # deviations
 CERTAIN = 5.0  # standard errors
 
 
@@ -51,6 +53,28 @@ def times_finding(heard: Sequence[object], said: str = "") -> Finding:
         f"{said}All {count} bearings of {len(sensors)} sensors have one and the same time: an emitter is taken to "
         "stand still, and a sensor to hear it again and again at once.",
         "Tell in time_s when each was measured; elusive locate takes bearings without times.",
+    )  # fmt: skip
+
+
+def beneath_finding(steps: Sequence[Step], sites: SensorSites, said: str = "") -> Finding:
+    """Check that an emitter is not beneath the ground that sensors stand on, as one above it is if angles are down.
+
+    Parameters
+    ----------
+    steps
+        Of an emitter whose height is tracked.
+    """
+    lowest = float(sites.positions_m[:, 2].min())
+    height = np.array([step.tracks[0].mean[Z] for step in steps])
+    spread = np.sqrt([step.tracks[0].covariance[Z, Z] for step in steps])
+    share = float((height + BENEATH * spread < 0).mean())
+    below = float(np.median(-height))
+    return Finding(
+        "bearings.beneath", lowest < 0 or share <= 0.5, 0.0, share,
+        f"{said}The emitter lies {below:.2g} m beneath a height of zero, and all sensors above: a place as far above "
+        "them fits as well if elevations are positive downwards.",
+        "Change the sign of the elevations if they are; if the sensors stand high, tell their heights, z_m.",
+        grave=False,
     )  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""Errors that a sensor may have all the time, and bearings as they were without: its north, its clock, its place."""
+"""Errors that a sensor may have, and bearings as they were without: its north, a drift of it, its clock, its place."""
 
 from __future__ import annotations
 
@@ -29,40 +29,48 @@ class SensorError(NamedTuple):
 
 
 def errors_of(
-    heard: Heard, base: Sequence[Step], sites: SensorSites, used: list[int], sigma_deg: float
+    heard: Sequence[Heard], base: Sequence[Sequence[Step]], sites: SensorSites, used: list[int], sigma_deg: float
 ) -> list[SensorError]:
     """Return the errors of one sensor each, and a north that is another for all.
 
     Parameters
     ----------
     heard
-        Bearings of one emitter.
+        Bearings of each emitter.
     base
-        Its path through them, from which the first sizes are taken.
+        Its path through them; the first sizes are taken from these.
     sites, used
         The sensors, and the rows of those that report.
     sigma_deg
         Deviation of a bearing.
     """
-    spread = float(np.median([math.sqrt(step.tracks[0].covariance[X, X]) for step in base]))
-    means = np.array([step.tracks[0].mean for step in base])
+    steps, every = [step for path in base for step in path], [times for part in heard for times in part]
+    spread = float(np.median([math.sqrt(step.tracks[0].covariance[X, X]) for step in steps]))
+    means = np.array([step.tracks[0].mean for step in steps])
     speed = float(np.median(np.hypot(means[:, VX], means[:, VY]))) or 1e-9
     away = np.linalg.norm(means[:, None, [X, Y]] - sites.positions_m[used, :2], axis=2)
     seconds = math.radians(sigma_deg) * float(np.median(away)) / speed
+    first_s, last_s = (of(times.time_s for times in every) for of in (min, max))
     found = [_turned("all azimuths", used, sigma_deg)]
     for row in used:
         name = sites.names[row]
         found.append(_turned(f"the azimuths of sensor {name}", [row], sigma_deg))
         found.append(_clocked(name, row, seconds))
-        if all(times.places_m is None for times in heard):
+        if last_s > first_s:
+            found.append(_drifting(name, row, 0.5 * (first_s + last_s), 2 * sigma_deg / (last_s - first_s)))
+        if all(times.places_m is None for times in every):
             found += [_placed(name, row, axis, spread) for axis in (0, 1)]
     return found
 
 
 def pairs_of(errors: Sequence[SensorError]) -> list[SensorError]:
-    """Return the north or clock of one sensor with that of another."""
-    parts = [error for error in errors if error.kind != "place" and len(error.sensors) == 1]
-    return [_both(one, other) for one, other in combinations(parts, 2) if one.sensors != other.sensors]
+    """Return the north or clock of one sensor with that of another, and a north that is off and drifts."""
+    parts = [error for error in errors if error.kind in {"north", "clock"} and len(error.sensors) == 1]
+    apart = [_both(one, other) for one, other in combinations(parts, 2) if one.sensors != other.sensors]
+    drifts = [error for error in errors if error.kind == "drift"]
+    return apart + [
+        _both(one, other) for other in drifts for one in parts if one.kind == "north" and one.sensors == other.sensors
+    ]
 
 
 def shifted(times: BearingSet, rows: Iterable[int], by: Array) -> BearingSet:
@@ -94,6 +102,24 @@ def _turned(who: str, rows: list[int], unit: float) -> SensorError:
         return [shifted(times, rows, np.full(len(times.sensor), by)) for times in heard], sites
 
     return SensorError((unit,), "north", frozenset(rows), says, without)
+
+
+def _drifting(name: str, row: int, middle_s: float, unit: float) -> SensorError:
+    def says(sizes: Sizes) -> tuple[str, str]:
+        way = "clockwise" if sizes[0] > 0 else "anticlockwise"
+        return (
+            f"the north of sensor {name} drifts by {60 * abs(sizes[0]):.2g} degrees a minute {way}",
+            f"Mend the heading of {name}, or let it be estimated: --bias-sd-deg with --bias-memory-s.",
+        )
+
+    def without(heard: Heard, sites: SensorSites, sizes: Sizes) -> Mended:
+        rate = -math.radians(sizes[0])
+        turned = [
+            shifted(times, [row], np.full(len(times.sensor), rate * (times.time_s - middle_s))) for times in heard
+        ]
+        return turned, sites
+
+    return SensorError((unit,), "drift", frozenset([row]), says, without)
 
 
 def _clocked(name: str, row: int, unit: float) -> SensorError:

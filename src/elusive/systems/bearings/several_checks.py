@@ -13,18 +13,19 @@ from elusive.contracts import Array, X, Y
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearings import wrapped
 from elusive.systems.bearings.causes import CONVENTIONS, reread
-from elusive.systems.bearings.checks import geometry_findings
+from elusive.systems.bearings.faults import fault_finding, fault_of
+from elusive.systems.bearings.geometry import geometry_findings
 from elusive.systems.bearings.given import repeated_finding, rounding_finding, units_finding
 from elusive.systems.bearings.images import images_finding
 from elusive.systems.bearings.leftovers import HALF
 from elusive.systems.bearings.mirrored import mirrored_finding
+from elusive.systems.bearings.own import REMOTE, away_of, own_steps
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.several import track_several
-from elusive.tracking.track import Step, Track
+from elusive.tracking.track import Step
 
 BEGUN = 0.25  # of the times, after which emitters are to be known
 NEAR = 4.0  # deviations within which a bearing is a track's
-REMOTE = 12.0  # deviations within which one still may be
 LEAST_TIMES = 8  # of a track, for its sensors to tell anything
 UNHEARD = 0.5  # of how often the best sensor hears an emitter: one that hears less is no witness
 CROSSED = 0.3  # share of the tracks' times without a third witness
@@ -36,6 +37,7 @@ TRIED_TIMES = 80
 BETTER = 0.8  # of the share left, which another reading must leave
 LARGER = (3.0, 10.0)  # deviations that are tried, of the one told
 WINDOW, ASTRAY = 10, 6.0  # times, and mean square of the residuals over them; by chance up to 5.5
+MOST_EMITTERS = 3  # whose bearings tell of the sensors' errors
 BLURRED = 2.0  # deviations of a bearing: a track's direction, from a sensor that is near, that is known no better
 
 
@@ -62,7 +64,7 @@ def crowd_scale(steps: Sequence[Step], sites: SensorSites, sigma_deg: float) -> 
         now = dict[int, Array]()
         for number in np.unique(step.measurement.sensor).tolist():
             angle = step.measurement.azimuth_rad[step.measurement.sensor == number]
-            away, seen = _away(sure, places[number], angle)
+            away, seen = away_of(sure, places[number], angle)
             reach: Array = NEAR * np.sqrt(sigma**2 + seen)
             if len(sure):
                 closest = away.min(axis=1)
@@ -89,15 +91,6 @@ def crowd_scale(steps: Sequence[Step], sites: SensorSites, sigma_deg: float) -> 
     return CrowdScale(number, half, count / max(total, 1), count, share, by_chance, _crossed(hits))
 
 
-def _away(tracks: Sequence[Track], place: Array, angle: Array) -> tuple[Array, Array]:
-    """Return how far a sensor's bearings lie from tracks, ``(T, m)``, and variances of their directions, ``(T,)``."""
-    off = np.array([track.mean[[X, Y]] for track in tracks]).reshape(-1, 2) - place
-    spread = np.array([track.covariance[np.ix_([X, Y], [X, Y])] for track in tracks]).reshape(-1, 2, 2)
-    slope = np.column_stack([off[:, 1], -off[:, 0]]) / np.maximum((off**2).sum(axis=1), 1e-9)[:, None]
-    away = np.abs(wrapped(angle - np.arctan2(off[:, 0], off[:, 1])[:, None]))
-    return away, np.einsum("ni,nij,nj->n", slope, spread, slope)
-
-
 def astray_finding(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites) -> Finding:
     """Check that no track lies for long beside the bearings that it takes for its own, as one of two emitters' does."""
     sigma, places = math.radians(parameters.sigma_deg), sites.positions_m[:, :2]
@@ -106,7 +99,7 @@ def astray_finding(steps: Sequence[Step], parameters: BearingTracking, sites: Se
         sure = [track for track in step.tracks if track.status == "confirmed"]
         total, expected = np.zeros(len(sure)), np.zeros(len(sure))
         for number in np.unique(step.measurement.sensor).tolist() if sure else ():
-            away, seen = _away(sure, places[number], step.measurement.azimuth_rad[step.measurement.sensor == number])
+            away, seen = away_of(sure, places[number], step.measurement.azimuth_rad[step.measurement.sensor == number])
             closest = away.min(axis=1)
             near = (closest < NEAR * np.sqrt(sigma**2 + seen)) & (seen < BLURRED**2 * sigma**2)
             total += np.where(near, (closest / sigma) ** 2, 0.0)
@@ -192,18 +185,15 @@ def several_findings(steps: Sequence[Step], parameters: BearingTracking, sites: 
                 f"Tell about {scale.half * parameters.sigma_deg:.2g}.", grave=False,
             )
         )  # fmt: skip
-    numbers = {track.track for step in steps for track in step.tracks if track.status == "confirmed"}
-    for number in sorted(numbers):
-        its = [
-            (step.measurement, track)
-            for step in steps
-            for track in step.tracks
-            if track.track == number and track.status == "confirmed"
-        ]
-        places = np.array([track.mean[[X, Y]] for _, track in its])
-        spread = np.array([track.covariance[np.ix_([X, Y], [X, Y])] for _, track in its])
+    own = own_steps(steps, sites, parameters.sigma_deg)
+    if not wide:
+        longest = sorted(own.values(), key=len, reverse=True)[:MOST_EMITTERS]
+        found.append(fault_finding(fault_of(longest, parameters, sites), ""))
+    for number, its in sorted(own.items()):
+        places = np.array([step.tracks[0].mean[[X, Y]] for step in its])
+        spread = np.array([step.tracks[0].covariance[np.ix_([X, Y], [X, Y])] for step in its])
         geometry = geometry_findings(
-            places, spread, [heard for heard, _ in its], parameters, sites, f"track {number}: "
+            places, spread, [step.measurement for step in its], parameters, sites, f"track {number}: "
         )
         found += [finding for finding in geometry if not finding.holds]
     return tuple(found)
