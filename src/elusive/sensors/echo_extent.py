@@ -2,11 +2,11 @@
 
 Echoes are no shorter than the radar's resolution, and speckle of single samples has none of it: in patches, the lag at
 which the correlation of amplitudes falls to half of what it is beside the sample itself; the lower quartile of patches
-in which there is any, since land and piers are longer. Along azimuth, where a patch is many beams long, it is less the
-plane through it: showers rise over tens of degrees, and the beam was read as long. A point's amplitude that a Gaussian
-pulse of width w between half powers makes has half its correlation at w, one that a beam makes, both ways, at
-w / sqrt(2) (Richards, 2014, Fundamentals of radar signal processing, section 4.2); clutter that is constant over a
-pulse or beam at w / 2.
+in which there is any, since land and piers are longer. Patches of rain, a squall or swell say nothing of it: what is
+alike along the one way is alike two echoes further across it as well. Along azimuth, where a patch is many beams long,
+it is less the plane through it. A point's amplitude that a Gaussian pulse of width w between half powers makes has half
+its correlation at w, one that a beam makes, both ways, at w / sqrt(2) (Richards, 2014, Fundamentals of radar signal
+processing, section 4.2); clutter that is constant over a pulse or beam at w / 2.
 """
 
 from __future__ import annotations
@@ -31,6 +31,7 @@ OF_PULSE, OF_BEAM = (
     2.0,
 )  # width to the lag of half correlation, between a point's and constant clutter's
 SHORTEST = 2.0  # samples of a pulse
+AWAY, OF_ECHO = 2.0, 0.5  # lags at which what is alike is no echo's, and the share of likeness that is less than it
 
 
 class EchoExtent(NamedTuple):
@@ -66,13 +67,16 @@ def echo_extent(spokes: Sequence[Spokes]) -> EchoExtent:
     if not len(steps) or min(amplitude.shape) < 2 * LEAST:
         return EchoExtent(math.nan, math.nan)
     tall, wide = (max(LEAST, n // parts) for n, parts in zip(amplitude.shape, (SECTORS, BANDS), strict=True))
-    across, along = list[float](), list[float]()
-    for i in range(0, amplitude.shape[0] - tall + 1, tall):
-        for j in range(0, amplitude.shape[1] - wide + 1, wide):
-            patch = amplitude[i : i + tall, j : j + wide].astype(np.float32)
-            along.append(_half(patch - patch.mean()))
-            across.append(_half(_less_plane(patch).T))
-    pulse, beam = (_lowest(lags) for lags in (along, across))
+    patches = [
+        amplitude[i : i + tall, j : j + wide].astype(np.float32)
+        for i in range(0, amplitude.shape[0] - tall + 1, tall)
+        for j in range(0, amplitude.shape[1] - wide + 1, wide)
+    ]
+    level = [_less_plane(patch) for patch in patches]
+    along, across = [_half(patch - patch.mean()) for patch in patches], [_half(patch.T) for patch in level]
+    seen = _lowest(across)
+    pulse = _lowest([lag for lag, patch in zip(along, level, strict=True) if _of_echoes(patch.T, seen)])
+    beam = _lowest([lag for lag, patch in zip(across, level, strict=True) if _of_echoes(patch, pulse)])
     return EchoExtent(
         max(OF_PULSE * pulse, SHORTEST) * first.step_m, math.degrees(OF_BEAM * beam * float(steps.mean()))
     )
@@ -99,6 +103,14 @@ def _half(patch: NDArray[np.float32]) -> float:
     k = int(below[0]) + 1
     before = level if k == 1 else product[k - 1]
     return float(k - 1 + (before - 0.5 * level) / (before - product[k]))
+
+
+def _of_echoes(patch: NDArray[np.float32], lag: float) -> bool:
+    """Whether what is alike from row to row is less so two echoes, of half correlation at a lag, further along them."""
+    away = min(math.ceil(AWAY * max(lag, 1.0)) if math.isfinite(lag) else round(AWAY), patch.shape[1] // 4)
+    above, below = patch[:-1], patch[1:]
+    aside = 0.5 * float((above[:, away:] * below[:, :-away]).mean() + (above[:, :-away] * below[:, away:]).mean())
+    return aside < OF_ECHO * float((above * below).mean())
 
 
 def _lowest(lags: Sequence[float]) -> float:
