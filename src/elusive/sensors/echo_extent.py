@@ -26,10 +26,8 @@ LEAST = 16  # samples of a patch each way
 SIGNIFICANT = 5.0  # of a correlation, in deviations of that of as many independent samples
 FEWEST = 6  # patches that show a correlation
 QUARTILE = 25.0
-OF_PULSE, OF_BEAM = (
-    math.sqrt(2.0),
-    2.0,
-)  # width to the lag of half correlation, between a point's and constant clutter's
+# width to the lag of half correlation, between a point's and constant clutter's
+OF_PULSE, OF_BEAM = math.sqrt(2.0), 2.0
 SHORTEST = 2.0  # samples of a pulse
 AWAY, OF_ECHO = 2.0, 0.5  # lags at which what is alike is no echo's, and the share of likeness that is less than it
 
