@@ -127,6 +127,27 @@ def test_a_camera_that_moves_jumps_and_cuts():
     assert (found[24].offset_px == 0).all()
 
 
+@pytest.mark.parametrize("way", [(0.0, 0.0), (-0.85, 0.15), (0.15, 0.4)])
+def test_a_soft_scene_whose_finest_detail_is_lost_in_noise_is_followed(way):
+    """A small frame's finest map is nearly all noise: a clouded sky; what is coarser tells how the camera pans."""
+    rng, steps = np.random.default_rng(11), np.arange(50)[:, None] * np.array(way)
+    scene = 0.3 * texture((300, 340), 5, 5.0)
+    row, column = np.indices((144, 176))
+    views = [ndimage.map_coordinates(scene, [row + 60 - y, column + 60 - x], order=3) for x, y in steps]
+    found = found_in(np.round(view + rng.normal(0, 2.5, view.shape)) for view in views)
+    off = np.array([peaks.offset_px for peaks in found]) - steps
+    # a fifth of the way from which on a track is taken to have left its place in the scene
+    assert np.sqrt(np.square(off).sum(axis=1).mean()) < 1.0
+    assert not any(peaks.cut for peaks in found[1:])
+
+
+def test_in_noise_alone_nothing_is_followed():
+    for spread in (0.0, 1.5):
+        rng = np.random.default_rng(12)
+        noise = (ndimage.gaussian_filter(rng.normal(0, 20, (144, 176)), spread) for _ in range(40))
+        assert all((peaks.offset_px == 0).all() for peaks in found_in(np.round(1000 + frame) for frame in noise))
+
+
 def test_gaps_hold_no_peaks():
     rng = np.random.default_rng(8)
     frames = [texture((80, 90)) + rng.normal(0, 2, (80, 90)) for _ in range(6)]

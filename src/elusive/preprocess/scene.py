@@ -19,7 +19,7 @@ from elusive.preprocess.scales import MEAN_ROOT
 
 PIXELS = 30_000  # of the map on which a shift is refined
 ITERATIONS = 6
-SURE = 6.0  # a step is believed where it fits better than its mirror image by so many deviations
+SURE = 3.0  # a step is believed where it fits better than its mirror image by so many deviations; noise reaches one
 BORDER = 2  # pixels of a map left out
 ALIKE = 10.0  # neighbouring pixels of a map speak as one
 LOST = 0.75  # of the usual correlation below which the past is sought anew
@@ -90,9 +90,11 @@ def follow(
         found = max(found, _refine(scene, coarse, offset_px + jump), key=lambda fit: fit.likeness)
         if usual > TEXTURE and found.likeness < CUT * usual:
             return np.zeros(2), 0.0, True
-    found = _refine(scene, fine, found.offset_px)
+    rough, found = found, _refine(scene, fine, found.offset_px)
     usual += GAIN * (found.likeness - usual)
-    return (found.offset_px if _support(scene, fine, offset_px, found) > SURE else offset_px), usual, False
+    # where the scene is soft, its finest detail is lost in noise
+    believed = any(_support(scene, k, offset_px, fit) > SURE for k, fit in ((fine, found), (coarse, rough)))
+    return (found.offset_px if believed else offset_px), usual, False
 
 
 def _refine(scene: Scene, k: int, start_px: Array) -> Registered:

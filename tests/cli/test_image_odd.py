@@ -1,0 +1,130 @@
+"""Recordings of cameras that are not what they are taken for, told nothing: named, or tracked all the same."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy import ndimage
+
+from elusive.contracts import Array
+from tests.cli.test_radar import Run
+
+FRAMES, ROWS, COLUMNS, NOISE = 70, 128, 160, 2.0
+SETTLED, DUE, NEAR_PX = 10, 40, 4.0  # frames from which a target is to be followed, and shown; its track's distance
+TRACK = ["track", "images", "frames.npy", "--out", "out"]
+WAY = np.array([12.0, 40.0]) + np.arange(FRAMES)[:, None] * np.array([1.7, 0.6])  # the target's, in the frame
+
+
+def seen(rng: np.random.Generator, pan: tuple[float, float] = (0.0, 0.0), *, target: bool = True) -> Array:
+    """Clouds with little fine detail, over which a camera pans, and a target of ten deviations; grey levels."""
+    scene = ndimage.gaussian_filter(rng.standard_normal((400, 400)), 5)
+    scene *= 9 / scene.std()
+    row, column = np.indices((ROWS, COLUMNS))
+    frames = []
+    for k, (x, y) in enumerate(WAY):
+        dx, dy = k * np.array(pan)
+        view = 120 + ndimage.map_coordinates(scene, [row + 120 - dy, column + 120 - dx], order=3)
+        if target:
+            view += 10 * NOISE * np.exp(-((column - x) ** 2 + (row - y) ** 2) / (2 * 1.2**2))
+        frames.append(view + rng.normal(0, NOISE, view.shape))
+    return np.array(frames)
+
+
+def grey(frames: Array) -> np.ndarray:
+    return np.clip(np.round(frames), 0, 255).astype(np.uint8)
+
+
+def deep(frames: Array) -> np.ndarray:
+    """Fourteen bits in sixteen."""
+    return np.round(7000 + 12 * (frames - 120)).astype(np.uint16)
+
+
+def other_octet_first(rng: np.random.Generator) -> np.ndarray:
+    return deep(seen(rng)).byteswap()
+
+
+def each_twice(rng: np.random.Generator) -> np.ndarray:
+    return np.repeat(grey(seen(rng))[::2], 2, axis=0)
+
+
+def black_hot(rng: np.random.Generator) -> np.ndarray:
+    """White is hot, and from the middle on black."""
+    frames = seen(rng)
+    frames[FRAMES // 2 :] = 240 - frames[FRAMES // 2 :]
+    return grey(frames)
+
+
+def shutter(rng: np.random.Generator) -> np.ndarray:
+    """Twice the shutter is before the sensor for five frames."""
+    frames = seen(rng)
+    for at in (25, 50):
+        frames[at : at + 5] = 128 + rng.normal(0, NOISE, (5, ROWS, COLUMNS))
+    return grey(frames)
+
+
+ODD: dict[str, tuple[Callable[[np.random.Generator], np.ndarray], str, str]] = {
+    "other octet first": (other_octet_first, "frames.octets", "with the other octet first"),
+    "each twice": (each_twice, "frames.repeated", "35 of 69 frames are copies"),
+    "black hot": (black_hot, "frames.cut", "Frame 35 shows another scene"),
+    "shutter": (shutter, "frames.cut", "shows another scene"),
+}
+
+
+def failing(folder: Path) -> set[str]:
+    return {one["name"] for one in json.loads((folder / "out/checks.json").read_text()) if not one["holds"]}
+
+
+def rows_of(folder: Path) -> np.ndarray:
+    """Rows of what is confirmed, from the frame on at which a target is to be followed."""
+    table = np.genfromtxt(folder / "out/tracks.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
+    return table[(table["status"] == "confirmed") & (table["time_s"] >= SETTLED)]
+
+
+def off_target(rows: np.ndarray) -> Array:
+    place = WAY[rows["time_s"].astype(int)]
+    return np.hypot(rows["x_px"] - place[:, 0], rows["y_px"] - place[:, 1])
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_it_is_named(elusive_in: Run, tmp_path: Path, name: str) -> None:
+    draw, finding, sentence = ODD[name]
+    np.save(tmp_path / "frames.npy", draw(np.random.default_rng([6, list(ODD).index(name)])))
+    code, said = elusive_in(*TRACK)
+    assert code == 0, said
+    assert finding in failing(tmp_path), said
+    assert sentence in " ".join(said.split())
+
+
+RIGHT: dict[str, Callable[[np.random.Generator], np.ndarray]] = {
+    "still": lambda rng: grey(seen(rng)),
+    "pan": lambda rng: grey(seen(rng, (-0.85, 0.2))),
+    "slow pan": lambda rng: grey(seen(rng, (0.15, 0.4))),
+    "deep": lambda rng: deep(seen(rng)),
+}
+
+
+@pytest.mark.parametrize("name", RIGHT)
+def test_a_target_is_shown_and_nothing_else(elusive_in: Run, tmp_path: Path, name: str) -> None:
+    """Panned over soft clouds, their parts were shown as movers."""
+    np.save(tmp_path / "frames.npy", RIGHT[name](np.random.default_rng([6, 20 + list(RIGHT).index(name)])))
+    code, said = elusive_in(*TRACK)
+    assert code == 0, said
+    assert failing(tmp_path) == set(), said
+    rows = rows_of(tmp_path)
+    off = off_target(rows)
+    due = (rows["time_s"] >= DUE) & (off < NEAR_PX)
+    assert len(np.unique(rows["time_s"][off < NEAR_PX])) > 0.9 * (FRAMES - SETTLED)
+    assert len(np.unique(rows["time_s"][due & (rows["shown"] == 1)])) > 0.9 * (FRAMES - DUE)
+    assert np.count_nonzero((rows["shown"] == 1) & (off > 2 * NEAR_PX)) < 0.1 * FRAMES
+
+
+def test_where_nothing_is_nothing_is_shown(elusive_in: Run, tmp_path: Path) -> None:
+    np.save(tmp_path / "frames.npy", grey(seen(np.random.default_rng([6, 30]), (-0.85, 0.2), target=False)))
+    code, said = elusive_in(*TRACK)
+    assert code == 0, said
+    assert failing(tmp_path) == set(), said
+    assert np.count_nonzero(rows_of(tmp_path)["shown"] == 1) < 0.1 * FRAMES
