@@ -74,3 +74,21 @@ def test_showers_do_not_make_the_beam_long(seed):
         rain += rng.uniform(3, 15) * np.exp(-0.5 * np.abs((places - middle) / size) ** 2)
     found = echo_extent([first._replace(amplitude=(first.amplitude * np.sqrt(1 + rain)).astype(np.float32))])
     assert 0.75 < found.beam_deg / 2.0 < 1.35
+
+
+@pytest.mark.parametrize("seed", [0, 3])
+def test_a_squall_does_not_tell_the_beam(seed):
+    """Its cells, wider than a beam, are alike from spoke to spoke: 2 degrees were read as 3 and 3.8."""
+    simulation = VideoSimulation(
+        turns=2, ships=0, coast_north_m=None, sea={"shape": 5.0}, radar={"spokes": 512, "samples": 256}
+    )
+    rng = np.random.default_rng(seed)
+    first = next(iter(spokes_of(scenario_of(simulation, rng), simulation, rng)))
+    distance = first.start_m + first.step_m * np.arange(256)
+    places = distance * np.exp(1j * first.azimuth_rad)[:, None]
+    rain = np.zeros(places.shape)
+    for _ in range(3000):
+        middle, size = complex(*rng.uniform(-4000, 4000, 2)), rng.uniform(60, 120)
+        rain += rng.exponential(10) * np.exp(-0.5 * np.abs((places - middle) / size) ** 2)
+    found = echo_extent([first._replace(amplitude=(first.amplitude * np.sqrt(1 + rain)).astype(np.float32))])
+    assert 0.75 < found.beam_deg / 2.0 < 1.35
