@@ -11,7 +11,7 @@ import numpy as np
 from elusive.checks import Finding, Looked
 from elusive.io.link_logs import open_link_log
 from elusive.io.placed_files import read_nodes
-from elusive.systems.links.checks import network_findings
+from elusive.systems.links.network import network_findings
 from elusive.workbench.tables import look_at_table
 
 FRAMES = 300  # looked at; where each has one reading, those of a few rounds of most networks

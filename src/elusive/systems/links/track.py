@@ -25,9 +25,9 @@ from elusive.sensors.link_shadowing import LinkShadowing
 from elusive.sensors.radio_network import RadioNodes, RssFrame
 from elusive.systems.links.by_image import ImageMethod, ImageState
 from elusive.systems.links.by_links import LinksMethod, LinksState
-from elusive.systems.links.checks import refuse_impossible
 from elusive.systems.links.decisions import DecisionMethod
 from elusive.systems.links.live_site import LiveSite, Look
+from elusive.systems.links.network import refuse_impossible
 from elusive.systems.links.site import Voxels
 from elusive.tracking.memory import Memory
 from elusive.tracking.people import TrackEvent

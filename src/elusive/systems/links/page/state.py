@@ -13,7 +13,7 @@ from elusive.geometry.places import NamedPlace
 from elusive.io.link_logs import open_link_log
 from elusive.io.truth import Truth
 from elusive.sensors.radio_network import RssFrame, directed_links_of
-from elusive.systems.links.checks import LEAST_HEARD
+from elusive.systems.links.network import LEAST_HEARD
 from elusive.systems.links.networks import PlacedNodes
 from elusive.systems.links.presets import first_simulation
 from elusive.systems.links.scene import LinkScene, Radiated, SceneRun
