@@ -37,7 +37,7 @@ class LinkFacts:
         self._misfit = math.nan
         self._pairs = 0
         self._one_more, self._looked = 0.0, 0
-        self._tells = 0.0
+        self._tells, self._told = 0.0, 0
         self._late: deque[tuple[float, float]] = deque()  # time and what was left over, of the last seconds
         self._found: frozenset[int] = frozenset()
         self._stays, self._pairs_there = Stays(), Pairs()
@@ -52,7 +52,8 @@ class LinkFacts:
         if isinstance(people, LinksState) and people.learns:
             sure = any(track.status == "confirmed" for track in step.tracks)
             self._confirmed += sure
-            self._tells += people.tells if sure else 0.0
+            if sure and math.isfinite(people.tells):
+                self._tells, self._told = self._tells + people.tells, self._told + 1
             self._misfit = people.likeness.misfit
             self._pairs = int(people.likeness.pairs)
             self._stays.add(step)
@@ -139,8 +140,8 @@ class LinkFacts:
         )
 
     def _several(self) -> Finding:
-        tells = self._tells / self._confirmed if self._confirmed >= LEARNED_FRAMES else math.nan
-        return Fact(TELLS, tells, not tells < TELLS, self._confirmed).finding(
+        tells = self._tells / self._told if self._told >= LEARNED_FRAMES else math.nan
+        return Fact(TELLS, tells, not tells < TELLS, self._told).finding(
             "links.several",
             f"A second person would be told from one by {tells:.2g} a frame only (log likelihood, tempered as readings "
             "err alike): this network does not tell two people apart, and counts two as one.",
