@@ -57,10 +57,10 @@ class LinksState(NamedTuple):
         """The tracks; their covariance holds what the site bends places by, their existence that of the room itself."""
         bias = np.zeros((4, 4))
         bias[X, X] = bias[Y, Y] = self.bias_m2
+        nobody = {number: rest.nobody for number, rest in self.rests.items()}
         return tuple(
             track._replace(
-                covariance=track.covariance + bias,
-                existence=track.existence * (1 - (self.rests[track.track].nobody if track.track in self.rests else 0)),
+                covariance=track.covariance + bias, existence=track.existence * (1 - nobody.get(track.track, 0.0))
             )
             for track in self.belief.tracks
         )

@@ -29,8 +29,6 @@ COMING_S = 2.0  # after a track is found: what is found may still be on its way
 # blocks' ratio: of doors, shelves and fans .1 to 1.2; 1.6 and more of who sways by a centimetre
 STEADY, FEWEST_BLOCKS = 1.35, 5
 NOISY, NOISY_BLOCKS = 2.0, 10  # variance of the readings over the empty room's, from which more blocks are asked
-
-
 # odds that the room has changed rather than that somebody has come, when a track is found, and the time in which they
 # grow by a factor e while it keeps steady: even when the room is taken to have changed
 CHANGES, GROW_S = 0.05, 4.0

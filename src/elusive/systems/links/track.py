@@ -190,8 +190,8 @@ def _followed(
                 stages = parameters.method.bind(nodes, parameters.area_of(nodes), calibration)
                 changing, people = losing, stages.init_from(people)
         if isinstance(people, LinksState) and people.changed is not None:
-            _, _, level_db, variance_db2 = people.changed
-            rss = rss.changed(level_db, variance_db2, _away(nodes, people, people.changed.tracks))
+            room = people.changed
+            rss = rss.changed(room.level_db, room.variance_db2, _away(nodes, people, room.tracks))
             calibration = rss.calibration
             stages = parameters.method.bind(nodes, parameters.area_of(nodes), calibration)
             people = stages.anew(people)
