@@ -26,8 +26,8 @@ from elusive.systems.images.track import track_images
 from elusive.systems.links.track import LinkTracking
 from elusive.systems.links.track import track as track_links
 from elusive.systems.radar.parameters import RadarTracking
-from elusive.systems.radar.results import Surroundings
 from elusive.systems.radar.setting import bind_all
+from elusive.systems.radar.ships import Surroundings
 from elusive.systems.radar.survey import survey
 from elusive.systems.radar.track import track_radar
 from elusive.systems.signals.live import follow_signal_live

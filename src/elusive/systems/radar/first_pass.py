@@ -21,8 +21,8 @@ from elusive.systems.radar.bunches import MOST, Bunches
 from elusive.systems.radar.checks import in_view
 from elusive.systems.radar.land import land_share
 from elusive.systems.radar.parameters import RadarTracking
-from elusive.systems.radar.results import Surroundings
 from elusive.systems.radar.setting import bind_all
+from elusive.systems.radar.ships import Surroundings
 from elusive.systems.radar.survey import RadarSurvey
 from elusive.systems.radar.track import track_radar
 from elusive.tracking.detections import DetectionTracker

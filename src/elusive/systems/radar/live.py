@@ -20,8 +20,8 @@ from elusive.systems.radar.bunches import Bunches
 from elusive.systems.radar.checks import findings_of, in_view, innovation
 from elusive.systems.radar.kept import ConstraintsKept
 from elusive.systems.radar.parameters import RadarTracking
-from elusive.systems.radar.results import ADDED
 from elusive.systems.radar.setting import bind_all, charts_in, check_place
+from elusive.systems.radar.ships import ADDED
 from elusive.systems.radar.survey import survey
 from elusive.systems.radar.track import track_radar
 from elusive.tracking.memory import Memory

@@ -15,8 +15,9 @@ from elusive.sensors.radar_scans import RadarScan
 from elusive.systems.radar.ais import AisFusion
 from elusive.systems.radar.first_pass import fitted
 from elusive.systems.radar.parameters import RadarTracking
-from elusive.systems.radar.results import ADDED, RadarOutcome, RadarRun
+from elusive.systems.radar.results import RadarOutcome, RadarRun
 from elusive.systems.radar.setting import bind_all, charts_in, check_place, frame_of
+from elusive.systems.radar.ships import ADDED
 from elusive.systems.radar.survey import survey
 from elusive.systems.radar.track import track_radar
 from elusive.tracking.reports import Report

@@ -12,7 +12,7 @@ from elusive.geometry.local_frame import LocalFrame
 from elusive.io import RadarSource
 from elusive.sensors.radar import RadarSensor
 from elusive.systems.radar.parameters import RadarTracking
-from elusive.systems.radar.results import Surroundings
+from elusive.systems.radar.ships import Surroundings
 from elusive.systems.radar.survey import RadarSurvey
 from elusive.tracking.detections import DetectionTracker
 

@@ -14,7 +14,7 @@ from elusive.filters.particle.coast_error import learn_bias
 from elusive.sensors.radar_scans import RadarScan
 from elusive.systems.radar.ais import AisFusion
 from elusive.systems.radar.parameters import RadarTracking
-from elusive.systems.radar.results import Surroundings, ships_of, tracks_of
+from elusive.systems.radar.ships import Surroundings, ships_of, tracks_of
 from elusive.tracking.detections import DetectionTracker
 from elusive.tracking.memory import Memory
 from elusive.tracking.track import Step
