@@ -11,7 +11,6 @@ SOURCE = ROOT / "src"
 
 # the kernels of a module: the test that compares them, and the twin in it
 TWINS: dict[str, dict[str, str]] = {
-    "_kernels": {"propagate_linear": "motion/test_motion.py::propagate_linear"},
     "charts._exact_kernels": {"masses": "charts/test_exact.py::land_mass"},
     "charts._field_kernels": {
         "fit": "charts/test_field.py::exact.probability",
@@ -96,6 +95,7 @@ TWINS: dict[str, dict[str, str]] = {
         "predict": "filters/particle/test_prediction.py::predicted",
     },
     "filters.particle._step_kernels": {"step": "filters/particle/test_bernoulli.py::bernoulli_step"},
+    "motion._linear_kernels": {"propagate_linear": "motion/test_motion.py::propagate_linear"},
     "preprocess._clutter_map_kernels": {
         "count": "preprocess/test_clutter_map.py::twin.counted",
         "follow": "preprocess/test_clutter_map.py::twin.followed",

@@ -1,4 +1,4 @@
-"""Compiled kernels that several rooms share: one step of a linear motion, and arithmetic on whole rows.
+"""Compiled kernels that several rooms share: arithmetic on whole rows.
 
 Along the particles, a block at a time, so that the loops run in vector registers and what is between stays in the
 first cache. Division by zero gives infinity (``error_model``): a test for it would keep a loop from vector registers.
@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from numpy.random import Generator
 
 from elusive.contracts import Array
 
@@ -52,26 +51,6 @@ def add_rows(rows: Array, other: Array) -> None:
     for i in range(len(other)):
         for j in range(other.shape[1]):
             rows[i, j] += other[i, j]
-
-
-@njit(cache=True, nogil=True)
-def propagate_linear(states: Array, F: Array, root: Array, rng: Generator) -> Array:
-    """Return ``F s + root n`` for each row s, n standard normal drawn row by row; column by column in memory."""
-    n, d = states.shape
-    columns = states.T
-    moved = np.zeros((d, n))
-    noise = np.empty((d, BLOCK))
-    for first in range(0, n, BLOCK):
-        size = min(BLOCK, n - first)
-        for i in range(size):
-            for k in range(d):
-                noise[k, i] = rng.standard_normal()
-        for r in range(d):
-            row = moved[r, first : first + size]
-            for c in range(d):
-                add_product(row, F[r, c], columns[c, first : first + size])
-                add_product(row, root[r, c], noise[c])
-    return moved.T
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})

@@ -1,6 +1,6 @@
 """At even times, estimates are those of filters that counted steps: numbers of the last version that did.
 
-The filters of one target have drawn other random numbers since: their twins count steps.
+Particle filters of linear motions have drawn other random numbers since: their twins count steps.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 from elusive import run
-from elusive.charts import IntervalWater
 from elusive.filters import ParticleFilter, RecurrentFilter
 from elusive.filters.gaussian.extended_kalman import ExtendedKalmanFilter
 from elusive.filters.gaussian.fixed_lag import FixedLagSmoother
@@ -52,17 +51,13 @@ def prior(mean, variances):
     return GaussianPrior(mean=mean, covariance=np.diag(variances).tolist())
 
 
-def of_radar(motion, *more, knowledge=()):
+def of_radar(motion, *more):
     start = prior((-20.0, 0, 4000, 5, *(0.0 for _ in more)), (100.0, 9, 100, 9, *more))
-    return ParticleFilter(motion=motion, sensor=RADAR, prior=start, knowledge=knowledge, particles=200)
+    return ParticleFilter(motion=motion, sensor=RADAR, prior=start, particles=200)
 
 
 POSITION = LinearSensor(observed=((1.0, 0, 0, 0), (0, 0, 1.0, 0)), covariance=((1.0, 0), (0, 1.0)))
 CASES = {
-    "sir": (of_radar(ConstantVelocity(q=1.0)), SCANS, None, 0.0),
-    "sir map": (
-        of_radar(ConstantVelocity(q=1.0), knowledge=(IntervalWater(lower_m=-60, upper_m=60),)), SCANS, None, 0.0,
-    ),
     "sir ctrv": (of_radar(ConstantTurnRateVelocity(), 0.01), SCANS, None, 0.0),
     "sir anchoring": (of_radar(MovingOrAnchored(), 0.0), SCANS, None, 0.0),
     "recurrent": (RecurrentFilter(smoothing=0.8, max_velocity=2.0, velocity_step=0.5), FRAMES, None, -1.0),

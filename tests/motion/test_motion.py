@@ -89,7 +89,8 @@ def test_linear_propagation_equals_its_twin(motion, interval_s):
     states = np.random.default_rng(1).normal(size=(300, len(motion.state_names)))
     moved = motion.propagate(states, interval_s, np.random.default_rng(2))
     twin = propagate_linear(states, motion.F(interval_s), square_root(motion.Q(interval_s)), np.random.default_rng(2))
-    np.testing.assert_allclose(moved, twin, rtol=1e-12, atol=1e-12)
+    # as right as the normal numbers' series are, see test_random_numbers_equal_their_twins
+    np.testing.assert_allclose(moved, twin, rtol=1e-10, atol=1e-10)
 
 
 @pytest.mark.parametrize("interval_s", [0.4, 7.0])

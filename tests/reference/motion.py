@@ -5,10 +5,23 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import expm
 
+from tests.reference.random_numbers import normals
 
-def propagate_linear(states, F, root, rng):
+
+def keyed_noise(shape, rng):
+    """Standard normal numbers as the kernel has them: of one key, component by component."""
+    n, d = shape
+    return normals(rng.random(), d * n).reshape(d, n).T
+
+
+def generator_noise(shape, rng):
+    """Standard normal numbers as NumPy's user has them."""
+    return rng.standard_normal(shape)
+
+
+def propagate_linear(states, F, root, rng, noise=keyed_noise):
     """``F s + root n`` with one row of normals a state."""
-    return states @ F.T + rng.standard_normal(states.shape) @ root.T
+    return states @ F.T + noise(states.shape, rng) @ root.T
 
 
 def van_loan(A, L, T):

@@ -7,7 +7,7 @@ from scipy.special import logsumexp
 from scipy.stats import multivariate_normal
 
 from tests.reference.filters import moments
-from tests.reference.motion import propagate_linear
+from tests.reference.motion import keyed_noise, propagate_linear
 from tests.reference.resampling import systematic_by_repeat
 
 
@@ -52,7 +52,7 @@ def plot_log_likelihood(sensor, states, plot):
     return sum(-0.5 * (error / sd) ** 2 - np.log(np.sqrt(2 * np.pi) * sd) for error, sd in errors)
 
 
-def step(model, root, state, plot, rng):
+def step(model, root, state, plot, rng, noise=keyed_noise):
     """Step by 1 s to one plot: (time, particles, weights, mean, covariance, log evidence, allowed).
 
     ``root`` is the lower-triangular root of Q; the draws are those of the filter, in its order.
@@ -61,7 +61,7 @@ def step(model, root, state, plot, rng):
     if 1 / (weights @ weights) < model.resample_below * len(weights):
         particles = particles[systematic_by_repeat(weights, len(weights), rng.random())]
         weights = np.full(len(weights), 1 / len(weights))
-    particles = propagate_linear(particles, model.motion.F(1.0), root, rng)
+    particles = propagate_linear(particles, model.motion.F(1.0), root, rng, noise)
     allowed, log_ratio = 1.0, plot_log_likelihood(model.sensor, particles, plot)
     for member in model.knowledge:
         chart = member.log_probability(particles)

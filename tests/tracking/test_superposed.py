@@ -51,15 +51,17 @@ def followed(model, truth, rng, present=lambda k: slice(None)):
 
 
 def test_two_targets_are_found_followed_and_labelled():
-    rng = np.random.default_rng(0)
-    truth = flights(rng, 25, (12.0, 0.8, 28.0, 0.0), (48.0, -0.8, 32.0, 0.0))
-    *_, before, last = followed(tracker(), truth, rng)
-    tracks = last.tracks
-    assert [track.status for track in tracks] == ["confirmed"] * 2
-    assert {track.track for track in tracks} == {track.track for track in before.tracks}
-    places = np.array(sorted(track.mean[[0, 2]].tolist() for track in tracks))
-    true = np.array(sorted(truth[:, [0, 2], -1].tolist()))
-    assert np.linalg.norm(places - true, axis=1).max() < 3.0
+    near = 0
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        truth = flights(rng, 25, (12.0, 0.8, 28.0, 0.0), (48.0, -0.8, 32.0, 0.0))
+        *_, before, last = followed(tracker(), truth, rng)
+        tracks = last.tracks
+        assert [track.status for track in tracks] == ["confirmed"] * 2
+        assert {track.track for track in tracks} == {track.track for track in before.tracks}
+        places, true = np.array([track.mean[[0, 2]] for track in tracks]), truth[:, [0, 2], -1]
+        near += min(np.linalg.norm(places - pair, axis=1).max() for pair in (true, true[::-1])) < 3.0
+    assert near >= 9  # in one scene of a hundred they meet so closely that both are lost for a while
 
 
 def test_targets_that_appear_at_once_are_told_apart_at_once():

@@ -75,27 +75,31 @@ def test_a_tracker_without_cells_keeps_nobody_unseen():
 
 
 def test_what_is_believed_of_a_target_stays_when_its_track_is_deleted():
-    """A target that vanishes for a frame and is there again is found sooner than anybody who has never been seen."""
+    """A faint target that is away for two frames is found sooner than anybody who has never been seen."""
     model = SeveralImages(
         motion=MOTION,
         sensor=SENSOR,
-        birth=FrameBirths(snr_db=13.0, max_speed=0.5),
+        birth=FrameBirths(snr_db=7.5, max_speed=0.5),
         birth_probability=1e-6,
         death_probability=0.01,
     )
-    rng = np.random.default_rng(4)
-    nobody, state = np.empty((0, 5)), model.init(rng)
-    there = np.array([[12.0, 0.0, 12.0, 0.0, SENSOR.intensity_of(13.0)]])
-    for k in range(8):
-        state = model.step(state, float(k), SENSOR.simulate(there, rng), rng)
-    assert [track.status for track in state.tracks] == ["confirmed"]
-    for k in range(8, 10):
-        state = model.step(state, float(k), SENSOR.simulate(nobody, rng), rng)
-    assert all(track.status == "deleted" for track in state.tracks)
-    near = np.hypot(state.unseen.particles[:, 0] - 12, state.unseen.particles[:, 2] - 12) < 4
-    kept = state.unseen.masses[near].sum()
-    assert 0 < kept < LOUD
-    again = model.step(state, 10.0, SENSOR.simulate(there, rng), rng)
-    fresh = model.step(state._replace(unseen=None), 10.0, SENSOR.simulate(there, rng), rng)
-    first, second = (max((t.existence for t in found.targets), default=0.0) for found in (again, fresh))
-    assert first > second
+    nobody, there = np.empty((0, 5)), np.array([[12.0, 0.0, 12.0, 0.0, SENSOR.intensity_of(7.5)]])
+    found = []
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        state = model.init(rng)
+        for k in range(14):
+            state = model.step(state, float(k), SENSOR.simulate(there if k < 12 else nobody, rng), rng)
+        if state.unseen is None or any(track.status != "deleted" for track in state.tracks):
+            continue
+        near = np.hypot(state.unseen.particles[:, 0] - 12, state.unseen.particles[:, 2] - 12) < 4
+        assert 0 < state.unseen.masses[near].sum() < LOUD
+        ways = [state, state._replace(unseen=None)]
+        for k in range(14, 16):
+            frame = SENSOR.simulate(there, rng)
+            ways = [model.step(way, float(k), frame, np.random.default_rng(k)) for way in ways]
+        found.append([max((target.existence for target in way.targets), default=0.0) for way in ways])
+    kept, fresh = np.array(found).T
+    assert len(found) >= 4  # of twelve: others have left no trace, or are not given up yet
+    assert (kept > fresh - 0.1).all()  # as far as some hundred particles tell
+    assert kept.mean() > fresh.mean() + 0.2

@@ -50,9 +50,9 @@ class LinearModel(Model):
         """Draw the states an interval later, ``(N, d) -> (N, d)``; over 0 s they stay as they are."""
         if interval_s == 0:
             return states.copy(order="K")
-        from elusive._kernels import propagate_linear
+        from elusive.motion._linear_kernels import propagate_linear
 
-        return propagate_linear(states, *self.transition_root(interval_s), rng)
+        return propagate_linear(states, *self.transition_root(interval_s), rng.random())
 
 
 class LinearMotion(LinearModel):

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from elusive._random_kernels import fill_normal, fill_uniform
 from elusive.filters.particle._kernels import systematic
 from elusive.filters.particle._prediction_kernels import by_cell, predict
-from elusive.filters.particle._random_kernels import fill_normal, fill_uniform
 from elusive.motion import ConstantVelocity, CoordinatedTurn, WithIntensity
 from tests.reference.filters import predicted
 from tests.reference.random_numbers import normals, uniforms

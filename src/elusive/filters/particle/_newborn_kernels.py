@@ -8,8 +8,8 @@ import numpy as np
 from numba import njit
 
 from elusive._kernels import exponentiate
+from elusive._random_kernels import fill_normal, fill_uniform
 from elusive.contracts import Array, X, Y
-from elusive.filters.particle._random_kernels import fill_normal, fill_uniform
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

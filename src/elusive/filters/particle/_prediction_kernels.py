@@ -12,9 +12,9 @@ import numpy as np
 from numba import njit
 
 from elusive._kernels import BLOCK, add_product, copy_rows
+from elusive._random_kernels import fill_normal
 from elusive.contracts import Array, X, Y
 from elusive.filters.particle._kernels import gather, moments_between, total_of, total_product
-from elusive.filters.particle._random_kernels import fill_normal
 
 MOST_CELLS = 1 << 20
 LEAST_EFFECTIVE = 1.5  # particles that a cloud takes
