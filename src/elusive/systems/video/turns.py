@@ -16,8 +16,9 @@ from elusive.geometry.local_frame import LocalFrame
 from elusive.preprocess.clutter_map import ClutterMap, ClutterState
 from elusive.preprocess.turn_evidence import as_in_turn
 from elusive.sensors.echo_extent import EchoExtent, echo_extent, first_turn
-from elusive.sensors.radar_video import EvidenceTurn, RadarVideo, TurnGatherer, VideoTurn
+from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
 from elusive.sensors.spokes import Spokes
+from elusive.sensors.turn_gatherer import TurnGatherer, VideoTurn
 from elusive.systems.video.parameters import MOST_BYTES, PlotFinding, VideoTracking, bytes_held, seconds_a_turn
 from elusive.systems.video.swell import Swell
 from elusive.tracking.memory import Memory
