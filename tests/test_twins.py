@@ -164,6 +164,7 @@ TWINS: dict[str, dict[str, str]] = {
     },
     "sensors._radar_video_kernels": {
         "look": "sensors/test_radar_video.py::twin.look",
+        "mean_about": "sensors/test_radar_video.py::twin.mean_at",
         "peaks": "sensors/test_radar_video.py::twin.peaks",
     },
     "sensors._additive_kernels": {

@@ -13,12 +13,14 @@ from tests.reference import radar_video as twin
 
 RADAR = RadarVideo(beam_deg=9.0, pulse_m=40.0, start_m=100.0, step_m=10.0, samples=128)
 
-NOTHING = *(np.zeros(shape) for shape in ((0, 4), (0, 4, 4), (0, 7), 0)), np.zeros(0, np.int64)
+NOTHING = *(np.zeros(shape) for shape in ((0, 4), (0, 4, 4), (0, 7), (0, 2), 0)), np.zeros(0, np.int64)
 
 
 def turn_of(evidence, time_s=2.0, place=(0.0, 0.0)):
-    rows = len(evidence)
-    return EvidenceTurn(time_s, time_s - 2.0 + 2.0 * np.arange(rows) / rows, evidence.astype(np.float32), place)
+    rows, evidence = len(evidence), evidence.astype(np.float32)
+    return EvidenceTurn(
+        time_s, time_s - 2.0 + 2.0 * np.arange(rows) / rows, evidence, place, np.ones_like(evidence)
+    )  # fmt: skip
 
 
 def test_it_is_a_sensor_of_maps():
@@ -39,21 +41,33 @@ def test_a_look_is_that_of_the_twin():
     evidence[7, 3:6] = np.nan
     grid, sd, ratios = (105.0, 20.0, 0.08, 30.0, -20.0), (12.0, 0.04), np.array([1.5, 5.0, 30.0])
     claimed = np.where(rng.random(evidence.shape) < 0.2, rng.random(evidence.shape), 0.0).astype(np.float32)
-    for azimuth in (0.01, 1.1, 3.1, 6.2):
+    for azimuth, worth in ((0.01, 1.0), (1.1, 0.7), (3.1, 1.0), (6.2, 0.3)):
         mean = np.array([30 + 300 * np.sin(azimuth), 4.0, -20 + 300 * np.cos(azimuth), -3.0])
         root = rng.normal(0, 1, (4, 4)) * [[20.0], [3.0], [20.0], [3.0]]
         covariance, weights = root @ root.T + np.diag([50.0, 4.0, 50.0, 4.0]), np.array([0.5, 0.3, 0.2])
-        ratio, middle, spread, after = twin.look(mean, covariance, weights, evidence, grid, sd, ratios, 3.0, claimed)
+        ratio, middle, spread, after = twin.look(
+            mean, covariance, weights, worth * evidence, grid, sd, ratios, 3.0, claimed
+        )
         means, covariances, levels, log_ratio = mean[None].copy(), covariance[None].copy(), weights[None].copy(), [0.0]
         log_ratio = np.zeros(1)
         kernels.look(
-            means, covariances, np.zeros(1), levels, np.zeros(1, np.int64), np.zeros(1, np.int64),
+            means, covariances, np.zeros(1), levels, np.full(1, worth), np.zeros(1, np.int64), np.zeros(1, np.int64),
             evidence.astype(np.float32), grid, sd, ratios, 3.0, -3.0, claimed.copy(), log_ratio,
         )  # fmt: skip
         np.testing.assert_allclose(log_ratio[0], ratio, rtol=1e-4, atol=1e-5)
         np.testing.assert_allclose(means[0], middle, rtol=1e-4, atol=1e-3)
         np.testing.assert_allclose(covariances[0], spread, rtol=1e-3, atol=1e-2)
         np.testing.assert_allclose(levels[0], 0.98 * after + 0.02 / 3, rtol=1e-4)
+
+
+def test_the_mean_about_a_target_is_that_of_the_twin():
+    rng = np.random.default_rng(9)
+    evidence, divided = rng.exponential(2.0, (23, 19)), rng.uniform(1, 3, (23, 19))
+    evidence[3, 5] = evidence[6:18, :9] = np.nan
+    row, column = (place.ravel() for place in np.indices(evidence.shape))
+    found = kernels.mean_about(evidence.astype(np.float32), divided.astype(np.float32), row, column, 7, 3, 3.0)
+    np.testing.assert_allclose(found, twin.mean_at(evidence * divided, row, column, 7, 3, 3.0), rtol=1e-5)
+    assert np.isnan(found).any()
 
 
 def test_what_one_target_explains_is_no_other_targets_and_its_own_parts_share_it():
@@ -67,7 +81,7 @@ def test_what_one_target_explains_is_no_other_targets_and_its_own_parts_share_it
 
     def said(number):
         return RADAR.look(
-            mean, covariance, levels, np.array([0.5, 0.4]), np.array(number), turn_of(evidence), 2.5
+            mean, covariance, levels, np.zeros((2, 2)), np.array([0.5, 0.4]), np.array(number), turn_of(evidence), 2.5
         )  # fmt: skip
 
     one, two = said([3, 3]), said([3, 4])
@@ -86,12 +100,14 @@ def test_noise_alone_speaks_neither_for_nor_against_a_target():
     mean[:, 0], mean[:, 2] = 700 * np.sin(azimuth), 700 * np.cos(azimuth)
     covariance = np.tile(np.diag([900.0, 25.0, 900.0, 25.0]), (n, 1, 1))
     weak = RADAR.replace(levels_db=(-3.0, 0.0))  # of stronger ones the ratio has no variance to be measured by
-    levels, found = np.full((n, 2), 0.5), []
+    levels, nothing, found = np.full((n, 2), 0.5), np.zeros((n, 2)), []
     for _ in range(trials):
         evidence = rng.exponential(size=RADAR.shape)
         found.append(
             np.exp(
-                weak.look(mean, covariance, levels, np.full(n, 1e-6), np.arange(n), turn_of(evidence), 3.5).log_ratio
+                weak.look(
+                    mean, covariance, levels, nothing, np.full(n, 1e-6), np.arange(n), turn_of(evidence), 3.5
+                ).log_ratio
             )
         )
     means = np.mean(found, axis=1)  # of a map's targets, which share cells
@@ -105,7 +121,9 @@ def test_what_has_sailed_out_of_reach_is_no_target_in_view():
     covariance = np.tile(np.diag([900.0, 25.0, 900.0, 25.0]), (3, 1, 1))
     levels = np.full((3, len(RADAR.ratios)), 1 / len(RADAR.ratios))
     unknown = np.full(RADAR.shape, np.nan)
-    looked = RADAR.look(mean, covariance, levels, np.full(3, 0.9), np.arange(3), turn_of(unknown), 2.5)
+    looked = RADAR.look(
+        mean, covariance, levels, np.zeros((3, 2)), np.full(3, 0.9), np.arange(3), turn_of(unknown), 2.5
+    )
     np.testing.assert_allclose(looked.log_ratio, [0, 0, -np.inf], atol=1e-9)
     np.testing.assert_allclose(
         looked.covariance, covariance, rtol=0.02, atol=2.0

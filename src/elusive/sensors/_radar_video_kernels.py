@@ -39,9 +39,34 @@ def peaks(
     return row[:n], column[:n]
 
 
+@njit(cache=True, nogil=True, error_model="numpy")
+def mean_about(
+    evidence: NDArray[np.float32], divided: NDArray[np.float32], row: NDArray[np.int64], column: NDArray[np.int64],
+    around: int, guard: int, most: float,
+) -> Array:  # fmt: skip
+    """Mean about cells ``(T,)``, over ``around`` rows and columns less ``guard``, both odd, of what was ``divided``.
+
+    None counts above ``most``. Rows go round the turn; NaN and what is beyond an end of range have no weight, and where
+    nothing else is the mean is NaN.
+    """
+    rows, columns = evidence.shape
+    half, inner, found = around // 2, guard // 2, np.full(len(row), np.nan)
+    for t in range(len(row)):
+        total, known = 0.0, 0
+        for a in range(-half, half + 1):
+            line, scale = evidence[(row[t] + a) % rows], divided[(row[t] + a) % rows]
+            for c in range(max(column[t] - half, 0), min(column[t] + half + 1, columns)):
+                if (abs(a) > inner or abs(c - column[t]) > inner) and line[c] == line[c]:
+                    total += min(np.float64(line[c]) * scale[c], most)
+                    known += 1
+        if known:
+            found[t] = total / known
+    return found
+
+
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
 def look(
-    mean: Array, covariance: Array, existence: Array, levels: Array, number: NDArray[np.int64],
+    mean: Array, covariance: Array, existence: Array, levels: Array, worth: Array, number: NDArray[np.int64],
     order: NDArray[np.int64], evidence: NDArray[np.float32], grid: tuple[float, float, float, float, float],
     sd: tuple[float, float], ratios: Array, gate: float, missed: float, claimed: NDArray[np.float32], log_ratio: Array,
 ) -> None:  # fmt: skip
@@ -50,9 +75,10 @@ def look(
     Beliefs of one ``number`` ``(T,)``, together in ``order``, are of one target: none claims what is another's of them.
 
     ``mean`` ``(T, 4)`` x, vx, y, vy and ``covariance`` ``(T, 4, 4)``; ``levels`` ``(T, K)`` weights of the strengths
-    ``ratios`` ``(K,)``. ``grid``: first range, range step, first azimuth, radar's x and y; ``sd``: of a range [m] and
-    an azimuth [rad]. A cell of evidence e is a target's with likelihood ratio (exp(e (1 - 1 / rho)) - 1) / (rho - 1),
-    save for HIDDEN; of which cell is not known, so that the ratio is the mean over where the target may be. What
+    ``ratios`` ``(K,)``; ``worth`` ``(T,)``: what evidence is multiplied by. ``grid``: first range, range step, first
+    azimuth, radar's x and y; ``sd``: of a range [m] and an azimuth [rad]. A cell of evidence e is a target's with
+    likelihood ratio (exp(e (1 - 1 / rho)) - 1) / (rho - 1), save for HIDDEN; of which cell is not known, so that the
+    ratio is the mean over where the target may be. What
     another target claims with probability q is explained: l becomes l / (q l + 1 - q). ``claimed`` ``(A, R)`` and
     ``log_ratio`` ``(T,)`` are filled.
     """
@@ -102,7 +128,7 @@ def look(
                         likely[k] += weight
                         share += held[k]
                 else:
-                    e = min(max(np.float64(line[c]), 0.0), MOST)
+                    e = min(max(np.float64(line[c]) * worth[t], 0.0), MOST)
                     n = int(e * FINE + 0.5)
                     rest, claim = e - n / FINE, claims[c]
                     for k in range(len(slope)):

@@ -20,6 +20,7 @@ from pydantic import Field
 from elusive.contracts import Array, Beginnings, Looked, X, Y
 from elusive.errors import DataError
 from elusive.model import FROM_RECORDING, Model, Positive
+from elusive.sensors.evidence_scale import AROUND, GUARD, MOST, remembered, scale_along
 
 TURN_RAD = 2 * math.pi
 MOST_PEAKS = 50_000
@@ -27,7 +28,7 @@ MISSED = -3.0  # log ratio of a target that is nowhere in reach of a cell
 PART = 4  # of a beam and a pulse: deviation of a place in one, as peaks are about ships
 NEAR = 1e-4  # strengths this close to 1 are taken as that far from it
 LEAST_ROWS = 16
-AROUND = [(down, right) for down in (-1, 0, 1) for right in (-1, 0, 1)]
+BESIDE = [(down, right) for down in (-1, 0, 1) for right in (-1, 0, 1)]
 
 
 class EvidenceTurn(NamedTuple):
@@ -37,6 +38,7 @@ class EvidenceTurn(NamedTuple):
     row_s: Array  # (A,)
     evidence: NDArray[np.float32]  # (A, R) exponential of mean 1 in clutter; NaN where nothing is known
     place: tuple[float, float]
+    divided: NDArray[np.float32]  # (A, R) by what evidence was, for what that turn alone shows
 
 
 class RadarVideo(Model):
@@ -108,10 +110,7 @@ class RadarVideo(Model):
 
     def arrival_s(self, places: Array, measurement: EvidenceTurn) -> Array:
         """Time at which the beam passes places ``(T, 2)`` in a turn, ``(T,)``; the turn's where it did not."""
-        off = places - np.array(measurement.place)
-        rows = self.shape[0]
-        row = np.round((np.arctan2(off[:, 0], off[:, 1]) - self.grid[2]) / (TURN_RAD / rows)).astype(np.int64)
-        found = measurement.row_s[row % rows]
+        found = measurement.row_s[self._cells(places, measurement)[0]]
         return np.where(np.isfinite(found), found, measurement.time_s)
 
     def spread(self, places: Array, measurement: EvidenceTurn) -> Array:
@@ -132,8 +131,8 @@ class RadarVideo(Model):
         return np.asarray(1 / (math.prod(self.shape) * self.cell_m * self.grid[2] * distance))
 
     def look(
-        self, mean: Array, covariance: Array, levels: Array, existence: Array, number: NDArray[np.int64],
-        measurement: EvidenceTurn, gate: float,
+        self, mean: Array, covariance: Array, levels: Array, background: Array, existence: Array,
+        number: NDArray[np.int64], measurement: EvidenceTurn, gate: float,
     ) -> Looked:  # fmt: skip
         """Update targets by a turn, the surest first: see :class:`~elusive.contracts.EvidenceSensor`."""
         from elusive.sensors import _radar_video_kernels as kernels
@@ -142,13 +141,25 @@ class RadarVideo(Model):
         claimed, log_ratio = np.zeros(self.shape, np.float32), np.zeros(len(mean))
         target = np.unique(number, return_inverse=True)[1]
         order = np.lexsort((target, -np.bincount(target, existence)[target]))
+        evidence, at = self._checked(measurement), self._cells(mean[:, [X, Y]], measurement)
+        about = kernels.mean_about(measurement.evidence, measurement.divided, *at, AROUND, GUARD, MOST)
+        background = remembered(background, about)
+        worth = np.minimum(measurement.divided[at] / scale_along(background), 1.0)  # none is divided twice
         kernels.look(
-            mean, covariance, existence, levels, number, order, self._checked(measurement),
+            mean, covariance, existence, levels, worth, number, order, evidence,
             (*self.grid, *measurement.place), self.deviations, self.ratios, gate, MISSED, claimed, log_ratio,
         )  # fmt: skip
         off = mean[:, [X, Y]] - np.asarray(measurement.place)
         log_ratio[np.hypot(*off.T) > self.range_m[-1] + self.cell_m] = -math.inf  # targets are those in view
-        return Looked(mean, covariance, levels, log_ratio, claimed)
+        return Looked(mean, covariance, levels, background, log_ratio, claimed)
+
+    def _cells(self, places: Array, measurement: EvidenceTurn) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Row and column of places ``(T, 2)``; out of range, the nearest column."""
+        off = places - np.asarray(measurement.place)
+        rows, columns = self.shape
+        row = np.round(np.arctan2(off[:, 0], off[:, 1]) / self.grid[2] - 1).astype(np.int64) % rows
+        column = np.round((np.hypot(*off.T) - self.grid[0]) / self.grid[1]).astype(np.int64)
+        return row, np.clip(column, 0, columns - 1)
 
     def beginnings(self, measurement: EvidenceTurn, looked: Looked, least: float, most: int) -> Beginnings:
         """Return the strongest cells that stand out of their neighbours and nobody claims: one target each, perhaps."""
@@ -170,7 +181,7 @@ class RadarVideo(Model):
             covariances=self.spread(places, measurement),
             time_s=np.where(np.isfinite(times), times, measurement.time_s),
             ratio=ratio,
-            share=len(AROUND) / evidence.size,
+            share=len(BESIDE) / evidence.size,
             seen=(1 - kernels.HIDDEN)
             * (self.ratios * np.exp(-least / self.ratios) - math.exp(-least))
             / (self.ratios - 1),
@@ -188,11 +199,11 @@ class RadarVideo(Model):
         rows, slope = len(evidence), 1 - 1 / self.ratios
         scale = (1 - HIDDEN) / (self.ratios - 1)
         total = np.zeros((len(row), len(slope)))
-        for down, right in AROUND:
+        for down, right in BESIDE:
             beside = evidence[(row + down) % rows, column + right].astype(np.float64)
             said = HIDDEN + scale * np.expm1(np.minimum(beside[:, None] * slope, 600.0))
             total += np.where(beside[:, None] >= least, said, 0.0)
-        return np.asarray(total / len(AROUND))
+        return np.asarray(total / len(BESIDE))
 
     def _checked(self, measurement: EvidenceTurn) -> NDArray[np.float32]:
         if measurement.evidence.shape != self.shape:

@@ -249,7 +249,8 @@ def _evidence(clutter: ClutterMap, state: Learnt, turn: VideoTurn) -> NDArray[np
 
 
 def _judged(clutter: ClutterMap, state: Learnt, turn: VideoTurn, held: float) -> Heard:
-    evidence = EvidenceTurn(turn.time_s, turn.row_s, as_in_turn(_evidence(clutter, state, turn)), turn.place)
+    seen = as_in_turn(_evidence(clutter, state, turn))
+    evidence = EvidenceTurn(turn.time_s, turn.row_s, seen.evidence, turn.place, seen.divided)
     return Heard(evidence, turn.power, state, held)
 
 
