@@ -163,9 +163,8 @@ TWINS: dict[str, dict[str, str]] = {
         "row_sums": "preprocess/test_windows.py::reference",
     },
     "sensors._radar_video_kernels": {
-        "gather": "sensors/test_radar_video.py::twin.gathered",
         "look": "sensors/test_radar_video.py::twin.look",
-        "overlap": "sensors/test_radar_video.py::twin.overlapped",
+        "mean_about": "sensors/test_radar_video.py::twin.mean_at",
         "peaks": "sensors/test_radar_video.py::twin.peaks",
     },
     "sensors._additive_kernels": {
@@ -204,6 +203,10 @@ TWINS: dict[str, dict[str, str]] = {
         "mean_profiles": "sensors/test_link_shadowing.py::shadowing",
         "prepare": "sensors/test_link_shadowing.py::shadowed_log_ratio",
         "slopes": "sensors/test_shadowing_slopes.py::shadowed_log_ratio",
+    },
+    "sensors._turn_gatherer_kernels": {
+        "gather": "sensors/test_turn_gatherer.py::twin.gathered",
+        "overlap": "sensors/test_turn_gatherer.py::twin.overlapped",
     },
     "sensors._waveform_kernels": {"covered_sums": "sensors/test_waveform.py::log_likelihood"},
     "tracking._pair_kernels": {

@@ -120,6 +120,7 @@ class Looked(NamedTuple):
     mean: Array  # (T, 4) x, vx, y, vy
     covariance: Array  # (T, 4, 4)
     levels: Array  # (T, K) weights of their strengths
+    background: Array  # (T, 2) what is remembered of the map about their ways
     log_ratio: Array  # (T,) likelihood of the map with each there, against without
     claimed: NDArray[np.float32]  # how far each cell is explained by them
 
@@ -150,12 +151,13 @@ class EvidenceSensor(Protocol):
         """Probability density at places ``(T, 2)`` of a target that may be in any part of the view alike, ``(T,)``."""
 
     def look(
-        self, mean: Array, covariance: Array, levels: Array, existence: Array, number: NDArray[np.int64],
-        measurement: Any, gate: float,
+        self, mean: Array, covariance: Array, levels: Array, background: Array, existence: Array,
+        number: NDArray[np.int64], measurement: Any, gate: float,
     ) -> Looked:  # fmt: skip
         """Update beliefs, each expected at the time at which its place is looked at, by cells in its gate.
 
         Those of one ``number`` ``(T,)`` are of one target and exclude each other: none explains another's cells.
+        ``background`` ``(T, 2)`` is the sensor's own, 0 of a new target: sums along its way that may be averaged.
         """
 
     def beginnings(self, measurement: Any, looked: Looked, least: float, most: int) -> Beginnings:

@@ -9,6 +9,7 @@ import pytest
 
 from elusive.preprocess import _turn_evidence_kernels as kernels
 from elusive.preprocess.turn_evidence import as_in_turn
+from elusive.sensors.evidence_scale import MOST
 from tests.reference import radar_video as twin
 
 
@@ -27,7 +28,7 @@ def test_clutter_as_it_was_learnt_keeps_its_evidence():
     """Save about a cell in a hundred, by chance: of 40 cells a mean of 3 at most has a deviation of .12, and .95."""
     evidence = clutter()
     evidence[3, 5] = np.nan
-    found = as_in_turn(evidence)
+    found = as_in_turn(evidence).evidence
     assert np.isnan(found[3, 5])
     assert (found == evidence).mean() > 0.99
     assert np.nanmean(found) == pytest.approx(np.nanmean(evidence), rel=0.01)
@@ -36,7 +37,7 @@ def test_clutter_as_it_was_learnt_keeps_its_evidence():
 def test_a_ship_keeps_its_evidence():
     evidence = clutter()
     evidence[100:103, 200:203] = 20.0
-    found = as_in_turn(evidence)[100:103, 200:203]
+    found = as_in_turn(evidence).evidence[100:103, 200:203]
     assert found[1, 1] == 20.0
     assert found.min() > 18.0  # about a corner of it five of its cells count, 3 each, among 40
 
@@ -46,9 +47,12 @@ def test_gain_and_rain_are_clutter_again(part):
     """Nine times the power: evidence of mean 9; of what is cut off in its mean there the scale is read."""
     evidence = clutter()
     evidence[part] *= 9.0
-    found = as_in_turn(evidence)[part][15:-15, 15:-15]
+    turn = as_in_turn(evidence)
+    found = turn.evidence[part][15:-15, 15:-15]
     assert found.mean() == pytest.approx(1.0, rel=0.25)
     assert (found > 7).mean() < 2e-3
+    told, was = (np.minimum(each, MOST) for each in (turn.evidence * turn.divided, evidence))
+    np.testing.assert_allclose(told, was, rtol=1e-5)  # as far as it counts along a way
 
 
 def test_a_shower_of_a_few_cells_is_no_ship():
@@ -56,13 +60,13 @@ def test_a_shower_of_a_few_cells_is_no_ship():
     evidence, x = clutter(3), np.arange(-8, 9)
     evidence[80:97, 200:217] *= 1 + 5 * np.exp(-(x[:, None] ** 2 + x**2) / 32)
     middle = np.s_[86:91, 206:211]
-    assert as_in_turn(evidence)[middle].mean() < 0.4 * evidence[middle].mean()
+    assert as_in_turn(evidence).evidence[middle].mean() < 0.4 * evidence[middle].mean()
 
 
 def test_many_strong_cells_say_no_more_than_how_many_they_are():
     evidence = clutter()
     spots = np.random.default_rng(1).integers(0, evidence.size, 300)
     evidence.ravel()[spots] = 300.0
-    found = as_in_turn(evidence)
+    found = as_in_turn(evidence).evidence
     share = 300 / evidence.size
     assert found.max() == pytest.approx(-math.log(share), abs=0.2)

@@ -152,3 +152,19 @@ def mean_about(evidence, around, guard, most, least):
         known = np.minimum([one for one in some if not np.isnan(one)], most)
         found[i, j] = max(known.mean(), least) if len(known) else least
     return found
+
+
+def mean_at(evidence, row, column, around, guard, most):
+    """Mean in a frame about some cells of what is known, round the turn; beyond an end of range nothing is."""
+    rows, columns = evidence.shape
+    found = []
+    for i, j in zip(row, column, strict=True):
+        some = [
+            evidence[(i + a) % rows, j + c]
+            for a in range(-(around // 2), around // 2 + 1)
+            for c in range(-(around // 2), around // 2 + 1)
+            if max(abs(a), abs(c)) > guard // 2 and 0 <= j + c < columns
+        ]
+        known = np.minimum([one for one in some if not np.isnan(one)], most)
+        found.append(known.mean() if len(known) else np.nan)
+    return found

@@ -278,7 +278,7 @@ def test_ships_that_are_a_coasts_edge_or_too_many_are_named(ships, off_m, broken
     tracks = [Track(k, "confirmed", 1.0, mean, np.eye(4)) for k in range(ships)]
     power = np.ones(sensor.shape, np.float32)
     state = ClutterMap().learnt(None, power)._replace(fixed=fixed)
-    turn = EvidenceTurn(0.0, np.zeros(len(power)), power, (0.0, 0.0))
+    turn = EvidenceTurn(0.0, np.zeros(len(power)), power, (0.0, 0.0), power)
     judged = Judged(sensor)
     judged.add(Heard(turn, power, Learnt(state, state), 1.0), tracks)
     start = VideoStart(sensor, None, 0.0, 0.0, EchoExtent(np.nan, np.nan), 256)
@@ -305,7 +305,8 @@ def sea_of(sensor, rng, contrast):
         ]
         other = Track(99, "confirmed", 1.0, np.array([-900.0, 3.0, 900.0, 4.0]), 0.01 * np.eye(4))
         rows = time_s + period * np.arange(sensor.shape[0]) / sensor.shape[0]
-        yield EvidenceTurn(time_s, rows, evidence.astype(np.float32), (0.0, 0.0)), [*tracks, other]
+        evidence = evidence.astype(np.float32)
+        yield EvidenceTurn(time_s, rows, evidence, (0.0, 0.0), np.ones_like(evidence)), [*tracks, other]
 
 
 @pytest.mark.parametrize(("contrast", "told"), [(1.5, True), (0.0, False)])

@@ -27,9 +27,11 @@ class Told:
     def density(self, places, measurement):
         return np.full(len(places), self.dense)
 
-    def look(self, mean, covariance, levels, existence, number, measurement, gate):
+    def look(self, mean, covariance, levels, background, existence, number, measurement, gate):
         said = np.full(len(mean), np.log(self.said[measurement]))
-        return Looked(mean, covariance, levels, said, np.zeros((1, 1), np.float32))
+        return Looked(
+            mean, covariance, levels, background + np.array([measurement, 1.0]), said, np.zeros((1, 1), np.float32)
+        )
 
     def beginnings(self, measurement, looked, least, most):
         n = int(measurement == 0)
@@ -60,6 +62,8 @@ def test_existence_is_bayes(parts):
             odds = there / (1 - there) * said[number]
         np.testing.assert_allclose(state.targets.existence.sum(), odds / (1 + odds), rtol=1e-12)
         assert len(set(state.targets.number.tolist())) == 1
+    np.testing.assert_allclose(state.targets.background, [[6.0, 3.0]] * parts)  # what the sensor gave of three looks
+    np.testing.assert_allclose(state.targets.whole().background, [[6.0, 3.0]])
 
 
 def test_what_a_chart_says_counts_once():
@@ -101,7 +105,8 @@ def sailed(ships, db, turns, seed, **rules):
             column = int(np.round((np.hypot(x, y) - RADAR.range_m[0]) / RADAR.cell_m))
             evidence[row, column] = rng.exponential(1 + 10 ** (db / 10))
         time_s = period * (number + 1)
-        state = tracker.step(state, time_s, EvidenceTurn(time_s, row_s, evidence.astype(np.float32), (0.0, 0.0)), rng)
+        turn = EvidenceTurn(time_s, row_s, evidence.astype(np.float32), (0.0, 0.0), np.ones(RADAR.shape, np.float32))
+        state = tracker.step(state, time_s, turn, rng)
         seen.append((time_s, state))
     return seen
 

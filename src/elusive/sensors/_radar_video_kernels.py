@@ -1,9 +1,6 @@
-"""Compiled kernels of radar video: spokes gathered into cells of half a beam, targets looked for in a polar map."""
+"""Compiled kernels of radar video: targets looked for in a polar map."""
 
 from __future__ import annotations
-
-import math
-from typing import Any
 
 import numpy as np
 from numba import njit
@@ -17,63 +14,6 @@ RENEWED = 0.02  # of what is known of a target's strength is forgotten at each l
 HIDDEN = 0.02  # probability that a target shows nothing at a look
 CLAIMS = 0.05  # existence from which a target's cells are no other's
 REACH = 2  # cells to each side that a target shows in
-LEAST_PART = 1e-6  # of a spoke
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def gather(
-    amplitude: NDArray[Any], time_s: Array, received: NDArray[np.bool_], place: Array, width: float, samples: int,
-    total: NDArray[np.float32], roots: NDArray[np.float32], counted: Array,
-) -> None:  # fmt: skip
-    """Add mean power, and mean root of amplitude, of ``samples`` neighbours of spokes ``(n, m)`` to rows ``(A, R)``.
-
-    A spoke covers ``width`` rows about its ``place``, in rows, and is shared among them. ``counted`` ``(3, A)`` gathers
-    how many were received and passed, and the sum of the latter's times.
-    """
-    rows, columns = total.shape
-    share = np.float32(1.0 / samples)
-    power, root = np.empty(columns, np.float32), np.empty(columns, np.float32)
-    for i in range(len(place)):
-        power[:], root[:] = 0.0, 0.0
-        for j in range(columns):
-            for k in range(j * samples, (j + 1) * samples):
-                value = np.float32(amplitude[i, k])
-                power[j] += value * value
-                root[j] += np.sqrt(value)
-        low, high = place[i] - 0.5 * width, place[i] + 0.5 * width
-        for a in range(math.floor(low), math.floor(high) + 1):
-            part = (min(a + 1.0, high) - max(a, low)) / width if width > 0 else 1.0
-            if part < LEAST_PART:
-                continue
-            row, weight = a % rows, np.float32(part) * share
-            line, beside = total[row], roots[row]
-            for j in range(columns):
-                line[j] += power[j] * weight
-                beside[j] += root[j] * weight
-            counted[0, row] += part * received[i]
-            if row == a:  # what reaches over north is of this turn's other end
-                counted[1, row] += part
-                counted[2, row] += part * time_s[i]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def overlap(total: NDArray[np.float32], spokes: Array, tall: int, wide: int) -> NDArray[np.float32]:
-    """Mean of ``tall x wide`` neighbouring cells, round the turn; NaN where a row has no spoke, or columns end."""
-    rows, columns = total.shape
-    found = np.zeros((rows, columns), np.float32)
-    for i in range(rows):
-        found[i, columns - wide + 1 :] = np.nan
-        line, heard = found[i], 0.0
-        for a in range(tall):
-            here = spokes[(i + a) % rows]
-            heard = heard + here if here > 0 else np.nan
-        share = np.float32(1 / (heard * wide))
-        for a in range(tall):
-            row = total[(i + a) % rows]
-            for c in range(wide):
-                for j in range(columns - wide + 1):
-                    line[j] += row[j + c] * share
-    return found
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -99,9 +39,34 @@ def peaks(
     return row[:n], column[:n]
 
 
+@njit(cache=True, nogil=True, error_model="numpy")
+def mean_about(
+    evidence: NDArray[np.float32], divided: NDArray[np.float32], row: NDArray[np.int64], column: NDArray[np.int64],
+    around: int, guard: int, most: float,
+) -> Array:  # fmt: skip
+    """Mean about cells ``(T,)``, over ``around`` rows and columns less ``guard``, both odd, of what was ``divided``.
+
+    None counts above ``most``. Rows go round the turn; NaN and what is beyond an end of range have no weight, and where
+    nothing else is the mean is NaN.
+    """
+    rows, columns = evidence.shape
+    half, inner, found = around // 2, guard // 2, np.full(len(row), np.nan)
+    for t in range(len(row)):
+        total, known = 0.0, 0
+        for a in range(-half, half + 1):
+            line, scale = evidence[(row[t] + a) % rows], divided[(row[t] + a) % rows]
+            for c in range(max(column[t] - half, 0), min(column[t] + half + 1, columns)):
+                if (abs(a) > inner or abs(c - column[t]) > inner) and line[c] == line[c]:
+                    total += min(np.float64(line[c]) * scale[c], most)
+                    known += 1
+        if known:
+            found[t] = total / known
+    return found
+
+
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
 def look(
-    mean: Array, covariance: Array, existence: Array, levels: Array, number: NDArray[np.int64],
+    mean: Array, covariance: Array, existence: Array, levels: Array, worth: Array, number: NDArray[np.int64],
     order: NDArray[np.int64], evidence: NDArray[np.float32], grid: tuple[float, float, float, float, float],
     sd: tuple[float, float], ratios: Array, gate: float, missed: float, claimed: NDArray[np.float32], log_ratio: Array,
 ) -> None:  # fmt: skip
@@ -110,9 +75,10 @@ def look(
     Beliefs of one ``number`` ``(T,)``, together in ``order``, are of one target: none claims what is another's of them.
 
     ``mean`` ``(T, 4)`` x, vx, y, vy and ``covariance`` ``(T, 4, 4)``; ``levels`` ``(T, K)`` weights of the strengths
-    ``ratios`` ``(K,)``. ``grid``: first range, range step, first azimuth, radar's x and y; ``sd``: of a range [m] and
-    an azimuth [rad]. A cell of evidence e is a target's with likelihood ratio (exp(e (1 - 1 / rho)) - 1) / (rho - 1),
-    save for HIDDEN; of which cell is not known, so that the ratio is the mean over where the target may be. What
+    ``ratios`` ``(K,)``; ``worth`` ``(T,)``: what evidence is multiplied by. ``grid``: first range, range step, first
+    azimuth, radar's x and y; ``sd``: of a range [m] and an azimuth [rad]. A cell of evidence e is a target's with
+    likelihood ratio (exp(e (1 - 1 / rho)) - 1) / (rho - 1), save for HIDDEN; of which cell is not known, so that the
+    ratio is the mean over where the target may be. What
     another target claims with probability q is explained: l becomes l / (q l + 1 - q). ``claimed`` ``(A, R)`` and
     ``log_ratio`` ``(T,)`` are filled.
     """
@@ -162,7 +128,7 @@ def look(
                         likely[k] += weight
                         share += held[k]
                 else:
-                    e = min(max(np.float64(line[c]), 0.0), MOST)
+                    e = min(max(np.float64(line[c]) * worth[t], 0.0), MOST)
                     n = int(e * FINE + 0.5)
                     rest, claim = e - n / FINE, claims[c]
                     for k in range(len(slope)):

@@ -1,13 +1,10 @@
 """Radar video as a sensor: a polar map of evidence, each row of it at the time at which the beam passed.
 
-Spokes become cells of half a beam by half a pulse, overlapping by as much: a target's power is then in one cell, save
-for a decibel or two, and neighbours of a row or column further are independent (the matched filter to a rectangle;
-Richards (2014), Fundamentals of radar signal processing, section 4.2). A cell has two powers, the mean's and that of
-the mean root: a target fills its cell evenly, and a spike of clutter, whose speckle does not, weighs less in the
-second. What a cell says of a target is read from its
-evidence e, minus the logarithm of the probability that clutter as it is there exceeds it: e is exponential of mean 1 in
-clutter, whatever its law. A target adds to it, from turn to turn as Swerling 1 has it, an exponential of mean rho: the
-likelihood ratio is then (exp(e (1 - 1 / rho)) - 1) / (rho - 1), the sum of both laws to the one.
+Its cells are of half a beam by half a pulse, overlapping by as much (:mod:`elusive.sensors.turn_gatherer`). What a
+cell says of a target is read from its evidence e, minus the logarithm of the probability that clutter as it is there
+exceeds it: e is exponential of mean 1 in clutter, whatever its law. A target adds to it, from turn to turn as Swerling
+1 has it, an exponential of mean rho: the likelihood ratio is then (exp(e (1 - 1 / rho)) - 1) / (rho - 1), the sum of
+both laws to the one.
 """
 
 from __future__ import annotations
@@ -23,7 +20,7 @@ from pydantic import Field
 from elusive.contracts import Array, Beginnings, Looked, X, Y
 from elusive.errors import DataError
 from elusive.model import FROM_RECORDING, Model, Positive
-from elusive.sensors.spokes import Spokes
+from elusive.sensors.evidence_scale import AROUND, GUARD, MOST, remembered, scale_along
 
 TURN_RAD = 2 * math.pi
 MOST_PEAKS = 50_000
@@ -31,23 +28,7 @@ MISSED = -3.0  # log ratio of a target that is nowhere in reach of a cell
 PART = 4  # of a beam and a pulse: deviation of a place in one, as peaks are about ships
 NEAR = 1e-4  # strengths this close to 1 are taken as that far from it
 LEAST_ROWS = 16
-NOISE = 20  # samples of a spoke that hold some, from which a spoke without any was not received
-STRIPS, ASIDE, LOUDER = 8, (3, 4, 5, 6), math.log(4.0)  # of range; rows beyond an echo's beam; logarithm of power
-FEW_SPOKES = 2  # of a row, below which they are shared among rows
-NORTH = 32  # part of a turn within which its first and its last spoke are at north
-LEAST_POWER = 0.1  # of quantised samples: what is below a step is not told apart
-AROUND = [(down, right) for down in (-1, 0, 1) for right in (-1, 0, 1)]
-
-
-class VideoTurn(NamedTuple):
-    """One turn of the antenna, gathered into cells."""
-
-    time_s: float  # when it ended
-    row_s: Array  # (A,) when the beam passed each row; NaN where it did not
-    power: NDArray[np.float32]  # (A, R) mean power of a cell's samples; NaN where no spoke was
-    even: NDArray[np.float32]  # (A, R) that of the mean root of their amplitudes
-    place: tuple[float, float]  # of the radar, x and y [m]
-    spoilt: int = 0  # rows that another radar's pulses filled: taken as not received
+BESIDE = [(down, right) for down in (-1, 0, 1) for right in (-1, 0, 1)]
 
 
 class EvidenceTurn(NamedTuple):
@@ -57,6 +38,7 @@ class EvidenceTurn(NamedTuple):
     row_s: Array  # (A,)
     evidence: NDArray[np.float32]  # (A, R) exponential of mean 1 in clutter; NaN where nothing is known
     place: tuple[float, float]
+    divided: NDArray[np.float32]  # (A, R) by what evidence was, for what that turn alone shows
 
 
 class RadarVideo(Model):
@@ -128,10 +110,7 @@ class RadarVideo(Model):
 
     def arrival_s(self, places: Array, measurement: EvidenceTurn) -> Array:
         """Time at which the beam passes places ``(T, 2)`` in a turn, ``(T,)``; the turn's where it did not."""
-        off = places - np.array(measurement.place)
-        rows = self.shape[0]
-        row = np.round((np.arctan2(off[:, 0], off[:, 1]) - self.grid[2]) / (TURN_RAD / rows)).astype(np.int64)
-        found = measurement.row_s[row % rows]
+        found = measurement.row_s[self._cells(places, measurement)[0]]
         return np.where(np.isfinite(found), found, measurement.time_s)
 
     def spread(self, places: Array, measurement: EvidenceTurn) -> Array:
@@ -152,8 +131,8 @@ class RadarVideo(Model):
         return np.asarray(1 / (math.prod(self.shape) * self.cell_m * self.grid[2] * distance))
 
     def look(
-        self, mean: Array, covariance: Array, levels: Array, existence: Array, number: NDArray[np.int64],
-        measurement: EvidenceTurn, gate: float,
+        self, mean: Array, covariance: Array, levels: Array, background: Array, existence: Array,
+        number: NDArray[np.int64], measurement: EvidenceTurn, gate: float,
     ) -> Looked:  # fmt: skip
         """Update targets by a turn, the surest first: see :class:`~elusive.contracts.EvidenceSensor`."""
         from elusive.sensors import _radar_video_kernels as kernels
@@ -162,13 +141,25 @@ class RadarVideo(Model):
         claimed, log_ratio = np.zeros(self.shape, np.float32), np.zeros(len(mean))
         target = np.unique(number, return_inverse=True)[1]
         order = np.lexsort((target, -np.bincount(target, existence)[target]))
+        evidence, at = self._checked(measurement), self._cells(mean[:, [X, Y]], measurement)
+        about = kernels.mean_about(measurement.evidence, measurement.divided, *at, AROUND, GUARD, MOST)
+        background = remembered(background, about)
+        worth = np.minimum(measurement.divided[at] / scale_along(background), 1.0)  # none is divided twice
         kernels.look(
-            mean, covariance, existence, levels, number, order, self._checked(measurement),
+            mean, covariance, existence, levels, worth, number, order, evidence,
             (*self.grid, *measurement.place), self.deviations, self.ratios, gate, MISSED, claimed, log_ratio,
         )  # fmt: skip
         off = mean[:, [X, Y]] - np.asarray(measurement.place)
         log_ratio[np.hypot(*off.T) > self.range_m[-1] + self.cell_m] = -math.inf  # targets are those in view
-        return Looked(mean, covariance, levels, log_ratio, claimed)
+        return Looked(mean, covariance, levels, background, log_ratio, claimed)
+
+    def _cells(self, places: Array, measurement: EvidenceTurn) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Row and column of places ``(T, 2)``; out of range, the nearest column."""
+        off = places - np.asarray(measurement.place)
+        rows, columns = self.shape
+        row = np.round(np.arctan2(off[:, 0], off[:, 1]) / self.grid[2] - 1).astype(np.int64) % rows
+        column = np.round((np.hypot(*off.T) - self.grid[0]) / self.grid[1]).astype(np.int64)
+        return row, np.clip(column, 0, columns - 1)
 
     def beginnings(self, measurement: EvidenceTurn, looked: Looked, least: float, most: int) -> Beginnings:
         """Return the strongest cells that stand out of their neighbours and nobody claims: one target each, perhaps."""
@@ -190,7 +181,7 @@ class RadarVideo(Model):
             covariances=self.spread(places, measurement),
             time_s=np.where(np.isfinite(times), times, measurement.time_s),
             ratio=ratio,
-            share=len(AROUND) / evidence.size,
+            share=len(BESIDE) / evidence.size,
             seen=(1 - kernels.HIDDEN)
             * (self.ratios * np.exp(-least / self.ratios) - math.exp(-least))
             / (self.ratios - 1),
@@ -208,11 +199,11 @@ class RadarVideo(Model):
         rows, slope = len(evidence), 1 - 1 / self.ratios
         scale = (1 - HIDDEN) / (self.ratios - 1)
         total = np.zeros((len(row), len(slope)))
-        for down, right in AROUND:
+        for down, right in BESIDE:
             beside = evidence[(row + down) % rows, column + right].astype(np.float64)
             said = HIDDEN + scale * np.expm1(np.minimum(beside[:, None] * slope, 600.0))
             total += np.where(beside[:, None] >= least, said, 0.0)
-        return np.asarray(total / len(AROUND))
+        return np.asarray(total / len(BESIDE))
 
     def _checked(self, measurement: EvidenceTurn) -> NDArray[np.float32]:
         if measurement.evidence.shape != self.shape:
@@ -225,98 +216,3 @@ class RadarVideo(Model):
         over = evidence > counted
         evidence[over] = counted + np.log1p(evidence[over] - counted)
         return evidence
-
-
-class TurnGatherer:
-    """Gathers spokes into turns of a radar, holding the cells of one turn alone.
-
-    Parameters
-    ----------
-    sensor
-        Whose cells.
-    spacing_rad
-        From spoke to spoke. Where a row holds fewer than two, each is shared among the rows that it covers: some would
-        else hold twice as many as others, whose clutter averages out less. Where it holds more, edges stay sharp: a
-        spoke counts in the row of its azimuth alone, as with a spacing of 0.
-    """
-
-    def __init__(self, sensor: RadarVideo, spacing_rad: float = 0.0) -> None:
-        self.sensor = sensor
-        width = spacing_rad / sensor.grid[2]
-        self._width = width if width * FEW_SPOKES > 1 else 0.0
-        self._row = -1
-        self._least = self._noise = 0.0
-        self._clear()
-
-    def _clear(self) -> None:
-        rows, columns = self.sensor.shape
-        self._total, self._roots = np.zeros((2, rows, columns), np.float32)
-        self._counted = np.zeros((3, rows))  # spokes received, spokes passed, and the sum of the latter's times
-
-    def add(self, spokes: Spokes, azimuth_rad: Array, place: tuple[float, float]) -> list[VideoTurn]:
-        """Take in spokes, whose azimuths are from north, and return the turns that ended with them."""
-        from elusive.sensors import _radar_video_kernels as kernels
-
-        rows = self.sensor.shape[0]
-        across = azimuth_rad % TURN_RAD * (rows / TURN_RAD)
-        row = np.minimum(across.astype(np.int64), rows - 1)
-        before = np.concatenate([[self._row if self._row >= 0 else row[0]], row[:-1]])
-        ends = np.flatnonzero(row < before - rows // 2).tolist()
-        found = []
-        for number, (start, stop) in enumerate(zip([0, *ends], [*ends, len(row)], strict=True)):
-            if number:
-                found.append(self._ended(place))
-            part = slice(start, stop)
-            self._least = LEAST_POWER if spokes.bits else 0.0
-            amplitude = spokes.amplitude[part]
-            kernels.gather(
-                amplitude, spokes.time_s[part], self._received(amplitude), across[part], self._width,
-                self.sensor.grouped, self._total, self._roots, self._counted,
-            )  # fmt: skip
-        self._row = int(row[-1])
-        return found
-
-    def rest(self, place: tuple[float, float]) -> list[VideoTurn]:
-        """Return the turn in hand once no spoke comes any more: none if it did not go from north round to north."""
-        passed = self._counted[1]
-        edge = max(1, len(passed) // NORTH)
-        return [self._ended(place)] if passed[:edge].any() and passed[-edge:].any() else []
-
-    def _received(self, amplitude: NDArray[np.generic]) -> NDArray[np.bool_]:
-        """Say which spokes were: those of a blanked sector have no noise, where others have."""
-        samples = np.count_nonzero(amplitude, axis=1)
-        if samples.any():
-            here = float(np.median(samples[samples > 0]))
-            self._noise = here if self._noise == 0 else 0.9 * self._noise + 0.1 * here
-        return np.asarray((samples > 0) | (self._noise < NOISE))
-
-    def _spoilt(self) -> NDArray[np.bool_]:
-        """Say which rows are far stronger than those a beam away on either side, in all strips of range but one."""
-        with np.errstate(invalid="ignore", divide="ignore"):
-            mean = self._total / self._counted[0].astype(np.float32)[:, None]
-            level = np.log(np.maximum(mean, np.float32(LEAST_POWER if self._least else 1e-12)))
-        strips = np.array([part.mean(axis=1) for part in np.array_split(level, STRIPS, axis=1)])
-        before, after = (
-            np.median([np.roll(strips, sign * step, axis=1) for step in ASIDE], axis=0) for sign in (1, -1)
-        )
-        return np.asarray((strips > np.maximum(before, after) + LOUDER).sum(axis=0) >= STRIPS - 1)
-
-    def _ended(self, place: tuple[float, float]) -> VideoTurn:
-        from elusive.sensors import _radar_video_kernels as kernels
-
-        with np.errstate(invalid="ignore", divide="ignore"):
-            times = self._counted[2] / self._counted[1]
-        spoilt = self._spoilt()
-        self._counted[0, spoilt] = 0
-        power, root = (kernels.overlap(total, self._counted[0], 2, 2) for total in (self._total, self._roots))
-        least = np.float32(self._least)
-        turn = VideoTurn(
-            float(np.nanmax(times)),
-            times,
-            np.maximum(power, least),
-            np.maximum((root * root) ** 2, least),
-            place,
-            int(spoilt.sum()),
-        )
-        self._clear()
-        return turn

@@ -106,10 +106,11 @@ class EvidenceTracker(EvidenceRules):
         arrival = self.sensor.arrival_s(targets.mean[:, PLACE] + ahead * targets.mean[:, VELOCITY], measurement)
         targets = self._predicted(targets, arrival)
         looked = self.sensor.look(
-            targets.mean, targets.covariance, targets.levels, targets.existence, targets.number, measurement, self.gate
-        )
+            targets.mean, targets.covariance, targets.levels, targets.background, targets.existence, targets.number,
+            measurement, self.gate,
+        )  # fmt: skip
         targets = targets.weighed(np.exp(np.minimum(looked.log_ratio, 50.0)))._replace(
-            mean=looked.mean, covariance=looked.covariance, levels=looked.levels
+            mean=looked.mean, covariance=looked.covariance, levels=looked.levels, background=looked.background
         )
         targets, given_up = self._kept(self._allowed(targets), measurement, float(unseen.sum()))
         new = self.sensor.beginnings(measurement, looked, self.least_evidence, self.most_beginnings)
@@ -210,7 +211,9 @@ class EvidenceTracker(EvidenceRules):
         odds = new.share * total * allowed / len(off)
         existence = odds / (1 + np.bincount(cell, odds)[cell])
         weights /= total[:, None]
-        begun = EvidenceTargets(new.time_s[cell], mean, covariance, existence, weights, allowed, born + 1 + cell)
+        begun = EvidenceTargets(
+            new.time_s[cell], mean, covariance, existence, weights, np.zeros((count, 2)), allowed, born + 1 + cell
+        )
         return begun.kept(existence > LEAST)
 
     def _judged(

@@ -26,6 +26,7 @@ class EvidenceTargets(NamedTuple):
     covariance: Array  # (T, 4, 4)
     existence: Array  # (T,) probability that the target exists and is this part; at most 1 in all of a number
     levels: Array  # (T, K)
+    background: Array  # (T, 2) what the sensor remembers of the map about its way
     driest: Array  # (T,) least probability that what is known allowed it so far
     number: NDArray[np.int64]  # (T,) from 1, never used again
 
@@ -33,7 +34,7 @@ class EvidenceTargets(NamedTuple):
     def none(cls, levels: int) -> Self:
         """Return no targets."""
         one, whole = np.zeros(0), np.zeros(0, np.int64)
-        return cls(one, np.zeros((0, 4)), np.zeros((0, 4, 4)), one, np.zeros((0, levels)), one, whole)
+        return cls(one, np.zeros((0, 4)), np.zeros((0, 4, 4)), one, np.zeros((0, levels)), np.zeros((0, 2)), one, whole)
 
     def kept(self, which: NDArray[Any]) -> Self:
         """Return some of them."""
@@ -71,7 +72,7 @@ class EvidenceTargets(NamedTuple):
         off = self.mean - mean[target]
         return self.kept(first)._replace(
             mean=mean, covariance=mean_of(self.covariance + off[:, :, None] * off[:, None]), existence=existence,
-            levels=mean_of(self.levels), driest=mean_of(self.driest),
+            levels=mean_of(self.levels), background=mean_of(self.background), driest=mean_of(self.driest),
         )  # fmt: skip
 
     def moves(self) -> Array:

@@ -16,8 +16,9 @@ from elusive.geometry.local_frame import LocalFrame
 from elusive.preprocess.clutter_map import ClutterMap, ClutterState
 from elusive.preprocess.turn_evidence import as_in_turn
 from elusive.sensors.echo_extent import EchoExtent, echo_extent, first_turn
-from elusive.sensors.radar_video import EvidenceTurn, RadarVideo, TurnGatherer, VideoTurn
+from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
 from elusive.sensors.spokes import Spokes
+from elusive.sensors.turn_gatherer import TurnGatherer, VideoTurn
 from elusive.systems.video.parameters import MOST_BYTES, PlotFinding, VideoTracking, bytes_held, seconds_a_turn
 from elusive.systems.video.swell import Swell
 from elusive.tracking.memory import Memory
@@ -248,7 +249,8 @@ def _evidence(clutter: ClutterMap, state: Learnt, turn: VideoTurn) -> NDArray[np
 
 
 def _judged(clutter: ClutterMap, state: Learnt, turn: VideoTurn, held: float) -> Heard:
-    evidence = EvidenceTurn(turn.time_s, turn.row_s, as_in_turn(_evidence(clutter, state, turn)), turn.place)
+    seen = as_in_turn(_evidence(clutter, state, turn))
+    evidence = EvidenceTurn(turn.time_s, turn.row_s, seen.evidence, turn.place, seen.divided)
     return Heard(evidence, turn.power, state, held)
 
 
