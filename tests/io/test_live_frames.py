@@ -181,6 +181,58 @@ def test_a_folder_is_gone_on_from_where_an_earlier_run_was_and_what_was_removed_
         assert frames.late == 0
 
 
+def begun_anew(folder: Path, count: int) -> None:
+    for path in folder.glob("*.png"):
+        path.unlink()
+    time.sleep(0.05)  # the clock of a file system has steps
+    for name, pixels in zip((f"f{k:03d}.png" for k in range(count)), MOVIE, strict=False):
+        save(folder / name, pixels)
+
+
+@pytest.mark.parametrize(("elapsed_s", "lost"), [(2.0, 16), (0.2, 0)])
+def test_a_folder_that_was_begun_anew_meanwhile_is_read_from_its_start_and_the_time_since_is_a_gap(
+    tmp_path, elapsed_s, lost
+):
+    said, names = [], [f"f{k:03d}.png" for k in range(20, 26)]
+    written(tmp_path, names).join()
+    place = taken(open_live_frames(tmp_path, rate_hz=10.0), 6)[-1].place
+    begun_anew(tmp_path, 4)
+    frames = open_live_frames(tmp_path, rate_hz=10.0, idle_s=10.0, on_fault=said.append)
+    frames.go_on(place, elapsed_s)
+    frames._source._read_s = min(path.stat().st_ctime for path in tmp_path.glob("*.png")) - 0.01
+    came = taken(frames, 4)
+    np.testing.assert_array_equal([frame.pixels for frame in came], MOVIE[:4])
+    np.testing.assert_allclose([frame.time_s for frame in came], (6 + lost + np.arange(4)) / 10)
+    assert len(said) == 1
+    assert "was begun anew: f025.png is gone, and 4 frames came after it" in said[0]
+
+
+def test_a_folder_that_is_begun_anew_while_it_is_read_goes_on(tmp_path):
+    said, names = [], [f"f{k:03d}.png" for k in range(20, 26)]
+    written(tmp_path, names).join()
+    frames = open_live_frames(tmp_path, rate_hz=10.0, idle_s=10.0, on_fault=said.append)
+    coming = iter(frames)
+    list(islice(coming, 6))
+    begun_anew(tmp_path, 4)
+    came = list(islice(coming, 4))
+    frames.stop()
+    np.testing.assert_array_equal([frame.pixels for frame in came], MOVIE[:4])
+    np.testing.assert_allclose([frame.time_s for frame in came], (6 + np.arange(4)) / 10)
+    assert len(said) == 1
+
+
+def test_earlier_names_that_were_left_there_are_not_taken_for_a_folder_begun_anew(tmp_path):
+    said, names = [], [f"f{k:03d}.png" for k in range(20, 26)]
+    written(tmp_path, names).join()
+    place = taken(open_live_frames(tmp_path, rate_hz=10.0), 6)[-1].place
+    (tmp_path / names[-1]).unlink()
+    frames = open_live_frames(tmp_path, rate_hz=10.0, idle_s=0.3, on_fault=said.append)
+    frames.go_on(place, 0.0)
+    with pytest.raises(DataError, match="no frame came"):
+        list(frames)
+    assert not said
+
+
 def test_a_file_that_is_removed_while_it_is_read_ends_nothing(tmp_path, monkeypatch):
     read = _growing.read_image
 

@@ -22,6 +22,7 @@ import pytest
 from elusive.errors import DataError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io.sinks import Ground, open_sinks, presence
+from elusive.io.sinks import outlet as outlets
 from elusive.io.sinks.outlet import HELD, file_outlet, tcp_outlet
 from elusive.io.sources import address_of
 from elusive.io.sources.feed import FIRST_S
@@ -493,8 +494,148 @@ def test_what_is_held_is_bounded():
         ("mqtt://127.0.0.1", "m", "names no topic to write under"),
         ("cot+udp://no.host.invalid:1", "m", "has no address"),
         ("cot+udp://127.0.0.1:1?color=red", "m", "the option 'color' has no meaning"),
+        ("cot+udp://127.0.0.1:1?stale_s=soon", "m", "stale_s=soon is no time; give seconds"),
+        ("cot+udp://127.0.0.1:1?stale_s=nan", "m", "stale_s=nan is no time"),
+        ("cot+udp://127.0.0.1:1?stale_s=1e99", "m", "stale_s=1e99 is no time"),
+        ("nmea+udp://239.1.1.1:1?interface=eth0", "m", "interface=eth0 is no IPv4 address"),
+        ("cot+tcp://.harbour:1", "m", "a part of the host's name is empty or too long"),
+        ("mqtt://127.0.0.1/$SYS/hall", "m", "names no topic to write under"),
+        ("mqtt://127.0.0.1/" + 70 * "0123456789abcdef", "m", "names no topic to write under"),
+        ("ndjson:.", "m", "cannot be written"),
+        ("kafka://127.0.0.1:9092/x", "m", "is no sink"),
     ],
 )
 def test_a_sink_without_meaning_is_refused(name, unit, sentence):
     with pytest.raises(DataError, match=sentence):
         open_sinks([name], system="radar", unit=unit or "m", ground=Ground(FRAME) if unit else None, say=print)
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ("ndjson:{}/a", "ndjson:{}/a"),
+        ("ndjson:{}/a", "geojson:{}/../{}/a"),
+        ("ndjson:-", "geojson:-"),
+        ("nmea+udp://127.0.0.1:10110", "nmea+udp://127.0.0.1:10110?broadcast"),
+    ],
+)
+def test_two_sinks_do_not_share_a_place(one, other, tmp_path):
+    names = [one.format(tmp_path), other.format(tmp_path, tmp_path.name)]
+    with pytest.raises(DataError, match="each needs a place of its own"):
+        opened(*names)
+    assert not list(tmp_path.iterdir())
+
+
+def test_two_udp_sinks_are_both_told():
+    with contextlib.ExitStack() as stack:
+        ears = [stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) for _ in range(2)]
+        for ear in ears:
+            ear.bind(("127.0.0.1", 0))
+            ear.settimeout(HUNG_S)
+        told(opened(*(f"nmea+udp://127.0.0.1:{ear.getsockname()[1]}" for ear in ears)))
+        first, second = (heard(ear, 6) for ear in ears)
+    assert first == second
+
+
+def test_nothing_is_added_to_a_file_of_something_else(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("time_s,sensor,azimuth_deg\n")
+    for form in ("ndjson", "geojson", "nmea", "cot"):
+        with pytest.raises(DataError, match="holds something else"):
+            opened(f"{form}:{path}")
+    assert path.read_text() == "time_s,sensor,azimuth_deg\n"
+    for form in ("ndjson", "geojson", "nmea", "cot"):  # and what was begun in the same format is gone on with
+        own = tmp_path / form
+        told(opened(f"{form}:{own}"))
+        once = own.read_bytes()
+        told(opened(f"{form}:{own}"))
+        assert own.read_bytes() == 2 * once
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no named pipes in folders")
+def test_a_pipe_without_a_reader_keeps_nobody_waiting_and_loses_nothing(tmp_path):
+    path, said = tmp_path / "pipe", []
+    os.mkfifo(path)
+    sinks = opened(f"ndjson:{path}", said=said)
+    for step in STEPS:
+        sinks.tell(step)
+    assert "is a pipe" in said[0]
+    with path.open() as file:
+        assert [json.loads(next(file))["time_s"] for _ in STEPS] == [0.0, 2.0, 4.0]
+        sinks.close()
+
+
+def test_a_listener_that_does_not_read_keeps_no_one_waiting_and_what_is_lost_is_said(monkeypatch):
+    monkeypatch.setattr(outlets, "HELD_OCTETS", 200_000)
+    said, message = [], b"%06d" + 9993 * b"x" + b"\n"
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        address = f"ndjson+tcp://127.0.0.1:{server.getsockname()[1]}"
+        one = tcp_outlet(address_of(address, {"ndjson+tcp": ()}), said.append)
+        connection = server.accept()[0]
+        count = 0
+        while not one.counts["dropped"]:  # never waits, whatever its machine takes
+            one.send(message % count)
+            count += 1
+        assert one._octets <= 200_000
+        assert len(one._held) <= 20
+        with closing(connection), connection.makefile("rb") as file:  # it reads again
+            numbers = [int(next(file)[:6])]
+            while numbers[-1] < count - 1:
+                numbers.append(int(next(file)[:6]))
+            one.close()
+    assert numbers == sorted(set(numbers))
+    assert count - len(numbers) == one.counts["dropped"]
+    assert "the oldest are lost" in said[0]
+    assert f"{one.counts['dropped']} messages were lost" in said[1]
+    assert len(said) == 2
+
+
+def test_a_broker_that_refuses_is_said_once(keeping, monkeypatch):
+    said, tries, answer = [], [], keeping.answer
+    code, taken = [b"\x05"], threading.Event()  # not authorized
+
+    def answering(connection, kind, body):
+        if kind == 1 and code[0] != b"\0":
+            tries.append(kind)
+            connection.sendall(b"\x20\x02\x00" + code[0])
+            connection.close()
+        else:
+            answer(connection, kind, body)
+
+    def serve(server):
+        with contextlib.suppress(OSError):
+            while not taken.is_set():
+                Broker.serve(keeping, server)
+
+    monkeypatch.setattr(keeping, "answer", answering)
+    keeping.kill()
+    monkeypatch.setattr(keeping, "serve", serve)
+    keeping.start(0)
+    sinks = opened(f"mqtt://eve:wrong@127.0.0.1:{keeping.port}/hall", said=said)
+    sinks.each[0]._client.reconnect_delay_set(1, 1)
+    sinks.tell(STEPS[0])
+    waiting(lambda: len(tries) >= 3)
+    assert len(said) == 1, said
+    assert "the broker refuses (Not authorized)" in said[0]
+    assert "wrong" not in said[0]
+    code[0] = b"\0"
+    waiting(lambda: keeping.topic("presence"))
+    taken.set()
+    sinks.close()
+    assert len(said) == 2, said
+    assert "is back" in said[1]
+
+
+def test_what_waits_for_a_broker_is_bounded_by_octets_too(monkeypatch):
+    pytest.importorskip("paho.mqtt.client", reason="needs elusive[live]")
+    monkeypatch.setattr(presence, "HELD_OCTETS", 5000)
+    monkeypatch.setattr(presence, "CLOSING_S", 0.0)
+    said = []
+    sinks = opened(f"mqtt://127.0.0.1:{free_port()}/hall", said=said)
+    for k in range(50):
+        sinks.tell(record(k, [track(1, k, 0)]))
+    one = sinks.each[0]
+    assert one._octets <= 5000
+    assert one.counts["published"] == one.counts["dropped"] + len(one._waits)
+    assert sum("newer ones are lost" in sentence for sentence in said) == 1
+    sinks.close()

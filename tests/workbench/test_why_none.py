@@ -14,8 +14,10 @@ from elusive.tracking import Step, Track
 from elusive.workbench.asking import Recording, asking
 from elusive.workbench.tables import look_at_table
 from elusive.workbench.why_none import tries, why_none
-from tests.workbench.conftest import Served
+from tests.workbench.conftest import Served, expect
 from tests.workbench.test_links_page import OpenTab, button, choose, field, report, told
+
+TOP = "document.querySelector('.ew-result').getBoundingClientRect().top"
 
 
 def result(folder: Path, existences: list[float], status: str = "candidate", *, timed: bool = True) -> Path:
@@ -139,6 +141,14 @@ def test_noise_says_why_it_has_no_track_and_a_press_tries_more(served: Served, o
     button(page, "Run").click()
     told(page, "No track was confirmed.")
     page.locator(".ew-none .drawing[data-ready=yes]").wait_for()
+    report(page, "noise.npy")
+    assert page.locator(".ew-report").evaluate("one => getComputedStyle(one).visibility") == "visible"
+    page.evaluate("scrollTo(0, 0)")
+    button(page, "See the result").click()  # where the form stands above it
+    page.wait_for_function(f"{TOP} >= 0 && {TOP} < innerHeight / 4 && document.activeElement.matches('.ew-result')")
+    page.set_viewport_size({"width": 1440, "height": 900})
+    expect(button(page, "See the result")).to_be_hidden()  # they stand side by side
+    page.set_viewport_size({"width": 800, "height": 900})
     assert page.evaluate("document.documentElement.scrollWidth") <= 800
     field(page, "object_size").fill("7")
     told(page, "Changed since this run: Object size 5 -> 7.")

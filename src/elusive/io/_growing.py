@@ -8,7 +8,7 @@ import re
 import threading
 import time
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from itertools import pairwise
 from pathlib import Path
@@ -25,6 +25,7 @@ SHARE = 10  # a listing of the folder takes one part in so many of the time at m
 SETTLED_S = 0.02  # for which a file that has no check sum must have been left alone
 LATE_S = 0.25  # for which a number that is missing is waited for
 BROKEN_S = 1.0  # after which a file that cannot be read and is not written to any more is given up
+ANEW = 3  # names that show that a folder was begun anew
 REGULAR = 4  # names in a row that show how they are numbered
 LAST_NUMBER = re.compile(r"^(.*?)([0-9]+)([^0-9]*)$", re.DOTALL)
 DIGITS = str.maketrans("123456789", "000000000")
@@ -47,7 +48,8 @@ class _Seen(NamedTuple):
 class GrowingFolder:
     """Images that are written to a folder.
 
-    Names tell the order. A name that comes before one that has been read is too late, and is left out.
+    Names tell the order. A name that comes before one that has been read is too late, and is left out; but where the
+    latest is gone and all that is there came after it was read, the folder was begun anew, and is read from its start.
 
     Parameters
     ----------
@@ -57,6 +59,8 @@ class GrowingFolder:
         Which names are frames; None: those of images, all of the first's kind.
     idle_s
         End after this time without a new one; None waits for ever.
+    say
+        Told that the folder was begun anew.
 
     Raises
     ------
@@ -64,11 +68,20 @@ class GrowingFolder:
         If there is no such folder.
     """
 
-    def __init__(self, folder: Path, pattern: str | None = None, idle_s: float | None = None) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        pattern: str | None = None,
+        idle_s: float | None = None,
+        say: Callable[[str], None] = lambda sentence: None,
+    ) -> None:
         if not folder.is_dir():
             raise DataError(f"{folder}: is no folder; --follow waits for the images that are written to one.")
         self.name = str(folder)
         self.late = 0
+        self.begun: int | None = None
+        """Frames that were there when the folder was found to be begun anew, where it was."""
+        self._say, self._read_s = say, 0.0
         self._folder, self._pattern, self._idle_s = folder, pattern, idle_s
         self._halted = threading.Event()
         self._seen: dict[str, _Seen] = {}  # not yet read
@@ -81,9 +94,9 @@ class GrowingFolder:
         """End the waiting."""
         self._halted.set()
 
-    def go_on(self, latest: str, step: int) -> None:
-        """Begin after a name that was read before; ``step``: by which names are numbered, 0 where they are not."""
-        self._latest = latest
+    def go_on(self, latest: str, step: int, elapsed_s: float) -> None:
+        """Begin after a name that was read so long ago; ``step``: by which names are numbered, 0 where they are not."""
+        self._latest, self._read_s = latest, time.time() - elapsed_s
         found = LAST_NUMBER.match(latest)
         if found and step:
             self._numbers.extend(int(found[2]) - step * k for k in reversed(range(REGULAR)))
@@ -148,7 +161,7 @@ class GrowingFolder:
 
     def _pass(self, name: str) -> None:
         del self._seen[name]
-        self._latest = name
+        self._latest, self._read_s = name, time.time()
         self._passed += 1
         found = LAST_NUMBER.match(name)
         self._numbers.append(int(found[2]) if found else 0)
@@ -203,6 +216,13 @@ class GrowingFolder:
         except OSError as error:
             raise DataError(f"{self._folder}: cannot be read any more ({error.strerror}).") from None
         after = [name for name in names if self._comes_after(name)]
+        if not after and self._is_anew(names):
+            self._say(
+                f"{self._folder}: was begun anew: {self._latest} is gone, and {len(names)} frames came after it whose "
+                "names come before. It is read from its start, and the tracks go on."
+            )
+            self._latest, self._passed, self.begun, after = None, 0, len(names), names
+            self._numbers.clear()
         self.late = max(0, len(names) - len(after) - self._passed)
         new = [name for name in after if name not in self._seen]
         for name in new:
@@ -214,6 +234,14 @@ class GrowingFolder:
             self._seen = {name: seen for name, seen in self._seen.items() if self._is_frame(name)}
         now_s = time.monotonic()
         self._looked_s, self._due_s = begun_s, now_s + max(POLL_S, SHARE * (now_s - begun_s))
+
+    def _is_anew(self, names: Sequence[str]) -> bool:
+        if self._latest is None or len(names) < ANEW or self._latest in names:
+            return False
+        try:
+            return min((self._folder / name).stat().st_ctime for name in names) > self._read_s
+        except OSError:  # removed meanwhile
+            return False
 
     def _is_frame(self, name: str) -> bool:
         if name.startswith(".") or os.path.splitext(name)[1].lower() not in IMAGES:

@@ -108,7 +108,7 @@ class LiveFrames:
         ``elapsed_s``, the time since.
         """
         if isinstance(self._source, GrowingFolder):
-            self._source.go_on(place.name, place.step)
+            self._source.go_on(place.name, place.step, elapsed_s)
             self._before, self._after = place.number + 1, (place, elapsed_s)
 
     def stop(self) -> None:
@@ -173,8 +173,7 @@ class LiveFrames:
         for (number, frame), came_s in chain(self._ahead, ((item, self._coming.came_s) for item in self._frames)):
             if self._after is not None:
                 (before, elapsed_s), self._after = self._after, None
-                lacking = _growing.lacking(before.name, frame.name, before.step)
-                self._before += min(lacking, round(elapsed_s * self._rate_hz)) if self._rate_hz else lacking
+                self._before += self._lacking(before, frame, elapsed_s)
             number += self._before
             time_s: float | None = number / self._rate_hz if self._rate_hz else float(number)
             if timed and not self._rate_hz:
@@ -184,6 +183,14 @@ class LiveFrames:
             latest_s, self.came_s = time_s, came_s
             place = FramePlace(number, frame.name, frame.step) if frame.name else None
             yield TimedFrame(time_s, self._usable(frame, shape), place)
+
+    def _lacking(self, before: FramePlace, frame: ArrivedFrame, elapsed_s: float) -> int:
+        """Return how many frames came since an earlier run and are gone; of a folder begun anew, as time tells."""
+        passed = round(elapsed_s * self._rate_hz) if self._rate_hz else None
+        if isinstance(self._source, GrowingFolder) and self._source.begun is not None:
+            return 0 if passed is None else max(0, passed - self._source.begun)
+        lacking = _growing.lacking(before.name, frame.name, before.step)
+        return lacking if passed is None else min(lacking, passed)
 
     def _usable(self, frame: ArrivedFrame, shape: tuple[int, int]) -> Array | None:
         fault = frame.fault
@@ -244,5 +251,5 @@ def open_live_frames(
     else:
         path = Path(text)
         pattern = path.name if glob.has_magic(path.name) and not path.exists() else None
-        opened = GrowingFolder(path if pattern is None else path.parent, pattern, idle_s)
+        opened = GrowingFolder(path if pattern is None else path.parent, pattern, idle_s, on_fault)
     return LiveFrames(opened, rate_hz, held_s, held_bytes, on_fault)

@@ -20,7 +20,7 @@ from elusive.io._spoke_arrays import is_arrays
 from elusive.io.asterix_video import send_asterix_video
 from elusive.io.pcap import frames_of, is_capture
 from elusive.io.radar_video import open_radar_video
-from elusive.io.sinks.outlet import UdpOutlet
+from elusive.io.sinks.udp import UdpOutlet
 from elusive.io.sources import tcp
 from elusive.io.sources.address import Address, address_of
 from elusive.io.sources.feed import Feed

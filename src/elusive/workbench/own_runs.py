@@ -77,6 +77,8 @@ def show_run(run: Kept) -> None:
         # a report is a file like others: what it asks of the workbench is refused
         ui.html(
             f'<iframe class="ew-report" src="{address}/{REPORT}#{chosen_colours()}" title="Report of {run.name}" '
+            # a frame is white until its page is there, which flashes where all else is dark
+            'style="visibility: hidden" onload="this.style.visibility = \'visible\'" '
             'sandbox="allow-scripts allow-downloads"></iframe>', sanitize=False,
         ).classes("w-full")  # fmt: skip
         ui.link("The report in a tab of its own", f"{address}/{REPORT}#{chosen_colours()}", new_tab=True)

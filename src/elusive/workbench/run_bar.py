@@ -51,7 +51,7 @@ class RunBar:
             return start()
 
         with ui.element("div").classes("ew-stays"):
-            with ui.element("div").classes("ew-row"):
+            with ui.element("div").classes("ew-row") as self.row:
                 self._start = ui.button(label, on_click=press).props("unelevated no-caps")
                 self._cancel = ui.button(Job.ends_by, on_click=self._call_off).props("outline no-caps")
             self._bar = ui.linear_progress(0.0, show_value=False).props('aria-label="Progress"')

@@ -57,7 +57,10 @@ class RunWindow:
                     with ui.expansion("Watch what runs elsewhere").props("dense").classes("w-full"):
                         self._served()
             with stage:
-                self._result = ui.column().classes("w-full gap-3").props("tabindex=-1")
+                self._result = ui.column().classes("w-full gap-3 ew-result").props("tabindex=-1")
+        with self._bar.row:
+            self._down = ui.button("See the result", on_click=self._lead_down)
+            self._down.props("outline no-caps").classes("ew-down")
         with ui.element("section").classes("ew-box w-full"):
             self._runs = RunList(kinds, self._open, self._show)
         ui.timer(0.2, self._watch)
@@ -145,6 +148,7 @@ class RunWindow:
         run = self._state.seen
         if run is not None and not run.folder.is_dir():  # deleted elsewhere
             run = self._state.seen = None
+        self._down.set_visibility(run is not None or self._state.live is not None)
         self._result.clear()
         with self._result:
             if self._state.live is not None:
@@ -157,6 +161,11 @@ class RunWindow:
                     show_none(run, self._state.ran, self._try, self._inputs.without(run.noun, self._state.ran))
                 show_run(run)
         self._runs.show()
+
+    def _lead_down(self) -> None:
+        """Show the result from its top, where it stands below the form, and go on by keyboard there."""
+        one = f"getHtmlElement({self._result.id})"
+        ui.run_javascript(f"{one}.focus({{ preventScroll: true }}); {one}.scrollIntoView();")
 
     def _now(self) -> Model:
         seen = self._state.seen  # another kind may have been chosen since

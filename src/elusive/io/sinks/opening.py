@@ -2,28 +2,34 @@
 
 from __future__ import annotations
 
+import os
+import re
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
 from elusive.errors import DataError
+from elusive.io.atomic import refused
 from elusive.io.sinks.cot import Cot
 from elusive.io.sinks.formats import Mot, geojson, ndjson
 from elusive.io.sinks.nmea import Nmea
-from elusive.io.sinks.outlet import Outlet, UdpOutlet, file_outlet, tcp_outlet
+from elusive.io.sinks.outlet import Outlet, file_outlet, tcp_outlet
 from elusive.io.sinks.presence import Presence
 from elusive.io.sinks.seen import Ground, Told, Watch
 from elusive.io.sinks.standard_output import StandardOutput
+from elusive.io.sinks.udp import UdpOutlet
 from elusive.io.sources.address import address_of
 
 Write = Callable[[Told], Iterator[bytes]]
 GEOGRAPHIC = ("geojson", "nmea", "cot")
 FORMATS = ("ndjson", *GEOGRAPHIC, "mot")
+BEGINS = {"ndjson": rb"\{", "geojson": rb'\{"type"', "nmea": rb"\$RA", "cot": rb"<\?xml", "mot": rb"\d+,\d+,"}
 STDOUT = "-"
 UDP = ("interface", "broadcast")
 OWN = {"cot": ("uid", "type", "stale_s")}
 KINDS = {"links": "a-u-G", "radar": "a-u-S", "video": "a-u-S", "bearings": "a-u-A"}  # on the ground, at sea, in the air
-STALE_S, HALF_PX = 30.0, 2.0
+STALE_S, LONGEST_STALE_S, HALF_PX = 30.0, 86_400.0, 2.0
 LIKE = "write ndjson:FILE, geojson:FILE, nmea+udp://HOST:PORT, cot+tcp://HOST:PORT, mqtt://HOST/SITE or mot:FILE"
 
 
@@ -140,8 +146,9 @@ def open_sinks(
     Raises
     ------
     DataError
-        If a name has no meaning, or a format does not fit the tracks.
+        If a name has no meaning, two go to one place, or a format does not fit the tracks.
     """
+    _check_apart(names)
     opened: list[Sink] = []
     try:
         opened.extend(_open(name, system, unit, located or ground is not None, say) for name in names)
@@ -173,27 +180,63 @@ def _open(name: str, system: str, unit: str, placed: bool, say: Callable[[str], 
         raise DataError(f"--to {name}: MOTChallenge needs pixels, and these tracks are in {unit}; take ndjson.")
     if form == "mot" and carrier:
         raise DataError(f"--to {name}: MOTChallenge is a file; write mot:FILE.")
-    path, options = name.partition(":")[2], dict[str, str]()
+    path = name.partition(":")[2]
     outlet: Outlet
+    write = _format(form, system, {}, say)
     if carrier:
         own = OWN.get(form, ())
         address = address_of(name, {f"{form}+udp": (*UDP, *own), f"{form}+tcp": own})
-        options = dict(address.options)
+        write = _format(form, system, address.options, say)
         outlet = UdpOutlet(address, say) if carrier == "udp" else tcp_outlet(address, say)
     elif path == STDOUT:
         outlet = StandardOutput(say)
     elif path and not path.startswith("//"):
+        if _holds_other(Path(path), form):
+            raise DataError(f"--to {name}: {path} holds something else, to which nothing is added; name another file.")
         outlet = file_outlet(path, say)
     else:
         raise DataError(f"--to {name}: names no file; {LIKE}.")
-    return _Written(name, outlet.counts, _format(form, system, options, say), outlet)
+    return _Written(name, outlet.counts, write, outlet)
+
+
+def _check_apart(names: Sequence[str]) -> None:
+    """Refuse two sinks in one file, where lines of two kinds or each one twice would stand, or to one address."""
+    taken: dict[str, str] = {}
+    for name in names:
+        scheme, _, path = name.partition(":")
+        to_file = "+" not in scheme and not path.startswith("//")
+        place = os.path.realpath(path) if to_file and path != STDOUT else path if to_file else name.partition("?")[0]
+        if place in taken:
+            raise DataError(f"--to {name}: goes where --to {taken[place]} goes; each needs a place of its own.")
+        taken[place] = name
+
+
+def _holds_other(path: Path, form: str) -> bool:
+    """Whether a file holds something that was not written in a format: somebody's recording, say."""
+    if not path.is_file():
+        return False
+    with refused(path), path.open("rb") as file:
+        begins = file.read(64)
+    return bool(begins) and re.match(BEGINS[form], begins) is None
+
+
+def _stale_s(options: Mapping[str, str]) -> float:
+    try:
+        stale_s = float(options.get("stale_s", STALE_S))
+    except ValueError:
+        stale_s = -1.0
+    if not 0.0 < stale_s <= LONGEST_STALE_S:
+        raise DataError(
+            f"--to: stale_s={options['stale_s']:.40} is no time; give seconds, above 0 and at most {LONGEST_STALE_S:g}."
+        )
+    return stale_s
 
 
 def _format(form: str, system: str, options: Mapping[str, str], say: Callable[[str], None]) -> Write:
     if form == "nmea":
         return Nmea(say)
     if form == "cot":
-        stale_s = float(options.get("stale_s", STALE_S))
+        stale_s = _stale_s(options)
         kind = options.get("type", KINDS.get(system, "a-u-G"))
         return Cot(options.get("uid", f"elusive.{system}"), kind, stale_s).events
     if form == "mot":

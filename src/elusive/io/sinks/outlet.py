@@ -1,4 +1,4 @@
-"""Outlets that lose nothing while what is behind them is gone for a while: a file, a TCP connection; and UDP."""
+"""Outlets that lose nothing while what is behind them is gone for a while: a file, a TCP connection."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Protocol
 
-from elusive.errors import DataError
 from elusive.io.added_file import AddedFile
 from elusive.io.atomic import refused
 from elusive.io.sources.address import Address
 from elusive.io.sources.feed import FIRST_S, LOOK_S
 
-HELD = 20_000  # messages that wait at most
+HELD, HELD_OCTETS = 20_000, 1 << 26  # messages, and octets, that wait at most
 LONGEST_S = 5.0  # between two tries
 CLOSING_S = 2.0  # for which the end waits for what is still held
 CONNECT_S = 5.0
+STALLED_S = 30.0  # after which a listener that takes nothing more is left
 
 
 class Outlet(Protocol):
@@ -62,6 +62,7 @@ class HeldOutlet:
         self.name, self.counts = name, Counter[str]()
         self._opened, self._say = opened, say
         self._held: deque[bytes] = deque()
+        self._octets, self._is_full = 0, False
         self._changed, self._closing = threading.Condition(), threading.Event()
         self._gone_s, self._wait_s = float("nan"), FIRST_S
         self._thread = threading.Thread(target=self._run, name=f"to {name}", daemon=True)
@@ -70,10 +71,17 @@ class HeldOutlet:
     def send(self, message: bytes) -> None:
         """Hold a message; the oldest makes room where too many are."""
         with self._changed:
-            if len(self._held) >= HELD:
-                self._held.popleft()
-                self.counts["dropped"] += 1
             self._held.append(message)
+            self._octets += len(message)
+            full = len(self._held) > HELD or self._octets > HELD_OCTETS
+            if full and not self._is_full:
+                self._say(
+                    f"{self.name}: {len(self._held) - 1} messages wait, as many as are held; the oldest are lost."
+                )
+                self._is_full = True
+            while len(self._held) > HELD or (self._octets > HELD_OCTETS and len(self._held) > 1):
+                self._octets -= len(self._held.popleft())
+                self.counts["dropped"] += 1
             self._changed.notify()
 
     def close(self) -> None:
@@ -132,7 +140,10 @@ class HeldOutlet:
                 self._gone_s, self._wait_s = float("nan"), FIRST_S
             with self._changed:
                 if self._held and self._held[0] is message:
-                    self._held.popleft()
+                    self._octets -= len(self._held.popleft())
+                if self._is_full and not self._held:
+                    self._say(f"{self.name}: nothing waits any more; {self.counts['dropped']} messages were lost.")
+                    self._is_full = False
             self.counts["sent"] += 1
 
 
@@ -144,8 +155,11 @@ def file_outlet(path: str, say: Callable[[str], None]) -> HeldOutlet:
     DataError
         If the file cannot be written to from the start.
     """
-    with refused(path), Path(path).open("ab"):
-        pass
+    if Path(path).is_fifo():  # to open it would wait for a reader, and to close it again end that one
+        say(f"{path}: is a pipe; what is told is held until somebody reads from it.")
+    else:
+        with refused(path), Path(path).open("ab"):
+            pass
     file = AddedFile(path)
 
     def opened() -> tuple[Callable[[bytes], None], Callable[[], None]]:
@@ -173,7 +187,7 @@ def tcp_outlet(address: Address, say: Callable[[str], None]) -> HeldOutlet:
             nonlocal total
             if _hung_up(connection):
                 raise ConnectionResetError("hung up")
-            connection.sendall(message)
+            _send_all(connection, message)
             total += len(message)
             sent.append((total, message))
             received = total - _unreceived(connection)
@@ -202,6 +216,13 @@ def _unreceived(connection: socket.socket) -> int:
     return int(struct.unpack("i", fcntl.ioctl(connection, termios.TIOCOUTQ, bytes(4)))[0])
 
 
+def _send_all(connection: socket.socket, message: bytes) -> None:
+    """Send a message to one who may be slow: what counts is the time without any octet taken."""
+    rest = memoryview(message)
+    while rest:
+        rest = rest[connection.send(rest) :]
+
+
 def _hung_up(connection: socket.socket) -> bool:
     """Whether the other side has closed: what is written then would be lost without a word."""
     connection.setblocking(False)
@@ -211,50 +232,5 @@ def _hung_up(connection: socket.socket) -> bool:
     except BlockingIOError:
         return False
     finally:
-        connection.settimeout(CONNECT_S)
+        connection.settimeout(STALLED_S)
     return not octets
-
-
-class UdpOutlet:
-    """Sends packets at once; those that the system refuses are lost and counted: an old place is of no use.
-
-    Raises
-    ------
-    DataError
-        If the host has no address.
-    """
-
-    def __init__(self, address: Address, say: Callable[[str], None]) -> None:
-        self.name, self.counts, self._say = address.text, Counter[str](), say
-        try:
-            family, _, _, _, where = socket.getaddrinfo(address.host, address.port, type=socket.SOCK_DGRAM)[0]
-        except OSError as error:
-            raise DataError(f"{address.text}: has no address ({error.strerror or error}); check the host.") from None
-        self._where: tuple[object, ...] = where
-        self._socket = socket.socket(family, socket.SOCK_DGRAM)
-        self._socket.setblocking(False)
-        network = address.options.get("interface")
-        if network and family == socket.AF_INET:
-            self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(network))
-        if "broadcast" in address.options:
-            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
-        self._is_gone = False
-
-    def send(self, message: bytes) -> None:
-        """Send a packet."""
-        try:
-            self._socket.sendto(message, self._where)
-        except OSError as error:
-            self.counts["dropped"] += 1
-            if not self._is_gone:
-                self._say(f"{self.name}: packets are lost ({error.strerror or error}); it goes on.")
-            self._is_gone = True
-            return
-        if self._is_gone:
-            self._say(f"{self.name}: is back; {self.counts['dropped']} packets were lost.")
-        self._is_gone = False
-        self.counts["sent"] += 1
-
-    def close(self) -> None:
-        """End."""
-        self._socket.close()

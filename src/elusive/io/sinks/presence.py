@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import json
 import re
+import threading
 import time
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable
 from typing import Any
 
 from elusive.errors import DataError
 from elusive.io.sinks.formats import json_line
-from elusive.io.sinks.outlet import CLOSING_S, HELD
+from elusive.io.sinks.outlet import CLOSING_S, HELD, HELD_OCTETS
 from elusive.io.sinks.seen import Seen, Told
 from elusive.io.sources.address import Address
-from elusive.io.sources.mqtt import client_for
+from elusive.io.sources.mqtt import Contact, client_for
 
 DISCOVERY = "homeassistant"
-QUEUE_FULL = 15  # of paho-mqtt
+LONGEST_PREFIX = 1000  # octets; the format has 65535 for a topic
 
 
 class Presence:
@@ -39,18 +40,22 @@ class Presence:
     def __init__(self, address: Address, unit: str, say: Callable[[str], None]) -> None:
         self.name, self.counts = address.text, Counter[str]()
         self._prefix, self._unit, self._say = address.path.strip("/"), unit, say
-        if not self._prefix or "+" in self._prefix or "#" in self._prefix:
-            raise DataError(f"{address.text}: names no topic to write under; write mqtt://{address.host}/site.")
+        long = len(self._prefix.encode()) > LONGEST_PREFIX
+        if not self._prefix or long or self._prefix.startswith("$") or set("+#\0") & set(self._prefix):
+            raise DataError(
+                f"{address.text}: names no topic to write under, without +, # and a leading $; write mqtt://{address.host}/site."
+            )
         self._client: Any = client_for(address)
-        self._client.max_queued_messages_set(HELD)
+        self._client.max_queued_messages_set(0)  # what waits is counted here, by octets too
+        self._contact = Contact(address, say)
+        self._waits, self._octets, self._turn = deque[int](), 0, threading.Lock()  # sizes, in the order they are taken
         self._client.will_set(f"{self._prefix}/status", "offline", qos=1, retain=True)
         self._client.on_connect, self._client.on_disconnect = self._joined, self._gone
         self._client.on_publish, self._client.on_connect_fail = self._published, self._never
-        self._failed = False
         self._latest: int | None = None
         self._owed: dict[str, str] = {}  # retained topics that another value stands under, by what they should say
         self._discovery = address.options.get("discovery", DISCOVERY)
-        self._closed = False
+        self._closed = self._is_full = False
         self._client.connect_async(address.host, address.port)
         self._client.loop_start()
 
@@ -103,24 +108,41 @@ class Presence:
 
     def _publish(self, topic: str, payload: str, *, retain: bool | None = None) -> None:
         keep = payload == "" if retain is None else retain  # an empty message that is retained clears a topic
-        code = self._client.publish(f"{self._prefix}/{topic}", payload, qos=1, retain=keep).rc
-        self.counts["published"] += 1
-        lost = code == QUEUE_FULL
-        self.counts["dropped"] += lost
-        if keep and lost:
-            self._owed[topic] = payload
+        if not self._send(f"{self._prefix}/{topic}", payload, retain=keep):
+            if not self._is_full:
+                self._say(f"{self.name}: {len(self._waits)} messages wait, as many as are held; newer ones are lost.")
+            self._is_full = True
+            self.counts["dropped"] += 1
+            if keep:
+                self._owed[topic] = payload
         elif keep:
             self._owed.pop(topic, None)
 
+    def _send(self, topic: str, payload: str, *, retain: bool) -> bool:
+        """Publish, if not too much waits to be taken."""
+        size = len(topic.encode()) + len(payload.encode())
+        with self._turn:
+            self.counts["published"] += 1
+            if len(self._waits) >= HELD or self._octets + size > HELD_OCTETS:
+                return False
+            self._waits.append(size)
+            self._octets += size
+        self._client.publish(topic, payload, qos=1, retain=retain)
+        return True
+
     def _published(self, *_: Any) -> None:
-        self.counts["sent"] += 1
+        with self._turn:
+            self.counts["sent"] += 1
+            self._octets -= self._waits.popleft()
+            self._is_full &= bool(self._waits)
 
     def _joined(self, _: Any, __: Any, ___: Any, code: Any, *____: Any) -> None:
         if code.is_failure:
-            self._say(f"{self.name}: the broker refuses ({code}); it is tried again.")
+            self._contact.refused(code)
             return
-        if self.counts["joined"]:
-            self._say(f"{self.name}: is back; what waited is sent now.")
+        self._contact.joined(
+            f"; {len(self._waits)} messages that waited are sent now, {self.counts['dropped']} were lost"
+        )
         self.counts["joined"] += 1
         self._publish("status", "online", retain=True)
         if self._latest is not None:  # a broker that was started anew may have forgotten
@@ -128,17 +150,15 @@ class Presence:
         for kind, config in self._entities():
             topic = f"{self._discovery}/{kind}/{config['unique_id']}/config"
             if self._discovery:
-                self._client.publish(topic, json.dumps(config), qos=1, retain=True)
-                self.counts["published"] += 1
+                self._send(topic, json.dumps(config), retain=True)
 
     def _never(self, *_: Any) -> None:
-        if not (self._failed or self.counts["joined"] or self._closed):
-            self._say(f"{self.name}: no broker answers there; it is tried again, and what happens meanwhile is held.")
-        self._failed = True
+        if not self._closed:
+            self._contact.unanswered()
 
     def _gone(self, *_: Any) -> None:
         if not self._closed:
-            self._say(f"{self.name}: the broker is gone; it is tried again, and what happens meanwhile is held.")
+            self._contact.gone()
 
     def _entities(self) -> list[tuple[str, dict[str, Any]]]:
         """Return what home automation is told of: how many, and whether anybody is there."""

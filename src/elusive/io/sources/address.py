@@ -60,6 +60,9 @@ def address_of(text: str, known: Mapping[str, tuple[str, ...]]) -> Address:
     try:
         parts = urlsplit(text)
         port, host = parts.port, parts.hostname
+        (host or LOOPBACK).encode("idna")
+    except UnicodeError:
+        raise DataError(f"{text}: is no address (a part of the host's name is empty or too long).") from None
     except ValueError as error:
         raise DataError(f"{text}: is no address ({error}); write udp://127.0.0.1:5000.") from None
     scheme = parts.scheme.lower()
@@ -73,7 +76,20 @@ def address_of(text: str, known: Mapping[str, tuple[str, ...]]) -> Address:
     if unknown:
         may = ", ".join(known[scheme]) or "none"
         raise DataError(f"{text}: the option {unknown[0]!r:.40} has no meaning; known are {may}.")
+    network = options.get("interface")
+    if network and ":" not in (host or LOOPBACK) and not _is_ipv4(network):
+        raise DataError(
+            f"{text}: interface={network:.40} is no IPv4 address; write that of this machine's own network."
+        )
     shown = text if parts.password is None else text.replace(f":{parts.password}@", ":***@", 1)
     user = None if parts.username is None else unquote(parts.username)
     password = None if parts.password is None else unquote(parts.password)
     return Address(shown, scheme, host or LOOPBACK, port, unquote(parts.path).lstrip("/"), options, user, password)
+
+
+def _is_ipv4(text: str) -> bool:
+    try:
+        ipaddress.IPv4Address(text)
+    except ValueError:
+        return False
+    return True

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import queue
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from elusive.errors import DataError
@@ -14,6 +14,49 @@ OPTIONS = ("columns",)
 LONGEST_WAIT_S = 5  # between two tries to reach a broker
 HELD = 10_000  # messages that wait at most
 LONGEST = 1 << 20  # octets of a message
+
+
+class Contact:
+    """Says once what became of a broker, however often it is tried: none answers, it refuses, is gone, is back.
+
+    Parameters
+    ----------
+    address
+        Of the broker.
+    say
+        Told in a sentence.
+    """
+
+    def __init__(self, address: Address, say: Callable[[str], None]) -> None:
+        self._name, self._say, self._by = address.text, say, " by TLS" * (address.scheme == "mqtts")
+        self._is_joined, self._fault = False, ""
+
+    def joined(self, more: str = "") -> None:
+        """Take note that it has taken us in."""
+        if self._fault:
+            self._say(f"{self._name}: is back{more}.")
+        self._is_joined, self._fault = True, ""
+
+    def refused(self, why: object) -> None:
+        """Take note that it refuses."""
+        self._is_joined = False
+        self._met(f"the broker refuses ({why})")
+
+    def unanswered(self) -> None:
+        """Take note that a try has failed."""
+        if not self._fault:
+            self._met(f"no broker answers there{self._by}")
+
+    def gone(self) -> None:
+        """Take note that the connection has ended."""
+        if self._is_joined:
+            self._is_joined = False
+            self._met("the broker is gone")
+
+    def _met(self, fault: str) -> None:
+        if fault != self._fault:
+            self._say(f"{self._name}: {fault}; it is tried again until it is there.")
+        self._fault = fault
 
 
 def client_for(address: Address) -> Any:
@@ -48,7 +91,7 @@ def mqtt_messages(address: Address, feed: Feed) -> Iterator[bytes]:
     """
     if not address.path:
         raise DataError(f"{address.text}: names no topic; write {address.text.rstrip('/')}/site/links.")
-    client, held = client_for(address), queue.Queue[bytes](HELD)
+    client, held, contact = client_for(address), queue.Queue[bytes](HELD), Contact(address, feed.say)
 
     def came(_: Any, __: Any, message: Any) -> None:
         if len(message.payload) > LONGEST:
@@ -61,19 +104,22 @@ def mqtt_messages(address: Address, feed: Feed) -> Iterator[bytes]:
 
     def joined(_: Any, __: Any, ___: Any, code: Any, *____: Any) -> None:
         if code.is_failure:
-            feed.say(f"{address.text}: the broker refuses ({code}); it is tried again.")
+            contact.refused(code)
             return
-        if feed.counts["connected"]:
-            feed.counts["reconnected"] += 1
-            feed.say(f"{address.text}: is back.")
+        contact.joined()
+        feed.counts["reconnected"] += bool(feed.counts["connected"])
         feed.counts["connected"] += 1
         client.subscribe(address.path, qos=1)
 
     def gone(*_: Any) -> None:
         if not feed.over:
-            feed.say(f"{address.text}: the broker is gone; it is tried again until it is back.")
+            contact.gone()
+
+    def failed(*_: Any) -> None:
+        contact.unanswered()
 
     client.on_message, client.on_connect, client.on_disconnect = came, joined, gone
+    client.on_connect_fail = failed
     client.connect_async(address.host, address.port)
     client.loop_start()
     try:
