@@ -163,8 +163,8 @@ def _rest(parameters: SignalTracking, facts: SignalFacts) -> Finding:
     return fact.finding(
         "signals.rests",
         f"{fact.seen:.0f} of the sure tracks rest, as far as is seen: an object at rest is not told from samples that "
-        "are louder than others, a tone or a channel of its own.",
-        f"Look at moves in tracks.csv, and at what is received there{told}.",
+        "are louder than others, a tone or a channel of its own; short tracks beside one are of it as like as not.",
+        f"Look at moves in tracks.csv, at the report with --show all, and at what is received there{told}.",
         grave=False,
     )
 

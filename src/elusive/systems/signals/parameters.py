@@ -31,10 +31,13 @@ class SignalTracking(Model):
     """
 
     main_options: ClassVar[tuple[str, ...]] = (
-        "object_size", "statistic", "max_velocity", "velocity_step", "smoothing", "border", "probability",
+        "show", "object_size", "statistic", "max_velocity", "velocity_step", "smoothing", "border", "probability",
         "noise", "calibration_frames", "seed",
     )  # fmt: skip
 
+    show: Literal["moving", "all"] = Field(
+        "moving", description="What report, figures and scores show: what moves, or what rests too"
+    )
     object_size: int = Field(
         5, ge=1, description="Samples that an object covers: sets the window, and how near two objects may be"
     )

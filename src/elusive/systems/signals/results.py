@@ -22,7 +22,7 @@ from elusive.tracking import ReadBack, Step
 KEPT = (2048, 2048)  # scores kept for result.nc, frames and samples; of more, the largest of each block
 
 
-STATE, ADDED, OF_FRAMES = ("x", "vx"), ("score", "evidence", "moves"), ("highest", "threshold")
+STATE, ADDED, OF_FRAMES = ("x", "vx"), ("score", "evidence", "moves", "shown"), ("highest", "threshold")
 
 
 def log_of(path: Path) -> TrackLog:
@@ -54,6 +54,8 @@ class SignalLog(TrackLog):
         self.source, self.parameters = source, parameters
         self.period = source.samples if parameters.filter.border == "circular" else math.inf
         self.signal, self.score = Waterfall("first"), Waterfall("largest")
+        # what report, figures and scores are of
+        self.shown = TrackLog(STATE, "samples", ADDED, OF_FRAMES) if parameters.show == "moving" else self
         self.read_back: dict[int, tuple[int, ReadBack]] = {}  # by track: the step of its confirmation
         self._kept = Waterfall("largest", times=KEPT[0], samples=KEPT[1])
 
@@ -61,7 +63,11 @@ class SignalLog(TrackLog):
         """Append a frame's step, and what is shown of the frame."""
         state: SignalState = step.state
         number = len(self.steps)
-        self.append(step, **values_of(state))
+        values = values_of(state)
+        self.append(step, **values)
+        if self.shown is not self:
+            moving = tuple(track for track in step.tracks if track.extra["shown"])
+            self.shown.append(step._replace(tracks=moving), **values)
         self.signal.offer(np.abs(state.taken) if np.iscomplexobj(state.taken) else state.taken)
         for kept in (self.score, self._kept):
             kept.offer(state.score)
@@ -113,7 +119,8 @@ def tracked_of(
     times, unit = log.times_s.copy(), "s" if source.timed else "frame"
     clock = Clock.of(times, unit)
     highest, threshold = (np.array(log.steps[name]) for name in ("highest", "threshold"))
-    sure = log.confirmed()
+    sure, followed = log.shown.confirmed(), log.confirmed()
+    resting = len(followed) - len(sure)
     earlier = log.earlier()
     lines = [line_of(number, rows, earlier.get(number), times, clock, log.period) for number, rows in sure.items()]
     rate = f", {1 / parameters.interval_s:g} a second" if source.timed else ""
@@ -122,13 +129,18 @@ def tracked_of(
         *parameters.described,
         ("Threshold", levels(threshold)),
         ("Frames with an alarm", f"{int(np.sum(highest > threshold))}"),
-        ("Candidates never confirmed", f"{len(log.by_track().numbers) - len(sure)}"),
+        ("Candidates never confirmed", f"{len(log.by_track().numbers) - len(followed)}"),
     ]
+    if log.shown is not log:
+        table.append(("Followed, not shown", f"{resting} confirmed tracks at rest (--show all)"))
     if known is not None:
-        scores = scored(log, known, parameters.object_size if cutoff_samples is None else cutoff_samples, log.period)
+        scores = scored(
+            log.shown, known, parameters.object_size if cutoff_samples is None else cutoff_samples, log.period
+        )
         table += scores.lines()
     tracked = SignalTracked(
-        Path(source.name).name or source.name, verdict(lines, clock), times, unit, source.samples, highest, threshold,
+        Path(source.name).name or source.name, verdict(lines, clock, resting), times, unit, source.samples,
+        highest, threshold,
         [_path(number, rows, earlier.get(number)) for number, rows in sure.items()],
         None if known is None else known[:, :, 0], table, header(clock), lines, scores,
     )  # fmt: skip

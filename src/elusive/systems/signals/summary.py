@@ -63,7 +63,7 @@ def line_of(
         x = np.unwrap(x, period=period)
     speed = np.polyfit(when, x, 1)[0] if len(x) > 1 else alive["velocity"][0, 0]
     chance = 1 - np.nanmax(rows["added"][:, 0])
-    ended = rows["status"][-1] == DELETED
+    ended = rows["status"][-1] == DELETED or rows["time_s"][-1] < times[-1]  # or it rests from then on
     return (
         str(number),
         clock.bare(when[0]),
@@ -77,10 +77,17 @@ def line_of(
     )
 
 
-def verdict(lines: Sequence[Sequence[str]], clock: Clock) -> str:
-    """Say in a sentence what was found."""
+def verdict(lines: Sequence[Sequence[str]], clock: Clock, resting: int) -> str:
+    """Say in a sentence what was found, and how many tracks rest and are not shown for that."""
+    if not resting:
+        return _found(lines, clock, "Nothing was found: nothing exceeded what noise does for long enough.")
+    many = "1 sure track rests and is" if resting == 1 else f"{resting} sure tracks rest and are"
+    return f"{_found(lines, clock, 'Nothing that moves was found.')} {many} not shown (--show all)."
+
+
+def _found(lines: Sequence[Sequence[str]], clock: Clock, nothing: str) -> str:
     if not lines:
-        return "Nothing was found: nothing exceeded what noise does for long enough."
+        return nothing
     if len(lines) > 1:
         return f"{len(lines)} tracks were found."
     _, since, _, until, start, _, speed, *_ = lines[0]

@@ -91,7 +91,7 @@ def track_signal(
     Step
         A frame's, with a :class:`SignalState`. The score of a track is one minus the probability that noise alone
         holds as high a peak in a frame: no posterior probability of existence. ``extra`` has the evidence of its
-        newest peak, in deviations of noise's, and the probability that it moves.
+        newest peak, in deviations of noise's, the probability that it moves, and whether it is shown for that.
 
     Raises
     ------
@@ -221,4 +221,5 @@ def _explained(samples: int, tracks: Sequence[PeakTrack], moving: Sequence[float
 def _track(track: PeakTrack, law: ExtremeValue, interval_s: float, moving: float) -> Track:
     (x,), (vx,) = track.position, track.velocity
     score, mean = 1 - law.probability(track.score), np.array([x, vx / interval_s])
-    return Track(track.track, track.status, math.nan, mean, UNKNOWN, score, {"evidence": track.score, "moves": moving})
+    extra = {"evidence": track.score, "moves": moving, "shown": float(moving > MOVES)}
+    return Track(track.track, track.status, math.nan, mean, UNKNOWN, score, extra)
