@@ -68,7 +68,11 @@ def _fitted(image: Image, last: Image, start: Array, terms: int) -> tuple[Array,
             return None
         normal += RIDGE * np.trace(normal) * np.eye(6)
         information, score = _linear_terms(normal, right)
-        if terms == 6 and iteration == 0 and _statistic(score, np.linalg.inv(information), scale) < PROMISES:
+        if (
+            terms == 6
+            and iteration == 0
+            and _statistic(score, np.asarray(np.linalg.inv(information), np.float64), scale) < PROMISES
+        ):
             return None
         change = np.zeros(6)
         change[:terms] = np.linalg.solve(normal[:terms, :terms], right[:terms])

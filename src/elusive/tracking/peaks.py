@@ -80,7 +80,8 @@ class SceneTracker(PeakRecursion):
         """Return the belief before any frame."""
         motions = self.motions
         none = PeakTargets.none(len(motions.table), int(motions.rests.sum()))
-        return PeakBelief(time_s, none, {}, 0, 0, np.zeros((0, 2)), self.persistence.begin(), *[Warp.none()] * 2, ())
+        known, still = self.persistence.begin(), Warp.none()
+        return PeakBelief(time_s, none, {}, 0, 0, np.zeros((0, 2)), known, still, still, ())
 
     def follow(
         self, belief: PeakBelief, time_s: float, peaks: Peaks | None, shape: tuple[int, int], interval_s: float
