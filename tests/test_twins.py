@@ -142,6 +142,7 @@ TWINS: dict[str, dict[str, str]] = {
     },
     "preprocess._scene_kernels": {
         "alignment": "preprocess/test_peak_kernels.py::reference.alignment",
+        "deforming": "preprocess/test_peak_kernels.py::reference.deforming",
         "preference": "preprocess/test_peak_kernels.py::reference.errors",
     },
     "preprocess._summit_kernels": {

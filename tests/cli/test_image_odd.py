@@ -19,15 +19,30 @@ TRACK = ["track", "images", "frames.npy", "--out", "out"]
 WAY = np.array([12.0, 40.0]) + np.arange(FRAMES)[:, None] * np.array([1.7, 0.6])  # the target's, in the frame
 
 
-def seen(rng: np.random.Generator, pan: tuple[float, float] = (0.0, 0.0), *, target: bool = True) -> Array:
-    """Clouds with little fine detail, over which a camera pans, and a target of ten deviations; grey levels."""
-    scene = ndimage.gaussian_filter(rng.standard_normal((400, 400)), 5)
+def seen(
+    rng: np.random.Generator,
+    pan: tuple[float, float] = (0.0, 0.0),
+    *,
+    target: bool = True,
+    roll: float = 0.0,
+    soft_px: float = 5.0,
+) -> Array:
+    """Clouds with little fine detail, over which a camera pans or rolls, and a target of ten deviations; grey levels.
+
+    ``roll`` is in radians a frame, about the middle.
+    """
+    scene = ndimage.gaussian_filter(rng.standard_normal((400, 400)), soft_px)
     scene *= 9 / scene.std()
     row, column = np.indices((ROWS, COLUMNS))
     frames = []
     for k, (x, y) in enumerate(WAY):
         dx, dy = k * np.array(pan)
-        view = 120 + ndimage.map_coordinates(scene, [row + 120 - dy, column + 120 - dx], order=3)
+        u, v, turn = column - COLUMNS / 2 - dx, row - ROWS / 2 - dy, k * roll
+        at = [
+            np.cos(turn) * v - np.sin(turn) * u + 120 + ROWS / 2,
+            np.cos(turn) * u + np.sin(turn) * v + 120 + COLUMNS / 2,
+        ]
+        view = 120 + ndimage.map_coordinates(scene, at, order=3)
         if target:
             view += 10 * NOISE * np.exp(-((column - x) ** 2 + (row - y) ** 2) / (2 * 1.2**2))
         frames.append(view + rng.normal(0, NOISE, view.shape))
@@ -58,6 +73,13 @@ def black_hot(rng: np.random.Generator) -> np.ndarray:
     return grey(frames)
 
 
+def wrapped(rng: np.random.Generator) -> np.ndarray:
+    """Twelve bits that do not hold the brightest twentieth, which goes on from 0."""
+    frames = seen(rng)
+    low, high = np.quantile(frames, [0.0, 0.95])
+    return np.round((frames - low) / (high - low) * 4095).astype(np.uint16) & 4095
+
+
 def shutter(rng: np.random.Generator) -> np.ndarray:
     """Twice the shutter is before the sensor for five frames."""
     frames = seen(rng)
@@ -71,6 +93,7 @@ ODD: dict[str, tuple[Callable[[np.random.Generator], np.ndarray], str, str]] = {
     "each twice": (each_twice, "frames.repeated", "35 of 69 frames are copies"),
     "black hot": (black_hot, "frames.cut", "Frame 35 shows another scene"),
     "shutter": (shutter, "frames.cut", "shows another scene"),
+    "wrapped": (wrapped, "frames.folded", "as if 12 bits did not hold them"),
 }
 
 
@@ -128,3 +151,18 @@ def test_where_nothing_is_nothing_is_shown(elusive_in: Run, tmp_path: Path) -> N
     assert code == 0, said
     assert failing(tmp_path) == set(), said
     assert np.count_nonzero(rows_of(tmp_path)["shown"] == 1) < 0.1 * FRAMES
+
+
+@pytest.mark.parametrize("target", [True, False])
+def test_a_camera_that_rolls_shows_no_part_of_its_scene(elusive_in: Run, tmp_path: Path, *, target: bool) -> None:
+    """So few of its parts were sure tracks that they did not tell how the camera turns, and were shown as movers."""
+    rng = np.random.default_rng([6, 40, target])
+    np.save(tmp_path / "frames.npy", grey(seen(rng, target=target, roll=0.014, soft_px=3.0)))
+    code, said = elusive_in(*TRACK)
+    assert code == 0, said
+    rows = rows_of(tmp_path)
+    wrong = (rows["shown"] == 1) & ((off_target(rows) > 2 * NEAR_PX) | (not target))
+    assert np.count_nonzero(wrong & (rows["existence"] > 0.9)) < 0.2 * FRAMES
+    if target:
+        due = (rows["time_s"] >= DUE) & (off_target(rows) < NEAR_PX) & (rows["shown"] == 1)
+        assert len(np.unique(rows["time_s"][due])) > 0.9 * (FRAMES - DUE)

@@ -99,6 +99,14 @@ def test_alignment_with_the_past(shift):
     assert squares == pytest.approx((better**2).sum(), rel=1e-3, abs=1e-2)
 
 
+@pytest.mark.parametrize("way", [np.zeros((3, 2)), np.array([[1.3, -0.4], [0.5, 2.1], [-1.7, 0.2]])])
+def test_an_affine_step_against_the_last_frame(way):
+    image, last = image_of((40, 44)), image_of((40, 44), 1)
+    ours = _scene_kernels.deforming(image, last, way, 9.0, 1, 2)
+    for value, expected in zip(ours, reference.deforming(image, last, way, 9.0, 2), strict=True):
+        np.testing.assert_allclose(value, expected, rtol=1e-5, atol=1e-5 * np.abs(expected).max())
+
+
 def test_summits_are_extrema_over_place_and_scale():
     maps = [image_of(shape, k) / 15 for k, shape in enumerate([(80, 96), (40, 48), (20, 24)])]
     nowhere = np.zeros(2)

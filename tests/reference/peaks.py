@@ -129,6 +129,23 @@ def alignment(image, mean, seen, shift, scale, margin):
     return np.array([values.sum() for values in sums])
 
 
+def deforming(image, last, way, scale, margin):
+    """Sums of a Gauss-Newton step that lays ``image(p + way(p))`` over ``last(p)``."""
+    rows, columns = last.shape
+    y, x = (v[margin : rows - margin, margin : columns - margin].ravel() for v in np.indices(last.shape))
+    u, v = ((at - (size - 1) / 2) / (max(rows, columns) / 2) for at, size in ((x, columns), (y, rows)))
+    to_x, to_y = (at + way[0, a] + u * way[1, a] + v * way[2, a] for a, at in enumerate((x, y)))
+    inside = np.ones(len(x), bool)
+    for place, size in ((to_x, columns), (to_y, rows)):
+        inside &= (np.floor(place) >= margin) & (np.floor(place) + 1 < size - margin)
+    error = ndimage.map_coordinates(image.astype(float), [to_y, to_x], order=1) - last[y, x]
+    gy, gx = (slope[y, x] for slope in np.gradient(last.astype(float)))
+    slopes = np.stack([gx, gy, u * gx, u * gy, v * gx, v * gy])[:, inside]
+    error = error[inside]
+    weighted = slopes / (1 + 0.25 * (error / scale) ** 2)
+    return weighted @ slopes.T, weighted @ error, len(error), np.sqrt(np.abs(error)).sum()
+
+
 def kind(white, row, column, bounds, ring):
     places = [(row + dy, column + dx) for dy, dx in ring]
     inside = [white[at] for at in places if 0 <= at[0] < len(white) and 0 <= at[1] < white.shape[1]]

@@ -32,7 +32,8 @@ def found(rng: np.random.Generator, places: np.ndarray, now: np.ndarray, sd_px: 
     seen = now[rng.random(n) < 0.9]
     peaks = np.concatenate([seen + rng.normal(0, sd_px, seen.shape), rng.uniform((0, 0), SHAPE[::-1], (n, 2))])
     targets = targets_at(places)
-    return warp_of(targets, targets, peaks, np.full(len(peaks), 2.0), np.ones(len(peaks), np.bool_), Warp.none())
+    looks = np.full(len(peaks), 2.0), np.ones(len(peaks), np.bool_)
+    return warp_of(targets, targets, peaks, *looks, Warp.none(), Warp.none())
 
 
 @pytest.mark.parametrize(

@@ -108,3 +108,66 @@ def preference(
         total += float(gain)
         squares += float(square)
     return total, squares
+
+
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
+def deforming(
+    image: Image, last: Image, way: NDArray[np.float64], scale: float, stride: int, margin: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64], int, float]:
+    """Return the sums of a Gauss-Newton step that lays ``image(p + way(p))`` over ``last(p)``, Cauchy weights.
+
+    ``way`` is ``(3, 2)``: x and y at the middle, and what they change over half of the longer side in x, and in y. Of
+    ``stride`` rows one is looked at.
+
+    Returns
+    -------
+    tuple
+        Normal matrix ``(6, 6)`` and right side ``(6,)``, in the order of ``way``; pixels; sum of root errors.
+    """
+    rows, columns = last.shape
+    middle_x, middle_y, unit = 0.5 * (columns - 1), 0.5 * (rows - 1), 0.5 * max(rows, columns)
+    normal, right, inverse = np.zeros((6, 6)), np.zeros(6), 0.25 / scale**2
+    pixels, root = 0, 0.0
+    powers = np.zeros((3, 3))  # of u, in the sums along a row: of both slopes' products
+    sides = np.zeros((2, 2))
+    for row in range(margin, rows - margin, stride):
+        v = (row - middle_y) / unit
+        powers[:], sides[:] = 0.0, 0.0
+        for i in range(margin, columns - margin):
+            u = (i - middle_x) / unit
+            x = i + way[0, 0] + u * way[1, 0] + v * way[2, 0]
+            y = row + way[0, 1] + u * way[1, 1] + v * way[2, 1]
+            left, top = int(np.floor(x)), int(np.floor(y))
+            if left < margin or top < margin or left + 1 >= columns - margin or top + 1 >= rows - margin:
+                continue
+            a, b = x - left, y - top
+            upper = (1 - a) * image[top, left] + a * image[top, left + 1]
+            lower = (1 - a) * image[top + 1, left] + a * image[top + 1, left + 1]
+            error = (1 - b) * upper + b * lower - last[row, i]
+            weight = 1 / (1 + inverse * error * error)
+            gx, gy = 0.5 * (last[row, i + 1] - last[row, i - 1]), 0.5 * (last[row + 1, i] - last[row - 1, i])
+            for product, one in enumerate((weight * gx * gx, weight * gx * gy, weight * gy * gy)):
+                powers[product, 0] += one
+                powers[product, 1] += u * one
+                powers[product, 2] += u * u * one
+            for axis, one in enumerate((weight * gx * error, weight * gy * error)):
+                sides[axis, 0] += one
+                sides[axis, 1] += u * one
+            pixels += 1
+            root += np.sqrt(abs(error))
+        for axis in range(2):
+            right[axis] += sides[axis, 0]
+            right[2 + axis] += sides[axis, 1]
+            right[4 + axis] += v * sides[axis, 0]
+            for other in range(2):
+                one, first, second = powers[axis + other]
+                normal[axis, other] += one
+                normal[axis, 2 + other] += first
+                normal[axis, 4 + other] += v * one
+                normal[2 + axis, 2 + other] += second
+                normal[2 + axis, 4 + other] += v * first
+                normal[4 + axis, 4 + other] += v * v * one
+    for j in range(6):
+        for k in range(j):
+            normal[j, k] = normal[k, j]
+    return normal, right, pixels, root

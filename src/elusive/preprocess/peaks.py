@@ -22,6 +22,7 @@ from elusive.model import Model
 from elusive.preprocess import _summit_kernels, peak_tails, scales
 from elusive.preprocess._scale_kernels import Image, Mask
 from elusive.preprocess.dead_lines import without_dead_lines
+from elusive.preprocess.deformation import deformation
 from elusive.preprocess.drawn import Drawn, drawn, without_drawn
 from elusive.preprocess.impulses import without_impulses
 from elusive.preprocess.peak_maps import Found, Groups, PeakMaps, find, groups_of, in_space, in_time
@@ -58,6 +59,8 @@ class Peaks(NamedTuple):
     noise: float  # deviation of a pixel's own noise [grey levels]
     pedestal: float  # median of the frame [grey levels]
     quantiles: Array  # (11,) of the whitened finest map at LEVELS; a Gaussian's: scipy.special.ndtri(LEVELS)
+    # (3, 2) D: what was at p in the last frame is at p + step_px + D[0] + p @ D[1:]; None where it is only shifted
+    deformation: Array | None = None
 
     @property
     def level(self) -> Array:
@@ -156,8 +159,10 @@ class PeakFinder(Model):
         stuck = watch(image, self.stuck, state.stuck, suspects, offset)
         grey = 1.0 / (unit or 1.0)
         peaks = *peaks[:-1], grey * peaks[-1]
-        output = Peaks(state.frames_seen, *peaks, offset, step, cut, grey * noise, grey * pedestal, quantiles)
-        last = maps[scene.chosen()[1]]
+        coarse = scene.chosen()[1]
+        last = maps[coarse]
+        deforms = None if cut or state.last is None else deformation(last, state.last, step, coarse)
+        output = Peaks(state.frames_seen, *peaks, offset, step, cut, grey * noise, grey * pedestal, quantiles, deforms)
         return PeakState(
             state.frames_seen + 1, image.shape, unit, pasts, last, offset, step, usual, over, stuck, tails, output
         )

@@ -1,9 +1,9 @@
 """How a scene deforms as a whole: a camera that zooms, rolls or flies over ground; targets are carried along.
 
-A frame's shift is known from its grey levels; what tracks show beyond it is an affine map, fitted robustly to the way
-from each track to the peak that is like it, each time to the nearest anew (Besl and McKay, 1992, IEEE Trans. Pattern
-Anal. 14, 239-256), with Cauchy weights. Believed is one that most tracks fit and that chance does not make (Wald,
-1943), so that a scene that does not deform is left as it is.
+A frame's shift is known from its grey levels, and roughly how it is deformed, where much of it shows; what tracks show
+beyond the shift is an affine map, fitted robustly to the way from each track to the peak that is like it, each time to
+the nearest anew (Besl and McKay, 1992, IEEE Trans. Pattern Anal. 14, 239-256), with Cauchy weights. Believed is one
+that most tracks fit and that chance does not make (Wald, 1943), so that a scene that does not deform is left as it is.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elusive.contracts import Array
+from elusive.preprocess.peaks import Peaks
 from elusive.tracking._peak_kernels import fit_affine, nearest
 from elusive.tracking.peak_targets import PeakTargets
 
@@ -38,6 +39,14 @@ class Warp(NamedTuple):
         """Return what leaves everything where it is."""
         return cls(np.zeros(2), np.zeros((2, 2)))
 
+    @classmethod
+    def of_frame(cls, peaks: Peaks) -> Warp:
+        """Return what a frame's grey levels show, in the scene's coordinates."""
+        if peaks.deformation is None:
+            return cls.none()
+        shift, linear = peaks.deformation[0], peaks.deformation[1:]
+        return cls(shift + (peaks.offset_px - peaks.step_px) @ linear, linear)
+
     @property
     def deforms(self) -> bool:
         """Whether it is anything but none."""
@@ -50,7 +59,13 @@ class Warp(NamedTuple):
 
 
 def warp_of(
-    before: PeakTargets, predicted: PeakTargets, places: Array, level: Array, bright: NDArray[np.bool_], last: Warp
+    before: PeakTargets,
+    predicted: PeakTargets,
+    places: Array,
+    level: Array,
+    bright: NDArray[np.bool_],
+    last: Warp,
+    seen: Warp,
 ) -> Warp:
     """Return how the scene is deformed since the last frame, beyond its shift.
 
@@ -63,15 +78,17 @@ def warp_of(
         about them.
     last
         How it was deformed a frame before.
+    seen
+        How it is by its grey levels; believed where tracks show nothing.
     """
     known = np.flatnonzero((before.existence > SURE) & (before.age > 0))
     if min(len(known), len(places)) < LEAST:
-        return Warp.none()
+        return seen
     peaks = _features(places, level, bright)
     at, looks = before.mean_place[known], (before.level[known], before.bright[known])
     # what went with a scene for some frames unnoticed has its velocity, and is where that takes it
-    starts = [predicted.mean_place[known]] + [at + last.way(at)] * last.deforms
-    best, most = Warp.none(), -1
+    starts = [predicted.mean_place[known], *(at + one.way(at) for one in (last, seen) if one.deforms)]
+    best, most = seen, -1
     for guess in starts:
         warp, fits, wald = Warp.none(), 0, math.inf
         for gate in GATES_PX:

@@ -50,6 +50,7 @@ class PeakBelief(NamedTuple):
     ended: Array  # (E, 2) evidence of moving, and evidence a frame, of tracks that have ended
     reliability: Reliability  # what became of tracks of an existence
     warp: Warp  # how the scene was deformed since the frame before
+    seen: Warp  # how it was by grey levels alone
     tracks: tuple[Track, ...]
 
     @property
@@ -79,7 +80,8 @@ class SceneTracker(PeakRecursion):
         """Return the belief before any frame."""
         motions = self.motions
         none = PeakTargets.none(len(motions.table), int(motions.rests.sum()))
-        return PeakBelief(time_s, none, {}, 0, 0, np.zeros((0, 2)), self.persistence.begin(), Warp.none(), ())
+        known, still = self.persistence.begin(), Warp.none()
+        return PeakBelief(time_s, none, {}, 0, 0, np.zeros((0, 2)), known, still, still, ())
 
     def follow(
         self, belief: PeakBelief, time_s: float, peaks: Peaks | None, shape: tuple[int, int], interval_s: float
@@ -106,7 +108,10 @@ class SceneTracker(PeakRecursion):
             return belief._replace(time_s=time_s, targets=targets)
         clutter = self.clutter(peaks, shape)
         bright = peaks.bright[: self.most_peaks]
-        warp = warp_of(belief.targets, targets, clutter.places, clutter.level, bright, belief.warp)
+        seen = Warp.of_frame(peaks)
+        # a camera that deforms goes on doing so: a single frame may be of clouds that pass each other
+        told = seen if belief.seen.deforms else Warp.none()
+        warp = warp_of(belief.targets, targets, clutter.places, clutter.level, bright, belief.warp, told)
         if warp.deforms:
             targets = self.predicted(carried(belief.targets, targets, warp), passed)
         targets, unclaimed = self.updated(targets, peaks, clutter)
@@ -120,7 +125,7 @@ class SceneTracker(PeakRecursion):
         ended = np.concatenate([belief.ended, reached[over]])[-REMEMBERED:]
         belief = belief._replace(
             time_s=time_s, targets=targets.kept(kept), born=belief.born + len(newborn.number), ended=ended,
-            reliability=belief.reliability.carried(warp), warp=warp,
+            reliability=belief.reliability.carried(warp), warp=warp, seen=seen,
         )  # fmt: skip
         return self._judged(belief, reached[kept], peaks, interval_s)
 

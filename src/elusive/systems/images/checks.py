@@ -12,6 +12,7 @@ from elusive.checks import Fact, Finding, share_of
 from elusive.contracts import Array
 from elusive.preprocess.peaks import LEVELS
 from elusive.sensors import ImageSensor
+from elusive.systems.images.folded import Folded
 from elusive.systems.images.frame_facts import FrameFacts
 from elusive.systems.images.left_over import LeftOver
 from elusive.systems.images.movers import Movers
@@ -40,7 +41,7 @@ class FrameChecks:
         self._sensor = sensor = parameters.sensor
         self._quantiles, self._whitened = np.zeros(len(LEVELS)), 0  # of whitened pixels, summed over so many frames
         self._left: LeftOver | None = None
-        self._movers, self._octets = Movers(), Octets()
+        self._movers, self._octets, self._folded = Movers(), Octets(), Folded()
         self._again = math.nan, 0  # share of sure tracks that were there again, and of how many
         if isinstance(sensor, ImageSensor) and sensor.noise == "gaussian":
             self._left = LeftOver(sensor)
@@ -59,6 +60,7 @@ class FrameChecks:
     def add(self, frame: Array, places: Iterable[tuple[float, float]] = ()) -> None:
         """Take a frame ``(rows, columns)``, and where tracks are in it, x, y."""
         self._octets.add(frame)
+        self._folded.add(frame)
         if isinstance(self._sensor, ImageSensor):
             frame, places = self.parameters.levelled(frame), list(places)
             self.noise.add(frame, places, CLEAR * self.parameters.spread_px)
@@ -76,7 +78,10 @@ class FrameChecks:
         whitened
             Mean quantile of the whitened pixels, by its probability, where frames were whitened.
         """
-        found = [order_finding(self.noise, self.noise.count), self._octets.finding(), *_repeats(self.noise)]
+        octets = self._octets.finding()
+        found = [order_finding(self.noise, self.noise.count), octets, *_repeats(self.noise)]
+        if octets.holds:  # swapped, the lower one leads, and folds
+            found.append(self._folded.finding())
         if isinstance(self._sensor, ImageSensor):
             found += white_findings(self._sensor, self.parameters, self.noise)
             if self._left is not None and all(one.holds for one in found):  # else noise itself may stand out
