@@ -14,7 +14,7 @@ from elusive.tracking import _peak_kernels as kernels
 from elusive.tracking._pair_kernels import absorb, explain
 from elusive.tracking._target_kernels import moving, recent, ways
 from elusive.tracking.peak_motions import PeakMotions
-from elusive.tracking.peak_null import EmpiricalNull
+from elusive.tracking.peak_null import EmpiricalNull, exponent_of
 from elusive.tracking.peak_persistence import groups_of
 from elusive.tracking.peak_targets import HOP, PeakTargets
 from elusive.tracking.peaks import RIVALS, PeakBelief, SceneTracker, chance_of
@@ -530,6 +530,46 @@ def test_the_null_keeps_its_promise() -> None:
             moved, rate = width * rng.exponential(size=300), rng.normal(2, 0.5, 300)
             said += int((EmpiricalNull().moves(moved, rate, moved, rate) > 0.5).sum())
         assert said <= 50 * 0.5
+
+
+def pareto(rng: np.random.Generator, exponent: float, n: int) -> np.ndarray:
+    """Draw from a generalised Pareto law of width one."""
+    upper = 1 - rng.random(n)
+    return (upper**-exponent - 1) / exponent
+
+
+def test_the_null_keeps_its_promise_however_heavy_its_tail_is() -> None:
+    rng, runs = np.random.default_rng(7), 60
+    for exponent in (0.1, 0.6, 1.0, 1.5):
+        said = 0
+        for _ in range(runs):
+            moved, rate = 2 * pareto(rng, exponent, 2000), rng.normal(2, 0.5, 2000)
+            said += int((EmpiricalNull().moves(moved, rate, moved, rate) > 0.5).sum())
+        assert said <= 0.5 * runs + 2.4 * np.sqrt(0.5 * runs)  # with a fixed .3: 107, 376, 772 in the last three
+
+
+def test_the_exponent_of_a_tail_is_found_among_targets() -> None:
+    rng = np.random.default_rng(8)
+    for exponent in (0.3, 0.8, 1.5):
+        clutter = np.array([pareto(rng, exponent, 500) for _ in range(40)])
+        found = [exponent_of(excess) for excess in clutter]
+        assert np.mean(found) == pytest.approx(exponent, abs=3 * np.std(found) / np.sqrt(40) + 0.02)
+        with_targets = [exponent_of(np.append(excess, np.full(15, 1e6))) for excess in clutter]
+        assert np.mean(with_targets) - np.mean(found) < 0.3
+    assert exponent_of(rng.uniform(size=100)) == 0.0
+
+
+def test_a_target_alone_does_not_make_the_tail_of_a_clean_recording_heavy() -> None:
+    """Its own evidence is one of few over the level."""
+    rng = np.random.default_rng(9)
+    quiet = rng.exponential(0.3, 150)
+    moved, rate = np.append(quiet, 40.0), np.append(rng.normal(2, 0.3, 150), 2.5)
+    assert EmpiricalNull().moves(moved, rate, moved, rate)[-1] > 0.9
+
+
+def test_evidence_that_is_weak_moves_nothing_however_rare_it_is() -> None:
+    moved, rate = np.append(np.zeros(300), 2.9), np.append(np.full(300, 1.0), 9.0)
+    assert EmpiricalNull().moves(moved, rate, moved, rate)[-1] == 0.0
 
 
 def test_time_does_not_run_backwards() -> None:
