@@ -388,16 +388,12 @@ def sizes_differ(folder: Path) -> list[object]:
 
 
 def all_nan(folder: Path) -> list[object]:
-    frames = np.random.default_rng(5).standard_normal((6, 60, 50))
-    frames[4] = np.nan
-    np.save(folder / "frames.npy", frames)
+    np.save(folder / "frames.npy", np.full((6, 60, 50), np.nan))
     return ["frames.npy"]
 
 
 def constant(folder: Path) -> list[object]:
-    frames = np.random.default_rng(5).standard_normal((6, 60, 50))
-    frames[2] = 7.0
-    np.save(folder / "frames.npy", frames)
+    np.save(folder / "frames.npy", np.full((6, 60, 50), 7.0))
     return ["frames.npy"]
 
 
@@ -432,8 +428,8 @@ def option(*arguments: object) -> Callable[[Path], list[object]]:
         (empty_folder, "images: holds no image"),
         (truncated_png, "frame3.png"),
         (sizes_differ, "frame3.png"),
-        (all_nan, "frame 4: 3000 of 3000 pixels are NaN or infinite"),
-        (constant, "frame 2: all its pixels are 7"),
+        (all_nan, "frame 0: 3000 of 3000 pixels are NaN or infinite"),
+        (constant, "frame 0: all its pixels are 7"),
         (lambda folder: ["absent"], "absent: there is no such file or folder; check the path."),
         (option("--psf-sigma=-1"), "psf_sigma: must be greater than 0 (got -1.0)."),
         (option("--noise-sigma", 0), "noise_sigma: must be greater than 0 (got 0.0)."),

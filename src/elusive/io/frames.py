@@ -31,12 +31,16 @@ SUPPORTED = (".npy", *NAMED, *TIFF, ".gif", *VIDEOS)
 REC_601 = np.array([299.0, 587.0, 114.0])
 
 
+class BlankFrame(DataError):
+    """A frame that shows nothing; its sentence is not ended."""
+
+
 @dataclass(frozen=True)
 class FrameSource:
     """A sequence of frames, opened afresh at each iteration and never held whole in memory.
 
     Iterating yields float64 arrays ``(rows, cols)``, each the caller's own. A pixel that was NaN or infinite in the
-    file is NaN: masked.
+    file is NaN: masked. A frame that shows nothing, as while a shutter is closed, is ``None``: missing.
     """
 
     name: str
@@ -51,25 +55,28 @@ class FrameSource:
     _stack: Stack = field(repr=False)
     _stop: int | None = field(repr=False)
 
-    def __iter__(self) -> Iterator[Array]:
-        """Yield the frames.
+    def __iter__(self) -> Iterator[Array | None]:
+        """Yield the frames; ``None`` where more than half of the pixels are NaN or infinite, or all are equal.
 
         Raises
         ------
         DataError
-            If a frame cannot be decoded, differs in size, has more than half of its pixels NaN or infinite, or has
-            all pixels equal.
+            If a frame cannot be decoded or differs in size, or none shows anything.
         """
-        number = self.start
+        number, blank, seen = self.start, None, False
         with closing(self._stack.read(self.start, self._stop)) as raws:  # type: ignore[type-var]
             for where, raw in raws:
-                skip = f"pass start={number + 1} to skip it"
-                if number > self.start:
-                    skip = f"pass stop={number} to end before it"
-                yield clean_frame(raw, self.shape, where, skip)
+                frame = None
+                try:
+                    frame, seen = clean_frame(raw, self.shape, where), True
+                except BlankFrame as error:
+                    blank = blank or error
+                yield frame
                 number += 1
         if number == self.start:
             raise DataError(f"{self.name}: holds no frame from number {self.start} on; choose an earlier start.")
+        if blank is not None and not seen:
+            raise DataError(f"{blank}; no other of the {number - self.start} frames shows more: check the file.")
 
     @property
     def whole(self) -> bool:
@@ -216,13 +223,15 @@ def _open(text: str, dataset: str | None, pattern: str | None) -> Stack:
     )
 
 
-def clean_frame(raw: Any, shape: tuple[int, int], where: str, skip: str) -> Array:
-    """Return a raw frame as grey float64 of the right size, with NaN for what is not finite; ``skip``: what to do else.
+def clean_frame(raw: Any, shape: tuple[int, int], where: str) -> Array:
+    """Return a raw frame as grey float64 of the right size, with NaN for what is not finite.
 
     Raises
     ------
     DataError
-        If it differs in size, has more than half of its pixels NaN or infinite, or has all pixels equal.
+        If it differs in size.
+    BlankFrame
+        If it has more than half of its pixels NaN or infinite, or has all pixels equal.
     """
     frame = _grey(raw, where)
     check_same((frame.shape[0], frame.shape[1]), shape, where)
@@ -230,9 +239,8 @@ def clean_frame(raw: Any, shape: tuple[int, int], where: str, skip: str) -> Arra
     n_masked = np.count_nonzero(masked)
     if 2 * n_masked > frame.size:
         row, col = np.argwhere(masked)[0]
-        raise DataError(
-            f"{where}: {n_masked} of {frame.size} pixels are NaN or infinite, the first at row {row}, column {col}; "
-            f"repair the frame, or {skip}."
+        raise BlankFrame(
+            f"{where}: {n_masked} of {frame.size} pixels are NaN or infinite, the first at row {row}, column {col}"
         )
     frame[masked] = np.nan
     if n_masked == 0:
@@ -240,7 +248,7 @@ def clean_frame(raw: Any, shape: tuple[int, int], where: str, skip: str) -> Arra
     else:
         low, high = np.nanmin(frame), np.nanmax(frame)
     if low == high:
-        raise DataError(f"{where}: all its pixels are {low:g}, so there is nothing to see in it; {skip}.")
+        raise BlankFrame(f"{where}: all its pixels are {low:g}, so there is nothing to see in it")
     return frame
 
 

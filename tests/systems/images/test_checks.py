@@ -11,12 +11,14 @@ import pytest
 from elusive.checks import broken
 from elusive.cli import main
 from elusive.cli.terminal import NOT_BELIEVED
+from elusive.io import open_frames
 from elusive.sensors import ImageSensor
 from elusive.systems.images.checks import FrameChecks
 from elusive.systems.images.frame_facts import FrameFacts
 from elusive.systems.images.look import look
 from elusive.systems.images.parameters import ImageTracking
 from elusive.systems.images.recorded_checks import again_finding, recorded_findings
+from elusive.systems.images.run import track_recording
 from elusive.systems.images.scene_facts import SceneFacts
 from elusive.systems.images.simulate import ImageSimulation, draw_images
 from elusive.systems.images.track import track_images
@@ -312,3 +314,22 @@ def test_a_look_before_the_run_tells_the_order_of_axes(tmp_path, axis):
     assert looked.said == ("40 frames of 64 x 48 pixels." if axis == 0 else "48 frames of 40 x 64 pixels.")
     assert [one.name for one in broken(looked.findings)] == ([] if axis == 0 else ["frames.axes"])
     assert looked.picture.shape == np.moveaxis(frames, 0, axis).shape[1:]
+
+
+@pytest.mark.parametrize("blank", [(40,), (0, 1), (30, 31, 32)])
+def test_frames_that_show_nothing_are_passed_over_and_told(blank, tmp_path):
+    """As while a shutter is closed: the target is followed past them, and told as before."""
+    rng, (y, x) = np.random.default_rng(3), np.mgrid[:72, :96]
+    scene = 100 + 40 * np.exp(-((y - 60) ** 2 / 400 + (x - 40) ** 2 / 900)) + 5 * np.sin(x / 9)
+    frames = np.array([
+        scene + rng.normal(0, 2, scene.shape) + 14 * np.exp(-((y - 20) ** 2 + (x - 12 - 0.9 * k) ** 2) / 3)
+        for k in range(60)
+    ])  # fmt: skip
+    frames[list(blank)] = 0
+    np.save(tmp_path / "frames.npy", frames.clip(0, 255).astype(np.uint8))
+    outcome = track_recording(open_frames(tmp_path / "frames.npy"), ImageTracking(), tmp_path / "out")
+    told = {finding.name: finding for finding in outcome.findings}["frames.blank"]
+    assert (told.holds, told.grave, told.seen) == (False, False, len(blank) / 60)
+    rows = outcome.log.shown.rows
+    last = rows["position"][rows["time_s"] == 59]
+    assert np.hypot(*(last - [12 + 0.9 * 59, 20]).T).min() < 2

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
@@ -30,6 +30,7 @@ CLEAR = 4.0  # point spreads about a track in which no noise is read
 REPEATED = 0.1  # share of frames that are their predecessor
 ODD, SUSPECT = 0.03, 0.7  # change along an axis of a frame over that along time: another order; if its shape is odd too
 ASPECT = 2.4  # of a frame's sides, from which no camera is so
+OFTEN = 0.1  # share of frames that show nothing, from which that is no accident
 ORDER = "Save the array as (time, row, column): numpy.moveaxis(frames, -1, 0) where time is last."
 
 
@@ -42,14 +43,18 @@ class FrameChecks:
         self._quantiles, self._whitened = np.zeros(len(LEVELS)), 0  # of whitened pixels, summed over so many frames
         self._left: LeftOver | None = None
         self._movers, self._octets, self._folded = Movers(), Octets(), Folded()
+        self._taken, self._blank_s = 0, list[float]()  # frames, and the times of those that show nothing
         self._again = math.nan, 0  # share of sure tracks that were there again, and of how many
         if isinstance(sensor, ImageSensor) and sensor.noise == "gaussian":
             self._left = LeftOver(sensor)
 
     def take(self, step: Step) -> None:
-        """Take a step; one without a frame says nothing."""
-        if step.measurement is not None:
-            self.add(step.measurement, places_of(step))
+        """Take a step; of one without a frame it is kept that there was none."""
+        self._taken += 1
+        if step.measurement is None:
+            self._blank_s.append(step.time_s)
+            return
+        self.add(step.measurement, places_of(step))
         if isinstance(step.state, PeaksState) and step.state.peaks is not None:
             self._quantiles += step.state.peaks.quantiles
             self._whitened += 1
@@ -80,6 +85,7 @@ class FrameChecks:
         """
         octets = self._octets.finding()
         found = [order_finding(self.noise, self.noise.count), octets, *_repeats(self.noise)]
+        found.append(blank_finding(self._blank_s, self._taken))
         if octets.holds:  # swapped, the lower one leads, and folds
             found.append(self._folded.finding())
         if isinstance(self._sensor, ImageSensor):
@@ -94,6 +100,18 @@ class FrameChecks:
             if peaks:
                 found += [again_finding(*self._again), *self._movers.findings()]
         return tuple(found)
+
+
+def blank_finding(blank_s: Sequence[float], count: int) -> Finding:
+    """Say how many of all frames show nothing, by their times."""
+    share, first = (len(blank_s) / count, f"{blank_s[0]:g}") if blank_s else (0.0, "")
+    return Fact(0.0, share, not blank_s, count).finding(
+        "frames.blank",
+        f"Nothing is to be seen in {len(blank_s)} of {count} frames, the first at time {first}: pixels are all alike, "
+        "or most have no value. They were passed over, and tracks are predicted through them.",
+        "A shutter or a lost connection does that; else check how the frames were exported.",
+        grave=share > OFTEN,
+    )
 
 
 def places_of(step: Step) -> Iterator[tuple[float, float]]:

@@ -60,7 +60,8 @@ def fit_images(source: FrameSource, on_frame: Callable[[int], None] | None = Non
     """
     facts = FrameFacts()
     for number, frame in enumerate(source, 1):
-        facts.add(frame)
+        if frame is not None:
+            facts.add(frame)
         if on_frame is not None:
             on_frame(number)
     law = facts.law
@@ -69,7 +70,8 @@ def fit_images(source: FrameSource, on_frame: Callable[[int], None] | None = Non
 
     def again() -> Iterator[Array]:
         for number, frame in enumerate(source, facts.count + 1):
-            yield frame
+            if frame is not None:
+                yield frame
             if on_frame is not None:
                 on_frame(number)
 

@@ -26,8 +26,10 @@ def look(path: Path, given: Mapping[str, str | bool]) -> Looked:
     frames = open_frames(path)
     facts, seen = FrameFacts(), None
     with closing(iter(frames)) as every:  # type: ignore[type-var]
-        for seen in islice(every, FRAMES):
-            facts.look(seen)
+        for frame in islice(every, FRAMES):
+            if frame is not None:
+                facts.look(frame)
+                seen = frame
     rows, columns = frames.shape
     many = "Frames" if frames.length is None else f"{frames.length} frames"
     rate = "" if frames.rate_hz is None else f", {frames.rate_hz:g} a second"

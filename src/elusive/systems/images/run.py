@@ -51,10 +51,9 @@ class _Run:
     def append(self, step: Step) -> None:
         """Take in a step; of a frame that is missing there is nothing to see."""
         self._log.append(step)
-        if step.measurement is not None:
-            if self._keeper is not None:
-                self._keeper.offer(self.count, step.measurement)
-            self.checks.take(step)
+        if step.measurement is not None and self._keeper is not None:
+            self._keeper.offer(self.count, step.measurement)
+        self.checks.take(step)
         self.count += 1
 
     def flush(self) -> None:
