@@ -31,7 +31,7 @@ SUPPORTED = (".npy", *NAMED, *TIFF, ".gif", *VIDEOS)
 REC_601 = np.array([299.0, 587.0, 114.0])
 
 
-class BlankFrame(DataError):
+class BlankFrameError(DataError):
     """A frame that shows nothing; its sentence is not ended."""
 
 
@@ -69,7 +69,7 @@ class FrameSource:
                 frame = None
                 try:
                     frame, seen = clean_frame(raw, self.shape, where), True
-                except BlankFrame as error:
+                except BlankFrameError as error:
                     blank = blank or error
                 yield frame
                 number += 1
@@ -230,7 +230,7 @@ def clean_frame(raw: Any, shape: tuple[int, int], where: str) -> Array:
     ------
     DataError
         If it differs in size.
-    BlankFrame
+    BlankFrameError
         If it has more than half of its pixels NaN or infinite, or has all pixels equal.
     """
     frame = _grey(raw, where)
@@ -239,7 +239,7 @@ def clean_frame(raw: Any, shape: tuple[int, int], where: str) -> Array:
     n_masked = np.count_nonzero(masked)
     if 2 * n_masked > frame.size:
         row, col = np.argwhere(masked)[0]
-        raise BlankFrame(
+        raise BlankFrameError(
             f"{where}: {n_masked} of {frame.size} pixels are NaN or infinite, the first at row {row}, column {col}"
         )
     frame[masked] = np.nan
@@ -248,7 +248,7 @@ def clean_frame(raw: Any, shape: tuple[int, int], where: str) -> Array:
     else:
         low, high = np.nanmin(frame), np.nanmax(frame)
     if low == high:
-        raise BlankFrame(f"{where}: all its pixels are {low:g}, so there is nothing to see in it")
+        raise BlankFrameError(f"{where}: all its pixels are {low:g}, so there is nothing to see in it")
     return frame
 
 

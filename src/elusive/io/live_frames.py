@@ -23,7 +23,7 @@ from elusive.io._standard_input import STANDARD_INPUT
 from elusive.io._streams import is_stream
 from elusive.io._streams_again import StreamAgain
 from elusive.io.arrivals import Arrivals
-from elusive.io.frames import BlankFrame, clean_frame
+from elusive.io.frames import BlankFrameError, clean_frame
 
 CLOCKED = 5  # frames whose times tell how far apart frames are, where a stream has times
 HELD_S, HELD_BYTES = 10.0, 1 << 28  # frames that wait for the tracker, at most
@@ -197,7 +197,7 @@ class LiveFrames:
         if frame.raw is not None:
             try:
                 return clean_frame(frame.raw, shape, frame.where)
-            except BlankFrame as error:
+            except BlankFrameError as error:
                 fault = f"{error}; it is left out."
             except DataError as error:
                 fault = str(error)
