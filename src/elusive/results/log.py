@@ -199,6 +199,14 @@ class TrackLog:
         """Return all rows of each track that was ever confirmed, by its number."""
         return {number: rows for number, rows in self.by_track() if (rows["status"] == CONFIRMED).any()}
 
+    def only(self, tracks: Sequence[int]) -> TrackLog:
+        """Return a log of the same steps, with these tracks alone."""
+        log = TrackLog(self.columns.state_names, self.columns.unit, self.columns.added, self.step_values)
+        rows = self.rows
+        log._steps.extend(self.steps)
+        log._rows.extend(rows[np.isin(rows["track"], tracks)])
+        return log
+
     def csv_text(self) -> str:
         """Return what stands in ``tracks.csv``."""
         return csv_text(self.columns.names, self.columns.cells(self.rows))

@@ -562,7 +562,15 @@ def test_what_rests_is_followed_and_shown_when_asked_for(tmp_path: Path, show: s
     )
     table, rows = dict(outcome.tracked.rows), read_tracks_csv(tmp_path / "out" / "tracks.csv").rows
     sure = rows[rows["status"] == 1]
-    shown = sure["added"][:, 3] == 1
+    believed: dict[int, list[float]] = {}
+    for row in sure:  # moves in the mean since it was confirmed, but for a mean as near as the file's digits
+        mean = np.mean([*believed.setdefault(row["track"], []), row["added"][2]])
+        believed[row["track"]].append(row["added"][2])
+        assert abs(mean - 0.5) < 1e-3 or (row["added"][3] == 1) == (mean > 0.5)
+    moving = {number for number, values in believed.items() if np.mean(values) > 0.5}
+    assert 0 < len(moving) < len(believed)
+    assert {path.track for path in outcome.tracked.paths} == (moving if show == "moving" else believed.keys())
+    shown = np.isin(sure["track"], list(moving))
     resting = np.abs(sure["position"][:, 0] - 303.5) < 8
     assert resting.sum() > 20
     assert np.mean(shown[resting]) < 0.1

@@ -11,7 +11,7 @@ from elusive.contracts import Array
 from elusive.preprocess.levels import hidden_mean
 from elusive.preprocess.whiten import NoiseModel
 from elusive.systems.signals.interleaved import Interleaved, interleaved_of
-from elusive.systems.signals.track import MOVES, SignalState
+from elusive.systems.signals.track import SignalState
 from elusive.tracking import Step
 
 LAGS = 48  # samples apart at most
@@ -46,7 +46,7 @@ class SignalFacts:
         self._alarms, self._waiting = 0, dict[int, int]()  # of nothing; of candidates, that may be believed yet
         self._judged = self._single = self._outstanding = 0
         self.believed = False  # whether there has been a track
-        self._moving = dict[int, float]()  # by track: frames in which it moves rather than rests, in all
+        self._moving = dict[int, bool]()  # by track: whether it moves in the mean, as far as is seen
         self._many = self._alike = self._tracks_alike = 0
 
     def add(self, step: Step) -> None:
@@ -84,8 +84,7 @@ class SignalFacts:
         self.believed |= len(believed) > 0
         for track in step.tracks:
             if track.status == "confirmed":
-                moving = self._moving.get(track.track, 0.0)
-                self._moving[track.track] = moving + track.extra.get("moves", 1.0) - MOVES
+                self._moving[track.track] = bool(track.extra.get("shown", 1.0))
         velocities = np.array([track.mean[1] for track in step.tracks if track.status == "confirmed"])
         if len(velocities) >= MANY:
             middle = float(np.median(velocities))
@@ -125,7 +124,7 @@ class SignalFacts:
     @property
     def rest(self) -> Fact:
         """Tracks that rest rather than move."""
-        resting = sum(moving < 0 for moving in self._moving.values())
+        resting = sum(not moving for moving in self._moving.values())
         return Fact(0.0, resting, resting == 0, self._usable)
 
     @property

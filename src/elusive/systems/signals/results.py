@@ -54,24 +54,25 @@ class SignalLog(TrackLog):
         self.source, self.parameters = source, parameters
         self.period = source.samples if parameters.filter.border == "circular" else math.inf
         self.signal, self.score = Waterfall("first"), Waterfall("largest")
-        # what report, figures and scores are of
-        self.shown = TrackLog(STATE, "samples", ADDED, OF_FRAMES) if parameters.show == "moving" else self
         self.read_back: dict[int, tuple[int, ReadBack]] = {}  # by track: the step of its confirmation
         self._kept = Waterfall("largest", times=KEPT[0], samples=KEPT[1])
 
     def take(self, step: Step) -> None:
-        """Append a frame's step, and what is shown of the frame."""
+        """Append a frame's step."""
         state: SignalState = step.state
         number = len(self.steps)
-        values = values_of(state)
-        self.append(step, **values)
-        if self.shown is not self:
-            moving = tuple(track for track in step.tracks if track.extra["shown"])
-            self.shown.append(step._replace(tracks=moving), **values)
+        self.append(step, **values_of(state))
         self.signal.offer(np.abs(state.taken) if np.iscomplexobj(state.taken) else state.taken)
         for kept in (self.score, self._kept):
             kept.offer(state.score)
         self.read_back |= {track: (number, back) for track, back in state.read_back.items()}
+
+    def shown(self) -> TrackLog:
+        """Return what report, figures and scores are of: all, or the tracks that move, as their last row has it."""
+        if self.parameters.show == "all":
+            return self
+        last = ADDED.index("shown")
+        return self.only([number for number, rows in self.by_track() if rows["added"][-1, last]])
 
     def evidence_map(self) -> dict[str, Variable]:
         """Return the evidence at every sample over time, of long recordings the largest of each block."""
@@ -119,7 +120,8 @@ def tracked_of(
     times, unit = log.times_s.copy(), "s" if source.timed else "frame"
     clock = Clock.of(times, unit)
     highest, threshold = (np.array(log.steps[name]) for name in ("highest", "threshold"))
-    sure, followed = log.shown.confirmed(), log.confirmed()
+    shown = log.shown()
+    sure, followed = shown.confirmed(), log.confirmed()
     resting = len(followed) - len(sure)
     earlier = log.earlier()
     lines = [line_of(number, rows, earlier.get(number), times, clock, log.period) for number, rows in sure.items()]
@@ -131,12 +133,10 @@ def tracked_of(
         ("Frames with an alarm", f"{int(np.sum(highest > threshold))}"),
         ("Candidates never confirmed", f"{len(log.by_track().numbers) - len(followed)}"),
     ]
-    if log.shown is not log:
+    if shown is not log:
         table.append(("Followed, not shown", f"{resting} confirmed tracks at rest (--show all)"))
     if known is not None:
-        scores = scored(
-            log.shown, known, parameters.object_size if cutoff_samples is None else cutoff_samples, log.period
-        )
+        scores = scored(shown, known, parameters.object_size if cutoff_samples is None else cutoff_samples, log.period)
         table += scores.lines()
     tracked = SignalTracked(
         Path(source.name).name or source.name, verdict(lines, clock, resting), times, unit, source.samples,

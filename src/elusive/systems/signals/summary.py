@@ -78,11 +78,12 @@ def line_of(
 
 
 def verdict(lines: Sequence[Sequence[str]], clock: Clock, resting: int) -> str:
-    """Say in a sentence what was found, and how many tracks rest and are not shown for that."""
+    """Say in a sentence what was found, and how many tracks mostly rest and are not shown for that."""
     if not resting:
         return _found(lines, clock, "Nothing was found: nothing exceeded what noise does for long enough.")
-    many = "1 sure track rests and is" if resting == 1 else f"{resting} sure tracks rest and are"
-    return f"{_found(lines, clock, 'Nothing that moves was found.')} {many} not shown (--show all)."
+    many = "1 sure track mostly rests and is" if resting == 1 else f"{resting} sure tracks mostly rest and are"
+    found = _found(lines, clock, "Nothing was found that moves for longer than it rests.")
+    return f"{found} {many} not shown (--show all)."
 
 
 def _found(lines: Sequence[Sequence[str]], clock: Clock, nothing: str) -> str:

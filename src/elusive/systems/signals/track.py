@@ -34,7 +34,7 @@ __all__ = ["SignalState", "SignalTracking", "track_signal"]
 
 FRAME_DIGITS = 6  # of a time counted in frames
 BESIDE = 2  # reaches of an object's evidence, beyond which another thing stands out
-MOVES = 0.5  # probability from which a track moves, and is not taken for a level
+MOVES = 0.5  # probability from which a track moves: in a frame, to be no level; in the mean, to be shown
 UNKNOWN = np.full((2, 2), np.nan)
 NOTHING: Mapping[int, ReadBack] = {}
 
@@ -58,7 +58,7 @@ class _Known(NamedTuple):
     noise: Whitened
     quiet: Sequence[Array]  # calibration frames, until it is known what noise does
     followed: FollowedState
-    confirmed: frozenset[int]  # tracks that are, or were
+    moved: Mapping[int, float]  # by track that is confirmed, or was: its probabilities to move less MOVES, in all
     start_s: float = math.nan  # of the first frame that is not for calibration
     law: ExtremeValue = ExtremeValue(0.0, 1.0)
     null: NullScores | None = None  # what noise does, where it was simulated
@@ -91,7 +91,8 @@ def track_signal(
     Step
         A frame's, with a :class:`SignalState`. The score of a track is one minus the probability that noise alone
         holds as high a peak in a frame: no posterior probability of existence. ``extra`` has the evidence of its
-        newest peak, in deviations of noise's, the probability that it moves, and whether it is shown for that.
+        newest peak, in deviations of noise's, the probability that it moves, and whether it is shown: the mean of
+        that probability since it was confirmed is above one half.
 
     Raises
     ------
@@ -121,7 +122,7 @@ def track_signal(
         Footprint.of_object(parameters.statistic.window, parameters.object_size),
     )
     if known is None:
-        known = _Known(parameters.whitened, (), follower.init(rng, -1.0), frozenset())
+        known = _Known(parameters.whitened, (), follower.init(rng, -1.0), {})
     quiet = [frame for frame, _ in calibration if missing_samples(frame).mean() == 0]
     if calibration:
         if any(np.iscomplexobj(one) for one in quiet):
@@ -148,7 +149,7 @@ def _follow(
 ) -> Iterator[Step]:
     """Accumulate, find peaks and track them, once it is known what noise does; inside, time counts frames."""
     flt, interval_s = parameters.recursion, parameters.interval_s
-    noise, quiet, state, confirmed, start_s, law, null, explained = known
+    noise, quiet, state, moved, start_s, law, null, explained = known
     read, fastest = 0, float(np.abs(flt.motion_vectors(1)).max())
 
     def threshold(recurrent: RecurrentState, seen: int) -> float:
@@ -171,14 +172,17 @@ def _follow(
                 track.trail.values(now, track.path), track.trail.places(now, track.path, frame.shape, flt.border)
             )
             for track in state.tracks
-            if track.status == "confirmed" and track.track not in confirmed
+            if track.status == "confirmed" and track.track not in moved
         }
-        confirmed |= back.keys()
         scale = follower.scale(state, now)
         moving = [moves(track, scale, fastest) for track in state.tracks]
+        moved = _moved(moved, state.tracks, moving)
         explained = _explained(frame.size, state.tracks, moving)
-        memory.keep(time_s, _Known(noise, quiet, state, confirmed, start_s, law, null, explained), rng)
-        shown = tuple(_track(track, law, interval_s, each) for track, each in zip(state.tracks, moving, strict=True))
+        memory.keep(time_s, _Known(noise, quiet, state, moved, start_s, law, null, explained), rng)
+        shown = tuple(
+            _track(track, law, interval_s, each, moved.get(track.track, each - MOVES) > 0)
+            for track, each in zip(state.tracks, moving, strict=True)
+        )
         if taken is None:
             score = state.score if state.seen else np.zeros(frame.shape, np.float32)
             missed = SignalState(np.zeros(frame.shape), score, read_back=back, noise=noise.model, gap=True)
@@ -218,8 +222,17 @@ def _explained(samples: int, tracks: Sequence[PeakTrack], moving: Sequence[float
     return explained if explained.any() else None
 
 
-def _track(track: PeakTrack, law: ExtremeValue, interval_s: float, moving: float) -> Track:
+def _moved(moved: Mapping[int, float], tracks: Sequence[PeakTrack], moving: Sequence[float]) -> dict[int, float]:
+    """Add a frame to what is known of confirmed tracks: above zero where one moves in the mean."""
+    return {
+        track.track: moved.get(track.track, 0.0) + (moves_too - MOVES if track.status == "confirmed" else 0.0)
+        for track, moves_too in zip(tracks, moving, strict=True)
+        if track.status == "confirmed" or track.track in moved
+    }
+
+
+def _track(track: PeakTrack, law: ExtremeValue, interval_s: float, moving: float, shown: bool) -> Track:
     (x,), (vx,) = track.position, track.velocity
     score, mean = 1 - law.probability(track.score), np.array([x, vx / interval_s])
-    extra = {"evidence": track.score, "moves": moving, "shown": float(moving > MOVES)}
+    extra = {"evidence": track.score, "moves": moving, "shown": float(shown)}
     return Track(track.track, track.status, math.nan, mean, UNKNOWN, score, extra)
