@@ -31,7 +31,7 @@ class SignalTracking(Model):
     """
 
     main_options: ClassVar[tuple[str, ...]] = (
-        "show", "object_size", "statistic", "max_velocity", "velocity_step", "smoothing", "border", "probability",
+        "show", "object_size", "statistic", "max_velocity", "smoothing", "border", "probability",
         "noise", "calibration_frames", "seed",
     )  # fmt: skip
 
