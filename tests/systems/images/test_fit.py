@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from elusive.cli import main
+from elusive.io import open_frames
 from elusive.sensors import ImageSensor
 from elusive.systems.images.fit import RECORDED, WHITE, fit_images
 from elusive.systems.images.parameters import ImageTracking
@@ -104,3 +105,15 @@ def main_quietly(arguments):
     with pytest.raises(SystemExit) as ended:
         main([*map(str, arguments)])
     assert not ended.value.code
+
+
+def test_a_frame_that_shows_nothing_is_left_out_of_the_fit(tmp_path):
+    frames = np.random.default_rng(0).normal(100, 3, (40, 64, 64))
+    np.save(tmp_path / "all.npy", frames)
+    frames[10] = 0
+    np.save(tmp_path / "blank.npy", frames)
+    done = []
+    fits = [fit_images(open_frames(tmp_path / name), done.append) for name in ("all.npy", "blank.npy")]
+    assert done == 2 * [*range(1, 81)]
+    noise = [float(value.value) for fit in fits for value in fit.values if value.option == "--noise-sigma"]
+    assert noise == pytest.approx([3.0, 3.0], rel=0.02)

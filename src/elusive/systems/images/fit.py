@@ -58,18 +58,18 @@ def fit_images(source: FrameSource, on_frame: Callable[[int], None] | None = Non
     DataError
         If there are too few pixels, or a frame cannot be used.
     """
-    facts = FrameFacts()
-    for number, frame in enumerate(source, 1):
+    facts, read = FrameFacts(), 0
+    for read, frame in enumerate(source, 1):
         if frame is not None:
             facts.add(frame)
         if on_frame is not None:
-            on_frame(number)
+            on_frame(read)
     law = facts.law
     if law is None:
         raise DataError(f"{source.name}: too few pixels that differ to learn the noise from; give more frames.")
 
     def again() -> Iterator[Array]:
-        for number, frame in enumerate(source, facts.count + 1):
+        for number, frame in enumerate(source, read + 1):
             if frame is not None:
                 yield frame
             if on_frame is not None:
