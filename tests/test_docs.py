@@ -91,6 +91,8 @@ def test_command_runs(
     folder.mkdir()
     rng = np.random.default_rng(1)
     scene = ndimage.gaussian_filter(rng.normal(0, 200, (64, 80)), 4)
+    if "--sensor white" in line:  # clouds declared white are tracks everywhere
+        scene[:] = 0
     for number in range(8):
         frame = np.clip(100 + scene + rng.normal(0, 3, scene.shape), 0, 255).astype(np.uint8)
         Image.fromarray(frame).save(folder / f"frame{number}.png")
