@@ -243,9 +243,12 @@ def run_live(
     finally:
         signal.signal(signal.SIGINT, previous)
         sinks.close()
+    for remark in end.remarks:
+        tell(remark)
+    written = [name for name in files if (out / name).exists()]
     why = "interrupted" if interrupted.is_set() else "source ended" if end.fault is None else "source failed"
     if not sinks.own_stdout:
-        lines.send(json_line(end.record(ended=why, files=list(files))).encode() + b"\n")
+        lines.send(json_line(end.record(ended=why, files=list(written))).encode() + b"\n")
     if interrupted.is_set():
         say("Interrupted.")
     dropped = f", {end.dropped} more dropped, for newer ones came faster than they could be tracked" * bool(end.dropped)
@@ -253,8 +256,10 @@ def run_live(
     say(f"{end.steps} tracked{dropped}; {end.latencies.words}.")
     if met:
         say(f"Met on the way: {met}.")
-    say(f"Written to {out}: {', '.join(files)}")
-    tell_findings(end.findings, strict=strict and end.fault is None)
-    if end.fault is not None:
-        console.print(f"[bold red]Error:[/] {escape(end.fault)}", highlight=False, soft_wrap=True)
+    say(f"Written to {out}: {', '.join(written)}")
+    faults = (*end.unwritten, *([] if end.fault is None else [end.fault]))
+    tell_findings(end.findings, strict=strict and not faults)
+    for fault in faults:
+        console.print(f"[bold red]Error:[/] {escape(fault)}", highlight=False, soft_wrap=True)
+    if faults:
         raise typer.Exit(FAILED)

@@ -12,7 +12,7 @@ from elusive.cli.fit import FittedOut, tell_fitted
 from elusive.cli.given import accepts, parameters_of
 from elusive.cli.live import Follow, IdleS, To, check_live, feed_of, memory_of_run, run_live, sinks_of
 from elusive.cli.recorded import RateHz, Start, Stop, cutoff_in, tell_run, truth_of
-from elusive.cli.terminal import Config, OneBased, Out, Strict, bar, known_truth, tell_findings
+from elusive.cli.terminal import Config, OneBased, Out, Strict, bar, known_truth
 from elusive.errors import ParameterError
 from elusive.io import SignalFrame, SignalSource, open_signal
 from elusive.io.arrivals import Arrivals, fed
@@ -100,11 +100,7 @@ def _live(
     """Track objects while their signal is written."""
 
     def run(told: Callable[[LiveStep], None]) -> LiveEnd:
-        end, findings = follow_signal_live(
-            coming, source, parameters, out, told, memory_of_run(), starts_anew=starts_anew
-        )
-        tell_findings(findings, strict=False)
-        return end
+        return follow_signal_live(coming, source, parameters, out, told, memory_of_run(), starts_anew=starts_anew)
 
     run_live(coming, run, out, LIVE_FILES, sinks=sinks)
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import os
+import stat
 import time
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 
+from elusive.errors import DataError
 from elusive.io.atomic import refused
 
 MOST = 1 << 25  # octets that are held
@@ -52,6 +54,17 @@ class AddedFile:
         if self._descriptor is not None:
             os.close(self._descriptor)
         self._descriptor = None
+
+    def cut(self) -> None:
+        """Take back the part of a message that stands at the end, as nothing will complete it, and close the file."""
+        if self._rest and self._begun and self._which is not None:
+            written = len(self._begun) - len(self._rest)
+            with contextlib.suppress(OSError), self._path.open("r+b") as file:
+                of = os.fstat(file.fileno())
+                if (of.st_dev, of.st_ino) == self._which and stat.S_ISREG(of.st_mode):
+                    file.truncate(of.st_size - written)
+        self._begun = self._rest = b""
+        self.close()
 
     def _opened(self) -> int:
         if self._descriptor is not None:
@@ -155,10 +168,18 @@ class HeldFile:
             self._gone_s, self._due_s, self._lost = float("nan"), 0.0, 0
 
     def close(self) -> None:
-        """Write what is held, if the system takes it, and end."""
+        """Write what is held, if the system takes it, and end.
+
+        Raises
+        ------
+        DataError
+            If it does not; no line is cut.
+        """
         self._due_s = 0.0
         self.flush()
-        if self._held:
-            self._say(f"{self._path}: {len(self._held)} lines could not be written any more.")
         with contextlib.suppress(OSError):
-            self._file.close()
+            self._file.cut()
+        if self._held:
+            raise DataError(
+                f"{self._path}: its last {len(self._held)} lines could not be written any more; check space there."
+            )

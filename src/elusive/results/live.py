@@ -1,6 +1,6 @@
 """A live run, of any system: each step's rows stand in the files, and its line is told, before the next is taken.
 
-Rows that a full disk refuses are held, and the run goes on.
+Rows that a full disk refuses are held, and the run goes on; what is refused at the end is told, the rest is written.
 """
 
 from __future__ import annotations
@@ -9,14 +9,14 @@ import math
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
 from elusive.checks import Finding
 from elusive.errors import DataError
 from elusive.io.arrivals import Coming
-from elusive.io.atomic import existing_folder
+from elusive.io.atomic import existing_folder, refused
 from elusive.results.latency import Latencies
 from elusive.results.log import TrackLog
 from elusive.tracking.track import Step
@@ -56,11 +56,14 @@ class LiveEnd(NamedTuple):
     counts: Mapping[str, int]  # what the source met, and ``gaps``: times without measurements, far longer than usual
     fault: str | None  # why it ended, where that was no plain end
     findings: tuple[Finding, ...] = ()  # what was checked
+    remarks: tuple[str, ...] = ()  # what is to be heeded of the last steps and of the files
+    unwritten: tuple[str, ...] = ()  # of the results, what the system refused to write
 
     def record(self, **more: Any) -> dict[str, Any]:
         """Return the last line."""
         told = {"steps": self.steps, "dropped": self.dropped, "latency_ms": self.latencies.record()}
-        return {"summary": told | dict(self.counts) | more | {"fault": self.fault}}
+        lacks = {"unwritten": list(self.unwritten)} if self.unwritten else {}
+        return {"summary": told | dict(self.counts) | more | lacks | {"fault": self.fault}}
 
 
 @contextmanager
@@ -75,8 +78,17 @@ def live_folder(out: Path, config: str, names: Iterable[str] = ("tracks.csv",)) 
     for name in names:
         if (out / name).exists():
             raise DataError(f"{out / name}: is there already, of an earlier run; name another folder.")
-    folder = existing_folder(out)
-    (folder / "config.yaml").write_text(config, encoding="utf-8")
+    existed, folder = out.exists(), existing_folder(out)
+    path = folder / "config.yaml"
+    try:
+        with refused(path):
+            path.write_text(config, encoding="utf-8")
+    except DataError:
+        with suppress(OSError):
+            path.unlink(missing_ok=True)
+            if not existed:
+                folder.rmdir()
+        raise
     yield folder
 
 
@@ -137,6 +149,27 @@ def follow_live(
             told["gap_s"] = round(gap_s, 6)
         on_step(LiveStep(step, latency_s, told | {"tracks": tracks}, log.said()))
     return LiveEnd(count, coming.dropped, latencies, {**coming.counts, "gaps": gaps.count}, fault)
+
+
+def finished(end: LiveEnd, log: TrackLog, *writes: Callable[[], None]) -> LiveEnd:
+    """Do what is left of a run, each though another is refused; nothing that was tracked goes with what is not written.
+
+    Parameters
+    ----------
+    end
+        How it ended.
+    log
+        Of the tracks; it is closed, and what it has to say is told.
+    writes
+        What writes the results.
+    """
+    unwritten = []
+    for write in (log.close, *writes):
+        try:
+            write()
+        except DataError as error:
+            unwritten.append(str(error))
+    return end._replace(remarks=log.said(), unwritten=tuple(unwritten))
 
 
 class Gaps:

@@ -101,6 +101,9 @@ class TrackLog:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        self.close()
+
+    def close(self) -> None:
         """Close the CSV file; the log still gives what it holds.
 
         Raises
@@ -108,9 +111,10 @@ class TrackLog:
         DataError
             If the system refuses to write what is left.
         """
-        if self._file is not None:
+        file, self._file = self._file, None
+        if file is not None:
             with refused(self._path):
-                self._file.close()
+                file.close()
 
     def append(self, step: Step, **values: float) -> None:
         """Take in a step's tracks, and the values that were named for every step.

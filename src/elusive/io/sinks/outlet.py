@@ -51,6 +51,8 @@ class HeldOutlet:
         Opens what is behind it, and returns what sends and what closes; OSError: it is not there.
     say
         Told when it goes and comes back.
+    ended
+        Called when nothing more is sent.
     """
 
     def __init__(
@@ -58,13 +60,14 @@ class HeldOutlet:
         name: str,
         opened: Callable[[], tuple[Callable[[bytes], None], Callable[[], None]]],
         say: Callable[[str], None],
+        ended: Callable[[], None] = lambda: None,
     ) -> None:
         self.name, self.counts = name, Counter[str]()
-        self._opened, self._say = opened, say
+        self._opened, self._say, self._ended = opened, say, ended
         self._held: deque[bytes] = deque()
         self._octets, self._is_full = 0, False
         self._changed, self._closing = threading.Condition(), threading.Event()
-        self._gone_s, self._wait_s = float("nan"), FIRST_S
+        self._gone_s, self._wait_s, self._until_s = float("nan"), FIRST_S, float("inf")
         self._thread = threading.Thread(target=self._run, name=f"to {name}", daemon=True)
         self._thread.start()
 
@@ -86,17 +89,23 @@ class HeldOutlet:
 
     def close(self) -> None:
         """Send what is held, if that takes not too long, and end."""
+        self._until_s = time.monotonic() + CLOSING_S
         self._closing.set()
         with self._changed:
             self._changed.notify()
-        self._thread.join(CLOSING_S)
+        self._thread.join(CLOSING_S + 3 * LOOK_S)
         if self._held:
             self.counts["dropped"] += len(self._held)
             self._say(f"{self.name}: {len(self._held)} messages could not be sent any more.")
 
     def _run(self) -> None:
-        until_s = float("inf")
-        while not self._over(until_s):
+        try:
+            self._send_held()
+        finally:
+            self._ended()
+
+    def _send_held(self) -> None:
+        while not self._over():
             try:
                 send, close = self._opened()
             except OSError as error:
@@ -115,12 +124,11 @@ class HeldOutlet:
                 self._gone_s = time.monotonic()
                 self._say(f"{self.name}: cannot be written to ({why.strerror or why}); it is tried again.")
             if self._closing.wait(self._wait_s):
-                until_s = min(until_s, time.monotonic() + CLOSING_S)
                 time.sleep(LOOK_S)
             self._wait_s = min(2 * self._wait_s, LONGEST_S)
 
-    def _over(self, until_s: float) -> bool:
-        return self._closing.is_set() and (not self._held or time.monotonic() >= until_s)
+    def _over(self) -> bool:
+        return self._closing.is_set() and (not self._held or time.monotonic() >= self._until_s)
 
     def _empty(self, send: Callable[[bytes], None]) -> None:
         """Send until it is closed."""
@@ -165,7 +173,7 @@ def file_outlet(path: str, say: Callable[[str], None]) -> HeldOutlet:
     def opened() -> tuple[Callable[[bytes], None], Callable[[], None]]:
         return file.send, file.close
 
-    return HeldOutlet(path, opened, say)
+    return HeldOutlet(path, opened, say, file.cut)
 
 
 def tcp_outlet(address: Address, say: Callable[[str], None]) -> HeldOutlet:

@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager, nullcontext
+from functools import partial
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,7 @@ from elusive.io.bearings import BearingSource
 from elusive.io.truth import Truth
 from elusive.report.clock import moment
 from elusive.results import TrackLog
-from elusive.results.live import LiveEnd, LiveStep, follow_live, live_folder
+from elusive.results.live import LiveEnd, LiveStep, finished, follow_live, live_folder
 from elusive.sensors.bearing_sets import SensorSites
 from elusive.sensors.bearing_table import PlaceSet
 from elusive.systems.bearings.checks import track_findings
@@ -204,8 +205,7 @@ def follow_bearings(
         ):
             end = follow_live(chain([first], steps), coming, log, heeded)
             findings = checked(parameters, sites, latest)
-            write_checks(folder, findings)
-            return end._replace(findings=findings)
+            return finished(end._replace(findings=findings), log, partial(write_checks, folder, findings))
 
 
 def checked(parameters: BearingTracking, sites: SensorSites, steps: Iterable[Step]) -> tuple[Finding, ...]:

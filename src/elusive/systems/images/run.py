@@ -6,6 +6,7 @@ import gc
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,7 +17,7 @@ from elusive.errors import DataError
 from elusive.io import FrameSource, Truth, atomic_folder
 from elusive.io.live_frames import LiveFrames, TimedFrame
 from elusive.results import Scored, scored, write_mot_csv, write_recording, write_result
-from elusive.results.live import LiveEnd, LiveStep, follow_live, live_folder
+from elusive.results.live import LiveEnd, LiveStep, finished, follow_live, live_folder
 from elusive.systems.images.checks import FrameChecks
 from elusive.systems.images.parameters import ImageTracking
 from elusive.systems.images.report import NEAR_PX, FrameKeeper, Tracked, images_report
@@ -175,14 +176,15 @@ def track_live(
         source.go_on(memory.place, memory.elapsed_s)
     bound = parameters.bind(source.shape, source.interval_s)  # waits for the first frame
     config = bound.to_yaml()
-    with live_folder(out, config) as folder:
-        with ImageLog(bound, folder / "tracks.csv", live=True) as log:
-            run = _Run(bound, log)
-            end = follow_live(follow(source, bound, memory), source, log, on_step, sink=run, extra=log.frame_values)
-        write_result(folder / "result.nc", log, title=source.name, config=config, timed=source.timed)
+    with live_folder(out, config) as folder, ImageLog(bound, folder / "tracks.csv", live=True) as log:
+        run = _Run(bound, log)
+        end = follow_live(follow(source, bound, memory), source, log, on_step, sink=run, extra=log.frame_values)
         findings = run.checks.findings(log.whitened)
-        write_checks(folder, findings)
-    return end._replace(findings=findings)
+        named = partial(write_result, title=source.name, config=config, timed=source.timed)
+        return finished(
+            end._replace(findings=findings), log, partial(named, folder / "result.nc", log),
+            partial(write_checks, folder, findings),
+        )  # fmt: skip
 
 
 def _load_compiled(parameters: ImageTracking) -> None:

@@ -119,6 +119,16 @@ class LinkRun:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Close the files."""
+        self.close()
+
+    def close(self) -> None:
+        """Close the files.
+
+        Raises
+        ------
+        DataError
+            If the system refuses to write what is left.
+        """
         with refused(self._folder):
             self._open.close()
 

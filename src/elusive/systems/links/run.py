@@ -11,7 +11,7 @@ from elusive.io.arrivals import Coming
 from elusive.io.link_logs import LinkLog
 from elusive.io.truth import Truth
 from elusive.results import write_recording
-from elusive.results.live import LiveEnd, LiveStep, follow_live, live_folder
+from elusive.results.live import LiveEnd, LiveStep, finished, follow_live, live_folder
 from elusive.sensors.radio_network import RadioNodes, RssFrame
 from elusive.systems.links.by_links import LinksMethod
 from elusive.systems.links.fit import fitted_at_the_start
@@ -129,7 +129,8 @@ def follow_links(
         live_folder(out, parameters.to_yaml(), LIVE_FILES[:2]) as folder,
         LinkRun("live", nodes, parameters, folder=folder, live=True) as run,
     ):
-        return follow_live(track(coming, nodes, parameters, memory), coming, run.log, heeded, sink=run, extra=_events)
+        steps = track(coming, nodes, parameters, memory)
+        return finished(follow_live(steps, coming, run.log, heeded, sink=run, extra=_events), run.log, run.close)
 
 
 def _events(step: Step) -> dict[str, object]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from itertools import chain, islice
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from elusive.geometry.local_frame import LocalFrame
 from elusive.io.ais_reports import GrowingReports
 from elusive.io.arrivals import Coming
 from elusive.results import TrackLog
-from elusive.results.live import LiveEnd, LiveStep, follow_live, live_folder
+from elusive.results.live import LiveEnd, LiveStep, finished, follow_live, live_folder
 from elusive.sensors.radar_scans import RadarScan
 from elusive.systems.radar.ais import AisFusion
 from elusive.systems.radar.bunches import Bunches
@@ -118,8 +119,7 @@ def follow_radar(
         TrackLog(tracker.state_names, "m", ADDED, path=folder / "tracks.csv", live=True, keeps=False) as log,
     ):
         end = follow_live(steps(), coming, log, on_step)
-    findings = findings_of(seen, sensor, around.water, innovations, bunches)
-    findings += (kept.finding(),) if parameters.constraints else ()
-    findings += () if fusion is None else (fusion.finding(),)
-    write_checks(out, findings)
-    return end._replace(findings=findings)
+        findings = findings_of(seen, sensor, around.water, innovations, bunches)
+        findings += (kept.finding(),) if parameters.constraints else ()
+        findings += () if fusion is None else (fusion.finding(),)
+        return finished(end._replace(findings=findings), log, partial(write_checks, folder, findings))

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from itertools import chain, islice
 from pathlib import Path
 from typing import Any
 
-from elusive.checks import Finding, write_checks
+from elusive.checks import write_checks
 from elusive.io.arrivals import Coming
 from elusive.io.signals import SignalFrame, SignalSource
 from elusive.results import TrackLog
-from elusive.results.live import LiveEnd, LiveStep, follow_live, live_folder
+from elusive.results.live import LiveEnd, LiveStep, finished, follow_live, live_folder
 from elusive.systems.signals.checks import findings_of
 from elusive.systems.signals.facts import SignalFacts
 from elusive.systems.signals.parameters import SignalTracking
@@ -46,7 +47,7 @@ def follow_signal_live(
     memory: Memory | None = None,
     *,
     starts_anew: bool = False,
-) -> tuple[LiveEnd, tuple[Finding, ...]]:
+) -> LiveEnd:
     """Track objects while their signal is written; where times alone tell the interval, the first 16 are waited for.
 
     Parameters
@@ -68,7 +69,7 @@ def follow_signal_live(
 
     Returns
     -------
-    tuple
+    LiveEnd
         How it ended, and what was checked, in ``checks.json`` too.
 
     Raises
@@ -96,5 +97,4 @@ def follow_signal_live(
         steps = follow(source, bound, fresh, memory)
         end = follow_live(steps, coming, log, on_step, sink=checked, extra=told)
         findings = findings_of(bound, checked.facts) if checked.facts.frames else ()
-        write_checks(folder, findings)
-    return end, findings
+        return finished(end._replace(findings=findings), log, partial(write_checks, folder, findings))

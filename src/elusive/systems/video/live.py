@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from itertools import chain
 from pathlib import Path
 
 from elusive.checks.files import write_checks
 from elusive.io.arrivals import Coming
 from elusive.results import TrackLog
-from elusive.results.live import LiveEnd, LiveStep, follow_live, live_folder
+from elusive.results.live import LiveEnd, LiveStep, finished, follow_live, live_folder
 from elusive.sensors.echo_extent import first_turn
 from elusive.sensors.spokes import Spokes
 from elusive.systems.video.checks import Judged
@@ -98,11 +99,13 @@ def follow_video(
         ) as log,
     ):  # fmt: skip
         end = follow_live(steps(), coming, log, on_step)
-    if last is None:  # gone on with, and nothing came
-        return end
-    place = last.measurement.place
-    water = None if laid.map_at is None else laid.map_at(place)
-    findings = judged.findings(counts, start, laid.water)[1]
-    write_resting(out / "resting.csv", resting_of(start.sensor, last.state.heard.clutter, water, place))
-    write_checks(out, findings)
-    return end._replace(findings=findings)
+        if last is None:  # gone on with, and nothing came
+            return finished(end, log)
+        place = last.measurement.place
+        water = None if laid.map_at is None else laid.map_at(place)
+        findings = judged.findings(counts, start, laid.water)[1]
+        resting = resting_of(start.sensor, last.state.heard.clutter, water, place)
+        return finished(
+            end._replace(findings=findings), log, partial(write_resting, folder / "resting.csv", resting),
+            partial(write_checks, folder, findings),
+        )  # fmt: skip
