@@ -16,8 +16,10 @@ from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.io.sources.feed import Feed
 from elusive.io.sources.lines import STRICT
+from elusive.io.sources.order import in_order
 
 NumberedLines = Generator[tuple[int, str], None, None]
+Line = tuple[int, float | None, Array]  # number in the file, from 1; time [s]; samples
 
 TIME = "time_s"
 # a first column of one of these names is no sample, though it is not said to be seconds
@@ -36,9 +38,12 @@ class Table(NamedTuple):
     columns: int  # numbers a line, the time not counted
     opened: Callable[[], NumberedLines]  # lines from the first on, blank ones too
     feed: Feed = STRICT
+    named: str = ""  # the line of names, which comes again where a file is begun anew
 
-    def lines(self) -> Generator[tuple[int, float | None, Array], None, None]:
+    def lines(self) -> Generator[Line, None, None]:
         """Yield each line's number in the file, from 1, its time and its samples; live, spoilt lines are left out.
+
+        Live, times that go back are dealt with as :func:`~elusive.io.sources.in_order` does.
 
         Raises
         ------
@@ -47,14 +52,14 @@ class Table(NamedTuple):
         """
         before = -math.inf
 
-        def read(numbered: tuple[int, str]) -> tuple[int, float | None, Array]:
+        def read(numbered: tuple[int, str]) -> Line:
             nonlocal before
             number, text = numbered
             values = self._values(number, text)
             if not self.timed:
                 return number, None, values
             time_s = float(values[0])
-            if time_s <= before:
+            if time_s <= before and not self.feed.lenient:
                 raise DataError(
                     f"{self.path}, line {number}: {TIME} is {time_s:g} after {before:g}; times must go forwards."
                 )
@@ -62,8 +67,11 @@ class Table(NamedTuple):
             return number, time_s, values[1:]
 
         with closing(self.opened()) as lines:
-            told = (line for line in islice(lines, self.skip, None) if line[1] and not line[1].startswith("#"))
-            yield from self.feed.each(told, read)
+            known = ("", self.named if self.feed.lenient else "")
+            told = (line for line in islice(lines, self.skip, None) if line[1] not in known and line[1][0] != "#")
+            rows = self.feed.each(told, read)
+            counts_on = self.timed and self.feed.lenient
+            yield from in_order(rows, _time, lambda line: 0, self.feed, _moved) if counts_on else rows
 
     def _values(self, number: int, text: str) -> Array:
         wanted, cells = self.columns + self.timed, text.split(self.delimiter)
@@ -90,7 +98,7 @@ def open_table(path: Path, live: NumberedLines | None = None, feed: Feed = STRIC
         If it holds no number, or its first column is named as something other than a sample or ``time_s``.
     """
     names: list[str] | None = None
-    named_at = 0
+    named_at, named = 0, ""
     looked = list[tuple[int, str]]()
     opened = (lambda: _lines(path)) if live is None else (lambda: _again(looked, live))
     with nullcontext(live) if live is not None else closing(_lines(path)) as lines:
@@ -102,7 +110,7 @@ def open_table(path: Path, live: NumberedLines | None = None, feed: Feed = STRIC
             delimiter = next((mark for mark in ";," if mark in told), None)
             cells = [cell.strip() for cell in told.split(delimiter)]
             if names is None and (text.startswith("#") or _is_header(cells)):
-                names, named_at = cells, number
+                names, named_at, named = cells, number, text
                 continue
             if names is not None and names[0].lower() in NOT_SAMPLES:
                 raise DataError(
@@ -117,8 +125,17 @@ def open_table(path: Path, live: NumberedLines | None = None, feed: Feed = STRIC
                 )
             if timed and len(cells) < 2:
                 raise DataError(f"{path}, line {number}: has a time and no sample; give at least one a line.")
-            return Table(path, delimiter, number - 1, timed, len(cells) - timed, opened, feed)
+            return Table(path, delimiter, number - 1, timed, len(cells) - timed, opened, feed, named)
     raise DataError(f"{path}: holds no line of numbers; write one frame a line, or one sample a line.")
+
+
+def _time(line: Line) -> float:
+    assert line[1] is not None
+    return line[1]
+
+
+def _moved(line: Line, by_s: float) -> Line:
+    return line[0], _time(line) + by_s, line[2]
 
 
 def _again(looked: list[tuple[int, str]], lines: NumberedLines) -> NumberedLines:

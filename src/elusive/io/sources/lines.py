@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import time
 from collections.abc import Callable, Generator, Iterator
 from contextlib import closing
 from functools import partial
@@ -16,9 +14,10 @@ from elusive.io._standard_input import STANDARD_INPUT, standard_input
 from elusive.io.sources import mqtt, packets, tcp
 from elusive.io.sources.address import Address, address_of, is_address
 from elusive.io.sources.feed import Feed
+from elusive.io.sources.grown import Grown
+from elusive.io.sources.header import Header
 
 LONGEST_RECORDED = 1 << 26  # octets of a line where nothing is live
-POLL_S = 0.05  # how often a growing file is looked at
 STRICT = Feed(lenient=False)  # of what is recorded: a fault ends it
 KNOWN = {"tcp": tcp.OPTIONS, "udp": packets.OPTIONS["udp"], "mqtt": mqtt.OPTIONS, "mqtts": mqtt.OPTIONS}
 
@@ -42,7 +41,7 @@ def lines_of(source: str, feed: Feed | None = None) -> Lines:
         ``mqtt://host/topic``. Of the last three the option ``columns`` is a header, where the lines bring none.
     feed
         Whether to wait for more where a file ends, and for how long; a line is yielded once it is complete. A file that
-        is replaced by a shorter one is read from its start. None: to the end, once.
+        is begun anew is read from its start. None: to the end, once.
 
     Raises
     ------
@@ -90,6 +89,7 @@ def _whole_lines(opened: Callable[[], BinaryIO], name: str, feed: Feed | None) -
 def _to_the_end(file: BinaryIO, name: str, feed: Feed | None) -> Generator[bytes, None, bool]:
     """Yield the lines of an open file; returns whether another has taken its place."""
     begun, passing = b"", False
+    grown = None if feed is None else Grown(file, name, feed)
     if feed is not None:
         feed.stir()
     while True:
@@ -105,38 +105,24 @@ def _to_the_end(file: BinaryIO, name: str, feed: Feed | None) -> Generator[bytes
         if passing and octets:
             passing = not octets.endswith(b"\n")
             continue
-        if feed is not None and not octets.endswith(b"\n"):
+        if feed is not None and grown is not None and not octets.endswith(b"\n"):
             # the end of the file, perhaps in the middle of a line that is being written
             begun += octets
             feed.comes_again = False
             if octets:
                 feed.stir()
-            elif why := changed(name, file):
-                feed.counts["restarted"] += 1
-                feed.say(f"{name}: {why}; it is read from its start.")
-                return True
-            elif feed.over:
-                octets, feed = b"", None
-            if feed is not None:
-                time.sleep(POLL_S)
                 continue
+            if grown.begun_anew():
+                return True
+            if not feed.over:
+                continue
+            feed = None
         whole, begun = begun + octets, b""
         if not whole:
             return False
         if feed is not None:
             feed.stir()
         yield whole
-
-
-def changed(name: str, file: BinaryIO) -> str:
-    """Say why an open file is not what its name is for any more, as logs are rotated; empty: it is."""
-    try:
-        there = Path(name).stat()
-    except FileNotFoundError:  # between its removal and the next
-        return ""
-    if not os.path.samestat(there, os.fstat(file.fileno())):
-        return "is another file now"
-    return "got shorter" if there.st_size < file.tell() else ""
 
 
 def _over_network(address: Address, feed: Feed) -> Lines:
@@ -179,13 +165,17 @@ def text_of(octets: bytes, number: int, name: str) -> str:
 def _as_table(lines: Lines, name: str, feed: Feed, header: str = "") -> Lines:
     """Pass lines on, JSON objects as cells under a header, and live a header that comes again not at all."""
     keys: list[str] = []
+    columns = Header(header, name) if header else None
     with closing(lines):
         for number, text in lines:
             if text[0] not in "{[":
-                if text == header and feed.lenient:
-                    continue  # who sends begins anew
-                header = header or text
-                yield number, text
+                told: str | None = text
+                if columns is not None and feed.lenient and text[0] != "#":
+                    told = columns.placed(number, text)
+                elif columns is None and text[0] != "#":
+                    header, columns = text, Header(text, name)
+                if told is not None:
+                    yield number, told
                 continue
             where = f"{name}, line {number}"
             for record in (record for found in feed.each([text], partial(_objects, where=where)) for record in found):
