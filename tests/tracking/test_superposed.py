@@ -217,6 +217,17 @@ def test_a_missing_measurement_predicts_and_equal_times_only_update():
         model.step(state, 3.0, None, rng)
 
 
+@pytest.mark.parametrize("gap_s", [3600.0, 1e8])
+def test_a_target_is_found_after_hours_without_a_measurement(gap_s):
+    rng, model = np.random.default_rng(3), tracker()
+    truth = flights(rng, 12, (15.0, 0.5, 30.0, 0.0))
+    *_, state = followed(model, truth, rng)
+    for k in range(12):  # somebody has come since for sure, and may be anywhere
+        state = model.step(state, gap_s + k, FIELD.simulate(truth[:, :, k], rng), rng)
+    places = [track.mean[[0, 2]] for track in state.tracks if track.status == "confirmed"]
+    assert min(np.hypot(*(place - truth[0, [0, 2], -1])) for place in places) < 3.0
+
+
 def test_a_target_that_was_followed_wrongly_is_put_right():
     rng, model = np.random.default_rng(10), tracker()
     truth = flights(rng, 12, (25.0, 0.5, 30.0, 0.3))

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any, TypeAlias
 
 from elusive.contracts import Array, X, Y
-from elusive.tracking.sought import LOUD, Sought, Update
+from elusive.tracking.sought import LOUD, SUREST, Sought, Update
 
 BESIDE = 0.5  # existence from which no other appears near by
 SURER = 3.0  # log evidence by which a leap must be the less likely: particles are few
@@ -77,7 +77,8 @@ def corrected(found: list[Sought], update: Update, seek: Seek, sweeps: int, exis
         return found
     k = min(sure, key=lambda k: found[k].log_evidence)
     others, wrong = [*found[:k], *found[k + 1 :]], found[k]
-    against = wrong.log_evidence + math.log(wrong.prior) - math.log1p(-wrong.prior)
+    prior = min(wrong.prior, SUREST)  # after hours without a measurement somebody has come for sure
+    against = wrong.log_evidence + math.log(prior) - math.log1p(-prior)
     for newborn in seek(others, against):
         return update.of([*others, newborn, wrong._replace(existence=existence)], sweeps)
     return found
