@@ -148,6 +148,7 @@ def test_an_empty_file_gives_the_defaults(tmp_path):
         (b"- 1\n- 2\n", r"must hold 'name: value' pairs, not list\."),
         (b"3: 4\n", r"must hold 'name: value' pairs"),
         (b"\xff\xfe\xfa", r"is not valid YAML"),
+        (b'a: 1\nto: ["ndjson:a\\0b"]', r"line 2: holds a NUL"),
     ],
 )
 def test_a_file_that_is_no_mapping_is_refused_by_name(text, words, tmp_path):

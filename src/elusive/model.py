@@ -181,13 +181,18 @@ def read_yaml(path: str | Path) -> dict[str, Any]:
     """Read a YAML file that holds one mapping of parameters (an empty file is an empty mapping)."""
     path = Path(path)
     try:
-        data = yaml.safe_load(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
+        data = yaml.safe_load(text)
+        scalars = (token for token in yaml.scan(text) if isinstance(token, yaml.ScalarToken))
+        nul = next((token.start_mark.line + 1 for token in scalars if "\0" in token.value), None)
     except OSError as error:
         raise DataError(f"{path}: cannot be read ({error.strerror}); check the path.") from None
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         place = getattr(error, "problem_mark", None)
         where = f", line {place.line + 1}" if place is not None else ""
         raise DataError(f"{path}{where}: is not valid YAML; write one 'name: value' a line.") from None
+    if nul is not None:
+        raise DataError(f"{path}, line {nul}: holds a NUL, which no name and no value has; take it out.")
     if data is None:
         return {}
     if not isinstance(data, dict) or not all(isinstance(key, str) for key in data):
