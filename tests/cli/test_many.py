@@ -10,9 +10,12 @@ import subprocess
 import sys
 from contextlib import contextmanager
 
+import numpy as np
 import pytest
 
-from elusive.cli import main
+from elusive.cli import main, many
+from elusive.results import TrackLog
+from elusive.tracking.track import Step, Track
 from tests.bearing_flight import write_flight
 from tests.processes import wait_until
 
@@ -140,3 +143,18 @@ def test_what_has_no_meaning_is_said(flights, alone, capsys, more, sentence):
     assert track(flights, alone, *more) == 2
     assert sentence in " ".join(capsys.readouterr().err.split())
     assert files(alone) == before
+
+
+@pytest.mark.parametrize(("unit", "states", "tracks"), [("samples", ("x", "vx"), 1), ("px", ("x", "vx", "y", "vy"), 2)])
+def test_a_track_counts_where_its_report_shows_it(tmp_path, unit, states, tracks):
+    """Of images each row tells, of a signal a track's last."""
+    folder, d = tmp_path / "one", len(states)
+    folder.mkdir()
+    with TrackLog(states, unit, ("shown",), path=folder / "tracks.csv") as log:
+        for k, shown in enumerate(((1, 0), (0, 0), (0, 1))):
+            numbered = enumerate((*shown, 0), 1)
+            found = [
+                Track(n, "confirmed", 0.9, np.zeros(d), np.eye(d), extra={"shown": float(each)}) for n, each in numbered
+            ]
+            log.append(Step(float(k), None, None, tuple(found)))
+    assert many._row(tmp_path, many.Recording("one.csv", "one"), None)[3] == tracks

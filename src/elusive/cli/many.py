@@ -185,14 +185,19 @@ def _row(out: Path, recording: Recording, sentence: str | None) -> tuple[Any, ..
     """Return a recording's line of the table, from what stands in its folder."""
     if sentence is not None:
         return recording.path, "", "refused", "", "", "", "", "", sentence
-    from elusive.results.log import read_tracks_csv  # loads what the commands' help does not need
+    import numpy as np  # all three load what the commands' help does not need
+
+    from elusive.results.log import read_tracks_csv
     from elusive.results.table import CONFIRMED
 
     folder = out / recording.name
     log = read_tracks_csv(folder / "tracks.csv")
     confirmed = log.rows[log.rows["status"] == CONFIRMED]
-    if "shown" in log.columns.added:  # of images: what does not rest
-        confirmed = confirmed[confirmed["added"][:, log.columns.added.index("shown")] != 0]
+    if "shown" in log.columns.added:  # what does not rest: of images each row tells, of a signal a track's last
+        tells = log.rows["added"][:, log.columns.added.index("shown")] != 0
+        last = dict(zip(log.rows["track"].tolist(), tells.tolist(), strict=True))
+        of_track = np.array([last[number] for number in log.rows["track"].tolist()], bool)
+        confirmed = log.rows[(log.rows["status"] == CONFIRMED) & (of_track if log.columns.unit == "samples" else tells)]
     span = (repr(float(confirmed["time_s"][0])), repr(float(confirmed["time_s"][-1]))) if len(confirmed) else ("", "")
     checks = folder / "checks.json"
     findings = json.loads(checks.read_text(encoding="utf-8")) if checks.exists() else []
