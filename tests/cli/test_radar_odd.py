@@ -136,7 +136,7 @@ ODD: dict[str, tuple[Callable[[np.random.Generator], list[Plot]], str, str]] = {
     "second radar": (lambda rng: second_radar(rng, 0.0), "radar.copies", "plots of two radars are in one file"),
     "second radar in turn": (lambda rng: second_radar(rng, 1.1), "radar.alternate", "two radars stand in turn"),
     "second antenna": (second_antenna, "radar.copies", "turned by 20 degrees"),
-    "twice": (twice, "radar.copies", "twice their range"),
+    "twice": (twice, "radar.copies", "twice the range"),
     "mast": (mast, "radar.copies", "at a bearing of 130 degrees"),
     "side lobes": (side_lobes, "radar.copies", "side lobes"),
     "sails untold": (sails_untold, "radar.alike", "past a radar that moves"),

@@ -86,9 +86,7 @@ def findings_of(
     found.append(turned_finding(seen.errors.together if alone and seen.errors else Together(), seen.turned))
     found += [] if water is None else [fixed_finding(seen.fixed, seen.way[0, 1:], water)]
     if seen.passed:
-        trusted = None if seen.errors is None or seen.errors.crowded else seen.errors
-        sds = (sensor.range_sd_m, sensor.bearing_sd_rad) if trusted is None else trusted[:2]
-        found += [still_finding(seen.passed, *sds)]
+        found += [still_finding(seen.passed, *plot_errors(seen, sensor))]
     known = list(innovations)
     if found[0].holds and found[1].holds:
         found.append(times_finding(seen.given, known))
@@ -106,6 +104,12 @@ def findings_of(
         )
     )
     return tuple(found)
+
+
+def plot_errors(seen: RadarSurvey, sensor: RadarSensor) -> tuple[float, float]:
+    """Deviations of ranges [m] and of bearings [rad]: as plots show, or as told where they do not."""
+    trusted = None if seen.errors is None or seen.errors.crowded else seen.errors
+    return (sensor.range_sd_m, sensor.bearing_sd_rad) if trusted is None else trusted[:2]
 
 
 def in_view(target: Target, scan: RadarScan, sensor: RadarSensor) -> bool:

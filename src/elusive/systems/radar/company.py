@@ -1,16 +1,13 @@
-"""What tracks say of each other: that one begins where another has ended, that many go alike, that one copies another.
+"""What tracks say of each other: that one begins where another has ended, that many go alike.
 
 Each alone may be a ship. Together they are the marks of a recording that is not what it is taken for: of ships that
-are lost again and again, of a radar that moves and does not say so, of drifting rain, of two radars in one file, of
-echoes that come by a second way.
+are lost again and again, of a radar that moves and does not say so, of drifting rain.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from itertools import permutations
-from typing import NamedTuple
 
 import numpy as np
 
@@ -21,25 +18,11 @@ from elusive.systems.radar.report import RadarPath
 FEW, OFTEN = 3, 0.25  # tracks that begin where another has just ended, and their share of all
 SCANS, REACH_M = 10, 250.0  # in which it has, and how far from it, beside what it sailed since
 MANY, MOST = 8, 0.5  # tracks of one velocity, and their share of those of a time
-ERRORS, ALIKE_MPS, SLOW_MPS = 3.0, 0.5, 1.0  # deviations and speeds within which velocities are one, or none
+ALIKE_MPS, SLOW_MPS = 0.5, 1.0  # speeds within which velocities are one, or none
 WIDE_M = 200.0  # deviation of their places across, from which they sail in no line
-OVERLAP, SAILED = 15, 10.0  # scans of two tracks together, and times what they may differ by that they go
-LONGEST = 40  # tracks that are compared
-COPIES, APART_MPS = 2, 1.0  # that are copied in one way, and by how much their velocities differ
-AWAY_M, TURN_RAD, SHIFT_M = 100.0, math.radians(1.0), 60.0  # of a copy, and within which ways are one
 
 
-class _Copy(NamedTuple):
-    """A track that goes as another does."""
-
-    how: str
-    by: Array  # (2,) how far away, or turned [m, or rad]
-    velocity: Array  # (2,) of the track that is copied [m/s]
-    source: int
-    track: int
-
-
-def company_findings(paths: Sequence[RadarPath], times_s: Array, radar: Array | None) -> tuple[Finding, ...]:
+def company_findings(paths: Sequence[RadarPath], times_s: Array) -> tuple[Finding, ...]:
     """Judge the tracks of a recording.
 
     Parameters
@@ -48,11 +31,8 @@ def company_findings(paths: Sequence[RadarPath], times_s: Array, radar: Array | 
         That were confirmed.
     times_s
         Of the scans, ``(T,)``.
-    radar
-        Its place, ``(2,)`` [m]; None: it moves.
     """
-    found = _again(paths, times_s), _alike(paths)
-    return found if radar is None else (*found, _copied(paths, radar))
+    return _again(paths, times_s), _alike(paths)
 
 
 def _again(paths: Sequence[RadarPath], times_s: Array) -> Finding:
@@ -112,93 +92,3 @@ def _alike(paths: Sequence[RadarPath]) -> Finding:
         "company.",
         "Tell the radar's own way (own_x_m, own_y_m or --own-ship); leave out rain.",
     )  # fmt: skip
-
-
-def _copied(paths: Sequence[RadarPath], radar: Array) -> Finding:
-    """Look for tracks that go as others do, elsewhere."""
-    longest = sorted(paths, key=lambda path: -int(path.confirmed.sum()))[:LONGEST]
-    copies = [one for pair in permutations(longest, 2) for one in _ways(*pair, radar)]
-    tracks = set[int]()
-    best: _Copy | None = None
-    for one in copies:
-        same = [two for two in copies if two.how == one.how and _alike_ways(one, two)]
-        differ = max(float(np.hypot(*(two.velocity - one.velocity))) for two in same) > APART_MPS
-        lobes = one.how == "turned" and sum(two.source == one.source for two in same) >= COPIES
-        if (one.how == "twice" or differ or lobes) and len(names := {two.track for two in same}) > len(tracks):
-            best, tracks = one, names
-    what, remedy = _said(best)
-    return Finding(
-        "radar.copies", best is None, 0.0, float(len(tracks)),
-        f"Tracks {', '.join(map(str, sorted(tracks)))} go as others do, {what}.", remedy,
-    )  # fmt: skip
-
-
-def _alike_ways(one: _Copy, other: _Copy) -> bool:
-    """Whether two copies are made in one way; side lobes of a ship lie to either side of it."""
-    room = {"shifted": SHIFT_M, "turned": TURN_RAD, "mirrored": TURN_RAD, "twice": math.inf}[one.how]
-    lobes = one.how == "turned" and one.source == other.source
-    return lobes or float(np.hypot(*(one.by - other.by))) < room
-
-
-def _said(copy: _Copy | None) -> tuple[str, str]:
-    if copy is None:
-        return "", ""
-    if copy.how == "twice":
-        return (
-            "at their bearing and twice their range: echoes that went to and fro between ship and radar twice, and no "
-            "ship is there"
-        ), "Leave out what is seen at twice the range of a ship."
-    if copy.how == "turned":
-        return (
-            f"at their range, turned by {abs(math.degrees(copy.by[0])):.0f} degrees: a second antenna with another "
-            "north, or side lobes; one of the two is no ship"
-        ), "Track each antenna's plots by themselves; raise the radar's threshold against side lobes."
-    if copy.how == "mirrored":
-        return (
-            f"at their range and all at a bearing of {math.degrees(copy.by[0]) % 360:.0f} degrees: echoes by way of "
-            "something there that reflects, and no ship is there"
-        ), "Leave out that bearing; look for a mast or a wall in the antenna's way."
-    return (
-        f"{np.hypot(*copy.by):.0f} m away: plots of two radars are in one file, and places of one of them are taken "
-        "from the other"
-    ), "Track each radar's plots by themselves, or give places (x_m, y_m or lon_deg, lat_deg) instead of ranges."
-
-
-def _ways(path: RadarPath, other: RadarPath, radar: Array) -> list[_Copy]:
-    """How the other copies a track, if it does."""
-    _, mine, its = np.intersect1d(path.times_s, other.times_s, return_indices=True)
-    known = np.maximum(path.spread[mine], other.spread[its]) < SHIFT_M
-    mine, its = mine[known], its[known]
-    if len(mine) < OVERLAP:
-        return []
-    one, two = path.places[mine] - radar, other.places[its] - radar
-    spread = math.hypot(float(np.median(path.spread[mine])), float(np.median(other.spread[its])))
-    room = min(ERRORS * spread, SHIFT_M)
-    velocity = np.median(path.velocity[mine], axis=0)
-    ways = list[_Copy]()
-
-    def fits(where: Array, gone: float) -> bool:
-        """Whether the other is there, within less than what both have gone."""
-        off = float(np.sqrt(np.mean(((where - two) ** 2).sum(axis=1))))
-        return off < room and gone > SAILED * off
-
-    shift = np.median(two - one, axis=0)
-    if np.hypot(*shift) < AWAY_M:
-        return []
-    sailed = float(np.hypot(*(one[-1] - one[0])))
-    if fits(one + shift, sailed):
-        ways.append(_Copy("shifted", shift, velocity, path.track, other.track))
-    far = np.hypot(*one.T)
-    turn = np.angle(np.mean((two[:, 1] + 1j * two[:, 0]) / (one[:, 1] + 1j * one[:, 0])))
-    turned = far * np.exp(1j * (np.arctan2(one[:, 0], one[:, 1]) + turn))
-    nears = float(np.ptp(far))
-    if fits(np.column_stack([turned.imag, turned.real]), nears):
-        ways.append(_Copy("turned", np.array([turn, 0.0]), velocity, path.track, other.track))
-    if fits(2 * one, sailed):
-        ways.append(_Copy("twice", np.zeros(2), velocity, path.track, other.track))
-    sight = two.mean(axis=0) / np.hypot(*two.mean(axis=0))
-    mirrored = (far + np.median(two @ sight - far))[:, None] * sight
-    passes = np.ptp(np.unwrap(np.arctan2(one[:, 0], one[:, 1]))) > TURN_RAD
-    if passes and fits(mirrored, nears):
-        ways.append(_Copy("mirrored", np.array([math.atan2(*sight), 0.0]), velocity, path.track, other.track))
-    return ways

@@ -21,8 +21,9 @@ from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_hulls import HullRadar
 from elusive.systems.radar.ais import AisFusion
 from elusive.systems.radar.bunches import Bunches
-from elusive.systems.radar.checks import findings_of, in_view, innovation
+from elusive.systems.radar.checks import findings_of, in_view, innovation, plot_errors
 from elusive.systems.radar.company import company_findings
+from elusive.systems.radar.copies import Sightings, copies_finding
 from elusive.systems.radar.fast import fast_finding
 from elusive.systems.radar.kept import ConstraintsKept
 from elusive.systems.radar.parameters import RadarTracking
@@ -80,6 +81,7 @@ class RadarRun:
         self._innovations: list[float] = []  # of confirmed tracks
         self._bunches, self._ais = Bunches(), ais
         self._kept = ConstraintsKept()
+        self._sightings = Sightings()
 
     def append(self, step: Step) -> None:
         """Take in a scan's result."""
@@ -89,6 +91,7 @@ class RadarRun:
         self._bias = coast_bias(step.state.knowledge)
         beliefs = {target.life.track: target for target in step.state.targets}
         sure = {track.track for track in step.tracks if track.status == "confirmed"}
+        self._sightings.add(step.measurement, [beliefs[number] for number in sorted(sure)], self._sensor)
         self._kept.add({number: beliefs[number].allowed for number in sure}, {track.track for track in step.tracks})
         for track in step.tracks:
             state, water = beliefs[track.track], self._around.water
@@ -152,7 +155,9 @@ class RadarRun:
         )
         found = findings_of(self._seen, self._sensor, self._around.water, self._innovations, self._bunches, source)
         seen = self._seen
-        found += company_findings(tracked.paths, times_s, seen.way[0, 1:] if len(seen.way) == 1 else None)
+        found += company_findings(tracked.paths, times_s)
+        if len(seen.way) == 1:
+            found += (copies_finding(self._sightings.of, *plot_errors(seen, self._sensor)),)
         found += (fast_finding(seen.fast, self._parameters.tracker.speed_sd_mps),)
         found += (self._kept.finding(),) if self._parameters.constraints else ()
         found += () if self._ais is None else (self._ais.finding(),)
