@@ -1,7 +1,8 @@
 """Whether levels keep to themselves from one second to the next: an analysis of variance of blocks of frames.
 
 Fisher (1925), Statistical methods for research workers, chapter 7. Where nothing goes on from block to block, the means
-of blocks differ as much as the readings within them let expect, however much these vary: the ratio is one.
+of blocks differ as much as the readings within them let expect, however much these vary: the ratio is one. What goes to
+and fro in less than a block has such a ratio too.
 """
 
 from __future__ import annotations
@@ -24,25 +25,26 @@ class Steadiness(NamedTuple):
     block: Array  # (3, D, C): times heard, their sum and sum of squares
     blocks: int
     whole: Array  # (6, D, C): blocks heard, sum of means and of their squares, readings, squares within, weights
+    block_s: float = BLOCK_S
 
     @classmethod
-    def none(cls, time_s: float, shape: tuple[int, ...]) -> Steadiness:
-        """Return the sums before the first frame."""
-        return cls(time_s, 0, np.zeros((3, *shape)), 0, np.zeros((6, *shape)))
+    def none(cls, time_s: float, shape: tuple[int, ...], block_s: float = BLOCK_S) -> Steadiness:
+        """Return the sums before the first frame, of blocks of so many seconds at least."""
+        return cls(time_s, 0, np.zeros((3, *shape)), 0, np.zeros((6, *shape)), block_s)
 
     def after(self, time_s: float, levels: Array, weights: Array) -> Steadiness:
         """Return the sums after a frame's levels, NaN where missing, each of a weight, ``(D, C)``."""
         heard = np.isfinite(levels)
         known = np.where(heard, levels, 0.0)
         block, frames = self.block + np.array([heard, known, known**2]), self.frames + 1
-        if time_s - self.began_s < BLOCK_S or frames < BLOCK_FRAMES:
+        if time_s - self.began_s < self.block_s or frames < BLOCK_FRAMES:
             return self._replace(frames=frames, block=block)
         count = np.where(block[0] >= BLOCK_FRAMES, block[0], 0.0)
         told = count > 0
         mean = np.where(told, block[1] / np.maximum(count, 1.0), 0.0)
         within = np.where(told, block[2] - block[1] * mean, 0.0)
         whole = self.whole + np.array([told, mean, mean**2, count, within, np.where(told, weights, 0.0)])
-        return Steadiness(time_s, 0, np.zeros_like(block), self.blocks + 1, whole)
+        return Steadiness(time_s, 0, np.zeros_like(block), self.blocks + 1, whole, self.block_s)
 
     @property
     def mean(self) -> Array:

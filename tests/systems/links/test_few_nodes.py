@@ -33,12 +33,12 @@ def test_frames_that_tell_nothing_hide_it_from_nobody(monkeypatch):
     """A frame without a change, as one that is missing, has no likelihood at all."""
     facts = LinkFacts(border(8, 3.0))
     for part in ("_levels", "_stays", "_pairs_there"):
-        monkeypatch.setattr(facts, part, SimpleNamespace(add=lambda step: None))
+        monkeypatch.setattr(facts, part, SimpleNamespace(add=lambda *told: None))
     monkeypatch.setattr(facts, "_left_over", lambda step: None)
     monkeypatch.setattr("elusive.systems.links.checks.LinksState", SimpleNamespace)
     likeness = SimpleNamespace(misfit=1.0, pairs=20)
     for k in range(2 * LEARNED_FRAMES):
-        people = SimpleNamespace(learns=True, tells=np.nan if k == 7 else 0.5 * TELLS, likeness=likeness)
+        people = SimpleNamespace(learns=True, tells=np.nan if k == 7 else 0.5 * TELLS, likeness=likeness, rests={})
         state = SimpleNamespace(rss=SimpleNamespace(calibration=None), people=people)
         facts.add(SimpleNamespace(state=state, tracks=[SimpleNamespace(status="confirmed")]))
     assert not facts._several().holds

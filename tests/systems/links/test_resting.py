@@ -9,6 +9,7 @@ from elusive.geometry.areas import Area
 from elusive.preprocess.fade_level import RssChange
 from elusive.preprocess.link_calibration import Calibration
 from elusive.systems.links.by_links import LinksChain, LinksMethod
+from elusive.systems.links.resting import after_frame
 from tests.tracking.link_scenes import shadowed_links, states_of
 
 AREA = Area.rectangle(-4, 4, -4, 4)
@@ -54,6 +55,41 @@ def test_what_never_moves_and_keeps_steady_is_the_rooms(seed, varies):
     if not varies:
         after = np.array(frames[20:])
         assert np.nanmedian(np.abs(changed.level_db - np.nanmean(after, axis=0))) < 0.5
+
+
+@pytest.mark.parametrize("period_s", [6.0, 13.0])
+def test_what_turns_to_and_fro_is_the_rooms(period_s):
+    """A fan's head: its levels wander from one second to the next, but not over turns."""
+    rng, sensor = np.random.default_rng(1), shadowed_links(0)
+    nobody, somebody = states_of(np.empty((0, 2))), states_of(PLACE[None])
+    middle, left, ahead = (sensor.simulate(somebody, rng) for _ in range(3))
+    frames = [sensor.simulate(nobody, rng) for _ in range(6)]
+    for turned in 2 * np.pi * INTERVAL_S / period_s * np.arange(200):
+        now = middle + 0.7 * (np.cos(turned) * (left - middle) + np.sin(turned) * (ahead - middle))
+        frames.append(now + sensor.simulate(nobody, rng))
+    told = list[float]()
+    for state in followed(frames, sensor):
+        if state.changed is not None:
+            break
+        told += [track.existence for track in state.tracks if track.status == "confirmed"]
+    assert np.linalg.norm(state.changed.places - PLACE, axis=1).min() < 1
+    assert told[-1] < 0.6
+    assert state.changed.variance_db2 is not None
+
+
+def test_two_tracks_of_one_change_go_together():
+    """Lest the links beside the second keep their levels, as if they ran by somebody."""
+    frames, sensor = stood(0, 0.0, 40)
+    states = list(followed(frames, sensor))
+    number = next(k for k, state in enumerate(states) if state.changed)
+    before, state = states[number - 1 : number + 1]
+    (target,) = (one for one in state.belief.targets if one.life.track in state.changed.tracks)
+    name, time_s = target.life.track, INTERVAL_S * number
+    (late,) = after_frame({}, [target], sensor, frames[number], time_s)[0].values()  # found in this frame
+    both = [target, target._replace(life=target.life._replace(track=name + 1))]
+    _, changed = after_frame({**before.rests, name + 1: late}, both, sensor, frames[number], time_s)
+    assert changed.tracks == (name, name + 1)
+    assert len(changed.places) == 1
 
 
 @pytest.mark.parametrize("seed", [0, 1])

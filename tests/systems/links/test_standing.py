@@ -53,3 +53,14 @@ def test_a_track_that_is_found_again_where_it_was_lost_is_one_stay(silent_s, off
         seen = not 20 <= second < 20 + silent_s
         stays.add(SimpleNamespace(time_s=float(second), tracks=[track] if seen else []))
     assert (stays.least is not None) == one
+
+
+@pytest.mark.parametrize("unmoved", [(), (1,)])
+def test_what_has_never_moved_stays_though_its_place_wanders(unmoved):
+    """A fan that turns moves its track by more than its deviation."""
+    rng, stays = np.random.default_rng(1), Stays()
+    for second in range(40):
+        mean = np.array([rng.normal(0, 2 * SD_M), 0.0, rng.normal(0, 2 * SD_M), 0.0])
+        track = SimpleNamespace(track=1, status="confirmed", mean=mean, covariance=np.eye(4) * SD_M**2)
+        stays.add(SimpleNamespace(time_s=float(second), tracks=[track]), unmoved)
+    assert (stays.first is not None) == bool(unmoved)

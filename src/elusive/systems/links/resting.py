@@ -2,20 +2,21 @@
 
 Whoever stands somewhere has come there, and never stands quite still: the levels of the links beside them wander from
 one second to the next. Those of a door that was opened, or of a shelf that was moved, keep to what they became; those
-of a fan vary, but not from one second to the next (:mod:`elusive.preprocess.steadiness`). What varies more than the
-empty room does is watched for longer.
+of a fan vary, but not from one second to the next (:mod:`elusive.preprocess.steadiness`), or, where it turns to and
+fro, not from one time to the next: blocks of several lengths are looked at. What varies more than the empty room does
+is watched for longer. What wanders little enough to be a curtain is as probably the room's as somebody.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from elusive.contracts import Array, X, Y
-from elusive.preprocess.steadiness import Steadiness
+from elusive.preprocess.steadiness import BLOCK_S, Steadiness
 from elusive.sensors.link_effects import Effect, total
 from elusive.sensors.link_shadowing import ShadowedLinks
 from elusive.systems.links.standing import AGAIN, AGAIN_S
@@ -26,14 +27,19 @@ from elusive.tracking.superposed_state import Target
 # of a door or a shelf 1.0 and 1.3 m
 MOVED_SD, MOVED_M = 1.5, 1.5
 COMING_S = 2.0  # after a track is found: what is found may still be on its way
-# blocks' ratio: of doors, shelves and fans .1 to 1.2; 1.6 and more of who sways by a centimetre
-STEADY, FEWEST_BLOCKS = 1.35, 5
+BLOCKS = (1, 2, 4, 8)  # lengths of blocks that are looked at, in the shortest's
+# blocks' ratio, in rooms of rays: of doors, shelves and fans .1 to 1.2 (1.3 where they turn, in blocks about as long as
+# a turn), of curtains 1.4 to 1.7, of who sways by a centimetre, or sits, 1.9 and more
+STEADY, WANDERS, FEWEST_BLOCKS = 1.35, 1.75, 5
 NOISY, NOISY_BLOCKS = 2.0, 10  # variance of the readings over the empty room's, from which more blocks are asked
 # odds that the room has changed rather than that somebody has come, when a track is found, and the time in which they
-# grow by a factor e while it keeps steady: even when the room is taken to have changed
+# grow by a factor e while it keeps steady by the shortest blocks: even when the room is taken to have changed
 CHANGES, GROW_S = 0.05, 4.0
 MOST = 50.0  # exponent
 ALONE = 1.0  # variance that others add to a reading, over the empty room's, below which it tells of who rests
+
+
+Scales: TypeAlias = tuple[Steadiness, ...]  # by blocks of BLOCKS
 
 
 class Rest(NamedTuple):
@@ -44,7 +50,7 @@ class Rest(NamedTuple):
     covariance: Array  # (2, 2)
     seen_s: float
     now: Array  # (2,)
-    levels: Steadiness | None  # of what others leave alone; none: it has moved
+    levels: Scales | None  # of what others leave alone; none: it has moved
     heard: Array  # (2, D, C): times that readings were heard since, and their sum
     nobody: float = 0.0  # probability that it is the room's
 
@@ -52,7 +58,7 @@ class Rest(NamedTuple):
 class Changed(NamedTuple):
     """What has changed in the room."""
 
-    tracks: tuple[int, ...]  # that it was taken for
+    tracks: tuple[int, ...]  # that it was taken for: those that keep steady, and others there that have not moved
     places: Array  # (P, 2) where they are [m]
     level_db: Array  # (D, C) by which readings have changed, NaN where that is not known
     variance_db2: Array | None  # (D, C) of what goes on there; none: it is as quiet as the empty room
@@ -77,7 +83,7 @@ def after_frame(
         place, covariance = target.mean[[X, Y]], target.covariance[np.ix_([X, Y], [X, Y])]
         rest = before.get(name) or _found_again(rests, place, covariance, set(lost))
         if rest is None:
-            levels = Steadiness.none(time_s + COMING_S, rise_db.shape)
+            levels = _none(time_s, rise_db.shape)
             rest = Rest(time_s, place, covariance, time_s, place, levels, np.zeros((2, *rise_db.shape)))
         off = place - rest.place
         moved = off @ off > MOVED_M**2 and off @ np.linalg.solve(covariance + rest.covariance, off) > MOVED_SD**2
@@ -87,17 +93,13 @@ def after_frame(
     if not resting:
         return rests, None
     rests |= _watched(rests, resting, targets, sensor, rise_db, time_s)
-    steady = {name: told for name in resting if (told := _steady(rests[name].levels, sensor.tables.floor)) is not None}
+    steady = dict[int, _Judged]()
     for name in resting:
-        rests[name] = _doubted(rests[name], name in steady, time_s)
-    if not any(told.known for told in steady.values()):
-        return rests, None
-    longest = max(steady, key=lambda name: steady[name].levels.blocks)
-    times, total_db = rests[longest].heard
-    level_db = np.where(times > 0.5 * times.max(), total_db / np.maximum(times, 1.0), np.nan)
-    noisy = any(told.noisy for told in steady.values())
-    places = np.array([rests[name].now for name in steady])
-    return rests, Changed(tuple(steady), places, level_db, steady[longest].levels.within if noisy else None)
+        judged = _judged(rests[name].levels, sensor.tables.floor)
+        rests[name] = _doubted(rests[name], judged, time_s)
+        if told := [one for one in judged if one.steady]:
+            steady[name] = next((one for one in told if one.known), told[0])
+    return rests, _changed(rests, list(resting), steady)
 
 
 def _watched(
@@ -121,43 +123,78 @@ def _watched(
             continue
         own = _effect(sensor, target, 1.0)
         spread = own.variance + own.mean**2
-        levels = rest.levels.after(time_s, alone, spread / (floor * (floor + spread)))
+        weights = spread / (floor * (floor + spread))
+        levels = tuple(one.after(time_s, alone, weights) for one in rest.levels)
         found[name] = rest._replace(levels=levels, heard=rest.heard + told)
     return found
 
 
-class _Steady(NamedTuple):
-    """Levels that keep to themselves."""
+class _Judged(NamedTuple):
+    """Whether levels keep to themselves."""
 
-    levels: Steadiness
+    levels: Steadiness  # by the blocks in which they do
+    ratio: float
     noisy: bool  # more than the empty room's
     known: bool  # for long enough
 
-
-def _steady(levels: Steadiness | None, floor: Array) -> _Steady | None:
-    """Judge the levels beside a track; none: they wander, or it has moved."""
-    if levels is None or levels.blocks < FEWEST_BLOCKS // 2:
-        return None
-    ratio, noise = levels.ratio(floor)
-    noisy = noise > NOISY
-    known = levels.blocks >= (NOISY_BLOCKS if noisy else FEWEST_BLOCKS)
-    return _Steady(levels, noisy, known) if ratio < STEADY else None
+    @property
+    def steady(self) -> bool:
+        """Whether they keep as steady as beside nobody."""
+        return self.ratio < STEADY
 
 
-def _doubted(rest: Rest, steady: bool, time_s: float) -> Rest:
+def _judged(scales: Scales | None, floor: Array) -> list[_Judged]:
+    """Judge the levels beside a track, by the shortest blocks first; nothing of one that has moved."""
+    found = list[_Judged]()
+    for levels in scales or ():
+        if levels.blocks >= FEWEST_BLOCKS // 2:
+            ratio, noise = levels.ratio(floor)
+            noisy = noise > NOISY
+            least = NOISY_BLOCKS if noisy and levels.block_s == BLOCK_S else FEWEST_BLOCKS
+            found.append(_Judged(levels, ratio, noisy, levels.blocks >= least))
+    return found
+
+
+def _doubted(rest: Rest, judged: Sequence[_Judged], time_s: float) -> Rest:
     """Tell how probably a track that has not moved is the room's."""
-    unknown = rest.levels is not None and rest.levels.blocks < FEWEST_BLOCKS // 2
-    odds = CHANGES * math.exp(min((time_s - rest.found_s) / GROW_S, MOST)) if steady or unknown else CHANGES
-    return rest._replace(nobody=odds / (1 + odds))
+    watched_s = time_s - rest.found_s - COMING_S
+
+    def grown(blocks: float) -> float:
+        return CHANGES * math.exp(min((COMING_S + watched_s / blocks) / GROW_S, MOST))
+
+    odds = [CHANGES] if judged else [grown(1.0)]
+    for one in judged:
+        if one.ratio < WANDERS:
+            most = math.inf if one.steady else 1.0
+            odds.append(min(grown(one.levels.block_s / BLOCK_S), most))
+    return rest._replace(nobody=max(odds) / (1 + max(odds)))
+
+
+def _changed(rests: Rests, resting: Sequence[int], steady: Mapping[int, _Judged]) -> Changed | None:
+    """Tell what has changed in the room by the tracks whose levels keep steady; none: it is not known yet."""
+    known = [name for name, told in steady.items() if told.known]
+    if not known:
+        return None
+    longest = min(known, key=lambda name: rests[name].found_s)
+    times, total_db = rests[longest].heard
+    level_db = np.where(times > 0.5 * times.max(), total_db / np.maximum(times, 1.0), np.nan)
+    noisy = any(told.noisy for told in steady.values())
+    places = np.array([rests[name].now for name in steady])
+    there = [name for name in resting if (np.linalg.norm(places - rests[name].now, axis=1) < MOVED_M).any()]
+    return Changed(tuple(there), places, level_db, steady[longest].levels.within if noisy else None)
 
 
 def anew(rests: Rests, time_s: float, shape: tuple[int, ...]) -> dict[int, Rest]:
     """Return what is known of tracks once levels are told from another room's: their sums begin anew."""
-    levels, heard = Steadiness.none(time_s + COMING_S, shape), np.zeros((2, *shape))
+    levels, heard = _none(time_s, shape), np.zeros((2, *shape))
     return {
         name: rest if rest.levels is None else rest._replace(found_s=time_s, levels=levels, heard=heard)
         for name, rest in rests.items()
     }
+
+
+def _none(found_s: float, shape: tuple[int, ...]) -> Scales:
+    return tuple(Steadiness.none(found_s + COMING_S, shape, blocks * BLOCK_S) for blocks in BLOCKS)
 
 
 def _found_again(rests: dict[int, Rest], place: Array, covariance: Array, lost: set[int]) -> Rest | None:

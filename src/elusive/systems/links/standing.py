@@ -3,12 +3,14 @@
 Whose place is not known to its deviation, and is told within less of it for half a minute, does not walk: a walker's
 error is another wherever they go. Somebody who stood there in the calibration and has gone, furniture, or a node that
 was moved leaves such a track, for ever; links do not tell it from somebody who stands. What moves to and fro in one
-place, a fan or a curtain, leaves one that is lost and found again there: it is one stay.
+place, a fan or a curtain, leaves one that is lost and found again there: it is one stay. So is that of what has never
+moved since it was found, though its place wanders.
 """
 
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Collection
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -42,8 +44,8 @@ class Stays:
         self.least: Stay | None = None
         self.first: Stay | None = None  # that stays
 
-    def add(self, step: Step) -> None:
-        """Take in a step."""
+    def add(self, step: Step, unmoved: Collection[int] = ()) -> None:
+        """Take in a step, and the numbers of its tracks that have never moved since they were found."""
         sure = {track.track: track for track in step.tracks if track.status == "confirmed"}
         lost = {number: self._places[number] for number in self._places.keys() - sure.keys()}
         self._places = {number: self._places.get(number) or _found_again(lost, track) for number, track in sure.items()}
@@ -52,7 +54,7 @@ class Stays:
             stay = self._judged(self._places[number], step.time_s, track)
             if stay is not None and (self.least is None or stay.spread < self.least.spread):
                 self.least = stay
-                if self.first is None and stay.spread < STAYS:
+                if self.first is None and (stay.spread < STAYS or number in unmoved):
                     self.first = stay
 
     def _judged(self, places: Places, time_s: float, track: Track) -> Stay | None:
