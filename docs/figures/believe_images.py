@@ -174,7 +174,10 @@ def rests(axes: Any) -> None:
     plots.frame(axes, frames.mean(axis=0))
     axes.plot(point.x, point.y, "s", markersize=14, markerfacecolor="none", markeredgecolor=plots.SERIES[4])
     named(
-        axes, f"scene.rests: {point.height:.0f}, next {point.next_height:.0f}", "x [px], mean of all frames", "y [px]"
+        axes,
+        f"scene.rests: {point.height:.0f}, next {point.next_heights[0]:.0f}",
+        "x [px], mean of all frames",
+        "y [px]",
     )
 
 

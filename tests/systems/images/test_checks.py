@@ -293,6 +293,20 @@ def test_whitened_pixels_are_compared_with_a_gaussian():
     assert "53.0" in tail.sentence
 
 
+@pytest.mark.parametrize(("heights", "alone"), [((60.0,), True), ((60.0, 26.0, 19.0, 13.0, 9.0, 6.0), False)])
+def test_the_brightest_of_many_lamps_does_not_stand_alone(heights, alone):
+    """Twice the next, as the first of every fourth draw of a Pareto law of exponent two is."""
+    scene, (y, x) = SceneFacts(), np.mgrid[:96, :96]
+    rng, lamps = np.random.default_rng(9), np.zeros((96, 96))
+    for k, height in enumerate(heights):
+        lamps += height * np.exp(-((x - 12 - 14 * k) ** 2 + (y - 20 - 37 * (k % 3)) ** 2) / 3)
+    for _ in range(30):
+        scene.add(100 + lamps + rng.normal(0, 3, lamps.shape))
+    assert scene.resting.height > 2 * scene.resting.next_heights[0]
+    (found,) = (one for one in recorded_findings(scene, {}, by_peaks=True) if one.name == "scene.rests")
+    assert found.holds != alone
+
+
 def test_what_is_kept_does_not_grow():
     facts = FrameFacts()
     rng = np.random.default_rng(0)

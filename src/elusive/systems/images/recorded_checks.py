@@ -10,10 +10,12 @@ from scipy.special import ndtri
 
 from elusive.checks import Fact, Finding
 from elusive.systems.images.scene_facts import RestingPoint, SceneFacts
+from elusive.tracking.peaks import chance_of
 
 FEW = 20  # frames from which a scene and its noise are hardly learnt
 USUAL = 0.8  # likeness of a scene to itself, laid over the frame before
 STANDS, ALONE = 8.0, 2.0  # deviations of a point that stands out; times the next one's
+BY_CHANCE = 0.01  # probability that the strongest of a kind stands out so
 MIDDLE, TAIL = 0.35, 2.0  # deviations by which a whitened decile may be off; factor on one in a thousand
 AGAIN, CHANCE = 0.75, 2.0  # share of sure tracks there again at least; deviations by which chance may be off
 LEARNT_BY = "Give more frames; or, if their noise is white and known, --noise-sigma."
@@ -66,10 +68,15 @@ def _cut(scene: SceneFacts, *, grave: bool) -> Finding:
 
 
 def _resting(scene: SceneFacts) -> Finding:
-    """Find a point that stays on its pixel and stands out alone: whether it is a target nobody can know."""
+    """Find a point that stays on its pixel and stands out alone: whether it is a target nobody can know.
+
+    The brightest of many lamps is one of them, however bright: alone is what chance hardly lifts so far over the next.
+    """
     point = scene.resting if scene.count >= FEW else None
-    alone = point is not None and point.height > max(STANDS, ALONE * point.next_height)
-    seen = point or RestingPoint(math.nan, math.nan, math.nan, math.nan)
+    seen = point or RestingPoint(math.nan, math.nan, math.nan, np.zeros(0))
+    others = seen.next_heights[seen.next_heights > 0]
+    alone = seen.height > max(STANDS, ALONE * np.max(others, initial=0.0))
+    alone = alone and chance_of(seen.height, others) < BY_CHANCE
     return Fact(STANDS, seen.height, not alone, scene.count).finding(
         "scene.rests",
         f"A point at x {seen.x:.0f}, y {seen.y:.0f} stands out alone, {seen.height:.0f} deviations, and stays on its "

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from elusive.contracts import Array
+from elusive.tracking.peaks import RIVALS
 
 SIDE = 32  # cells of a frame's shorter side where scenes are compared
 WIDE = 9  # cells, over which their level is taken off
@@ -25,7 +26,7 @@ class RestingPoint(NamedTuple):
     x: float
     y: float
     height: float  # [deviations of the averaged scene]
-    next_height: float  # of the next highest
+    next_heights: Array  # (n,) of the next ones, the highest first
 
 
 class SceneFacts:
@@ -81,9 +82,22 @@ class SceneFacts:
         here = slice(max(row - 1, 0), row + 2), slice(max(column - 1, 0), column + 2)
         if not early[here].max() > 0.7 * height:
             return None
-        rows, columns = (slice(max(at - APART_PX, 0), at + APART_PX + 1) for at in (row, column))
-        late[rows, columns] = 0.0
-        return RestingPoint(float(column), float(row), height, float(late.max()))
+        _leave_out(late, row, column)
+        return RestingPoint(float(column), float(row), height, np.array([_next_of(late) for _ in range(RIVALS + 1)]))
+
+
+def _leave_out(points: Array, row: int, column: int) -> None:
+    """Take a point out, in place."""
+    rows, columns = (slice(max(at - APART_PX, 0), at + APART_PX + 1) for at in (row, column))
+    points[rows, columns] = 0.0
+
+
+def _next_of(points: Array) -> float:
+    """Return the height of the highest point, which is taken out, in place."""
+    row, column = map(int, np.unravel_index(points.argmax(), points.shape))
+    height = float(points[row, column])
+    _leave_out(points, row, column)
+    return height
 
 
 def _coarse(frame: NDArray[np.float32]) -> Array:
