@@ -66,6 +66,11 @@ def each_twice(rng: np.random.Generator) -> np.ndarray:
     return np.repeat(grey(seen(rng))[::2], 2, axis=0)
 
 
+def every_fifth_twice(rng: np.random.Generator) -> np.ndarray:
+    """Film at 24 frames a second, written at 30."""
+    return grey(seen(rng, (-0.2, -0.2)))[np.arange(FRAMES) - np.arange(FRAMES) // 5]
+
+
 def black_hot(rng: np.random.Generator) -> np.ndarray:
     """White is hot, and from the middle on black."""
     frames = seen(rng)
@@ -91,6 +96,7 @@ def shutter(rng: np.random.Generator) -> np.ndarray:
 ODD: dict[str, tuple[Callable[[np.random.Generator], np.ndarray], str, str]] = {
     "other octet first": (other_octet_first, "frames.octets", "with the other octet first"),
     "each twice": (each_twice, "frames.repeated", "35 of 69 frames are copies"),
+    "every fifth twice": (every_fifth_twice, "frames.repeated", "13 of 69 frames are copies"),
     "black hot": (black_hot, "frames.cut", "Frame 35 shows another scene"),
     "shutter": (shutter, "frames.cut", "shows another scene"),
     "wrapped": (wrapped, "frames.folded", "as if 12 bits did not hold them"),

@@ -238,6 +238,24 @@ def test_sure_tracks_that_are_not_there_again_are_named(share, number, holds):
     assert holds or f"{100 * share:.0f} %" in found.sentence
 
 
+def test_copies_are_passed_over_as_if_they_were_missing():
+    """A camera's frames exported at a higher rate: what is known of the others is, to the last bit, the same."""
+    frames, numbers = scene(0.7, frames=41), np.arange(50) - np.arange(50) // 5
+    frames[20:, 30:33, 12:15] += 40
+    copied = np.diff(numbers, prepend=-1) == 0
+    parameters = ImageTracking().bind(frames.shape[1:])
+    checks = FrameChecks(parameters)
+    missing = [None if copy else frames[k] for k, copy in zip(numbers, copied, strict=True)]
+    given, left_out = (list(track_images(seen, parameters)) for seen in (frames[numbers], missing))
+    for one, other in zip(given, left_out, strict=True):
+        checks.take(one)
+        told = [[(track.track, track.existence, *track.mean) for track in step.tracks] for step in (one, other)]
+        np.testing.assert_array_equal(*told)
+    assert any(step.tracks for step in given)
+    (found,) = (one for one in checks.findings() if one.name == "frames.repeated")
+    assert (found.holds, found.grave, found.seen) == (False, False, 9 / 49)
+
+
 def dotted(fall, size=96, frames=36):
     """Frames of a scene with points in it, of which a third fall through it."""
     rng = np.random.default_rng(4)

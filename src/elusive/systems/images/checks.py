@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from elusive.checks import Fact, Finding, share_of
+from elusive.checks import Fact, Finding
 from elusive.contracts import Array
 from elusive.preprocess.peaks import LEVELS
 from elusive.sensors import ImageSensor
@@ -27,7 +27,7 @@ from elusive.tracking import Step
 
 NOTHING: Mapping[float, float] = MappingProxyType({})
 CLEAR = 4.0  # point spreads about a track in which no noise is read
-REPEATED = 0.1  # share of frames that are their predecessor
+REPEATED, COPIES = 0.1, 0.25  # share of frames that are their predecessor; from which they count twice too often
 ODD, SUSPECT = 0.03, 0.7  # change along an axis of a frame over that along time: another order; if its shape is odd too
 ASPECT = 2.4  # of a frame's sides, from which no camera is so
 OFTEN = 0.1  # share of frames that show nothing, from which that is no accident
@@ -47,6 +47,10 @@ class FrameChecks:
         self._again = math.nan, 0  # share of sure tracks that were there again, and of how many
         if isinstance(sensor, ImageSensor) and sensor.noise == "gaussian":
             self._left = LeftOver(sensor)
+
+    @property
+    def _peaks(self) -> bool:
+        return isinstance(self.parameters.filter, PeakImages)
 
     def take(self, step: Step) -> None:
         """Take a step; of one without a frame it is kept that there was none."""
@@ -84,7 +88,7 @@ class FrameChecks:
             Mean quantile of the whitened pixels, by its probability, where frames were whitened.
         """
         octets = self._octets.finding()
-        found = [order_finding(self.noise, self.noise.count), octets, *_repeats(self.noise)]
+        found = [order_finding(self.noise, self.noise.count), octets, _copies(self.noise, passed_over=self._peaks)]
         found.append(blank_finding(self._blank_s, self._taken))
         if octets.holds:  # swapped, the lower one leads, and folds
             found.append(self._folded.finding())
@@ -93,11 +97,10 @@ class FrameChecks:
             if self._left is not None and all(one.holds for one in found):  # else noise itself may stand out
                 found.append(self._left.finding(grave=isinstance(self.parameters.filter, SeveralImages)))
         else:
-            peaks = isinstance(self.parameters.filter, PeakImages)
-            if peaks and self._whitened:
+            if self._peaks and self._whitened:
                 whitened = dict(zip(LEVELS, (self._quantiles / self._whitened).tolist(), strict=True))
-            found += recorded_findings(self.scene, whitened, by_peaks=peaks)
-            if peaks:
+            found += recorded_findings(self.scene, whitened, by_peaks=self._peaks)
+            if self._peaks:
                 found += [again_finding(*self._again), *self._movers.findings()]
         return tuple(found)
 
@@ -151,16 +154,18 @@ def order_finding(facts: FrameFacts, count: int) -> Finding:
     )
 
 
-def _repeats(facts: FrameFacts) -> list[Finding]:
+def _copies(facts: FrameFacts, *, passed_over: bool) -> Finding:
     """Find frames that are copies: their noise is no new evidence."""
     pairs = facts.count - 1
-    fact = share_of(facts.repeated, pairs, 0.0, tolerance=REPEATED)
-    return [
-        fact.finding(
-            "frames.repeated",
-            f"{facts.repeated} of {pairs} frames are copies of the one before: what they show is counted as evidence "
-            "twice.",
-            "Export the recording at the rate at which it was taken, and give that as --rate-hz.",
-            grave=facts.repeated > pairs / 4,
-        )
-    ]
+    means = (
+        "they are passed over, and tracks are predicted through them"
+        if passed_over
+        else "what they show is counted as evidence twice"
+    )
+    share = facts.repeated / pairs if pairs else 0.0
+    return Fact(0.0, share, not share > REPEATED, pairs).finding(
+        "frames.repeated",
+        f"{facts.repeated} of {pairs} frames are copies of the one before: {means}.",
+        "Export the recording at the rate at which it was taken, and give that as --rate-hz.",
+        grave=not passed_over and share > COPIES,
+    )
