@@ -221,6 +221,48 @@ def test_a_folder_that_is_begun_anew_while_it_is_read_goes_on(tmp_path):
     assert len(said) == 1
 
 
+def later(path: Path, pixels: np.ndarray, at_s: list[float]) -> None:
+    """Write an image over, at a later time of the file system whatever its steps."""
+    at_s[0] += 1.0
+    beside = path.with_name(f".later{path.suffix}")
+    save(beside, pixels)
+    os.utime(beside, (at_s[0], at_s[0]))
+    os.replace(beside, path)
+
+
+@pytest.mark.parametrize("names", [["frame.png"], ["f0.png", "f1.png", "f2.png", "f3.png"]])
+def test_a_camera_that_writes_over_its_names_is_followed(tmp_path, names):
+    said, at_s = [], [1.6e9]
+    for k, name in enumerate(names):
+        later(tmp_path / name, MOVIE[k], at_s)
+    frames = open_live_frames(
+        tmp_path / names[0] if len(names) == 1 else tmp_path, rate_hz=10.0, idle_s=HUNG_S, on_fault=said.append
+    )
+    coming = iter(frames)
+    list(islice(coming, len(names)))
+    stop = threading.Event()
+
+    def written_over():
+        while not said and not stop.wait(0.01):  # until it is found out
+            for name in names:
+                later(tmp_path / name, MOVIE[0], at_s)
+
+    writer = threading.Thread(target=written_over)
+    writer.start()
+    first = next(coming)
+    writer.join()
+    np.testing.assert_array_equal(first.pixels, MOVIE[0])
+    found = []
+    for k in range(1, 9):  # each is taken before the next is written
+        later(tmp_path / names[k % len(names)], MOVIE[k], at_s)
+        found.append(next(frame.pixels for frame in coming if not np.array_equal(frame.pixels, MOVIE[0])))
+    frames.stop()
+    np.testing.assert_array_equal(found, MOVIE[1:9])
+    assert len(said) == 1
+    assert "files are written over; each time one of them is written is a frame" in said[0]
+    assert frames.late == 0
+
+
 def test_earlier_names_that_were_left_there_are_not_taken_for_a_folder_begun_anew(tmp_path):
     said, names = [], [f"f{k:03d}.png" for k in range(20, 26)]
     written(tmp_path, names).join()

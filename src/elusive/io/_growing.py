@@ -18,6 +18,7 @@ from elusive.errors import DataError
 from elusive.io._arrived import ArrivedFrame
 from elusive.io._images import IMAGES, read_image
 from elusive.io._order import natural_key
+from elusive.io._overwritten import MOST, Overwritten, Stamp
 from elusive.io._stack import EXPORT_AGAIN, decoding
 
 POLL_S = 0.005  # how often the file that is due is looked for
@@ -41,7 +42,7 @@ def lacking(earlier: str, later: str, step: int) -> int:
 
 class _Seen(NamedTuple):
     since_s: float  # when it was first seen as it is (monotonic)
-    stamp: tuple[int, int]  # size, time of the last change
+    stamp: Stamp
     came_s: float
 
 
@@ -50,6 +51,7 @@ class GrowingFolder:
 
     Names tell the order. A name that comes before one that has been read is too late, and is left out; but where the
     latest is gone and all that is there came after it was read, the folder was begun anew, and is read from its start.
+    Where nothing new comes and names that have been read are written over, each time one is written is a frame.
 
     Parameters
     ----------
@@ -60,7 +62,7 @@ class GrowingFolder:
     idle_s
         End after this time without a new one; None waits for ever.
     say
-        Told that the folder was begun anew.
+        Told that the folder was begun anew, or that its files are written over.
 
     Raises
     ------
@@ -85,6 +87,7 @@ class GrowingFolder:
         self._folder, self._pattern, self._idle_s = folder, pattern, idle_s
         self._halted = threading.Event()
         self._seen: dict[str, _Seen] = {}  # not yet read
+        self._over, self._stamps_s = Overwritten(), 0.0
         self._latest: str | None = None
         self._numbers: deque[int] = deque(maxlen=REGULAR)  # of the latest names
         self._passed = 0  # names read or given up, or there before
@@ -102,7 +105,10 @@ class GrowingFolder:
             self._numbers.extend(int(found[2]) - step * k for k in reversed(range(REGULAR)))
         with suppress(OSError), os.scandir(self._folder) as entries:  # a folder that is gone is said when it is read
             names = [entry.name for entry in entries if self._is_frame(entry.name)]
-            self._passed = sum(not self._comes_after(name) for name in names)
+            before = [name for name in names if not self._comes_after(name)]
+            self._passed = len(before)
+            for name, stamp in self._stamps(before if len(before) <= MOST else ()).items():
+                self._over.read(name, stamp)
 
     def __iter__(self) -> Iterator[ArrivedFrame]:
         """Yield the frames; without pixels, and with the reason, where a file stays unreadable.
@@ -154,13 +160,14 @@ class GrowingFolder:
         except DataError as error:
             if now_s - seen.since_s < BROKEN_S:
                 return None
-            self._pass(name)
+            self._pass(name, stamp)
             return ArrivedFrame(where, None, seen.came_s, fault=str(error), name=name, step=self._step())
-        self._pass(name)
+        self._pass(name, stamp)
         return ArrivedFrame(where, raw, seen.came_s, name=name, step=self._step())
 
-    def _pass(self, name: str) -> None:
+    def _pass(self, name: str, stamp: Stamp) -> None:
         del self._seen[name]
+        self._over.read(name, stamp)
         self._latest, self._read_s = name, time.time()
         self._passed += 1
         found = LAST_NUMBER.match(name)
@@ -183,7 +190,7 @@ class GrowingFolder:
 
     def _expected(self) -> str | None:
         """Return the name that follows from the latest, where they have been numbered evenly."""
-        step = self._step()
+        step = 0 if self._over.is_so else self._step()
         found = LAST_NUMBER.match(self._latest) if self._latest is not None and step else None
         if found is None:
             return None
@@ -203,7 +210,7 @@ class GrowingFolder:
             return
         self._seen[name] = _Seen(now_s, stamp, self._came_s(stamp, now_s))
 
-    def _came_s(self, stamp: tuple[int, int], now_s: float) -> float:
+    def _came_s(self, stamp: Stamp, now_s: float) -> float:
         """When a file came: when it was last written to, but after the last look, at which it was not there."""
         return min(max(now_s - (time.time() - stamp[1] / 1e9), self._looked_s), now_s)
 
@@ -223,17 +230,31 @@ class GrowingFolder:
             )
             self._latest, self._passed, self.begun, after = None, 0, len(names), names
             self._numbers.clear()
-        self.late = max(0, len(names) - len(after) - self._passed)
+        if not after and not self._over.is_so and len(names) <= MOST and begun_s >= self._stamps_s:
+            self._stamps_s = begun_s + LATE_S
+            if self._over.seen(self._stamps(names)):
+                self._say(f"{self._folder}: files are written over; each time one of them is written is a frame.")
+        if self._over.is_so:
+            after = self._over.due(self._stamps(names))
+        else:
+            self.late = max(0, len(names) - len(after) - self._passed)
         new = [name for name in after if name not in self._seen]
         for name in new:
             self._look_at(name)
-        if new:
+        if new and not self._over.is_so:
             self._seen = {name: self._seen[name] for name in sorted(self._seen, key=natural_key)}
         if self._pattern is None and self._seen:
             self._pattern = f"*{Path(next(iter(self._seen))).suffix}"
             self._seen = {name: seen for name, seen in self._seen.items() if self._is_frame(name)}
         now_s = time.monotonic()
         self._looked_s, self._due_s = begun_s, now_s + max(POLL_S, SHARE * (now_s - begun_s))
+
+    def _stamps(self, names: Sequence[str]) -> dict[str, Stamp]:
+        found = {}
+        for name in names:
+            with suppress(OSError):  # removed meanwhile
+                found[name] = _stamp(self._folder / name)
+        return found
 
     def _is_anew(self, names: Sequence[str]) -> bool:
         if self._latest is None or len(names) < ANEW or self._latest in names:
@@ -257,7 +278,7 @@ class GrowingFolder:
         return natural_key(name) > natural_key(latest)
 
 
-def _is_written_to(path: Path, stamp: tuple[int, int]) -> bool:
+def _is_written_to(path: Path, stamp: Stamp) -> bool:
     """Whether a file has changed; one that was removed once it was read has not."""
     try:
         return _stamp(path) != stamp
@@ -265,6 +286,6 @@ def _is_written_to(path: Path, stamp: tuple[int, int]) -> bool:
         return False
 
 
-def _stamp(path: Path) -> tuple[int, int]:
+def _stamp(path: Path) -> Stamp:
     found = path.stat()
     return found.st_size, found.st_mtime_ns

@@ -18,6 +18,7 @@ from elusive.errors import DataError
 from elusive.io import _growing
 from elusive.io._arrived import ArrivedFrame
 from elusive.io._growing import GrowingFolder
+from elusive.io._images import IMAGES
 from elusive.io._piped_frames import Piped
 from elusive.io._standard_input import STANDARD_INPUT
 from elusive.io._streams import is_stream
@@ -226,7 +227,8 @@ def open_live_frames(
     ----------
     source
         ``camera:0``; the address of a network stream (``rtsp://``, ``rtmp://``, ``http://``, ``udp://``, ``tcp://``,
-        ``rtp://``, ``srt://``), both by the extra ``video``; a folder that images are written to, or a glob of such;
+        ``rtp://``, ``srt://``), both by the extra ``video``; a folder that images are written to, a glob of such, or an
+        image that is written over;
         ``-``, standard input: YUV4MPEG2, or PGM, PNG or ``.npy`` one after the other.
     rate_hz
         Frames a second, where the source does not say or says wrong; frames are then counted.
@@ -253,5 +255,7 @@ def open_live_frames(
     else:
         path = Path(text)
         pattern = path.name if glob.has_magic(path.name) and not path.exists() else None
+        if path.is_file() and path.suffix.lower() in IMAGES:  # which a camera writes over
+            pattern = glob.escape(path.name)
         opened = GrowingFolder(path if pattern is None else path.parent, pattern, idle_s, on_fault)
     return LiveFrames(opened, rate_hz, held_s, held_bytes, on_fault)
