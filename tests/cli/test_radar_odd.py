@@ -129,6 +129,19 @@ def hard_turns(rng: np.random.Generator) -> list[Plot]:
     return seen(rng, rng.uniform(-2500, 2500, (4, 2)) + np.cumsum(steps, axis=0))
 
 
+def sector(rng: np.random.Generator) -> list[Plot]:
+    """Eight ships before a radar that looks from 17 to 75 degrees."""
+    far, angle, heading = rng.uniform(1000, 5000, 8), rng.uniform(0.5, 1.1, 8), rng.uniform(0, 2 * np.pi, 8)
+    way = rng.uniform(3, 9, 8)[:, None] * np.column_stack([np.sin(heading), np.cos(heading)])
+    place = far[:, None] * np.column_stack([np.sin(angle), np.cos(angle)])
+    places = place + TURN_S * np.arange(SCANS)[:, None, None] * way
+    return [plot for plot in seen(rng, places) if 0.3 < plot[2] < 1.3]
+
+
+def radians_of_a_sector(rng: np.random.Generator) -> list[Plot]:
+    return [(t, r, np.radians(b)) for t, r, b in sector(rng)]
+
+
 ODD: dict[str, tuple[Callable[[np.random.Generator], list[Plot]], str, str]] = {
     "on a bow": (on_a_bow, "radar.turned", "err together"),
     "shaking": (shaking, "radar.turned", "whole picture turns"),
@@ -144,6 +157,7 @@ ODD: dict[str, tuple[Callable[[np.random.Generator], list[Plot]], str, str]] = {
     "milliseconds": (milliseconds, "radar.times", "look like milliseconds"),
     "minutes": (minutes, "radar.times", "look like minutes"),
     "hard turns": (hard_turns, "radar.again", "turn harder than the motion allows"),
+    "radians of a sector": (radians_of_a_sector, "radar.bent", "bearings look like radians"),
 }
 
 
@@ -180,6 +194,23 @@ def tracks_of(folder: Path) -> Array:
     table = np.genfromtxt(folder / "out/tracks.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
     table = table[table["status"] == "confirmed"]
     return np.column_stack([table[name] for name in ("time_s", "track", "x_m", "y_m")])
+
+
+def test_a_sector_in_degrees_has_no_finding(elusive_in: Run, tmp_path: Path) -> None:
+    written(tmp_path, sector(np.random.default_rng([5, 52])))
+    code, said = elusive_in(*TRACK)
+    assert code == 0, said
+    assert failing(tmp_path) == set(), said
+
+
+def test_bearings_that_count_anticlockwise_are_named_by_the_antenna(elusive_in: Run, tmp_path: Path) -> None:
+    """Each plot at the time at which an antenna passes it, which turns clockwise."""
+    plots = right(np.random.default_rng([5, 51]))
+    written(tmp_path, [(t + TURN_S * b / (2 * np.pi), r, (-b) % (2 * np.pi)) for t, r, b in plots])
+    code, said = elusive_in(*TRACK)
+    assert code == 2
+    assert "bearings look counted anticlockwise" in " ".join(said.split())
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize("change", [right, rounded, after_an_hour])

@@ -132,9 +132,16 @@ def open_radar_plots(
 
     turn_s = rotation_s
     if turn_s is None:
-        found = rotation_of(_first(plots(Counter(), way.track())))
+        first = _first(plots(Counter(), way.track()))
+        found = rotation_of(first)
         if table and not found.needed:
             turn_s = None
+        elif found.period_s is None and rotation_of(_mirrored(first)).period_s is not None:
+            raise DataError(
+                f"{path}: its bearings fall as the antenna turns, and antennas turn clockwise: bearings look counted "
+                "anticlockwise, and ships would be drawn mirrored; take them from 360 degrees, or give rotation_s, the "
+                "antenna's period, if it turns the other way."
+            )
         elif found.period_s is None:
             raise DataError(
                 f"{path}: its plots have each their own time, and with their bearings these do not fit one antenna "
@@ -154,6 +161,11 @@ def open_radar_plots(
         name, scans, turn_s, turn_s is not None and rotation_s is None, () if start is None else start.left,
         way.place_deg, start is not None and start.columns.measured[0] == "x_m", way.moving, since_1970,
     )  # fmt: skip
+
+
+def _mirrored(plots: list[RadarPlot]) -> list[RadarPlot]:
+    """Return plots as they are if bearings count the other way round."""
+    return [plot._replace(bearing_rad=-plot.bearing_rad, heading_rad=-plot.heading_rad) for plot in plots]
 
 
 def _first(plots: Iterator[RadarPlot]) -> list[RadarPlot]:

@@ -50,6 +50,9 @@ def turned(scan: RadarScan, by_rad: float) -> RadarScan:
 SPOILT: dict[str, Spoilt] = {
     "bearings are 2 degrees too large": lambda scan, course, before: turned(scan, np.radians(2)),
     "bearings are 7 degrees too small": lambda scan, course, before: turned(scan, np.radians(-7)),
+    "bearings count anticlockwise": lambda scan, course, before: scan._replace(
+        bearing_rad=2 * np.pi - scan.bearing_rad
+    ),
     "bearings are from the bow": lambda scan, course, before: turned(scan, -course),
     "ranges are in yards": lambda scan, course, before: scan._replace(range_m=scan.range_m / 0.9144),
     "ranges are 150 m too long": lambda scan, course, before: scan._replace(range_m=scan.range_m + 150),

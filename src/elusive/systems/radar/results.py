@@ -20,6 +20,7 @@ from elusive.results.spool import Records
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_hulls import HullRadar
 from elusive.systems.radar.ais import AisFusion
+from elusive.systems.radar.bent import bent_finding
 from elusive.systems.radar.bunches import Bunches
 from elusive.systems.radar.checks import findings_of, in_view, innovation, plot_errors
 from elusive.systems.radar.company import company_findings
@@ -157,7 +158,8 @@ class RadarRun:
         seen = self._seen
         found += company_findings(tracked.paths, times_s)
         if len(seen.way) == 1:
-            found += (copies_finding(self._sightings.of, *plot_errors(seen, self._sensor)),)
+            sightings, errors = self._sightings.of, plot_errors(seen, self._sensor)
+            found += copies_finding(sightings, *errors), bent_finding(sightings, errors[0])
         found += (fast_finding(seen.fast, self._parameters.tracker.speed_sd_mps),)
         found += (self._kept.finding(),) if self._parameters.constraints else ()
         found += () if self._ais is None else (self._ais.finding(),)

@@ -48,6 +48,7 @@ class _Reading(NamedTuple):
     what: str = ""
     remedy: str = ""
     turn_rad: float = 0.0  # that bearings lack
+    sense: float = 1.0  # -1: bearings count the other way round
     courses: float = 0.0  # of the radar, that bearings lack
     times: float = 1.0  # as far
     more_m: float = 0.0  # farther
@@ -57,7 +58,12 @@ class _Reading(NamedTuple):
     def places(self, plots: _Plots) -> Array:
         """Where plots lie then, ``(n, 2)`` [m]."""
         far = self.times * plots.range_m + self.more_m
-        angle = plots.bearing_rad + self.turn_rad + self.courses * plots.course_rad + self.turned_s * plots.turning
+        angle = (
+            self.sense * plots.bearing_rad
+            + self.turn_rad
+            + self.courses * plots.course_rad
+            + self.turned_s * plots.turning
+        )
         sight = far[:, None] * np.column_stack([np.sin(angle), np.cos(angle)])
         found: Array = plots.own[:, [0, 2]] + self.later_s * plots.own[:, [1, 3]] + sight
         return found
@@ -105,6 +111,7 @@ def _readings() -> Iterator[_Reading]:
     for turn in sorted({one for one in TURNS_DEG if one}, key=abs):
         what = f"bearings are {abs(turn):g} degrees too {'small' if turn > 0 else 'large'}"
         yield _Reading(what, f"Add {turn:g} degrees to bearings or headings.", turn_rad=math.radians(turn))
+    yield _Reading("bearings count anticlockwise", "Take the bearings from 360 degrees.", sense=-1.0)
     yield _Reading("bearings are from the bow", "Name the column relative_bearing_deg.", courses=1.0)
     yield _Reading("bearings are from north, not from the bow", "Name the column bearing_deg.", courses=-1.0)
     for name, times in FACTORS.items():
