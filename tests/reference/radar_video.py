@@ -4,6 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from elusive.sensors.radar_video import SeaLevel
+
+
+def level_sea(power):
+    """Return the level of a sea whose power is 1 everywhere."""
+    rows, columns = power.shape
+    nothing = np.zeros((1, columns), np.float32)
+    return SeaLevel(nothing, nothing, np.zeros(rows, int), np.zeros(rows, np.float32))
+
 
 def gathered(amplitude, time_s, received, place, width, samples, shape):
     """Sums of the mean power, and of the mean root of the amplitude, of neighbouring samples, row by row.
@@ -167,4 +176,39 @@ def mean_at(evidence, row, column, around, guard, most):
         ]
         known = np.minimum([one for one in some if not np.isnan(one)], most)
         found.append(known.mean() if len(known) else np.nan)
+    return found
+
+
+def claimed(power, row, column):
+    """Cells that a target found in one claims, in a sea of power 1: an echo's and those two about it each way."""
+    rows, columns = power.shape
+    level = np.log(np.where(np.isnan(power), 0.0, power.astype(float)) + 1e-300)
+    a, c = row, column
+    for _ in range(16):
+        beside = [(a + i, c + j) for i in (-1, 0, 1) for j in (-1, 0, 1) if 0 <= c + j < columns]
+        a, c = max([(a, c), *beside], key=lambda place: level[place[0] % rows, place[1]])
+    top = level[a % rows, c]
+
+    def half(down, right):
+        for n in range(1, 16):
+            if not 0 <= c + n * right < columns or level[(a + n * down) % rows, c + n * right] < -600:
+                return 16.0
+            here = level[(a + n * down) % rows, c + n * right]
+            if here < top - np.log(2):
+                before = level[(a + (n - 1) * down) % rows, c + (n - 1) * right]
+                return n - 1 + (before - top + np.log(2)) / (before - here)
+        return 16.0
+
+    above, below, before, behind = half(-1, 0), half(1, 0), half(0, -1), half(0, 1)
+    found = np.zeros(power.shape)
+    for i in range(rows):
+        for j in range(columns):
+            down = (i - row + rows // 2) % rows - rows // 2
+            if max(abs(down), abs(j - column)) <= 2:
+                found[i, j] = 1
+            down += row - a - (below - above) / 2
+            right = j - c - (behind - before) / 2
+            fall = np.log(2) * ((2 * down / (above + below)) ** 2 + (2 * right / (before + behind)) ** 2)
+            if max(top, 0) > fall and level[i, j] < max(top, 0) - fall + np.log(4):
+                found[i, j] = 1
     return found

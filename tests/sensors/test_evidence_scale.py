@@ -8,6 +8,7 @@ import pytest
 from elusive.preprocess.turn_evidence import as_in_turn
 from elusive.sensors.evidence_scale import LEARNT, MOST, remembered, scale_along, scale_of
 from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
+from tests.reference.radar_video import level_sea
 
 RADAR = RadarVideo(beam_deg=6.0, pulse_m=40.0, start_m=100.0, step_m=10.0, samples=160, levels_db=(0.0,))
 
@@ -43,7 +44,10 @@ def looked_at(scale, ship, turns=30):
                 for right in range(-2, 3):
                     evidence[(row[::4] + down) % len(evidence), column[::4] + right] += ship
         seen = as_in_turn(evidence)
-        turn = EvidenceTurn(0.0, np.zeros(len(evidence)), seen.evidence, (0.0, 0.0), seen.divided)
+        ones = np.ones_like(evidence)
+        turn = EvidenceTurn(
+            0.0, np.zeros(len(ones)), seen.evidence, (0.0, 0.0), seen.divided, ones, level_sea(ones)
+        )  # fmt: skip
         looked = RADAR.look(mean, covariance, levels, background, np.full(n, 1e-6), np.arange(n), turn, 2.5)
         background = looked.background
         scales.append(scale_along(background))

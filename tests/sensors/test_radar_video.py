@@ -10,6 +10,7 @@ from elusive.errors import DataError
 from elusive.sensors import _radar_video_kernels as kernels
 from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
 from tests.reference import radar_video as twin
+from tests.reference.radar_video import level_sea
 
 RADAR = RadarVideo(beam_deg=9.0, pulse_m=40.0, start_m=100.0, step_m=10.0, samples=128)
 
@@ -18,9 +19,8 @@ NOTHING = *(np.zeros(shape) for shape in ((0, 4), (0, 4, 4), (0, 7), (0, 2), 0))
 
 def turn_of(evidence, time_s=2.0, place=(0.0, 0.0)):
     rows, evidence = len(evidence), evidence.astype(np.float32)
-    return EvidenceTurn(
-        time_s, time_s - 2.0 + 2.0 * np.arange(rows) / rows, evidence, place, np.ones_like(evidence)
-    )  # fmt: skip
+    row_s, ones = time_s - 2.0 + 2.0 * np.arange(rows) / rows, np.ones_like(evidence)
+    return EvidenceTurn(time_s, row_s, evidence, place, ones, ones, level_sea(ones))
 
 
 def test_it_is_a_sensor_of_maps():
@@ -41,6 +41,7 @@ def test_a_look_is_that_of_the_twin():
     evidence[7, 3:6] = np.nan
     grid, sd, ratios = (105.0, 20.0, 0.08, 30.0, -20.0), (12.0, 0.04), np.array([1.5, 5.0, 30.0])
     claimed = np.where(rng.random(evidence.shape) < 0.2, rng.random(evidence.shape), 0.0).astype(np.float32)
+    ones = np.ones(evidence.shape, np.float32)
     for azimuth, worth in ((0.01, 1.0), (1.1, 0.7), (3.1, 1.0), (6.2, 0.3)):
         mean = np.array([30 + 300 * np.sin(azimuth), 4.0, -20 + 300 * np.cos(azimuth), -3.0])
         root = rng.normal(0, 1, (4, 4)) * [[20.0], [3.0], [20.0], [3.0]]
@@ -52,7 +53,8 @@ def test_a_look_is_that_of_the_twin():
         log_ratio = np.zeros(1)
         kernels.look(
             means, covariances, np.zeros(1), levels, np.full(1, worth), np.zeros(1, np.int64), np.zeros(1, np.int64),
-            evidence.astype(np.float32), grid, sd, ratios, 3.0, -3.0, claimed.copy(), log_ratio,
+            evidence.astype(np.float32), grid, sd, ratios, 3.0, -3.0, ones, tuple(level_sea(ones)), claimed.copy(),
+            log_ratio,
         )  # fmt: skip
         np.testing.assert_allclose(log_ratio[0], ratio, rtol=1e-4, atol=1e-5)
         np.testing.assert_allclose(means[0], middle, rtol=1e-4, atol=1e-3)
@@ -203,3 +205,58 @@ def test_what_a_target_says_is_the_law_of_two_exponentials(level_db):
     number, weight = np.digitize(fine, edges) - 1, np.exp(-fine)
     within = np.bincount(number, weight * twin.ratio_of(fine, radar.ratios[0])) / np.bincount(number, weight)
     np.testing.assert_allclose(within, to_noise, rtol=0.05)
+
+
+def echoes_of(shape, ships):
+    """Power of echoes (row, column, decibels, rows and columns to half of it), and of a sea of 1 that is drawn."""
+    rng = np.random.default_rng(12)
+    row, column = np.indices(shape)
+    wave = (rng.normal(size=shape) + 1j * rng.normal(size=shape)) / np.sqrt(2)
+    for middle, near, level, across, along in ships:
+        down = (row - middle + shape[0] / 2) % shape[0] - shape[0] / 2
+        fall = 0.5 ** ((down / across) ** 2 + ((column - near) / along) ** 2)
+        wave += np.sqrt(10 ** (level / 10) * fall) * np.exp(2j * np.pi * rng.random())
+    return (np.abs(wave) ** 2).astype(np.float32)
+
+
+def claimed_by(power, spots, existence=0.9, ratio=1.0):
+    """Cells that targets claim one after the other, found at these spots."""
+    claimed, n = np.zeros(power.shape, np.float32), len(spots)
+    for k in range(n):
+        kernels.claim(
+            np.array([k]), np.full(n, existence), np.full(n, np.log(ratio)), np.array(spots), power,
+            tuple(level_sea(power)), claimed,
+        )  # fmt: skip
+    return claimed
+
+
+@pytest.mark.parametrize("spot", [(10, 33), (12, 30), (0, 40), (59, 2), (31, 62), (31, 71), (40, 20)])
+def test_what_a_target_claims_is_that_of_the_twin(spot):
+    """Across north, at an end of range, on a strong echo's flank, in the sea, beside a cell that was not received."""
+    ships = [(11, 32, 30, 1.2, 3.0), (59.6, 41, 24, 0.8, 2.0), (0.5, 1, 26, 1.0, 2.5), (31, 64, 33, 1.0, 4.0)]
+    power = echoes_of((60, 80), ships)
+    power[12, 36] = np.nan
+    expected = 0.9 * twin.claimed(power, *spot)
+    np.testing.assert_allclose(claimed_by(power, [spot]), expected, rtol=1e-6)
+
+
+def test_a_strong_echo_is_its_targets_as_far_as_it_shows_and_a_ship_beside_it_is_not():
+    """What stood beyond two cells began ships beside the ship: 22 tracks too many in six recordings of two each."""
+    ships = [(30, 40, 30, 1.5, 3.0), (30, 61, 24, 1.5, 3.0)]
+    row, column = np.indices((60, 80))
+    echo = 1000 * 0.5 ** (((row - 30) / 1.5) ** 2 + ((column - 40) / 3.0) ** 2)
+    claimed = claimed_by(echoes_of((60, 80), ships[:1]), [(31, 42)]) > 0.5
+    assert claimed[echo > 16].all()  # the sea's amplitude is four and more once in exp(16) cells
+    assert claimed[echo > 16].sum() > 2 * 25
+    assert not claimed[echo < 0.25].any()
+    assert not (claimed_by(echoes_of((60, 80), ships), [(31, 42)]) > 0.5)[28:33, 58:65].any()
+    faint = claimed_by(echoes_of((60, 80), []), [(30, 40)])
+    assert (faint[28:33, 38:43] > 0).all()
+
+
+def test_a_target_claims_as_much_as_it_is_likely():
+    """Parts of one exclude each other; what hardly exists claims nothing."""
+    power = echoes_of((60, 80), [(30, 40, 20, 1.0, 2.0)])
+    np.testing.assert_allclose(claimed_by(power, [(30, 40)], 0.2, 3.0).max(), 0.6 / 1.4, rtol=1e-6)
+    assert not claimed_by(power, [(30, 40)], 0.04).any()
+    np.testing.assert_allclose(claimed_by(power, [(30, 40), (31, 40)], 0.7).max(), 1.0)

@@ -38,6 +38,7 @@ from elusive.systems.video.track import track_video, track_video_recording
 from elusive.systems.video.turns import Heard, Learnt, VideoStart, heard, start_of, turns_of
 from elusive.tracking.track import Track
 from tests.recordings import DATA
+from tests.reference.radar_video import level_sea
 
 SMALL = {"spokes": 256, "samples": 160, "step_m": 20.0, "pulse_m": 40.0, "beam_deg": 6.0, "start_m": 200.0}
 SIMULATION = VideoSimulation(
@@ -278,7 +279,7 @@ def test_ships_that_are_a_coasts_edge_or_too_many_are_named(ships, off_m, broken
     tracks = [Track(k, "confirmed", 1.0, mean, np.eye(4)) for k in range(ships)]
     power = np.ones(sensor.shape, np.float32)
     state = ClutterMap().learnt(None, power)._replace(fixed=fixed)
-    turn = EvidenceTurn(0.0, np.zeros(len(power)), power, (0.0, 0.0), power)
+    turn = EvidenceTurn(0.0, np.zeros(len(power)), power, (0.0, 0.0), power, power, ClutterMap().sea(state))
     judged = Judged(sensor)
     judged.add(Heard(turn, power, Learnt(state, state), 1.0), tracks)
     start = VideoStart(sensor, None, 0.0, 0.0, EchoExtent(np.nan, np.nan), 256)
@@ -306,7 +307,8 @@ def sea_of(sensor, rng, contrast):
         other = Track(99, "confirmed", 1.0, np.array([-900.0, 3.0, 900.0, 4.0]), 0.01 * np.eye(4))
         rows = time_s + period * np.arange(sensor.shape[0]) / sensor.shape[0]
         evidence = evidence.astype(np.float32)
-        yield EvidenceTurn(time_s, rows, evidence, (0.0, 0.0), np.ones_like(evidence)), [*tracks, other]
+        ones = np.ones_like(evidence)
+        yield EvidenceTurn(time_s, rows, evidence, (0.0, 0.0), ones, ones, level_sea(ones)), [*tracks, other]
 
 
 @pytest.mark.parametrize(("contrast", "told"), [(1.5, True), (0.0, False)])
@@ -358,6 +360,25 @@ def test_a_radar_that_is_not_told_of_is_read_from_its_echoes():
     assert {one.name: one.holds for one in findings_of(Counter(), None, [], 0.0, start, np.zeros((4, 4), bool))}[
         "video.extent"
     ]
+
+
+@pytest.mark.parametrize(("speed", "seed"), [(2.5, 21), (12.0, 22)])
+def test_strong_ships_in_fine_samples_are_one_track_each(speed, seed):
+    """Echoes of 20 to 30 dB are longer than five cells: what was left of one began three tracks more on the mean."""
+    radar = {"samples": 512, "spokes": 512, "step_m": 6.25}
+    simulation = VideoSimulation(
+        turns=30, ships=2, snr_db=(20, 30), speed_mps=(speed, speed), coast_north_m=None, rocks=0, radar=radar,
+        sea={"shape": 0.5}, seed=seed,
+    )  # fmt: skip
+    rng = np.random.default_rng(seed)
+    scenario = scenario_of(simulation, rng)
+    spokes = list(spokes_of(scenario, simulation, rng))
+    parameters = VideoTracking()
+    start = start_of(spokes, parameters, None, None)
+    tracker, _ = parameters.bind(start.sensor, None)
+    steps = track_video(heard(turns_of(spokes, start, 0.0, Counter()), parameters.clutter, 6, None), tracker)
+    sure = {track.track for step in steps for track in step.tracks if track.status == "confirmed"}
+    assert len(sure) == 2
 
 
 def test_what_cannot_be_done_is_a_sentence(made, tmp_path):

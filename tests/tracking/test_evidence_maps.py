@@ -9,6 +9,7 @@ from elusive.contracts import Beginnings, EvidenceSensor, Looked
 from elusive.errors import DataError
 from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
 from elusive.tracking.evidence_maps import EvidenceTracker
+from tests.reference.radar_video import level_sea
 
 RADAR = RadarVideo(beam_deg=6.0, pulse_m=50.0, start_m=100.0, step_m=25.0, samples=120)
 
@@ -105,7 +106,10 @@ def sailed(ships, db, turns, seed, **rules):
             column = int(np.round((np.hypot(x, y) - RADAR.range_m[0]) / RADAR.cell_m))
             evidence[row, column] = rng.exponential(1 + 10 ** (db / 10))
         time_s = period * (number + 1)
-        turn = EvidenceTurn(time_s, row_s, evidence.astype(np.float32), (0.0, 0.0), np.ones(RADAR.shape, np.float32))
+        ones = np.ones(RADAR.shape, np.float32)
+        turn = EvidenceTurn(
+            time_s, row_s, evidence.astype(np.float32), (0.0, 0.0), ones, ones, level_sea(ones)
+        )  # fmt: skip
         state = tracker.step(state, time_s, turn, rng)
         seen.append((time_s, state))
     return seen

@@ -23,6 +23,7 @@ from scipy.ndimage import uniform_filter1d
 
 from elusive.contracts import Array
 from elusive.model import Model, Positive, Probability
+from elusive.sensors.radar_video import SeaLevel
 
 LOW, WIDTH, BINS = -12.0, 0.1, 360  # logarithms of power, to the mean's, that are counted
 FAINTEST = 1e-12  # power below which nothing is told apart
@@ -155,6 +156,10 @@ class ClutterMap(Model):
         other = np.clip(own + np.where(place < own, -1, 1), 0, self.bands - 1)
         share = np.abs(place - own)[:, None] * (law[:, other, -1:] > 0) * (law[:, own, -1:] > 0)
         return np.asarray((law[:, own] + share * (law[:, other] - law[:, own])).reshape(-1, BINS))
+
+    def sea(self, state: ClutterState) -> SeaLevel:
+        """Return what is expected of the sea, fixed echoes or not."""
+        return SeaLevel(state.mean.astype(np.float32), state.slope.astype(np.float32), *self._rows(len(state.fixed)))
 
     def laws(self, counts: Array) -> Array:
         """Evidence at the lower edge of each bin, by block, ``(K, BINS)``: counted, and beyond the tail's share not."""

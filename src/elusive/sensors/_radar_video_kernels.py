@@ -7,13 +7,11 @@ from numba import njit
 from numpy.typing import NDArray
 
 from elusive.contracts import Array
+from elusive.sensors._echo_kernels import MOST, Sea, claim
 
-MOST = 40.0  # evidence and logarithm of a likelihood ratio up to which they are told apart
 FINE, LANES = 64, 4  # parts of a unit of evidence whose powers are tabled; numbers that a vector holds
 RENEWED = 0.02  # of what is known of a target's strength is forgotten at each look
 HIDDEN = 0.02  # probability that a target shows nothing at a look
-CLAIMS = 0.05  # existence from which a target's cells are no other's
-REACH = 2  # cells to each side that a target shows in
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -68,7 +66,8 @@ def mean_about(
 def look(
     mean: Array, covariance: Array, existence: Array, levels: Array, worth: Array, number: NDArray[np.int64],
     order: NDArray[np.int64], evidence: NDArray[np.float32], grid: tuple[float, float, float, float, float],
-    sd: tuple[float, float], ratios: Array, gate: float, missed: float, claimed: NDArray[np.float32], log_ratio: Array,
+    sd: tuple[float, float], ratios: Array, gate: float, missed: float, power: NDArray[np.float32],
+    sea: Sea, claimed: NDArray[np.float32], log_ratio: Array,
 ) -> None:  # fmt: skip
     """Update targets by the cells near where they are expected, in place, those of ``order`` one after the other.
 
@@ -80,7 +79,7 @@ def look(
     likelihood ratio (exp(e (1 - 1 / rho)) - 1) / (rho - 1), save for HIDDEN; of which cell is not known, so that the
     ratio is the mean over where the target may be. What
     another target claims with probability q is explained: l becomes l / (q l + 1 - q). ``claimed`` ``(A, R)`` and
-    ``log_ratio`` ``(T,)`` are filled.
+    ``log_ratio`` ``(T,)`` are filled, the former by the turn's ``power`` ``(A, R)`` over the ``sea``'s.
     """
     rows, columns = evidence.shape
     kinds = len(ratios)
@@ -92,7 +91,7 @@ def look(
     for place in range(len(order)):
         t = order[place]
         if number[t] != number[order[first_of]]:
-            _claim(order[first_of:place], existence, log_ratio, spot, claimed)
+            claim(order[first_of:place], existence, log_ratio, spot, power, sea, claimed)
             first_of = place
         x, y = mean[t, 0] - east, mean[t, 2] - north
         r = max(np.sqrt(x * x + y * y), 1e-3)
@@ -130,12 +129,12 @@ def look(
                 else:
                     e = min(max(np.float64(line[c]) * worth[t], 0.0), MOST)
                     n = int(e * FINE + 0.5)
-                    rest, claim = e - n / FINE, claims[c]
+                    rest, taken = e - n / FINE, claims[c]
                     for k in range(len(slope)):
                         z = rest * slope[k]
                         ratio = base[k] + scale[k] * powers[n, k] * (1 + z + 0.5 * z * z)
-                        if claim > 0:
-                            ratio /= claim * max(ratio, 1.0) + 1 - claim
+                        if taken > 0:
+                            ratio /= taken * max(ratio, 1.0) + 1 - taken
                         likely[k] += weight * ratio
                         share += held[k] * ratio
                 share *= weight
@@ -168,7 +167,7 @@ def look(
                 covariance[t, d, f] += gain[d, 0] * (v_rr * gain[f, 0] + v_rt * gain[f, 1])
                 covariance[t, d, f] += gain[d, 1] * (v_rt * gain[f, 0] + v_tt * gain[f, 1])
         spot[t, 0], spot[t, 1] = int(np.round(at + m_t / (pitch * r))), int(np.round((r + m_r - start) / step))
-    _claim(order[first_of:], existence, log_ratio, spot, claimed)
+    claim(order[first_of:], existence, log_ratio, spot, power, sea, claimed)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -186,21 +185,3 @@ def _laws(ratios: Array) -> tuple[Array, Array, Array, Array]:
     for n in range(len(powers)):
         powers[n] = np.exp(n / FINE * slope)
     return base, scale, slope, powers
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _claim(
-    parts: NDArray[np.int64], existence: Array, log_ratio: Array, spot: NDArray[np.int64], claimed: NDArray[np.float32]
-) -> None:
-    """Add the probability that one target, of whom ``parts`` exclude each other, shows in the cells round ``spot``."""
-    rows, columns = claimed.shape
-    whole = 1.0
-    for t in parts:
-        whole += existence[t] * (np.exp(min(log_ratio[t], MOST)) - 1)
-    for t in parts:
-        there = existence[t] * np.exp(min(log_ratio[t], MOST)) / whole
-        row, column = spot[t]
-        if there > CLAIMS and column >= 0:
-            for a in range(row - REACH, row + REACH + 1):
-                for c in range(max(column - REACH, 0), min(column + REACH + 1, columns)):
-                    claimed[a % rows, c] = min(claimed[a % rows, c] + there, 1.0)

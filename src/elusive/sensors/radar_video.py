@@ -31,6 +31,15 @@ LEAST_ROWS = 16
 BESIDE = [(down, right) for down in (-1, 0, 1) for right in (-1, 0, 1)]
 
 
+class SeaLevel(NamedTuple):
+    """What power is expected of the sea: a line across each sector at each range."""
+
+    mean: NDArray[np.float32]  # (S, R) of its logarithm
+    slope: NDArray[np.float32]  # (S, R) by how much that rises across the sector
+    sector: NDArray[np.int64]  # (A,) of each row
+    across: NDArray[np.float32]  # (A,) where in that it lies, from -1/2 to 1/2
+
+
 class EvidenceTurn(NamedTuple):
     """One turn of the antenna: what each cell says against clutter."""
 
@@ -39,6 +48,8 @@ class EvidenceTurn(NamedTuple):
     evidence: NDArray[np.float32]  # (A, R) exponential of mean 1 in clutter; NaN where nothing is known
     place: tuple[float, float]
     divided: NDArray[np.float32]  # (A, R) by what evidence was, for what that turn alone shows
+    power: NDArray[np.float32]  # (A, R) mean power of a cell
+    sea: SeaLevel  # that a cell's is set against
 
 
 class RadarVideo(Model):
@@ -147,7 +158,8 @@ class RadarVideo(Model):
         worth = np.minimum(measurement.divided[at] / scale_along(background), 1.0)  # none is divided twice
         kernels.look(
             mean, covariance, existence, levels, worth, number, order, evidence,
-            (*self.grid, *measurement.place), self.deviations, self.ratios, gate, MISSED, claimed, log_ratio,
+            (*self.grid, *measurement.place), self.deviations, self.ratios, gate, MISSED, measurement.power,
+            (*measurement.sea,), claimed, log_ratio,
         )  # fmt: skip
         off = mean[:, [X, Y]] - np.asarray(measurement.place)
         log_ratio[np.hypot(*off.T) > self.range_m[-1] + self.cell_m] = -math.inf  # targets are those in view

@@ -250,7 +250,9 @@ def _evidence(clutter: ClutterMap, state: Learnt, turn: VideoTurn) -> NDArray[np
 
 def _judged(clutter: ClutterMap, state: Learnt, turn: VideoTurn, held: float) -> Heard:
     seen = as_in_turn(_evidence(clutter, state, turn))
-    evidence = EvidenceTurn(turn.time_s, turn.row_s, seen.evidence, turn.place, seen.divided)
+    evidence = EvidenceTurn(
+        turn.time_s, turn.row_s, seen.evidence, turn.place, seen.divided, turn.power, clutter.sea(state.clutter)
+    )
     return Heard(evidence, turn.power, state, held)
 
 
