@@ -537,6 +537,40 @@ def test_two_udp_sinks_are_both_told():
     assert first == second
 
 
+class NoNetwork:
+    """A socket of a machine whose network is gone."""
+
+    def sendto(self, message, where):
+        raise OSError(errno.ENETUNREACH, "Network is unreachable")
+
+
+def test_packets_are_lost_while_nobody_hears_them_or_the_network_is_gone(ear):
+    port, said = ear.getsockname()[1], []
+    sinks = opened(f"ndjson+udp://127.0.0.1:{port}", said=said)
+    (sink,) = sinks.each
+    sinks.tell(record(0, [track(1, 0.0, 0.0)]))
+    assert json.loads(ear.recv(65535))["time_s"] == 0
+    ear.close()
+    sinks.tell(record(1, [track(1, 1.0, 0.0)]))  # nobody knows that it was for nobody
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as again:
+        again.bind(("127.0.0.1", port))
+        again.settimeout(HUNG_S)
+        sinks.tell(record(2, [track(1, 2.0, 0.0)]))
+        there, sink.outlet._socket = sink.outlet._socket, NoNetwork()
+        for k in (3, 4):
+            sinks.tell(record(k, [track(1, float(k), 0.0)]))
+        sink.outlet._socket = there
+        sinks.tell(record(5, [track(1, 5.0, 0.0)]))
+        sinks.close()
+        lines = [json.loads(line) for line in heard(again, 3)]
+    assert [line.get("time_s") for line in lines] == [2, 5, None]
+    assert lines[-1]["ended"] == [1]
+    assert lines[1]["tracks"][0]["age_s"] == 5.0
+    assert len(said) == 2
+    assert "packets are lost (Network is unreachable)" in said[0]
+    assert "is back; 2 packets were lost" in said[1]
+
+
 def test_nothing_is_added_to_a_file_of_something_else(tmp_path):
     path = tmp_path / "log.csv"
     path.write_text("time_s,sensor,azimuth_deg\n")
