@@ -503,7 +503,7 @@ def test_a_track_just_missed_is_told_by_those_that_had_been_missed() -> None:
     seen, missed = (groups_of(targets)[k] for k in (0, 1))
     outcomes[seen], outcomes[missed] = (60, 39, 54, 0), (60, 39, 6, 0)
     told = persistence.shares(outcomes)[groups_of(targets)]
-    pooled = (54 + 0.65 + 0.8) / 62, (6 + 0.65 + 0.4 + 0.2) / 63  # with what is supposed beside
+    pooled = (54 + 3 * 0.65 + 3 * 0.8) / 66, (6 + 3 * 0.65 + 3 * 0.4 + 3 * 0.2) / 69  # with what is supposed beside
     np.testing.assert_allclose(told, pooled)
 
 

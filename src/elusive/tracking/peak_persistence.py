@@ -28,7 +28,7 @@ GROUPS, KINDS = len(EDGES) + 1, 4  # of each kind of tracks: missed or seen of l
 MISSED = 0.1  # share of its existence in which a track is hidden, from which its latest peak was missed
 OLD = 20  # frames, which a place's past is learnt from: what is younger may be of that
 SURE = 0.9  # probability from which the filter is sure
-SUPPOSED = 1.0  # outcomes of each group that existence itself is supposed to have given beforehand
+SUPPOSED = 3.0  # outcomes of each group that existence itself is supposed to have given beforehand
 TURN = 2.4  # radians between the directions in which chance is looked for, from one target to the next
 
 
