@@ -62,12 +62,11 @@ def test_what_is_held_is_bounded_and_the_loss_is_told(tmp_path, disk, monkeypatc
 
 
 def test_what_cannot_be_written_at_the_end_is_told(tmp_path, disk):
-    said = []
-    file = HeldFile(tmp_path / "t.csv", "", said.append)
+    file = HeldFile(tmp_path / "t.csv", "", print)
     disk[0] = 0
     file.write("a\n")
-    file.close()
-    assert "1 lines could not be written any more" in said[1]
+    with pytest.raises(DataError, match="1 lines could not be written any more"):
+        file.close()
 
 
 def test_a_disk_that_is_full_from_the_start_is_refused(tmp_path, disk):
