@@ -550,7 +550,7 @@ def test_the_null_keeps_its_promise_however_heavy_its_tail_is() -> None:
 
 @pytest.mark.parametrize("movers", [1, 8, 25])
 def test_targets_do_not_hide_each_other(movers: int) -> None:
-    """However many move, most are told; where all excesses made one tail, of eight .02 were, of 25 none."""
+    """However many move, most are told; where all excesses made one tail, of eight .01 were, of 25 none."""
     rng, found = np.random.default_rng([8, movers]), []
     for _ in range(40):
         clutter = np.append(np.zeros(440), 1 + pareto(rng, 0.3, 60))
@@ -559,7 +559,7 @@ def test_targets_do_not_hide_each_other(movers: int) -> None:
         said = EmpiricalNull().moves(moved, rate, moved, rate) > 0.5
         assert said[:500].sum() <= 3
         found.append(said[500:].mean())
-    assert np.mean(found) > 0.5  # .7 to .9, errors .03 to .07
+    assert np.mean(found) > 0.5  # .70, .74 and .83, errors .07, .05 and .03
 
 
 def test_laws_and_shares_have_the_weights_of_their_likelihood() -> None:

@@ -248,7 +248,7 @@ def run_live(
     written = [name for name in files if (out / name).exists()]
     why = "interrupted" if interrupted.is_set() else "source ended" if end.fault is None else "source failed"
     if not sinks.own_stdout:
-        lines.send(json_line(end.record(ended=why, files=list(written))).encode() + b"\n")
+        lines.send(json_line(end.record(ended=why, files=written)).encode() + b"\n")
     if interrupted.is_set():
         say("Interrupted.")
     dropped = f", {end.dropped} more dropped, for newer ones came faster than they could be tracked" * bool(end.dropped)

@@ -10,12 +10,12 @@ from scipy.special import ndtri
 
 from elusive.checks import Fact, Finding
 from elusive.systems.images.scene_facts import RestingPoint, SceneFacts
-from elusive.tracking.peaks import chance_of
+from elusive.tracking.peaks import SceneTracker, chance_of
 
 FEW = 20  # frames from which a scene and its noise are hardly learnt
 USUAL = 0.8  # likeness of a scene to itself, laid over the frame before
 STANDS, ALONE = 8.0, 2.0  # deviations of a point that stands out; times the next one's
-BY_CHANCE = 0.01  # probability that the strongest of a kind stands out so
+BY_CHANCE = SceneTracker().alone_chance  # as what is shown is told
 MIDDLE, TAIL = 0.35, 2.0  # deviations by which a whitened decile may be off; factor on one in a thousand
 AGAIN, CHANCE = 0.75, 2.0  # share of sure tracks there again at least; deviations by which chance may be off
 LEARNT_BY = "Give more frames; or, if their noise is white and known, --noise-sigma."
