@@ -158,7 +158,7 @@ def _copies(facts: FrameFacts, *, passed_over: bool) -> Finding:
     """Find frames that are copies: their noise is no new evidence."""
     pairs = facts.count - 1
     means = (
-        "they are passed over, and tracks are predicted through them"
+        "they are passed over as missing, and tracks stay where they were found last"
         if passed_over
         else "what they show is counted as evidence twice"
     )
