@@ -172,3 +172,17 @@ def test_a_camera_that_rolls_shows_no_part_of_its_scene(elusive_in: Run, tmp_pat
     if target:
         due = (rows["time_s"] >= DUE) & (off_target(rows) < NEAR_PX) & (rows["shown"] == 1)
         assert len(np.unique(rows["time_s"][due])) > 0.9 * (FRAMES - DUE)
+
+
+def test_a_blinking_mark_is_named_and_not_shown(elusive_in: Run, tmp_path: Path) -> None:
+    """Its parts were sure tracks that moved, as it went and came, and nothing was said."""
+    frames = grey(seen(np.random.default_rng([6, 50]), target=False))
+    on = np.arange(FRAMES) // 9 % 2 == 0
+    frames[on, 12:21, 20:22] = frames[on, 12:14, 20:27] = frames[on, 16:18, 20:27] = 255  # a letter
+    np.save(tmp_path / "frames.npy", frames)
+    code, said = elusive_in(*TRACK)
+    assert code == 0, said
+    assert "images.written" in failing(tmp_path), said
+    assert "is written into 27 of 70 frames" in " ".join(said.split())
+    rows = rows_of(tmp_path)
+    assert not np.count_nonzero((rows["shown"] == 1) & (rows["existence"] > 0.9))

@@ -31,6 +31,7 @@ from elusive.preprocess.repair import NONE_WATCHED, SUSPECT, Watched, fill_gaps,
 from elusive.preprocess.saturated import rims_of
 from elusive.preprocess.scene import Past, Scene, follow
 from elusive.preprocess.stuck import StuckPixels
+from elusive.preprocess.written import NOTHING, Written, hidden_of, without_written, written
 
 LEVELS = (0.001, 0.01, 0.1, 0.2, 0.3, 0.5, 0.7, 0.8, 0.9, 0.99, 0.999)  # of the whitened quantiles
 SAMPLES = 3000  # pixels from which quantiles are taken
@@ -81,6 +82,7 @@ class PeakState(NamedTuple):
     step_px: Array
     usual: float  # correlation of a frame with its past
     drawn: Drawn | None
+    written: Written
     stuck: Watched
     tails: TailState | None
     output: Peaks | None
@@ -95,7 +97,7 @@ class PeakFinder(Model):
 
     def init(self) -> PeakState:
         """Return the state before the first frame."""
-        return PeakState(0, (), 0.0, (), None, np.zeros(2), np.zeros(2), 0.0, None, NONE_WATCHED, None, None)
+        return PeakState(0, (), 0.0, (), None, np.zeros(2), np.zeros(2), 0.0, None, NOTHING, NONE_WATCHED, None, None)
 
     def step(self, state: PeakState, frame: Array) -> PeakState:
         """Return the state after one more frame.
@@ -120,8 +122,11 @@ class PeakFinder(Model):
         unit = state.unit or _unit(frame)
         recorded = np.multiply(frame, unit or 1.0, dtype=np.float32, order="C")
         over = drawn(state.drawn, recorded)
-        known = without_impulses(recorded, state.drawn.last if state.drawn else None, state.step_px)
-        image, hidden = fill_gaps(without_drawn(known, over.mask), state.frames_seen)
+        last = state.drawn.last if state.drawn else None
+        marks = written(state.written, recorded, last)
+        known = without_drawn(without_impulses(recorded, last, state.step_px), over.mask)
+        image, hidden = fill_gaps(without_written(known, marks), state.frames_seen)
+        hidden = _joined(hidden, hidden_of(marks, image.shape, scales.count_of(image.shape)))
         image = without_dead_lines(image)
         pedestal, quantum = _levels(image)
         whole = without_stuck(image, self.stuck, state.stuck)
@@ -160,12 +165,13 @@ class PeakFinder(Model):
         grey = 1.0 / (unit or 1.0)
         peaks = *peaks[:-1], grey * peaks[-1]
         coarse = scene.chosen()[1]
-        last = maps[coarse]
-        deforms = None if cut or state.last is None else deformation(last, state.last, step, coarse)
+        newest = maps[coarse]
+        deforms = None if cut or state.last is None else deformation(newest, state.last, step, coarse)
         output = Peaks(state.frames_seen, *peaks, offset, step, cut, grey * noise, grey * pedestal, quantiles, deforms)
         return PeakState(
-            state.frames_seen + 1, image.shape, unit, pasts, last, offset, step, usual, over, stuck, tails, output
-        )
+            state.frames_seen + 1, image.shape, unit, pasts, newest, offset, step, usual, over, marks, stuck, tails,
+            output,
+        )  # fmt: skip
 
     def _rated(
         self, tails: TailState, found: list[Found], shape: tuple[int, ...]

@@ -1,0 +1,41 @@
+"""Whether the camera writes into its frames, marks and digits (:mod:`elusive.preprocess.written`)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from elusive.checks import Fact, Finding
+from elusive.preprocess.written import Written
+
+FEW = 2  # frames, in which a part of the scene may have looked so
+
+
+class Writing:
+    """Counts the frames that are written into, and keeps where."""
+
+    def __init__(self) -> None:
+        self._frames = self._written = 0
+        self._place = math.nan, math.nan  # x, y: the middle of what was written last
+
+    def take(self, written: Written, shape: tuple[int, ...]) -> None:
+        """Take what is known after a frame of a shape."""
+        self._frames += 1
+        if len(written.now):
+            self._written += 1
+            rows, columns = np.divmod(written.now, shape[1])
+            self._place = float(np.median(columns)), float(np.median(rows))
+
+    def finding(self) -> Finding:
+        """Say in how many frames."""
+        x, y = self._place
+        share = self._written / self._frames if self._frames else math.nan
+        return Fact(0.0, share, self._written <= FEW, self._frames).finding(
+            "images.written",
+            f"Something is written into {self._written} of {self._frames} frames, last about x {x:.0f}, y {y:.0f}: a "
+            "blinking mark, digits that change, lines. It is taken out; what passes behind it is not seen there, and "
+            "what is written for the first time, or in other values, may still be shown as if it moved.",
+            "Switch the overlay off, or take a part of the frame without it.",
+            grave=False,
+        )
