@@ -28,7 +28,7 @@ from elusive.tracking import Step
 
 NOTHING: Mapping[float, float] = MappingProxyType({})
 CLEAR = 4.0  # point spreads about a track in which no noise is read
-REPEATED, COPIES = 0.1, 0.25  # share of frames that are their predecessor; from which they count twice too often
+REPEATED = 0.1  # share of frames that are their predecessor
 ODD, SUSPECT = 0.03, 0.7  # change along an axis of a frame over that along time: another order; if its shape is odd too
 ASPECT = 2.4  # of a frame's sides, from which no camera is so
 OFTEN = 0.1  # share of frames that show nothing, from which that is no accident
@@ -90,7 +90,7 @@ class FrameChecks:
             Mean quantile of the whitened pixels, by its probability, where frames were whitened.
         """
         octets = self._octets.finding()
-        found = [order_finding(self.noise, self.noise.count), octets, _copies(self.noise, passed_over=self._peaks)]
+        found = [order_finding(self.noise, self.noise.count), octets, _copies(self.noise)]
         found.append(blank_finding(self._blank_s, self._taken))
         if octets.holds:  # swapped, the lower one leads, and folds
             found.append(self._folded.finding())
@@ -156,18 +156,14 @@ def order_finding(facts: FrameFacts, count: int) -> Finding:
     )
 
 
-def _copies(facts: FrameFacts, *, passed_over: bool) -> Finding:
+def _copies(facts: FrameFacts) -> Finding:
     """Find frames that are copies: their noise is no new evidence."""
     pairs = facts.count - 1
-    means = (
-        "they are passed over as missing, and tracks stay where they were found last"
-        if passed_over
-        else "what they show is counted as evidence twice"
-    )
     share = facts.repeated / pairs if pairs else 0.0
     return Fact(0.0, share, not share > REPEATED, pairs).finding(
         "frames.repeated",
-        f"{facts.repeated} of {pairs} frames are copies of the one before: {means}.",
+        f"{facts.repeated} of {pairs} frames are copies of the one before: they are passed over as missing, and show "
+        "nothing new of a track.",
         "Export the recording at the rate at which it was taken, and give that as --rate-hz.",
-        grave=not passed_over and share > COPIES,
+        grave=False,
     )

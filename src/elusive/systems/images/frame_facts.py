@@ -53,7 +53,7 @@ class FrameFacts:
         self._products = np.zeros((3, 2))  # of signs: sum and number along time, x and y
 
     def add(self, frame: Array, places: Iterable[tuple[float, float]] = (), radius_px: float = 0.0) -> None:
-        """Take a frame, and its noise.
+        """Take a frame, and its noise, which is no new one in a copy of the last frame.
 
         Parameters
         ----------
@@ -62,7 +62,10 @@ class FrameFacts:
         places, radius_px
             Where tracks are, x, y, and how far about each no noise is read [px].
         """
+        copies = self.repeated
         part, (top, left) = self.look(frame)
+        if self.repeated > copies:
+            return
         noise = part.copy()
         for x, y in places:
             low = [max(math.floor(k - radius_px), 0) for k in (y - top, x - left)]

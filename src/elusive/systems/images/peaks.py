@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from typing import Literal, NamedTuple
 
-import numpy as np
 from numpy.random import Generator
 from pydantic import Field
 
@@ -18,8 +17,6 @@ from elusive.preprocess.peaks import PeakFinder, Peaks, PeakState
 from elusive.tracking.lifecycle import Lifecycle
 from elusive.tracking.peaks import PeakBelief, SceneTracker
 from elusive.tracking.track import Track
-
-THIN = 16  # pixels, each way, of which a frame's copy is ruled out
 
 
 class PeaksState(NamedTuple):
@@ -77,8 +74,6 @@ class PeakFrames(NamedTuple):
     def step(self, state: PeaksState, time_s: float, measurement: Array | None, rng: Generator) -> PeaksState:
         """Return the belief at a raw frame's time and after it; without a frame (``None``), the prediction.
 
-        A copy of the last frame is none: its noise is no new evidence, and what moves does not rest in it.
-
         Raises
         ------
         DataError
@@ -86,21 +81,7 @@ class PeakFrames(NamedTuple):
         """
         images, found, peaks = self.images, state.found, None
         shape = (1, 1)
-        if measurement is not None and not _copied(found, measurement):
+        if measurement is not None:
             found, shape = images.finder.step(found, measurement), measurement.shape
             peaks = found.output
         return PeaksState(found, images.follow(state.belief, time_s, peaks, shape, images.interval_s))
-
-
-def _copied(found: PeakState, frame: Array) -> bool:
-    """Whether a frame is the last one again, pixel for pixel."""
-    if found.drawn is None or frame.shape != found.drawn.last.shape:
-        return False
-    thin = slice(None, None, THIN)
-    # hardly any is: most of them a few pixels tell
-    return all(
-        np.array_equal(
-            np.multiply(frame[part], found.unit or 1.0, dtype=np.float32), found.drawn.last[part], equal_nan=True
-        )
-        for part in ((thin, thin), ...)
-    )

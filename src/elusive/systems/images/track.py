@@ -14,6 +14,7 @@ import numpy as np
 
 from elusive.contracts import Array
 from elusive.io.live_frames import TimedFrame
+from elusive.preprocess.copied import is_copy
 from elusive.runner import timed
 from elusive.sensors import ImageSensor
 from elusive.systems.images.parameters import ImageTracking
@@ -36,6 +37,8 @@ def track_images(
     memory: Memory | None = None,
 ) -> Iterator[Step]:
     """Track one target, or several, through frames, lazily; a live stream and a file are the same.
+
+    A copy of the last frame is taken as missing: its noise is no new evidence, and what moves does not rest in it.
 
     Parameters
     ----------
@@ -62,17 +65,20 @@ def track_images(
     times = (number * parameters.interval_s for number in count()) if times_s is None else times_s
     memory = memory or Memory()
     recursion = parameters.recursion
-    fresh = (None, np.random.default_rng(parameters.seed), _One(parameters.lifecycle))
-    state, rng, one = memory.held or fresh
+    fresh = (None, np.random.default_rng(parameters.seed), _One(parameters.lifecycle), None)
+    state, rng, one, last = memory.held or fresh
     laid_out = _layout(parameters, one)
     stream: Iterator[Any] = ((getattr(frame, "pixels", frame), time_s) for frame, time_s in timed(frames, times))
     for frame, time_s in stream:
         if state is None:
             # what is known before any frame holds an interval before the first: a target may appear in that
             state = recursion.init(rng, time_s - parameters.interval_s)
-        state = recursion.step(state, time_s, None if frame is None else parameters.levelled(frame), rng)
+        new = None if frame is None or is_copy(frame, last) else parameters.levelled(frame)
+        state = recursion.step(state, time_s, new, rng)
         tracks = laid_out(state)
-        memory.keep(time_s, state, rng, one)
+        if new is not None:
+            last = np.array(frame)  # whoever yields frames may write the next one over it
+        memory.keep(time_s, state, rng, one, last)
         yield Step(time_s, frame, state, tracks)
 
 
