@@ -78,6 +78,17 @@ def test_the_edge_of_a_frame_is_no_line():
     assert not any(len(state.now) for state in states(frames))
 
 
+def test_text_that_stays_is_taken_out():
+    frames, over = scene(), np.zeros((ROWS, COLUMNS), bool)
+    for x in (10, 20, 30, 40):
+        over[8:13, x : x + 7] = GLYPHS
+    over[50, 45] = True  # too far from it
+    frames[:, over] = 0
+    over[50, 45] = False
+    for k, state in enumerate(states(frames)):
+        np.testing.assert_array_equal(mask_of(state.now), over & (k >= module.RESTS))
+
+
 def flashing(frames):
     """Saturated, with the flanks that optics give it, on and off at one place."""
     rows, columns = np.indices((ROWS, COLUMNS))
@@ -87,6 +98,15 @@ def flashing(frames):
 def narrow(frames):
     """As sharp, on and off at one place, of no more pixels than an undersampled target's."""
     frames[::2, 20:22, 30:33] = 255
+
+
+def lamps(frames):
+    """Cut off, of optics that are sharper than the pixels."""
+    rng = np.random.default_rng(3)
+    rows, columns = np.indices((ROWS, COLUMNS))
+    for x, y in rng.uniform(6, 54, (12, 2)):
+        frames += 2000 * np.exp(-((columns - x) ** 2 + (rows - y) ** 2) / (2 * 0.5**2))
+    frames[:] = np.round(frames)
 
 
 def there_and_back(frames):
@@ -119,7 +139,7 @@ def panned(frames):
     frames[:] = np.round(frames)
 
 
-@pytest.mark.parametrize("draw", [flashing, narrow, there_and_back, rest_and_go, still, panned])
+@pytest.mark.parametrize("draw", [flashing, narrow, lamps, there_and_back, rest_and_go, still, panned])
 def test_no_target_is_taken_out(draw):
     frames = scene(2)
     draw(frames)

@@ -1,9 +1,10 @@
 """What a camera writes into its frames now and then: a blinking mark, digits that change, a box that moves.
 
 No source; an own test. What is written has one value, to the bit, and is sharp at the pixel, which optics let no part
-of a scene be. That alone tells no target that is as sharp from it. So it is known by what no target does: it is gone,
-and there again with the same value on the same pixels; it has rested, and goes at once; it is a thin straight line.
-What is beside it and as sharp, with its value, is written, too, unless it moves on as it is.
+of a scene be. That alone tells no target that is as sharp from it, nor a lamp that is cut off, of optics sharper than
+the pixels, which is smaller. So it is known by what no target does: it is gone, and there again with the same value on
+the same pixels; it has rested, and goes at once; several parts of one value rest; it is a thin straight line. What is
+beside it and as sharp, with its value, is written, too, unless it moves on as it is.
 """
 
 from __future__ import annotations
@@ -19,10 +20,11 @@ from elusive.preprocess._scale_kernels import Image, Mask
 
 STEP, MOSTLY = 4.0, 0.9  # times the step below which most are, between pixels and frames, that an outline has
 SHARP, LEFT = 0.7, 0.2  # share of an outline that is sharp; share of its step left at the first pixel, at most
-LEAST, FEW = 8, 2  # pixels of a part, by which writing becomes known, and by which it is remembered
+LEAST, LEAST_PX, FEW = 8, 5, 2  # pixels of a part, and along it, that tells; pixels from which it is remembered
 SAME = 0.4  # share of its pixels that are there again: of digits most keep their value as they change
 RESTED, AT_ONCE = 3, 0.8  # frames of one that goes at once; share of its pixels that do
 NEAR_PX = 10  # about what is known, within which what has its value is of it
+RESTS, SEVERAL = 8, 4  # frames; parts of one value that are text where they rest
 LONG_PX, WIDE_PX, STRAIGHT = 10, 3, 0.5  # of lines; side of a square that is in none; share of a part in long ones
 MEMORY = 300  # frames
 BESIDE_PX = 2  # about what is written, and a pixel at each scale, in which nothing is seen
@@ -72,12 +74,14 @@ def written(state: Written, image: Image, last: Image | None) -> Written:
     for part in parts:
         shapes.setdefault(_shape(part, flat), []).append(part)
     gone = ~(np.abs(flat[state.pixels] - state.values) <= bound)
-    state = state._replace(frames=frames, known=state.known | _went(state, gone, shapes))
+    state = state._replace(frames=frames, known=state.known | _went(state, gone, shapes, image.shape[1]))
     hidden = state.pixels[gone & state.known & (state.kept > 0)]
     over, others = list[Pixels](), list[Pixels]()
+    text = _resting(state, parts, image)
     for shape, alike in shapes.items():
         for part in alike:
-            (over if _is_written(state, part, shape, image, alike) else others).append(part)
+            is_written = int(part[0]) in text or _is_written(state, part, shape, image, alike)
+            (over if is_written else others).append(part)
     now, sharp = _joined(over), _joined([*over, *(part for part in others if len(part) >= FEW)])
     return _remembered(state, gone, sharp, now, flat)._replace(parts=shapes, now=now, hidden=hidden)
 
@@ -128,7 +132,7 @@ def _shape(part: Pixels, flat: Image) -> Part:
     return float(flat[part[0]]), (part - part[0]).tobytes()
 
 
-def _went(state: Written, gone: Mask, shapes: dict[Part, list[Pixels]]) -> Mask:
+def _went(state: Written, gone: Mask, shapes: dict[Part, list[Pixels]], columns: int) -> Mask:
     """Say which pixels are of parts that rested, and went at once, and are nowhere else now."""
     went = np.zeros(len(gone), np.bool_)
     if not (gone & (state.kept >= RESTED)).any():
@@ -136,9 +140,30 @@ def _went(state: Written, gone: Mask, shapes: dict[Part, list[Pixels]]) -> Mask:
     for shape, parts in state.parts.items():
         for part in parts if shape not in shapes else ():
             at = np.searchsorted(state.pixels, part)
-            if len(part) >= LEAST and (gone[at] & (state.kept[at] >= RESTED)).mean() >= AT_ONCE:
+            if _tells(part, columns) and (gone[at] & (state.kept[at] >= RESTED)).mean() >= AT_ONCE:
                 went[at] = True
     return went
+
+
+def _resting(state: Written, parts: list[Pixels], image: Image) -> set[int]:
+    """Return the first pixels of parts that rest, and of whose value several others do: of text, of a reticle."""
+    large = [part for part in parts if len(part) >= LEAST_PX]
+    if len(large) < SEVERAL or not (state.kept >= RESTS).any():
+        return set()
+    starts = np.cumsum([0, *map(len, large[:-1])])
+    rest = np.isin(np.concatenate(large), state.pixels[state.kept >= RESTS], assume_unique=True)
+    resting = [large[k] for k in np.flatnonzero(np.logical_and.reduceat(rest, starts))]
+    first = np.array([part[0] for part in resting if _extent(part, image.shape[1]) >= LEAST_PX], np.int64)
+    _, which, counts = np.unique(image.ravel()[first], return_inverse=True, return_counts=True)
+    return set(first[counts[which] >= SEVERAL].tolist())
+
+
+def _extent(part: Pixels, columns: int) -> int:
+    return 1 + max(int(np.ptp(at)) for at in np.divmod(part, columns))
+
+
+def _tells(part: Pixels, columns: int) -> bool:
+    return len(part) >= LEAST and _extent(part, columns) >= LEAST_PX
 
 
 def _is_written(state: Written, part: Pixels, shape: Part, image: Image, alike: list[Pixels]) -> bool:
@@ -151,7 +176,7 @@ def _is_written(state: Written, part: Pixels, shape: Part, image: Image, alike: 
     told = (state.known | state.again | (state.kept == 0)) & (state.values == shape[0])
     if not told.any() or _moved(state, part, shape, alike):
         return False
-    if len(part) >= LEAST and np.isin(part, state.pixels[told], assume_unique=True).mean() >= SAME:
+    if _tells(part, image.shape[1]) and np.isin(part, state.pixels[told], assume_unique=True).mean() >= SAME:
         return True
     y, x = np.divmod(state.pixels[told & state.known], image.shape[1])
     beside = (y >= rows[0] - NEAR_PX) & (y <= rows[-1] + NEAR_PX)
