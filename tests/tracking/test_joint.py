@@ -91,3 +91,20 @@ def test_targets_apart_or_in_an_envelope_stay_as_they_are(sensor, places):
     frame = sensor.simulate(np.zeros((0, 5)), rng)
     update, found = updated(sensor, frame, rng, places=places)
     assert all(after is before for after, before in zip(jointly(found, update), found, strict=True))
+
+
+def test_a_crowd_costs_as_its_square(monkeypatch):
+    asked = []
+    overlap = ImageSensor.overlap
+
+    def counted(self, *given):
+        asked.append(1)
+        return overlap(self, *given)
+
+    monkeypatch.setattr(ImageSensor, "overlap", counted)
+    rng = np.random.default_rng(47)
+    n = 12
+    places = [(6.0 + k, 12.0) for k in range(n)]
+    update, found = updated(SENSOR, rng.normal(0, 1, SENSOR.shape) + 3, rng, [0.9] * n, places)
+    assert len(jointly(found, update)) == n
+    assert len(asked) <= 2 * n * n

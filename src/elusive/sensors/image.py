@@ -190,6 +190,8 @@ class ImageSensor(Model):
 
         if self.noise == "rayleigh":
             return None
+        if first.box.meet(second.box) is None:
+            return np.zeros((len(first.corner), len(second.corner)))
         _, precision = left_over(self.checked(measurement), self.noise_sigma**2, first.box, others)
         return _patch_kernels.overlap(first.corner, first.bells, second.corner, second.bells, first.box[:2], precision)
 

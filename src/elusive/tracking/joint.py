@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import combinations
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -60,19 +61,21 @@ def jointly(found: Sequence[Sought], update: Update) -> list[Sought]:
         far = told([target for k, target in enumerate(found) if k not in group])
         ratios = {k: sensor.log_ratio(found[k].expected, measurement, far) for k in group}
         drawn = {k: _drawn(found[k], ratios[k], update) for k in group}
+        pairs = dict[tuple[int, int], Array]()  # each once: a hundred targets have half a million triples
 
         def both(first: Any, second: _Drawn, far: Sequence[Any] = far) -> Array:
             less = sensor.overlap(first, second.expected, measurement, far)
             assert less is not None
             return np.where(second.there, less, 0.0)
 
+        for before, j in combinations(group, 2):
+            pairs[before, j] = np.where(drawn[j].there, np.diagonal(both(drawn[j].expected, drawn[before])), 0.0)
         for k in group:
-            others = [drawn[j] for j in group if j != k]
-            log_draw = np.sum([other.log_weight for other in others], axis=0)
-            for j, other in enumerate(others):
-                for before in others[:j]:
-                    log_draw -= np.where(other.there, np.diagonal(both(other.expected, before)), 0.0)
-            level = ratios[k][:, None] - sum(both(found[k].expected, other) for other in others)
+            others = [j for j in group if j != k]
+            log_draw = np.sum([drawn[j].log_weight for j in others], axis=0)
+            for pair in combinations(others, 2):
+                log_draw -= pairs[pair]
+            level = ratios[k][:, None] - sum(both(found[k].expected, drawn[j]) for j in others)
             weighed[k] = _weighed(found[k], level, log_draw, sensor)
     return weighed
 
