@@ -163,6 +163,7 @@ TWINS: dict[str, dict[str, str]] = {
         "row_spreads": "preprocess/test_windows.py::reference.deviation",
         "row_sums": "preprocess/test_windows.py::reference",
     },
+    "preprocess._written_kernels": {"sharp_parts": "preprocess/test_written.py::ndimage.label"},
     "sensors._radar_video_kernels": {
         "look": "sensors/test_radar_video.py::twin.look",
         "mean_about": "sensors/test_radar_video.py::twin.mean_at",

@@ -55,6 +55,18 @@ def log_density(sensor, states, plot, later=0.0):
     return log_range + log_bearing + log_doppler
 
 
+def relative_density(sensor, distance):
+    """Density of false alarms at a range, to that of uniform ones: bands, each twice as wide as the one nearer."""
+    low, high, shares = sensor.min_range_m, sensor.max_range_m, sensor.false_alarm_shares
+    first = (high - low) / (2 ** len(shares) - 1)
+    end = low
+    for k, share in enumerate(shares):
+        width, end = first * 2**k, end + first * 2**k
+        if distance < end or k == len(shares) - 1:
+            return share / sum(shares) / (width / (high - low))
+    raise AssertionError
+
+
 def log_ratio(sensor, states, scan):
     """Log of 1 - P_D + P_D sum p / lambda; without false alarms, of the likelihood."""
     seen = in_view(sensor, *measured(sensor, states)[:2])
@@ -69,7 +81,7 @@ def log_ratio(sensor, states, scan):
                 _, width = sector(sensor)
                 volume = (sensor.max_range_m - sensor.min_range_m) * width
                 volume *= 1.0 if np.isnan(plot[-1]) else 2 * sensor.max_doppler_mps
-                term = term - np.log(sensor.false_alarms / volume)
+                term = term - np.log(sensor.false_alarms / volume * relative_density(sensor, plot[0]))
             terms.append(term)
     if sensor.false_alarms or not plots:
         terms.append(log_missed)

@@ -32,6 +32,7 @@ SENSORS = {
     "sector": RadarSensor(**CLUTTERED, **WIDE, **SECTOR),
     "sector elsewhere": RadarSensor(**CLUTTERED, **WIDE, **SECTOR, x_m=30.0, y_m=-60.0),
     "nearly all round": RadarSensor(**CLUTTERED, **WIDE, from_bearing_deg=5.0),
+    "bands": RadarSensor(**CLUTTERED, **WIDE, **SECTOR, false_alarm_shares=(0.5, 0.2, 0.3)),
     "worst angle": RadarSensor(**CLUTTERED, bearing_sd_mrad=500.0, to_bearing_deg=350.0),
 }
 
@@ -244,6 +245,23 @@ def test_simulated_false_alarms_are_poisson_and_uniform_over_the_field():
     assert all(np.all(np.diff(looked.bearing_rad) >= 0) for looked in looks)
     again = [sensor.simulate(unseen, g) for g in map(np.random.default_rng, (7, 7))]
     np.testing.assert_equal(again[0], again[1])
+
+
+def test_false_alarms_have_their_shares_of_each_band_and_are_uniform_in_it():
+    sensor, rng, n = SENSORS["bands"], np.random.default_rng(26), 1500
+    looks = [sensor.simulate(np.zeros((0, 4)), rng) for _ in range(n)]
+    ranges = np.concatenate([looked.range_m for looked in looks])
+    edges = 30 + 370 * np.array([0, 1, 3, 7]) / 7
+    counts = np.histogram(ranges, edges)[0]
+    assert counts.sum() == len(ranges)
+    for count, share, low, high in zip(counts, (0.5, 0.2, 0.3), edges, edges[1:], strict=False):
+        assert abs(count - share * 6 * n) < 5 * np.sqrt(share * 6 * n)
+        inside = ranges[(ranges >= low) & (ranges < high)]
+        assert kstest((inside - low) / (high - low), "uniform").pvalue > 1e-4
+    # the density integrates to their number
+    at = np.linspace(30.2, 399.8, 4001)
+    log_clutter = sensor.log_clutter(scan(*((0.0, distance, 0.0, np.nan) for distance in at)))
+    assert np.exp(log_clutter).mean() * 370 * np.deg2rad(105) == pytest.approx(6.0, rel=2e-3)
 
 
 def test_states_drawn_from_a_plot_have_its_errors():

@@ -25,6 +25,7 @@ from elusive.errors import DataError, ParameterError
 from elusive.model import NonNegative, Positive, Probability
 from elusive.sensors.radar_scans import TURN_RAD, RadarPlot, RadarScan, scan_of
 from elusive.sensors.radar_view import RadarView, check_finite, seen_from, wrapped
+from elusive.sensors.range_bands import draw_ranges, log_relative
 
 FAINTEST = -600.0  # log density of a plot that may lie anywhere, without bounds
 
@@ -39,7 +40,13 @@ class RadarSensor(RadarView):
     kind: Literal["radar"] = "radar"
     detection_probability: Probability = Field(1.0, description="Probability that a scan sees the target, P_D")
     false_alarms: NonNegative = Field(
-        0.0, description="Mean number of false alarms a scan, uniform over range, bearing and Doppler in view"
+        0.0, description="Mean number of false alarms a scan, uniform over bearing and Doppler in view"
+    )
+    false_alarm_shares: tuple[Positive, ...] = Field(
+        (1.0,),
+        min_length=1,
+        max_length=12,
+        description="Their shares in bands of range, each twice as wide as the one nearer; one: uniform over range",
     )
     doppler_probability: Probability = Field(1.0, description="Simulation: probability that a plot has a Doppler")
     max_doppler_mps: Positive | None = Field(
@@ -101,6 +108,10 @@ class RadarSensor(RadarView):
             log_scale, log_doppler = self._log_volumes(scan)
             log_scale -= math.log(self.false_alarms)
         table = self._table(scan, log_scale + _log(self.detection_probability), log_doppler)
+        if self.false_alarms:
+            from elusive.sensors._radar_kernels import LOG_SCALE
+
+            table[:, LOG_SCALE] -= self._log_relative(scan.range_m)
         return self._log_ratio(
             seen_from(scan, states), table, _log(1 - self.detection_probability), clutter=self.false_alarms > 0
         )
@@ -169,7 +180,8 @@ class RadarSensor(RadarView):
         """Log density of false alarms at each plot, ``(m,)``; minus infinity where there are none."""
         if not self.false_alarms:
             return np.full(len(self.judged(measurement)[1]), -np.inf)
-        return math.log(self.false_alarms) + self.log_uniform(measurement)
+        ranges = np.atleast_1d(measurement.range_m)
+        return math.log(self.false_alarms) + self.log_uniform(measurement) + self._log_relative(ranges)
 
     def simulate(self, states: Array, rng: Generator, time_s: float = 0.0) -> RadarScan:
         """Draw a scan, its plots in the order of bearing and all at one time; targets out of view are not seen.
@@ -200,6 +212,8 @@ class RadarSensor(RadarView):
             fold = self._greatest_doppler("simulation") if self.doppler_probability else 0.0
             edges = np.array([[low, high], [self.middle_rad - half, self.middle_rad + half], [-fold, fold]])[:, :, None]
             false = rng.uniform(edges[:, 0], edges[:, 1], (3, rng.poisson(self.false_alarms)))
+            if len(self.false_alarm_shares) > 1:
+                false[0] = draw_ranges(rng, false.shape[1], low, high, self.false_alarm_shares)
             plots = np.concatenate([plots, false], axis=1)
         distance, bearing, doppler = plots[:, np.argsort(plots[1] % TURN_RAD)]
         if self.max_doppler_mps is not None:
@@ -242,6 +256,12 @@ class RadarSensor(RadarView):
         elif doppler:
             widest = 2 * (self.max_doppler_mps or math.inf)
         return math.log(2 * half * (high - low)), math.log(widest)
+
+    def _log_relative(self, range_m: Array) -> Array:
+        """Log density of false alarms at ranges, to that of uniform ones."""
+        if len(self.false_alarm_shares) == 1:
+            return np.zeros(len(range_m))
+        return log_relative(range_m, *self.limits[:2], self.false_alarm_shares)
 
     def _greatest_doppler(self, where: str) -> float:
         if self.max_doppler_mps is None:

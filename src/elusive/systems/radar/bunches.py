@@ -18,10 +18,11 @@ from elusive.sensors.radar_scans import RadarScan
 from elusive.tracking.detection_targets import Target
 
 NEAR_M = 250.0  # of each other: plots of a long ship
-MOST = 0.1  # plots near a plot, beyond what the ring round it says of others that come by
+MOST = 0.1  # plots near a plot, beyond what chance explains
 HALF, OFFSHORE_M = 0.5, 150.0  # P(water) below which a place is land; as far from it is at sea
 EXPLAINED = 4.0  # deviations from a ship within which a plot is its
 LONG, MIDDLE, SELDOM = math.log(80.0), 0.25, 0.1  # of a hull's plots half lie in its middle half
+QUARTERS = np.array([[[0, 1], [-1, 0]], [[-1, 0], [0, -1]], [[0, -1], [1, 0]]], dtype=float)  # turns about the radar
 FEW = 20  # plots from which something is said
 
 
@@ -40,7 +41,7 @@ class Bunches:
     """Counts the plots that others lie near to, in the same scan."""
 
     def __init__(self) -> None:
-        self.plots = self.all = self._near = self._round = 0
+        self.plots = self.all = self._near = self._round = self._turned = 0
         self._hulls = defaultdict[int, NDArray[np.int64]](lambda: np.zeros(2, dtype=np.int64))
 
     def add(self, scan: RadarScan, places: Array, counted: NDArray[np.bool_]) -> None:
@@ -53,6 +54,12 @@ class Bunches:
                 for reach in (NEAR_M, 2 * NEAR_M)
             )
             self._near, self._round = self._near + near, self._round + wide - near
+            relative = scan.range_m[:, None] * np.column_stack([np.sin(scan.bearing_rad), np.cos(scan.bearing_rad)])
+            centre, relative = (places - relative)[counted], relative[counted]
+            for turn in QUARTERS:
+                turned = centre + relative @ turn
+                itself = np.hypot(*(turned - places[counted]).T) <= NEAR_M
+                self._turned += int((tree.query_ball_point(turned, NEAR_M, return_length=True) - itself).sum())
 
     def add_left_over(
         self, scan: RadarScan, sensor: RadarSensor, targets: Sequence[Target], water: Water | None
@@ -81,8 +88,11 @@ class Bunches:
 
     @property
     def share(self) -> float:
-        """Mean number of plots near a plot that chance, as dense as in the ring, does not explain; NaN of too few."""
+        """Mean number of plots near a plot that chance does not explain; NaN of too few.
+
+        Chance is as dense as in the ring, or as on other bearings at the same range: clutter is denser near a radar.
+        """
         every = max(self.plots, self.all)
         if every < FEW:
             return math.nan
-        return max(self._near - self._round / 3, 0.0) / every
+        return max(self._near - max(self._round, self._turned) / 3, 0.0) / every

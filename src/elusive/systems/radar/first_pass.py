@@ -6,7 +6,8 @@ recording is therefore tracked again with what was counted, until that is what w
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Sequence
 from itertools import islice
 from typing import NamedTuple
 
@@ -17,9 +18,10 @@ from elusive.contracts import Array
 from elusive.motion import ConstantVelocity
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarScan
+from elusive.sensors.range_bands import BANDS, edges, shares_of, uniform
 from elusive.systems.radar.bunches import MOST, Bunches
 from elusive.systems.radar.checks import in_view
-from elusive.systems.radar.land import land_share
+from elusive.systems.radar.land import land_shares
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.setting import bind_all
 from elusive.systems.radar.ships import Surroundings
@@ -30,10 +32,12 @@ from elusive.tracking.detections import DetectionTracker
 KNOWN = 0.9  # existence from which a miss is one
 SCANS, TRIALS = 300, 10  # of a recording, by which it is judged before it is tracked; least of confirmed tracks
 PASSES, AS_ASSUMED = 3, 0.03  # at most, and the probability of detection that differs no more from what was assumed
+EVEN = 0.1  # of the false alarms, that lie in other bands of range than was assumed
 LEAST_DETECTED, MOST_DETECTED = 0.2, 0.99  # beyond it a scan without a plot is the end of a track
 FEWEST = 0.01  # false alarms a scan: were there none ever, each plot would be its own ship's
 OPEN_SEA = 0.99  # P(water), where no plot is of the coast
-LEAST_SEA = 0.05  # share of the view that is taken to be sea at least
+LEAST_SEA = 0.05  # share of a band that is taken to be sea at least
+PLACES = 12  # ranges of a band at which it is asked for land
 
 Bound = Callable[[RadarTracking], tuple[DetectionTracker, Water | None]]
 
@@ -44,6 +48,7 @@ class Heard(NamedTuple):
     detected: float  # probability of detection
     trials: int  # scans of confirmed tracks
     false: float  # plots of no track a scan, the view all sea
+    shares: tuple[float, ...]  # of these, in bands of range
     bunches: Bunches  # of what no ship explains
 
 
@@ -91,6 +96,7 @@ def fitted(
         found["detection_probability"] = float(f"{_possible(heard.detected):.3g}")
     if "false_alarms" in found:
         found["false_alarms"] = float(f"{max(heard.false, FEWEST):.3g}")
+        radar = radar.replace(false_alarm_shares=_shares(radar, heard.shares))
     seen = seen._replace(
         found=tuple(name for name in found if name in shown), assumed=tuple(name for name in found if name not in shown)
     )
@@ -122,18 +128,31 @@ def heard_by(
     first
         Number of scans that are tracked; None: all.
     """
-    told = parameters.radar
+    told, shares = parameters.radar, _shares(parameters.radar, uniform(BANDS))
     for _ in range(PASSES):
         tracker, water = bound(parameters)
         heard = _counted(islice(scans, first), parameters, tracker, water, sea, way)
         assumed = tracker.sensor.detection_probability  # type: ignore[attr-defined]
-        as_assumed = abs(heard.detected - assumed) < AS_ASSUMED
-        if told.detection_probability is not None or heard.trials < TRIALS or as_assumed:
+        told_detected = told.detection_probability is not None or heard.trials < TRIALS
+        as_assumed = told_detected or abs(heard.detected - assumed) < AS_ASSUMED
+        even = told.false_alarms is not None or _apart(_shares(told, heard.shares), shares) < EVEN
+        if as_assumed and even:
             break
-        false = max(heard.false, FEWEST) if told.false_alarms is None else told.false_alarms
-        radar = told.replace(detection_probability=_possible(heard.detected), false_alarms=false)
+        radar = told if told_detected else told.replace(detection_probability=_possible(heard.detected))
+        if told.false_alarms is None:
+            shares = _shares(told, heard.shares)
+            radar = radar.replace(false_alarms=max(heard.false, FEWEST), false_alarm_shares=shares)
         parameters = parameters.replace(radar=radar)
     return heard
+
+
+def _shares(told: RadarSensor, found: tuple[float, ...]) -> tuple[float, ...]:
+    """Return the shares of bands that are told, or else those found."""
+    return told.false_alarm_shares if len(told.false_alarm_shares) > 1 else found
+
+
+def _apart(shares: Sequence[float], others: Sequence[float]) -> float:
+    return 0.5 * float(np.abs(np.subtract(shares, others)).sum())
 
 
 def _possible(detected: float) -> float:
@@ -151,8 +170,10 @@ def _counted(
     """Count in a pass; plots by which a track that is confirmed later began are none of nothing."""
     sensor, bunches = tracker.sensor, Bunches()
     assert isinstance(sensor, RadarSensor)
-    hits = trials = false = count = 0
-    begun: dict[int, int] = {}  # plots of each candidate
+    hits = trials = count = 0
+    limits = edges(*sensor.limits[:2], BANDS)
+    false = np.zeros(BANDS)  # plots in each band of range
+    begun = defaultdict[int, Array](lambda: np.zeros(BANDS))  # of each candidate
     for step in track_radar(scans, tracker, parameters):
         count, scan = count + 1, step.measurement
         confirmed = [one for one in step.state.targets if one.life.status == "confirmed"]
@@ -164,10 +185,18 @@ def _counted(
             at_sea = water.probability(sensor.places(scan)[0]) >= sea
         left = at_sea.copy()
         left[[one.detection for one in confirmed if one.detection >= 0]] = False
-        false += int(left.sum())
+        band = np.searchsorted(limits[1:-1], scan.range_m, side="right")
+        np.add.at(false, band[left], 1)
         for one in step.state.targets:
             if one.life.status == "candidate" and one.detection >= 0:
-                begun[one.life.track or 0] = begun.get(one.life.track or 0, 0) + int(at_sea[one.detection])
-        false -= sum(begun.pop(one.life.track or 0, 0) for one in confirmed)
-    open_share = 1.0 if water is None else max(1 - land_share(sensor, water, way), LEAST_SEA)
-    return Heard((hits + 1) / (trials + 2), trials, max(false, 0) / (max(count, 1) * open_share), bunches)
+                begun[one.life.track or 0][band[one.detection]] += at_sea[one.detection]
+        for one in confirmed:
+            false -= begun.pop(one.life.track or 0, 0.0)
+    width, open_share = np.diff(limits), np.ones(BANDS)
+    if water is not None:
+        places = limits[:-1, None] + width[:, None] * (np.arange(PLACES) + 0.5) / PLACES
+        land = land_shares(sensor, water, places.ravel(), way).reshape(places.shape).mean(axis=1)
+        open_share = np.maximum(1 - land, LEAST_SEA)
+    false = false.clip(0)
+    rate = float(false.sum()) * width.sum() / (max(count, 1) * float(open_share @ width))
+    return Heard((hits + 1) / (trials + 2), trials, rate, shares_of(false, open_share), bunches)

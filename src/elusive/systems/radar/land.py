@@ -34,14 +34,20 @@ def water_at(water: Water, places: Array, errors: Array) -> Array:
 
 def land_share(sensor: RadarSensor, water: Water, way: Array | None = None) -> float:
     """Share of the view, uniform over range and bearing, that is land; the mean over the radar's way ``(S, 2)`` [m]."""
-    low, high, half = sensor.limits
-    distance = low + (high - low) * (np.arange(RANGES) + 0.5) / RANGES
+    low, high, _ = sensor.limits
+    return float(land_shares(sensor, water, low + (high - low) * (np.arange(RANGES) + 0.5) / RANGES, way).mean())
+
+
+def land_shares(sensor: RadarSensor, water: Water, distance: Array, way: Array | None = None) -> Array:
+    """Share of the bearings in view that is land at distances ``(n,)`` [m]; the mean over the radar's way."""
+    half = sensor.limits[2]
     bearing = sensor.middle_rad + half * (2 * (np.arange(BEARINGS) + 0.5) / BEARINGS - 1)
     far, angle = np.meshgrid(distance, bearing)
     places = np.column_stack([(far * np.sin(angle)).ravel(), (far * np.cos(angle)).ravel()])
     where = np.zeros((1, 2)) if way is None else way[:: max(1, len(way) // STANDS)] + np.zeros((1, 2))
     radar = where + np.array([sensor.x_m, sensor.y_m])
-    return float(np.mean([1 - water.probability(places + stand).mean() for stand in radar]))
+    shares = [1 - water.probability(places + stand).reshape(far.shape).mean(axis=0) for stand in radar]
+    return np.asarray(np.mean(shares, axis=0))
 
 
 class LandEchoes:
