@@ -15,7 +15,7 @@ from elusive.sensors.range_bands import BANDS, edges, shares_of, uniform
 from elusive.systems.radar.fit import fit_radar
 from elusive.systems.radar.parameters import RadarTracking
 
-SCANS, INTERVAL_S, ALARMS, DECAY_M = 40, 2.5, 25.0, 900.0
+SCANS, INTERVAL_S, ALARMS, DECAY_M = 36, 2.5, 20.0, 900.0
 SHIPS = np.array([(900.0, 6.0, 500.0, -4.0), (-2500.0, 8.0, 1500.0, 5.0)])
 SENSOR = RadarSensor(
     bearing_sd_mrad=5.0, detection_probability=0.85, max_range_m=6000.0, doppler_probability=0.0
@@ -49,7 +49,7 @@ def test_each_ship_is_one_track_and_no_other_is_there(tmp_path, capsys):
             for distance, bearing in zip(scan.range_m, np.degrees(scan.bearing_rad), strict=True):
                 rows.writerow([scan.time_s, f"{distance:.2f}", f"{bearing:.4f}"])
     with pytest.raises(SystemExit) as ended:
-        main(["track", "radar", str(tmp_path / "plots.csv"), "--out", str(tmp_path / "out")])
+        main(["track", "radar", str(tmp_path / "plots.csv"), "--particles", "500", "--out", str(tmp_path / "out")])
     assert not ended.value.code, capsys.readouterr()
     assert all(row["holds"] for row in json.loads((tmp_path / "out" / "checks.json").read_text()))
     assert len(read_tracks_csv(tmp_path / "out" / "tracks.csv").confirmed()) == len(SHIPS)
@@ -61,7 +61,7 @@ def test_a_fit_says_where_they_are():
     limits = edges(0.0, SENSOR.max_range_m, BANDS)
     expected = -np.diff(np.exp(-limits / DECAY_M))
     error = np.sqrt(expected * (1 - expected) / (SCANS * ALARMS))
-    # the view reaches 5 % beyond the furthest plot, and the uniform prior counts as 200 plots of 1000
+    # the view reaches 5 % beyond the furthest plot, and the uniform prior counts as 200 plots of 900
     assert np.abs(np.array(tree["radar"]["false_alarm_shares"]) - expected).max() < 4 * error.max() + 0.1
 
 

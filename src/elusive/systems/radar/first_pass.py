@@ -96,7 +96,7 @@ def fitted(
         found["detection_probability"] = float(f"{_possible(heard.detected):.3g}")
     if "false_alarms" in found:
         found["false_alarms"] = float(f"{max(heard.false, FEWEST):.3g}")
-        radar = radar.replace(false_alarm_shares=_shares(radar, heard.shares))
+    radar = radar.replace(false_alarm_shares=_shares(radar, heard.shares))
     seen = seen._replace(
         found=tuple(name for name in found if name in shown), assumed=tuple(name for name in found if name not in shown)
     )
@@ -135,13 +135,15 @@ def heard_by(
         assumed = tracker.sensor.detection_probability  # type: ignore[attr-defined]
         told_detected = told.detection_probability is not None or heard.trials < TRIALS
         as_assumed = told_detected or abs(heard.detected - assumed) < AS_ASSUMED
-        even = told.false_alarms is not None or _apart(_shares(told, heard.shares), shares) < EVEN
-        if as_assumed and even:
+        apart = _apart(_shares(told, heard.shares), shares)
+        if as_assumed and apart < EVEN:
             break
-        radar = told if told_detected else told.replace(detection_probability=_possible(heard.detected))
+        shares = _shares(told, heard.shares)
+        radar = told.replace(false_alarm_shares=shares)
+        if not told_detected:
+            radar = radar.replace(detection_probability=_possible(heard.detected))
         if told.false_alarms is None:
-            shares = _shares(told, heard.shares)
-            radar = radar.replace(false_alarms=max(heard.false, FEWEST), false_alarm_shares=shares)
+            radar = radar.replace(false_alarms=max(heard.false, FEWEST))
         parameters = parameters.replace(radar=radar)
     return heard
 
