@@ -347,6 +347,8 @@ def test_a_particle_filter_follows_the_converted_measurement_kalman_filter():
     ("fields", "said"),
     [
         ({"false_alarms": 3.0}, "max_range_m: is not given"),
+        ({"false_alarm_shares": (0.5, -1.0)}, "false_alarm_shares.1: must be greater than 0"),
+        ({"false_alarm_shares": ()}, "at least 1 item"),
         ({"min_range_m": 100.0, "max_range_m": 105.0}, "narrower than range_sd_m=10"),
         ({"from_bearing_deg": 90.0, "to_bearing_deg": 90.0}, "wider one"),
         ({"max_doppler_mps": 15.0}, "too narrow"),

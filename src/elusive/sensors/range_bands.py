@@ -41,11 +41,11 @@ def draw_ranges(rng: Generator, n: int, low: float, high: float, shares: Sequenc
     return rng.uniform(limits[band], limits[band + 1])
 
 
-def shares_of(counts: Array, seen: Array) -> tuple[float, ...]:
-    """Estimate the shares of bands from counts ``(bands,)``: the mean of a Dirichlet posterior about uniform ones.
+def shares_of(counts: Array, seen: Array) -> Array:
+    """Estimate the shares of bands from counts, ``(bands,)``: the mean of a Dirichlet posterior about uniform ones.
 
     ``seen`` is the share of each band that was looked at, sea beside land.
     """
     width = np.array(uniform(len(counts)))
     density = (counts + SURE * width * seen / (width * seen).sum()) / seen
-    return tuple((density / density.sum()).tolist())
+    return np.asarray(density / density.sum())

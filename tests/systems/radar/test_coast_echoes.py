@@ -8,7 +8,7 @@ import shapely
 
 from elusive.charts import Coast, CoastPart, HardWater, NearestWater
 from elusive.sensors.radar import RadarSensor
-from elusive.systems.radar.land import LandEchoes, land_share
+from elusive.systems.radar.land import LandEchoes, land_shares
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.survey import survey
 from elusive.systems.radar.track import track_radar
@@ -69,11 +69,19 @@ def test_echoes_of_the_true_coast_under_the_coarse_chart(seed):
     assert tracks.count(-1) <= 2
 
 
+def test_land_is_known_band_by_band():
+    """All beyond 2500 m: of two bands, to 1667 and to 5000 m, none of the nearer and three quarters of the other."""
+    far = shapely.box(-9000, -9000, 9000, 9000) - shapely.Point(0, 0).buffer(2500, quad_segs=64)
+    water = NearestWater().bind(Coast.of(CoastPart(far, 10.0)))
+    assert land_shares(SENSOR, water, 2) == pytest.approx([0.0, 0.75], abs=0.02)
+    assert land_shares(SENSOR, water) == pytest.approx(0.5, abs=0.01)
+
+
 def test_land_is_as_dense_in_plots_as_the_recording():
     """Half of the view is land: its density there, summed over the view, is what was counted."""
     coast = Coast.of(CoastPart(shapely.box(0, -9000, 9000, 9000), 10.0))
     water = NearestWater().bind(coast)
-    assert land_share(SENSOR, water) == pytest.approx(0.5, abs=0.01)
+    assert land_shares(SENSOR, water) == pytest.approx(0.5, abs=0.01)
     echoes = LandEchoes(SENSOR, water, 12.0)
     rng = np.random.default_rng(5)
     scan = SENSOR.replace(false_alarms=20_000.0).simulate(np.zeros((0, 4)), rng)

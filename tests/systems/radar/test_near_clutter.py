@@ -4,16 +4,23 @@ from __future__ import annotations
 
 import csv
 import json
+import math
 
 import numpy as np
 import pytest
+import shapely
 
+from elusive.charts import Coast, CoastPart, HardWater
 from elusive.cli import main
 from elusive.results import read_tracks_csv
 from elusive.sensors import RadarSensor
-from elusive.sensors.range_bands import BANDS, edges, shares_of, uniform
+from elusive.sensors.radar_scans import RadarScan
+from elusive.sensors.range_bands import BANDS, SURE, edges, shares_of, uniform
+from elusive.systems.radar.first_pass import fitted
 from elusive.systems.radar.fit import fit_radar
-from elusive.systems.radar.parameters import RadarTracking
+from elusive.systems.radar.parameters import ROOM, RadarTracking
+from elusive.systems.radar.ships import Surroundings
+from elusive.systems.radar.survey import survey
 
 SCANS, INTERVAL_S, ALARMS, DECAY_M = 36, 2.5, 20.0, 900.0
 SHIPS = np.array([(900.0, 6.0, 500.0, -4.0), (-2500.0, 8.0, 1500.0, 5.0)])
@@ -41,28 +48,70 @@ def recorded(seed):
     return scans
 
 
-def test_each_ship_is_one_track_and_no_other_is_there(tmp_path, capsys):
-    with (tmp_path / "plots.csv").open("w", newline="") as file:
+def written(folder, scans):
+    with (folder / "plots.csv").open("w", newline="") as file:
         rows = csv.writer(file)
         rows.writerow(["time_s", "range_m", "bearing_deg"])
-        for scan in recorded(1):
+        for scan in scans:
             for distance, bearing in zip(scan.range_m, np.degrees(scan.bearing_rad), strict=True):
                 rows.writerow([scan.time_s, f"{distance:.2f}", f"{bearing:.4f}"])
+    return str(folder / "plots.csv")
+
+
+def test_each_ship_is_one_track_and_no_other_is_there(tmp_path, capsys):
+    out = tmp_path / "out"
     with pytest.raises(SystemExit) as ended:
-        main(["track", "radar", str(tmp_path / "plots.csv"), "--particles", "500", "--out", str(tmp_path / "out")])
+        main(["track", "radar", written(tmp_path, recorded(1)), "--particles", "500", "--out", str(out)])
     assert not ended.value.code, capsys.readouterr()
-    assert all(row["holds"] for row in json.loads((tmp_path / "out" / "checks.json").read_text()))
-    assert len(read_tracks_csv(tmp_path / "out" / "tracks.csv").confirmed()) == len(SHIPS)
+    assert all(row["holds"] for row in json.loads((out / "checks.json").read_text()))
+    tracks = read_tracks_csv(out / "tracks.csv").confirmed()
+    assert len(tracks) == len(SHIPS)
+    ends = np.array([rows["position"][-1] for rows in tracks.values()])
+    latest_s = (SCANS - 1) * INTERVAL_S
+    truth = SHIPS[:, [0, 2]] + SHIPS[:, [1, 3]] * latest_s
+    assert np.hypot(*(ends[:, None] - truth).T).min(axis=1).max() < 60.0  # a plot errs by 15 m at 3 km
+
+
+@pytest.mark.parametrize("told", [(1.0,), (2.0, 1.0)])
+def test_what_is_told_stays(tmp_path, told):
+    scans = recorded(1)[:12]
+    parameters = RadarTracking(radar={"false_alarm_shares": told}, particles=100)
+    found, _ = fitted(parameters, scans, survey(scans), Surroundings(None), None)
+    assert found.radar.false_alarm_shares == told
+    assert found.radar.false_alarms is not None
+
+
+def expected_shares(reach_m):
+    """The posterior mean in view to a range, of all that came about: the law's shares beside the uniform prior."""
+    limits, number = edges(0.0, reach_m, BANDS), SCANS * ALARMS
+    law = -np.diff(np.exp(-limits / DECAY_M))
+    error = np.sqrt(law * (1 - law) * number)
+    return (number * law + SURE * np.array(uniform(BANDS))) / (number + SURE), error / (number + SURE)
 
 
 def test_a_fit_says_where_they_are():
-    tree = fit_radar(recorded(2), "x").tree
-    assert RadarTracking(**tree).radar.false_alarm_shares == tuple(tree["radar"]["false_alarm_shares"])
-    limits = edges(0.0, SENSOR.max_range_m, BANDS)
-    expected = -np.diff(np.exp(-limits / DECAY_M))
-    error = np.sqrt(expected * (1 - expected) / (SCANS * ALARMS))
-    # the view reaches 5 % beyond the furthest plot, and the uniform prior counts as 200 plots of 900
-    assert np.abs(np.array(tree["radar"]["false_alarm_shares"]) - expected).max() < 4 * error.max() + 0.1
+    scans = recorded(2)
+    radar = RadarTracking(**fit_radar(scans, "x").tree).radar
+    mean, error = expected_shares(ROOM * max(scan.range_m.max() for scan in scans))
+    # of two ships' 60 plots a scan or two is not known to be theirs before they are confirmed
+    assert (np.abs(np.array(radar.false_alarm_shares) - mean) < 4 * error + 8 / (SCANS * ALARMS + SURE)).all()
+    assert radar.false_alarms == pytest.approx(ALARMS, abs=4 * math.sqrt(ALARMS / SCANS) + 8 / SCANS)
+
+
+def test_land_far_away_does_not_make_more_of_what_is_near():
+    """Land lies beyond 3 km, with three echoes a scan, where hardly an alarm would be; half of the view is it."""
+    rng, scans = np.random.default_rng(9), []
+    for scan in recorded(3):
+        sea = scan.select_detections(np.flatnonzero(scan.range_m < 3000.0))
+        ranges = np.append(sea.range_m, rng.uniform(3200.0, 6000.0, 3))
+        bearings = np.append(sea.bearing_rad, rng.uniform(0, 2 * np.pi, 3))
+        full = (np.full(len(ranges), scan.time_s), ranges, bearings, np.full(len(ranges), np.nan))
+        scans.append(RadarScan(scan.time_s, *(part[np.argsort(bearings)] for part in full)))
+    land = shapely.box(-9000, -9000, 9000, 9000) - shapely.Point(0, 0).buffer(3000)
+    water = HardWater().bind(Coast.of(CoastPart(land, 10.0)))
+    found = fit_radar(scans, "x", water=water).tree["radar"]["false_alarms"]
+    # the prior, of which half is on land, counts as 200 plots of some 900 there
+    assert ALARMS - 4 * math.sqrt(ALARMS / SCANS) < found < ALARMS * (1 + SURE / (SCANS * ALARMS)) + 2
 
 
 @pytest.mark.parametrize("seen", [1.0, 0.25])

@@ -37,7 +37,6 @@ LEAST_DETECTED, MOST_DETECTED = 0.2, 0.99  # beyond it a scan without a plot is 
 FEWEST = 0.01  # false alarms a scan: were there none ever, each plot would be its own ship's
 OPEN_SEA = 0.99  # P(water), where no plot is of the coast
 LEAST_SEA = 0.05  # share of a band that is taken to be sea at least
-PLACES = 12  # ranges of a band at which it is asked for land
 
 Bound = Callable[[RadarTracking], tuple[DetectionTracker, Water | None]]
 
@@ -96,7 +95,8 @@ def fitted(
         found["detection_probability"] = float(f"{_possible(heard.detected):.3g}")
     if "false_alarms" in found:
         found["false_alarms"] = float(f"{max(heard.false, FEWEST):.3g}")
-    radar = radar.replace(false_alarm_shares=_shares(radar, heard.shares))
+    if radar.false_alarm_shares is None:
+        radar = radar.replace(false_alarm_shares=heard.shares)
     seen = seen._replace(
         found=tuple(name for name in found if name in shown), assumed=tuple(name for name in found if name not in shown)
     )
@@ -128,17 +128,17 @@ def heard_by(
     first
         Number of scans that are tracked; None: all.
     """
-    told, shares = parameters.radar, _shares(parameters.radar, uniform(BANDS))
+    told, shares = parameters.radar, uniform(BANDS)
     for _ in range(PASSES):
         tracker, water = bound(parameters)
         heard = _counted(islice(scans, first), parameters, tracker, water, sea, way)
         assumed = tracker.sensor.detection_probability  # type: ignore[attr-defined]
         told_detected = told.detection_probability is not None or heard.trials < TRIALS
         as_assumed = told_detected or abs(heard.detected - assumed) < AS_ASSUMED
-        apart = _apart(_shares(told, heard.shares), shares)
-        if as_assumed and apart < EVEN:
+        as_spread = told.false_alarm_shares is not None or _apart(heard.shares, shares) < EVEN
+        if as_assumed and as_spread:
             break
-        shares = _shares(told, heard.shares)
+        shares = heard.shares if told.false_alarm_shares is None else told.false_alarm_shares
         radar = told.replace(false_alarm_shares=shares)
         if not told_detected:
             radar = radar.replace(detection_probability=_possible(heard.detected))
@@ -146,11 +146,6 @@ def heard_by(
             radar = radar.replace(false_alarms=max(heard.false, FEWEST))
         parameters = parameters.replace(radar=radar)
     return heard
-
-
-def _shares(told: RadarSensor, found: tuple[float, ...]) -> tuple[float, ...]:
-    """Return the shares of bands that are told, or else those found."""
-    return told.false_alarm_shares if len(told.false_alarm_shares) > 1 else found
 
 
 def _apart(shares: Sequence[float], others: Sequence[float]) -> float:
@@ -194,11 +189,8 @@ def _counted(
                 begun[one.life.track or 0][band[one.detection]] += at_sea[one.detection]
         for one in confirmed:
             false -= begun.pop(one.life.track or 0, 0.0)
-    width, open_share = np.diff(limits), np.ones(BANDS)
-    if water is not None:
-        places = limits[:-1, None] + width[:, None] * (np.arange(PLACES) + 0.5) / PLACES
-        land = land_shares(sensor, water, places.ravel(), way).reshape(places.shape).mean(axis=1)
-        open_share = np.maximum(1 - land, LEAST_SEA)
-    false = false.clip(0)
-    rate = float(false.sum()) * width.sum() / (max(count, 1) * float(open_share @ width))
-    return Heard((hits + 1) / (trials + 2), trials, rate, shares_of(false, open_share), bunches)
+    land = np.zeros(BANDS) if water is None else land_shares(sensor, water, BANDS, way)
+    sea_share, false = np.maximum(1 - land, LEAST_SEA), false.clip(0)
+    shares = shares_of(false, sea_share)
+    rate = float(false.sum() / (max(count, 1) * (shares @ sea_share)))
+    return Heard((hits + 1) / (trials + 2), trials, rate, tuple(shares.tolist()), bunches)

@@ -15,6 +15,7 @@ from elusive.charts import Water
 from elusive.contracts import Array
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import TURN_RAD, RadarScan
+from elusive.sensors.range_bands import edges
 from elusive.tracking.fixed_echoes import FixedEcho, NewEchoes
 
 NODES = np.array([-2.02018287, -0.95857246, 0.0, 0.95857246, 2.02018287]) * math.sqrt(2)  # Gauss-Hermite
@@ -32,22 +33,35 @@ def water_at(water: Water, places: Array, errors: Array) -> Array:
     return np.asarray(found @ np.outer(SHARES, SHARES).ravel())
 
 
-def land_share(sensor: RadarSensor, water: Water, way: Array | None = None) -> float:
-    """Share of the view, uniform over range and bearing, that is land; the mean over the radar's way ``(S, 2)`` [m]."""
-    low, high, _ = sensor.limits
-    return float(land_shares(sensor, water, low + (high - low) * (np.arange(RANGES) + 0.5) / RANGES, way).mean())
+def land_shares(sensor: RadarSensor, water: Water, bands: int = 1, way: Array | None = None) -> Array:
+    """Share of each band of range that is land, uniform over range and bearing in it; by default of the whole view.
 
+    Parameters
+    ----------
+    sensor
+        Whose view it is.
+    water
+        Where land is.
+    bands
+        Their number, as :mod:`~elusive.sensors.range_bands` has them.
+    way
+        Of the radar, places beside the sensor's own, ``(S, 2)`` [m], over which the mean is taken; None: it rests.
 
-def land_shares(sensor: RadarSensor, water: Water, distance: Array, way: Array | None = None) -> Array:
-    """Share of the bearings in view that is land at distances ``(n,)`` [m]; the mean over the radar's way."""
-    half = sensor.limits[2]
+    Returns
+    -------
+    ndarray
+        ``(bands,)``.
+    """
+    low, high, half = sensor.limits
+    limits, each = edges(low, high, bands), RANGES // bands
+    distance = limits[:-1, None] + np.diff(limits)[:, None] * (np.arange(each) + 0.5) / each
     bearing = sensor.middle_rad + half * (2 * (np.arange(BEARINGS) + 0.5) / BEARINGS - 1)
     far, angle = np.meshgrid(distance, bearing)
     places = np.column_stack([(far * np.sin(angle)).ravel(), (far * np.cos(angle)).ravel()])
     where = np.zeros((1, 2)) if way is None else way[:: max(1, len(way) // STANDS)] + np.zeros((1, 2))
     radar = where + np.array([sensor.x_m, sensor.y_m])
-    shares = [1 - water.probability(places + stand).reshape(far.shape).mean(axis=0) for stand in radar]
-    return np.asarray(np.mean(shares, axis=0))
+    wet = [water.probability(places + stand).reshape(-1, bands, each).mean(axis=(0, 2)) for stand in radar]
+    return np.asarray(1 - np.mean(wet, axis=0))
 
 
 class LandEchoes:
@@ -68,7 +82,7 @@ class LandEchoes:
     def __init__(self, sensor: RadarSensor, water: Water, plots: float, way: Array | None = None) -> None:
         self.sensor, self.water, self.plots = sensor, water, plots
         low, high, half = sensor.limits
-        area = max(land_share(sensor, water, way), 1 / (RANGES * BEARINGS)) * 2 * half * (high - low)
+        area = max(float(land_shares(sensor, water, way=way)[0]), 1 / (RANGES * BEARINGS)) * 2 * half * (high - low)
         with np.errstate(divide="ignore"):
             self._log_rate = float(np.log(plots / area))  # of places all on land
 

@@ -18,7 +18,7 @@ from elusive.systems.radar.alternating import Alternating
 from elusive.systems.radar.bunches import Bunches, at_sea
 from elusive.systems.radar.fast import Counted, Fast
 from elusive.systems.radar.given import Gathered, Given
-from elusive.systems.radar.land import land_share
+from elusive.systems.radar.land import land_shares
 from elusive.systems.radar.registered import FixedPlaces
 from elusive.systems.radar.triples import PlotErrors, Triples
 from elusive.systems.radar.turned import Turned, Turns
@@ -59,7 +59,9 @@ class RadarSurvey(NamedTuple):
         """Mean number of plots that a scan has of land, beside false alarms there; none where there are none ever."""
         if water is None or not self.scans or not sensor.false_alarms:
             return 0.0
-        return max(0.0, self.on_land / self.scans - sensor.false_alarms * land_share(sensor, water, self.way[:, 1:]))
+        shares = np.array(sensor.false_alarm_shares)
+        land = float(shares @ land_shares(sensor, water, len(shares), self.way[:, 1:]) / shares.sum())
+        return max(0.0, self.on_land / self.scans - sensor.false_alarms * land)
 
 
 def survey(scans: Iterable[RadarScan], water: Water | None = None) -> RadarSurvey:
