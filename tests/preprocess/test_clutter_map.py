@@ -43,8 +43,8 @@ def test_levels_are_followed_as_by_the_twin(steps):
     rng = np.random.default_rng(2)
     level, own, quiet = rng.normal(0, 3, (3, 20, 30)).astype(np.float32)
     level[3, 4] = np.nan
-    told = twin.followed(level, 0.3, *steps, own, quiet)
-    kernels.follow(level, 0.3, *steps, own, quiet)
+    told = twin.followed(level, 0.3, *steps, 2.0, own, quiet)
+    kernels.follow(level, 0.3, *steps, 2.0, own, quiet)
     np.testing.assert_allclose([own, quiet], told, rtol=1e-5, atol=1e-6)
 
 

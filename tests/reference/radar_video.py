@@ -122,9 +122,10 @@ def expected(mean, slope, sector, across, part, own, fixed, beside):
     return middle, block
 
 
-def followed(level, pace, falls, rises, own, quiet):
+def followed(level, pace, falls, rises, sunk, own, quiet):
     """Mean and quiet levels after a turn's."""
-    moved = np.where(level < quiet, -falls, rises) if falls else np.fmin(level, quiet) - quiet
+    fall = falls + np.maximum(quiet - level - sunk, 0) / 2
+    moved = np.where(level < quiet, -fall, rises) if falls else np.fmin(level, quiet) - quiet
     return np.where(np.isnan(level), [own, quiet], [own + pace * (level - own), quiet + moved])
 
 

@@ -33,14 +33,16 @@ def sums(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def follow(
-    level: NDArray[np.float32], pace: float, falls: float, rises: float, own: NDArray[np.float32],
+    level: NDArray[np.float32], pace: float, falls: float, rises: float, sunk: float, own: NDArray[np.float32],
     quiet: NDArray[np.float32],
 ) -> None:  # fmt: skip
     """Let each cell's mean level, and its quiet one, follow a turn's, in place; NaN leaves them as they are.
 
-    The quiet level falls or rises by a step; with steps of 0 it is the least so far.
+    The quiet level falls or rises by a step, and falls by half of what it is more than ``sunk`` above; with steps of 0
+    it is the least so far.
     """
-    pace_, fall, rise = np.float32(pace), np.float32(falls), np.float32(rises)
+    pace_, fall, rise, sunk_ = np.float32(pace), np.float32(falls), np.float32(rises), np.float32(sunk)
+    half = np.float32(0.5)
     for i in range(level.shape[0]):
         for j in range(level.shape[1]):
             value = level[i, j]
@@ -48,8 +50,10 @@ def follow(
                 own[i, j] += pace_ * (value - own[i, j])
                 if falls == 0:
                     quiet[i, j] = min(quiet[i, j], value)
+                elif value < quiet[i, j]:
+                    quiet[i, j] -= fall + half * max(quiet[i, j] - value - sunk_, np.float32(0.0))
                 else:
-                    quiet[i, j] += -fall if value < quiet[i, j] else rise
+                    quiet[i, j] += rise
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

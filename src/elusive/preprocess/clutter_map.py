@@ -30,6 +30,7 @@ FAINTEST = 1e-12  # power below which nothing is told apart
 SMOOTHED = 9  # columns over which the mean level is averaged, less its trend across them
 SLOPED = 81  # columns over which its trend along azimuth is: a ship is not to tilt it
 FALLS, RISES = 0.225, 0.075  # of a cell's quiet level, a turn: its lower quartile
+SUNK = 2.5  # below that, whence it falls faster: a strong ship that left would stay fixed for tens of turns
 FIRST = 3  # turns whose least power is a cell's first quiet level
 LEAST_SPREAD = 0.01  # of rows' squared places in a sector, 1 / 12 if there is sea in all: less, and no trend is seen
 FEW = 20.0  # cells beyond which the tail is not counted
@@ -92,7 +93,7 @@ class ClutterMap(Model):
             sea &= open_water
         mean, slope = self._means(level, sea, state, pace)
         own, quiet = state.level.copy(), state.quiet.copy()
-        kernels.follow(level, pace, *((0.0, 0.0) if turns <= FIRST else (FALLS, RISES)), own, quiet)
+        kernels.follow(level, pace, *((0.0, 0.0) if turns <= FIRST else (FALLS, RISES)), SUNK, own, quiet)
         counts = state.counts * (1 - 1 / self.memory_turns)
         state = state._replace(turns=turns, mean=mean, slope=slope, level=own, quiet=quiet, counts=counts)
         kernels.count(level, sea, *self._expected(state, self.bands), LOW, WIDTH, counts)

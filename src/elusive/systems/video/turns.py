@@ -14,6 +14,7 @@ from elusive.contracts import Array
 from elusive.errors import DataError, ParameterError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.preprocess.clutter_map import ClutterMap, ClutterState
+from elusive.preprocess.side_lobes import without_side_lobes
 from elusive.preprocess.turn_evidence import as_in_turn
 from elusive.sensors.echo_extent import EchoExtent, echo_extent, first_turn
 from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
@@ -249,10 +250,9 @@ def _evidence(clutter: ClutterMap, state: Learnt, turn: VideoTurn) -> NDArray[np
 
 
 def _judged(clutter: ClutterMap, state: Learnt, turn: VideoTurn, held: float) -> Heard:
-    seen = as_in_turn(_evidence(clutter, state, turn))
-    evidence = EvidenceTurn(
-        turn.time_s, turn.row_s, seen.evidence, turn.place, seen.divided, turn.power, clutter.sea(state.clutter)
-    )
+    sea = clutter.sea(state.clutter)
+    seen = as_in_turn(without_side_lobes(_evidence(clutter, state, turn), turn.power, sea, state.clutter.fixed))
+    evidence = EvidenceTurn(turn.time_s, turn.row_s, seen.evidence, turn.place, seen.divided, turn.power, sea)
     return Heard(evidence, turn.power, state, held)
 
 
