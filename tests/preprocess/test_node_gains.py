@@ -48,6 +48,19 @@ def test_a_gain_is_taken_out_while_somebody_walks(side, gain_db):
         np.testing.assert_allclose(after.rise_db, before.rise_db, atol=1.0)
 
 
+@pytest.mark.parametrize("gains_db", [(-6.0, -3.0), (5.0, -4.0)])
+def test_both_gains_of_a_radio_are_taken_out_while_somebody_walks(gains_db):
+    """Of a radio that came back with other settings."""
+    room = ray_room(1, (0.7,), frames=60)
+    first = EMPTY + 20
+    one = room._replace(frames=spoilt(room, 0, gains_db[0], first))
+    whole, found = states(room.frames), states(spoilt(one, 1, gains_db[1], first))
+    for before, after in zip(whole[20:], found[20:], strict=True):
+        np.testing.assert_allclose(after.gains_db[CHANGED], gains_db, atol=0.8)
+        assert not np.delete(after.gains_db, CHANGED, axis=0).any()
+        np.testing.assert_allclose(after.rise_db, before.rise_db, atol=1.5)
+
+
 def test_who_stands_by_a_node_changes_both_directions():
     """All of its links lose 8 dB, give or take what both directions share."""
     rng = np.random.default_rng(0)

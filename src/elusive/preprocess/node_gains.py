@@ -1,9 +1,13 @@
 """Radios whose own gain has changed since the calibration: what one sends, or what it hears, reads alike more or less.
 
 A link is reciprocal: whoever walks changes both of its directions alike, so that their difference tells of the radios
-alone. Where the differences of most links of a radio have changed by one amount, their median is its gain's change, and
-the direction whose levels have changed is told by the median level: Hampel, Ronchetti, Rousseeuw and Stahel (1986),
-Robust statistics, chapter 1, on estimates that bear that nearly half of the readings are wrong.
+alone. Where the differences of most links of a radio have changed by one amount, their median is how much more its gain
+has changed as it sends than as it hears. Most often one of the two has stayed: the one that the median level tells. Of a
+radio that came back with other settings both have changed, where the means of both directions have by an amount that
+explains many more of them. Gains that change by the same amount both ways are not told from somebody who stands there.
+
+Medians: Hampel, Ronchetti, Rousseeuw and Stahel (1986), Robust statistics, chapter 1, on estimates that bear that nearly
+half of the readings are wrong.
 """
 
 from __future__ import annotations
@@ -13,6 +17,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from elusive.contracts import Array
 from elusive.sensors.radio_network import Indices, directed_links_of
@@ -58,25 +63,34 @@ def node_gains(rise_db: Array, sd_db: Array, nodes: int) -> Array:
     if nodes <= FEWEST_LINKS:
         return gains
     sent, heard = _ways(nodes)
-    off = (rise_db[sent] - rise_db[heard]).reshape(nodes, -1)
-    near = NEAR_SD * np.hypot(sd_db[sent], sd_db[heard]).reshape(nodes, -1)
-    known = np.isfinite(off)
-    links = known.reshape(nodes, nodes - 1, -1).any(axis=2).sum(axis=1)
+    spread = np.hypot(sd_db[sent], sd_db[heard]).reshape(nodes, -1)
+    off, apart = _changed((rise_db[sent] - rise_db[heard]).reshape(nodes, -1), spread, np.zeros((nodes, 1)))
+    apart = np.where(off, apart, 0.0)
+    # of the means, what they are if one of the two has stayed
+    one_stayed = 0.5 * apart[:, None] * np.array([1.0, -1.0])
+    means = 0.5 * (rise_db[sent] + rise_db[heard]).reshape(nodes, -1)
+    both, common = _changed(means, 0.5 * spread, one_stayed)
+    side = np.abs(common[:, None] - one_stayed).argmin(axis=1)
+    mean = np.where(both, common, one_stayed[np.arange(nodes), side])
+    gains[off] = np.column_stack([mean + 0.5 * apart, mean - 0.5 * apart])[off]
+    return gains
+
+
+def _changed(values: Array, sd: Array, otherwise: Array) -> tuple[NDArray[np.bool_], Array]:
+    """Return of which nodes values ``(S, N)`` have changed by an amount, rather than by others ``(S, K)``, and it."""
+    near, known = NEAR_SD * sd, np.isfinite(values)
+    links = known.reshape(len(values), len(values) - 1, -1).any(axis=2).sum(axis=1)
     with warnings.catch_warnings():  # nodes of which nothing is heard
         warnings.simplefilter("ignore", RuntimeWarning)
-        amount = np.nanmedian(off, axis=1)
-        by_amount = (np.abs(off - amount[:, None]) <= near).sum(axis=1)
-        unchanged = (np.abs(off) <= near).sum(axis=1)
-        deviation = (
-            1.2533 * 1.4826 * np.nanmedian(np.abs(off - amount[:, None]), axis=1) / np.sqrt(np.maximum(links, 1))
-        )
-        changed = (links >= FEWEST_LINKS) & (by_amount - unchanged > MORE * known.sum(axis=1))
-        changed &= np.abs(amount) > SURE * deviation
-        for node in np.flatnonzero(changed):
-            as_sent, as_heard = np.nanmedian(rise_db[sent[node]]), np.nanmedian(rise_db[heard[node]])
-            side = int(abs(as_heard + amount[node]) < abs(as_sent - amount[node]))
-            gains[node, side] = -amount[node] if side else amount[node]
-    return gains
+        amount = np.nanmedian(values, axis=1)
+        about = np.abs(values - amount[:, None])
+        deviation = 1.2533 * 1.4826 * np.nanmedian(about, axis=1) / np.sqrt(np.maximum(links, 1))
+    by_amount = (about <= near).sum(axis=1)
+    by_others = (np.abs(values[..., None] - otherwise[:, None]) <= near[..., None]).sum(axis=1).max(axis=1)
+    least = np.abs(amount[:, None] - otherwise).min(axis=1)
+    many = known.sum(axis=1)
+    changed = (links >= FEWEST_LINKS) & (by_amount - by_others > MORE * many) & (least > SURE * deviation)
+    return changed, amount
 
 
 def of_readings(gains: Array) -> Array:
