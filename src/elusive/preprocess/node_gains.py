@@ -2,12 +2,12 @@
 
 A link is reciprocal: whoever walks changes both of its directions alike, so that their difference tells of the radios
 alone. Where the differences of most links of a radio have changed by one amount, their median is how much more its gain
-has changed as it sends than as it hears. Most often one of the two has stayed: the one that the median level tells. Of a
-radio that came back with other settings both have changed, where the means of both directions have by an amount that
+has changed as it sends than as it hears. Most often one of the two has stayed: the one that the median level tells. Of
+a radio that came back with other settings both have changed, where the means of both directions have by an amount that
 explains many more of them. Gains that change by the same amount both ways are not told from somebody who stands there.
 
-Medians: Hampel, Ronchetti, Rousseeuw and Stahel (1986), Robust statistics, chapter 1, on estimates that bear that nearly
-half of the readings are wrong.
+Medians: Hampel, Ronchetti, Rousseeuw and Stahel (1986), Robust statistics, chapter 1, on estimates that bear that
+nearly half of the readings are wrong.
 """
 
 from __future__ import annotations
