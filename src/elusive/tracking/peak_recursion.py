@@ -180,6 +180,7 @@ class PeakRecursion(Model):
             strayed=np.zeros((count, 2)),
             swept=zero,
             mark=np.zeros(count, np.bool_),
+            body=np.zeros((count, 6)),
         )
 
     def kept(self, targets: PeakTargets, offset_px: Array, shape: tuple[int, int]) -> NDArray[np.bool_]:

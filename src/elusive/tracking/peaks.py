@@ -12,12 +12,16 @@ from pydantic import Field
 
 from elusive.contracts import Array, interval_since
 from elusive.model import Positive, Probability
+from elusive.preprocess._scale_kernels import Image
 from elusive.preprocess.peaks import Peaks
 from elusive.tracking.lifecycle import Life, Lifecycle
+from elusive.tracking.peak_bodies import bodied, leave_parts, to_middle
+from elusive.tracking.peak_companions import COMPANION, LAYER_PX, leave_companions, leave_layers
 from elusive.tracking.peak_jumps import rejoined
+from elusive.tracking.peak_marks import marked
 from elusive.tracking.peak_null import EmpiricalNull
 from elusive.tracking.peak_persistence import Persistence, Reliability, groups_of
-from elusive.tracking.peak_recursion import LIKELY, SWEPT_PX, PeakRecursion
+from elusive.tracking.peak_recursion import PeakRecursion
 from elusive.tracking.peak_targets import PeakTargets
 from elusive.tracking.peak_warp import Warp, carried, warp_of
 from elusive.tracking.track import Track
@@ -25,16 +29,6 @@ from elusive.tracking.track import Track
 REMEMBERED = 4000  # tracks that have ended and are part of the null distribution
 OLD = 5  # frames from which a track is part of it
 SETTLING = 10  # frames that a track's evidence a frame is shared with beforehand
-COMPANION = 4.0  # scales within which what moves alike is a part of the same object, or its shadow
-FAINT, TRAIL_PX = 0.6, 6.0  # what is fainter by this share is a companion so much farther off: it rings, or trails
-ALIKE = (0.5, 0.3)  # velocities that differ by less than this [px / frame], and this share, are alike
-LAYER, LAYER_STRENGTH = 3, 0.5  # others, as strong by this share, that make a layer
-LAYER_PX, LAYER_SPEED = 5.0, 0.2  # way that they have gone, and frames' [px]: what is slower may go alike by chance
-LAYER_ALIKE = (0.05, 0.2)  # velocities that differ by less than this [px / frame], and this share, are of a layer
-# how far a mark strays on the sensor at most [px], and as a share of what it does in the scene: as one of the first, as
-# one of several, and as what was one before
-RESTS, STRAYS, LEAVES = (1.5, 0.15), (3.0, 0.22), (4.0, 0.4)
-MIDDLE = 0.125, 0.2  # share of the frame's sides from its centre within which a camera keeps what it follows; loosely
 UNSEEN = 0.05  # share of its existence in which it is visible, below which a track is not shown: three frames missed
 RIVALS, LEAST_SPREAD = 12, 1e-6  # strengths that show how far those of clutter lie apart
 
@@ -84,7 +78,13 @@ class SceneTracker(PeakRecursion):
         return PeakBelief(time_s, none, {}, 0, 0, np.zeros((0, 2)), known, still, still, ())
 
     def follow(
-        self, belief: PeakBelief, time_s: float, peaks: Peaks | None, shape: tuple[int, int], interval_s: float
+        self,
+        belief: PeakBelief,
+        time_s: float,
+        peaks: Peaks | None,
+        shape: tuple[int, int],
+        interval_s: float,
+        image: Image | None = None,
     ) -> PeakBelief:
         """Return the belief after a frame's peaks; without any (``None``) the prediction.
 
@@ -94,6 +94,8 @@ class SceneTracker(PeakRecursion):
             Rows and columns of the frames.
         interval_s
             Time between frames as a rule.
+        image
+            ``(rows, columns)``, the frame: what is many pixels wide is then shown as one.
 
         Raises
         ------
@@ -127,9 +129,17 @@ class SceneTracker(PeakRecursion):
             time_s=time_s, targets=targets.kept(kept), born=belief.born + len(newborn.number), ended=ended,
             reliability=belief.reliability.carried(warp), warp=warp, seen=seen,
         )  # fmt: skip
-        return self._judged(belief, reached[kept], peaks, interval_s)
+        return self._judged(belief, reached[kept], peaks, shape, interval_s, image)
 
-    def _judged(self, belief: PeakBelief, reached: Array, peaks: Peaks, interval_s: float) -> PeakBelief:
+    def _judged(
+        self,
+        belief: PeakBelief,
+        reached: Array,
+        peaks: Peaks,
+        shape: tuple[int, int],
+        interval_s: float,
+        image: Image | None,
+    ) -> PeakBelief:
         """Say which targets, that reached so much, are tracks, which of them move, and which are shown."""
         targets = belief.targets
         lives, numbered = dict[int, Life](), belief.numbered
@@ -160,10 +170,15 @@ class SceneTracker(PeakRecursion):
         enough = moves > np.where(targets.shown, self.show_until, self.show_from)
         seen = targets.visible > UNSEEN * existence
         shown = confirmed & seen & ~targets.mark & (enough | self._alone(targets, confirmed & ~targets.mark))
-        _leave_layers(targets, shown, confirmed & (targets.farthest > LAYER_PX))
-        _leave_companions(targets, shown)
+        gone = confirmed & (targets.farthest > LAYER_PX)
+        leave_layers(targets, shown, gone, self.nearby * math.sqrt(math.prod(shape)))
+        if image is not None:
+            looked_at = shown | (confirmed & (moves > self.show_until))
+            targets = bodied(targets, looked_at, image, peaks.offset_px)
+            leave_parts(targets, shown)
+        leave_companions(targets, shown)
         mean, covariance = targets.moments()
-        mean[:, 0::2] += peaks.offset_px
+        mean[:, 0::2] += peaks.offset_px + np.where(shown[:, None], to_middle(targets), 0.0)
         mean[:, 1::2] /= interval_s
         scales = np.array([1.0, 1 / interval_s, 1.0, 1 / interval_s])
         covariance *= np.outer(scales, scales)
@@ -221,54 +236,3 @@ def chance_of(first: float, others: Array) -> float:
     above = np.log(others / others[-1])
     spread = float(above.sum() + above[0]) + (RIVALS + 1 - len(others)) / float(others[0]) ** 2
     return float((1 + math.log(first / float(others[0])) / max(spread, LEAST_SPREAD)) ** -RIVALS)
-
-
-def marked(targets: PeakTargets, shape: tuple[int, int]) -> NDArray[np.bool_]:
-    """Say what is a mark on the sensor or its optics, as a defect, dust, a clock: it rests there, the scene goes by.
-
-    A camera that follows its target makes that rest, too, in the middle of the frame: there only what rests with
-    several others is a mark. Where there are several, what is faint or changes as digits do, and so strays farther, is
-    one; and what was a mark is one until it has left its place.
-    """
-    gone = (targets.farthest > LAYER_PX) & (targets.existence > LIKELY) & (targets.swept > SWEPT_PX)
-    in_scene, on_sensor = np.sqrt(targets.strayed).T
-
-    def within(px: float, share: float) -> NDArray[np.bool_]:
-        return np.asarray(on_sensor < np.minimum(px, share * in_scene))
-
-    place = targets.usual[:, 1]
-    off = np.abs(place / np.subtract(shape[::-1], 1) - 0.5).max(axis=1, initial=0.0)
-    found = np.flatnonzero(gone & within(*RESTS))
-    apart = np.hypot(*(place[found, None] - place[found]).T) > COMPANION * targets.scale[found] + TRAIL_PX
-    marks = targets.mark & within(*LEAVES)
-    marks[found] |= (off[found] > MIDDLE[0]) | (apart.sum(axis=0) >= LAYER)
-    if np.count_nonzero(marks) > LAYER:
-        marks |= gone & (off > MIDDLE[1]) & within(*STRAYS)
-    return marks
-
-
-def _leave_layers(targets: PeakTargets, shown: NDArray[np.bool_], moving: NDArray[np.bool_]) -> None:
-    """Show nothing of what moves as several others do that are as strong: a layer of clouds, a second scene."""
-    velocity, strength = targets.mean_velocity, targets.strength
-    for k in np.flatnonzero(shown).tolist():
-        speed = math.hypot(*velocity[k])
-        alike = LAYER_ALIKE[0] + LAYER_ALIKE[1] * speed if speed > LAYER_SPEED else 0.0
-        others = moving & (np.hypot(*(velocity - velocity[k]).T) < alike) & (strength > LAYER_STRENGTH * strength[k])
-        others[k] = False
-        others &= np.hypot(*(targets.mean_place - targets.mean_place[k]).T) > COMPANION * targets.scale[k] + TRAIL_PX
-        if others.sum() >= LAYER:
-            shown[k] = False
-
-
-def _leave_companions(targets: PeakTargets, shown: NDArray[np.bool_]) -> None:
-    """Show only the strongest of what moves together: parts of an object, what rings beside it, what trails it."""
-    place, velocity, strength = targets.mean_place, targets.mean_velocity, targets.strength
-    for k in np.flatnonzero(shown)[np.argsort(-strength[shown], kind="stable")].tolist():
-        if not shown[k]:
-            continue
-        near = COMPANION * np.maximum(targets.scale, targets.scale[k])
-        near += np.where(strength < FAINT * strength[k], TRAIL_PX, 0.0)
-        alike = ALIKE[0] + ALIKE[1] * math.hypot(*velocity[k])
-        beside = (np.hypot(*(place - place[k]).T) < near) & (np.hypot(*(velocity - velocity[k]).T) < alike)
-        beside[k] = False
-        shown &= ~beside

@@ -79,9 +79,9 @@ class PeakFrames(NamedTuple):
         DataError
             If time runs backwards, or no peaks can be found in the frame: another shape, or too small.
         """
-        images, found, peaks = self.images, state.found, None
+        images, found, peaks, image = self.images, state.found, None, None
         shape = (1, 1)
         if measurement is not None:
             found, shape = images.finder.step(found, measurement), measurement.shape
-            peaks = found.output
-        return PeaksState(found, images.follow(state.belief, time_s, peaks, shape, images.interval_s))
+            peaks, image = found.output, found.drawn.last if found.drawn else None
+        return PeaksState(found, images.follow(state.belief, time_s, peaks, shape, images.interval_s, image))
