@@ -14,6 +14,7 @@ from elusive.checks import Finding
 from elusive.contracts import Array, X, Y
 from elusive.sensors.echo_extent import EchoExtent
 from elusive.sensors.radar_video import RadarVideo
+from elusive.systems.video.ghosts import told_of
 from elusive.systems.video.registration import Registration, register
 from elusive.systems.video.swell import Swell
 from elusive.systems.video.swinging import FEW_TURNS, swings, turned
@@ -43,6 +44,7 @@ class Judged:
         self._beside = dict[int, bool]()  # whether a ship that is there has never left what is fixed
         self._gone = Counter[bool]()  # the same of those that have ended, and how many
         self._at_once = self._crests = 0
+        self._ghosts = set[int]()
         self._swell: Swell | None = None
         self._held = deque[float](maxlen=LATEST)
         self._turned = deque[Array](maxlen=LATEST)
@@ -57,6 +59,8 @@ class Judged:
         if swell is not None and swell.sure:
             crests = sum(track.status != "deleted" and swell.carries(track) for track in tracks)
             self._crests, self._swell = max(self._crests, crests), swell
+        if heard.learnt.ghosts is not None:
+            self._ghosts |= heard.learnt.ghosts.found
         for ship in ships:
             if self._beside.get(ship.track, True):
                 self._beside[ship.track] = self._is_beside(ship, heard)
@@ -88,7 +92,7 @@ class Judged:
         if water is not None and moved <= _still_m(start.sensor):
             itself = fixed & ~clutter.beside
             registration = register(itself, start.sensor, water.probability, self._last.turn.place)
-        ships = [_many(self._at_once), _swell(self._swell, self._crests)]
+        ships = [_many(self._at_once), _swell(self._swell, self._crests), told_of(len(self._ghosts))]
         if moved <= _still_m(start.sensor):
             ships.append(swings(np.array(self._turned), start.sensor))
         known = self._gone + Counter(self._beside.values())

@@ -21,6 +21,7 @@ from elusive.io.radar_video import RadarVideoSource
 from elusive.io.ship_truth import read_ship_truth
 from elusive.results import TrackLog
 from elusive.sensors.radar_video import RadarVideo
+from elusive.systems.video.ghosts import ghosts_after, without_ghosts
 from elusive.systems.video.parameters import VideoTracking
 from elusive.systems.video.results import ADDED, VideoOutcome, VideoRun
 from elusive.systems.video.swell import swell_after, without_crests
@@ -72,13 +73,14 @@ def track_video(
     sensor = tracker.sensor
     assert isinstance(sensor, RadarVideo)
     belief, rng, learnt = memory.held or (tracker.init(rng), rng, None)
-    swell = None if learnt is None else learnt.swell
+    swell, ghosts = (None, None) if learnt is None else (learnt.swell, learnt.ghosts)
     for one in turns:
         belief = tracker.step(belief, one.turn.time_s, one.turn, rng)
         swell = swell_after(swell, belief.tracks, one.turn, sensor)
-        one = one._replace(learnt=one.learnt._replace(swell=swell))
+        ghosts = ghosts_after(ghosts, belief.tracks, one.turn, sensor)
+        one = one._replace(learnt=one.learnt._replace(swell=swell, ghosts=ghosts))
         memory.keep(one.turn.time_s, belief, rng, one.learnt)
-        tracks = without_crests(belief.tracks, swell)
+        tracks = without_ghosts(without_crests(belief.tracks, swell), ghosts)
         if frame is not None and tracks:
             lonlat = frame.to_lonlat(np.array([track.mean[[X, Y]] for track in tracks])).tolist()
             tracks = tuple(

@@ -20,6 +20,7 @@ from elusive.sensors.echo_extent import EchoExtent, echo_extent, first_turn
 from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
 from elusive.sensors.spokes import Spokes
 from elusive.sensors.turn_gatherer import TurnGatherer, VideoTurn
+from elusive.systems.video.ghosts import Ghosts
 from elusive.systems.video.parameters import MOST_BYTES, PlotFinding, VideoTracking, bytes_held, seconds_a_turn
 from elusive.systems.video.swell import Swell
 from elusive.tracking.memory import Memory
@@ -61,6 +62,7 @@ class Learnt(NamedTuple):
     clutter: ClutterState  # of mean power: what is fixed, and how that fluctuates
     even: ClutterState  # of the mean root's, in open sea
     swell: Swell | None = None  # of crests that are tracked
+    ghosts: Ghosts | None = None  # of tracks that are echoes of others
 
 
 class Heard(NamedTuple):

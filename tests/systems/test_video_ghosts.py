@@ -1,0 +1,42 @@
+"""Echoes of a strong ship's echo are named, and no ships; a ship that sails near one is left as it is."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from elusive.io.radar_video import open_radar_video
+from elusive.sensors.spokes import join_spokes
+from elusive.systems.video.parameters import VideoTracking
+from elusive.systems.video.sea import Sea, SeaState, Still, VideoRadar, cell_places, turns
+from elusive.systems.video.track import track_video_recording
+
+ACROSS, INWARD = np.array([-900.0, 8.0, 500.0, 5.0]), np.array([-1300.0, 14.0, 600.0, -3.0])
+ASIDE = INWARD[[2, 3, 0, 1]] * [1, 1, -1, -1]  # a quarter of a turn further on
+
+
+@pytest.mark.parametrize(
+    ("ship", "other", "ghost"),
+    [(ACROSS, 2 * ACROSS, True), (INWARD, ASIDE, True), (ACROSS, np.array([-1200.0, 9.0, 900.0, 3.0]), False)],
+)
+def test_an_echo_of_an_echo_is_named_and_no_ship(tmp_path, ship, other, ghost):
+    """It was a sure track to the end, and nothing said so."""
+    radar = VideoRadar(spokes=360, samples=120, step_m=20.0, pulse_m=40.0, beam_deg=3.0, start_m=200.0)
+    sea = Sea(radar, SeaState(), Still(np.zeros(cell_places(radar).shape[:2])))
+    rng = np.random.default_rng(3)
+    whole = join_spokes(list(turns(sea, 18, np.array([ship, other]), np.array([28.0, 16.0]), rng)))
+    path = tmp_path / "video.npz"
+    np.savez(
+        path, amplitude=whole.amplitude, time_s=whole.time_s, azimuth_deg=np.degrees(whole.azimuth_rad),
+        from_north=True, start_m=whole.start_m, step_m=whole.step_m, bits=32,
+    )  # fmt: skip
+    outcome = track_video_recording(open_radar_video(path), VideoTracking(), None)
+    now = [one[[0, 2]] + outcome.tracked.times_s[-1] * one[[1, 3]] for one in (ship, other)]
+    sure = [
+        min(range(2), key=lambda k: np.hypot(*(one.places[-1] - now[k])))
+        for one in outcome.tracked.paths
+        if one.confirmed[-1]
+    ]
+    assert sorted(sure) == ([0] if ghost else [0, 1])
+    finding = next(one for one in outcome.findings if one.name == "video.ghosts")
+    assert (finding.holds, finding.seen) == (not ghost, ghost)
