@@ -16,6 +16,7 @@ from elusive.sensors.echo_extent import EchoExtent
 from elusive.sensors.radar_video import RadarVideo
 from elusive.systems.video.ghosts import told_of
 from elusive.systems.video.registration import Registration, register
+from elusive.systems.video.spirals import spirals
 from elusive.systems.video.swell import Swell
 from elusive.systems.video.swinging import FEW_TURNS, swings, turned
 from elusive.systems.video.turns import Heard, VideoStart
@@ -118,6 +119,7 @@ def findings_of(
     ]
     spoilt = counts["spoilt"] / max(counts["turns"] * sensor.shape[0], 1)
     found += [_clutter(held), _extent(sensor, start.extent), _interference(spoilt), _levels(start.levels)]
+    found.append(spirals(counts["single"], counts["samples"]))
     found.append(
         Finding(
             "video.moving-radar", not (moved_m > still_m and fixed.any()), still_m, moved_m,

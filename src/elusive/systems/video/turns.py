@@ -22,9 +22,11 @@ from elusive.sensors.spokes import Spokes
 from elusive.sensors.turn_gatherer import TurnGatherer, VideoTurn
 from elusive.systems.video.ghosts import Ghosts
 from elusive.systems.video.parameters import MOST_BYTES, PlotFinding, VideoTracking, bytes_held, seconds_a_turn
+from elusive.systems.video.spirals import single_samples
 from elusive.systems.video.swell import Swell
 from elusive.tracking.memory import Memory
 
+FINE = 0.5  # beams from spoke to spoke, up to which an echo is in several
 SPARSE = 8  # samples of a spoke of which one is looked at for its levels
 BEYOND = 5.0  # evidence at which the clutter's law is tried
 GONE = 3.0  # turns in another range scale after which a live radar is taken to stay in it
@@ -166,6 +168,10 @@ def turns_of(
             known = np.isfinite(part.heading_rad)
             counts["no heading"] += int((~known).sum())
             azimuth = azimuth + np.where(known, part.heading_rad, 0.0)
+        if start.spacing_rad < FINE * math.radians(sensor.beam_deg):
+            single, of_all = single_samples(part)
+            counts["single"] += single
+            counts["samples"] += of_all
         seen = part.lonlat_deg[np.isfinite(part.lonlat_deg).all(axis=1)]
         if moves and start.frame is not None and len(seen):
             x, y = start.frame.to_local(seen[-1:])[0].tolist()
