@@ -39,7 +39,7 @@ def heard(k):
 
 
 class Emitters(threading.Thread):
-    """Serves what is heard as time passes, whether anybody listens or not."""
+    """Serves what is heard as time passes; where nobody listens it passes for a second, however long a start takes."""
 
     def __init__(self):
         super().__init__(daemon=True)
@@ -48,17 +48,20 @@ class Emitters(threading.Thread):
         self.port, self.over = self.server.getsockname()[1], threading.Event()
 
     def run(self):
-        listeners, k = [], 0
+        listeners, k, alone = [], 0, 0
         while not self.over.wait(EVERY_S):
             with suppress(BlockingIOError):
                 listener = self.server.accept()[0]
                 listener.setblocking(True)
                 listener.sendall(b"time_s,sensor,azimuth_deg\n")
                 listeners.append(listener)
-            for listener in listeners:
-                with suppress(OSError):
+            for listener in list(listeners):
+                try:
                     listener.sendall(heard(k))
-            k += 1
+                except OSError:
+                    listeners.remove(listener)
+            alone = 0 if listeners else alone + 1
+            k += alone * EVERY_S <= 1.0
         for each in (*listeners, self.server):
             each.close()
 

@@ -6,10 +6,8 @@ recording is therefore tracked again with what was counted, until that is what w
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Callable, Iterable, Sequence
 from itertools import islice
-from typing import NamedTuple
 
 import numpy as np
 
@@ -18,9 +16,9 @@ from elusive.contracts import Array
 from elusive.motion import ConstantVelocity
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarScan
-from elusive.sensors.range_bands import BANDS, edges, shares_of, uniform
-from elusive.systems.radar.bunches import MOST, Bunches
-from elusive.systems.radar.checks import in_view
+from elusive.sensors.range_bands import BANDS, uniform
+from elusive.systems.radar.bunches import MOST
+from elusive.systems.radar.counted import OPEN_SEA, Counts, Heard
 from elusive.systems.radar.land import land_shares
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.setting import bind_all
@@ -29,26 +27,13 @@ from elusive.systems.radar.survey import RadarSurvey
 from elusive.systems.radar.track import track_radar
 from elusive.tracking.detections import DetectionTracker
 
-KNOWN = 0.9  # existence from which a miss is one
 SCANS, TRIALS = 300, 10  # of a recording, by which it is judged before it is tracked; least of confirmed tracks
 PASSES, AS_ASSUMED = 3, 0.03  # at most, and the probability of detection that differs no more from what was assumed
 EVEN = 0.1  # of the false alarms, that lie in other bands of range than was assumed
 LEAST_DETECTED, MOST_DETECTED = 0.2, 0.99  # beyond it a scan without a plot is the end of a track
 FEWEST = 0.01  # false alarms a scan: were there none ever, each plot would be its own ship's
-OPEN_SEA = 0.99  # P(water), where no plot is of the coast
-LEAST_SEA = 0.05  # share of a band that is taken to be sea at least
 
 Bound = Callable[[RadarTracking], tuple[DetectionTracker, Water | None]]
-
-
-class Heard(NamedTuple):
-    """What a tracker counted."""
-
-    detected: float  # probability of detection
-    trials: int  # scans of confirmed tracks
-    false: float  # plots of no track a scan, the view all sea
-    shares: tuple[float, ...]  # of these, in bands of range
-    bunches: Bunches  # of what no ship explains
 
 
 def fitted(
@@ -87,12 +72,12 @@ def fitted(
     shown = {"false_alarms"} if seen.errors is None else {"false_alarms", "range_sd_m", "bearing_sd_mrad"}
     for extent in ("point", "hull") if undecided else (parameters.extent,):
         parameters = parameters.replace(extent=extent)
-        heard = heard_by(bound, scans, parameters, OPEN_SEA, seen.way[:, 1:], SCANS)
-        if not heard.bunches.share > MOST:  # of ships in company each plot is one's
+        heard, bunched = heard_by(bound, scans, parameters, OPEN_SEA, seen.way[:, 1:], SCANS)
+        if not bunched > MOST:  # of ships in company each plot is one's
             break
     if "detection_probability" in found and heard.trials >= TRIALS:
         shown.add("detection_probability")
-        found["detection_probability"] = float(f"{_possible(heard.detected):.3g}")
+        found["detection_probability"] = float(f"{possible(heard.detected):.3g}")
     if "false_alarms" in found:
         found["false_alarms"] = float(f"{max(heard.false, FEWEST):.3g}")
     if radar.false_alarm_shares is None:
@@ -110,8 +95,10 @@ def heard_by(
     sea: float,
     way: Array,
     first: int | None = None,
-) -> Heard:
+) -> tuple[Heard, float]:
     """Count what a radar sees of confirmed tracks, and beside them where P(water) is ``sea`` at least.
+
+    The share of what no ship explains that comes in bunches stands beside.
 
     Parameters
     ----------
@@ -131,66 +118,30 @@ def heard_by(
     told, shares = parameters.radar, uniform(BANDS)
     for _ in range(PASSES):
         tracker, water = bound(parameters)
-        heard = _counted(islice(scans, first), parameters, tracker, water, sea, way)
-        assumed = tracker.sensor.detection_probability  # type: ignore[attr-defined]
+        counts, sensor = Counts(sea), tracker.sensor
+        assert isinstance(sensor, RadarSensor)
+        for step in track_radar(islice(scans, first), tracker, parameters):
+            counts.add(step, sensor, water)
+        heard = counts.heard(land_shares(sensor, water, BANDS, way))
         told_detected = told.detection_probability is not None or heard.trials < TRIALS
-        as_assumed = told_detected or abs(heard.detected - assumed) < AS_ASSUMED
+        as_assumed = told_detected or abs(heard.detected - sensor.detection_probability) < AS_ASSUMED
         as_spread = told.false_alarm_shares is not None or _apart(heard.shares, shares) < EVEN
         if as_assumed and as_spread:
             break
         shares = heard.shares if told.false_alarm_shares is None else told.false_alarm_shares
         radar = told.replace(false_alarm_shares=shares)
         if not told_detected:
-            radar = radar.replace(detection_probability=_possible(heard.detected))
+            radar = radar.replace(detection_probability=possible(heard.detected))
         if told.false_alarms is None:
             radar = radar.replace(false_alarms=max(heard.false, FEWEST))
         parameters = parameters.replace(radar=radar)
-    return heard
+    return heard, counts.bunches.share
 
 
 def _apart(shares: Sequence[float], others: Sequence[float]) -> float:
     return 0.5 * float(np.abs(np.subtract(shares, others)).sum())
 
 
-def _possible(detected: float) -> float:
+def possible(detected: float) -> float:
+    """Return a probability of detection with which a tracker can go on."""
     return min(max(detected, LEAST_DETECTED), MOST_DETECTED)
-
-
-def _counted(
-    scans: Iterable[RadarScan],
-    parameters: RadarTracking,
-    tracker: DetectionTracker,
-    water: Water | None,
-    sea: float,
-    way: Array,
-) -> Heard:
-    """Count in a pass; plots by which a track that is confirmed later began are none of nothing."""
-    sensor, bunches = tracker.sensor, Bunches()
-    assert isinstance(sensor, RadarSensor)
-    hits = trials = count = 0
-    limits = edges(*sensor.limits[:2], BANDS)
-    false = np.zeros(BANDS)  # plots in each band of range
-    begun = defaultdict[int, Array](lambda: np.zeros(BANDS))  # of each candidate
-    for step in track_radar(scans, tracker, parameters):
-        count, scan = count + 1, step.measurement
-        confirmed = [one for one in step.state.targets if one.life.status == "confirmed"]
-        known = [one.detection >= 0 for one in confirmed if one.existence > KNOWN and in_view(one, scan, sensor)]
-        trials, hits = trials + len(known), hits + sum(known)
-        bunches.add_left_over(scan, sensor, step.state.targets, water)
-        at_sea = np.ones(scan.detections, dtype=bool)
-        if water is not None and scan.detections:
-            at_sea = water.probability(sensor.places(scan)[0]) >= sea
-        left = at_sea.copy()
-        left[[one.detection for one in confirmed if one.detection >= 0]] = False
-        band = np.searchsorted(limits[1:-1], scan.range_m, side="right")
-        np.add.at(false, band[left], 1)
-        for one in step.state.targets:
-            if one.life.status == "candidate" and one.detection >= 0:
-                begun[one.life.track or 0][band[one.detection]] += at_sea[one.detection]
-        for one in confirmed:
-            false -= begun.pop(one.life.track or 0, 0.0)
-    land = np.zeros(BANDS) if water is None else land_shares(sensor, water, BANDS, way)
-    sea_share, false = np.maximum(1 - land, LEAST_SEA), false.clip(0)
-    shares = shares_of(false, sea_share)
-    rate = float(false.sum() / (max(count, 1) * (shares @ sea_share)))
-    return Heard((hits + 1) / (trials + 2), trials, rate, tuple(shares.tolist()), bunches)

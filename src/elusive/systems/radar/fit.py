@@ -67,7 +67,7 @@ def fit_radar(scans: Iterable[RadarScan], name: str, known: Array | None = None,
         raise DataError(f"{name}: too few plots follow each other as a ship's do; give more scans.")
     (range_sd, bearing_sd), share = seen.errors.told, seen.errors.share_sd
     bound = lambda parameters: (parameters.bind(parameters.radar.bind(seen), None), water)  # noqa: E731
-    detected, trials, false, shares, _ = heard_by(bound, scans, RadarTracking(), HALF, seen.way[:, 1:])
+    (detected, trials, false, shares), _ = heard_by(bound, scans, RadarTracking(), HALF, seen.way[:, 1:])
     beside = "plots of no track" + ("" if water is None else ", at sea")
     told = f"{seen.errors.targets:.0f} triples of plots of targets"
     told += "; too large: echoes lie too close to each other" if seen.errors.crowded else ""
@@ -76,7 +76,7 @@ def fit_radar(scans: Iterable[RadarScan], name: str, known: Array | None = None,
         Fitted("--bearing-sd-mrad", "deviation of a bearing [mrad]", f"{bearing_sd:.3g}", share * bearing_sd, told),
         Fitted(
             "--detection-probability", "probability of detection", f"{detected:.3g}",
-            math.sqrt(detected * (1 - detected) / max(trials, 1)), f"{trials} scans of confirmed tracks",
+            math.sqrt(detected * (1 - detected) / max(trials, 1)), f"{trials:.0f} scans of confirmed tracks",
         ),
         Fitted(
             "--false-alarms", "false alarms a scan", f"{false:.3g}",

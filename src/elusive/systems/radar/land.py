@@ -33,7 +33,7 @@ def water_at(water: Water, places: Array, errors: Array) -> Array:
     return np.asarray(found @ np.outer(SHARES, SHARES).ravel())
 
 
-def land_shares(sensor: RadarSensor, water: Water, bands: int = 1, way: Array | None = None) -> Array:
+def land_shares(sensor: RadarSensor, water: Water | None, bands: int = 1, way: Array | None = None) -> Array:
     """Share of each band of range that is land, uniform over range and bearing in it; by default of the whole view.
 
     Parameters
@@ -41,7 +41,7 @@ def land_shares(sensor: RadarSensor, water: Water, bands: int = 1, way: Array | 
     sensor
         Whose view it is.
     water
-        Where land is.
+        Where land is; None: nowhere.
     bands
         Their number, as :mod:`~elusive.sensors.range_bands` has them.
     way
@@ -52,6 +52,8 @@ def land_shares(sensor: RadarSensor, water: Water, bands: int = 1, way: Array | 
     ndarray
         ``(bands,)``.
     """
+    if water is None:
+        return np.zeros(bands)
     low, high, half = sensor.limits
     limits, each = edges(low, high, bands), RANGES // bands
     distance = limits[:-1, None] + np.diff(limits)[:, None] * (np.arange(each) + 0.5) / each

@@ -17,19 +17,19 @@ from elusive.results import TrackLog
 from elusive.results.live import LiveEnd, LiveStep, finished, follow_live, live_folder
 from elusive.sensors.radar_scans import RadarScan
 from elusive.systems.radar.ais import AisFusion
-from elusive.systems.radar.bunches import Bunches
 from elusive.systems.radar.checks import findings_of, in_view, innovation
 from elusive.systems.radar.kept import ConstraintsKept
+from elusive.systems.radar.learnt import LOOK, Learnt
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.setting import bind_all, charts_in, check_place
 from elusive.systems.radar.ships import ADDED
 from elusive.systems.radar.survey import survey
 from elusive.systems.radar.track import track_radar
+from elusive.tracking.detections import DetectionTracker
 from elusive.tracking.memory import Memory
 from elusive.tracking.reports import Report
 from elusive.tracking.track import Step
 
-LOOK = 10  # scans by which the land in view is judged, where there is a chart
 DOPPLER_MPS = 40.0  # of ships, where none is given
 LATEST = 2000  # innovations by which a run is checked
 LIVE_FILES = ("tracks.csv", "checks.json", "config.yaml")
@@ -48,8 +48,9 @@ def follow_radar(
 ) -> LiveEnd:
     """Track ships while their plots come: a scan's rows stand in the file before the next is taken.
 
-    A scan is complete when a later plot comes. With a chart the first ten scans are waited for, by which the land in
-    view is judged.
+    A scan is complete when a later plot comes. The first ten scans are waited for where something of the radar is not
+    told, which is found in them and learnt from then on, and with a chart, of which they show the land in view; ten
+    more where too few plots follow each other in them to show a radar's errors.
 
     Parameters
     ----------
@@ -87,15 +88,21 @@ def follow_radar(
     around, outline = charts_in(parameters, charts, frame)
     memory = memory or Memory()
     heard, begins = memory.new(coming), memory.held is None
-    first = list(islice(heard, LOOK if charts else 1)) if begins else []
+    looked = charts or parameters.radar.untold
+    first = list(islice(heard, LOOK if looked else 1)) if begins else []
     if begins and not first:
         raise DataError("no scan came.")
-    memory.first = seen = survey(first, outline) if begins else memory.first
-    check_place("live", seen, around)
-    sensor, tracker, around = bind_all(
-        parameters, seen._replace(max_doppler_mps=max(DOPPLER_MPS, seen.max_doppler_mps)), around, outline
-    )
-    innovations, bunches, kept = deque[float](maxlen=LATEST), Bunches(), ConstraintsKept()
+    if begins:
+        seen = survey(first, outline)
+        if seen.errors is None and {"range_sd_m", "bearing_sd_mrad"} & set(parameters.radar.untold):
+            first += islice(heard, LOOK)
+            seen = survey(first, outline)
+        seen = seen._replace(max_doppler_mps=max(DOPPLER_MPS, seen.max_doppler_mps))
+        check_place("live", seen, around)
+        memory.first = Learnt(parameters, first, seen, around, outline)
+    known: Learnt = memory.first
+    sensor, tracker, around = bind_all(known.parameters, known.seen, around, outline)
+    innovations, kept = deque[float](maxlen=LATEST), ConstraintsKept()
 
     def reported() -> list[Report]:
         assert ais is not None
@@ -103,11 +110,16 @@ def follow_radar(
 
     fusion = None if ais is None else AisFusion(more=reported)
 
+    def learn(step: Step) -> DetectionTracker:
+        nonlocal sensor, tracker
+        if known.add(step, sensor, around.water):
+            sensor, tracker, _ = bind_all(known.parameters, known.seen, around, outline)
+        return tracker
+
     def steps() -> Iterator[Step]:
-        for step in track_radar(chain(first, heard), tracker, parameters, around, memory, fusion):
+        for step in track_radar(chain(first, heard), tracker, parameters, around, memory, fusion, learn):
             beliefs = {target.life.track: target for target in step.state.targets}
             sure = [beliefs[track.track] for track in step.tracks if track.status == "confirmed"]
-            bunches.add_left_over(step.measurement, sensor, step.state.targets, around.water)
             seen_now = [target for target in sure if in_view(target, step.measurement, sensor)]
             innovations.extend(innovation(target, step.measurement, sensor) for target in seen_now)
             there = {track.track for track in step.tracks}
@@ -119,7 +131,8 @@ def follow_radar(
         TrackLog(tracker.state_names, "m", ADDED, path=folder / "tracks.csv", live=True, keeps=False) as log,
     ):
         end = follow_live(steps(), coming, log, on_step)
-        findings = findings_of(seen, sensor, around.water, innovations, bunches)
+        findings = findings_of(known.seen, sensor, around.water, innovations, known.counts.bunches)
+        findings += known.counts.findings(sensor, around.water, known.seen.way[:, 1:])
         findings += (kept.finding(),) if parameters.constraints else ()
         findings += () if fusion is None else (fusion.finding(),)
         return finished(end._replace(findings=findings), log, partial(write_checks, folder, findings))

@@ -21,10 +21,10 @@ from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_hulls import HullRadar
 from elusive.systems.radar.ais import AisFusion
 from elusive.systems.radar.bent import bent_finding
-from elusive.systems.radar.bunches import Bunches
 from elusive.systems.radar.checks import findings_of, in_view, innovation, plot_errors
 from elusive.systems.radar.company import company_findings
 from elusive.systems.radar.copies import Sightings, copies_finding
+from elusive.systems.radar.counted import Counts
 from elusive.systems.radar.fast import fast_finding
 from elusive.systems.radar.kept import ConstraintsKept
 from elusive.systems.radar.parameters import RadarTracking
@@ -80,7 +80,7 @@ class RadarRun:
         self._log, self._keeper = log, RadarKeeper()
         self._bias: CoastBias | None = None  # of the chart, as it is known by now
         self._innovations: list[float] = []  # of confirmed tracks
-        self._bunches, self._ais = Bunches(), ais
+        self._counts, self._ais = Counts(), ais
         self._kept = ConstraintsKept()
         self._sightings = Sightings()
 
@@ -88,7 +88,7 @@ class RadarRun:
         """Take in a scan's result."""
         self._log.append(step)
         self._keeper.scan(step.time_s, self._sensor.places(step.measurement)[0])
-        self._bunches.add_left_over(step.measurement, self._sensor, step.state.targets, self._around.water)
+        self._counts.add(step, self._sensor, self._around.water)
         self._bias = coast_bias(step.state.knowledge)
         beliefs = {target.life.track: target for target in step.state.targets}
         sure = {track.track for track in step.tracks if track.status == "confirmed"}
@@ -154,7 +154,10 @@ class RadarRun:
             scored=scores,
             way=self._seen.way,
         )
-        found = findings_of(self._seen, self._sensor, self._around.water, self._innovations, self._bunches, source)
+        found = findings_of(
+            self._seen, self._sensor, self._around.water, self._innovations, self._counts.bunches, source
+        )
+        found += self._counts.findings(self._sensor, self._around.water, self._seen.way[:, 1:])
         seen = self._seen
         found += company_findings(tracked.paths, times_s)
         if len(seen.way) == 1:

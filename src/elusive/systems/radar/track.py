@@ -6,7 +6,7 @@ algorithm 2, for a recording of one plot a scan.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 
@@ -27,6 +27,7 @@ def track_radar(
     around: Surroundings | None = None,
     memory: Memory | None = None,
     ais: AisFusion | None = None,
+    learn: Callable[[Step], DetectionTracker] | None = None,
 ) -> Iterator[Step]:
     """Track ships through a radar's scans, lazily; a live stream and a file are the same.
 
@@ -44,6 +45,8 @@ def track_radar(
         Where the state is kept, and gone on from.
     ais
         What ships report, taken in between scans.
+    learn
+        Gives after each scan the tracker that follows the next; None: it stays.
 
     Yields
     ------
@@ -69,5 +72,7 @@ def track_radar(
         step = Step(scan.time_s, scan, state, tracks)
         moved = [(old, now) for old, now, _ in ships if old is not None and now.life.status == "confirmed"]
         state = state._replace(knowledge=learn_bias(state.knowledge, moved, parameters.coast))
+        if learn is not None:
+            tracker = learn(step)
         memory.keep(scan.time_s, state, rng, mode_rng)
         yield step

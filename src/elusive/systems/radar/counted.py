@@ -1,0 +1,137 @@
+"""What a tracker's steps say of a radar: how often it sees ships, and how many plots are of nothing, by their range.
+
+Plots of nothing: those of no confirmed track, less those by which a track that is confirmed later began.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from elusive.charts import Water
+from elusive.checks import Finding
+from elusive.contracts import Array
+from elusive.sensors.radar import RadarSensor
+from elusive.sensors.radar_hulls import HullRadar
+from elusive.sensors.range_bands import BANDS, edges, shares_of
+from elusive.systems.radar.bunches import Bunches
+from elusive.systems.radar.checks import in_view
+from elusive.systems.radar.land import land_shares
+from elusive.tracking.track import Step
+
+KNOWN = 0.9  # existence from which a miss is one
+OPEN_SEA = 0.99  # P(water), where no plot is of the coast
+LEAST_SEA = 0.05  # share of a band that is taken to be sea at least
+TIMES, MORE, ERRORS = 2.0, 1.0, 4.0  # of the alarms told; plots a scan, and standard errors, beyond
+RECENT = 4  # scans by which a sea that rises is known
+
+
+class Heard(NamedTuple):
+    """What a tracker counted."""
+
+    detected: float  # probability of detection
+    trials: float  # scans of confirmed tracks
+    false: float  # plots of no track a scan, the view all sea
+    shares: tuple[float, ...]  # of these, in bands of range
+
+
+class Counts:
+    """Counts step by step.
+
+    Parameters
+    ----------
+    sea
+        P(water) of places that count.
+    memory_scans
+        After which a count has faded; infinite: never.
+    """
+
+    def __init__(self, sea: float = OPEN_SEA, memory_scans: float = math.inf) -> None:
+        self._sea, self._fade = sea, 1 - 1 / memory_scans
+        self._hits = self._trials = self._scans = 0.0
+        self._false = np.zeros(BANDS)  # plots in each band of range
+        self._begun = dict[int, Array]()  # of each candidate
+        self._recent = deque[Array](maxlen=RECENT)
+        self.bunches = Bunches()
+        """Of what no ship explains."""
+
+    def add(self, step: Step, sensor: RadarSensor, water: Water | None) -> None:
+        """Take a step in, tracked with a sensor and what is known of water."""
+        scan, targets = step.measurement, step.state.targets
+        confirmed = [one for one in targets if one.life.status == "confirmed"]
+        known = [one.detection >= 0 for one in confirmed if one.existence > KNOWN and in_view(one, scan, sensor)]
+        self._trials, self._hits = self._fade * self._trials + len(known), self._fade * self._hits + sum(known)
+        self._scans = self._fade * self._scans + 1
+        self.bunches.add_left_over(scan, sensor, targets, water)
+        at_sea = np.ones(scan.detections, dtype=bool)
+        if water is not None and scan.detections:
+            at_sea = water.probability(sensor.places(scan)[0]) >= self._sea
+        left = at_sea.copy()
+        left[[one.detection for one in confirmed if one.detection >= 0]] = False
+        band = np.searchsorted(edges(*sensor.limits[:2], BANDS)[1:-1], scan.range_m, side="right")
+        self._recent.append(np.bincount(band[left], minlength=BANDS))
+        self._false = self._fade * self._false + self._recent[-1]
+        candidates = [one for one in targets if one.life.status == "candidate"]
+        self._begun.update({one.life.track or 0: np.zeros(BANDS) for one in candidates} | self._begun)
+        for one in candidates:
+            begun = self._begun[one.life.track or 0]
+            begun *= self._fade
+            if one.detection >= 0:
+                begun[band[one.detection]] += at_sea[one.detection]
+        for one in confirmed:
+            self._false -= self._begun.pop(one.life.track or 0, 0.0)
+        for one in targets:
+            if one.life.status == "deleted":
+                self._begun.pop(one.life.track or 0, None)
+
+    def risen(self) -> bool:
+        """Whether the latest scans have far more plots of nothing than those before; if so, these are forgotten."""
+        lately = np.sum(self._recent, axis=0)
+        share = len(self._recent) / max(self._scans, 1)
+        before = share * float(self._false.clip(0).sum())
+        risen = bool(lately.sum() > TIMES * before + ERRORS * math.sqrt(before) + ERRORS * MORE * RECENT)
+        if risen:
+            self._false, self._scans = lately.astype(float), float(len(self._recent))
+            self._begun.clear()
+        return risen
+
+    def heard(self, land: Array) -> Heard:
+        """Return what was counted, where so much of each band of range is land, ``(BANDS,)``."""
+        sea, false = np.maximum(1 - land, LEAST_SEA), self._false.clip(0)
+        shares = shares_of(false, sea)
+        rate = float(false.sum() / (max(self._scans, 1) * (shares @ sea)))
+        return Heard((self._hits + 1) / (self._trials + 2), self._trials, rate, tuple(shares.tolist()))
+
+    def findings(self, sensor: RadarSensor, water: Water | None, way: Array) -> tuple[Finding, ...]:
+        """Judge whether there are many more plots of nothing than was told, in some band of range; not of hulls.
+
+        The radar's ``way`` is ``(S, 2)`` [m]. Of the plots of a hull but one is known to be its own.
+        """
+        if isinstance(sensor, HullRadar):
+            return ()
+        sea = np.maximum(1 - land_shares(sensor, water, BANDS, way), LEAST_SEA)
+        limits, scans = edges(*sensor.limits[:2], BANDS), max(self._scans, 1.0)
+        told, seen = sensor.false_alarms * _in_bands(sensor) * sea, self._false.clip(0) / scans
+        excess = seen - np.maximum(TIMES * told, told + MORE) - ERRORS * np.sqrt(told / scans)
+        worst = int(excess.argmax())
+        return (
+            Finding(
+                "radar.alarms", not excess[worst] > 0, float(told[worst]), float(seen[worst]),
+                f"Between {limits[worst]:.0f} and {limits[worst + 1]:.0f} m a scan has {seen[worst]:.2g} plots of no "
+                f"track, and {told[worst]:.2g} was told: where there are more false alarms than was told, tracks are "
+                "made of them.",
+                "Leave out --false-alarms, or tell what elusive fit radar finds.",
+            ),
+        )  # fmt: skip
+
+
+def _in_bands(sensor: RadarSensor) -> Array:
+    """Shares of a sensor's false alarms in the bands that are counted."""
+    low, high, _ = sensor.limits
+    of: Sequence[float] = sensor.false_alarm_shares
+    reached = np.interp(edges(low, high, BANDS), edges(low, high, len(of)), np.cumsum([0.0, *of]) / sum(of))
+    return np.diff(reached)
