@@ -60,6 +60,7 @@ class Emitters(threading.Thread):
                     listener.sendall(heard(k))
                 except OSError:
                     listeners.remove(listener)
+                    listener.close()
             alone = 0 if listeners else alone + 1
             k += alone * EVERY_S <= 1.0
         for each in (*listeners, self.server):

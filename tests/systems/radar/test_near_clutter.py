@@ -18,9 +18,13 @@ from elusive.sensors.radar_scans import RadarScan
 from elusive.sensors.range_bands import BANDS, SURE, edges, shares_of, uniform
 from elusive.systems.radar.first_pass import fitted
 from elusive.systems.radar.fit import fit_radar
+from elusive.systems.radar.learnt import LOOK, MEMORY
+from elusive.systems.radar.live import follow_radar
 from elusive.systems.radar.parameters import ROOM, RadarTracking
 from elusive.systems.radar.ships import Surroundings
 from elusive.systems.radar.survey import survey
+from elusive.tracking.memory import Memory
+from tests.systems.test_flat import Coming
 
 SCANS, INTERVAL_S, ALARMS, DECAY_M = 36, 2.5, 20.0, 900.0
 SHIPS = np.array([(900.0, 6.0, 500.0, -4.0), (-2500.0, 8.0, 1500.0, 5.0)])
@@ -48,6 +52,27 @@ def recorded(seed):
     return scans
 
 
+def expected_shares(reach_m, scans=SCANS, fade=1.0):
+    """The posterior mean in view to a range, of all that came about: the law's shares beside the uniform prior.
+
+    Returned with standard errors; each scan counts ``fade`` of the next.
+    """
+    weights = fade ** np.arange(scans)
+    limits, number = edges(0.0, reach_m, BANDS), weights.sum() * ALARMS
+    law = -np.diff(np.exp(-limits / DECAY_M))
+    error = np.sqrt(law * (1 - law) * ALARMS * (weights**2).sum())
+    return (number * law + SURE * np.array(uniform(BANDS))) / (number + SURE), error / (number + SURE)
+
+
+def followed(folder, scans, **told):
+    """What a live run knows of its radar at its end, and the findings."""
+    memory = Memory()
+    parameters = RadarTracking(particles=300, radar={"max_range_m": SENSOR.max_range_m, **told})
+    follow_radar(Coming(iter(scans)), parameters, folder, None, lambda step: None, memory=memory)
+    findings = json.loads((folder / "checks.json").read_text())
+    return memory.first.parameters.radar, {row["name"] for row in findings if not row["holds"]}
+
+
 def written(folder, scans):
     with (folder / "plots.csv").open("w", newline="") as file:
         rows = csv.writer(file)
@@ -64,12 +89,47 @@ def test_each_ship_is_one_track_and_no_other_is_there(tmp_path, capsys):
         main(["track", "radar", written(tmp_path, recorded(1)), "--particles", "500", "--out", str(out)])
     assert not ended.value.code, capsys.readouterr()
     assert all(row["holds"] for row in json.loads((out / "checks.json").read_text()))
-    tracks = read_tracks_csv(out / "tracks.csv").confirmed()
+    check_tracks(out)
+
+
+def check_tracks(folder):
+    tracks = read_tracks_csv(folder / "tracks.csv").confirmed()
     assert len(tracks) == len(SHIPS)
     ends = np.array([rows["position"][-1] for rows in tracks.values()])
-    latest_s = (SCANS - 1) * INTERVAL_S
-    truth = SHIPS[:, [0, 2]] + SHIPS[:, [1, 3]] * latest_s
+    truth = SHIPS[:, [0, 2]] + SHIPS[:, [1, 3]] * (SCANS - 1) * INTERVAL_S
     assert np.hypot(*(ends[:, None] - truth).T).min(axis=1).max() < 60.0  # a plot errs by 15 m at 3 km
+
+
+def test_a_live_run_learns_what_it_is_not_told(tmp_path):
+    scans = recorded(4)
+    radar, findings = followed(tmp_path, scans)
+    assert not findings
+    check_tracks(tmp_path)
+    taken_over = SCANS // LOOK * LOOK
+    mean, error = expected_shares(SENSOR.max_range_m, taken_over, 1 - 1 / MEMORY)
+    assert (np.abs(np.array(radar.false_alarm_shares) - mean) < 4 * error + 8 / (taken_over * ALARMS + SURE)).all()
+    weights = (1 - 1 / MEMORY) ** np.arange(taken_over)
+    error = math.sqrt(ALARMS * (weights**2).sum()) / weights.sum()
+    assert radar.false_alarms == pytest.approx(ALARMS, abs=4 * error + 8 / weights.sum())
+    # errors are fitted to twenty scans; triples of two ships share plots: 3 / (2 n) is a deviation's variance
+    triples = 2 * 2 * LOOK * SENSOR.detection_probability**3
+    assert radar.bearing_sd_mrad == pytest.approx(SENSOR.bearing_sd_mrad, rel=4 * math.sqrt(1.5 / triples))
+
+
+def test_a_live_run_that_is_told_everything_stays_with_it(tmp_path):
+    told = {"range_sd_m": 10.0, "bearing_sd_mrad": 5.0, "detection_probability": 0.85, "false_alarms": 1.0}
+    radar, findings = followed(tmp_path, recorded(4)[:20], **told)
+    assert {name: getattr(radar, name) for name in told} == told
+    assert "radar.alarms" in findings
+
+
+def test_a_sea_that_rises_is_known_after_a_few_scans(tmp_path):
+    rough = recorded(5)
+    calm = [scan.select_detections(np.flatnonzero(scan.range_m > 2 * DECAY_M)) for scan in rough[:24]]
+    before, _ = followed(tmp_path / "calm", calm)
+    after, _ = followed(tmp_path / "rough", [*calm, *rough[24:28]])
+    assert before.false_alarms < ALARMS / 4  # e^-2 of them
+    assert after.false_alarms > ALARMS / 2
 
 
 @pytest.mark.parametrize("told", [(1.0,), (2.0, 1.0)])
@@ -79,14 +139,6 @@ def test_what_is_told_stays(tmp_path, told):
     found, _ = fitted(parameters, scans, survey(scans), Surroundings(None), None)
     assert found.radar.false_alarm_shares == told
     assert found.radar.false_alarms is not None
-
-
-def expected_shares(reach_m):
-    """The posterior mean in view to a range, of all that came about: the law's shares beside the uniform prior."""
-    limits, number = edges(0.0, reach_m, BANDS), SCANS * ALARMS
-    law = -np.diff(np.exp(-limits / DECAY_M))
-    error = np.sqrt(law * (1 - law) * number)
-    return (number * law + SURE * np.array(uniform(BANDS))) / (number + SURE), error / (number + SURE)
 
 
 def test_a_fit_says_where_they_are():

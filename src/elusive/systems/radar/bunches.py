@@ -37,6 +37,15 @@ def at_sea(places: Array, water: Water | None) -> NDArray[np.bool_]:
     return np.asarray(~dry.reshape(len(places), -1).any(axis=1))
 
 
+def explained(scan: RadarScan, sensor: RadarSensor, ships: Sequence[Target]) -> NDArray[np.bool_]:
+    """Which plots are which ships', ``(ships, m)``: by their hulls, or the one plot of a point."""
+    if ships and isinstance(sensor, HullRadar):
+        means, covariances = np.array([one.mean for one in ships]), np.array([one.covariance for one in ships])
+        return sensor.gate(means, covariances, scan, EXPLAINED)
+    which = np.array([one.detection for one in ships], dtype=np.int64)
+    return np.asarray(which[:, None] == np.arange(scan.detections))
+
+
 class Bunches:
     """Counts the plots that others lie near to, in the same scan."""
 
@@ -66,15 +75,11 @@ class Bunches:
     ) -> None:
         """Take in what no confirmed ship explains, off charted land: by its hull, or as the plot of a point."""
         places, _ = sensor.places(scan)
-        counted = at_sea(places, water)
         sure = [target for target in targets if target.life.status == "confirmed"]
-        if not isinstance(sensor, HullRadar):
-            counted[[one.detection for one in sure if one.detection >= 0]] = False
-        elif sure:
-            means, covariances = np.array([one.mean for one in sure]), np.array([one.covariance for one in sure])
-            near = sensor.gate(means, covariances, scan, EXPLAINED)
-            counted &= ~near.any(axis=0)
-            for target, its in zip(sure, near, strict=True):
+        theirs = explained(scan, sensor, sure)
+        counted = at_sea(places, water) & ~theirs.any(axis=0)
+        if isinstance(sensor, HullRadar):
+            for target, its in zip(sure, theirs, strict=True):
                 if target.mean[LENGTH] > LONG and target.life.track is not None:
                     off = np.abs(sensor.along_hull(target.mean, places[its]))
                     self._hulls[target.life.track] += np.array([len(off), (off < MIDDLE).sum()])

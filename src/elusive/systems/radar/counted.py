@@ -16,9 +16,8 @@ from elusive.charts import Water
 from elusive.checks import Finding
 from elusive.contracts import Array
 from elusive.sensors.radar import RadarSensor
-from elusive.sensors.radar_hulls import HullRadar
 from elusive.sensors.range_bands import BANDS, edges, shares_of
-from elusive.systems.radar.bunches import Bunches
+from elusive.systems.radar.bunches import Bunches, explained
 from elusive.systems.radar.checks import in_view
 from elusive.systems.radar.land import land_shares
 from elusive.tracking.track import Step
@@ -70,10 +69,9 @@ class Counts:
         at_sea = np.ones(scan.detections, dtype=bool)
         if water is not None and scan.detections:
             at_sea = water.probability(sensor.places(scan)[0]) >= self._sea
-        left = at_sea.copy()
-        left[[one.detection for one in confirmed if one.detection >= 0]] = False
+        left = at_sea & ~explained(scan, sensor, confirmed).any(axis=0)
         band = np.searchsorted(edges(*sensor.limits[:2], BANDS)[1:-1], scan.range_m, side="right")
-        self._recent.append(np.bincount(band[left], minlength=BANDS))
+        self._recent.append(np.bincount(band[left], minlength=BANDS).astype(float))
         self._false = self._fade * self._false + self._recent[-1]
         candidates = [one for one in targets if one.life.status == "candidate"]
         self._begun.update({one.life.track or 0: np.zeros(BANDS) for one in candidates} | self._begun)
@@ -91,11 +89,11 @@ class Counts:
     def risen(self) -> bool:
         """Whether the latest scans have far more plots of nothing than those before; if so, these are forgotten."""
         lately = np.sum(self._recent, axis=0)
-        share = len(self._recent) / max(self._scans, 1)
-        before = share * float(self._false.clip(0).sum())
-        risen = bool(lately.sum() > TIMES * before + ERRORS * math.sqrt(before) + ERRORS * MORE * RECENT)
+        share = len(self._recent) / max(self._scans - len(self._recent), 1)
+        before = share * (self._false - lately).clip(0)
+        risen = bool((lately > TIMES * before + ERRORS * (np.sqrt(before) + MORE * RECENT)).any())
         if risen:
-            self._false, self._scans = lately.astype(float), float(len(self._recent))
+            self._false, self._scans = lately, float(len(self._recent))
             self._begun.clear()
         return risen
 
@@ -106,26 +104,22 @@ class Counts:
         rate = float(false.sum() / (max(self._scans, 1) * (shares @ sea)))
         return Heard((self._hits + 1) / (self._trials + 2), self._trials, rate, tuple(shares.tolist()))
 
-    def findings(self, sensor: RadarSensor, water: Water | None, way: Array) -> tuple[Finding, ...]:
-        """Judge whether there are many more plots of nothing than was told, in some band of range; not of hulls.
+    def finding(self, sensor: RadarSensor, water: Water | None, way: Array) -> Finding:
+        """Judge whether there are many more plots of nothing than was told, in some band of range.
 
-        The radar's ``way`` is ``(S, 2)`` [m]. Of the plots of a hull but one is known to be its own.
+        The radar's ``way`` is ``(S, 2)`` [m].
         """
-        if isinstance(sensor, HullRadar):
-            return ()
         sea = np.maximum(1 - land_shares(sensor, water, BANDS, way), LEAST_SEA)
         limits, scans = edges(*sensor.limits[:2], BANDS), max(self._scans, 1.0)
         told, seen = sensor.false_alarms * _in_bands(sensor) * sea, self._false.clip(0) / scans
         excess = seen - np.maximum(TIMES * told, told + MORE) - ERRORS * np.sqrt(told / scans)
         worst = int(excess.argmax())
-        return (
-            Finding(
-                "radar.alarms", not excess[worst] > 0, float(told[worst]), float(seen[worst]),
-                f"Between {limits[worst]:.0f} and {limits[worst + 1]:.0f} m a scan has {seen[worst]:.2g} plots of no "
-                f"track, and {told[worst]:.2g} was told: where there are more false alarms than was told, tracks are "
-                "made of them.",
-                "Leave out --false-alarms, or tell what elusive fit radar finds.",
-            ),
+        return Finding(
+            "radar.alarms", not excess[worst] > 0, float(told[worst]), float(seen[worst]),
+            f"Between {limits[worst]:.0f} and {limits[worst + 1]:.0f} m a scan has {seen[worst]:.2g} plots of no "
+            f"track, and {told[worst]:.2g} was told: where more false alarms come than was told, tracks are made of "
+            "them.",
+            "Leave out --false-alarms, or tell what elusive fit radar finds.",
         )  # fmt: skip
 
 

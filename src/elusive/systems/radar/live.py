@@ -49,8 +49,9 @@ def follow_radar(
     """Track ships while their plots come: a scan's rows stand in the file before the next is taken.
 
     A scan is complete when a later plot comes. The first ten scans are waited for where something of the radar is not
-    told, which is found in them and learnt from then on, and with a chart, of which they show the land in view; ten
-    more where too few plots follow each other in them to show a radar's errors.
+    told, which is found in them and learnt from then on, where it is not told whether ships are hulls, and with a
+    chart, of which they show the land in view; ten more where too few plots follow each other in them to show a
+    radar's errors.
 
     Parameters
     ----------
@@ -88,7 +89,7 @@ def follow_radar(
     around, outline = charts_in(parameters, charts, frame)
     memory = memory or Memory()
     heard, begins = memory.new(coming), memory.held is None
-    looked = charts or parameters.radar.untold
+    looked = charts or parameters.radar.untold or parameters.extent is None
     first = list(islice(heard, LOOK if looked else 1)) if begins else []
     if begins and not first:
         raise DataError("no scan came.")
@@ -132,7 +133,7 @@ def follow_radar(
     ):
         end = follow_live(steps(), coming, log, on_step)
         findings = findings_of(known.seen, sensor, around.water, innovations, known.counts.bunches)
-        findings += known.counts.findings(sensor, around.water, known.seen.way[:, 1:])
+        findings += (known.counts.finding(sensor, around.water, known.seen.way[:, 1:]),)
         findings += (kept.finding(),) if parameters.constraints else ()
         findings += () if fusion is None else (fusion.finding(),)
         return finished(end._replace(findings=findings), log, partial(write_checks, folder, findings))

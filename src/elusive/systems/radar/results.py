@@ -157,7 +157,7 @@ class RadarRun:
         found = findings_of(
             self._seen, self._sensor, self._around.water, self._innovations, self._counts.bunches, source
         )
-        found += self._counts.findings(self._sensor, self._around.water, self._seen.way[:, 1:])
+        found += (self._counts.finding(self._sensor, self._around.water, self._seen.way[:, 1:]),)
         seen = self._seen
         found += company_findings(tracked.paths, times_s)
         if len(seen.way) == 1:
