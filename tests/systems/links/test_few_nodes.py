@@ -32,7 +32,7 @@ def test_a_network_says_whether_it_tells_two_apart(seed, nodes, told_apart):
 def test_frames_that_tell_nothing_hide_it_from_nobody(monkeypatch):
     """A frame without a change, as one that is missing, has no likelihood at all."""
     facts = LinkFacts(border(8, 3.0))
-    for part in ("_levels", "_stays", "_pairs_there"):
+    for part in ("_levels", "_stays", "_pairs_there", "_unseen"):
         monkeypatch.setattr(facts, part, SimpleNamespace(add=lambda *told: None))
     monkeypatch.setattr(facts, "_left_over", lambda step: None)
     monkeypatch.setattr("elusive.systems.links.checks.LinksState", SimpleNamespace)

@@ -14,6 +14,7 @@ from elusive.systems.links.by_links import LinksState
 from elusive.systems.links.levels import LevelFacts
 from elusive.systems.links.network import network_findings
 from elusive.systems.links.standing import Stays
+from elusive.systems.links.unseen import Unseen
 from elusive.tracking.track import Step
 
 MISFIT, LEARNED_FRAMES = 2.0, 20
@@ -40,7 +41,7 @@ class LinkFacts:
         self._tells, self._told = 0.0, 0
         self._late: deque[tuple[float, float]] = deque()  # time and what was left over, of the last seconds
         self._found: frozenset[int] = frozenset()
-        self._stays, self._pairs_there = Stays(), Pairs()
+        self._stays, self._pairs_there, self._unseen = Stays(), Pairs(), Unseen()
         self._levels = LevelFacts(nodes)
 
     def add(self, step: Step) -> None:
@@ -58,6 +59,7 @@ class LinkFacts:
             self._pairs = int(people.likeness.pairs)
             self._stays.add(step, {number for number, rest in people.rests.items() if rest.levels is not None})
             self._pairs_there.add(step)
+            self._unseen.add(step)
             self._left_over(step)
 
     def _left_over(self, step: Step) -> None:
@@ -79,7 +81,7 @@ class LinkFacts:
             return ()
         mean = self._calibration.mean_dbm
         found = [*self._levels.findings(), self._model(), self._alike(), self._people()]
-        found += [self._several(), self._rests()]
+        found += [self._several(), self._rests(), self._unseen.finding()]
         return (*found, self._beside(), *network_findings(self._nodes, mean))
 
     def _model(self) -> Finding:
