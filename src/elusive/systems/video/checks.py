@@ -16,6 +16,7 @@ from elusive.sensors.echo_extent import EchoExtent
 from elusive.sensors.radar_video import RadarVideo
 from elusive.systems.video.ghosts import told_of
 from elusive.systems.video.registration import Registration, register
+from elusive.systems.video.shadows import THIRDS, row_levels, shadows
 from elusive.systems.video.spirals import spirals
 from elusive.systems.video.swell import Swell
 from elusive.systems.video.swinging import FEW_TURNS, swings, turned
@@ -46,6 +47,7 @@ class Judged:
         self._gone = Counter[bool]()  # the same of those that have ended, and how many
         self._at_once = self._crests = 0
         self._ghosts = set[int]()
+        self._rows, self._known = np.zeros((2, THIRDS, sensor.shape[0]))  # sums of levels, and of how many turns
         self._swell: Swell | None = None
         self._held = deque[float](maxlen=LATEST)
         self._turned = deque[Array](maxlen=LATEST)
@@ -70,6 +72,9 @@ class Judged:
         place = np.array(heard.turn.place)
         self._least, self._most = np.minimum(self._least, place), np.maximum(self._most, place)
         self._held.append(heard.held)
+        levels = row_levels(heard)
+        self._rows += np.nan_to_num(levels)
+        self._known += np.isfinite(levels)
         self._turned.append(turned(heard.power, heard.clutter.fixed))
         self._last = heard
 
@@ -94,11 +99,13 @@ class Judged:
             itself = fixed & ~clutter.beside
             registration = register(itself, start.sensor, water.probability, self._last.turn.place)
         ships = [_many(self._at_once), _swell(self._swell, self._crests), told_of(len(self._ghosts))]
+        known = self._known > 0.5 * self._known.max()
+        ships.append(shadows(np.where(known, self._rows / np.maximum(self._known, 1), np.nan), start.sensor))
         if moved <= _still_m(start.sensor):
             ships.append(swings(np.array(self._turned), start.sensor))
-        known = self._gone + Counter(self._beside.values())
-        if water is None and known:
-            ships.append(_beside(known[True], known.total()))
+        counted = self._gone + Counter(self._beside.values())
+        if water is None and counted:
+            ships.append(_beside(counted[True], counted.total()))
         return registration, (
             *findings_of(counts, registration, list(self._held), moved, start, fixed, charted=water is not None),
             *ships,
