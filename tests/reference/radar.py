@@ -55,15 +55,19 @@ def log_density(sensor, states, plot, later=0.0):
     return log_range + log_bearing + log_doppler
 
 
-def relative_density(sensor, distance):
-    """Density of false alarms at a range, to that of uniform ones: bands, each twice as wide as the one nearer."""
+def relative_density(sensor, distance, bearing):
+    """Density of false alarms at a place, to that of uniform ones: bands, each twice as wide as the one nearer."""
+    first_rad, width_rad = sector(sensor)
+    shares = sensor.false_alarm_sectors
+    fraction = ((bearing - first_rad) % (2 * np.pi)) / width_rad
+    turned = shares[min(int(fraction * len(shares)), len(shares) - 1)] / sum(shares) * len(shares)
     low, high, shares = sensor.min_range_m, sensor.max_range_m, sensor.false_alarm_shares
     first = (high - low) / (2 ** len(shares) - 1)
     end = low
     for k, share in enumerate(shares):
         width, end = first * 2**k, end + first * 2**k
         if distance < end or k == len(shares) - 1:
-            return share / sum(shares) / (width / (high - low))
+            return turned * share / sum(shares) / (width / (high - low))
     raise AssertionError
 
 
@@ -81,7 +85,7 @@ def log_ratio(sensor, states, scan):
                 _, width = sector(sensor)
                 volume = (sensor.max_range_m - sensor.min_range_m) * width
                 volume *= 1.0 if np.isnan(plot[-1]) else 2 * sensor.max_doppler_mps
-                term = term - np.log(sensor.false_alarms / volume * relative_density(sensor, plot[0]))
+                term = term - np.log(sensor.false_alarms / volume * relative_density(sensor, plot[0], plot[1]))
             terms.append(term)
     if sensor.false_alarms or not plots:
         terms.append(log_missed)

@@ -33,6 +33,7 @@ SENSORS = {
     "sector elsewhere": RadarSensor(**CLUTTERED, **WIDE, **SECTOR, x_m=30.0, y_m=-60.0),
     "nearly all round": RadarSensor(**CLUTTERED, **WIDE, from_bearing_deg=5.0),
     "bands": RadarSensor(**CLUTTERED, **WIDE, **SECTOR, false_alarm_shares=(0.5, 0.2, 0.3)),
+    "upwind": RadarSensor(**CLUTTERED, **WIDE, **SECTOR, false_alarm_sectors=(0.7, 0.1, 0.2)),
     "worst angle": RadarSensor(**CLUTTERED, bearing_sd_mrad=500.0, to_bearing_deg=350.0),
 }
 
@@ -264,6 +265,21 @@ def test_false_alarms_have_their_shares_of_each_band_and_are_uniform_in_it():
     assert np.exp(log_clutter).mean() * 370 * np.deg2rad(105) == pytest.approx(6.0, rel=2e-3)
 
 
+def test_false_alarms_have_their_shares_of_each_sector_and_are_uniform_in_it():
+    sensor, rng, n = SENSORS["upwind"], np.random.default_rng(27), 1500
+    bearings = np.concatenate([sensor.simulate(np.zeros((0, 4)), rng).bearing_rad for _ in range(n)])
+    turned = np.rad2deg(bearings) - 300.0
+    turned %= 360.0
+    for number, share in enumerate((0.7, 0.1, 0.2)):
+        inside = turned[(turned >= 35 * number) & (turned < 35 * (number + 1))]
+        assert abs(len(inside) - share * 6 * n) < 5 * np.sqrt(share * 6 * n)
+        assert kstest(inside / 35 - number, "uniform").pvalue > 1e-4
+    # the density integrates to their number
+    at = np.deg2rad(300 + (np.arange(4200) + 0.5) / 40) % (2 * np.pi)
+    log_clutter = sensor.log_clutter(scan(*((0.0, 200.0, bearing, np.nan) for bearing in at)))
+    assert np.exp(log_clutter).mean() * 370 * np.deg2rad(105) == pytest.approx(6.0, rel=2e-3)
+
+
 def test_states_drawn_from_a_plot_have_its_errors():
     sensor, n = RadarSensor(x_m=500.0, bearing_sd_mrad=200.0), 20_000
     looked = scan((3.0, 2_000.0, 6.2, -6.0), time_s=5.0)
@@ -349,6 +365,7 @@ def test_a_particle_filter_follows_the_converted_measurement_kalman_filter():
         ({"false_alarms": 3.0}, "max_range_m: is not given"),
         ({"false_alarm_shares": (0.5, -1.0)}, "false_alarm_shares.1: must be greater than 0"),
         ({"false_alarm_shares": ()}, "at least 1 item"),
+        ({"false_alarm_sectors": (0.0, 1.0)}, "false_alarm_sectors.0: must be greater than 0"),
         ({"min_range_m": 100.0, "max_range_m": 105.0}, "narrower than range_sd_m=10"),
         ({"from_bearing_deg": 90.0, "to_bearing_deg": 90.0}, "wider one"),
         ({"max_doppler_mps": 15.0}, "too narrow"),

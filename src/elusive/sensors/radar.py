@@ -25,7 +25,7 @@ from elusive.errors import DataError, ParameterError
 from elusive.model import NonNegative, Positive, Probability
 from elusive.sensors.radar_scans import TURN_RAD, RadarPlot, RadarScan, scan_of
 from elusive.sensors.radar_view import RadarView, check_finite, seen_from, wrapped
-from elusive.sensors.range_bands import draw_ranges, log_relative
+from elusive.sensors.range_bands import draw_bearings, draw_ranges, log_relative, log_relative_sector
 
 FAINTEST = -600.0  # log density of a plot that may lie anywhere, without bounds
 
@@ -47,6 +47,12 @@ class RadarSensor(RadarView):
         min_length=1,
         max_length=12,
         description="Their shares in bands of range, each twice as wide as the one nearer; one: uniform over range",
+    )
+    false_alarm_sectors: tuple[Positive, ...] = Field(
+        (1.0,),
+        min_length=1,
+        max_length=36,
+        description="Their shares in equal sectors of the view, clockwise from its beginning; one: uniform",
     )
     doppler_probability: Probability = Field(1.0, description="Simulation: probability that a plot has a Doppler")
     max_doppler_mps: Positive | None = Field(
@@ -111,7 +117,7 @@ class RadarSensor(RadarView):
         if self.false_alarms:
             from elusive.sensors._radar_kernels import LOG_SCALE
 
-            table[:, LOG_SCALE] -= self._log_relative(scan.range_m)
+            table[:, LOG_SCALE] -= self._log_relative(scan.range_m, scan.bearing_rad)
         return self._log_ratio(
             seen_from(scan, states), table, _log(1 - self.detection_probability), clutter=self.false_alarms > 0
         )
@@ -180,8 +186,8 @@ class RadarSensor(RadarView):
         """Log density of false alarms at each plot, ``(m,)``; minus infinity where there are none."""
         if not self.false_alarms:
             return np.full(len(self.judged(measurement)[1]), -np.inf)
-        ranges = np.atleast_1d(measurement.range_m)
-        return math.log(self.false_alarms) + self.log_uniform(measurement) + self._log_relative(ranges)
+        relative = self._log_relative(np.atleast_1d(measurement.range_m), np.atleast_1d(measurement.bearing_rad))
+        return math.log(self.false_alarms) + self.log_uniform(measurement) + relative
 
     def simulate(self, states: Array, rng: Generator, time_s: float = 0.0) -> RadarScan:
         """Draw a scan, its plots in the order of bearing and all at one time; targets out of view are not seen.
@@ -214,6 +220,8 @@ class RadarSensor(RadarView):
             false = rng.uniform(edges[:, 0], edges[:, 1], (3, rng.poisson(self.false_alarms)))
             if len(self.false_alarm_shares) > 1:
                 false[0] = draw_ranges(rng, false.shape[1], low, high, self.false_alarm_shares)
+            if len(self.false_alarm_sectors) > 1:
+                false[1] = draw_bearings(rng, false.shape[1], self.middle_rad, half, self.false_alarm_sectors)
             plots = np.concatenate([plots, false], axis=1)
         distance, bearing, doppler = plots[:, np.argsort(plots[1] % TURN_RAD)]
         if self.max_doppler_mps is not None:
@@ -257,11 +265,15 @@ class RadarSensor(RadarView):
             widest = 2 * (self.max_doppler_mps or math.inf)
         return math.log(2 * half * (high - low)), math.log(widest)
 
-    def _log_relative(self, range_m: Array) -> Array:
-        """Log density of false alarms at ranges, to that of uniform ones."""
-        if len(self.false_alarm_shares) == 1:
-            return np.zeros(len(range_m))
-        return log_relative(range_m, *self.limits[:2], self.false_alarm_shares)
+    def _log_relative(self, range_m: Array, bearing_rad: Array) -> Array:
+        """Log density of false alarms at ranges and bearings, to that of uniform ones."""
+        low, high, half = self.limits
+        found = np.zeros(len(range_m))
+        if len(self.false_alarm_shares) > 1:
+            found += log_relative(range_m, low, high, self.false_alarm_shares)
+        if len(self.false_alarm_sectors) > 1:
+            found += log_relative_sector(bearing_rad, self.middle_rad, half, self.false_alarm_sectors)
+        return found
 
     def _greatest_doppler(self, where: str) -> float:
         if self.max_doppler_mps is None:

@@ -73,7 +73,7 @@ def test_land_is_known_band_by_band():
     """All beyond 2500 m: of two bands, to 1667 and to 5000 m, none of the nearer and three quarters of the other."""
     far = shapely.box(-9000, -9000, 9000, 9000) - shapely.Point(0, 0).buffer(2500, quad_segs=64)
     water = NearestWater().bind(Coast.of(CoastPart(far, 10.0)))
-    assert land_shares(SENSOR, water, 2) == pytest.approx([0.0, 0.75], abs=0.02)
+    assert land_shares(SENSOR, water, 2)[:, 0] == pytest.approx([0.0, 0.75], abs=0.02)
     assert land_shares(SENSOR, water) == pytest.approx(0.5, abs=0.01)
 
 

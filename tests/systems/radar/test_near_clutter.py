@@ -9,13 +9,14 @@ import math
 import numpy as np
 import pytest
 import shapely
+from scipy.stats import vonmises
 
 from elusive.charts import Coast, CoastPart, HardWater
 from elusive.cli import main
 from elusive.results import read_tracks_csv
 from elusive.sensors import RadarSensor
 from elusive.sensors.radar_scans import RadarScan
-from elusive.sensors.range_bands import BANDS, SURE, edges, shares_of, uniform
+from elusive.sensors.range_bands import BANDS, SECTORS, SURE, edges, shares_of, uniform
 from elusive.systems.radar.first_pass import fitted
 from elusive.systems.radar.fit import fit_radar
 from elusive.systems.radar.learnt import LOOK, MEMORY
@@ -33,8 +34,8 @@ SENSOR = RadarSensor(
 )  # without false alarms
 
 
-def recorded(seed):
-    """Two ships among false alarms of exponential ranges, uniform in bearing."""
+def recorded(seed, upwind=0.0):
+    """Two ships among false alarms of exponential ranges; their bearings are von Mises, ``upwind`` 0: uniform."""
     rng, scans = np.random.default_rng([seed, 31]), []
     for k in range(SCANS):
         states = SHIPS.copy()
@@ -42,7 +43,9 @@ def recorded(seed):
         ships = SENSOR.simulate(states, rng, k * INTERVAL_S)
         ranges = rng.exponential(DECAY_M, rng.poisson(ALARMS))
         ranges = np.append(ranges[ranges < SENSOR.max_range_m], ships.range_m)
-        bearings = np.append(rng.uniform(0, 2 * np.pi, len(ranges) - len(ships.range_m)), ships.bearing_rad)
+        bearings = np.append(
+            rng.vonmises(2.0, upwind, len(ranges) - len(ships.range_m)) % (2 * np.pi), ships.bearing_rad
+        )
         order = np.argsort(bearings)
         nothing = np.full(len(order), np.nan)
         times = np.full(len(order), ships.time_s)
@@ -116,6 +119,19 @@ def test_a_live_run_learns_what_it_is_not_told(tmp_path):
     assert radar.bearing_sd_mrad == pytest.approx(SENSOR.bearing_sd_mrad, rel=4 * math.sqrt(1.5 / triples))
 
 
+def test_clutter_upwind_is_no_hull_and_no_ship(tmp_path):
+    radar, findings = followed(tmp_path, recorded(6, upwind=1.0), detection_probability=0.85)
+    assert not findings
+    check_tracks(tmp_path)
+    limits = np.linspace(0, 2 * np.pi, SECTORS + 1)
+    law = np.diff(vonmises.cdf(limits, 1.0, loc=2.0))
+    weights = (1 - 1 / MEMORY) ** np.arange(SCANS // LOOK * LOOK)
+    number = ALARMS * weights.sum()
+    error = np.sqrt(law * (1 - law) * ALARMS * (weights**2).sum()) / (number + SURE)
+    mean = (number * law + SURE / SECTORS) / (number + SURE)
+    assert (np.abs(np.array(radar.false_alarm_sectors) - mean) < 4 * error + 8 / (number + SURE)).all()
+
+
 def test_a_live_run_that_is_told_everything_stays_with_it(tmp_path):
     told = {"range_sd_m": 10.0, "bearing_sd_mrad": 5.0, "detection_probability": 0.85, "false_alarms": 1.0}
     radar, findings = followed(tmp_path, recorded(4)[:20], **told)
@@ -168,9 +184,23 @@ def test_land_far_away_does_not_make_more_of_what_is_near():
 
 @pytest.mark.parametrize("seen", [1.0, 0.25])
 def test_a_handful_of_plots_leaves_the_shares_uniform(seen):
-    counts, shown = np.zeros(BANDS), np.ones(BANDS)
-    counts[0], shown[-1] = 2.0, seen
-    assert np.array(shares_of(np.zeros(BANDS), shown)) == pytest.approx(np.array(uniform(BANDS)))
-    assert 0.5 * np.abs(np.subtract(shares_of(counts, shown), uniform(BANDS))).sum() < 0.02
-    many = 1e6 * np.array(uniform(BANDS)) * shown
-    assert np.array(shares_of(many, shown)) == pytest.approx(np.array(uniform(BANDS)))
+    counts, shown = np.zeros((BANDS, SECTORS)), np.ones((BANDS, SECTORS))
+    counts[0, 3], shown[-1] = 2.0, seen
+    even = np.array(uniform(BANDS)), np.full(SECTORS, 1 / SECTORS)
+    for found, one in zip(shares_of(np.zeros_like(counts), shown), even, strict=True):
+        assert found == pytest.approx(one)
+    for found, one in zip(shares_of(counts, shown), even, strict=True):
+        assert 0.5 * np.abs(found - one).sum() < 0.02
+    for found, one in zip(shares_of(1e6 * np.outer(*even) * shown, shown), even, strict=True):
+        assert found == pytest.approx(one)
+
+
+def test_shares_are_those_of_the_sea_beside_land():
+    """Land hides more of one sector the farther it is: counts of each alone would make its nearest bands too dense."""
+    rng = np.random.default_rng(3)
+    bands, sectors = rng.dirichlet(np.full(BANDS, 4.0)), rng.dirichlet(np.full(SECTORS, 4.0))
+    sea = np.ones((BANDS, SECTORS))
+    sea[:, 2] = np.linspace(1.0, 0.1, BANDS)
+    found = shares_of(1e8 * np.outer(bands, sectors) * sea, sea)
+    assert found[0] == pytest.approx(bands, rel=1e-3)
+    assert found[1] == pytest.approx(sectors, rel=1e-3)

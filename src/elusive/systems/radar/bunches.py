@@ -15,6 +15,7 @@ from elusive.contracts import Array
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_hulls import LENGTH, HullRadar
 from elusive.sensors.radar_scans import RadarScan
+from elusive.sensors.range_bands import SECTORS, sector_of
 from elusive.tracking.detection_targets import Target
 
 NEAR_M = 250.0  # of each other: plots of a long ship
@@ -50,7 +51,9 @@ class Bunches:
     """Counts the plots that others lie near to, in the same scan."""
 
     def __init__(self) -> None:
-        self.plots = self.all = self._near = self._round = self._turned = 0
+        self.plots = self.all = self._near = self._round = 0
+        self._turned = np.zeros((SECTORS, SECTORS))  # plots near where others of a sector would be in another
+        self._sectors = np.ones(SECTORS)  # plots in each, from north
         self._hulls = defaultdict[int, NDArray[np.int64]](lambda: np.zeros(2, dtype=np.int64))
 
     def add(self, scan: RadarScan, places: Array, counted: NDArray[np.bool_]) -> None:
@@ -65,10 +68,13 @@ class Bunches:
             self._near, self._round = self._near + near, self._round + wide - near
             relative = scan.range_m[:, None] * np.column_stack([np.sin(scan.bearing_rad), np.cos(scan.bearing_rad)])
             centre, relative = (places - relative)[counted], relative[counted]
-            for turn in QUARTERS:
+            sector = sector_of(scan.bearing_rad[counted], math.pi, math.pi, SECTORS)
+            np.add.at(self._sectors, sector, 1)
+            for number, turn in enumerate(QUARTERS, 1):
                 turned = centre + relative @ turn
                 itself = np.hypot(*(turned - places[counted]).T) <= NEAR_M
-                self._turned += int((tree.query_ball_point(turned, NEAR_M, return_length=True) - itself).sum())
+                found = tree.query_ball_point(turned, NEAR_M, return_length=True) - itself
+                np.add.at(self._turned, (sector, (sector - number * SECTORS // 4) % SECTORS), found)
 
     def add_left_over(
         self, scan: RadarScan, sensor: RadarSensor, targets: Sequence[Target], water: Water | None
@@ -95,9 +101,11 @@ class Bunches:
     def share(self) -> float:
         """Mean number of plots near a plot that chance does not explain; NaN of too few.
 
-        Chance is as dense as in the ring, or as on other bearings at the same range: clutter is denser near a radar.
+        Chance is as dense as in the ring, or as on other bearings at the same range, by how much more there is in the
+        one sector than in the other: clutter is denser near a radar, and upwind.
         """
         every = max(self.plots, self.all)
         if every < FEW:
             return math.nan
-        return max(self._near - max(self._round, self._turned) / 3, 0.0) / every
+        turned = float((self._turned * self._sectors[:, None] / self._sectors).sum())
+        return max(self._near - max(self._round, turned) / 3, 0.0) / every

@@ -16,7 +16,7 @@ from elusive.charts import Water
 from elusive.checks import Finding
 from elusive.contracts import Array
 from elusive.sensors.radar import RadarSensor
-from elusive.sensors.range_bands import BANDS, edges, shares_of
+from elusive.sensors.range_bands import BANDS, SECTORS, edges, sector_of, shares_of
 from elusive.systems.radar.bunches import Bunches, explained
 from elusive.systems.radar.checks import in_view
 from elusive.systems.radar.land import land_shares
@@ -36,6 +36,7 @@ class Heard(NamedTuple):
     trials: float  # scans of confirmed tracks
     false: float  # plots of no track a scan, the view all sea
     shares: tuple[float, ...]  # of these, in bands of range
+    sectors: tuple[float, ...]  # and in sectors of the view
 
 
 class Counts:
@@ -52,7 +53,7 @@ class Counts:
     def __init__(self, sea: float = OPEN_SEA, memory_scans: float = math.inf) -> None:
         self._sea, self._fade = sea, 1 - 1 / memory_scans
         self._hits = self._trials = self._scans = 0.0
-        self._false = np.zeros(BANDS)  # plots in each band of range
+        self._false = np.zeros((BANDS, SECTORS))  # plots in each band of range and sector of the view
         self._begun = dict[int, Array]()  # of each candidate
         self._recent = deque[Array](maxlen=RECENT)
         self.bunches = Bunches()
@@ -70,16 +71,20 @@ class Counts:
         if water is not None and scan.detections:
             at_sea = water.probability(sensor.places(scan)[0]) >= self._sea
         left = at_sea & ~explained(scan, sensor, confirmed).any(axis=0)
-        band = np.searchsorted(edges(*sensor.limits[:2], BANDS)[1:-1], scan.range_m, side="right")
-        self._recent.append(np.bincount(band[left], minlength=BANDS).astype(float))
+        low, high, half = sensor.limits
+        band = np.searchsorted(edges(low, high, BANDS)[1:-1], scan.range_m, side="right")
+        sector = sector_of(scan.bearing_rad, sensor.middle_rad, half, SECTORS)
+        came = np.zeros((BANDS, SECTORS))
+        np.add.at(came, (band[left], sector[left]), 1)
+        self._recent.append(came)
         self._false = self._fade * self._false + self._recent[-1]
         candidates = [one for one in targets if one.life.status == "candidate"]
-        self._begun.update({one.life.track or 0: np.zeros(BANDS) for one in candidates} | self._begun)
+        self._begun.update({one.life.track or 0: np.zeros((BANDS, SECTORS)) for one in candidates} | self._begun)
         for one in candidates:
             begun = self._begun[one.life.track or 0]
             begun *= self._fade
             if one.detection >= 0:
-                begun[band[one.detection]] += at_sea[one.detection]
+                begun[band[one.detection], sector[one.detection]] += at_sea[one.detection]
         for one in confirmed:
             self._false -= self._begun.pop(one.life.track or 0, 0.0)
         for one in targets:
@@ -89,29 +94,31 @@ class Counts:
     def risen(self) -> bool:
         """Whether the latest scans have far more plots of nothing than those before; if so, these are forgotten."""
         lately = np.sum(self._recent, axis=0)
+        bands, before = lately.sum(axis=1), (self._false - lately).clip(0).sum(axis=1)
         share = len(self._recent) / max(self._scans - len(self._recent), 1)
-        before = share * (self._false - lately).clip(0)
-        risen = bool((lately > TIMES * before + ERRORS * (np.sqrt(before) + MORE * RECENT)).any())
+        before *= share
+        risen = bool((bands > TIMES * before + ERRORS * (np.sqrt(before) + MORE * RECENT)).any())
         if risen:
             self._false, self._scans = lately, float(len(self._recent))
             self._begun.clear()
         return risen
 
     def heard(self, land: Array) -> Heard:
-        """Return what was counted, where so much of each band of range is land, ``(BANDS,)``."""
+        """Return what was counted, where so much of each is land, ``(BANDS, SECTORS)``."""
         sea, false = np.maximum(1 - land, LEAST_SEA), self._false.clip(0)
-        shares = shares_of(false, sea)
-        rate = float(false.sum() / (max(self._scans, 1) * (shares @ sea)))
-        return Heard((self._hits + 1) / (self._trials + 2), self._trials, rate, tuple(shares.tolist()))
+        shares, sectors = shares_of(false, sea)
+        rate = float(false.sum() / (max(self._scans, 1) * (shares @ sea @ sectors)))
+        detected = (self._hits + 1) / (self._trials + 2)
+        return Heard(detected, self._trials, rate, tuple(shares.tolist()), tuple(sectors.tolist()))
 
     def finding(self, sensor: RadarSensor, water: Water | None, way: Array) -> Finding:
         """Judge whether there are many more plots of nothing than was told, in some band of range.
 
         The radar's ``way`` is ``(S, 2)`` [m].
         """
-        sea = np.maximum(1 - land_shares(sensor, water, BANDS, way), LEAST_SEA)
+        sea = np.maximum(1 - land_shares(sensor, water, BANDS, 1, way)[:, 0], LEAST_SEA)
         limits, scans = edges(*sensor.limits[:2], BANDS), max(self._scans, 1.0)
-        told, seen = sensor.false_alarms * _in_bands(sensor) * sea, self._false.clip(0) / scans
+        told, seen = sensor.false_alarms * _in_bands(sensor) * sea, self._false.sum(axis=1).clip(0) / scans
         excess = seen - np.maximum(TIMES * told, told + MORE) - ERRORS * np.sqrt(told / scans)
         worst = int(excess.argmax())
         return Finding(

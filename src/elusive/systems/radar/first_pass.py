@@ -16,11 +16,11 @@ from elusive.contracts import Array
 from elusive.motion import ConstantVelocity
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarScan
-from elusive.sensors.range_bands import BANDS, uniform
+from elusive.sensors.range_bands import BANDS, SECTORS, uniform
 from elusive.systems.radar.bunches import MOST
 from elusive.systems.radar.counted import OPEN_SEA, Counts, Heard
 from elusive.systems.radar.land import land_shares
-from elusive.systems.radar.parameters import RadarTracking
+from elusive.systems.radar.parameters import RadarTracking, RecordedRadar
 from elusive.systems.radar.setting import bind_all
 from elusive.systems.radar.ships import Surroundings
 from elusive.systems.radar.survey import RadarSurvey
@@ -29,7 +29,7 @@ from elusive.tracking.detections import DetectionTracker
 
 SCANS, TRIALS = 300, 10  # of a recording, by which it is judged before it is tracked; least of confirmed tracks
 PASSES, AS_ASSUMED = 3, 0.03  # at most, and the probability of detection that differs no more from what was assumed
-EVEN = 0.1  # of the false alarms, that lie in other bands of range than was assumed
+EVEN = 0.1  # of the false alarms, that lie in other bands of range or other sectors than was assumed
 LEAST_DETECTED, MOST_DETECTED = 0.2, 0.99  # beyond it a scan without a plot is the end of a track
 FEWEST = 0.01  # false alarms a scan: were there none ever, each plot would be its own ship's
 
@@ -80,8 +80,7 @@ def fitted(
         found["detection_probability"] = float(f"{possible(heard.detected):.3g}")
     if "false_alarms" in found:
         found["false_alarms"] = float(f"{max(heard.false, FEWEST):.3g}")
-    if radar.false_alarm_shares is None:
-        radar = radar.replace(false_alarm_shares=heard.shares)
+    radar = radar.replace(**_spread(radar, heard))
     seen = seen._replace(
         found=tuple(name for name in found if name in shown), assumed=tuple(name for name in found if name not in shown)
     )
@@ -115,27 +114,34 @@ def heard_by(
     first
         Number of scans that are tracked; None: all.
     """
-    told, shares = parameters.radar, uniform(BANDS)
+    told, shares, sectors = parameters.radar, uniform(BANDS), (1 / SECTORS,) * SECTORS
     for _ in range(PASSES):
         tracker, water = bound(parameters)
         counts, sensor = Counts(sea), tracker.sensor
         assert isinstance(sensor, RadarSensor)
         for step in track_radar(islice(scans, first), tracker, parameters):
             counts.add(step, sensor, water)
-        heard = counts.heard(land_shares(sensor, water, BANDS, way))
+        heard = counts.heard(land_shares(sensor, water, BANDS, SECTORS, way))
         told_detected = told.detection_probability is not None or heard.trials < TRIALS
         as_assumed = told_detected or abs(heard.detected - sensor.detection_probability) < AS_ASSUMED
         as_spread = told.false_alarm_shares is not None or _apart(heard.shares, shares) < EVEN
-        if as_assumed and as_spread:
+        as_turned = told.false_alarm_sectors is not None or _apart(heard.sectors, sectors) < EVEN
+        if as_assumed and as_spread and as_turned:
             break
-        shares = heard.shares if told.false_alarm_shares is None else told.false_alarm_shares
-        radar = told.replace(false_alarm_shares=shares)
+        shares, sectors = heard.shares, heard.sectors
+        radar = told.replace(**_spread(told, heard))
         if not told_detected:
             radar = radar.replace(detection_probability=possible(heard.detected))
         if told.false_alarms is None:
             radar = radar.replace(false_alarms=max(heard.false, FEWEST))
         parameters = parameters.replace(radar=radar)
     return heard, counts.bunches.share
+
+
+def _spread(told: RecordedRadar, heard: Heard) -> dict[str, tuple[float, ...]]:
+    """Where false alarms lie, as far as it is not told."""
+    found = {"false_alarm_shares": heard.shares, "false_alarm_sectors": heard.sectors}
+    return {name: shares for name, shares in found.items() if getattr(told, name) is None}
 
 
 def _apart(shares: Sequence[float], others: Sequence[float]) -> float:

@@ -67,7 +67,7 @@ def fit_radar(scans: Iterable[RadarScan], name: str, known: Array | None = None,
         raise DataError(f"{name}: too few plots follow each other as a ship's do; give more scans.")
     (range_sd, bearing_sd), share = seen.errors.told, seen.errors.share_sd
     bound = lambda parameters: (parameters.bind(parameters.radar.bind(seen), None), water)  # noqa: E731
-    (detected, trials, false, shares), _ = heard_by(bound, scans, RadarTracking(), HALF, seen.way[:, 1:])
+    (detected, trials, false, shares, sectors), _ = heard_by(bound, scans, RadarTracking(), HALF, seen.way[:, 1:])
     beside = "plots of no track" + ("" if water is None else ", at sea")
     told = f"{seen.errors.targets:.0f} triples of plots of targets"
     told += "; too large: echoes lie too close to each other" if seen.errors.crowded else ""
@@ -89,6 +89,7 @@ def fit_radar(scans: Iterable[RadarScan], name: str, known: Array | None = None,
         "detection_probability": float(values[2].value),
         "false_alarms": max(float(values[3].value), FEWEST),
         "false_alarm_shares": shares,
+        "false_alarm_sectors": sectors,
     }
     if known is not None and len(known):
         values += _told(bias_of(scans, known, range_sd, bearing_sd / 1000))

@@ -33,8 +33,10 @@ def water_at(water: Water, places: Array, errors: Array) -> Array:
     return np.asarray(found @ np.outer(SHARES, SHARES).ravel())
 
 
-def land_shares(sensor: RadarSensor, water: Water | None, bands: int = 1, way: Array | None = None) -> Array:
-    """Share of each band of range that is land, uniform over range and bearing in it; by default of the whole view.
+def land_shares(
+    sensor: RadarSensor, water: Water | None, bands: int = 1, sectors: int = 1, way: Array | None = None
+) -> Array:
+    """Share of each band of range and sector that is land, uniform over both in it; by default of the whole view.
 
     Parameters
     ----------
@@ -42,27 +44,27 @@ def land_shares(sensor: RadarSensor, water: Water | None, bands: int = 1, way: A
         Whose view it is.
     water
         Where land is; None: nowhere.
-    bands
-        Their number, as :mod:`~elusive.sensors.range_bands` has them.
+    bands, sectors
+        Their numbers, as :mod:`~elusive.sensors.range_bands` has them.
     way
         Of the radar, places beside the sensor's own, ``(S, 2)`` [m], over which the mean is taken; None: it rests.
 
     Returns
     -------
     ndarray
-        ``(bands,)``.
+        ``(bands, sectors)``.
     """
     if water is None:
-        return np.zeros(bands)
+        return np.zeros((bands, sectors))
     low, high, half = sensor.limits
-    limits, each = edges(low, high, bands), RANGES // bands
+    limits, each, wide = edges(low, high, bands), RANGES // bands, BEARINGS // sectors
     distance = limits[:-1, None] + np.diff(limits)[:, None] * (np.arange(each) + 0.5) / each
-    bearing = sensor.middle_rad + half * (2 * (np.arange(BEARINGS) + 0.5) / BEARINGS - 1)
+    bearing = sensor.middle_rad + half * (2 * (np.arange(sectors * wide) + 0.5) / (sectors * wide) - 1)
     far, angle = np.meshgrid(distance, bearing)
     places = np.column_stack([(far * np.sin(angle)).ravel(), (far * np.cos(angle)).ravel()])
     where = np.zeros((1, 2)) if way is None else way[:: max(1, len(way) // STANDS)] + np.zeros((1, 2))
     radar = where + np.array([sensor.x_m, sensor.y_m])
-    wet = [water.probability(places + stand).reshape(-1, bands, each).mean(axis=(0, 2)) for stand in radar]
+    wet = [water.probability(places + stand).reshape(sectors, wide, bands, each).mean(axis=(1, 3)).T for stand in radar]
     return np.asarray(1 - np.mean(wet, axis=0))
 
 
@@ -84,7 +86,7 @@ class LandEchoes:
     def __init__(self, sensor: RadarSensor, water: Water, plots: float, way: Array | None = None) -> None:
         self.sensor, self.water, self.plots = sensor, water, plots
         low, high, half = sensor.limits
-        area = max(float(land_shares(sensor, water, way=way)[0]), 1 / (RANGES * BEARINGS)) * 2 * half * (high - low)
+        area = max(float(land_shares(sensor, water, way=way)[0, 0]), 1 / (RANGES * BEARINGS)) * 2 * half * (high - low)
         with np.errstate(divide="ignore"):
             self._log_rate = float(np.log(plots / area))  # of places all on land
 

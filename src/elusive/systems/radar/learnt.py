@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from elusive.charts import Water
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarScan
-from elusive.sensors.range_bands import BANDS
+from elusive.sensors.range_bands import BANDS, SECTORS
 from elusive.systems.radar.counted import Counts
 from elusive.systems.radar.first_pass import FEWEST, TRIALS, fitted, possible
 from elusive.systems.radar.land import land_shares
@@ -68,13 +68,15 @@ class Learnt:
             self._fit_at *= 2
             if self._fit_at > DOUBLED:
                 self._errors = None
-        heard = self.counts.heard(land_shares(sensor, water, BANDS, self.seen.way[:, 1:]))
+        heard = self.counts.heard(land_shares(sensor, water, BANDS, SECTORS, self.seen.way[:, 1:]))
         shown = self.told.bind(self.seen)
         found: dict[str, object] = {name: getattr(shown, name) for name in ("range_sd_m", "bearing_sd_mrad")}
         if self.told.false_alarms is None:
             found["false_alarms"] = max(heard.false, FEWEST)
         if self.told.false_alarm_shares is None:
             found["false_alarm_shares"] = heard.shares
+        if self.told.false_alarm_sectors is None:
+            found["false_alarm_sectors"] = heard.sectors
         if self.told.detection_probability is None and heard.trials >= TRIALS:
             found["detection_probability"] = possible(heard.detected)
         self.parameters = self.parameters.replace(radar=self.parameters.radar.replace(**found))

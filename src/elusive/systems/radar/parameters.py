@@ -88,6 +88,13 @@ class RecordedRadar(RadarSensor):
         description="Their shares in bands of range, each twice as wide as the one nearer, one: uniform; none: as a "
         "first pass shows, or uniform",
     )
+    false_alarm_sectors: tuple[Positive, ...] | None = Field(  # type: ignore[assignment]
+        None,
+        min_length=1,
+        max_length=36,
+        description="Their shares in equal sectors of the view, clockwise from its beginning, one: uniform; none: as a "
+        "first pass shows, or uniform",
+    )
     max_range_m: Positive | None = Field(None, description="Greatest range in view [m]")
     max_doppler_mps: Positive | None = Field(
         None, description="Greatest range rate told apart, either sign: beyond it Doppler folds [m/s]"
@@ -112,8 +119,8 @@ class RecordedRadar(RadarSensor):
         for name, usual in USUAL.items():
             if fields[name] is None:
                 fields[name] = max(shown.get(name, usual), LEAST * usual)
-        if self.false_alarm_shares is None:
-            fields["false_alarm_shares"] = (1.0,)
+        for name in ("false_alarm_shares", "false_alarm_sectors"):
+            fields[name] = fields[name] or (1.0,)
         if self.max_range_m is None:
             fields["max_range_m"] = max(ROOM * seen.max_range_m, self.min_range_m + 2 * fields["range_sd_m"])
         if self.max_doppler_mps is None:

@@ -59,8 +59,9 @@ class RadarSurvey(NamedTuple):
         """Mean number of plots that a scan has of land, beside false alarms there; none where there are none ever."""
         if water is None or not self.scans or not sensor.false_alarms:
             return 0.0
-        shares = np.array(sensor.false_alarm_shares)
-        land = float(shares @ land_shares(sensor, water, len(shares), self.way[:, 1:]) / shares.sum())
+        bands, sectors = np.array(sensor.false_alarm_shares), np.array(sensor.false_alarm_sectors)
+        cells = land_shares(sensor, water, len(bands), len(sectors), self.way[:, 1:])
+        land = float(bands @ cells @ sectors / (bands.sum() * sectors.sum()))
         return max(0.0, self.on_land / self.scans - sensor.false_alarms * land)
 
 
