@@ -39,9 +39,12 @@ def without_side_lobes(
     ``power`` ``(A, R)`` is that of the cells, ``sea`` what is expected of the sea. What is ``fixed`` is so for what was
     learnt: a slow ship's strong echo is in its first turns, too.
     """
-    found, (rows, columns) = evidence.copy(), evidence.shape
-    row, column = np.nonzero((evidence > STRONG) | fixed)
+    rows, columns = evidence.shape
+    row, column = np.divmod(np.flatnonzero((evidence > STRONG) | fixed), columns)
     over = _over(power, sea, row, column)
+    if not (over > BELOW).any():
+        return evidence
+    found = evidence.copy()
     echo, followed = np.zeros(evidence.shape, np.bool_), 0
     for k in np.argsort(-over, kind="stable")[: np.count_nonzero(over > BELOW)].tolist():
         i, j, level = int(row[k]), int(column[k]), float(over[k])

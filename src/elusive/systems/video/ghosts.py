@@ -44,11 +44,13 @@ def ghosts_after(before: Ghosts | None, tracks: Sequence[Track], turn: EvidenceT
             x, y = track.mean[[X, Y]] - np.asarray(turn.place)
             here = float(math.hypot(x, y)), math.atan2(x, y), _strength(float(x), float(y), turn, sensor)
             ways[track.track] = (*old.ways.get(track.track, ()), here)[-KEPT:]
-    for other, way in ways.items():
+    held = {number: np.array(way) for number, way in ways.items() if len(way) >= FEWEST}
+    power = {number: float(way[:, 2].mean()) for number, way in held.items()}
+    for other, way in held.items():
         if other not in found and any(
-            _is_echo(np.array(way), np.array(strong), sensor)
-            for ship, strong in ways.items()
-            if ship not in found and ship != other
+            _is_echo(way, strong, sensor)
+            for ship, strong in held.items()
+            if ship not in found and power[ship] - power[other] > WEAKER
         ):
             found.add(other)
     return Ghosts(ways, frozenset(found))
@@ -75,11 +77,7 @@ def told_of(ghosts: int) -> Finding:
 def _is_echo(way: Array, ship: Array, sensor: RadarVideo) -> bool:
     """Whether one way ``(n, 3)`` is that of an echo of a ship's ``(m, 3)``, both up to the same turn."""
     n = min(len(way), len(ship))
-    if n < FEWEST:
-        return False
-    (far, towards, power), (near, bearing, strong) = way[-n:].T, ship[-n:].T
-    if strong.mean() - power.mean() < WEAKER:
-        return False
+    (far, towards, _), (near, bearing, _) = way[-n:].T, ship[-n:].T
     beam, cell = math.radians(sensor.beam_deg), sensor.cell_m
     aside, bearing = np.unwrap(towards - bearing), np.unwrap(bearing)
     in_line = _rms((aside + math.pi) % (2 * math.pi) - math.pi) < LIKE_BEAMS * beam
