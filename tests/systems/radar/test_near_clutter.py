@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import math
+import pickle
 
 import numpy as np
 import pytest
@@ -73,6 +74,7 @@ def followed(folder, scans, **told):
     parameters = RadarTracking(particles=300, radar={"max_range_m": SENSOR.max_range_m, **told})
     follow_radar(Coming(iter(scans)), parameters, folder, None, lambda step: None, memory=memory)
     findings = json.loads((folder / "checks.json").read_text())
+    assert pickle.loads(pickle.dumps(memory.kept))[1].parameters == memory.first.parameters  # a checkpoint holds it
     return memory.first.parameters.radar, {row["name"] for row in findings if not row["holds"]}
 
 

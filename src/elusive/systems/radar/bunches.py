@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import defaultdict
 from collections.abc import Sequence
 
 import numpy as np
@@ -54,7 +53,7 @@ class Bunches:
         self.plots = self.all = self._near = self._round = 0
         self._turned = np.zeros((SECTORS, SECTORS))  # plots near where others of a sector would be in another
         self._sectors = np.ones(SECTORS)  # plots in each, from north
-        self._hulls = defaultdict[int, NDArray[np.int64]](lambda: np.zeros(2, dtype=np.int64))
+        self._hulls = dict[int, NDArray[np.int64]]()
 
     def add(self, scan: RadarScan, places: Array, counted: NDArray[np.bool_]) -> None:
         """Take a scan in: where its plots lie ``(m, 2)`` [m], and which of them count, ``(m,)``."""
@@ -88,7 +87,8 @@ class Bunches:
             for target, its in zip(sure, theirs, strict=True):
                 if target.mean[LENGTH] > LONG and target.life.track is not None:
                     off = np.abs(sensor.along_hull(target.mean, places[its]))
-                    self._hulls[target.life.track] += np.array([len(off), (off < MIDDLE).sum()])
+                    before = self._hulls.get(target.life.track, np.zeros(2, dtype=np.int64))
+                    self._hulls[target.life.track] = before + np.array([len(off), (off < MIDDLE).sum()])
         self.all += len(places)
         self.add(scan, places, counted)
 
