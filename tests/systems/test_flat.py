@@ -167,11 +167,13 @@ def test_memory_does_not_grow_with_the_steps_of_a_live_run(tmp_path, monkeypatch
 
 
 def test_tracks_that_have_ended_are_counted_alone():
-    kept, judged = ConstraintsKept(), Judged(None)
+    kept, judged = ConstraintsKept(), Judged(SimpleNamespace(shape=(4, 4)))
     judged._is_beside = lambda ship, heard: ship.track % 4 == 0
-    turn = SimpleNamespace(place=(0.0, 0.0))
+    level = np.zeros((1, 4))
+    sea = SimpleNamespace(mean=level, slope=level, across=np.zeros(4), sector=np.zeros(4, np.int64))
+    turn = SimpleNamespace(place=(0.0, 0.0), sea=sea)
     clutter = SimpleNamespace(fixed=np.zeros((4, 4), bool))
-    learnt = SimpleNamespace(swell=None)
+    learnt = SimpleNamespace(swell=None, ghosts=None)
     heard = SimpleNamespace(turn=turn, held=0.0, power=np.zeros((4, 4), np.float32), clutter=clutter, learnt=learnt)
     for number in range(1000):
         kept.add({number: 0.5 if number % 4 == 0 else 1.0}, {number, number + 1})
