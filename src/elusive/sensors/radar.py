@@ -39,9 +39,7 @@ class RadarSensor(RadarView):
 
     kind: Literal["radar"] = "radar"
     detection_probability: Probability = Field(1.0, description="Probability that a scan sees the target, P_D")
-    false_alarms: NonNegative = Field(
-        0.0, description="Mean number of false alarms a scan, uniform over bearing and Doppler in view"
-    )
+    false_alarms: NonNegative = Field(0.0, description="Mean number of false alarms a scan, uniform over Doppler")
     false_alarm_shares: tuple[Positive, ...] = Field(
         (1.0,),
         min_length=1,

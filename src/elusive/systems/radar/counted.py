@@ -112,11 +112,13 @@ class Counts:
         return Heard(detected, self._trials, rate, tuple(shares.tolist()), tuple(sectors.tolist()))
 
     def finding(self, sensor: RadarSensor, water: Water | None, way: Array) -> Finding:
-        """Judge whether there are many more plots of nothing than was told, in some band of range.
+        """Judge whether there are many more plots of nothing than are expected, in some band of range.
 
         The radar's ``way`` is ``(S, 2)`` [m].
         """
-        sea = np.maximum(1 - land_shares(sensor, water, BANDS, 1, way)[:, 0], LEAST_SEA)
+        sectors = np.array(sensor.false_alarm_sectors)
+        land = land_shares(sensor, water, BANDS, len(sectors), way) @ (sectors / sectors.sum())
+        sea = np.maximum(1 - land, LEAST_SEA)
         limits, scans = edges(*sensor.limits[:2], BANDS), max(self._scans, 1.0)
         told, seen = sensor.false_alarms * _in_bands(sensor) * sea, self._false.sum(axis=1).clip(0) / scans
         excess = seen - np.maximum(TIMES * told, told + MORE) - ERRORS * np.sqrt(told / scans)
@@ -124,8 +126,7 @@ class Counts:
         return Finding(
             "radar.alarms", not excess[worst] > 0, float(told[worst]), float(seen[worst]),
             f"Between {limits[worst]:.0f} and {limits[worst + 1]:.0f} m a scan has {seen[worst]:.2g} plots of no "
-            f"track, and {told[worst]:.2g} was told: where more false alarms come than was told, tracks are made of "
-            "them.",
+            f"track, and {told[worst]:.2g} is expected: where more come than that, tracks are made of them.",
             "Leave out --false-alarms, or tell what elusive fit radar finds.",
         )  # fmt: skip
 

@@ -80,7 +80,7 @@ def fitted(
         found["detection_probability"] = float(f"{possible(heard.detected):.3g}")
     if "false_alarms" in found:
         found["false_alarms"] = float(f"{max(heard.false, FEWEST):.3g}")
-    radar = radar.replace(**_spread(radar, heard))
+    radar = radar.replace(**spread(radar, heard))
     seen = seen._replace(
         found=tuple(name for name in found if name in shown), assumed=tuple(name for name in found if name not in shown)
     )
@@ -129,7 +129,7 @@ def heard_by(
         if as_assumed and as_spread and as_turned:
             break
         shares, sectors = heard.shares, heard.sectors
-        radar = told.replace(**_spread(told, heard))
+        radar = told.replace(**spread(told, heard))
         if not told_detected:
             radar = radar.replace(detection_probability=possible(heard.detected))
         if told.false_alarms is None:
@@ -138,8 +138,8 @@ def heard_by(
     return heard, counts.bunches.share
 
 
-def _spread(told: RecordedRadar, heard: Heard) -> dict[str, tuple[float, ...]]:
-    """Where false alarms lie, as far as it is not told."""
+def spread(told: RecordedRadar, heard: Heard) -> dict[str, tuple[float, ...]]:
+    """Return where false alarms lie, as far as it is not told."""
     found = {"false_alarm_shares": heard.shares, "false_alarm_sectors": heard.sectors}
     return {name: shares for name, shares in found.items() if getattr(told, name) is None}
 

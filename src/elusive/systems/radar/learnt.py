@@ -13,7 +13,7 @@ from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarScan
 from elusive.sensors.range_bands import BANDS, SECTORS
 from elusive.systems.radar.counted import Counts
-from elusive.systems.radar.first_pass import FEWEST, TRIALS, fitted, possible
+from elusive.systems.radar.first_pass import FEWEST, TRIALS, fitted, possible, spread
 from elusive.systems.radar.land import land_shares
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.ships import Surroundings
@@ -73,10 +73,7 @@ class Learnt:
         found: dict[str, object] = {name: getattr(shown, name) for name in ("range_sd_m", "bearing_sd_mrad")}
         if self.told.false_alarms is None:
             found["false_alarms"] = max(heard.false, FEWEST)
-        if self.told.false_alarm_shares is None:
-            found["false_alarm_shares"] = heard.shares
-        if self.told.false_alarm_sectors is None:
-            found["false_alarm_sectors"] = heard.sectors
+        found |= spread(self.told, heard)
         if self.told.detection_probability is None and heard.trials >= TRIALS:
             found["detection_probability"] = possible(heard.detected)
         self.parameters = self.parameters.replace(radar=self.parameters.radar.replace(**found))

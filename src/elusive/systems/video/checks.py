@@ -46,7 +46,7 @@ class Judged:
         self._beside = dict[int, bool]()  # whether a ship that is there has never left what is fixed
         self._gone = Counter[bool]()  # the same of those that have ended, and how many
         self._at_once = self._crests = 0
-        self._ghosts = set[int]()
+        self._ghosts, self._told = 0, frozenset[int]()  # tracks that were another's echo, and those that are
         self._rows, self._known = np.zeros((2, THIRDS, sensor.shape[0]))  # sums of levels, and of how many turns
         self._swell: Swell | None = None
         self._held = deque[float](maxlen=LATEST)
@@ -63,7 +63,8 @@ class Judged:
             crests = sum(track.status != "deleted" and swell.carries(track) for track in tracks)
             self._crests, self._swell = max(self._crests, crests), swell
         if heard.learnt.ghosts is not None:
-            self._ghosts |= heard.learnt.ghosts.found
+            self._ghosts += len(heard.learnt.ghosts.found - self._told)
+            self._told = heard.learnt.ghosts.found
         for ship in ships:
             if self._beside.get(ship.track, True):
                 self._beside[ship.track] = self._is_beside(ship, heard)
@@ -98,7 +99,7 @@ class Judged:
         if water is not None and moved <= _still_m(start.sensor):
             itself = fixed & ~clutter.beside
             registration = register(itself, start.sensor, water.probability, self._last.turn.place)
-        ships = [_many(self._at_once), _swell(self._swell, self._crests), told_of(len(self._ghosts))]
+        ships = [_many(self._at_once), _swell(self._swell, self._crests), told_of(self._ghosts)]
         known = self._known > 0.5 * self._known.max()
         ships.append(shadows(np.where(known, self._rows / np.maximum(self._known, 1), np.nan), start.sensor))
         if moved <= _still_m(start.sensor):
