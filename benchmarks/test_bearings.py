@@ -70,7 +70,7 @@ def test_batch_map_against_gtsam(benchmark, best_of, report):
         return gtsam.LevenbergMarquardtOptimizer(graph, values, settings).optimize()
 
     def mine():
-        return smoother.descend(start, stretch, anchor, np.empty(0))
+        return smoother.descend(start, np.empty(0), stretch, anchor)
 
     solved = theirs()
     found = mine().states[:, [0, 2]]

@@ -75,6 +75,20 @@ def test_path_and_covariances_are_the_dense_solvers(name):
         np.testing.assert_allclose(found.covariances[k] / scale, block / scale, atol=2e-3)
 
 
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_from_a_path_nearby_it_comes_to_the_same(name):
+    """Of bearings turned a little, and of some of the times."""
+    problem = smoother(name)
+    times, _, sets = recorded(PROBLEMS[name])
+    near = problem.smooth(sets)
+    turned = [one._replace(azimuth_rad=one.azimuth_rad + 0.01 * (one.sensor == 1)) for one in sets][::2]
+    found, whole = problem.smooth(turned, near=near), problem.smooth(turned)
+    assert found.times_s.tolist() == times[::2].tolist()
+    deviation = np.sqrt(np.diagonal(whole.covariances, axis1=1, axis2=2))
+    assert (np.abs(found.states - whole.states) < 1e-4 * deviation).all()
+    assert found.log_evidence == pytest.approx(whole.log_evidence, abs=1e-5)
+
+
 @pytest.mark.parametrize("loss", ["cauchy", "huber"])
 def test_a_robust_path_has_no_slope_and_forgets_a_stray(loss):
     problem = smoother("cv", loss=loss, loss_k=1.7)

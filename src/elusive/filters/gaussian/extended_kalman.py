@@ -111,7 +111,10 @@ class ExtendedKalmanFilter(Problem):
                 table, 0, transitions, self.robust, iterations, means[0].copy(), means[0], covariances[0]
             )
         else:
-            for started in range(K):
+            if smooth:
+                # those before the start are smoothed from it: it is sought by doubling, then halving
+                started = self._first_placed(stretch)
+            for started in range(started, K):
                 found, placed = self.started(stretch.until(started + 1))
                 means[started], covariances[started] = found.path[-1], marginals(found.L, found.Y)[-1]
                 if placed:
@@ -123,3 +126,14 @@ class ExtendedKalmanFilter(Problem):
                 first = slice(started + 1)
                 kernels.smoothed_start(found.path, found.L, found.Y, means[first], covariances[first])
         return FilteredPath(table.times_s, means, covariances, float(log_densities.sum()), started)
+
+    def _first_placed(self, stretch: BearingStretch) -> int:
+        """Row of the first time up to which bearings give a place; the last, where they give none."""
+        last = len(stretch.times_s) - 1
+        before, row = -1, 0
+        while row < last and not self.started(stretch.until(row + 1))[1]:
+            before, row = row, min(2 * row + 1, last)
+        while row - before > 1:
+            middle = (before + row) // 2
+            before, row = (before, middle) if self.started(stretch.until(middle + 1))[1] else (middle, row)
+        return row

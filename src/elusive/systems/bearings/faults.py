@@ -17,12 +17,13 @@ import numpy as np
 from elusive.checks import Finding
 from elusive.contracts import Array, X, Y
 from elusive.errors import ElusiveError
+from elusive.filters.gaussian.map_smoother import MapSmoother, SmoothedPath
 from elusive.filters.gaussian.transitions import AngleBias
 from elusive.metrics.consistency import squared_deviations
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearing_table import PlaceSet
 from elusive.systems.bearings.choices import Cruise, Estimation, Interacting, OneEmitter, Turn
-from elusive.systems.bearings.heard import sensors_of
+from elusive.systems.bearings.heard import have_elevations, sensors_of
 from elusive.systems.bearings.leftovers import leftovers, scale_of
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.sensor_errors import Heard, SensorError, Sizes, errors_of, pairs_of
@@ -174,17 +175,16 @@ def _sized(
 ) -> _Explained | None:
     """Find the sizes of most evidence by Newton's method on differences; None where it comes to nothing."""
     n, begun = len(error.units), sum(map(evidence_of, base))
-    at, unit, level, best = np.zeros(n), np.array(error.units), begun, base
+    at, unit, level, near = np.zeros(n), np.array(error.units), begun, list(map(_smoothed, base))
 
-    def along(sizes: Array) -> list[list[Step]] | None:
-        mended = [error.without(part, sites, tuple(sizes.tolist())) for part in heard]
-        paths = [path_of(part, asked, places) for part, places in mended]
-        known = [path for path in paths if path is not None]
-        return known if len(known) == len(paths) else None
+    def mended(sizes: Array) -> list[tuple[Heard, SensorSites]]:
+        return [error.without(part, sites, tuple(sizes.tolist())) for part in heard]
+
+    def along(sizes: Array) -> list[SmoothedPath]:
+        return [_beside(path, *part, asked) for path, part in zip(near, mended(sizes), strict=True)]
 
     def value(sizes: Array) -> float:
-        paths = along(sizes)
-        return math.nan if paths is None else sum(map(evidence_of, paths))
+        return sum(path.log_evidence for path in along(sizes))
 
     for promised in PROMISES:
         ways = np.diag(unit)
@@ -201,12 +201,13 @@ def _sized(
             return None
         move = axes @ np.clip(steps, -6.0, 6.0) * unit
         there = along(at + move)
-        if there is None:
-            return None
-        if (now := sum(map(evidence_of, there))) > level:
-            at, level, best = at + move, now, there
+        if (now := sum(path.log_evidence for path in there)) > level:
+            at, level, near = at + move, now, there
         unit = 0.5 * unit
-    return _Explained(error, tuple(at.tolist()), level - begun, best)
+    paths = [path for part, places in mended(at) if (path := path_of(part, asked, places)) is not None]
+    if len(paths) < len(heard):
+        return None
+    return _Explained(error, tuple(at.tolist()), sum(map(evidence_of, paths)) - begun, paths)
 
 
 def path_of(heard: Sequence[PlaceSet], asked: BearingTracking, sites: SensorSites) -> list[Step] | None:
@@ -216,6 +217,23 @@ def path_of(heard: Sequence[PlaceSet], asked: BearingTracking, sites: SensorSite
     except ElusiveError:
         return None
     return steps if math.isfinite(evidence_of(steps)) and all(step.tracks for step in steps) else None
+
+
+def _smoothed(steps: list[Step]) -> SmoothedPath:
+    tracks = [step.tracks[0] for step in steps]
+    means, covariances = np.array([track.mean for track in tracks]), np.array([track.covariance for track in tracks])
+    evidence, cost = evidence_of(steps), math.nan
+    return SmoothedPath(np.array([step.time_s for step in steps]), means, covariances, cost, evidence, 0, True)
+
+
+def _beside(near: SmoothedPath, heard: Heard, sites: SensorSites, asked: BearingTracking) -> SmoothedPath:
+    """Return the path of bearings that are mended a little, which lies near what it was; no evidence: there is none."""
+    smoother = asked.bind(sites, BearingSet, elevations=have_elevations(heard))
+    assert isinstance(smoother, MapSmoother)
+    try:
+        return smoother.smooth(heard, near=near)
+    except ElusiveError:
+        return near._replace(log_evidence=math.nan)
 
 
 def evidence_of(steps: list[Step]) -> float:
