@@ -111,10 +111,8 @@ class ExtendedKalmanFilter(Problem):
                 table, 0, transitions, self.robust, iterations, means[0].copy(), means[0], covariances[0]
             )
         else:
-            if smooth:
-                # those before the start are smoothed from it: it is sought by doubling, then halving
-                started = self._first_placed(stretch)
-            for started in range(started, K):
+            # where those before the start are smoothed from it, it is sought by doubling, then halving
+            for started in range(self._first_placed(stretch) if smooth else 0, K):
                 found, placed = self.started(stretch.until(started + 1))
                 means[started], covariances[started] = found.path[-1], marginals(found.L, found.Y)[-1]
                 if placed:
