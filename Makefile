@@ -4,7 +4,7 @@
 
 PYTHON ?= python3
 VENV ?= .venv
-JOBS ?= 2
+JOBS ?= 3
 
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
@@ -25,7 +25,8 @@ help:
 demo: $(VENV)/.core
 	$(BIN)/elusive demo --out demo
 
-# as many processes as cores: threads of linear algebra would only wait for each other
+# processes for two cores, of which one often waits for a browser, a broker or a server; threads of linear algebra
+# would only wait for each other
 test validate: export OPENBLAS_NUM_THREADS = 1
 
 test: $(VENV)/.dev

@@ -20,10 +20,12 @@ from elusive.systems.bearings.track import track
 from tests.cli.test_bearings import run
 from tests.filters.gaussian.test_range_bank import SIGMA_DEG as OWN_SIGMA_DEG
 from tests.filters.gaussian.test_range_bank import past
+from tests.longer import longer
 from tests.systems.bearings.crowd import PLACES, crowd
 
 SIGMA_DEG = 2.0
 FILTERS = ("map", "iekf", "fixed-lag")
+HOW = (*FILTERS, "labelled", "follow")
 RIGHT = BearingSimulation()
 SITES_M = np.array([(site.x_m, site.y_m) for site in RIGHT.sites])
 
@@ -212,13 +214,8 @@ WRONG = {
 }
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.validate) if name == "from a bow" else name for name in WRONG]
-)
-@pytest.mark.parametrize(
-    "how",
-    ["map", *(pytest.param(how, marks=pytest.mark.validate) for how in ("iekf", "fixed-lag", "labelled", "follow"))],
-)
+@pytest.mark.parametrize("name", longer(WRONG, "from a bow", "too sure by four", "two at random"))
+@pytest.mark.parametrize("how", longer(HOW, *HOW[1:]))
 def test_a_wrong_input_is_named(tmp_path, capsys, name, how):
     draw, places, sigma_deg, sentence = WRONG[name]
     given = written(tmp_path / "in", draw(3), places, "fox" if how == "labelled" else None)
@@ -239,13 +236,14 @@ def test_a_wrong_input_is_named(tmp_path, capsys, name, how):
     assert ("bearings.uneven" in found) <= (not name.startswith("too sure"))  # all sensors alike
 
 
-@pytest.mark.parametrize("how", [FILTERS[0], *(pytest.param(how, marks=pytest.mark.validate) for how in FILTERS[1:])])
-def test_a_right_input_has_no_finding(how):
-    """Twenty recordings with strays and sharp corners: nothing grave, at most one remark."""
+@pytest.mark.parametrize("recordings", longer((6, 20), 20))
+@pytest.mark.parametrize("how", longer(FILTERS, *FILTERS[1:]))
+def test_a_right_input_has_no_finding(how, recordings):
+    """Recordings with strays and sharp corners: nothing grave, at most one remark in twenty."""
     places = np.column_stack([SITES_M, np.zeros(3)])
     sites, remarks = SensorSites(("1", "2", "3"), places), 0
     parameters = BearingTracking(sigma_deg=SIGMA_DEG, filter={"kind": how}, emitters={"kind": "one"})
-    for seed in range(20):
+    for seed in range(recordings):
         steps = list(track(flown(seed), parameters, sites, live=how != "map"))
         failed = [one for one in track_findings(steps, parameters, sites) if not one.holds]
         assert not any(one.grave for one in failed), failed
@@ -269,7 +267,7 @@ UNLABELLED = {
 }
 
 
-@pytest.mark.parametrize("name", UNLABELLED)
+@pytest.mark.parametrize("name", longer(UNLABELLED, "too sure"))
 def test_a_wrong_input_of_several_emitters_is_named(tmp_path, capsys, name):
     change, places, sigma_deg, sentences = UNLABELLED[name]
     heard = crowd(15, 2, times=40, false=1.0)[1]

@@ -12,6 +12,7 @@ import pytest
 
 from elusive.contracts import Array
 from tests.cli.test_bearings import run
+from tests.longer import longer
 
 SITES = np.array([(-60.0, -35.0, 1.0), (75.0, -20.0, 2.0), (10.0, 90.0, 3.0)])
 WIDE = np.array([(-400.0, -350.0, 0.0), (450.0, -300.0, 0.0), (380.0, 420.0, 0.0), (-420.0, 380.0, 0.0)])
@@ -108,7 +109,7 @@ ODD: dict[str, tuple[Callable[[np.random.Generator], tuple[list[Row], Array]], s
 }
 
 
-@pytest.mark.parametrize("name", ODD)
+@pytest.mark.parametrize("name", longer(ODD, "off a wall", "a drifting north"))
 def test_it_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str) -> None:
     draw, finding, sentence = ODD[name]
     rows, sites = draw(np.random.default_rng([3, list(ODD).index(name)]))

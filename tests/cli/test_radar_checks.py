@@ -15,6 +15,7 @@ from elusive.contracts import Array
 from elusive.io import open_radar_plots, write_radar_plots_csv
 from elusive.sensors.radar import RadarSensor
 from tests.cli.test_radar import FRAME, RADAR, Run, coast
+from tests.longer import longer
 
 SENSOR = RadarSensor(detection_probability=0.9, false_alarms=1.0, max_range_m=3500.0, doppler_probability=0.0)
 WAYS = [((-2500.0, -1000.0), (4.0, 3.0)), ((-500.0, 2500.0), (3.0, -5.0)), ((1500.0, -2000.0), (-3.0, 5.0))]
@@ -202,7 +203,7 @@ def in_parts(lines: list[str]) -> list[str]:
 
 @pytest.mark.parametrize(
     ("change", "name"),
-    [(told_again, "radar.repeated"), (coarse, "radar.rounding")],
+    longer([(told_again, "radar.repeated"), (coarse, "radar.rounding")], (told_again, "radar.repeated")),
 )
 def test_what_is_not_measured_anew_is_named(
     elusive_in: Run, tmp_path: Path, change: Callable[[list[str]], list[str]], name: str

@@ -18,6 +18,7 @@ from elusive.io.nmea import checksum
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import OwnShip
 from tests.cli.test_radar import Run
+from tests.longer import longer
 
 FRAME = LocalFrame.at(10.2, 53.9)
 START_S = 1_777_636_800.0  # 2026-05-01T12:00:00Z
@@ -350,7 +351,7 @@ def test_a_radar_that_sails_under_a_chart_tells_ships_from_the_coast(elusive_in:
     assert "The radar's way" in said
 
 
-@pytest.mark.parametrize("reversed_doppler", [False, True])
+@pytest.mark.parametrize("reversed_doppler", longer([False, True], True))
 def test_a_north_that_is_off_and_a_doppler_that_is_reversed_are_named_without_a_chart(
     elusive_in: Run, tmp_path: Path, reversed_doppler: bool
 ) -> None:

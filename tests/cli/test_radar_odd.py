@@ -11,6 +11,7 @@ import pytest
 
 from elusive.contracts import Array
 from tests.cli.test_radar import Run
+from tests.longer import longer
 
 RANGE_SD_M, BEARING_SD, DETECTED, FALSE, FURTHEST_M = 10.0, 2e-3, 0.9, 2.0, 6000.0
 TURN_S, SCANS = 2.5, 80
@@ -170,7 +171,7 @@ def failing(folder: Path) -> set[str]:
     return {one["name"] for one in json.loads((folder / "out/checks.json").read_text()) if not one["holds"]}
 
 
-@pytest.mark.parametrize("name", ODD)
+@pytest.mark.parametrize("name", longer(ODD, "minutes", "on a bow", "mast", "sails untold", "second antenna"))
 def test_it_is_named(elusive_in: Run, tmp_path: Path, name: str) -> None:
     draw, finding, sentence = ODD[name]
     written(tmp_path, draw(np.random.default_rng([5, list(ODD).index(name)])))

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from tests.longer import longer
 from tests.workbench.conftest import Served
 from tests.workbench.test_links_page import OpenTab, button, step, told
 
@@ -60,7 +61,7 @@ def rings(page: Any) -> dict[str, tuple[float, float, bool]]:
     return found
 
 
-@pytest.mark.parametrize(("width", "scheme"), [(1280, "light"), (800, "dark")])
+@pytest.mark.parametrize(("width", "scheme"), longer([(1280, "light"), (800, "dark")], (800, "dark")))
 def test_what_has_the_focus_is_ringed_and_what_is_refused_can_be_read_and_closed(
     served: Served, open_tab: OpenTab, width: int, scheme: str
 ) -> None:

@@ -10,6 +10,7 @@ import pytest
 from elusive.systems.images.checks import FrameChecks
 from elusive.systems.images.track import ImageTracking, track_images
 from tests import infrared
+from tests.longer import longer
 from tests.recorded_table import documented, measured, row
 
 pytestmark = pytest.mark.skipif(
@@ -64,7 +65,7 @@ def test_the_target_is_shown_and_little_else(name):
     assert found.others <= 0.5
 
 
-@pytest.mark.parametrize("name", SHORT)
+@pytest.mark.parametrize("name", longer(SHORT, "sequence1"))
 def test_painted_out_nothing_is_shown_there(name):
     assert without(name).existence < 0.1
 

@@ -10,12 +10,13 @@ import pytest
 from elusive.systems.links.checks import LEARNED_FRAMES, TELLS, LinkFacts
 from elusive.systems.links.fit import fitted_at_the_start
 from elusive.systems.links.track import LinkTracking, track
+from tests.longer import longer
 from tests.ray_room import EMPTY, ray_room
 from tests.tracking.link_scenes import border
 
 
 @pytest.mark.parametrize(("nodes", "told_apart"), [(5, False), (12, True)])
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", longer([0, 1], 1))
 def test_a_network_says_whether_it_tells_two_apart(seed, nodes, told_apart):
     """Of two people five nodes track one, twelve nodes two."""
     room = ray_room(seed, (0.7, 0.5), nodes=nodes, frames=60)

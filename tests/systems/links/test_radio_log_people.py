@@ -20,6 +20,7 @@ from elusive.sensors.radio_network import RssFrame, directed_links_of, radio_nod
 from elusive.systems.links.by_links import LinksMethod
 from elusive.systems.links.fit import LinkFitting, fit_links
 from elusive.systems.links.track import ImageMethod, LinkTracking, track
+from tests.longer import longer
 from tests.tracking.link_scenes import DATA
 
 pytestmark = pytest.mark.skipif(not DATA.exists(), reason=f"needs the radio log under {DATA}")
@@ -93,7 +94,7 @@ def followed(parameters, spoil=None, every=1, without=()):
     return Followed(early, *map(float, shares), float(np.mean(errors)), float(covered))
 
 
-@pytest.mark.parametrize("every", [1, 2, 4, 6])
+@pytest.mark.parametrize("every", longer([1, 2, 4, 6], 2))
 def test_the_walker_is_followed_and_the_ellipses_hold(every):
     """The frames keep their times, .63 to 3.8 s apart."""
     run = followed(LinkTracking(calibration_frames=EMPTY), every=every)

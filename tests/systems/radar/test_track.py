@@ -26,6 +26,7 @@ from elusive.systems.radar.summary import bias_row, contradicts
 from elusive.systems.radar.survey import survey
 from elusive.systems.radar.track import track_radar
 from tests.charts.scenes import cell_path
+from tests.longer import longer
 
 FRAME = LocalFrame.at(-76.44, 38.97)
 RADAR = {"radar_lon_deg": -76.44, "radar_lat_deg": 38.97}
@@ -168,7 +169,7 @@ def test_a_real_chart_is_used_and_everything_is_written(tmp_path):
     assert errors["none"] < 15
 
 
-@pytest.mark.parametrize("kind", ["none", "hard", "nearest", "grid", "exact", "field"])
+@pytest.mark.parametrize("kind", longer(["none", "hard", "nearest", "grid", "exact", "field"], "grid"))
 def test_every_knowledge_and_every_coast_error(kind):
     coast = Coast.of(CoastPart(shapely.box(1600, -9000, 9000, 9000), 20.0, None))
     times, states = one_voyage(route([[1560.0, 2000.0], [1560.0, 2140.0]]), FRAME, RadarSimulation())

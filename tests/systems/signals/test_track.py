@@ -25,6 +25,7 @@ from elusive.systems.signals.results import tracked_of
 from elusive.systems.signals.run import bound_to, track_signal_recording
 from elusive.systems.signals.track import SignalState, SignalTracking, track_signal
 from elusive.tracking import ReadBack, Step, Track
+from tests.longer import longer
 
 QUICK = {"filter": {"smoothing": 0.9, "max_velocity": 3}}  # a short memory: the law of noise is soon simulated
 TIMED = {"filter": {"smoothing": 0.9, "max_velocity": 12}}  # the same at 4 frames a second
@@ -506,7 +507,7 @@ def believed(frames: np.ndarray, **told: Any) -> int:
     return len({track.track for step in steps for track in step.tracks if track.status == "confirmed"})
 
 
-@pytest.mark.parametrize("lobes", [3.98, 5.03, 7.02])
+@pytest.mark.parametrize("lobes", longer([3.98, 5.03, 7.02], 5.03))
 def test_a_rotor_is_no_object(lobes: float) -> None:
     # of three signals one ghost in what is left over; each has at least four where noise is taken to be white
     assert sum(believed(rotor(lobes, seed)) for seed in range(3)) <= 1
