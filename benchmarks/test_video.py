@@ -13,8 +13,9 @@ from scipy.ndimage import uniform_filter
 
 from elusive.systems.video.parameters import VideoTracking
 from elusive.systems.video.simulate import VideoSimulation, scenario_of, spokes_of
+from elusive.systems.video.start import start_of
 from elusive.systems.video.track import lay, track_video
-from elusive.systems.video.turns import heard, start_of, turns_of
+from elusive.systems.video.turns import heard, turns_of
 
 RADAR = {"spokes": 2048, "samples": 1024, "beam_deg": 360 / 1024, "pulse_m": 25.0}
 TURNS, SETTLED = 24, 14

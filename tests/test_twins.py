@@ -127,6 +127,7 @@ TWINS: dict[str, dict[str, str]] = {
         "sample_shifted": "preprocess/test_registration.py::reference.shifted",
     },
     "preprocess._link_weight_kernels": {"ellipses": "preprocess/test_link_weights.py::reference.ellipse_weights"},
+    "preprocess._lone_kernels": {"without_lone": "preprocess/test_lone_samples.py::twin.without_lone"},
     "preprocess._past_kernels": {
         "deviate": "preprocess/test_peak_kernels.py::reference.read_between",
         "learn": "preprocess/test_peak_kernels.py::reference.learn",

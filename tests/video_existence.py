@@ -18,8 +18,9 @@ from elusive.geometry.local_frame import LocalFrame
 from elusive.metrics import calibration_curve
 from elusive.systems.video.parameters import VideoTracking
 from elusive.systems.video.simulate import RADAR_DEG, START_S, VideoSimulation, scenario_of, spokes_of, write_coast
+from elusive.systems.video.start import start_of
 from elusive.systems.video.track import lay, track_video
-from elusive.systems.video.turns import heard, start_of, turns_of
+from elusive.systems.video.turns import heard, turns_of
 
 PLACES = ("open sea", "coast", "coast, chart")
 LEAST = 0.02  # existence from which a target is taken

@@ -17,19 +17,22 @@ def level_sea(power):
 def gathered(amplitude, time_s, received, place, width, samples, shape):
     """Sums of the mean power, and of the mean root of the amplitude, of neighbouring samples, row by row.
 
-    Each spoke is dealt out to a thousand points across its width; then how many were received, passed, and when.
+    Each spoke is dealt out to a thousand points across its width; then how many were received, passed, and when, and
+    how much of each cell is missing.
     """
-    total, counted = np.zeros((2, *shape)), np.zeros((3, shape[0]))
+    total, counted, lost = np.zeros((2, *shape)), np.zeros((3, shape[0])), np.zeros(shape)
     across = (np.arange(1000) + 0.5) / 1000 - 0.5
     for spoke, time, heard, middle in zip(amplitude.astype(float), time_s, received, place, strict=True):
         cells = spoke[: shape[1] * samples].reshape(shape[1], samples)
         reached, parts = np.unique(np.floor(middle + width * across).astype(int), return_counts=True)
         for row, part in zip(reached, parts / 1000, strict=True):
-            total[:, row % shape[0]] += part * (cells**2).mean(axis=1), part * np.sqrt(cells).mean(axis=1)
+            known = np.nan_to_num(cells)
+            total[:, row % shape[0]] += part * (known**2).mean(axis=1), part * np.sqrt(known).mean(axis=1)
+            lost[row % shape[0]] += part * np.isnan(cells).mean(axis=1)
             counted[0, row % shape[0]] += part * heard
             if 0 <= row < shape[0]:
                 counted[1:, row] += part, part * time
-    return *total, counted
+    return *total, counted, lost
 
 
 def overlapped(total, spokes, tall, wide):
@@ -213,3 +216,16 @@ def claimed(power, row, column):
             if max(top, 0) > fall and level[i, j] < max(top, 0) - fall + np.log(4):
                 found[i, j] = 1
     return found
+
+
+def without_lone(amplitude, away, reach, limit, low, least):
+    """Spokes without samples that exceed both their neighbours by a limit, and what goes on from them."""
+    found = amplitude[away:-away].astype(float)
+    beside = np.maximum(np.maximum(amplitude[: -2 * away], amplitude[2 * away :]).astype(float), least)
+    over = np.divide(found, beside * reach[:, None], out=np.zeros_like(found), where=beside > 0)
+    for spoke, line in zip(found, over, strict=True):
+        runs = np.split(np.arange(len(line)), np.flatnonzero((line > low)[:-1] != (line > low)[1:]) + 1)
+        for run in runs:
+            if (line[run] > limit[run]).any():
+                spoke[run] = np.nan
+    return found, int(np.isnan(found).sum())

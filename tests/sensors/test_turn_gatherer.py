@@ -21,15 +21,36 @@ def test_spokes_are_gathered_as_by_the_twin(kind, width):
     amplitude, place = rng.integers(0, 200, (50, 13)).astype(kind), rng.uniform(0, 8, 50)
     place = np.floor(1000 * place) / 1000 + 0.0005  # between the points that the twin deals out
     time_s, received = rng.uniform(0, 2, 50), rng.random(50) < 0.8
-    (total, roots), counted = np.zeros((2, 8, 4), np.float32), np.zeros((3, 8))
-    kernels.gather(amplitude, time_s, received, place, width, 3, total, roots, counted)
+    if kind is np.float32:
+        amplitude[rng.random(amplitude.shape) < 0.1] = np.nan
+    (total, roots, lost), counted = np.zeros((3, 8, 4), np.float32), np.zeros((3, 8))
+    holes = kernels.gather(amplitude, time_s, received, place, width, 3, total, roots, counted, lost)
     expected = twin.gathered(amplitude, time_s, received, place, width, 3, total.shape)
-    for found, one in zip((total, roots, counted), expected, strict=True):
+    for found, one in zip((total, roots, counted, lost), expected, strict=True):
         np.testing.assert_allclose(found, one, rtol=1e-5 if width == 0 else 0.01)
+    assert holes == np.isnan(amplitude[:, :12].astype(float)).reshape(50, 4, 3).any(axis=2).sum()
     spokes = counted[0].copy()
     spokes[3] = 0
     found = kernels.overlap(total, spokes, 2, 2)
     np.testing.assert_allclose(found, twin.overlapped(total.astype(float), spokes, 2, 2), rtol=2e-5)
+
+
+def test_samples_that_were_not_received_are_no_value():
+    """A cell is the mean of what was, and nothing is known of it where hardly any was."""
+    azimuth, nothing = 2 * np.pi * (np.arange(360) + 0.5) / 360, np.full(360, np.nan)
+    range_part = np.tile(np.repeat([1.0, 3.0], 2), 32)
+    amplitude = np.repeat(range_part[None], 360, axis=0).astype(np.float32)
+    amplitude[100, 30:34] = np.nan
+    amplitude[200:210, 60:64] = np.nan
+    gatherer = TurnGatherer(RADAR, azimuth[1] - azimuth[0])
+    read = Spokes(azimuth, azimuth, True, RADAR.start_m, 10.0, amplitude, 0, nothing, np.stack([nothing] * 2, 1))
+    gatherer.add(read, azimuth, (0.0, 0.0))
+    (turn,) = gatherer.rest((0.0, 0.0))
+    row, column = np.nonzero(np.isnan(turn.power[:, :-1]))
+    assert len(row)
+    assert (np.abs(RADAR.azimuth_rad[row] - np.radians(205)) < np.radians(11)).all()
+    assert (np.abs(RADAR.range_m[column] - 720) < 30).all()
+    np.testing.assert_allclose(turn.power[np.isfinite(turn.power)], 5.0, rtol=1e-5)
 
 
 def test_clutter_averages_out_alike_in_all_rows():

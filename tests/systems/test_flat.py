@@ -16,6 +16,7 @@ from elusive.io.live_frames import TimedFrame
 from elusive.io.signals import SignalFrame
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.radar_scans import RadarPlot, scan_of
+from elusive.sensors.radar_video import RadarVideo
 from elusive.sensors.radio_network import RadioNodes, RssFrame
 from elusive.systems.bearings import run as emitters
 from elusive.systems.bearings.parameters import BearingTracking
@@ -167,14 +168,16 @@ def test_memory_does_not_grow_with_the_steps_of_a_live_run(tmp_path, monkeypatch
 
 
 def test_tracks_that_have_ended_are_counted_alone():
-    kept, judged = ConstraintsKept(), Judged(SimpleNamespace(shape=(4, 4)))
+    sensor = RadarVideo(samples=8)
+    (rows, columns), kept, judged = sensor.shape, ConstraintsKept(), Judged(sensor)
     judged._is_beside = lambda ship, heard: ship.track % 4 == 0
-    level = np.zeros((1, 4))
-    sea = SimpleNamespace(mean=level, slope=level, across=np.zeros(4), sector=np.zeros(4, np.int64))
-    turn = SimpleNamespace(place=(0.0, 0.0), sea=sea)
-    clutter = SimpleNamespace(fixed=np.zeros((4, 4), bool))
+    level = np.zeros((1, columns))
+    sea = SimpleNamespace(mean=level, slope=level, across=np.zeros(rows), sector=np.zeros(rows, np.int64))
+    turn = SimpleNamespace(place=(0.0, 0.0), sea=sea, time_s=0.0, row_s=np.zeros(rows))
+    clutter = SimpleNamespace(fixed=np.zeros((rows, columns), bool), turns=20)
     learnt = SimpleNamespace(swell=None, ghosts=None)
-    heard = SimpleNamespace(turn=turn, held=0.0, power=np.zeros((4, 4), np.float32), clutter=clutter, learnt=learnt)
+    power = np.zeros((rows, columns), np.float32)
+    heard = SimpleNamespace(turn=turn, held=0.0, power=power, clutter=clutter, learnt=learnt)
     for number in range(1000):
         kept.add({number: 0.5 if number % 4 == 0 else 1.0}, {number, number + 1})
         judged.add(heard, [SimpleNamespace(track=number, status="confirmed", mean=np.zeros(4))])

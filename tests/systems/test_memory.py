@@ -34,8 +34,9 @@ from elusive.systems.signals.live import follow_signal_live
 from elusive.systems.signals.track import SignalTracking, track_signal
 from elusive.systems.video.parameters import VideoTracking
 from elusive.systems.video.simulate import VideoSimulation, scenario_of, spokes_of
+from elusive.systems.video.start import start_of
 from elusive.systems.video.track import track_video
-from elusive.systems.video.turns import heard, start_of, turns_of
+from elusive.systems.video.turns import heard, turns_of
 from elusive.tracking.memory import Memory
 from tests.bearing_flight import write_flight
 from tests.walked_room import EMPTY, write_room

@@ -16,8 +16,8 @@ from elusive.io import open_radar_plots
 from elusive.io.radar_video import open_radar_video
 from elusive.preprocess.clutter_map import ClutterMap
 from elusive.sensors.echo_extent import EchoExtent
-from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
-from elusive.systems.video.checks import Judged, findings_of
+from elusive.sensors.radar_video import EvidenceTurn, RadarVideo, SeaLevel
+from elusive.systems.video.checks import Judged
 from elusive.systems.video.parameters import PlotFinding, VideoTracking
 from elusive.systems.video.plots import write_video_plots
 from elusive.systems.video.registration import register
@@ -32,10 +32,12 @@ from elusive.systems.video.simulate import (
     simulate_video,
     spokes_of,
 )
+from elusive.systems.video.start import VideoStart, start_of
 from elusive.systems.video.swell import swell_after, without_crests
-from elusive.systems.video.swinging import swings, turned
+from elusive.systems.video.swinging import expected, swings, turned
+from elusive.systems.video.told import findings_of
 from elusive.systems.video.track import track_video, track_video_recording
-from elusive.systems.video.turns import Heard, Learnt, VideoStart, heard, start_of, turns_of
+from elusive.systems.video.turns import Heard, Learnt, heard, turns_of
 from elusive.tracking.track import Track
 from tests.recordings import DATA
 from tests.reference.radar_video import level_sea
@@ -457,6 +459,41 @@ def test_headings_that_lag_are_told_by_what_is_fixed(swing):
     assert found.seen == pytest.approx(np.std(truth), abs=0.15)
     assert np.isnan(turned(np.ones(fixed.shape), np.zeros_like(fixed))).all()
     assert np.isnan(turned(np.full(fixed.shape, np.nan), fixed)).all()
+
+
+@pytest.mark.parametrize("late", [0.0, 3.0])
+def test_headings_that_lag_in_a_turn_are_told_by_ships_about_where_they_were_expected(late):
+    """In open sea, where nothing is fixed, ships were told anew beside themselves, and nothing said so."""
+    rng, sensor, pairs = np.random.default_rng(9), RadarVideo(beam_deg=2.0, samples=240), []
+    nothing = np.zeros(sensor.shape, bool)
+    across, along, before = np.arange(360)[:, None], np.arange(sensor.shape[1]), None
+    for k in range(200):
+        off = -late * (15 <= k < 33)
+        angle = np.radians(np.array([10, 80, 150, 200, 290, 340])) + 2e-3 * k
+        distance = sensor.range_m[10:110:18] + 0.3 * k
+        ships = np.stack([distance * np.sin(angle), distance * np.cos(angle)], axis=1)
+        power = np.ones(sensor.shape, np.float32)
+        for east, north in ships:
+            row = np.arctan2(east, north) / sensor.grid[2] - 1 + off
+            column = (np.hypot(east, north) - sensor.grid[0]) / sensor.grid[1]
+            aside = (across - row + 180) % 360 - 180
+            power += 100 * np.exp(-(aside**2) - (along - column) ** 2).astype(np.float32)
+        power *= rng.exponential(size=power.shape).astype(np.float32)
+        sea = SeaLevel(*np.zeros((2, 1, sensor.shape[1]), np.float32), *np.zeros((2, 360), int))
+        turn = EvidenceTurn(2.5 * k, np.full(360, 2.5 * k), power, (0.0, 0.0), power, power, sea)
+        if before is not None:
+            told = [Track(n, "confirmed", 1.0, mean, np.eye(4)) for n, mean in enumerate(before)]
+            pairs.append(turned(power, nothing, expected(told, 2.5 * (k - 1), turn, sensor)))
+        velocity = np.stack([np.cos(angle), -np.sin(angle)], axis=1) * distance[:, None] * 2e-3 / 2.5
+        shown = angle + off * sensor.grid[2]
+        told_at = np.stack([distance * np.sin(shown), distance * np.cos(shown)], axis=1)
+        before = np.stack([told_at[:, 0], velocity[:, 0], told_at[:, 1], velocity[:, 1]], axis=1)
+    pairs = np.array(pairs)
+    assert (np.abs(np.delete(pairs, [14, 32], axis=0)) < 0.7).all()
+    np.testing.assert_allclose(pairs[[14, 32]], np.array([[-late, -late], [late, late]]), atol=0.7)
+    found = swings(pairs, sensor)
+    assert found.holds == (late == 0)
+    assert np.isnan(turned(power, nothing, np.zeros((3, 2)) + 20.0)).all()
 
 
 @pytest.mark.parametrize("turns", [30, 120])

@@ -17,16 +17,18 @@ LEAST_PART = 1e-6  # of a spoke
 @njit(cache=True, nogil=True, error_model="numpy")
 def gather(
     amplitude: NDArray[Any], time_s: Array, received: NDArray[np.bool_], place: Array, width: float, samples: int,
-    total: NDArray[np.float32], roots: NDArray[np.float32], counted: Array,
-) -> None:  # fmt: skip
+    total: NDArray[np.float32], roots: NDArray[np.float32], counted: Array, lost: NDArray[np.float32],
+) -> int:  # fmt: skip
     """Add mean power, and mean root of amplitude, of ``samples`` neighbours of spokes ``(n, m)`` to rows ``(A, R)``.
 
     A spoke covers ``width`` rows about its ``place``, in rows, and is shared among them. ``counted`` ``(3, A)`` gathers
-    how many were received and passed, and the sum of the latter's times.
+    how many were received and passed, and the sum of the latter's times. NaN is left out: ``lost`` ``(A, R)`` gathers
+    the spokes, and parts of them, that are missing so; of how many cells of a spoke is returned.
     """
     rows, columns = total.shape
     share = np.float32(1.0 / samples)
     power, root = np.empty(columns, np.float32), np.empty(columns, np.float32)
+    gone, holes = np.empty(columns, np.float32), 0
     for i in range(len(place)):
         power[:], root[:] = 0.0, 0.0
         for j in range(columns):
@@ -34,6 +36,21 @@ def gather(
                 value = np.float32(amplitude[i, k])
                 power[j] += value * value
                 root[j] += np.sqrt(value)
+        before = holes
+        for j in range(columns):
+            if power[j] == power[j]:
+                continue
+            if before == holes:
+                gone[:] = 0.0
+            power[j], root[j] = 0.0, 0.0
+            holes += 1
+            for k in range(j * samples, (j + 1) * samples):
+                value = np.float32(amplitude[i, k])
+                if value == value:
+                    power[j] += value * value
+                    root[j] += np.sqrt(value)
+                else:
+                    gone[j] += share
         low, high = place[i] - 0.5 * width, place[i] + 0.5 * width
         for a in range(math.floor(low), math.floor(high) + 1):
             part = (min(a + 1.0, high) - max(a, low)) / width if width > 0 else 1.0
@@ -44,10 +61,14 @@ def gather(
             for j in range(columns):
                 line[j] += power[j] * weight
                 beside[j] += root[j] * weight
+            if holes > before:
+                for j in range(columns):
+                    lost[row, j] += gone[j] * np.float32(part)
             counted[0, row] += part * received[i]
             if row == a:  # what reaches over north is of this turn's other end
                 counted[1, row] += part
                 counted[2, row] += part * time_s[i]
+    return holes
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

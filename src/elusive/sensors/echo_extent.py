@@ -53,7 +53,10 @@ def first_turn(spokes: Iterable[Spokes]) -> list[Spokes]:
 
 
 def echo_extent(spokes: Sequence[Spokes]) -> EchoExtent:
-    """Return how far echoes reach in spokes of the first one's range scale, at least one turn of them."""
+    """Return how far echoes reach in spokes of the first one's range scale, at least one turn of them.
+
+    Samples that are NaN say nothing.
+    """
     first = spokes[0]
     alike = [
         one for one in spokes
@@ -66,7 +69,7 @@ def echo_extent(spokes: Sequence[Spokes]) -> EchoExtent:
         return EchoExtent(math.nan, math.nan)
     tall, wide = (max(LEAST, n // parts) for n, parts in zip(amplitude.shape, (SECTORS, BANDS), strict=True))
     patches = [
-        amplitude[i : i + tall, j : j + wide].astype(np.float32)
+        _filled(amplitude[i : i + tall, j : j + wide].astype(np.float32))
         for i in range(0, amplitude.shape[0] - tall + 1, tall)
         for j in range(0, amplitude.shape[1] - wide + 1, wide)
     ]
@@ -78,6 +81,14 @@ def echo_extent(spokes: Sequence[Spokes]) -> EchoExtent:
     return EchoExtent(
         max(OF_PULSE * pulse, SHORTEST) * first.step_m, math.degrees(OF_BEAM * beam * float(steps.mean()))
     )
+
+
+def _filled(patch: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return a patch, its mean where a sample is missing."""
+    missing = np.isnan(patch)
+    if missing.any():
+        patch[missing] = patch[~missing].mean() if not missing.all() else 0.0
+    return patch
 
 
 def _less_plane(patch: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -22,6 +22,7 @@ NOISE = 20  # samples of a spoke that hold some, from which a spoke without any 
 STRIPS, ASIDE, LOUDER = 8, (3, 4, 5, 6), math.log(4.0)  # of range; rows beyond an echo's beam; logarithm of power
 FEW_SPOKES = 2  # of a row, below which they are shared among rows
 NORTH = 32  # part of a turn within which its first and its last spoke are at north
+MOST_LOST = 0.8  # of a cell's samples: what is left says nothing of it
 LEAST_POWER = 0.1  # of quantised samples: what is below a step is not told apart
 
 
@@ -61,9 +62,13 @@ class TurnGatherer:
         rows, columns = self.sensor.shape
         self._total, self._roots = np.zeros((2, rows, columns), np.float32)
         self._counted = np.zeros((3, rows))  # spokes received, spokes passed, and the sum of the latter's times
+        self._lost, self._holes = np.zeros((rows, columns), np.float32), 0  # spokes missing in a cell; in how many any
 
     def add(self, spokes: Spokes, azimuth_rad: Array, place: tuple[float, float]) -> list[VideoTurn]:
-        """Take in spokes, whose azimuths are from north, and return the turns that ended with them."""
+        """Take in spokes, whose azimuths are from north, and return the turns that ended with them.
+
+        Samples that are NaN were not received: a cell is the mean of the others, and NaN where most are missing.
+        """
         from elusive.sensors import _turn_gatherer_kernels as kernels
 
         rows = self.sensor.shape[0]
@@ -78,9 +83,9 @@ class TurnGatherer:
             part = slice(start, stop)
             self._least = LEAST_POWER if spokes.bits else 0.0
             amplitude = spokes.amplitude[part]
-            kernels.gather(
+            self._holes += kernels.gather(
                 amplitude, spokes.time_s[part], self._received(amplitude), across[part], self._width,
-                self.sensor.grouped, self._total, self._roots, self._counted,
+                self.sensor.grouped, self._total, self._roots, self._counted, self._lost,
             )  # fmt: skip
         self._row = int(row[-1])
         return found
@@ -110,13 +115,24 @@ class TurnGatherer:
         )
         return np.asarray((strips > np.maximum(before, after) + LOUDER).sum(axis=0) >= STRIPS - 1)
 
+    def _filled(self) -> tuple[NDArray[np.int64], ...]:
+        """Give cells, of which some was not received, the mean of the rest; return those of which most was not."""
+        where = np.nonzero(self._lost) if self._holes else (np.zeros(0, np.int64),) * 2
+        lost = self._lost[where] / np.maximum(self._counted[0], 1e-6)[where[0]].astype(np.float32)
+        rest = np.maximum(1 - lost, np.float32(1 - MOST_LOST))
+        self._total[where] /= rest
+        self._roots[where] /= rest
+        return tuple(one[lost > MOST_LOST] for one in where)
+
     def _ended(self, place: tuple[float, float]) -> VideoTurn:
         from elusive.sensors import _turn_gatherer_kernels as kernels
 
         with np.errstate(invalid="ignore", divide="ignore"):
             times = self._counted[2] / self._counted[1]
+        gone = self._filled()
         spoilt = self._spoilt()
         self._counted[0, spoilt] = 0
+        self._total[gone] = self._roots[gone] = np.nan
         power, root = (kernels.overlap(total, self._counted[0], 2, 2) for total in (self._total, self._roots))
         least = np.float32(self._least)
         turn = VideoTurn(

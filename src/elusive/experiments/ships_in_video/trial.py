@@ -37,8 +37,9 @@ from elusive.systems.video.simulate import (
     spokes_of,
     write_coast,
 )
+from elusive.systems.video.start import start_of
 from elusive.systems.video.track import WET, lay, track_video
-from elusive.systems.video.turns import Heard, heard, start_of, turns_of
+from elusive.systems.video.turns import Heard, heard, turns_of
 from elusive.tracking.track import Track
 
 WAYS = ("video, chart", "video", "plots, chart", "plots")

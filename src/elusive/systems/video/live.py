@@ -18,8 +18,9 @@ from elusive.systems.video.checks import Judged
 from elusive.systems.video.parameters import VideoTracking
 from elusive.systems.video.resting import resting_of, write_resting
 from elusive.systems.video.results import ADDED
+from elusive.systems.video.start import VideoStart, start_of
 from elusive.systems.video.track import lay, track_video
-from elusive.systems.video.turns import VideoStart, heard, start_of, turns_of
+from elusive.systems.video.turns import heard, turns_of
 from elusive.tracking.memory import Memory
 from elusive.tracking.track import Step
 

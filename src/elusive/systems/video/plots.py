@@ -22,7 +22,8 @@ from elusive.io.csv_files import write_csv
 from elusive.io.radar_video import RadarVideoSource
 from elusive.sensors.radar_video import RadarVideo
 from elusive.systems.video.parameters import PlotFinding
-from elusive.systems.video.turns import Heard, heard, start_of, turns_of, water_map
+from elusive.systems.video.start import start_of
+from elusive.systems.video.turns import Heard, heard, turns_of, water_map
 
 MANY = 3.0  # times the peaks that are asked, about, at the evidence where they are counted
 COLUMNS = ("time_s", "range_m", "bearing_deg", "extent_m", "snr_db")

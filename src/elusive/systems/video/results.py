@@ -25,7 +25,7 @@ from elusive.systems.video.checks import Judged
 from elusive.systems.video.parameters import VideoTracking
 from elusive.systems.video.report import Shown, VideoPath, VideoTracked, video_report
 from elusive.systems.video.resting import Resting, resting_of, write_resting
-from elusive.systems.video.turns import VideoStart
+from elusive.systems.video.start import VideoStart
 from elusive.tracking.track import Step
 
 FILES = ("tracks.csv", "resting.csv", "result.nc", "report.html", "report.png", "checks.json", "config.yaml")

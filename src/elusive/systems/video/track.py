@@ -24,8 +24,9 @@ from elusive.sensors.radar_video import RadarVideo
 from elusive.systems.video.ghosts import ghosts_after, without_ghosts
 from elusive.systems.video.parameters import VideoTracking
 from elusive.systems.video.results import ADDED, VideoOutcome, VideoRun
+from elusive.systems.video.start import VideoStart, start_of
 from elusive.systems.video.swell import swell_after, without_crests
-from elusive.systems.video.turns import Heard, VideoStart, heard, start_of, turns_of, water_map
+from elusive.systems.video.turns import Heard, heard, turns_of, water_map
 from elusive.tracking.evidence_maps import EvidenceState, EvidenceTracker
 from elusive.tracking.memory import Memory
 from elusive.tracking.track import Step

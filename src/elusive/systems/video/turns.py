@@ -11,51 +11,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elusive.contracts import Array
-from elusive.errors import DataError, ParameterError
-from elusive.geometry.local_frame import LocalFrame
+from elusive.errors import DataError
 from elusive.preprocess.clutter_map import ClutterMap, ClutterState
+from elusive.preprocess.lone_samples import LoneSamples
 from elusive.preprocess.side_lobes import without_side_lobes
 from elusive.preprocess.turn_evidence import as_in_turn
-from elusive.sensors.echo_extent import EchoExtent, echo_extent, first_turn
 from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
 from elusive.sensors.spokes import Spokes
 from elusive.sensors.turn_gatherer import TurnGatherer, VideoTurn
 from elusive.systems.video.ghosts import Ghosts
-from elusive.systems.video.parameters import MOST_BYTES, PlotFinding, VideoTracking, bytes_held, seconds_a_turn
-from elusive.systems.video.spirals import single_samples
+from elusive.systems.video.start import VideoStart
 from elusive.systems.video.swell import Swell
 from elusive.tracking.memory import Memory
 
-FINE = 0.5  # beams from spoke to spoke, up to which an echo is in several
-SPARSE = 8  # samples of a spoke of which one is looked at for its levels
 BEYOND = 5.0  # evidence at which the clutter's law is tried
 GONE = 3.0  # turns in another range scale after which a live radar is taken to stay in it
 TURN_RAD = 2 * math.pi
-BACKWARDS = 0.9  # share of steps; an antenna that sweeps to and fro has half
 EDGE = 15  # cells in a row, its own in the middle, of which a fixed one makes the edge of what is fixed
 OPEN = 0.5  # share of cells beyond such edges from which the open sea's law is known
-
-
-class VideoStart(NamedTuple):
-    """What the first turn of a recording says."""
-
-    sensor: RadarVideo
-    frame: LocalFrame | None  # about the radar's first place; None where that is not known
-    held_bytes: float  # what cells take, of turns and of what is learnt
-    turn_s: float  # what a turn takes of one core, about
-    extent: EchoExtent  # as the first turn's echoes show it
-    levels: int  # different amplitudes in the first turn
-    spacing_rad: float = 0.0  # from spoke to spoke
-
-    @property
-    def sentence(self) -> str:
-        """What is taken, before it is."""
-        rows, columns = self.sensor.shape
-        return (
-            f"A turn is {rows} x {columns} cells, of a beam of {self.sensor.beam_deg:.2g} degrees and a pulse of "
-            f"{2 * self.sensor.cell_m:.2g} m; they take {self.held_bytes / 1e6:.3g} MB, however long it lasts, and "
-            f"about {self.turn_s:.1g} s a turn of one core."
-        )
 
 
 class Learnt(NamedTuple):
@@ -81,64 +54,6 @@ class Heard(NamedTuple):
         return self.learnt.clutter
 
 
-def start_of(
-    spokes: Iterable[Spokes], parameters: VideoTracking | PlotFinding, lon_deg: float | None, lat_deg: float | None,
-    needs_place: str = "",
-) -> VideoStart:  # fmt: skip
-    """Look at the first turn; ``needs_place`` is what is asked for that needs to know where the radar is.
-
-    Raises
-    ------
-    DataError
-        If there are none, or they do not say where the radar is, and that is needed.
-    ParameterError
-        If one of longitude and latitude is given alone, or a turn of these spokes takes more memory than there is.
-    """
-    if (lon_deg is None) != (lat_deg is None):
-        raise ParameterError("radar_lon_deg, radar_lat_deg: one was given without the other; give both or none.")
-    turn = first_turn(spokes)
-    if not turn:
-        raise DataError("radar video: no spoke came.")
-    spacing = _spacing_of(np.concatenate([part.azimuth_rad for part in turn]))
-    extent = echo_extent(turn)
-    sensor = parameters.radar.bind(turn[0], extent)
-    needed = bytes_held(sensor, parameters.learning_turns)
-    if needed > MOST_BYTES:
-        raise ParameterError(
-            f"beam_deg, pulse_m: a turn of {sensor.shape[0]} x {sensor.shape[1]} cells takes {needed / 1e9:.1f} GB; "
-            "give the radar's own beam and pulse, or fewer --learning-turns."
-        )
-    levels = len(np.unique(np.concatenate([part.amplitude[:, ::SPARSE].ravel() for part in turn])))
-    if lon_deg is not None and lat_deg is not None:
-        return VideoStart(
-            sensor, LocalFrame.at(lon_deg, lat_deg), needed, seconds_a_turn(sensor), extent, levels, spacing
-        )
-    lonlat_deg = np.concatenate([part.lonlat_deg for part in turn])
-    known = lonlat_deg[np.isfinite(lonlat_deg).all(axis=1)]
-    if needs_place and not len(known):
-        raise DataError(
-            f"{needs_place}: the recording does not say where the radar is; give --radar-lat-deg and --radar-lon-deg."
-        )
-    frame = LocalFrame.at(*known[0].tolist()) if len(known) else None
-    return VideoStart(sensor, frame, needed, seconds_a_turn(sensor), extent, levels, spacing)
-
-
-def _spacing_of(azimuth_rad: Array) -> float:
-    """Return the mean step from spoke to spoke; refuse an antenna that stands, or turns against the clock."""
-    steps = (np.diff(azimuth_rad) + math.pi) % TURN_RAD - math.pi
-    if len(steps) and not steps.any():
-        raise DataError(
-            f"radar video: all azimuths are {math.degrees(azimuth_rad[0]):.4g} degrees; ships are tracked in whole "
-            "turns of the antenna."
-        )
-    if len(steps) and np.mean(steps < 0) > BACKWARDS:
-        raise DataError(
-            "radar video: azimuths fall from spoke to spoke, as of an antenna that turns against the clock; count them "
-            "clockwise, 360 degrees minus each."
-        )
-    return max(float(steps.mean()), 0.0) if len(steps) else 0.0
-
-
 def turns_of(
     spokes: Iterable[Spokes], start: VideoStart, bias_deg: float, counts: Counter[str], *, moves: bool = True,
     live: bool = False,
@@ -148,7 +63,22 @@ def turns_of(
     ``moves`` says whether the radar's place is that of the spokes; else it stands at the frame's origin. ``live`` ends
     them once the range scale has changed for good; ``counts`` tells the turns of another one since.
     """
-    sensor, gatherer, place, away = start.sensor, TurnGatherer(start.sensor, start.spacing_rad), (0.0, 0.0), 0.0
+    sensor, place, away = start.sensor, (0.0, 0.0), 0.0
+    gatherer, alone = _begun(start)
+
+    def gathered(part: Spokes) -> list[VideoTurn]:
+        nonlocal place
+        azimuth = part.azimuth_rad + math.radians(bias_deg)
+        if not part.from_north:
+            known = np.isfinite(part.heading_rad)
+            counts["no heading"] += int((~known).sum())
+            azimuth = azimuth + np.where(known, part.heading_rad, 0.0)
+        seen = part.lonlat_deg[np.isfinite(part.lonlat_deg).all(axis=1)]
+        if moves and start.frame is not None and len(seen):
+            x, y = start.frame.to_local(seen[-1:])[0].tolist()
+            place = float(x), float(y)
+        return _counted(gatherer.add(part, azimuth, place), counts)
+
     for part in spokes:
         counts["spokes"] += len(part.time_s)
         if (part.start_m, part.step_m, part.amplitude.shape[1]) != (sensor.start_m, sensor.step_m, sensor.samples):
@@ -160,24 +90,18 @@ def turns_of(
                 return
             continue
         if away > 0.5:  # of a turn: what was begun before is of another one
-            gatherer = TurnGatherer(sensor, start.spacing_rad)
+            gatherer, alone = _begun(start)
         away = 0.0
         counts["turns away"] = 0
-        azimuth = part.azimuth_rad + math.radians(bias_deg)
-        if not part.from_north:
-            known = np.isfinite(part.heading_rad)
-            counts["no heading"] += int((~known).sum())
-            azimuth = azimuth + np.where(known, part.heading_rad, 0.0)
-        if start.spacing_rad < FINE * math.radians(sensor.beam_deg):
-            single, of_all = single_samples(part)
-            counts["single"] += single
-            counts["samples"] += of_all
-        seen = part.lonlat_deg[np.isfinite(part.lonlat_deg).all(axis=1)]
-        if moves and start.frame is not None and len(seen):
-            x, y = start.frame.to_local(seen[-1:])[0].tolist()
-            place = float(x), float(y)
-        yield from _counted(gatherer.add(part, azimuth, place), counts)
+        for one in alone.add(part, counts):
+            yield from gathered(one)
+    for one in alone.rest():
+        yield from gathered(one)
     yield from _counted(gatherer.rest(place), counts)
+
+
+def _begun(start: VideoStart) -> tuple[TurnGatherer, LoneSamples]:
+    return TurnGatherer(start.sensor, start.spacing_rad), LoneSamples(start.beam_rad, start.spacing_rad)
 
 
 def _counted(turns: list[VideoTurn], counts: Counter[str]) -> list[VideoTurn]:
