@@ -40,3 +40,30 @@ def test_an_echo_of_an_echo_is_named_and_no_ship(tmp_path, ship, other, ghost):
     assert sorted(sure) == ([0] if ghost else [0, 1])
     finding = next(one for one in outcome.findings if one.name == "video.ghosts")
     assert (finding.holds, finding.seen) == (not ghost, ghost)
+
+
+@pytest.mark.parametrize("ghost", [True, False])
+def test_behind_a_ship_that_comes_straight_is_an_echo_of_its_echo_or_one_in_its_company(tmp_path, ghost):
+    """Both keep to it; an echo of its echo is as strong as that is, turn by turn. It was a sure track to the end."""
+    radar = VideoRadar(spokes=360, samples=120, step_m=20.0, pulse_m=40.0, beam_deg=3.0, start_m=200.0)
+    sea = Sea(radar, SeaState(swerling=0), Still(np.zeros(cell_places(radar).shape[:2])))
+    rng, way = np.random.default_rng(2), np.array([0.6, 0.8])
+    ships = np.array([[far * way[0], -11 * way[0], far * way[1], -11 * way[1]] for far in (1500.0, 1780.0)])
+    parts = []
+    for turn in range(22):
+        power, now = rng.exponential(size=2), ships.copy()
+        now[:, 0::2] += 2.5 * turn * ships[:, 1::2]
+        level = np.array([30.0, 20.0]) + 10 * np.log10(power[[0, 0]] if ghost else power)
+        parts.append(sea.turn(2.5 * turn, now, level, rng))
+    whole, path = join_spokes(parts), tmp_path / "video.npz"
+    np.savez(
+        path, amplitude=whole.amplitude, time_s=whole.time_s, azimuth_deg=np.degrees(whole.azimuth_rad),
+        from_north=True, start_m=whole.start_m, step_m=whole.step_m, bits=32,
+    )  # fmt: skip
+    outcome = track_video_recording(open_radar_video(path), VideoTracking(), None)
+    last = {bool(one.confirmed[-1]): one for one in outcome.tracked.paths}
+    assert len(outcome.tracked.paths) == 2
+    assert set(last) == ({True, False} if ghost else {True})
+    if ghost:
+        assert last[False].existence[-1] <= 0.5
+        assert np.hypot(*last[False].places[-1]) > np.hypot(*last[True].places[-1])
