@@ -9,5 +9,8 @@ import pytest
 
 
 def longer(every: Iterable[Any], *long: Any) -> list[Any]:
-    """All cases, of which ``long`` ones are left to ``make validate``."""
-    return [pytest.param(one, marks=pytest.mark.validate) if one in long else one for one in every]
+    """All cases, a tuple where they have several parameters; ``long`` ones are left to ``make validate``."""
+    marks = pytest.mark.validate
+    return [
+        pytest.param(*(one if isinstance(one, tuple) else (one,)), marks=marks) if one in long else one for one in every
+    ]
