@@ -100,6 +100,7 @@ TWINS: dict[str, dict[str, str]] = {
         "count": "preprocess/test_clutter_map.py::twin.counted",
         "follow": "preprocess/test_clutter_map.py::twin.followed",
         "judge": "preprocess/test_clutter_map.py::twin.judged",
+        "stands": "preprocess/test_clutter_map.py::twin.expected",
         "sums": "preprocess/test_clutter_map.py::twin.summed",
         "widened": "preprocess/test_clutter_map.py::maximum_filter",
     },

@@ -33,6 +33,11 @@ def test_cells_are_counted_and_judged_as_by_the_twin():
     kernels.judge(level, chosen, *known, -6.0, 0.25, table, found)
     told = twin.judged(level, middle, block, -6.0, 0.25, table)
     np.testing.assert_allclose(found, np.where(chosen, told, -7), rtol=1e-4, atol=1e-5)
+    level[5, 6], edge, sea = np.inf, rng.normal(0, 1, 6), np.zeros_like(fixed)
+    middle, block = twin.expected(mean, slope, sector, across, part, own, sea, sea)
+    stands = kernels.stands(level, mean, slope, sector, across, part, edge)
+    assert (stands != (np.isfinite(level) & (level - middle > edge[block]))).sum() <= 2  # at an edge
+    level[5, 6] = 0.0
     sums = np.zeros((5, 2, 30))
     kernels.sums(level, chosen & (level == level), sector, across, sums)
     np.testing.assert_allclose(sums, twin.summed(level, chosen & (level == level), sector, across), atol=1e-12)

@@ -283,7 +283,7 @@ def test_ships_that_are_a_coasts_edge_or_too_many_are_named(ships, off_m, broken
     state = ClutterMap().learnt(None, power)._replace(fixed=fixed)
     turn = EvidenceTurn(0.0, np.zeros(len(power)), power, (0.0, 0.0), power, power, ClutterMap().sea(state))
     judged = Judged(sensor)
-    judged.add(Heard(turn, power, Learnt(state, state), 1.0), tracks)
+    judged.add(Heard(turn, power, Learnt(state, state, fixed), 1.0), tracks)
     start = VideoStart(sensor, None, 0.0, 0.0, EchoExtent(np.nan, np.nan), 256)
     found = judged.findings(Counter({"spokes": 1, "turns": 20}), start, None)[1]
     assert {one.name for one in found if not one.holds and one.grave} == {f"video.{name}" for name in broken}
@@ -326,7 +326,7 @@ def test_crests_of_swell_are_told_from_a_lane_of_ships(contrast, told):
     for turn, tracks in sea_of(sensor, np.random.default_rng(5), contrast):
         swell = swell_after(swell, tracks, turn, sensor)
         shown = without_crests(tracks, swell)
-        judged.add(Heard(turn, power, Learnt(state, state, swell), 1.0), shown)
+        judged.add(Heard(turn, power, Learnt(state, state, state.fixed, swell), 1.0), shown)
     assert {one.track for one in shown if one.status == "confirmed"} == ({99} if told else {*range(12), 99})
     start = VideoStart(sensor, None, 0.0, 0.0, EchoExtent(np.nan, np.nan), 256)
     found = judged.findings(Counter({"spokes": 1, "turns": 20}), start, None)[1]

@@ -117,6 +117,27 @@ def judge(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def stands(
+    level: NDArray[np.float32], mean: NDArray[np.float32], slope: NDArray[np.float32], sector: NDArray[np.int64],
+    across: NDArray[np.float32], part: NDArray[np.int64], edge: Array,
+) -> NDArray[np.bool_]:  # fmt: skip
+    """Say which cells are further above what is expected of the sea than their block's ``edge`` ``(S P,)``.
+
+    What is not finite is not known, and none of them.
+    """
+    rows, columns = level.shape
+    parts = part.max() + 1
+    found = np.empty((rows, columns), np.bool_)
+    for i in range(rows):
+        s, x = sector[i], across[i]
+        line, there, first, rise = found[i], level[i], mean[s], slope[s]
+        for j in range(columns):
+            over = there[j] - (first[j] + x * rise[j])
+            line[j] = over > edge[s * parts + part[j]] and over < np.inf
+    return found
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def widened(cells: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:
     """Cells within ``reach`` rows, round the turn, and columns of one of some ``(A, R)``."""
     rows, columns = cells.shape

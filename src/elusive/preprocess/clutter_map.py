@@ -14,11 +14,12 @@ echoes saturate or are longer than a cell: both are set against whichever of the
 from __future__ import annotations
 
 import math
+from collections import deque
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import Field, PrivateAttr
 from scipy.ndimage import uniform_filter1d
 
 from elusive.contracts import Array
@@ -72,6 +73,9 @@ class ClutterMap(Model):
         2.0, description="What is above this evidence in three of four turns is a fixed echo [nats]"
     )
 
+    # the latest counts, and what they say: at most those of two maps, now and a turn ago
+    _latest: deque[tuple[Array, Array]] = PrivateAttr(default_factory=lambda: deque(maxlen=4))
+
     def learnt(
         self, state: ClutterState | None, power: NDArray[np.float32], open_water: NDArray[np.bool_] | None = None
     ) -> ClutterState:
@@ -98,10 +102,8 @@ class ClutterMap(Model):
         state = state._replace(turns=turns, mean=mean, slope=slope, level=own, quiet=quiet, counts=counts)
         kernels.count(level, sea, *self._expected(state, self.bands), LOW, WIDTH, counts)
         if turns >= FIRST:
-            nowhere = np.zeros_like(state.fixed)
-            everywhere = state._replace(fixed=nowhere, beside=nowhere)
-            rests = np.where(np.isfinite(quiet), quiet, np.float32(-math.inf))
-            itself = self._evidence(everywhere, rests) > self.fixed_from
+            edge = self._edges(self._tables(state.counts)[: self.sectors * self.bands * FINER])
+            itself = kernels.stands(quiet, *self._lines(state, self.bands * FINER), edge)
             fixed = kernels.widened(itself, 1)
             state = state._replace(fixed=fixed, beside=fixed & ~itself)
         return state
@@ -121,29 +123,50 @@ class ClutterMap(Model):
 
     def evidence(
         self, state: ClutterState, power: NDArray[np.float32], asked: NDArray[np.bool_] | None = None,
-        otherwise: NDArray[np.float32] | None = None,
+        otherwise: NDArray[np.float32] | None = None, every: int = 1,
     ) -> NDArray[np.float32]:  # fmt: skip
         """Return the evidence of each cell ``(A, R)``, exponential of mean 1 in clutter; NaN where nothing is known.
 
-        ``asked`` says of which cells, if not of all; ``otherwise``, which is written to, is that of the others.
+        ``asked`` says of which cells, if not of all; ``otherwise``, which is written to, is that of the others. All of
+        them are of one row in ``every`` of the map.
         """
-        return self._evidence(state, np.log(np.maximum(power, FAINTEST)), asked, otherwise)
-
-    def _evidence(
-        self, state: ClutterState, level: NDArray[np.float32], asked: NDArray[np.bool_] | None = None,
-        otherwise: NDArray[np.float32] | None = None,
-    ) -> NDArray[np.float32]:  # fmt: skip
         from elusive.preprocess import _clutter_map_kernels as kernels
 
-        table = self.laws(state.counts)
+        level = np.log(np.maximum(power, FAINTEST))
+        found = np.full_like(level, np.nan) if otherwise is None else otherwise
+        asked = np.ones(level.shape, np.bool_) if asked is None else asked
+        mean, slope, sector, across, part = self._lines(state, self.bands * FINER)
+        kernels.judge(
+            level, asked, mean, slope, np.ascontiguousarray(sector[::every]), np.ascontiguousarray(across[::every]),
+            part, np.ascontiguousarray(state.level[::every]), np.ascontiguousarray(state.fixed[::every]),
+            np.ascontiguousarray(state.beside[::every]), LOW, WIDTH, self._tables(state.counts), found,
+        )  # fmt: skip
+        return found
+
+    def _tables(self, counts: Array) -> Array:
+        """Evidence by part of a band, of what is fixed, and of what is beside that by part, ``(2 S P + 1, BINS)``.
+
+        Those of the latest counts of each map are remembered: they are asked for some times a turn.
+        """
+        for known, laws in self._latest:
+            if known is counts:
+                return laws
+        table = self.laws(counts)
         sea, still = self._between(table[:-2]), table[-1]
         # what is beside a fixed echo may be the sea itself, which can be spikier than any of them
         beside = np.where(sea[:, -1:] > 0, np.minimum(sea, still), still)
         laws = np.concatenate([sea, still[None], beside])
-        found = np.full_like(level, np.nan) if otherwise is None else otherwise
-        asked = np.ones(level.shape, np.bool_) if asked is None else asked
-        kernels.judge(level, asked, *self._expected(state, self.bands * FINER), LOW, WIDTH, laws, found)
-        return found
+        self._latest.append((counts, laws))
+        return laws
+
+    def _edges(self, laws: Array) -> Array:
+        """Level over what is expected, beyond which evidence by each law ``(K, BINS)`` is that of what is fixed."""
+        below = np.clip(np.count_nonzero(laws <= self.fixed_from, axis=1) - 1, 0, BINS - 2)
+        row = np.arange(len(laws))
+        first, second = laws[row, below], laws[row, below + 1]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            part = np.where(second > self.fixed_from, (self.fixed_from - first) / (second - first), math.inf)
+        return np.asarray(LOW + WIDTH * (below + part))
 
     def _between(self, sea: Array) -> Array:
         """Evidence of each part of a band, ``(S B FINER, BINS)``: between its own law and the next band's nearest.
@@ -231,9 +254,14 @@ class ClutterMap(Model):
 
     def _expected(self, state: ClutterState, parts: int) -> Expected:
         """Return what the kernels read a cell's expected level and block from, of so many parts of the range."""
+        return *self._lines(state, parts), state.level, state.fixed, state.beside
+
+    def _lines(
+        self, state: ClutterState, parts: int
+    ) -> tuple[Levels, Levels, NDArray[np.int64], Levels, NDArray[np.int64]]:
+        """Return the same of what is expected of the sea."""
         lines = state.mean.astype(np.float32), state.slope.astype(np.float32)
-        part = _parts(state.fixed.shape[1], parts)
-        return *lines, *self._rows(len(state.fixed)), part, state.level, state.fixed, state.beside
+        return *lines, *self._rows(len(state.fixed)), _parts(state.fixed.shape[1], parts)
 
     def _rows(self, rows: int) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
         """Sector of each row, ``(A,)``, and where it lies in that, from -1/2 to 1/2."""

@@ -38,7 +38,8 @@ def as_in_turn(evidence: NDArray[np.float32]) -> InTurn:
     mean = kernels.mean_about(evidence, AROUND, GUARD, MOST, 1e-6)
     raised, divided = mean > FROM, np.ones_like(evidence)
     divided[raised] = scale_of(mean[raised], FROM, FULLY)
-    found = evidence / divided
+    found = evidence.copy()
+    found[raised] /= divided[raised]
     cells, strong = np.count_nonzero(np.isfinite(found)), np.count_nonzero(found > STRONG)
     if strong > OF_SHIPS + 2 * cells * math.exp(-STRONG):
         found = np.minimum(found, np.float32(-math.log(strong / cells)))

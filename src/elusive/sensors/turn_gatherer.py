@@ -20,6 +20,7 @@ from elusive.sensors.spokes import Spokes
 
 NOISE = 20  # samples of a spoke that hold some, from which a spoke without any was not received
 STRIPS, ASIDE, LOUDER = 8, (3, 4, 5, 6), math.log(4.0)  # of range; rows beyond an echo's beam; logarithm of power
+LOOKED = 32  # columns of a strip by which that is told, at least, where there are more
 FEW_SPOKES = 2  # of a row, below which they are shared among rows
 NORTH = 32  # part of a turn within which its first and its last spoke are at north
 MOST_LOST = 0.8  # of a cell's samples: what is left says nothing of it
@@ -107,7 +108,8 @@ class TurnGatherer:
     def _spoilt(self) -> NDArray[np.bool_]:
         """Say which rows are far stronger than those a beam away on either side, in all strips of range but one."""
         with np.errstate(invalid="ignore", divide="ignore"):
-            mean = self._total / self._counted[0].astype(np.float32)[:, None]
+            sparse = max(1, self._total.shape[1] // (STRIPS * LOOKED))
+            mean = self._total[:, sparse // 2 :: sparse] / self._counted[0].astype(np.float32)[:, None]
             level = np.log(np.maximum(mean, np.float32(LEAST_POWER if self._least else 1e-12)))
         strips = np.array([part.mean(axis=1) for part in np.array_split(level, STRIPS, axis=1)])
         before, after = (

@@ -25,6 +25,7 @@ from elusive.systems.video.swell import Swell
 from elusive.tracking.memory import Memory
 
 BEYOND = 5.0  # evidence at which the clutter's law is tried
+LOOKED = 1 << 18  # cells of a turn by which it is
 GONE = 3.0  # turns in another range scale after which a live radar is taken to stay in it
 TURN_RAD = 2 * math.pi
 EDGE = 15  # cells in a row, its own in the middle, of which a fixed one makes the edge of what is fixed
@@ -36,6 +37,7 @@ class Learnt(NamedTuple):
 
     clutter: ClutterState  # of mean power: what is fixed, and how that fluctuates
     even: ClutterState  # of the mean root's, in open sea
+    edged: NDArray[np.bool_]  # (A, R) what is no open sea: fixed, or an edge of it
     swell: Swell | None = None  # of crests that are tracked
     ghosts: Ghosts | None = None  # of tracks that are echoes of others
 
@@ -136,13 +138,13 @@ def heard(
         sea = None if open_water is None else open_water(turn.place)
         held = math.nan
         if state is not None and state.clutter.turns >= learning_turns:
-            held = _held(_evidence(clutter, state, turn), state.clutter, sea)
+            held = _held(clutter, state, turn, sea)
         state = _learnt(clutter, state, turn, sea)
         waiting.append(turn)
         if state.clutter.turns < learning_turns:
             continue
         if len(waiting) > 1:
-            state = Learnt(clutter.relearnt(state.clutter), clutter.relearnt(state.even))
+            state = Learnt(clutter.relearnt(state.clutter), clutter.relearnt(state.even), state.edged)
             for one in waiting:
                 state = _learnt(clutter, state, one, None if open_water is None else open_water(one.place))
         for one in waiting:
@@ -163,8 +165,9 @@ def _learnt(
     clutter: ClutterMap, before: Learnt | None, turn: VideoTurn, sea: NDArray[np.bool_] | None
 ) -> Learnt:  # fmt: skip
     power = clutter.learnt(None if before is None else before.clutter, turn.power, sea)
-    open_sea = ~_edged(power) if sea is None else sea & ~_edged(power)
-    return Learnt(power, clutter.learnt(None if before is None else before.even, turn.even, open_sea))
+    edged = _edged(power)
+    even = clutter.learnt(None if before is None else before.even, turn.even, ~edged if sea is None else sea & ~edged)
+    return Learnt(power, even, edged)
 
 
 def _edged(clutter: ClutterState) -> NDArray[np.bool_]:
@@ -174,11 +177,12 @@ def _edged(clutter: ClutterState) -> NDArray[np.bool_]:
     return kernels.widened(clutter.fixed, EDGE // 2)
 
 
-def _evidence(clutter: ClutterMap, state: Learnt, turn: VideoTurn) -> NDArray[np.float32]:
-    edged = _edged(state.clutter)
-    if edged.mean() > 1 - OPEN:
-        return clutter.evidence(state.clutter, turn.power)
-    return clutter.evidence(state.clutter, turn.power, edged, clutter.evidence(state.even, turn.even, ~edged))
+def _evidence(clutter: ClutterMap, state: Learnt, turn: VideoTurn, every: int = 1) -> NDArray[np.float32]:
+    power, edged = turn.power[::every], state.edged[::every]
+    if state.edged.mean() > 1 - OPEN:
+        return clutter.evidence(state.clutter, power, every=every)
+    even = clutter.evidence(state.even, turn.even[::every], ~edged, every=every)
+    return clutter.evidence(state.clutter, power, np.ascontiguousarray(edged), even, every=every)
 
 
 def _judged(clutter: ClutterMap, state: Learnt, turn: VideoTurn, held: float) -> Heard:
@@ -188,11 +192,13 @@ def _judged(clutter: ClutterMap, state: Learnt, turn: VideoTurn, held: float) ->
     return Heard(evidence, turn.power, state, held)
 
 
-def _held(evidence: NDArray[np.float32], state: ClutterState, sea: NDArray[np.bool_] | None) -> float:
-    """Share of clutter beyond an evidence of 5, to the one expected."""
-    some = np.isfinite(evidence) & ~state.fixed
+def _held(clutter: ClutterMap, state: Learnt, turn: VideoTurn, sea: NDArray[np.bool_] | None) -> float:
+    """Share of clutter beyond an evidence of 5, to the one expected; of so many rows as show it."""
+    every = max(1, turn.power.size // LOOKED)
+    evidence = _evidence(clutter, state, turn, every)
+    some = np.isfinite(evidence) & ~state.clutter.fixed[::every]
     if sea is not None:
-        some &= sea
+        some &= sea[::every]
     return float((evidence[some] > BEYOND).mean() / math.exp(-BEYOND)) if some.any() else math.nan
 
 
