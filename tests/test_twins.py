@@ -129,6 +129,7 @@ TWINS: dict[str, dict[str, str]] = {
     },
     "preprocess._link_weight_kernels": {"ellipses": "preprocess/test_link_weights.py::reference.ellipse_weights"},
     "preprocess._lone_kernels": {"without_lone": "preprocess/test_lone_samples.py::twin.without_lone"},
+    "preprocess._overlaid_kernels": {"vote": "preprocess/test_overlaid.py::reference.voted"},
     "preprocess._past_kernels": {
         "deviate": "preprocess/test_peak_kernels.py::reference.read_between",
         "learn": "preprocess/test_peak_kernels.py::reference.learn",

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import io
 import json
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image, ImageDraw
 from scipy import ndimage
 
 from elusive.contracts import Array
@@ -186,3 +188,27 @@ def test_a_blinking_mark_is_named_and_not_shown(elusive_in: Run, tmp_path: Path)
     assert "is written into 27 of 70 frames" in " ".join(said.split())
     rows = rows_of(tmp_path)
     assert not np.count_nonzero((rows["shown"] == 1) & (rows["existence"] > 0.9))
+
+
+@pytest.mark.parametrize("target", [True, False])
+def test_a_clock_with_soft_edges_is_named_and_not_shown(elusive_in: Run, tmp_path: Path, *, target: bool) -> None:
+    """Compressed, before a scene that goes by: its digits were taken for parts of that, and surely moved."""
+    frames = seen(np.random.default_rng([6, 60, target]), (-0.85, 0.2), target=target)
+    coded = []
+    for k, frame in enumerate(frames):
+        large = Image.new("L", (2 * COLUMNS, 2 * ROWS))
+        ImageDraw.Draw(large).text((20, 216), f"12:04:{k // 10:02d}", fill=255, font_size=26)
+        cover = np.asarray(large, float).reshape(ROWS, 2, COLUMNS, 2).mean(axis=(1, 3)) / 255
+        file = io.BytesIO()
+        Image.fromarray(grey(frame + cover * (235 - frame))).save(file, "JPEG", quality=60)
+        coded.append(np.array(Image.open(file)))
+    np.save(tmp_path / "frames.npy", np.array(coded))
+    code, said = elusive_in(*TRACK)
+    assert code == 0, said
+    assert "images.written" in failing(tmp_path), said
+    rows = rows_of(tmp_path)
+    wrong = (rows["shown"] == 1) & ((off_target(rows) > 2 * NEAR_PX) | (not target))
+    assert np.count_nonzero(wrong & (rows["existence"] > 0.9)) < 0.1 * FRAMES
+    if target:
+        due = (rows["time_s"] >= DUE) & (off_target(rows) < NEAR_PX) & (rows["shown"] == 1)
+        assert len(np.unique(rows["time_s"][due])) > 0.9 * (FRAMES - DUE)

@@ -47,3 +47,23 @@ def matched(residual: np.ndarray, variance: np.ndarray, seen: np.ndarray, sigma:
                         power += bell**2 / variance[i, j]
             out[row, column] = along / np.sqrt(power) if power > 0 else 0.0
     return out
+
+
+def voted(image, before, way, level, votes, bound, steady, fades, most):
+    """Votes for each pixel to be drawn, where the scene has gone ``way``, rows and columns; NaN tells nothing."""
+    rows, columns = image.shape
+    after = votes.copy()
+    for row in range(rows):
+        for column in range(columns):
+            ends = [(row - way[0], column - way[1]), (row + way[0], column + way[1])]
+            if not all(0 <= j < rows and 0 <= i < columns for j, i in ends):
+                continue
+            came, goes = (abs(image[row, column] - level - before[end]) for end in ends)
+            stays = abs(image[row, column] - level - before[row, column])
+            if all(change > bound and stays < steady * change for change in (came, goes)):
+                after[row, column] = min(votes[row, column] + 1, most)
+            elif stays > bound and came < steady * stays:
+                after[row, column] = max(votes[row, column] - 1, 0)
+            else:
+                after[row, column] = fades * votes[row, column]
+    return after

@@ -25,6 +25,7 @@ from elusive.preprocess.dead_lines import without_dead_lines
 from elusive.preprocess.deformation import deformation
 from elusive.preprocess.drawn import Drawn, drawn, without_drawn
 from elusive.preprocess.impulses import without_impulses
+from elusive.preprocess.overlaid import Overlaid, overlaid, without_overlaid
 from elusive.preprocess.peak_maps import Found, Groups, PeakMaps, find, groups_of, in_space, in_time
 from elusive.preprocess.peak_tails import TailState
 from elusive.preprocess.repair import NONE_WATCHED, SUSPECT, Watched, fill_gaps, watch, without_stuck
@@ -83,6 +84,7 @@ class PeakState(NamedTuple):
     usual: float  # correlation of a frame with its past
     drawn: Drawn | None
     written: Written
+    overlaid: Overlaid | None
     stuck: Watched
     tails: TailState | None
     output: Peaks | None
@@ -97,7 +99,10 @@ class PeakFinder(Model):
 
     def init(self) -> PeakState:
         """Return the state before the first frame."""
-        return PeakState(0, (), 0.0, (), None, np.zeros(2), np.zeros(2), 0.0, None, NOTHING, NONE_WATCHED, None, None)
+        nowhere = np.zeros(2)
+        return PeakState(
+            0, (), 0.0, (), None, nowhere, nowhere, 0.0, None, NOTHING, None, NONE_WATCHED, None, None
+        )  # fmt: skip
 
     def step(self, state: PeakState, frame: Array) -> PeakState:
         """Return the state after one more frame.
@@ -125,7 +130,8 @@ class PeakFinder(Model):
         last = state.drawn.last if state.drawn else None
         marks = written(state.written, recorded, last)
         known = without_drawn(without_impulses(recorded, last, state.step_px), over.mask)
-        image, hidden = fill_gaps(without_written(known, marks), state.frames_seen)
+        known = without_overlaid(without_written(known, marks), state.overlaid)
+        image, hidden = fill_gaps(known, state.frames_seen)
         hidden = _joined(hidden, hidden_of(marks, image.shape, scales.count_of(image.shape)))
         image = without_dead_lines(image)
         pedestal, quantum = _levels(image)
@@ -167,10 +173,11 @@ class PeakFinder(Model):
         coarse = scene.chosen()[1]
         newest = maps[coarse]
         deforms = None if cut or state.last is None else deformation(newest, state.last, step, coarse)
+        lies = overlaid(None if cut else state.overlaid, recorded, offset)
         output = Peaks(state.frames_seen, *peaks, offset, step, cut, grey * noise, grey * pedestal, quantiles, deforms)
         return PeakState(
-            state.frames_seen + 1, image.shape, unit, pasts, newest, offset, step, usual, over, marks, stuck, tails,
-            output,
+            state.frames_seen + 1, image.shape, unit, pasts, newest, offset, step, usual, over, marks, lies, stuck,
+            tails, output,
         )  # fmt: skip
 
     def _rated(

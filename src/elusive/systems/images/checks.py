@@ -64,7 +64,7 @@ class FrameChecks:
             self._quantiles += step.state.peaks.quantiles
             self._whitened += 1
             self._movers.take(step.state.belief.targets)
-            self._writing.take(step.state.found.written, step.measurement.shape)
+            self._writing.take(step.state.found.written, step.state.found.overlaid, step.measurement.shape)
             if isinstance(self.parameters.filter, PeakImages):
                 self._again = self.parameters.filter.persistence.sure_again(step.state.belief.reliability)
 

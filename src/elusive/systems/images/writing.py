@@ -1,4 +1,7 @@
-"""Whether the camera writes into its frames, marks and digits (:mod:`elusive.preprocess.written`)."""
+"""Whether the camera writes into its frames.
+
+See :mod:`elusive.preprocess.written` and :mod:`elusive.preprocess.overlaid`.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,7 @@ import math
 import numpy as np
 
 from elusive.checks import Fact, Finding
+from elusive.preprocess.overlaid import Overlaid
 from elusive.preprocess.written import Written
 
 FEW = 2  # frames, in which a part of the scene may have looked so
@@ -19,13 +23,17 @@ class Writing:
         self._frames = self._written = 0
         self._place = math.nan, math.nan  # x, y: the middle of what was written last
 
-    def take(self, written: Written, shape: tuple[int, ...]) -> None:
+    def take(self, written: Written, overlaid: Overlaid | None, shape: tuple[int, ...]) -> None:
         """Take what is known after a frame of a shape."""
         self._frames += 1
         if len(written.now):
-            self._written += 1
             rows, columns = np.divmod(written.now, shape[1])
-            self._place = float(np.median(columns)), float(np.median(rows))
+        elif overlaid is not None and overlaid.mask is not None:
+            rows, columns = np.nonzero(overlaid.mask)
+        else:
+            return
+        self._written += 1
+        self._place = float(np.median(columns)), float(np.median(rows))
 
     def finding(self) -> Finding:
         """Say in how many frames."""
@@ -34,8 +42,8 @@ class Writing:
         return Fact(0.0, share, self._written <= FEW, self._frames).finding(
             "images.written",
             f"Something is written into {self._written} of {self._frames} frames, last about x {x:.0f}, y {y:.0f}: a "
-            "blinking mark, digits that change, lines. It is taken out; what passes behind it is not seen there, and "
-            "what is written for the first time, or in other values, may still be shown as if it moved.",
+            "blinking mark, digits that change, words, lines. It is taken out; what passes behind it is not seen "
+            "there, and what is written for the first time, or in other values, may still be shown as if it moved.",
             "Switch the overlay off, or take a part of the frame without it.",
             grave=False,
         )
