@@ -20,16 +20,13 @@ from elusive.preprocess._scale_kernels import Image, Mask
 PATH_PX = 1.5  # of the scene, from one look to the next
 STEP, STEADY = 4.0, 0.25  # times the usual change that a stroke differs from the scene by; share of that it changes by
 VOTES, FADES, MOST_VOTES = 4.5, 0.95, 16.0  # that tell a stroke; left of them after a look that tells nothing; at most
-JOIN_PX, NEAR_PX, LONG_PX, THIN = (
-    2,
-    1,
-    8,
-    3,
-)  # from stroke to stroke; about them; extent of what is drawn; and times the side of a square in it
+CELL_PX, NEAR_PX = 4, 1  # sides of cells that join, if they touch; about strokes
+LONG_PX, THIN = 8, 3  # extent of what is drawn; and times the side of a square in it
 MIDDLE = 0.125  # share of the sides from the centre of the frame, where a camera keeps what it follows
 SEVERAL, LEAST_PX = 6, 3  # strokes, that no target has; pixels of one
 MOST = 0.15  # share of the frame above which it is a part of the scene that goes otherwise
 BESIDE, INK = 1.5, 0.4  # heights beside what is drawn, within which what has so much of its contrast is drawn, too
+NEIGHBOURS = np.ones((3, 3), dtype=np.int64)
 
 
 class Part(NamedTuple):
@@ -96,31 +93,53 @@ def without_overlaid(image: Image, state: Overlaid | None) -> Image:
 
 def _drawn(found: Mask) -> tuple[tuple[Part, ...], Mask | None]:
     """Of pixels that stay, those of strokes, part by part; and all that they hide."""
-    if np.count_nonzero(found) < SEVERAL * LEAST_PX:
+    pixels = np.flatnonzero(found)
+    if len(pixels) < SEVERAL * LEAST_PX:
         return (), None
-    names, _ = ndimage.label(ndimage.maximum_filter(found, 2 * JOIN_PX + 1))
-    parts = list[Part]()
-    for k, box in enumerate(ndimage.find_objects(names), 1):
-        part = Part(box, found[box] & (names[box] == k))
-        longer = max(int(np.ptp(at)) + 1 for at in np.nonzero(part.ink))
-        square = 2 * int(ndimage.distance_transform_cdt(np.pad(part.ink, 1)).max()) - 1
-        centre = ((side.start + side.stop - 1) / 2 / (size - 1) for side, size in zip(box, found.shape, strict=True))
-        off = max(abs(share - 0.5) for share in centre)
-        if longer >= max(LONG_PX, THIN * square) and off > MIDDLE:
+    # in cells: a frame is large, and little is drawn in it
+    row, column = np.divmod(pixels, found.shape[1])
+    cells = np.zeros([size // CELL_PX + 1 for size in found.shape], np.bool_)
+    cells[row // CELL_PX, column // CELL_PX] = True
+    names, _ = ndimage.label(cells, NEIGHBOURS)
+    parts, apart, along = list[Part](), 0, 0
+    for k, coarse in enumerate(ndimage.find_objects(names), 1):
+        here = np.kron(names[coarse] == k, np.ones((CELL_PX, CELL_PX), np.bool_))
+        top, left = (CELL_PX * side.start for side in coarse)
+        seen = found[top : top + here.shape[0], left : left + here.shape[1]]
+        ink = seen & here[: seen.shape[0], : seen.shape[1]]
+        lines = [np.flatnonzero(ink.any(axis=axis)) for axis in (1, 0)]
+        inner = tuple(slice(int(line[0]), int(line[-1]) + 1) for line in lines)
+        part = Part(
+            tuple(slice(a + side.start, a + side.stop) for a, side in zip((top, left), inner, strict=True)), ink[inner]
+        )
+        if _is_of_strokes(part, found.shape):
             parts.append(part)
-    mask = np.zeros(found.shape, np.bool_)
-    for box, ink in parts:
-        mask[box] |= ink
-    if not _are_several(mask):
+            apart, along = apart + _apart(part.ink), max(along, _along(part.ink))
+    if max(apart, along) < SEVERAL:
         return (), None
-    mask = ndimage.maximum_filter(mask, 2 * NEAR_PX + 1)
+    mask = np.zeros(found.shape, np.bool_)
+    for (rows, columns), ink in parts:
+        mask[rows, columns] |= ink
+        about = tuple(slice(max(side.start - NEAR_PX, 0), side.stop + NEAR_PX) for side in (rows, columns))
+        mask[about] = ndimage.maximum_filter(mask[about], 2 * NEAR_PX + 1)
     return (tuple(parts), mask) if np.count_nonzero(mask) < MOST * mask.size else ((), None)
 
 
-def _are_several(strokes: Mask) -> bool:
-    """Say if there are several strokes: apart from each other, or one after the other along a row or a column."""
-    names, _ = ndimage.label(strokes, np.ones((3, 3)))
-    apart = np.count_nonzero(np.bincount(names[strokes]) >= LEAST_PX)
-    begins = (np.diff(strokes.astype(np.int8), axis=axis, prepend=0) > 0 for axis in (0, 1))
-    along = max(int(begin.sum(axis=axis).max()) for axis, begin in enumerate(begins))
-    return bool(max(int(apart), along) >= SEVERAL)
+def _is_of_strokes(part: Part, shape: tuple[int, ...]) -> bool:
+    """Say if a part is long for its width, and not in the middle of a frame of this shape."""
+    square = 2 * int(ndimage.distance_transform_cdt(np.pad(part.ink, 1)).max()) - 1
+    centre = ((side.start + side.stop - 1) / 2 / (size - 1) for side, size in zip(part.box, shape, strict=True))
+    off = max(abs(share - 0.5) for share in centre)
+    return bool(max(part.ink.shape) >= max(LONG_PX, THIN * square) and off > MIDDLE)
+
+
+def _apart(ink: Mask) -> int:
+    """How many strokes lie apart from each other."""
+    names, _ = ndimage.label(ink, NEIGHBOURS)
+    return int(np.count_nonzero(np.bincount(names[ink]) >= LEAST_PX))
+
+
+def _along(ink: Mask) -> int:
+    """How many there are, at most, one after the other along a row or a column."""
+    begins = (np.diff(ink.astype(np.int8), axis=axis, prepend=0) > 0 for axis in (0, 1))
+    return max(int(begin.sum(axis=axis).max()) for axis, begin in enumerate(begins))
