@@ -71,6 +71,16 @@ def relative_density(sensor, distance, bearing):
     raise AssertionError
 
 
+def patched(sensor, distance, bearing):
+    """Density of the false alarms of patches at a place, a metre and radian."""
+    total = 0.0
+    for near, far, first, last, number in sensor.false_alarm_patches:
+        width = np.deg2rad(last - first) % (2 * np.pi) or 2 * np.pi
+        if near <= distance < far and (bearing - np.deg2rad(first)) % (2 * np.pi) < width:
+            total += number / ((far - near) * width)
+    return total
+
+
 def log_ratio(sensor, states, scan):
     """Log of 1 - P_D + P_D sum p / lambda; without false alarms, of the likelihood."""
     seen = in_view(sensor, *measured(sensor, states)[:2])
@@ -85,7 +95,9 @@ def log_ratio(sensor, states, scan):
                 _, width = sector(sensor)
                 volume = (sensor.max_range_m - sensor.min_range_m) * width
                 volume *= 1.0 if np.isnan(plot[-1]) else 2 * sensor.max_doppler_mps
-                term = term - np.log(sensor.false_alarms / volume * relative_density(sensor, plot[0], plot[1]))
+                false = sensor.false_alarms / volume * relative_density(sensor, plot[0], plot[1])
+                false += patched(sensor, plot[0], plot[1]) * (sensor.max_range_m - sensor.min_range_m) * width / volume
+                term = term - np.log(false)
             terms.append(term)
     if sensor.false_alarms or not plots:
         terms.append(log_missed)

@@ -34,6 +34,13 @@ SENSORS = {
     "nearly all round": RadarSensor(**CLUTTERED, **WIDE, from_bearing_deg=5.0),
     "bands": RadarSensor(**CLUTTERED, **WIDE, **SECTOR, false_alarm_shares=(0.5, 0.2, 0.3)),
     "upwind": RadarSensor(**CLUTTERED, **WIDE, **SECTOR, false_alarm_sectors=(0.7, 0.1, 0.2)),
+    "patches": RadarSensor(
+        **CLUTTERED,
+        **WIDE,
+        **SECTOR,
+        false_alarm_shares=(0.5, 0.5),
+        false_alarm_patches=((50.0, 200.0, 350.0, 40.0, 3.0), (100.0, 399.0, 20.0, 380.0, 5.0)),
+    ),
     "worst angle": RadarSensor(**CLUTTERED, bearing_sd_mrad=500.0, to_bearing_deg=350.0),
 }
 
@@ -280,6 +287,29 @@ def test_false_alarms_have_their_shares_of_each_sector_and_are_uniform_in_it():
     assert np.exp(log_clutter).mean() * 370 * np.deg2rad(105) == pytest.approx(6.0, rel=2e-3)
 
 
+def test_patches_add_their_false_alarms_where_they_are():
+    """Uniform over a part of the ranges and bearings, which may pass north; what is out of view is not seen."""
+    patch, n = (50.0, 200.0, 350.0, 10.0, 3.0), 1500
+    law = RadarSensor(**CLUTTERED, **SECTOR)
+    sensor, rng = law.replace(false_alarm_patches=(patch, (10.0, 400.0, 90.0, 120.0, 50.0))), np.random.default_rng(28)
+    looks = [sensor.simulate(np.zeros((0, 4)), rng) for _ in range(n)]
+    ranges, turned = (
+        np.concatenate(part) for part in ([one.range_m for one in looks], [one.bearing_rad for one in looks])
+    )
+    turned = (np.rad2deg(turned) - 350.0) % 360.0
+    inside = (ranges >= 50) & (ranges < 200) & (turned < 20)
+    wanted = 3.0 + 6.0 * 150 / 370 * 20 / 105
+    assert abs(inside.sum() - wanted * n) < 5 * np.sqrt(wanted * n)
+    assert abs(len(ranges) - 9.0 * n) < 5 * np.sqrt(9.0 * n)
+    for values in ((ranges[inside] - 50) / 150, turned[inside] / 20):
+        assert kstest(values, "uniform").pvalue > 1e-4
+    within, beside = (scan((0.0, 100.0, bearing, np.nan)) for bearing in (0.1, 0.3))
+    assert np.exp(sensor.log_clutter(within) - law.log_clutter(within)) == pytest.approx(
+        wanted / (wanted - 3.0), rel=1e-12
+    )
+    np.testing.assert_allclose(sensor.log_clutter(beside), law.log_clutter(beside), rtol=1e-14)
+
+
 def test_states_drawn_from_a_plot_have_its_errors():
     sensor, n = RadarSensor(x_m=500.0, bearing_sd_mrad=200.0), 20_000
     looked = scan((3.0, 2_000.0, 6.2, -6.0), time_s=5.0)
@@ -366,6 +396,9 @@ def test_a_particle_filter_follows_the_converted_measurement_kalman_filter():
         ({"false_alarm_shares": (0.5, -1.0)}, "false_alarm_shares.1: must be greater than 0"),
         ({"false_alarm_shares": ()}, "at least 1 item"),
         ({"false_alarm_sectors": (0.0, 1.0)}, "false_alarm_sectors.0: must be greater than 0"),
+        ({**CLUTTERED, "false_alarm_patches": ((50.0, 50.0, 0.0, 9.0, 1.0),)}, "a greater furthest one"),
+        ({**CLUTTERED, "false_alarm_patches": ((20.0, 50.0, 0.0, 9.0, 0.0),)}, "a number above zero"),
+        ({"false_alarm_patches": ((20.0, 50.0, 0.0, 9.0, 1.0),)}, "beside false_alarms above zero"),
         ({"min_range_m": 100.0, "max_range_m": 105.0}, "narrower than range_sd_m=10"),
         ({"from_bearing_deg": 90.0, "to_bearing_deg": 90.0}, "wider one"),
         ({"max_doppler_mps": 15.0}, "too narrow"),

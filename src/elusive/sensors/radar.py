@@ -22,7 +22,8 @@ from pydantic import Field, model_validator
 
 from elusive.contracts import Array, DetectionBirths
 from elusive.errors import DataError, ParameterError
-from elusive.model import NonNegative, Positive, Probability
+from elusive.model import FROM_RECORDING, NonNegative, Positive, Probability
+from elusive.sensors.alarm_patches import Patch, density, draw
 from elusive.sensors.radar_scans import TURN_RAD, RadarPlot, RadarScan, scan_of
 from elusive.sensors.radar_view import RadarView, check_finite, seen_from, wrapped
 from elusive.sensors.range_bands import draw_bearings, draw_ranges, log_relative, log_relative_sector
@@ -52,6 +53,12 @@ class RadarSensor(RadarView):
         max_length=36,
         description="Their shares in equal sectors of the view, clockwise from its beginning; one: uniform",
     )
+    false_alarm_patches: tuple[Patch, ...] = Field(
+        (),
+        description="Patches of more of them, beside that number: nearest and furthest range [m], first and last "
+        "bearing clockwise [deg], and how many a scan has",
+        json_schema_extra=FROM_RECORDING,
+    )
     doppler_probability: Probability = Field(1.0, description="Simulation: probability that a plot has a Doppler")
     max_doppler_mps: Positive | None = Field(
         None,
@@ -62,6 +69,12 @@ class RadarSensor(RadarView):
     @model_validator(mode="after")
     def _fits(self) -> Self:
         self._check_range()
+        for near, far, *_, number in self.false_alarm_patches or ():
+            if not 0 <= near < far or not number > 0 or self.false_alarms == 0:
+                raise ParameterError(
+                    "false_alarm_patches: each is a nearest range, a greater furthest one, two bearings and a number "
+                    "above zero, beside false_alarms above zero."
+                )
         if self.max_doppler_mps is not None and self.max_doppler_mps < 2 * math.pi * self.doppler_sd_mps:
             raise ParameterError(
                 f"max_doppler_mps: {self.max_doppler_mps:g} m/s is less than 2 pi doppler_sd_mps, too narrow to tell a "
@@ -220,6 +233,10 @@ class RadarSensor(RadarView):
                 false[0] = draw_ranges(rng, false.shape[1], low, high, self.false_alarm_shares)
             if len(self.false_alarm_sectors) > 1:
                 false[1] = draw_bearings(rng, false.shape[1], self.middle_rad, half, self.false_alarm_sectors)
+            if self.false_alarm_patches:
+                more = draw(rng, self.false_alarm_patches)
+                more = more[:, self.sees(*more)]
+                false = np.concatenate([false, [*more, rng.uniform(-fold, fold, more.shape[1])]], axis=1)
             plots = np.concatenate([plots, false], axis=1)
         distance, bearing, doppler = plots[:, np.argsort(plots[1] % TURN_RAD)]
         if self.max_doppler_mps is not None:
@@ -271,6 +288,9 @@ class RadarSensor(RadarView):
             found += log_relative(range_m, low, high, self.false_alarm_shares)
         if len(self.false_alarm_sectors) > 1:
             found += log_relative_sector(bearing_rad, self.middle_rad, half, self.false_alarm_sectors)
+        if self.false_alarm_patches:
+            evenly = self.false_alarms / (2 * half * (high - low))
+            found = np.log(np.exp(found) + density(range_m, bearing_rad, self.false_alarm_patches) / evenly)
         return found
 
     def _greatest_doppler(self, where: str) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Sequence
 
 import numpy as np
@@ -11,6 +12,7 @@ from scipy.spatial import cKDTree
 
 from elusive.charts import Water
 from elusive.contracts import Array
+from elusive.sensors.alarm_patches import density
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_hulls import LENGTH, HullRadar
 from elusive.sensors.radar_scans import RadarScan
@@ -23,6 +25,8 @@ HALF, OFFSHORE_M = 0.5, 150.0  # P(water) below which a place is land; as far fr
 EXPLAINED = 4.0  # deviations from a ship within which a plot is its
 LONG, MIDDLE, SELDOM = math.log(80.0), 0.25, 0.1  # of a hull's plots half lie in its middle half
 QUARTERS = np.array([[[0, 1], [-1, 0]], [[-1, 0], [0, -1]], [[0, -1], [1, 0]]], dtype=float)  # turns about the radar
+BY_CHANCE = 2.0  # standard errors of what chance explains, within which more may be chance as well
+LAG = 20  # scans, in which a ship that is under way has left a place
 FEW = 20  # plots from which something is said
 
 
@@ -51,6 +55,8 @@ class Bunches:
 
     def __init__(self) -> None:
         self.plots = self.all = self._near = self._round = 0
+        self._scans = self._compared = self._lasting = 0  # scans; those compared with one long before, and plots near
+        self._past = deque[Array](maxlen=LAG)
         self._turned = np.zeros((SECTORS, SECTORS))  # plots near where others of a sector would be in another
         self._sectors = np.ones(SECTORS)  # plots in each, from north
         self._hulls = dict[int, NDArray[np.int64]]()
@@ -89,8 +95,19 @@ class Bunches:
                     off = np.abs(sensor.along_hull(target.mean, places[its]))
                     before = self._hulls.get(target.life.track, np.zeros(2, dtype=np.int64))
                     self._hulls[target.life.track] = before + np.array([len(off), (off < MIDDLE).sum()])
-        self.all += len(places)
+        self.all, self._scans = self.all + len(places), self._scans + 1
         self.add(scan, places, counted)
+        dense = density(scan.range_m, scan.bearing_rad, sensor.false_alarm_patches) > 0
+        self._add_lasting(places, counted & dense)
+
+    def _add_lasting(self, places: Array, its: NDArray[np.bool_]) -> None:
+        """Count plots of a scan long before near plots that lie in patches: there such come all along."""
+        if len(self._past) == LAG:
+            self._compared += 1
+            if its.any() and len(self._past[0]):
+                near = cKDTree(self._past[0]).query_ball_point(places[its], NEAR_M, return_length=True)
+                self._lasting += int(near.sum())
+        self._past.append(places)
 
     @property
     def at_their_ends(self) -> list[int]:
@@ -102,10 +119,15 @@ class Bunches:
         """Mean number of plots near a plot that chance does not explain; NaN of too few.
 
         Chance is as dense as in the ring, or as on other bearings at the same range, by how much more there is in the
-        one sector than in the other: clutter is denser near a radar, and upwind.
+        one sector than in the other: clutter is denser near a radar, and upwind. In the radar's patches it is as dense
+        as twenty scans before. Twice its own error is added.
         """
         every = max(self.plots, self.all)
         if every < FEW:
             return math.nan
         turned = float((self._turned * self._sectors[:, None] / self._sectors).sum())
-        return max(self._near - max(self._round, turned) / 3, 0.0) / every
+        lasting = self._lasting * self._scans / max(self._compared, 1)
+        chance = max(self._round / 3, turned / 3, lasting)
+        # each pair is counted twice, and plots that lie near many are in as many pairs
+        error = math.sqrt(chance * (2 + 4 * chance / max(self.plots, 1)))
+        return max(self._near - chance - BY_CHANCE * error, 0.0) / every

@@ -11,15 +11,19 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from elusive.charts import Water
 from elusive.checks import Finding
 from elusive.contracts import Array
+from elusive.sensors.alarm_patches import Patch
 from elusive.sensors.radar import RadarSensor
-from elusive.sensors.range_bands import BANDS, SECTORS, edges, sector_of, shares_of
+from elusive.sensors.radar_scans import RadarScan
+from elusive.sensors.range_bands import BANDS, edges
 from elusive.systems.radar.bunches import Bunches, explained
 from elusive.systems.radar.checks import in_view
 from elusive.systems.radar.land import land_shares
+from elusive.systems.radar.patches import BEARINGS, RANGES, Cells, Lasting, cell_of, laid
 from elusive.tracking.track import Step
 
 KNOWN = 0.9  # existence from which a miss is one
@@ -37,6 +41,7 @@ class Heard(NamedTuple):
     false: float  # plots of no track a scan, the view all sea
     shares: tuple[float, ...]  # of these, in bands of range
     sectors: tuple[float, ...]  # and in sectors of the view
+    patches: tuple[Patch, ...]  # of more of them
 
 
 class Counts:
@@ -52,9 +57,9 @@ class Counts:
 
     def __init__(self, sea: float = OPEN_SEA, memory_scans: float = math.inf) -> None:
         self._sea, self._fade = sea, 1 - 1 / memory_scans
-        self._hits = self._trials = self._scans = 0.0
-        self._false = np.zeros((BANDS, SECTORS))  # plots in each band of range and sector of the view
-        self._begun = dict[int, Array]()  # of each candidate
+        self._hits = self._trials = 0.0
+        self._false = Lasting(self._fade)  # plots of nothing
+        self._begun = dict[int, list[tuple[int, int, int]]]()  # scans and cells of a candidate's plots
         self._recent = deque[Array](maxlen=RECENT)
         self.bunches = Bunches()
         """Of what no ship explains."""
@@ -65,51 +70,55 @@ class Counts:
         confirmed = [one for one in targets if one.life.status == "confirmed"]
         known = [one.detection >= 0 for one in confirmed if one.existence > KNOWN and in_view(one, scan, sensor)]
         self._trials, self._hits = self._fade * self._trials + len(known), self._fade * self._hits + sum(known)
-        self._scans = self._fade * self._scans + 1
         self.bunches.add_left_over(scan, sensor, targets, water)
-        at_sea = np.ones(scan.detections, dtype=bool)
-        if water is not None and scan.detections:
-            at_sea = water.probability(sensor.places(scan)[0]) >= self._sea
-        left = at_sea & ~explained(scan, sensor, confirmed).any(axis=0)
-        low, high, half = sensor.limits
-        band = np.searchsorted(edges(low, high, BANDS)[1:-1], scan.range_m, side="right")
-        sector = sector_of(scan.bearing_rad, sensor.middle_rad, half, SECTORS)
-        came = np.zeros((BANDS, SECTORS))
-        np.add.at(came, (band[left], sector[left]), 1)
-        self._recent.append(came)
-        self._false = self._fade * self._false + self._recent[-1]
-        candidates = [one for one in targets if one.life.status == "candidate"]
-        self._begun.update({one.life.track or 0: np.zeros((BANDS, SECTORS)) for one in candidates} | self._begun)
-        for one in candidates:
-            begun = self._begun[one.life.track or 0]
-            begun *= self._fade
-            if one.detection >= 0:
-                begun[band[one.detection], sector[one.detection]] += at_sea[one.detection]
-        for one in confirmed:
-            self._false -= self._begun.pop(one.life.track or 0, 0.0)
+        left = self._at_sea(scan, sensor, water) & ~explained(scan, sensor, confirmed).any(axis=0)
+        far, turned = self._take(scan, sensor, left)
         for one in targets:
-            if one.life.status == "deleted":
-                self._begun.pop(one.life.track or 0, None)
+            number = one.life.track or 0
+            if one.life.status == "candidate" and one.detection >= 0 and left[one.detection]:
+                cell = int(far[one.detection]), int(turned[one.detection])
+                self._begun.setdefault(number, []).append((self._false.scan, *cell))
+            elif one.life.status == "confirmed":
+                self._false.take_back(self._begun.pop(number, ()))
+            elif one.life.status == "deleted":
+                self._begun.pop(number, None)
+
+    def look(self, scan: RadarScan, sensor: RadarSensor, water: Water | None) -> None:
+        """Take all plots of a scan for those of nothing, before any ship is known."""
+        self._take(scan, sensor, self._at_sea(scan, sensor, water))
+
+    def _at_sea(self, scan: RadarScan, sensor: RadarSensor, water: Water | None) -> NDArray[np.bool_]:
+        if water is None or not scan.detections:
+            return np.ones(scan.detections, dtype=bool)
+        return np.asarray(water.probability(sensor.places(scan)[0]) >= self._sea)
+
+    def _take(self, scan: RadarScan, sensor: RadarSensor, left: NDArray[np.bool_]) -> tuple[Cells, Cells]:
+        far, turned = cell_of(scan, sensor)
+        came = np.zeros((RANGES, BEARINGS))
+        np.add.at(came, (far[left], turned[left]), 1)
+        self._recent.append(came)
+        self._false.add(came)
+        return far, turned
 
     def risen(self) -> bool:
         """Whether the latest scans have far more plots of nothing than those before; if so, these are forgotten."""
         lately = np.sum(self._recent, axis=0)
-        bands, before = lately.sum(axis=1), (self._false - lately).clip(0).sum(axis=1)
-        share = len(self._recent) / max(self._scans - len(self._recent), 1)
+        bands, before = in_bands(lately), in_bands((self._false.counts - lately).clip(0))
+        share = len(self._recent) / max(self._false.scans - len(self._recent), 1)
         before *= share
         risen = bool((bands > TIMES * before + ERRORS * (np.sqrt(before) + MORE * RECENT)).any())
         if risen:
-            self._false, self._scans = lately, float(len(self._recent))
+            self._false = Lasting(self._fade)
+            for came in self._recent:
+                self._false.add(came)
             self._begun.clear()
         return risen
 
-    def heard(self, land: Array) -> Heard:
-        """Return what was counted, where so much of each is land, ``(BANDS, SECTORS)``."""
-        sea, false = np.maximum(1 - land, LEAST_SEA), self._false.clip(0)
-        shares, sectors = shares_of(false, sea)
-        rate = float(false.sum() / (max(self._scans, 1) * (shares @ sea @ sectors)))
-        detected = (self._hits + 1) / (self._trials + 2)
-        return Heard(detected, self._trials, rate, tuple(shares.tolist()), tuple(sectors.tolist()))
+    def heard(self, land: Array, sensor: RadarSensor) -> Heard:
+        """Return what was counted of a sensor, where so much of each is land, ``(BANDS, SECTORS)``."""
+        false, sea = self._false, np.maximum(1 - land, LEAST_SEA)
+        found = laid(false.counts.clip(0), false.lasting, max(false.scans, 1.0), sea, sensor)
+        return Heard((self._hits + 1) / (self._trials + 2), self._trials, *found)
 
     def finding(self, sensor: RadarSensor, water: Water | None, way: Array) -> Finding:
         """Judge whether there are many more plots of nothing than are expected, in some band of range.
@@ -119,8 +128,9 @@ class Counts:
         sectors = np.array(sensor.false_alarm_sectors)
         land = land_shares(sensor, water, BANDS, len(sectors), way) @ (sectors / sectors.sum())
         sea = np.maximum(1 - land, LEAST_SEA)
-        limits, scans = edges(*sensor.limits[:2], BANDS), max(self._scans, 1.0)
-        told, seen = sensor.false_alarms * _in_bands(sensor) * sea, self._false.sum(axis=1).clip(0) / scans
+        limits, scans = edges(*sensor.limits[:2], BANDS), max(self._false.scans, 1.0)
+        told = sensor.false_alarms * _shares(sensor) * sea + _patched(sensor)
+        seen = in_bands(self._false.counts).clip(0) / scans
         excess = seen - np.maximum(TIMES * told, told + MORE) - ERRORS * np.sqrt(told / scans)
         worst = int(excess.argmax())
         return Finding(
@@ -131,7 +141,20 @@ class Counts:
         )  # fmt: skip
 
 
-def _in_bands(sensor: RadarSensor) -> Array:
+def in_bands(cells: Array) -> Array:
+    """Return sums over the bands of range, of ``(RANGES, BEARINGS)``."""
+    return np.asarray(np.add.reduceat(cells.sum(axis=1), 2 ** np.arange(BANDS) - 1))
+
+
+def _patched(sensor: RadarSensor) -> Array:
+    """Alarms of a sensor's patches in the bands that are counted."""
+    limits, found = edges(*sensor.limits[:2], BANDS), np.zeros(BANDS)
+    for near, far, _, _, number in sensor.false_alarm_patches:
+        found += number * np.diff(limits.clip(near, far)) / (far - near)
+    return found
+
+
+def _shares(sensor: RadarSensor) -> Array:
     """Shares of a sensor's false alarms in the bands that are counted."""
     low, high, _ = sensor.limits
     of: Sequence[float] = sensor.false_alarm_shares

@@ -14,17 +14,21 @@ import numpy as np
 from elusive.charts import Water
 from elusive.contracts import Array
 from elusive.motion import ConstantVelocity
+from elusive.sensors.alarm_patches import Patch
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarScan
 from elusive.sensors.range_bands import BANDS, SECTORS, uniform
 from elusive.systems.radar.bunches import MOST
 from elusive.systems.radar.counted import OPEN_SEA, Counts, Heard
+from elusive.systems.radar.fast import Fast
 from elusive.systems.radar.land import land_shares
 from elusive.systems.radar.parameters import RadarTracking, RecordedRadar
+from elusive.systems.radar.patches import beside
 from elusive.systems.radar.setting import bind_all
 from elusive.systems.radar.ships import Surroundings
 from elusive.systems.radar.survey import RadarSurvey
 from elusive.systems.radar.track import track_radar
+from elusive.systems.radar.triples import Triples
 from elusive.tracking.detections import DetectionTracker
 
 SCANS, TRIALS = 300, 10  # of a recording, by which it is judged before it is tracked; least of confirmed tracks
@@ -68,11 +72,12 @@ def fitted(
         _, tracker, laid = bind_all(asked, seen, around, outline)
         return tracker, laid.water
 
+    patches, seen = looked_at(bound, scans, parameters, seen, OPEN_SEA, SCANS)
     found = {name: getattr(radar.bind(seen), name) for name in radar.untold}
     shown = {"false_alarms"} if seen.errors is None else {"false_alarms", "range_sd_m", "bearing_sd_mrad"}
     for extent in ("point", "hull") if undecided else (parameters.extent,):
         parameters = parameters.replace(extent=extent)
-        heard, bunched = heard_by(bound, scans, parameters, OPEN_SEA, seen.way[:, 1:], SCANS)
+        heard, bunched = heard_by(bound, scans, parameters, OPEN_SEA, seen.way[:, 1:], patches, SCANS)
         if not bunched > MOST:  # of ships in company each plot is one's
             break
     if "detection_probability" in found and heard.trials >= TRIALS:
@@ -93,6 +98,7 @@ def heard_by(
     parameters: RadarTracking,
     sea: float,
     way: Array,
+    patches: tuple[Patch, ...] = (),
     first: int | None = None,
 ) -> tuple[Heard, float]:
     """Count what a radar sees of confirmed tracks, and beside them where P(water) is ``sea`` at least.
@@ -111,24 +117,29 @@ def heard_by(
         P(water) of places that count.
     way
         Of the radar, ``(S, 2)`` [m].
+    patches
+        Of false alarms, that are begun with.
     first
         Number of scans that are tracked; None: all.
     """
     told, shares, sectors = parameters.radar, uniform(BANDS), (1 / SECTORS,) * SECTORS
+    parameters = parameters.replace(radar=told.replace(false_alarm_patches=patches))
     for _ in range(PASSES):
         tracker, water = bound(parameters)
         counts, sensor = Counts(sea), tracker.sensor
         assert isinstance(sensor, RadarSensor)
         for step in track_radar(islice(scans, first), tracker, parameters):
             counts.add(step, sensor, water)
-        heard = counts.heard(land_shares(sensor, water, BANDS, SECTORS, way))
+        heard = counts.heard(land_shares(sensor, water, BANDS, SECTORS, way), sensor)
         told_detected = told.detection_probability is not None or heard.trials < TRIALS
         as_assumed = told_detected or abs(heard.detected - sensor.detection_probability) < AS_ASSUMED
         as_spread = told.false_alarm_shares is not None or _apart(heard.shares, shares) < EVEN
         as_turned = told.false_alarm_sectors is not None or _apart(heard.sectors, sectors) < EVEN
-        if as_assumed and as_spread and as_turned:
+        now, before = (sum(patch[-1] for patch in where) for where in (heard.patches, patches))
+        as_patched = told.false_alarm_patches is not None or abs(now - before) <= EVEN * (now + heard.false)
+        if as_assumed and as_spread and as_turned and as_patched:
             break
-        shares, sectors = heard.shares, heard.sectors
+        shares, sectors, patches = heard.shares, heard.sectors, heard.patches
         radar = told.replace(**spread(told, heard))
         if not told_detected:
             radar = radar.replace(detection_probability=possible(heard.detected))
@@ -138,10 +149,48 @@ def heard_by(
     return heard, counts.bunches.share
 
 
-def spread(told: RecordedRadar, heard: Heard) -> dict[str, tuple[float, ...]]:
-    """Return where false alarms lie, as far as it is not told."""
-    found = {"false_alarm_shares": heard.shares, "false_alarm_sectors": heard.sectors}
-    return {name: shares for name, shares in found.items() if getattr(told, name) is None}
+def looked_at(
+    bound: Bound,
+    scans: Iterable[RadarScan],
+    parameters: RadarTracking,
+    seen: RadarSurvey,
+    sea: float,
+    first: int | None = None,
+) -> tuple[tuple[Patch, ...], RadarSurvey]:
+    """Find patches of false alarms among all plots, and the errors and speeds that plots beside them show.
+
+    Begun without, tracks of a dense patch would keep it from being known, and three of its plots in a row pass for a
+    ship's.
+    """
+    told = parameters.radar
+    if told.false_alarm_patches is not None or told.false_alarms == 0:
+        return told.false_alarm_patches or (), seen
+    tracker, water = bound(parameters)
+    counts, sensor = Counts(sea), tracker.sensor
+    assert isinstance(sensor, RadarSensor)
+    for scan in islice(scans, first):
+        counts.look(scan, sensor, water)
+    patches = counts.heard(land_shares(sensor, water, BANDS, SECTORS, seen.way[:, 1:]), sensor).patches
+    if patches:
+        triples, fast = Triples(), Fast()
+        for scan in islice(scans, first):
+            rest = beside(scan, patches)
+            triples.add(rest)
+            fast.add(rest)
+        seen = seen._replace(errors=triples.fit() or seen.errors, fast=fast.counted)
+    return patches, seen
+
+
+def spread(told: RecordedRadar, heard: Heard) -> dict[str, tuple[object, ...]]:
+    """Return where false alarms lie, as far as it is not told; nothing where it is told that there are none."""
+    if told.false_alarms == 0:
+        return {}
+    found: dict[str, tuple[object, ...]] = {
+        "false_alarm_shares": heard.shares,
+        "false_alarm_sectors": heard.sectors,
+        "false_alarm_patches": heard.patches,
+    }
+    return {name: where for name, where in found.items() if getattr(told, name) is None}
 
 
 def _apart(shares: Sequence[float], others: Sequence[float]) -> float:

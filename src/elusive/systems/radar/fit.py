@@ -23,7 +23,7 @@ from elusive.errors import DataError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.sensors.radar_scans import RadarScan
 from elusive.sensors.radar_view import wrapped
-from elusive.systems.radar.first_pass import FEWEST, heard_by
+from elusive.systems.radar.first_pass import FEWEST, heard_by, looked_at
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.survey import HALF, survey
 
@@ -49,7 +49,7 @@ def fit_radar(scans: Iterable[RadarScan], name: str, known: Array | None = None,
     Parameters
     ----------
     scans
-        Read up to six times.
+        Read up to eight times.
     name
         Of the recording, for a failure.
     known
@@ -65,9 +65,12 @@ def fit_radar(scans: Iterable[RadarScan], name: str, known: Array | None = None,
     seen = survey(scans)
     if seen.errors is None:
         raise DataError(f"{name}: too few plots follow each other as a ship's do; give more scans.")
-    (range_sd, bearing_sd), share = seen.errors.told, seen.errors.share_sd
     bound = lambda parameters: (parameters.bind(parameters.radar.bind(seen), None), water)  # noqa: E731
-    (detected, trials, false, shares, sectors), _ = heard_by(bound, scans, RadarTracking(), HALF, seen.way[:, 1:])
+    patches, seen = looked_at(bound, scans, RadarTracking(), seen, HALF)
+    assert seen.errors is not None
+    (range_sd, bearing_sd), share = seen.errors.told, seen.errors.share_sd
+    heard, _ = heard_by(bound, scans, RadarTracking(), HALF, seen.way[:, 1:], patches)
+    detected, trials, false, shares, sectors, patches = heard
     beside = "plots of no track" + ("" if water is None else ", at sea")
     told = f"{seen.errors.targets:.0f} triples of plots of targets"
     told += "; too large: echoes lie too close to each other" if seen.errors.crowded else ""
@@ -90,6 +93,7 @@ def fit_radar(scans: Iterable[RadarScan], name: str, known: Array | None = None,
         "false_alarms": max(float(values[3].value), FEWEST),
         "false_alarm_shares": shares,
         "false_alarm_sectors": sectors,
+        "false_alarm_patches": patches,
     }
     if known is not None and len(known):
         values += _told(bias_of(scans, known, range_sd, bearing_sd / 1000))

@@ -12,16 +12,19 @@ from elusive.charts import Water
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarScan
 from elusive.sensors.range_bands import BANDS, SECTORS
+from elusive.systems.radar.bunches import LAG
 from elusive.systems.radar.counted import Counts
 from elusive.systems.radar.first_pass import FEWEST, TRIALS, fitted, possible, spread
 from elusive.systems.radar.land import land_shares
 from elusive.systems.radar.parameters import RadarTracking
+from elusive.systems.radar.patches import beside
 from elusive.systems.radar.ships import Surroundings
 from elusive.systems.radar.survey import RadarSurvey
 from elusive.systems.radar.triples import Triples
 from elusive.tracking.track import Step
 
 LOOK = 10  # scans that are waited for, and after which what is counted is taken over
+TELLING = 2 * LAG  # by which ships of several echoes are told from patches of false alarms
 MEMORY = 60  # scans: in them a thirtieth of thirty alarms a scan is known, and a rising sea within minutes
 DOUBLED = 640  # scans at which errors are fitted last
 
@@ -51,7 +54,7 @@ class Learnt:
         self.parameters, self.seen = fitted(asked, first, seen, around, outline)
         self.counts = Counts(memory_scans=MEMORY)
         self._errors: Triples | None = Triples()
-        self._scans, self._fit_at = 0, LOOK
+        self._scans, self._first, self._fit_at = 0, len(first), len(first)
 
     def add(self, step: Step, sensor: RadarSensor, water: Water | None) -> bool:
         """Take a step in; return whether what is known of the radar has changed."""
@@ -60,7 +63,9 @@ class Learnt:
         if not self.told.untold:
             return False
         if self._errors is not None:
-            self._errors.add(step.measurement)
+            self._errors.add(beside(step.measurement, self.parameters.radar.false_alarm_patches or ()))
+        if self._scans < self._first:  # of which more is known than is counted again by now
+            return False
         if not self.counts.risen() and self._scans % LOOK:
             return False
         if self._errors is not None and self._scans == self._fit_at:
@@ -68,7 +73,7 @@ class Learnt:
             self._fit_at *= 2
             if self._fit_at > DOUBLED:
                 self._errors = None
-        heard = self.counts.heard(land_shares(sensor, water, BANDS, SECTORS, self.seen.way[:, 1:]))
+        heard = self.counts.heard(land_shares(sensor, water, BANDS, SECTORS, self.seen.way[:, 1:]), sensor)
         shown = self.told.bind(self.seen)
         found: dict[str, object] = {name: getattr(shown, name) for name in ("range_sd_m", "bearing_sd_mrad")}
         if self.told.false_alarms is None:

@@ -19,7 +19,7 @@ from elusive.sensors.radar_scans import RadarScan
 from elusive.systems.radar.ais import AisFusion
 from elusive.systems.radar.checks import findings_of, in_view, innovation
 from elusive.systems.radar.kept import ConstraintsKept
-from elusive.systems.radar.learnt import LOOK, Learnt
+from elusive.systems.radar.learnt import LOOK, TELLING, Learnt
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.setting import bind_all, charts_in, check_place
 from elusive.systems.radar.ships import ADDED
@@ -51,7 +51,7 @@ def follow_radar(
     A scan is complete when a later plot comes. The first ten scans are waited for where something of the radar is not
     told, which is found in them and learnt from then on, where it is not told whether ships are hulls, and with a
     chart, of which they show the land in view; ten more where too few plots follow each other in them to show a
-    radar's errors.
+    radar's errors, and forty in all where plots come in bunches: ships leave a place, and surf or rain stay.
 
     Parameters
     ----------
@@ -97,6 +97,9 @@ def follow_radar(
         seen = survey(first, outline)
         if seen.errors is None and {"range_sd_m", "bearing_sd_mrad"} & set(parameters.radar.untold):
             first += islice(heard, LOOK)
+            seen = survey(first, outline)
+        if seen.hulls and parameters.extent is None and parameters.radar.false_alarm_patches is None:
+            first += islice(heard, TELLING - len(first))
             seen = survey(first, outline)
         seen = seen._replace(max_doppler_mps=max(DOPPLER_MPS, seen.max_doppler_mps))
         check_place("live", seen, around)

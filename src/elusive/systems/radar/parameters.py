@@ -17,6 +17,7 @@ from elusive.filters.particle.coast_error import CoastError, with_coast
 from elusive.model import FROM_RECORDING, Model, NonNegative, Positive, Probability
 from elusive.motion import ConstantVelocity, MovingOrAnchored
 from elusive.motion.extent import WithExtent
+from elusive.sensors.alarm_patches import Patch
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_hulls import HullRadar
 from elusive.systems.radar.land import LandEchoes
@@ -95,6 +96,12 @@ class RecordedRadar(RadarSensor):
         description="Their shares in equal sectors of the view, clockwise from its beginning, one: uniform; none: as a "
         "first pass shows, or uniform",
     )
+    false_alarm_patches: tuple[Patch, ...] | None = Field(  # type: ignore[assignment]
+        None,
+        description="Patches of more of them, beside that number: nearest and furthest range [m], first and last "
+        "bearing clockwise [deg], and how many a scan has; none: as a first pass shows",
+        json_schema_extra=FROM_RECORDING,
+    )
     max_range_m: Positive | None = Field(None, description="Greatest range in view [m]")
     max_doppler_mps: Positive | None = Field(
         None, description="Greatest range rate told apart, either sign: beyond it Doppler folds [m/s]"
@@ -121,6 +128,7 @@ class RecordedRadar(RadarSensor):
                 fields[name] = max(shown.get(name, usual), LEAST * usual)
         for name in ("false_alarm_shares", "false_alarm_sectors"):
             fields[name] = fields[name] or (1.0,)
+        fields["false_alarm_patches"] = fields["false_alarm_patches"] or ()
         if self.max_range_m is None:
             fields["max_range_m"] = max(ROOM * seen.max_range_m, self.min_range_m + 2 * fields["range_sd_m"])
         if self.max_doppler_mps is None:
