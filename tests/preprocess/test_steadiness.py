@@ -8,12 +8,14 @@ from scipy.stats import f_oneway
 
 from elusive.preprocess.steadiness import BLOCK_FRAMES, BLOCK_S, Steadiness
 
+NOWHERE = np.ones((1, 1)), np.zeros((1, 1))
+
 
 def taken(levels, interval_s, weights=None):
     """What is told of levels ``(T, D, C)``."""
     told = Steadiness.none(-interval_s, levels.shape[1:])
     for number, level in enumerate(levels):
-        told = told.after(interval_s * number, level, np.ones_like(level) if weights is None else weights)
+        told = told.after(interval_s * number, level, *(NOWHERE if weights is None else weights))
     return told
 
 
@@ -44,7 +46,22 @@ def test_readings_of_no_weight_say_nothing():
     rng = np.random.default_rng(2)
     levels = rng.normal(size=(40, 1, 2))
     levels[..., 1] += np.arange(40)[:, None]
-    told = taken(levels, 0.5, np.array([[1.0, 0.0]]))
+    told = taken(levels, 0.5, np.array([[[1.0, 0.0]], [[0.0, 0.0]]]))
     assert told.ratio(np.ones((1, 2)))[0] == pytest.approx(taken(levels[..., :1], 0.5).ratio(np.ones((1, 1)))[0])
     assert told.mean == pytest.approx(levels.mean(axis=0))
     assert np.isnan(Steadiness.none(0.0, (1, 1)).ratio(np.ones((1, 1)))).all()
+
+
+def test_what_varies_elsewhere_as_well_is_not_of_the_place():
+    """Somebody who walks by stirs all levels: what wanders beside a place is told by its difference."""
+    rng = np.random.default_rng(3)
+    beside = np.broadcast_to(np.arange(2) == 0, (200, 2)).astype(float)
+    own = np.cumsum(rng.normal(0, 0.3, (80, 200, 2)), axis=0) * beside
+    quiet, stirred = rng.normal(size=(80, 200, 2)), 1.5 * np.repeat(rng.normal(size=(20, 200, 2)), 4, axis=0)
+    weights = np.array([beside, 1 - beside])
+    told = [taken(levels, 0.5, weights).ratio(np.ones((200, 2)))[0] for levels in (quiet, quiet + stirred)]
+    assert told == pytest.approx([1.0, 1.0], abs=0.8)  # what is stirred differs by chance
+    alone = taken(quiet + stirred, 0.5, np.array([beside, 0 * beside])).ratio(np.ones((200, 2)))[0]
+    wandering = taken(quiet + stirred + own, 0.5, weights).ratio(np.ones((200, 2)))[0]
+    assert alone > 4
+    assert wandering > told[1] + 4

@@ -9,7 +9,9 @@ from elusive.geometry.areas import Area
 from elusive.preprocess.fade_level import RssChange
 from elusive.preprocess.link_calibration import Calibration
 from elusive.systems.links.by_links import LinksChain, LinksMethod
-from elusive.systems.links.resting import after_frame
+from elusive.systems.links.resting import MOVED_M, after_frame
+from elusive.tracking.lifecycle import Life
+from elusive.tracking.superposed_state import Target
 from tests.tracking.link_scenes import shadowed_links, states_of
 
 AREA = Area.rectangle(-4, 4, -4, 4)
@@ -72,7 +74,7 @@ def test_what_turns_to_and_fro_is_the_rooms(period_s):
         if state.changed is not None:
             break
         told += [track.existence for track in state.tracks if track.status == "confirmed"]
-    assert np.linalg.norm(state.changed.places - PLACE, axis=1).min() < 1
+    assert np.linalg.norm(state.changed.places - PLACE, axis=1).min() < MOVED_M
     assert told[-1] < 0.6
     assert state.changed.variance_db2 is not None
 
@@ -90,6 +92,36 @@ def test_two_tracks_of_one_change_go_together():
     _, changed = after_frame({**before.rests, name + 1: late}, both, sensor, frames[number], time_s)
     assert changed.tracks == (name, name + 1)
     assert len(changed.places) == 1
+
+
+def tracked(number, place, rng):
+    """A confirmed track somewhere."""
+    states = np.column_stack([states_of(place[None])[:, k] + rng.normal(0, 0.2, 100) for k in range(4)])
+    life, even = Life(track=number, status="confirmed"), np.full(100, 0.01)
+    return Target(life, 1.0, states, even, states_of(place[None])[0], 0.04 * np.eye(4))
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize(("sways", "another"), [(0.0, True), (0.0, False), (0.5, True)])
+def test_who_stands_where_another_was_found_who_walks_on_is_watched(seed, sways, another):
+    """As many are there as have come: of a shelf that has taken over the track of who put it down it is told so."""
+    rng, sensor = np.random.default_rng(seed), shadowed_links(seed)
+    nobody, done = states_of(np.empty((0, 2))), sensor.simulate(states_of(PLACE[None]), rng)
+    rests, told, now = {}, [], done
+    for number in range(80):
+        now = done + 0.8 * (now - done) + 0.6 * sways * (sensor.simulate(states_of(PLACE[None]), rng) - done)
+        targets = [tracked(1, PLACE - [0.35 * max(8 - number, 0), 0.0], rng)]
+        if another and number > 20:  # and goes round in a circle
+            turned = 0.2 * (number - 20)
+            targets.append(tracked(2, np.array([-1.5 - np.cos(turned), 1.5 + np.sin(turned)]), rng))
+        people = [states_of(target.mean[[0, 2]][None]) for target in targets[1:]]
+        frame = now + sum(sensor.simulate(one, rng) for one in [nobody, *people])
+        rests, changed = after_frame(rests, targets, sensor, frame, INTERVAL_S * number)
+        told.append((changed is not None, rests[1].came, rests[1].nobody))
+    assert told[19][1]
+    assert any(one for one, _, _ in told) == (another and not sways)
+    assert told[-1][1] == (not another)
+    assert (told[-1][2] > 0.5) == (another and not sways)
 
 
 @pytest.mark.parametrize("seed", [0, 1])

@@ -57,7 +57,7 @@ class LinkFacts:
                 self._tells, self._told = self._tells + people.tells, self._told + 1
             self._misfit = people.likeness.misfit
             self._pairs = int(people.likeness.pairs)
-            self._stays.add(step, {number for number, rest in people.rests.items() if rest.levels is not None})
+            self._stays.add(step, {number for number, rest in people.rests.items() if number > 0 and not rest.came})
             self._pairs_there.add(step)
             self._unseen.add(step)
             self._left_over(step)

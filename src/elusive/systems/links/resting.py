@@ -5,6 +5,10 @@ one second to the next. Those of a door that was opened, or of a shelf that was 
 of a fan vary, but not from one second to the next (:mod:`elusive.preprocess.steadiness`), or, where it turns to and
 fro, not from one time to the next: blocks of several lengths are looked at. What varies more than the empty room does
 is watched for longer. What wanders little enough to be a curtain is as probably the room's as somebody.
+
+As many people are there as have come. A shelf that is put down beside somebody takes over their track, and they are
+found as another who has come from nowhere; where that one walks, it is the track that stood there meanwhile that has
+not come, and it is watched as though it had just been found.
 """
 
 from __future__ import annotations
@@ -27,6 +31,7 @@ from elusive.tracking.superposed_state import Target
 # of a door or a shelf 1.0 and 1.3 m
 MOVED_SD, MOVED_M = 1.5, 1.5
 COMING_S = 2.0  # after a track is found: what is found may still be on its way
+STANDS_S = 5.0  # in which who walks has gone on
 BLOCKS = (1, 2, 4, 8)  # lengths of blocks that are looked at, in the shortest's
 # blocks' ratio, in rooms of rays: of doors, shelves and fans .1 to 1.2 (1.3 where they turn, in blocks about as long as
 # a turn), of curtains 1.4 to 1.7, of who sways by a centimetre, or sits, 1.9 and more
@@ -40,18 +45,22 @@ ALONE = 1.0  # variance that others add to a reading, over the empty room's, bel
 
 
 Scales: TypeAlias = tuple[Steadiness, ...]  # by blocks of BLOCKS
+Places: TypeAlias = Mapping[int, Array]  # by the numbers of tracks
+NOWHERE: Places = {}
 
 
 class Rest(NamedTuple):
-    """A track since it was found."""
+    """A track since it was found, or since it came to where it is."""
 
     found_s: float
-    place: Array  # (2,) where it was found [m]
+    place: Array  # (2,) where it was then [m]
     covariance: Array  # (2, 2)
     seen_s: float
     now: Array  # (2,)
-    levels: Scales | None  # of what others leave alone; none: it has moved
+    levels: Scales  # of what others leave alone
     heard: Array  # (2, D, C): times that readings were heard since, and their sum
+    came: bool = False  # from elsewhere
+    others: Places = NOWHERE  # where those were who had come when it was found
     nobody: float = 0.0  # probability that it is the room's
 
 
@@ -64,7 +73,7 @@ class Changed(NamedTuple):
     variance_db2: Array | None  # (D, C) of what goes on there; none: it is as quiet as the empty room
 
 
-Rests = Mapping[int, Rest]  # by their numbers
+Rests = Mapping[int, Rest]  # by their numbers; by the negative ones of tracks that were found somewhere and have moved
 NO_RESTS: Rests = {}
 
 
@@ -77,22 +86,25 @@ def after_frame(
         for target in targets
         if target.life.status == "confirmed" and target.life.track is not None
     }
-    lost = {name: rest for name, rest in before.items() if name not in sure and time_s - rest.seen_s < AGAIN_S}
-    rests = dict(lost)
+    rests = {name: rest for name, rest in before.items() if name not in sure and time_s - rest.seen_s < AGAIN_S}
+    lost, moved = set(rests), dict[int, Rest]()
+    came = {name: target.mean[[X, Y]] for name, target in sure.items() if name in before and before[name].came}
     for name, target in sure.items():
         place, covariance = target.mean[[X, Y]], target.covariance[np.ix_([X, Y], [X, Y])]
-        rest = before.get(name) or _found_again(rests, place, covariance, set(lost))
+        rest = before.get(name) or _found_again(rests, place, covariance, lost)
         if rest is None:
-            levels = _none(time_s, rise_db.shape)
-            rest = Rest(time_s, place, covariance, time_s, place, levels, np.zeros((2, *rise_db.shape)))
+            rest = _new(time_s, place, covariance, rise_db.shape)._replace(others=came)
         off = place - rest.place
-        moved = off @ off > MOVED_M**2 and off @ np.linalg.solve(covariance + rest.covariance, off) > MOVED_SD**2
-        kept = None if moved else rest.levels
-        rests[name] = rest._replace(seen_s=time_s, now=place, levels=kept, nobody=0.0)
-    resting = {name: target for name, target in sure.items() if rests[name].levels is not None}
-    if not resting:
-        return rests, None
-    rests |= _watched(rests, resting, targets, sensor, rise_db, time_s)
+        if off @ off > MOVED_M**2 and off @ np.linalg.solve(covariance + rest.covariance, off) > MOVED_SD**2:
+            if not rest.came:
+                moved[-name] = rest._replace(now=rest.place)
+            rest = _new(time_s, place, covariance, rise_db.shape)._replace(came=True)
+        rests[name] = rest._replace(seen_s=time_s, now=place, nobody=0.0)
+    taken = lost - rests.keys()
+    moved |= {name: rest for name, rest in before.items() if name < 0 and name not in taken}
+    rests = _exchanged(rests, moved, came, time_s)
+    resting = {name: target for name, target in sure.items() if not rests[name].came}
+    rests |= _watched(rests, sure, targets, sensor, rise_db, time_s)
     steady = dict[int, _Judged]()
     for name in resting:
         judged = _judged(rests[name].levels, sensor.tables.floor)
@@ -102,29 +114,60 @@ def after_frame(
     return rests, _changed(rests, list(resting), steady)
 
 
+def _exchanged(rests: Rests, moved: Rests, came: Places, time_s: float) -> dict[int, Rest]:
+    """Let who has not come be another, where a track that was found somewhere has moved: that one is somebody.
+
+    It is who has stood since it was found, who may have gone on from there by its number; or who comes to stand where
+    it was found, as they may have exchanged their numbers.
+    """
+    after = {name: rest for name, rest in rests.items() if name > 0}
+    for name, one in moved.items():
+        young = time_s - one.seen_s < AGAIN_S
+        others = {k: place for k, place in one.others.items() if k in came and _near(rests[k].now, place)}
+        if young:
+            others |= {k: one.place for k in came if _near(rests[k].now, one.place)}
+        stands = [k for k in others if after[k].came and _stands(after[k], time_s)]
+        if stands:
+            after[stands[0]] = after[stands[0]]._replace(came=False)
+        elif others or young:
+            after[name] = one._replace(others=others)
+    return after
+
+
+def _near(one: Array, other: Array) -> bool:
+    """Whether a track between two places need not have moved."""
+    return float(np.linalg.norm(one - other)) < MOVED_M
+
+
 def _watched(
     rests: Rests,
-    resting: Mapping[int, Target],
+    sure: Mapping[int, Target],
     targets: Sequence[Target],
     sensor: ShadowedLinks,
     rise_db: Array,
     time_s: float,
 ) -> dict[int, Rest]:
-    """Take in a frame's levels beside each of the tracks that have not moved, as far as others leave them alone."""
+    """Take in a frame's levels beside each of the tracks that stand, as far as others leave them alone."""
     floor, found = sensor.tables.floor, dict[int, Rest]()
-    still = {id(target) for target in resting.values()}
-    others = [_effect(sensor, one, one.existence) for one in targets if one.existence > LOUD and id(one) not in still]
-    alone = np.where(total(others, floor)[1] < (1 + ALONE) * floor, rise_db, np.nan)
+    effects = [(id(one), _effect(sensor, one, one.existence)) for one in targets if one.existence > LOUD]
+    unmoved = {name: id(target) for name, target in sure.items() if not rests[name].came}
+    coming = {name for name in unmoved if not _stands(rests[name], time_s)}
+    most = sensor.tables.loss**2 + sensor.tables.near_variance + sensor.tables.far_variance
+    anybody = most / (floor * (floor + most))
     heard = np.isfinite(rise_db)
     told = np.array([heard, np.where(heard, rise_db, 0.0)])
-    for name, target in resting.items():
+    for name, target in sure.items():
         rest = rests[name]
-        if rest.levels is None or time_s < rest.found_s + COMING_S:
+        if time_s < rest.found_s + COMING_S or (rest.came and not _stands(rest, time_s)):
             continue
+        still = {one for k, one in unmoved.items() if k not in coming or _near(rests[k].now, rest.now)} | {id(target)}
+        others = total([effect for one, effect in effects if one not in still], floor)[1]
+        alone = np.where(others < (1 + ALONE) * floor, rise_db, np.nan)
         own = _effect(sensor, target, 1.0)
         spread = own.variance + own.mean**2
-        weights = spread / (floor * (floor + spread))
-        levels = tuple(one.after(time_s, alone, weights) for one in rest.levels)
+        beside = spread / (floor * (floor + spread))
+        elsewhere = np.maximum(anybody - beside, 0.0)
+        levels = tuple(one.after(time_s, alone, beside, elsewhere) for one in rest.levels)
         found[name] = rest._replace(levels=levels, heard=rest.heard + told)
     return found
 
@@ -143,10 +186,10 @@ class _Judged(NamedTuple):
         return self.ratio < STEADY
 
 
-def _judged(scales: Scales | None, floor: Array) -> list[_Judged]:
-    """Judge the levels beside a track, by the shortest blocks first; nothing of one that has moved."""
+def _judged(scales: Scales, floor: Array) -> list[_Judged]:
+    """Judge the levels beside a track, by the shortest blocks first."""
     found = list[_Judged]()
-    for levels in scales or ():
+    for levels in scales:
         if levels.blocks >= FEWEST_BLOCKS // 2:
             ratio, noise = levels.ratio(floor)
             noisy = noise > NOISY
@@ -187,14 +230,21 @@ def _changed(rests: Rests, resting: Sequence[int], steady: Mapping[int, _Judged]
 def anew(rests: Rests, time_s: float, shape: tuple[int, ...]) -> dict[int, Rest]:
     """Return what is known of tracks once levels are told from another room's: their sums begin anew."""
     levels, heard = _none(time_s, shape), np.zeros((2, *shape))
-    return {
-        name: rest if rest.levels is None else rest._replace(found_s=time_s, levels=levels, heard=heard)
-        for name, rest in rests.items()
-    }
+    return {name: rest._replace(found_s=time_s, levels=levels, heard=heard) for name, rest in rests.items()}
 
 
 def _none(found_s: float, shape: tuple[int, ...]) -> Scales:
     return tuple(Steadiness.none(found_s + COMING_S, shape, blocks * BLOCK_S) for blocks in BLOCKS)
+
+
+def _new(time_s: float, place: Array, covariance: Array, shape: tuple[int, ...]) -> Rest:
+    levels, heard = _none(time_s, shape), np.zeros((2, *shape))
+    return Rest(time_s, place, covariance, time_s, place, levels, heard)
+
+
+def _stands(rest: Rest, time_s: float) -> bool:
+    """Whether a track that has come from elsewhere stands."""
+    return time_s > rest.found_s + STANDS_S
 
 
 def _found_again(rests: dict[int, Rest], place: Array, covariance: Array, lost: set[int]) -> Rest | None:
