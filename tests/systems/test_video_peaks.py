@@ -1,0 +1,60 @@
+"""A slow strong ship is told at its echo's peak, though its cells are fixed; beside a rock a ship stays where it is."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from elusive.io.radar_video import open_radar_video
+from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
+from elusive.sensors.spokes import join_spokes
+from elusive.systems.video.parameters import VideoTracking
+from elusive.systems.video.peaks import KEPT, at_peaks, peaks_after
+from elusive.systems.video.sea import Sea, SeaState, Still, VideoRadar, cell_places, turns
+from elusive.systems.video.track import track_video_recording
+from elusive.tracking.track import Track
+from tests.reference.radar_video import level_sea
+
+
+def test_a_slow_strong_ship_is_told_where_it_is(tmp_path):
+    """It was told 40 m ahead, where its echo comes on: all of the rest was fixed."""
+    radar = VideoRadar(spokes=512, samples=160, step_m=12.5, pulse_m=25.0, beam_deg=2.0, start_m=300.0)
+    sea = Sea(radar, SeaState(shape=1.0), Still(np.zeros(cell_places(radar).shape[:2])))
+    ship = np.array([-900.0, 2.2, 800.0, 1.2])
+    whole = join_spokes(list(turns(sea, 30, ship[None], np.array([38.0]), np.random.default_rng(7))))
+    path = tmp_path / "video.npz"
+    np.savez(
+        path, amplitude=whole.amplitude, time_s=whole.time_s, azimuth_deg=np.degrees(whole.azimuth_rad),
+        from_north=True, start_m=whole.start_m, step_m=whole.step_m, bits=32,
+    )  # fmt: skip
+    outcome = track_video_recording(open_radar_video(path), VideoTracking(), None)
+    (track,) = outcome.tracked.paths
+    off = np.hypot(*(track.places - ship[[0, 2]] - track.times_s[:, None] * ship[[1, 3]]).T)
+    assert len(off) > 12
+    assert np.quantile(off[-12:], 0.9) < 12.5  # a cell
+    np.testing.assert_allclose(track.velocity[-1], ship[[1, 3]], atol=1.0)
+
+
+@pytest.mark.parametrize("speed_mps", [0.0, 2.5])
+def test_only_a_peak_that_sails_tells_where_a_track_is(speed_mps):
+    sensor, rng, ways = RadarVideo(step_m=12.5, samples=200, beam_deg=2.0), np.random.default_rng(3), None
+    (first, step, pitch), shape = sensor.grid, sensor.shape
+    row, column = np.indices(shape)
+    for k in range(KEPT):
+        time_s, range_m = 2.5 * k, 1500.0 + speed_mps * 2.5 * k
+        at = (range_m - first) / step
+        echo = 3000 * np.exp(-(((row - 89) ** 2 + (column - at) ** 2) / 2.0))
+        power = (1 + echo * rng.gamma(4.0, 0.25) + rng.exponential(size=shape)).astype(np.float32)
+        told = np.array([1540.0 + 2.5 * time_s, 2.5, 0.0, 0.0])
+        turn = EvidenceTurn(time_s, np.full(len(power), time_s), power, (0.0, 0.0), power, power, level_sea(power))
+        tracks = (Track(1, "confirmed", 1.0, told, np.eye(4)),)
+        ways = peaks_after(ways, tracks, turn, np.ones(shape, bool), sensor)
+        (shown,) = at_peaks(tracks, ways, time_s, sensor)
+    azimuth = 90 * pitch
+    if speed_mps:
+        np.testing.assert_allclose(shown.mean[[0, 2]], range_m * np.array([np.sin(azimuth), np.cos(azimuth)]), atol=6.0)
+        np.testing.assert_allclose(shown.mean[[1, 3]], [2.5, 0.0], atol=0.5)
+    else:
+        np.testing.assert_array_equal(shown.mean, told)
+    (open_sea,) = at_peaks(tracks, {1: ways[1] * [1, 1, 1, 1, 1, 0]}, time_s, sensor)
+    np.testing.assert_array_equal(open_sea.mean, told)
