@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Sequence
 
 import numpy as np
@@ -25,8 +24,6 @@ HALF, OFFSHORE_M = 0.5, 150.0  # P(water) below which a place is land; as far fr
 EXPLAINED = 4.0  # deviations from a ship within which a plot is its
 LONG, MIDDLE, SELDOM = math.log(80.0), 0.25, 0.1  # of a hull's plots half lie in its middle half
 QUARTERS = np.array([[[0, 1], [-1, 0]], [[-1, 0], [0, -1]], [[0, -1], [1, 0]]], dtype=float)  # turns about the radar
-BY_CHANCE = 2.0  # standard errors of what chance explains, within which more may be chance as well
-LAG = 20  # scans, in which a ship that is under way has left a place
 FEW = 20  # plots from which something is said
 
 
@@ -55,8 +52,6 @@ class Bunches:
 
     def __init__(self) -> None:
         self.plots = self.all = self._near = self._round = 0
-        self._scans = self._compared = self._lasting = 0  # scans; those compared with one long before, and plots near
-        self._past = deque[Array](maxlen=LAG)
         self._turned = np.zeros((SECTORS, SECTORS))  # plots near where others of a sector would be in another
         self._sectors = np.ones(SECTORS)  # plots in each, from north
         self._hulls = dict[int, NDArray[np.int64]]()
@@ -84,7 +79,10 @@ class Bunches:
     def add_left_over(
         self, scan: RadarScan, sensor: RadarSensor, targets: Sequence[Target], water: Water | None
     ) -> None:
-        """Take in what no confirmed ship explains, off charted land: by its hull, or as the plot of a point."""
+        """Take in what no confirmed ship explains: by its hull, or as the plot of a point.
+
+        Plots on charted land and in patches of false alarms are left out.
+        """
         places, _ = sensor.places(scan)
         sure = [target for target in targets if target.life.status == "confirmed"]
         theirs = explained(scan, sensor, sure)
@@ -95,19 +93,9 @@ class Bunches:
                     off = np.abs(sensor.along_hull(target.mean, places[its]))
                     before = self._hulls.get(target.life.track, np.zeros(2, dtype=np.int64))
                     self._hulls[target.life.track] = before + np.array([len(off), (off < MIDDLE).sum()])
-        self.all, self._scans = self.all + len(places), self._scans + 1
-        self.add(scan, places, counted)
-        dense = density(scan.range_m, scan.bearing_rad, sensor.false_alarm_patches) > 0
-        self._add_lasting(places, counted & dense)
-
-    def _add_lasting(self, places: Array, its: NDArray[np.bool_]) -> None:
-        """Count plots of a scan long before near plots that lie in patches: there such come all along."""
-        if len(self._past) == LAG:
-            self._compared += 1
-            if its.any() and len(self._past[0]):
-                near = cKDTree(self._past[0]).query_ball_point(places[its], NEAR_M, return_length=True)
-                self._lasting += int(near.sum())
-        self._past.append(places)
+        beside = density(scan.range_m, scan.bearing_rad, sensor.false_alarm_patches) == 0
+        self.all += int(beside.sum())
+        self.add(scan.select_detections(np.flatnonzero(beside)), places[beside], counted[beside])
 
     @property
     def at_their_ends(self) -> list[int]:
@@ -119,15 +107,10 @@ class Bunches:
         """Mean number of plots near a plot that chance does not explain; NaN of too few.
 
         Chance is as dense as in the ring, or as on other bearings at the same range, by how much more there is in the
-        one sector than in the other: clutter is denser near a radar, and upwind. In the radar's patches it is as dense
-        as twenty scans before. Twice its own error is added.
+        one sector than in the other: clutter is denser near a radar, and upwind.
         """
         every = max(self.plots, self.all)
         if every < FEW:
             return math.nan
         turned = float((self._turned * self._sectors[:, None] / self._sectors).sum())
-        lasting = self._lasting * self._scans / max(self._compared, 1)
-        chance = max(self._round / 3, turned / 3, lasting)
-        # each pair is counted twice, and plots that lie near many are in as many pairs
-        error = math.sqrt(chance * (2 + 4 * chance / max(self.plots, 1)))
-        return max(self._near - chance - BY_CHANCE * error, 0.0) / every
+        return max(self._near - max(self._round, turned) / 3, 0.0) / every

@@ -12,7 +12,6 @@ from elusive.charts import Water
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarScan
 from elusive.sensors.range_bands import BANDS, SECTORS
-from elusive.systems.radar.bunches import LAG
 from elusive.systems.radar.counted import Counts
 from elusive.systems.radar.first_pass import FEWEST, TRIALS, fitted, possible, spread
 from elusive.systems.radar.land import land_shares
@@ -24,7 +23,7 @@ from elusive.systems.radar.triples import Triples
 from elusive.tracking.track import Step
 
 LOOK = 10  # scans that are waited for, and after which what is counted is taken over
-TELLING = 2 * LAG  # by which ships of several echoes are told from patches of false alarms
+TELLING = 40  # by which ships of several echoes are told from patches of false alarms
 MEMORY = 60  # scans: in them a thirtieth of thirty alarms a scan is known, and a rising sea within minutes
 DOUBLED = 640  # scans at which errors are fitted last
 
