@@ -69,7 +69,8 @@ class Judged:
         before_s = heard.turn.time_s if self._last is None else self._last.turn.time_s
         ahead = expected(self._ships, before_s, heard.turn, self._sensor)
         fixed = heard.clutter.fixed
-        if heard.clutter.turns < SETTLED and fixed.mean() < COAST:
+        moved = float((self._most - self._least).max()) > still_m(self._sensor)
+        if moved or (heard.clutter.turns < SETTLED and fixed.mean() < COAST):  # ships alone tell it then
             fixed = np.zeros_like(fixed)
         self._turned.append(turned(heard.power, fixed, ahead))
         self._ships, self._last = ships, heard
@@ -97,8 +98,7 @@ class Judged:
         ships = [_many(self._at_once), _swell(self._swell, self._crests), told_of(self._ghosts)]
         known = self._known > 0.5 * self._known.max()
         ships.append(shadows(np.where(known, self._rows / np.maximum(self._known, 1), np.nan), start.sensor))
-        if moved <= still_m(start.sensor):
-            ships.append(swings(np.array(self._turned), start.sensor))
+        ships.append(swings(np.array(self._turned), start.sensor))
         counted = self._gone + Counter(self._beside.values())
         if water is None and counted:
             ships.append(_beside(counted[True], counted.total()))
