@@ -23,10 +23,10 @@ from pydantic import Field, model_validator
 from elusive.contracts import Array, DetectionBirths
 from elusive.errors import DataError, ParameterError
 from elusive.model import FROM_RECORDING, NonNegative, Positive, Probability
-from elusive.sensors.alarm_patches import Patch, density, draw
+from elusive.sensors.alarm_patches import Patch
+from elusive.sensors.false_alarms import FalseAlarms
 from elusive.sensors.radar_scans import TURN_RAD, RadarPlot, RadarScan, scan_of
 from elusive.sensors.radar_view import RadarView, check_finite, seen_from, wrapped
-from elusive.sensors.range_bands import draw_bearings, draw_ranges, log_relative, log_relative_sector
 
 FAINTEST = -600.0  # log density of a plot that may lie anywhere, without bounds
 
@@ -128,7 +128,7 @@ class RadarSensor(RadarView):
         if self.false_alarms:
             from elusive.sensors._radar_kernels import LOG_SCALE
 
-            table[:, LOG_SCALE] -= self._log_relative(scan.range_m, scan.bearing_rad)
+            table[:, LOG_SCALE] -= self._alarms.log_relative(scan.range_m, scan.bearing_rad)
         return self._log_ratio(
             seen_from(scan, states), table, _log(1 - self.detection_probability), clutter=self.false_alarms > 0
         )
@@ -197,7 +197,7 @@ class RadarSensor(RadarView):
         """Log density of false alarms at each plot, ``(m,)``; minus infinity where there are none."""
         if not self.false_alarms:
             return np.full(len(self.judged(measurement)[1]), -np.inf)
-        relative = self._log_relative(np.atleast_1d(measurement.range_m), np.atleast_1d(measurement.bearing_rad))
+        relative = self._alarms.log_relative(np.atleast_1d(measurement.range_m), np.atleast_1d(measurement.bearing_rad))
         return math.log(self.false_alarms) + self.log_uniform(measurement) + relative
 
     def simulate(self, states: Array, rng: Generator, time_s: float = 0.0) -> RadarScan:
@@ -220,24 +220,14 @@ class RadarSensor(RadarView):
             If false alarms have Doppler, and their greatest is not known.
         """
         check_finite(states)
-        low, high, half = self.limits
         distance, bearing, doppler = self.measured(states)
         seen = self.sees(distance, bearing) & (rng.random(len(states)) < self.detection_probability)
         distance, bearing = self.scattered(distance[seen], bearing[seen], rng)
         plots = np.stack([distance, bearing, rng.normal(doppler[seen], self.doppler_sd_mps)])
         if self.false_alarms:
             fold = self._greatest_doppler("simulation") if self.doppler_probability else 0.0
-            edges = np.array([[low, high], [self.middle_rad - half, self.middle_rad + half], [-fold, fold]])[:, :, None]
-            false = rng.uniform(edges[:, 0], edges[:, 1], (3, rng.poisson(self.false_alarms)))
-            if len(self.false_alarm_shares) > 1:
-                false[0] = draw_ranges(rng, false.shape[1], low, high, self.false_alarm_shares)
-            if len(self.false_alarm_sectors) > 1:
-                false[1] = draw_bearings(rng, false.shape[1], self.middle_rad, half, self.false_alarm_sectors)
-            if self.false_alarm_patches:
-                more = draw(rng, self.false_alarm_patches)
-                more = more[:, self.sees(*more)]
-                false = np.concatenate([false, [*more, rng.uniform(-fold, fold, more.shape[1])]], axis=1)
-            plots = np.concatenate([plots, false], axis=1)
+            false = self._alarms.draw(rng, fold)
+            plots = np.concatenate([plots, false[:, self.sees(*false[:2])]], axis=1)
         distance, bearing, doppler = plots[:, np.argsort(plots[1] % TURN_RAD)]
         if self.max_doppler_mps is not None:
             doppler = wrapped(doppler, 2 * self.max_doppler_mps)
@@ -261,6 +251,13 @@ class RadarSensor(RadarView):
         low, high, half = self.limits
         return low, high, math.sin(self.middle_rad), math.cos(self.middle_rad), half
 
+    @cached_property
+    def _alarms(self) -> FalseAlarms:
+        """Where false alarms lie."""
+        low, high, half = self.limits
+        where = self.false_alarm_shares, self.false_alarm_sectors, self.false_alarm_patches
+        return FalseAlarms(low, high, self.middle_rad, half, self.false_alarms, *where)
+
     def _table(self, scan: RadarScan, log_scale: float, log_doppler: float) -> Array:
         """Rows of plots as the kernel takes them, each with the logarithm of its constant factor."""
         from elusive.sensors._radar_kernels import tabulate
@@ -271,27 +268,13 @@ class RadarSensor(RadarView):
 
     def _log_volumes(self, scan: RadarScan) -> tuple[float, float]:
         """Logarithms of what a plot in view can be: range times bearing, and Doppler where the scan has any."""
-        low, high, half = self.limits
         doppler = np.isfinite(scan.doppler_mps).any()
         widest = 1.0
         if doppler and self.false_alarms:
             widest = 2 * self._greatest_doppler(f"scan at {scan.time_s:g} s")
         elif doppler:
             widest = 2 * (self.max_doppler_mps or math.inf)
-        return math.log(2 * half * (high - low)), math.log(widest)
-
-    def _log_relative(self, range_m: Array, bearing_rad: Array) -> Array:
-        """Log density of false alarms at ranges and bearings, to that of uniform ones."""
-        low, high, half = self.limits
-        found = np.zeros(len(range_m))
-        if len(self.false_alarm_shares) > 1:
-            found += log_relative(range_m, low, high, self.false_alarm_shares)
-        if len(self.false_alarm_sectors) > 1:
-            found += log_relative_sector(bearing_rad, self.middle_rad, half, self.false_alarm_sectors)
-        if self.false_alarm_patches:
-            evenly = self.false_alarms / (2 * half * (high - low))
-            found = np.log(np.exp(found) + density(range_m, bearing_rad, self.false_alarm_patches) / evenly)
-        return found
+        return self._alarms.log_volume, math.log(widest)
 
     def _greatest_doppler(self, where: str) -> float:
         if self.max_doppler_mps is None:
