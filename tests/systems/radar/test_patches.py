@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 
 import numpy as np
 import pytest
@@ -82,7 +83,9 @@ def test_a_shower_or_surf_is_no_crowd_of_ships(tmp_path, capsys, where, seed):
     told = ["--particles", "400", "--out", str(tmp_path / "out")]
     with pytest.raises(SystemExit) as ended:
         main(["track", "radar", str(tmp_path / "plots.csv"), *told])
-    assert not ended.value.code, capsys.readouterr()
+    said = capsys.readouterr().out
+    assert not ended.value.code, said
+    assert re.search(r"and 2[0-9.]+ in\s+[│\s]*\d+ patches", said), said
     assert others(tmp_path / "out") <= 51 / 20
 
 

@@ -25,6 +25,7 @@ from elusive.sensors.radar_scans import RadarScan
 from elusive.sensors.radar_view import wrapped
 from elusive.systems.radar.first_pass import FEWEST, heard_by, looked_at
 from elusive.systems.radar.parameters import RadarTracking
+from elusive.systems.radar.patches import patched
 from elusive.systems.radar.survey import HALF, survey
 
 SEARCH_M, SEARCH_RAD = 200.0, 0.05  # of a bias
@@ -71,7 +72,7 @@ def fit_radar(scans: Iterable[RadarScan], name: str, known: Array | None = None,
     (range_sd, bearing_sd), share = seen.errors.told, seen.errors.share_sd
     heard, _ = heard_by(bound, scans, RadarTracking(), HALF, seen.way[:, 1:], patches)
     detected, trials, false, shares, sectors, patches = heard
-    beside = "plots of no track" + ("" if water is None else ", at sea")
+    beside = "plots of no track" + ("" if water is None else ", at sea") + patched(patches)
     told = f"{seen.errors.targets:.0f} triples of plots of targets"
     told += "; too large: echoes lie too close to each other" if seen.errors.crowded else ""
     values = [

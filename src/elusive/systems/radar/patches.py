@@ -93,6 +93,11 @@ def cell_of(scan: RadarScan, sensor: RadarSensor) -> tuple[Cells, Cells]:
     return far, sector_of(scan.bearing_rad, sensor.middle_rad, half, BEARINGS)
 
 
+def patched(patches: Sequence[Patch]) -> str:
+    """Say how many false alarms there are in patches, beside others; empty where there are none."""
+    return f", and {sum(number for *_, number in patches):.3g} in {len(patches)} patches" if patches else ""
+
+
 def beside(scan: RadarScan, patches: Sequence[Patch]) -> RadarScan:
     """Return a scan with the plots that lie in no patch."""
     return scan.select_detections(np.flatnonzero(density(scan.range_m, scan.bearing_rad, patches) == 0))

@@ -24,6 +24,7 @@ from elusive.report.clock import Clock
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_hulls import HullRadar
 from elusive.systems.radar.parameters import RadarTracking
+from elusive.systems.radar.patches import patched
 from elusive.systems.radar.report import RadarPath
 from elusive.systems.radar.survey import RadarSurvey
 
@@ -158,7 +159,8 @@ def run_facts(
         (
             "Radar",
             f"{sensor.range_sd_m:g} m, {sensor.bearing_sd_mrad:g} mrad, {sensor.doppler_sd_mps:g} m/s; "
-            f"P_D {sensor.detection_probability:g}, {sensor.false_alarms:g} false alarms a scan",
+            f"P_D {sensor.detection_probability:g}, {sensor.false_alarms:g} false alarms a scan"
+            f"{patched(sensor.false_alarm_patches)}",
         ),
         ("As the plots show", ", ".join(NAMES[name] for name in seen.found)),
         ("Neither told nor shown", ", ".join(NAMES[name] for name in seen.assumed)),
