@@ -25,6 +25,7 @@ from elusive.tracking.track import Track
 LATEST = 2000  # turns by whose clutter a run is checked
 EDGE = 2  # cells about a ship in which what is fixed shows as well
 MANY = 50  # ships at once
+KNOWN = 5  # turns after which it is known how fast a ship is
 
 
 class Judged:
@@ -42,7 +43,7 @@ class Judged:
         self._turned = deque[Array](maxlen=LATEST)
         self._least, self._most = np.full(2, math.inf), np.full(2, -math.inf)
         self._last: Heard | None = None
-        self._ships = list[Track]()  # that were under way then
+        self._ships, self._since = list[Track](), dict[int, int]()  # that were under way then; for how many turns
 
     def add(self, heard: Heard, tracks: Sequence[Track]) -> None:
         """Take in a turn, and the tracks after it."""
@@ -73,7 +74,8 @@ class Judged:
         if moved or (heard.clutter.turns < SETTLED and fixed.mean() < COAST):  # ships alone tell it then
             fixed = np.zeros_like(fixed)
         self._turned.append(turned(heard.power, fixed, ahead))
-        self._ships, self._last = ships, heard
+        self._since = {ship.track: self._since.get(ship.track, 0) + 1 for ship in ships}
+        self._ships, self._last = [ship for ship in ships if self._since[ship.track] > KNOWN], heard
 
     def _is_beside(self, ship: Track, heard: Heard) -> bool:
         """Whether something fixed lies within an echo of a ship."""
