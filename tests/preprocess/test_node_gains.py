@@ -61,6 +61,24 @@ def test_both_gains_of_a_radio_are_taken_out_while_somebody_walks(gains_db):
         np.testing.assert_allclose(after.rise_db, before.rise_db, atol=1.5)
 
 
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_gain_of_both_ways_alike_is_taken_out_while_somebody_walks(seed):
+    """An antenna that is turned."""
+    room = ray_room(seed, (0.7,), frames=60)
+    first = EMPTY + 20
+    turned = spoilt(room._replace(frames=spoilt(room, 0, -6.0, first)), 1, -6.0, first)
+    whole, found = states(room.frames), states(turned)
+    assert not any(state.gains_db.any() for state in (*whole, *found[:20]))
+    assert not found[19].gains_db.any()
+    for state in found[22:]:  # walkers by the node stir most of its links
+        np.testing.assert_allclose(state.gains_db[CHANGED], -6.0, atol=1.5)
+    assert not any(np.delete(state.gains_db, CHANGED, axis=0).any() for state in found)
+
+
+def test_a_room_or_an_air_that_has_changed_is_no_radios_gain():
+    assert not node_gains(np.full(QUIET.shape, -4.0), QUIET, NODES).any()
+
+
 def test_who_stands_by_a_node_changes_both_directions():
     """All of its links lose 8 dB, give or take what both directions share."""
     rng = np.random.default_rng(0)

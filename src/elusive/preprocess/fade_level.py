@@ -127,7 +127,7 @@ class RssChange(Model):
         nodes, empty_sd = _nodes(len(level)), deviation(state.calibration)
         bursts = disturbed(level - state.calibration.mean_dbm, empty_sd, nodes)
         level[:, bursts] = np.nan
-        gains = node_gains(level - state.calibration.mean_dbm, empty_sd, nodes)
+        gains = node_gains(level - state.calibration.mean_dbm, empty_sd, nodes, state.gains_db)
         level = level - of_readings(gains)
         recent, rise = state.recent_dbm, level - state.calibration.mean_dbm
         if self.measure == "variance":

@@ -4,7 +4,8 @@ A link is reciprocal: whoever walks changes both of its directions alike, so tha
 alone. Where the differences of most links of a radio have changed by one amount, their median is how much more its gain
 has changed as it sends than as it hears. Most often one of the two has stayed: the one that the median level tells. Of
 a radio that came back with other settings both have changed, where the means of both directions have by an amount that
-explains many more of them. Gains that change by the same amount both ways are not told from somebody who stands there.
+explains many more of them. Both have by one amount where an antenna was turned, or a supply fails: whoever stands at a
+radio changes each of its links by another. Where many radios seem to, it is the room, or the air, that has changed.
 
 Medians: Hampel, Ronchetti, Rousseeuw and Stahel (1986), Robust statistics, chapter 1, on estimates that bear that
 nearly half of the readings are wrong.
@@ -25,6 +26,9 @@ from elusive.sensors.radio_network import Indices, directed_links_of
 FEWEST_LINKS = 4  # of a radio that are heard both ways
 NEAR_SD = 2.0  # deviations of a difference within which it has changed by an amount
 MORE = 0.3  # share of a radio's differences that have changed by its amount rather than not at all
+# share of its links whose directions have changed alike, and by one amount: .3 to .48 of them of who stands there
+MOST = 0.6
+FEW = 1 / 3  # of the radios, of which that is believed
 SURE = 5.0  # deviations of the median of as many links, by which it has changed
 
 
@@ -42,7 +46,7 @@ def _ways(nodes: int) -> _Ways:
     return _Ways(sent, np.argsort(receiver * nodes + sender).reshape(nodes, -1))
 
 
-def node_gains(rise_db: Array, sd_db: Array, nodes: int) -> Array:
+def node_gains(rise_db: Array, sd_db: Array, nodes: int, before: Array | None = None) -> Array:
     """Return by how much each node's gain has changed since the calibration, as it sends and as it hears.
 
     Parameters
@@ -53,6 +57,8 @@ def node_gains(rise_db: Array, sd_db: Array, nodes: int) -> Array:
         ``(D, C)`` their deviations in the empty room.
     nodes
         S.
+    before
+        What was found in the frame before: gains of both ways are kept while whoever passes stirs most of the links.
 
     Returns
     -------
@@ -64,7 +70,8 @@ def node_gains(rise_db: Array, sd_db: Array, nodes: int) -> Array:
         return gains
     sent, heard = _ways(nodes)
     spread = np.hypot(sd_db[sent], sd_db[heard]).reshape(nodes, -1)
-    off, apart = _changed((rise_db[sent] - rise_db[heard]).reshape(nodes, -1), spread, np.zeros((nodes, 1)))
+    differences = (rise_db[sent] - rise_db[heard]).reshape(nodes, -1)
+    off, apart = _changed(differences, spread, np.zeros((nodes, 1)))
     apart = np.where(off, apart, 0.0)
     # of the means, what they are if one of the two has stayed
     one_stayed = 0.5 * apart[:, None] * np.array([1.0, -1.0])
@@ -73,11 +80,24 @@ def node_gains(rise_db: Array, sd_db: Array, nodes: int) -> Array:
     side = np.abs(common[:, None] - one_stayed).argmin(axis=1)
     mean = np.where(both, common, one_stayed[np.arange(nodes), side])
     gains[off] = np.column_stack([mean + 0.5 * apart, mean - 0.5 * apart])[off]
+    alike, amount = _changed(means, 0.5 * spread, np.zeros((nodes, 1)), MOST)
+    alike &= (np.abs(differences) <= NEAR_SD * spread).sum(axis=1) > MOST * np.isfinite(differences).sum(axis=1)
+    if alike.sum() > FEW * nodes:
+        return gains
+    gains[alike] = amount[alike, None]
+    if before is not None and len(before) == nodes:
+        kept = (before[:, 0] != 0) & (before[:, 0] == before[:, 1]) & ~alike & ~off
+        near = [(np.abs(means - gain) <= NEAR_SD * 0.5 * spread).sum(axis=1) for gain in (before[:, :1], 0.0)]
+        kept &= near[0] > np.maximum(near[1], 0.5 * MORE * np.isfinite(means).sum(axis=1))
+        gains[kept] = before[kept]
     return gains
 
 
-def _changed(values: Array, sd: Array, otherwise: Array) -> tuple[NDArray[np.bool_], Array]:
-    """Return of which nodes values ``(S, N)`` have changed by an amount, rather than by others ``(S, K)``, and it."""
+def _changed(values: Array, sd: Array, otherwise: Array, share: float = MORE) -> tuple[NDArray[np.bool_], Array]:
+    """Return of which nodes values ``(S, N)`` have changed by an amount, rather than by others ``(S, K)``, and it.
+
+    A share of the values has changed by it, at least.
+    """
     near, known = NEAR_SD * sd, np.isfinite(values)
     links = known.reshape(len(values), len(values) - 1, -1).any(axis=2).sum(axis=1)
     with warnings.catch_warnings():  # nodes of which nothing is heard
@@ -89,8 +109,8 @@ def _changed(values: Array, sd: Array, otherwise: Array) -> tuple[NDArray[np.boo
     by_others = (np.abs(values[..., None] - otherwise[:, None]) <= near[..., None]).sum(axis=1).max(axis=1)
     least = np.abs(amount[:, None] - otherwise).min(axis=1)
     many = known.sum(axis=1)
-    changed = (links >= FEWEST_LINKS) & (by_amount - by_others > MORE * many) & (least > SURE * deviation)
-    return changed, amount
+    changed = (by_amount > share * many) & (by_amount - by_others > MORE * many) & (least > SURE * deviation)
+    return changed & (links >= FEWEST_LINKS), amount
 
 
 def of_readings(gains: Array) -> Array:

@@ -75,7 +75,8 @@ class LevelFacts:
             if greatest > abs(self._gain_db) + GAIN_STEP_DB:
                 self._gain_s = step.time_s
             self._gain_db = float(gains[node, side])
-            self._gain_of = f"what {self._nodes.names[node]} {('sends', 'hears')[side]}"
+            does = "sends and hears" if gains[node, 0] == gains[node, 1] else ("sends", "hears")[side]
+            self._gain_of = f"what {self._nodes.names[node]} {does}"
 
     def findings(self) -> tuple[Finding, ...]:
         """Return what was checked."""
