@@ -81,6 +81,10 @@ def node_gains(rise_db: Array, sd_db: Array, nodes: int, before: Array | None = 
     mean = np.where(both, common, one_stayed[np.arange(nodes), side])
     gains[off] = np.column_stack([mean + 0.5 * apart, mean - 0.5 * apart])[off]
     alike, amount = _changed(means, 0.5 * spread, np.zeros((nodes, 1)), MOST)
+    # a link that has changed must be told from one that has not
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)
+        alike &= np.abs(amount) > NEAR_SD * np.nanmedian(np.where(np.isfinite(means), spread, np.nan), axis=1)
     alike &= (np.abs(differences) <= NEAR_SD * spread).sum(axis=1) > MOST * np.isfinite(differences).sum(axis=1)
     if alike.sum() > FEW * nodes:
         return gains

@@ -22,6 +22,7 @@ from elusive.systems.images.peaks import PeakImages, PeaksState
 from elusive.systems.images.recorded_checks import again_finding, recorded_findings
 from elusive.systems.images.scene_facts import SceneFacts
 from elusive.systems.images.several import SeveralImages
+from elusive.systems.images.swift import Swift
 from elusive.systems.images.white_checks import white_findings
 from elusive.systems.images.writing import Writing
 from elusive.tracking import Step
@@ -44,6 +45,7 @@ class FrameChecks:
         self._quantiles, self._whitened = np.zeros(len(LEVELS)), 0  # of whitened pixels, summed over so many frames
         self._left: LeftOver | None = None
         self._movers, self._writing, self._octets, self._folded = Movers(), Writing(), Octets(), Folded()
+        self._swift = Swift()
         self._taken, self._blank_s = 0, list[float]()  # frames, and the times of those that show nothing
         self._again = math.nan, 0  # share of sure tracks that were there again, and of how many
         if isinstance(sensor, ImageSensor) and sensor.noise == "gaussian":
@@ -64,6 +66,7 @@ class FrameChecks:
             self._quantiles += step.state.peaks.quantiles
             self._whitened += 1
             self._movers.take(step.state.belief.targets)
+            self._swift.take(step.state.peaks, step.state.belief.targets)
             self._writing.take(step.state.found.written, step.state.found.overlaid, step.measurement.shape)
             if isinstance(self.parameters.filter, PeakImages):
                 self._again = self.parameters.filter.persistence.sure_again(step.state.belief.reliability)
@@ -104,6 +107,7 @@ class FrameChecks:
             found += recorded_findings(self.scene, whitened, by_peaks=self._peaks)
             if self._peaks:
                 found += [again_finding(*self._again), *self._movers.findings(), self._writing.finding()]
+                found.append(self._swift.finding())
         return tuple(found)
 
 

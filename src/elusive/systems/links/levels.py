@@ -72,7 +72,7 @@ class LevelFacts:
         gains = step.state.rss.gains_db
         if gains.size and (greatest := float(np.abs(gains).max())) > abs(self._gain_db):
             node, side = np.unravel_index(int(np.abs(gains).argmax()), gains.shape)
-            if greatest > abs(self._gain_db) + GAIN_STEP_DB:
+            if not self._gain_db or greatest > abs(self._gain_db) + GAIN_STEP_DB:
                 self._gain_s = step.time_s
             self._gain_db = float(gains[node, side])
             does = "sends and hears" if gains[node, 0] == gains[node, 1] else ("sends", "hears")[side]
