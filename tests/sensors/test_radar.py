@@ -397,7 +397,14 @@ def test_a_particle_filter_follows_the_converted_measurement_kalman_filter():
         ({"false_alarm_shares": ()}, "at least 1 item"),
         ({"false_alarm_sectors": (0.0, 1.0)}, "false_alarm_sectors.0: must be greater than 0"),
         ({**CLUTTERED, "false_alarm_patches": ((50.0, 50.0, 0.0, 9.0, 1.0),)}, "a greater furthest one"),
-        ({**CLUTTERED, "false_alarm_patches": ((20.0, 50.0, 0.0, 9.0, 0.0),)}, "a number above zero"),
+        (
+            {**CLUTTERED, "false_alarm_patches": ((20.0, 50.0, 0.0, 9.0, 0.0),)},
+            "false_alarm_patches.0: .* a number above zero",
+        ),
+        (
+            {**CLUTTERED, "false_alarm_patches": ((20.0, 50.0, 0.0, float("nan"), 1.0),)},
+            "false_alarm_patches.0.3: must be a finite number",
+        ),
         ({"false_alarm_patches": ((20.0, 50.0, 0.0, 9.0, 1.0),)}, "beside false_alarms above zero"),
         ({"min_range_m": 100.0, "max_range_m": 105.0}, "narrower than range_sd_m=10"),
         ({"from_bearing_deg": 90.0, "to_bearing_deg": 90.0}, "wider one"),

@@ -69,11 +69,11 @@ class RadarSensor(RadarView):
     @model_validator(mode="after")
     def _fits(self) -> Self:
         self._check_range()
-        for near, far, *_, number in self.false_alarm_patches or ():
-            if not 0 <= near < far or not number > 0 or self.false_alarms == 0:
+        for place, (near, far, *_, number) in enumerate(self.false_alarm_patches or ()):
+            if not (0 <= near < far and number > 0 and self.false_alarms != 0):
                 raise ParameterError(
-                    "false_alarm_patches: each is a nearest range, a greater furthest one, two bearings and a number "
-                    "above zero, beside false_alarms above zero."
+                    f"false_alarm_patches.{place}: a patch is a nearest range, a greater furthest one, two bearings "
+                    "and a number above zero, beside false_alarms above zero."
                 )
         if self.max_doppler_mps is not None and self.max_doppler_mps < 2 * math.pi * self.doppler_sd_mps:
             raise ParameterError(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import json
 import re
 
 import numpy as np
@@ -14,10 +13,13 @@ from elusive.results import read_tracks_csv
 from elusive.sensors import RadarSensor
 from elusive.sensors.radar_scans import RadarScan
 from elusive.sensors.range_bands import BANDS, SECTORS
+from elusive.systems.radar.first_pass import fitted
 from elusive.systems.radar.learnt import MEMORY
 from elusive.systems.radar.live import follow_radar
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.patches import BEARINGS, RANGES, Lasting, cell_of, laid
+from elusive.systems.radar.ships import Surroundings
+from elusive.systems.radar.survey import survey
 from elusive.tracking.memory import Memory
 from tests.longer import longer
 from tests.systems.test_flat import Coming
@@ -97,7 +99,14 @@ def test_live_it_is_none_either(tmp_path):
     patches = memory.first.parameters.radar.false_alarm_patches
     error = 4 * np.sqrt(ALARMS / MEMORY)  # of what is remembered
     assert sum(number for *_, number in patches) == pytest.approx(ALARMS, abs=error + 1.0)
-    assert json.loads((tmp_path / "checks.json").read_text())
+
+
+@pytest.mark.parametrize("told", [(), ((2000.0, 4000.0, 120.0, 150.0, 3.0),)])
+def test_what_is_told_stays(told):
+    scans = recorded(shower, 2)[:20]
+    parameters = RadarTracking(radar={"false_alarm_patches": told}, particles=100)
+    found, _ = fitted(parameters, scans, survey(scans), Surroundings(None), None)
+    assert found.radar.false_alarm_patches == told
 
 
 def law_of(shares, rate):

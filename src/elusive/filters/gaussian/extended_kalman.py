@@ -19,6 +19,7 @@ from pydantic import Field
 from elusive.contracts import Array, interval_since
 from elusive.filters.gaussian import _extended_kernels as kernels
 from elusive.filters.gaussian._block_kernels import marginals
+from elusive.filters.gaussian._map_kernels import Descent
 from elusive.filters.gaussian.bearing_stretch import BearingStretch
 from elusive.filters.gaussian.kalman import smoothed
 from elusive.filters.gaussian.plain_stretch import PlainStretch
@@ -111,12 +112,15 @@ class ExtendedKalmanFilter(Problem):
                 table, 0, transitions, self.robust, iterations, means[0].copy(), means[0], covariances[0]
             )
         else:
-            # where those before the start are smoothed from it, it is sought by doubling, then halving
-            for started in range(self._first_placed(stretch) if smooth else 0, K):
-                found, placed = self.started(stretch.until(started + 1))
+            if smooth:  # those before the start are smoothed from it, and need no belief of their own
+                started, found = self._sought(stretch)
                 means[started], covariances[started] = found.path[-1], marginals(found.L, found.Y)[-1]
-                if placed:
-                    break
+            else:
+                for started in range(K):
+                    found, placed = self.started(stretch.until(started + 1))
+                    means[started], covariances[started] = found.path[-1], marginals(found.L, found.Y)[-1]
+                    if placed:
+                        break
         kernels.filtered(table, transitions, self.robust, iterations, started, means, covariances, log_densities)
         if smooth:
             kernels.smoothed(transitions, started, means, covariances)
@@ -125,13 +129,16 @@ class ExtendedKalmanFilter(Problem):
                 kernels.smoothed_start(found.path, found.L, found.Y, means[first], covariances[first])
         return FilteredPath(table.times_s, means, covariances, float(log_densities.sum()), started)
 
-    def _first_placed(self, stretch: BearingStretch) -> int:
-        """Row of the first time up to which bearings give a place; the last, where they give none."""
+    def _sought(self, stretch: BearingStretch) -> tuple[int, Descent]:
+        """Find, by doubling and halving, the first time by which bearings give a place, else the last; and a path."""
         last = len(stretch.times_s) - 1
         before, row = -1, 0
-        while row < last and not self.started(stretch.until(row + 1))[1]:
+        found, placed = self.started(stretch.until(1))
+        while not placed and row < last:
             before, row = row, min(2 * row + 1, last)
-        while row - before > 1:
+            found, placed = self.started(stretch.until(row + 1))
+        while placed and row - before > 1:
             middle = (before + row) // 2
-            before, row = (before, middle) if self.started(stretch.until(middle + 1))[1] else (middle, row)
-        return row
+            earlier, there = self.started(stretch.until(middle + 1))
+            before, row, found = (before, middle, earlier) if there else (middle, row, found)
+        return row, found

@@ -16,14 +16,13 @@ from numpy.typing import NDArray
 from elusive.charts import Water
 from elusive.checks import Finding
 from elusive.contracts import Array
-from elusive.sensors.alarm_patches import Patch
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarScan
 from elusive.sensors.range_bands import BANDS, edges
 from elusive.systems.radar.bunches import Bunches, explained
 from elusive.systems.radar.checks import in_view
 from elusive.systems.radar.land import land_shares
-from elusive.systems.radar.patches import BEARINGS, RANGES, Cells, Lasting, cell_of, laid
+from elusive.systems.radar.patches import BEARINGS, RANGES, Cells, Laid, Lasting, cell_of, in_bands, laid
 from elusive.tracking.track import Step
 
 KNOWN = 0.9  # existence from which a miss is one
@@ -38,10 +37,7 @@ class Heard(NamedTuple):
 
     detected: float  # probability of detection
     trials: float  # scans of confirmed tracks
-    false: float  # plots of no track a scan, the view all sea
-    shares: tuple[float, ...]  # of these, in bands of range
-    sectors: tuple[float, ...]  # and in sectors of the view
-    patches: tuple[Patch, ...]  # of more of them
+    alarms: Laid  # where plots of no track lie
 
 
 class Counts:
@@ -118,7 +114,7 @@ class Counts:
         """Return what was counted of a sensor, where so much of each is land, ``(BANDS, SECTORS)``."""
         false, sea = self._false, np.maximum(1 - land, LEAST_SEA)
         found = laid(false.counts.clip(0), false.lasting, max(false.scans, 1.0), sea, sensor)
-        return Heard((self._hits + 1) / (self._trials + 2), self._trials, *found)
+        return Heard((self._hits + 1) / (self._trials + 2), self._trials, found)
 
     def finding(self, sensor: RadarSensor, water: Water | None, way: Array) -> Finding:
         """Judge whether there are many more plots of nothing than are expected, in some band of range.
@@ -139,11 +135,6 @@ class Counts:
             f"track, and {told[worst]:.2g} is expected: where more come than that, tracks are made of them.",
             "Leave out --false-alarms, or tell what elusive fit radar finds.",
         )  # fmt: skip
-
-
-def in_bands(cells: Array) -> Array:
-    """Return sums over the bands of range, of ``(RANGES, BEARINGS)``."""
-    return np.asarray(np.add.reduceat(cells.sum(axis=1), 2 ** np.arange(BANDS) - 1))
 
 
 def _patched(sensor: RadarSensor) -> Array:

@@ -84,7 +84,7 @@ def fitted(
         shown.add("detection_probability")
         found["detection_probability"] = float(f"{possible(heard.detected):.3g}")
     if "false_alarms" in found:
-        found["false_alarms"] = float(f"{max(heard.false, FEWEST):.3g}")
+        found["false_alarms"] = float(f"{max(heard.alarms.false, FEWEST):.3g}")
     radar = radar.replace(**spread(radar, heard))
     seen = seen._replace(
         found=tuple(name for name in found if name in shown), assumed=tuple(name for name in found if name not in shown)
@@ -133,18 +133,18 @@ def heard_by(
         heard = counts.heard(land_shares(sensor, water, BANDS, SECTORS, way), sensor)
         told_detected = told.detection_probability is not None or heard.trials < TRIALS
         as_assumed = told_detected or abs(heard.detected - sensor.detection_probability) < AS_ASSUMED
-        as_spread = told.false_alarm_shares is not None or _apart(heard.shares, shares) < EVEN
-        as_turned = told.false_alarm_sectors is not None or _apart(heard.sectors, sectors) < EVEN
-        now, before = (sum(patch[-1] for patch in where) for where in (heard.patches, patches))
-        as_patched = told.false_alarm_patches is not None or abs(now - before) <= EVEN * (now + heard.false)
+        as_spread = told.false_alarm_shares is not None or _apart(heard.alarms.shares, shares) < EVEN
+        as_turned = told.false_alarm_sectors is not None or _apart(heard.alarms.sectors, sectors) < EVEN
+        now, before = (sum(patch[-1] for patch in where) for where in (heard.alarms.patches, patches))
+        as_patched = told.false_alarm_patches is not None or abs(now - before) <= EVEN * (now + heard.alarms.false)
         if as_assumed and as_spread and as_turned and as_patched:
             break
-        shares, sectors, patches = heard.shares, heard.sectors, heard.patches
+        shares, sectors, patches = heard.alarms.shares, heard.alarms.sectors, heard.alarms.patches
         radar = told.replace(**spread(told, heard))
         if not told_detected:
             radar = radar.replace(detection_probability=possible(heard.detected))
         if told.false_alarms is None:
-            radar = radar.replace(false_alarms=max(heard.false, FEWEST))
+            radar = radar.replace(false_alarms=max(heard.alarms.false, FEWEST))
         parameters = parameters.replace(radar=radar)
     return heard, counts.bunches.share
 
@@ -170,7 +170,7 @@ def looked_at(
     assert isinstance(sensor, RadarSensor)
     for scan in islice(scans, first):
         counts.look(scan, sensor, water)
-    patches = counts.heard(land_shares(sensor, water, BANDS, SECTORS, seen.way[:, 1:]), sensor).patches
+    patches = counts.heard(land_shares(sensor, water, BANDS, SECTORS, seen.way[:, 1:]), sensor).alarms.patches
     if patches:
         triples, fast = Triples(), Fast()
         for scan in islice(scans, first):
@@ -186,9 +186,9 @@ def spread(told: RecordedRadar, heard: Heard) -> dict[str, tuple[object, ...]]:
     if told.false_alarms == 0:
         return {}
     found: dict[str, tuple[object, ...]] = {
-        "false_alarm_shares": heard.shares,
-        "false_alarm_sectors": heard.sectors,
-        "false_alarm_patches": heard.patches,
+        "false_alarm_shares": heard.alarms.shares,
+        "false_alarm_sectors": heard.alarms.sectors,
+        "false_alarm_patches": heard.alarms.patches,
     }
     return {name: where for name, where in found.items() if getattr(told, name) is None}
 

@@ -71,7 +71,7 @@ def fit_radar(scans: Iterable[RadarScan], name: str, known: Array | None = None,
     assert seen.errors is not None
     (range_sd, bearing_sd), share = seen.errors.told, seen.errors.share_sd
     heard, _ = heard_by(bound, scans, RadarTracking(), HALF, seen.way[:, 1:], patches)
-    detected, trials, false, shares, sectors, patches = heard
+    detected, trials, (false, shares, sectors, patches) = heard
     beside = "plots of no track" + ("" if water is None else ", at sea") + patched(patches)
     told = f"{seen.errors.targets:.0f} triples of plots of targets"
     told += "; too large: echoes lie too close to each other" if seen.errors.crowded else ""

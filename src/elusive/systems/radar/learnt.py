@@ -76,7 +76,7 @@ class Learnt:
         shown = self.told.bind(self.seen)
         found: dict[str, object] = {name: getattr(shown, name) for name in ("range_sd_m", "bearing_sd_mrad")}
         if self.told.false_alarms is None:
-            found["false_alarms"] = max(heard.false, FEWEST)
+            found["false_alarms"] = max(heard.alarms.false, FEWEST)
         found |= spread(self.told, heard)
         if self.told.detection_probability is None and heard.trials >= TRIALS:
             found["detection_probability"] = possible(heard.detected)

@@ -93,6 +93,11 @@ def cell_of(scan: RadarScan, sensor: RadarSensor) -> tuple[Cells, Cells]:
     return far, sector_of(scan.bearing_rad, sensor.middle_rad, half, BEARINGS)
 
 
+def in_bands(cells: Array) -> Array:
+    """Return sums over the bands of range, of ``(RANGES, BEARINGS)``."""
+    return np.asarray(np.add.reduceat(cells.sum(axis=1), 2 ** np.arange(BANDS) - 1))
+
+
 def patched(patches: Sequence[Patch]) -> str:
     """Say how many false alarms there are in patches, beside others; empty where there are none."""
     return f", and {sum(number for *_, number in patches):.3g} in {len(patches)} patches" if patches else ""
