@@ -16,6 +16,7 @@ from elusive.results import STATUSES, read_tracks_csv
 from elusive.sensors.radar import RadarSensor
 from tests.cli.test_radar import FRAME, RADAR, Run
 from tests.cli.test_radar_checks import failing
+from tests.cli.test_radar_live import EVEN
 
 SENSOR = RadarSensor(
     detection_probability=0.9, false_alarms=2.0, max_range_m=6000.0, doppler_probability=0.0, bearing_sd_mrad=2.0
@@ -161,7 +162,8 @@ def test_live_reports_are_taken_as_those_of_a_recording(elusive_in: Run, tmp_pat
     table(tmp_path, reports(off_m=500.0))
     with (tmp_path / "ais.csv").open("a") as file:
         file.write("\nnonsense\n")
-    limits = ["--max-doppler-mps", "60", "--ais", "ais.csv"]
+    (tmp_path / "even.yaml").write_text(EVEN)
+    limits = ["--max-doppler-mps", "60", "--ais", "ais.csv", "--config", "even.yaml"]
     code, said = elusive_in(*TRACK, *limits, "--follow", "--idle-s", "0", "--out", "live")
     assert code == 0, said
     assert "1 spoilt" in said

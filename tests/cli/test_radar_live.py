@@ -16,6 +16,7 @@ PLACE = ["--radar-lat-deg", "53.9", "--radar-lon-deg", "10.2"]
 TOLD = ["--range-sd-m", "10", "--detection-probability", "0.9", "--false-alarms", "1"]  # live nothing is found
 LIMITS = [*TOLD, "--max-range-m", "5000", "--max-doppler-mps", "60", "--bearing-sd-mrad", "3", "--particles", "300"]
 TRACK = ["track", "radar", "plots.csv", "--knowledge", "none", *PLACE, *LIMITS]
+EVEN = "radar: {false_alarm_shares: [1.0], false_alarm_sectors: [1.0], false_alarm_patches: []}"
 LIVE = ["--follow", "--idle-s", "0.3"]
 
 
@@ -28,6 +29,8 @@ def test_live_tracks_are_those_of_the_recording(
     elusive_in: Run, tmp_path: Path, capfd: pytest.CaptureFixture[str], write, more: list[str]
 ) -> None:  # fmt: skip
     write(tmp_path)
+    (tmp_path / "even.yaml").write_text(EVEN)
+    more = [*more, "--config", "even.yaml"]
     code, said = elusive_in(*TRACK, *more, *LIVE, "--to", "ndjson:told", "--out", "live")
     assert code == 0, said
     code, again = elusive_in(*TRACK, *more, "--out", "whole")

@@ -141,6 +141,20 @@ def test_a_live_run_that_is_told_everything_stays_with_it(tmp_path):
     assert "radar.alarms" in findings
 
 
+def test_where_they_are_is_found_though_all_else_is_told(tmp_path):
+    told = {"range_sd_m": 10.0, "bearing_sd_mrad": 5.0, "detection_probability": 0.85, "false_alarms": ALARMS}
+    _, findings = followed(tmp_path / "live", recorded(9), **told)
+    assert not findings
+    check_tracks(tmp_path / "live")
+    parameters = RadarTracking(particles=300, radar={"max_range_m": SENSOR.max_range_m, **told})
+    scans = recorded(10)
+    found, seen = fitted(parameters, scans, survey(scans), Surroundings(None), None)
+    assert not (*seen.found, *seen.assumed)
+    assert {name: getattr(found.radar, name) for name in told} == told
+    mean, error = expected_shares(SENSOR.max_range_m)
+    assert (np.abs(np.array(found.radar.false_alarm_shares) - mean) < 4 * error + 8 / (SCANS * ALARMS + SURE)).all()
+
+
 def test_a_sea_that_rises_is_known_after_a_few_scans(tmp_path):
     rough = recorded(5)
     calm = [scan.select_detections(np.flatnonzero(scan.range_m > 2 * DECAY_M)) for scan in rough[:24]]

@@ -73,22 +73,36 @@ def others(folder):
 CASES = [(shower, 4), (shower, 3), (surf, 3), (surf, 4)]
 
 
-@pytest.mark.parametrize(("where", "seed"), longer(CASES, *CASES[1:]))
-def test_a_shower_or_surf_is_no_crowd_of_ships(tmp_path, capsys, where, seed):
-    """Of 51 tracks of no ship, a recording, a twentieth is left at most."""
-    with (tmp_path / "plots.csv").open("w", newline="") as file:
+def tracked(folder, capsys, scans, *told):
+    """What the command says of scans; its results stand in ``out``."""
+    with (folder / "plots.csv").open("w", newline="") as file:
         rows = csv.writer(file)
         rows.writerow(["time_s", "range_m", "bearing_deg"])
-        for scan in recorded(where, seed):
+        for scan in scans:
             for distance, bearing in zip(scan.range_m, np.degrees(scan.bearing_rad), strict=True):
                 rows.writerow([scan.time_s, f"{distance:.2f}", f"{bearing:.4f}"])
-    told = ["--particles", "400", "--out", str(tmp_path / "out")]
     with pytest.raises(SystemExit) as ended:
-        main(["track", "radar", str(tmp_path / "plots.csv"), *told])
+        main(["track", "radar", str(folder / "plots.csv"), "--particles", "400", "--out", str(folder / "out"), *told])
     said = capsys.readouterr().out
     assert not ended.value.code, said
     assert re.search(r"and 2[0-9.]+ in\s+[│\s]*\d+ patches", said), said
+    return said
+
+
+@pytest.mark.parametrize(("where", "seed"), longer(CASES, *CASES[1:]))
+def test_a_shower_or_surf_is_no_crowd_of_ships(tmp_path, capsys, where, seed):
+    """Of 51 tracks of no ship, a recording, a twentieth is left at most."""
+    tracked(tmp_path, capsys, recorded(where, seed))
     assert others(tmp_path / "out") <= 51 / 20
+
+
+def test_nor_where_all_else_of_the_radar_is_told(tmp_path, capsys):
+    """Of ships that are points: 83 to 94 tracks of no ship in each of three recordings, where it was not looked for."""
+    told = {"range-sd-m": 10.0, "bearing-sd-mrad": 5.0, "detection-probability": 0.85, "false-alarms": ALARMS}
+    options = [word for name, value in told.items() for word in (f"--{name}", str(value))]
+    said = tracked(tmp_path, capsys, recorded(shower, 14), "--extent", "point", *options)
+    assert "radar.alarms" not in said
+    assert others(tmp_path / "out") == 0
 
 
 @pytest.mark.validate
@@ -103,7 +117,7 @@ def test_live_it_is_none_either(tmp_path):
 
 @pytest.mark.parametrize("told", [(), ((2000.0, 4000.0, 120.0, 150.0, 3.0),)])
 def test_what_is_told_stays(told):
-    scans = recorded(shower, 2)[:20]
+    scans = recorded(shower, 2)[:6]
     parameters = RadarTracking(radar={"false_alarm_patches": told}, particles=100)
     found, _ = fitted(parameters, scans, survey(scans), Surroundings(None), None)
     assert found.radar.false_alarm_patches == told

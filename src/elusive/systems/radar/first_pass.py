@@ -65,7 +65,7 @@ def fitted(
     """
     radar = parameters.radar
     undecided = parameters.extent is None and seen.hulls and isinstance(parameters.motion, ConstantVelocity)
-    if not radar.untold and not undecided:
+    if not (radar.untold or radar.unplaced or undecided):
         return parameters, seen
 
     def bound(asked: RadarTracking) -> tuple[DetectionTracker, Water | None]:
@@ -163,7 +163,7 @@ def looked_at(
     ship's.
     """
     told = parameters.radar
-    if told.false_alarm_patches is not None or told.false_alarms == 0:
+    if "false_alarm_patches" not in told.unplaced:
         return told.false_alarm_patches or (), seen
     tracker, water = bound(parameters)
     counts, sensor = Counts(sea), tracker.sensor
@@ -183,14 +183,12 @@ def looked_at(
 
 def spread(told: RecordedRadar, heard: Heard) -> dict[str, tuple[object, ...]]:
     """Return where false alarms lie, as far as it is not told; nothing where it is told that there are none."""
-    if told.false_alarms == 0:
-        return {}
     found: dict[str, tuple[object, ...]] = {
         "false_alarm_shares": heard.alarms.shares,
         "false_alarm_sectors": heard.alarms.sectors,
         "false_alarm_patches": heard.alarms.patches,
     }
-    return {name: where for name, where in found.items() if getattr(told, name) is None}
+    return {name: found[name] for name in told.unplaced}
 
 
 def _apart(shares: Sequence[float], others: Sequence[float]) -> float:

@@ -59,7 +59,7 @@ class Learnt:
         """Take a step in; return whether what is known of the radar has changed."""
         self._scans += 1
         self.counts.add(step, sensor, water)
-        if not self.told.untold:
+        if not (self.told.untold or self.told.unplaced):
             return False
         if self._errors is not None:
             self._errors.add(beside(step.measurement, self.parameters.radar.false_alarm_patches or ()))

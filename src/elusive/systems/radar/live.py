@@ -89,16 +89,17 @@ def follow_radar(
     around, outline = charts_in(parameters, charts, frame)
     memory = memory or Memory()
     heard, begins = memory.new(coming), memory.held is None
-    looked = charts or parameters.radar.untold or parameters.extent is None
+    radar = parameters.radar
+    looked = charts or radar.untold or radar.unplaced or parameters.extent is None
     first = list(islice(heard, LOOK if looked else 1)) if begins else []
     if begins and not first:
         raise DataError("no scan came.")
     if begins:
         seen = survey(first, outline)
-        if seen.errors is None and {"range_sd_m", "bearing_sd_mrad"} & set(parameters.radar.untold):
+        if seen.errors is None and {"range_sd_m", "bearing_sd_mrad"} & set(radar.untold):
             first += islice(heard, LOOK)
             seen = survey(first, outline)
-        if seen.hulls and parameters.extent is None and parameters.radar.false_alarm_patches is None:
+        if seen.hulls and parameters.extent is None and radar.false_alarm_patches is None:
             first += islice(heard, TELLING - len(first))
             seen = survey(first, outline)
         seen = seen._replace(max_doppler_mps=max(DOPPLER_MPS, seen.max_doppler_mps))

@@ -32,6 +32,7 @@ USUAL = {  # of a radar, where the recording does not show it
     "detection_probability": 0.9,
     "false_alarms": 1.0,
 }
+PLACED = {"false_alarm_shares": (1.0,), "false_alarm_sectors": (1.0,), "false_alarm_patches": ()}  # anywhere alike
 LEAST = 0.1  # of these, that errors are taken to be: particles find nothing by plots without any
 BEHAVIOURS = {  # of the coast's error, with which each of its parameters counts
     "coast_correlation_m": ("persistent", "bias"),
@@ -110,8 +111,13 @@ class RecordedRadar(RadarSensor):
 
     @property
     def untold(self) -> tuple[str, ...]:
-        """What is as the recording shows, by name."""
+        """What of the radar is as the recording shows, by name, but for where its false alarms lie."""
         return tuple(name for name in USUAL if getattr(self, name) is None)
+
+    @property
+    def unplaced(self) -> tuple[str, ...]:
+        """What is not told of where false alarms lie, by name; of none at all nothing is asked."""
+        return tuple(name for name in PLACED if getattr(self, name) is None and self.false_alarms != 0)
 
     def _check_view(self) -> None:
         """Take none as that of the recording; the sensor that is made of both is checked."""
@@ -126,9 +132,8 @@ class RecordedRadar(RadarSensor):
         for name, usual in USUAL.items():
             if fields[name] is None:
                 fields[name] = max(shown.get(name, usual), LEAST * usual)
-        for name in ("false_alarm_shares", "false_alarm_sectors"):
-            fields[name] = fields[name] or (1.0,)
-        fields["false_alarm_patches"] = fields["false_alarm_patches"] or ()
+        for name, anywhere in PLACED.items():
+            fields[name] = fields[name] or anywhere
         if self.max_range_m is None:
             fields["max_range_m"] = max(ROOM * seen.max_range_m, self.min_range_m + 2 * fields["range_sd_m"])
         if self.max_doppler_mps is None:
