@@ -22,6 +22,7 @@ from elusive.tracking._detection_kernels import associate
 from elusive.tracking._pair_kernels import absorb, explain
 from elusive.tracking._target_kernels import recent, ways
 from elusive.tracking.peak_motions import PeakMotions
+from elusive.tracking.peak_swift import Swift, Unclaimed, Ways, swift, under_way
 from elusive.tracking.peak_targets import HOP, PeakTargets
 
 SUREST = 0.999  # existence, at most: a target may always have just gone
@@ -32,6 +33,7 @@ HOPELESS = 0.1  # of the least existence of what begins, below which a guess is 
 LIKELY = 0.5  # existence from which a track is not given up for a younger one
 RECENT = 0.15  # weight of the latest peak in what is known of a target's looks
 SWEPT_PX, LEAST_PX = 10.0, 1e-6  # way of the camera over which it is known how far a target strays
+LONE = 16  # of a frame's unclaimed peaks, that what is swift may begin with
 
 
 class Clutter(NamedTuple):
@@ -58,6 +60,7 @@ class PeakRecursion(Model):
     nearby: Positive = Field(0.12, description="Radius of a peak's neighbourhood, share of the frame's root area")
     place_px: Positive = Field(0.3, description="Deviation of a peak's place, at least [px]")
     place_scale: Positive = Field(0.25, description="Deviation of a peak's place [scales]")
+    fastest: Positive = Field(0.2, description="Greatest way of a target in a frame, share of the frame's root area")
     most_peaks: int = Field(700, ge=1, description="Peaks of a frame that targets may take")
     most_births: int = Field(60, ge=0, description="Peaks of a frame that may begin a target")
     most_targets: int = Field(400, ge=1, description="Targets that are followed")
@@ -145,42 +148,69 @@ class PeakRecursion(Model):
             lately=lately,
         ), unclaimed
 
-    def newborn(self, peaks: Peaks, clutter: Clutter, unclaimed: Array, born: int) -> PeakTargets:
-        """Begin targets at the rarest peaks that none claims, numbered from the next."""
+    def unclaimed(self, peaks: Peaks, clutter: Clutter, unclaimed: Array) -> Unclaimed:
+        """Return the rarest peaks that no target claims."""
         free = np.flatnonzero(unclaimed > 0.5)
-        chosen = free[np.argsort(clutter.log_density[free], kind="stable")][: self.most_births]
+        chosen = free[np.argsort(clutter.log_density[free], kind="stable")][: max(self.most_births, LONE)]
+        return Unclaimed(
+            clutter.places[chosen], clutter.variance[chosen], clutter.level[chosen], peaks.bright[chosen],
+            clutter.log_density[chosen], peaks.strength[chosen], peaks.scale_px[chosen], unclaimed[chosen],
+        )  # fmt: skip
+
+    def newborn(
+        self, free: Unclaimed, before: tuple[Unclaimed, ...], born: int, offset_px: Array, root_px: float
+    ) -> PeakTargets:
+        """Begin targets at peaks that none claims, numbered from the next; what is swift, with those of ``before``."""
+        fast = [one.rarest(LONE) for one in (*before, free)]
+        begun = swift(self._ways(root_px), *fast) if len(fast) == 3 else Swift.none()
+        alone = np.setdiff1d(np.arange(len(free.place))[: self.most_births], begun.third, assume_unique=True)
+        chosen = np.concatenate([alone, begun.third])
         count, table = len(chosen), self.motions.table
         kinds = len(table)
         variance = np.zeros((count, kinds, 3))
-        variance[:, :, 0] = clutter.variance[chosen, None] + table[:, 0] ** 2
+        variance[:, :, 0] = free.variance[chosen, None] + table[:, 0] ** 2
         variance[:, :, 2] = table[:, 3] ** 2
-        density = np.exp(clutter.log_density[chosen])
-        zero = np.zeros(count)
-        return PeakTargets(
+        density = np.exp(free.log_density[chosen])
+        zero, place = np.zeros(count), free.place[chosen]
+        targets = PeakTargets(
             number=born + 1 + np.arange(count),
             age=np.zeros(count, np.int64),
-            place=np.repeat(clutter.places[chosen, None], kinds, axis=1),
+            place=np.repeat(place[:, None], kinds, axis=1),
             velocity=np.zeros((count, kinds, 2)),
             variance=variance,
             weight=np.tile(self.motions.first_weights, (count, 1)),
-            visible=unclaimed[chosen] * self.appear / (self.appear + density),
+            visible=free.share[chosen] * self.appear / (self.appear + density),
             hidden=zero,
-            level=clutter.level[chosen],
-            strength=peaks.strength[chosen],
-            scale=peaks.scale_px[chosen],
-            bright=peaks.bright[chosen],
+            level=free.level[chosen],
+            strength=free.strength[chosen],
+            scale=free.scale[chosen],
+            bright=free.bright[chosen],
             evidence=zero,
             resting=np.zeros((count, int(self.motions.rests.sum()))),
             shown=np.zeros(count, np.bool_),
-            origin=clutter.places[chosen],
+            origin=place,
             farthest=zero,
-            lately=np.repeat(clutter.places[chosen, None], HOP, axis=1),
+            lately=np.repeat(place[:, None], HOP, axis=1),
             hop=zero,
-            usual=np.stack([clutter.places[chosen], clutter.places[chosen] + peaks.offset_px], axis=1),
+            usual=np.stack([place, place + offset_px], axis=1),
             strayed=np.zeros((count, 2)),
             swept=zero,
             mark=np.zeros(count, np.bool_),
             body=np.zeros((count, 6)),
+        )
+        return under_way(targets, begun, self.motions, self.detected)
+
+    def _ways(self, root_px: float) -> Ways:
+        motions = self.motions
+        share = float(motions.first_weights[-1])
+        return Ways(
+            motions.fast_speed,
+            self.fastest * root_px,
+            motions.fast_q,
+            share * self.appear,
+            self.detected,
+            self.level_spread,
+            self.tail,
         )
 
     def kept(self, targets: PeakTargets, offset_px: Array, shape: tuple[int, int]) -> NDArray[np.bool_]:

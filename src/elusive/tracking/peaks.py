@@ -22,6 +22,7 @@ from elusive.tracking.peak_marks import marked
 from elusive.tracking.peak_null import EmpiricalNull
 from elusive.tracking.peak_persistence import Persistence, Reliability, groups_of
 from elusive.tracking.peak_recursion import PeakRecursion
+from elusive.tracking.peak_swift import Unclaimed
 from elusive.tracking.peak_targets import PeakTargets
 from elusive.tracking.peak_warp import Warp, carried, warp_of
 from elusive.tracking.track import Track
@@ -38,6 +39,7 @@ class PeakBelief(NamedTuple):
 
     time_s: float
     targets: PeakTargets
+    unclaimed: tuple[Unclaimed, ...]  # peaks of the last two frames
     lives: Mapping[int, Life]  # of the targets that are tracks, by their numbers
     born: int  # targets so far
     numbered: int  # tracks so far
@@ -75,7 +77,7 @@ class SceneTracker(PeakRecursion):
         motions = self.motions
         none = PeakTargets.none(len(motions.table), int(motions.rests.sum()))
         known, still = self.persistence.begin(), Warp.none()
-        return PeakBelief(time_s, none, {}, 0, 0, np.zeros((0, 2)), known, still, still, ())
+        return PeakBelief(time_s, none, (), {}, 0, 0, np.zeros((0, 2)), known, still, still, ())
 
     def follow(
         self,
@@ -104,10 +106,10 @@ class SceneTracker(PeakRecursion):
         """
         passed = interval_since(belief.time_s, time_s) / interval_s
         if peaks is not None and peaks.cut and peaks.number:
-            belief = belief._replace(targets=self.begin().targets, lives={}, tracks=())
+            belief = belief._replace(targets=self.begin().targets, unclaimed=(), lives={}, tracks=())
         targets = self.predicted(belief.targets, passed)
         if peaks is None:
-            return belief._replace(time_s=time_s, targets=targets)
+            return belief._replace(time_s=time_s, targets=targets, unclaimed=())
         clutter = self.clutter(peaks, shape)
         bright = peaks.bright[: self.most_peaks]
         seen = Warp.of_frame(peaks)
@@ -117,7 +119,9 @@ class SceneTracker(PeakRecursion):
         if warp.deforms:
             targets = self.predicted(carried(belief.targets, targets, warp), passed)
         targets, unclaimed = self.updated(targets, peaks, clutter)
-        newborn = self.newborn(peaks, clutter, unclaimed, belief.born)
+        free = self.unclaimed(peaks, clutter, unclaimed)
+        before = belief.unclaimed if round(passed) == 1 else ()
+        newborn = self.newborn(free, before, belief.born, peaks.offset_px, math.sqrt(math.prod(shape)))
         targets = rejoined(targets.joined(newborn), self.level_spread)
         kept = self.kept(targets, peaks.offset_px, shape)
         marks = marked(targets, shape)
@@ -126,8 +130,9 @@ class SceneTracker(PeakRecursion):
         reached = self._reached(targets)
         ended = np.concatenate([belief.ended, reached[over]])[-REMEMBERED:]
         belief = belief._replace(
-            time_s=time_s, targets=targets.kept(kept), born=belief.born + len(newborn.number), ended=ended,
-            reliability=belief.reliability.carried(warp), warp=warp, seen=seen,
+            time_s=time_s, targets=targets.kept(kept), unclaimed=(*before[-1:], free),
+            born=belief.born + len(newborn.number), ended=ended, reliability=belief.reliability.carried(warp),
+            warp=warp, seen=seen,
         )  # fmt: skip
         return self._judged(belief, reached[kept], peaks, shape, interval_s, image)
 

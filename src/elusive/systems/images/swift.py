@@ -1,7 +1,7 @@
-"""Whether something goes by too fast to be followed: strong peaks, evenly spaced in three frames, far from any track.
+"""Whether something goes by too fast to be followed: strong peaks, evenly spaced in four frames, far from any track.
 
-No source; an own test. What goes farther from frame to frame than the motions of :mod:`elusive.tracking.peaks` allow
-for is a new peak in each, and is lost without a word.
+No source; an own test. What goes farther from frame to frame than :mod:`elusive.tracking.peak_swift` begins with is a
+new peak in each, and would be lost without a word.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ STRONG = 7.0  # deviations of a peak; a frame's noise has none
 KNOWN, NEAR_PX, WIDE = 2, 4.0, 2.0  # frames of a track that is one; about it, and times a peak's own scale, what is its
 FAR_PX, EVEN_PX, EVEN = 12.0, 3.0, 0.15  # way in a frame; by how much, or what share of it, the next may differ
 ALIKE = 0.7  # of the logarithms of contrasts
-FEW = 8  # lone peaks of a frame at most: of more, three lie evenly by chance
+FEW, FRAMES = 8, 4  # lone peaks of a frame at most: of more, some lie evenly by chance; frames
 
 
 class Swift:
@@ -27,7 +27,7 @@ class Swift:
 
     def __init__(self) -> None:
         self._frames, self._seen, self._px = 0, 0, 0.0
-        self._lone: list[Array] = []  # (n, 4) x, y in the scene, sign and log contrast, of the last two frames
+        self._lone: list[Array] = []  # (n, 4) x, y in the scene, sign and log contrast, of the last frames
 
     def take(self, peaks: Peaks, targets: PeakTargets) -> None:
         """Take a frame's peaks, and what is believed after it."""
@@ -38,32 +38,42 @@ class Swift:
         away = np.linalg.norm(places[:, None] - known[None], axis=2).min(axis=1, initial=np.inf)
         alone = away > NEAR_PX + WIDE * peaks.scale_px[strong]
         lone = np.column_stack([places, np.where(peaks.bright, 1.0, -1.0)[strong], peaks.level[strong]])[alone]
-        before = [] if peaks.cut else self._lone
-        if len(before) == 2 and self._frames > EARLY and all(len(one) <= FEW for one in (*before, lone)):
-            self._compare(before[0], before[1], lone)
-        self._lone = [*before[-1:], lone]
+        self._lone = [*([] if peaks.cut else self._lone[1 - FRAMES :]), lone]
+        if len(self._lone) == FRAMES and self._frames > EARLY and all(len(one) <= FEW for one in self._lone):
+            self._compare(self._lone)
 
-    def _compare(self, first: Array, second: Array, third: Array) -> None:
-        alike = _alike(first, second)[:, :, None] & _alike(second, third)[None]
-        way = second[None, :, :2] - first[:, None, :2]
-        length = np.linalg.norm(way, axis=2)
-        off = np.linalg.norm(third[None, None, :, :2] - second[None, :, None, :2] - way[:, :, None], axis=3)
-        even = off < np.maximum(EVEN_PX, EVEN * length)[:, :, None]
-        found = alike & even & (length > FAR_PX)[:, :, None]
+    def _compare(self, lone: list[Array]) -> None:
+        found = np.ones((len(lone[0]), len(lone[1])), np.bool_)  # whose pairs may be of one that goes evenly
+        for three in zip(lone, lone[1:], lone[2:], strict=False):
+            found = np.any(found[:, :, None] & _even(*three), axis=0)
         if found.any():
             self._seen += 1
-            self._px = float(length[found.any(axis=2)].min())
+            self._px = float(_length(lone[-2], lone[-1])[found].min())
 
     def finding(self) -> Finding:
         """Say how often."""
         often = f"{self._seen} time{'s' * (self._seen != 1)}"
         return Fact(0.0, float(self._seen), not self._seen, self._frames).finding(
             "images.swift",
-            f"{often} a spot has gone by evenly over three frames, by {self._px:.0f} "
+            f"{often} a spot has gone by evenly over four frames, by {self._px:.0f} "
             "px each the last time, and no track is near: what is so fast is not followed.",
             "Give every frame, and smaller ones (halved, the way is half as long); look at it in the frames.",
             grave=False,
         )
+
+
+def _even(first: Array, second: Array, third: Array) -> NDArray[np.bool_]:
+    """Which peaks of three frames may be of one that goes evenly, ``(n, m, k)``."""
+    alike = _alike(first, second)[:, :, None] & _alike(second, third)[None]
+    way, length = second[None, :, :2] - first[:, None, :2], _length(first, second)
+    off = np.linalg.norm(third[None, None, :, :2] - second[None, :, None, :2] - way[:, :, None], axis=3)
+    even = off < np.maximum(EVEN_PX, EVEN * length)[:, :, None]
+    return np.asarray(alike & even & (length > FAR_PX)[:, :, None])
+
+
+def _length(first: Array, second: Array) -> Array:
+    found: Array = np.linalg.norm(second[None, :, :2] - first[:, None, :2], axis=2)
+    return found
 
 
 def _alike(some: Array, others: Array) -> NDArray[np.bool_]:
