@@ -50,6 +50,7 @@ class RadarScan(NamedTuple):
     bearing_rad: Array  # (n,) clockwise from north, from 0 to below 2 pi
     doppler_mps: Array  # (n,) range rate, positive away from the radar; NaN where not measured
     own: OwnShip = AT_REST  # at the scan's time; bearings are from north, range rates those that this radar sees
+    heading_rad: Array | None = None  # (n,) of the ship that the radar stands on, at each plot; None: not told
 
     @property
     def plots(self) -> tuple[Array, Array, Array, Array]:
@@ -64,13 +65,15 @@ class RadarScan(NamedTuple):
     def select_detections(self, chosen: NDArray[Any]) -> RadarScan:
         """Return the scan with some of its plots: their numbers, or whether each is chosen."""
         times_s, range_m, bearing_rad, doppler_mps = (part[chosen] for part in self.plots)
-        return RadarScan(self.time_s, times_s, range_m, bearing_rad, doppler_mps, self.own)
+        headings = None if self.heading_rad is None else self.heading_rad[chosen]
+        return RadarScan(self.time_s, times_s, range_m, bearing_rad, doppler_mps, self.own, headings)
 
 
 def scan_of(time_s: float, plots: Iterable[RadarPlot] = ()) -> RadarScan:
     """Make a scan of plots."""
-    table = np.array([plot[:4] for plot in plots], dtype=np.float64).reshape(-1, 4).T.copy()
-    return RadarScan(time_s, *table)
+    table = np.array(list(plots), dtype=np.float64).reshape(-1, len(RadarPlot._fields)).T.copy()
+    headings = table[4] if table[4].any() else None
+    return RadarScan(time_s, *table[:4])._replace(heading_rad=headings)
 
 
 def scans_by_rotation(plots: Iterable[RadarPlot], rotation_s: float, name: str) -> Iterator[RadarScan]:

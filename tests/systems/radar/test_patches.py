@@ -117,7 +117,7 @@ def test_live_it_is_none_either(tmp_path):
 
 @pytest.mark.parametrize("told", [(), ((2000.0, 4000.0, 120.0, 150.0, 3.0),)])
 def test_what_is_told_stays(told):
-    scans = recorded(shower, 2)[:6]
+    scans = recorded(shower, 2)[:4]
     parameters = RadarTracking(radar={"false_alarm_patches": told}, particles=100)
     found, _ = fitted(parameters, scans, survey(scans), Surroundings(None), None)
     assert found.radar.false_alarm_patches == told

@@ -26,7 +26,7 @@ from elusive.sensors.radar_view import wrapped
 from elusive.systems.radar.first_pass import FEWEST, heard_by, looked_at
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.patches import patched
-from elusive.systems.radar.survey import HALF, survey
+from elusive.systems.radar.survey import HALF, righted
 
 SEARCH_M, SEARCH_RAD = 200.0, 0.05  # of a bias
 CELLS = 40  # along each axis of the histogram that a bias is first read from
@@ -50,7 +50,7 @@ def fit_radar(scans: Iterable[RadarScan], name: str, known: Array | None = None,
     Parameters
     ----------
     scans
-        Read up to eight times.
+        Read up to nine times.
     name
         Of the recording, for a failure.
     known
@@ -63,7 +63,7 @@ def fit_radar(scans: Iterable[RadarScan], name: str, known: Array | None = None,
     DataError
         If too few plots follow each other as those of a ship do.
     """
-    seen = survey(scans)
+    seen, scans = righted(scans)
     if seen.errors is None:
         raise DataError(f"{name}: too few plots follow each other as a ship's do; give more scans.")
     bound = lambda parameters: (parameters.bind(parameters.radar.bind(seen), None), water)  # noqa: E731
@@ -96,6 +96,9 @@ def fit_radar(scans: Iterable[RadarScan], name: str, known: Array | None = None,
         "false_alarm_sectors": sectors,
         "false_alarm_patches": patches,
     }
+    if seen.late.late_s:
+        how = "how the picture turns with the ship"
+        values.append(Fitted("", "headings are late [s]", f"{seen.late.late_s:+.2g}", seen.late.error_s, how))
     if known is not None and len(known):
         values += _told(bias_of(scans, known, range_sd, bearing_sd / 1000))
     return Fit(tuple(values), {"radar": radar})

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import nullcontext
+from functools import partial
 from pathlib import Path
 
 from elusive.errors import DataError, ParameterError
@@ -18,7 +19,7 @@ from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.results import RadarOutcome, RadarRun
 from elusive.systems.radar.setting import bind_all, charts_in, check_place, frame_of
 from elusive.systems.radar.ships import ADDED
-from elusive.systems.radar.survey import survey
+from elusive.systems.radar.survey import righted
 from elusive.systems.radar.track import track_radar
 from elusive.tracking.reports import Report
 
@@ -45,7 +46,8 @@ def track_radar_recording(
     Parameters
     ----------
     source
-        From :func:`elusive.io.open_radar_plots`. It is read twice, its beginning three times.
+        From :func:`elusive.io.open_radar_plots`. It is read twice, its beginning three times; once more where headings
+        are late.
     parameters
         What to do.
     out
@@ -80,7 +82,7 @@ def track_radar_recording(
     given = None if radar_lon_deg is None or radar_lat_deg is None else (radar_lon_deg, radar_lat_deg)
     frame = frame_of(source, given, "charts" if charts else "ais" if ais is not None else "")
     around, outline = charts_in(parameters, charts, frame)
-    seen = survey(_looked_through(source, on_scan), outline)
+    seen, scans = righted(source, outline, partial(_looked_through, on_scan))
     check_place(source.name, seen, around)
     known = None
     if truth is not None:
@@ -91,14 +93,14 @@ def track_radar_recording(
         assert frame is not None
         near = in_frame(told, frame, str(ais))
         fusion = AisFusion([Report(one.time_s, one.mmsi, place, velocity) for one, place, velocity in near])
-    parameters, seen = fitted(parameters, source, seen, around, outline)
+    parameters, seen = fitted(parameters, scans, seen, around, outline)
     sensor, tracker, around = bind_all(parameters, seen, around, outline)
     with nullcontext() if out is None else atomic_folder(out) as folder:
         table = None if folder is None else folder / "tracks.csv"
         with TrackLog(tracker.state_names, "m", ADDED, path=table) as log:
             run = RadarRun(parameters, sensor, around, seen, log, fusion)
             try:
-                for number, step in enumerate(track_radar(source, tracker, parameters, around, None, fusion), 1):
+                for number, step in enumerate(track_radar(scans, tracker, parameters, around, None, fusion), 1):
                     run.append(step)
                     if on_scan is not None:
                         on_scan(number)
@@ -111,7 +113,7 @@ def track_radar_recording(
     return outcome
 
 
-def _looked_through(scans: Iterable[RadarScan], on_scan: Callable[[int], None] | None) -> Iterator[RadarScan]:
+def _looked_through(on_scan: Callable[[int], None] | None, scans: Iterable[RadarScan]) -> Iterator[RadarScan]:
     """Yield scans that are only looked through: none is done yet, but a caller may want to stop."""
     for scan in scans:
         if on_scan is not None:

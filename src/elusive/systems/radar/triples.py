@@ -83,9 +83,14 @@ class Triples:
                 self._count += len(rows)
             del self._before[0]
 
+    @property
+    def rows(self) -> Array:
+        """Second differences along and across the line of sight and what is known of each triple, ``(n, 9)``."""
+        return np.concatenate(self._rows) if self._rows else np.zeros((0, COLUMNS))
+
     def fit(self) -> PlotErrors | None:
         """Return the errors; None where too few plots follow each other as a target's do."""
-        rows = np.concatenate(self._rows) if self._rows else np.zeros((0, COLUMNS))
+        rows = self.rows
         _, which, candidates = np.unique(rows[:, [2, 4, 5]], axis=0, return_inverse=True, return_counts=True)
         # echoes close to each other make triples of several, which no uniform density describes
         alone = _fitted(rows[candidates[which.ravel()] == 1]) if len(rows) else None
@@ -102,7 +107,7 @@ def _fitted(rows: Array) -> PlotErrors | None:
     limits, sd = np.array([WIDEST_M, WIDEST_RAD]), np.array([WIDEST_M, WIDEST_RAD]) / 4
     for _ in range(4):  # the window closes in on what is found
         inside = (np.abs(rows[:, :2]) < limits).all(axis=1)
-        member, sd = _mixture(rows[inside, :2], limits, np.minimum(sd, limits / 2))
+        member, sd, _ = mixture(rows[inside, :2], limits, np.minimum(sd, limits / 2))
         limits = np.minimum(WINDOW * sd, [WIDEST_M, WIDEST_RAD])
     inside_rows, total = rows[inside], float(member.sum())
     if total < FEW:
@@ -159,12 +164,19 @@ def _differences(first: _Places, middle: _Places, last: _Places, number: int) ->
     return np.asarray(rows[(np.abs(dr) < WIDEST_M) & (np.abs(db) < WIDEST_RAD) & (rho > 0)])
 
 
-def _mixture(errors: Array, limits: Array, sd: Array) -> tuple[Array, Array]:
-    """Fit a Gaussian about zero, cut at the limits, and a uniform density: membership ``(n,)`` and deviations."""
-    share, even, member = 0.5, 1 / float(np.prod(2 * limits)), np.zeros(len(errors))
+def mixture(errors: Array, limits: Array, sd: Array) -> tuple[Array, Array, Array]:
+    """Fit a Gaussian about zero, cut at the limits, and a uniform density, to errors ``(n, 2)``.
+
+    Returns
+    -------
+    tuple
+        Membership ``(n,)``, deviations ``(2,)`` and the density of both together, ``(n,)``.
+    """
+    share, even, member, both = 0.5, 1 / float(np.prod(2 * limits)), np.zeros(len(errors)), np.zeros(len(errors))
     for _ in range(ROUNDS):
         density = np.exp(-0.5 * ((errors / sd) ** 2).sum(axis=1)) / (2 * math.pi * float(np.prod(sd)))
-        member = share * density / (share * density + (1 - share) * even)
+        both = share * density + (1 - share) * even
+        member = share * density / both
         share = float(np.clip(member.mean(), 1e-6, 1 - 1e-6)) if len(member) else 0.5
         sd = np.sqrt((member @ errors**2) / max(float(member.sum()), 1e-9)).clip(1e-3 * limits)
-    return member, sd
+    return member, sd, both
